@@ -1,0 +1,1 @@
+"""Wrinkles that muscles fold into faces, on PyVista meshes."""

@@ -1,0 +1,60 @@
+"""The exceptions and warnings of facewrinkle.
+
+Every message says what is wrong, what is allowed, what was received, and how to mend it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class FaceWrinkleError(ValueError):
+    """Input that facewrinkle cannot work with. The base of all its exceptions."""
+
+
+class MeshError(FaceWrinkleError):
+    """A mesh that cannot carry a face: empty, not finite, degenerate, non-manifold."""
+
+
+class LandmarkError(FaceWrinkleError):
+    """Landmarks that are missing, off the mesh, or swapped left for right."""
+
+
+class UnknownNameError(FaceWrinkleError):
+    """A muscle, action unit, expression or option that does not exist."""
+
+
+class ParameterError(FaceWrinkleError):
+    """A parameter outside the range in which its formula holds."""
+
+
+class OutputError(FaceWrinkleError):
+    """A file or folder that cannot be written."""
+
+
+class MissingPackageError(FaceWrinkleError):
+    """An optional package that is needed for what was asked and is not installed."""
+
+
+class FaceWrinkleWarning(UserWarning):
+    """Input that was mended, or a result that is an estimate."""
+
+
+def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameError:
+    """The error for `name`, with the nearest known names as a suggestion."""
+    known = list(known)
+    close = get_close_matches(str(name), known, n=3, cutoff=0.5)
+    hint = f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else f"Known are: {', '.join(known)}."
+    return UnknownNameError(f"unknown {kind} {name!r}. {hint}")
+
+
+def check_range(name: str, value: float, low: float, high: float, remedy: str = "") -> float:
+    """`value` as a float if it lies in [low, high]; a ParameterError otherwise (also for NaN)."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} must be a number, received {value!r}.") from None
+    if not low <= number <= high:
+        raise ParameterError(f"{name} must lie in [{low:g}, {high:g}], received {number:g}. {remedy}".rstrip())
+    return number
