@@ -1,0 +1,42 @@
+# Every target sets up what it needs: Python 3.11 (or newer), make and a package registry are enough.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+BIN := .venv/bin
+READY := .venv/ready
+
+# Pictures are drawn off screen: EGL needs no display (and only Linux has it).
+ifeq ($(shell uname -s),Linux)
+VTK_DEFAULT_OPENGL_WINDOW ?= vtkEGLRenderWindow
+export VTK_DEFAULT_OPENGL_WINDOW
+endif
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test bench lint clean
+
+help:  ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
+
+demo: $(READY)  ## draw the demonstration into output/
+	$(BIN)/facewrinkle demo --out output
+
+test: lint  ## lint, types, tests and doctests
+	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --doctest-modules tests facewrinkle
+
+bench: $(READY)  ## time the hot paths
+	$(BIN)/python -m pytest benchmarks -q --benchmark-only --benchmark-group-by=group,func \
+		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
+
+lint: $(READY)  ## style, format and types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+clean:  ## remove the set-up, caches and output
+	rm -rf .venv build dist output *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(READY): pyproject.toml tools/check_opengl.py
+	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed, and neither python3.11 nor python3 was found." >&2; exit 1; }
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all]"
+	$(BIN)/python tools/check_opengl.py
+	@touch $@

@@ -1,0 +1,267 @@
+"""From the typed cage to the arrays of the built-in head."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from facewrinkle.anatomy.cage import subdivided
+from facewrinkle.anatomy.cage_mesh import FIXED, FREE, ON_LINE, Chart, ChartMesh, mean_value_chart
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+LEVELS = 4
+TRIANGLES = 4517
+MIRROR = np.array([-1.0, 1.0, 1.0])
+SEAT = 0.2  # mm between eyeball and lid margin: more than the sag of a margin edge
+LID_STRIPS = {("eye_ring2", "eye_ring3")}
+LIP_STRIPS = {("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3")}
+
+
+@dataclass
+class HalfCage:
+    """The left half of the limit surface: fine points, fine vertices over each cage quad, and the names."""
+
+    names: list[str]
+    quads: Ints
+    points: Floats
+    grids: Ints
+
+    def of(self, name: str) -> int:
+        """The fine vertex over a cage vertex."""
+        row, corner = np.argwhere(self.quads == self.names.index(name))[0]
+        i, j = ((0, 0), (-1, 0), (-1, -1), (0, -1))[corner]
+        return int(self.grids[row, i, j])
+
+    def strip(self, pairs: set[tuple[str, str]]) -> Ints:
+        """Rows of the quads between rings, given as pairs of name stems."""
+        stems = [sorted({self.names[v].split(".")[0] for v in quad}) for quad in self.quads]
+        return np.array([q for q, stem in enumerate(stems) if tuple(stem) in pairs])
+
+    def fine_triangles(self) -> Ints:
+        g = self.grids
+        quads = np.stack([g[:, :-1, :-1], g[:, 1:, :-1], g[:, 1:, 1:], g[:, :-1, 1:]], axis=-1).reshape(-1, 4)
+        return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def half_surface(data: dict[str, Any]) -> HalfCage:
+    """Subdivide the mirrored cage, keep the half with x >= 0, and seat the lids on the eyeball."""
+    names = list(data["points"])
+    points = np.array([data["points"][name] for name in names])
+    quads = np.array([[names.index(name) for name in quad] for quad in data["quads"]])
+    on_middle = points[:, 0] == 0.0
+    partner = np.arange(len(points))
+    partner[~on_middle] = len(points) + np.arange(np.count_nonzero(~on_middle))
+    whole = subdivided(np.vstack([quads, partner[quads][:, ::-1]]), LEVELS)
+    fine = whole.limit @ np.vstack([points, points[~on_middle] * MIRROR])
+    grids = whole.grids[: len(quads)]
+    used, flat = np.unique(grids, return_inverse=True)
+    half = HalfCage(names, quads, fine[used], flat.reshape(grids.shape))
+    half.points[np.abs(half.points[:, 0]) < 1e-9, 0] = 0.0
+    _seat_lids(half, np.array(data["eye"]["centre"]), data["eye"]["radius"])
+    return half
+
+
+def _seat_lids(half: HalfCage, centre: Floats, radius: float) -> None:
+    """Bring the lids' inner margin onto the eyeball, and keep everything else outside it."""
+    depth = np.zeros(len(half.points))
+    for q in half.strip(LID_STRIPS):
+        inner = [half.names[v].startswith("eye_ring3") for v in half.quads[q]]
+        i, j = np.meshgrid(*(np.linspace(0, 1, half.grids.shape[1]),) * 2, indexing="ij")
+        share = [(1 - i) * (1 - j), i * (1 - j), i * j, (1 - i) * j]
+        depth[half.grids[q]] = sum(s for s, is_inner in zip(share, inner, strict=True) if is_inner)
+    away = half.points - centre
+    distance = np.linalg.norm(away, axis=1)
+    seated = radius + SEAT
+    wanted = np.maximum(distance + depth**2 * (seated - distance), seated)
+    half.points[:] = centre + away * (wanted / distance)[:, None]
+
+
+# ----------------------------------------------------------------------------------------------------------- the chart
+def boundary_loops(triangles: Ints) -> list[list[int]]:
+    """Boundary loops in the direction of the triangles' edges."""
+    sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    known = set(map(tuple, sides.tolist()))
+    follow = {a: b for a, b in known if (b, a) not in known}
+    loops = []
+    while follow:
+        start, here = follow.popitem()
+        loop = [start]
+        while here != start:
+            loop.append(here)
+            here = follow.pop(here)
+        loops.append(loop)
+    return sorted(loops, key=len)
+
+
+def charted(half: HalfCage, outline: list[tuple[str, list[float]]]) -> Floats:
+    """A one-to-one chart of the half surface; the middle is the line x = 0, the rim the typed convex outline."""
+    triangles = half.fine_triangles()
+    n = len(half.points)
+    middle_vertices = np.flatnonzero(half.points[:, 0] == 0.0)
+    eye, outer = boundary_loops(triangles)
+    top, bottom = half.of(outline[0][0]), half.of(outline[-1][0])
+    outer = outer[outer.index(top) :] + outer[: outer.index(top)]
+    if outer[1] in set(middle_vertices.tolist()):
+        outer = [outer[0], *outer[:0:-1]]
+    rim = outer[: outer.index(bottom) + 1]
+    lower, upper = half.of("mouth_ring3.8"), half.of("mouth_ring3.0")
+    mouth = outer[outer.index(lower) : outer.index(upper) + 1]
+    plane = _on_outline(half, rim, outline)
+    points = np.vstack([half.points, half.points[eye].mean(axis=0), half.points[mouth].mean(axis=0) * [0, 1, 1]])
+    fill = [[n, b, a] for a, b in zip(eye, eye[1:] + eye[:1], strict=True)]
+    fill += [[n + 1, b, a] for a, b in zip(mouth, mouth[1:], strict=False)]
+    middle = np.setdiff1d(np.append(middle_vertices, n + 1), rim)
+    fixed = [np.concatenate([rim, middle]), np.array(rim)]
+    values = [np.concatenate([plane[:, 0], np.zeros(len(middle))]), plane[:, 1]]
+    return mean_value_chart(points, np.vstack([triangles, fill]), fixed, values)[:n]
+
+
+def _on_outline(half: HalfCage, rim: list[int], outline: list[tuple[str, list[float]]]) -> Floats:
+    """Chart places (r, 2) of the rim: the outline's corners, and by arc length in between."""
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(half.points[rim], axis=0), axis=1)))
+    stops = [along[rim.index(half.of(name))] for name, _ in outline]
+    corners = np.array([place for _, place in outline])
+    return np.stack([np.interp(along, stops, corners[:, c]) for c in range(2)], axis=1)
+
+
+# ------------------------------------------------------------------------------------------------------------ the mesh
+def wished_size(points: Floats, data: dict[str, Any], eye: Floats, mouth: Floats) -> Floats:
+    """Wished edge length (n,) in mm; `eye` and `mouth` are points along the margins."""
+    sizes = data["sizes"]
+    grow = sizes["growth"]
+    size = np.full(len(points), float(sizes["largest"]))
+    for margin, (edge, reach) in ((eye, sizes["eye"]), (mouth, sizes["mouth"])):
+        away = cKDTree(margin).query(points)[0]
+        size = np.minimum(size, edge + grow * np.maximum(0.0, away - reach))
+    for low, high, edge in sizes["boxes"]:
+        away = np.linalg.norm(np.maximum(0.0, np.maximum(low - points, points - high)), axis=1)
+        size = np.minimum(size, edge + grow * away)
+    return size
+
+
+def strip_counts(half: HalfCage, size: Floats) -> Ints:
+    """How often to sample each side of each cage quad (m, 4): powers of two, equal along a strip of quads."""
+    q = half.quads
+    sides = np.sort(np.stack([q, np.roll(q, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    index = np.unique(sides, axis=0, return_inverse=True)[1].reshape(-1, 4)
+    label = np.arange(index.max() + 1)
+    while True:
+        old = label.copy()
+        for a, b in ((0, 2), (1, 3)):
+            least = np.minimum(label[index[:, a]], label[index[:, b]])
+            np.minimum.at(label, index[:, a], least)
+            np.minimum.at(label, index[:, b], least)
+        if (old == label).all():
+            break
+    g = half.grids
+    lines = [g[:, :, 0], g[:, -1, :], g[:, :, -1], g[:, 0, :]]
+    length = np.stack([np.linalg.norm(np.diff(half.points[k], axis=1), axis=2).sum(axis=1) for k in lines], axis=1)
+    wished = np.stack([size[k].mean(axis=1) for k in lines], axis=1)
+    strip = label[index]
+    ratio = np.bincount(strip.ravel(), (length / wished).ravel()) / np.maximum(np.bincount(strip.ravel()), 1)
+    counts = 2 ** np.clip(np.floor(np.log2(np.maximum(ratio / 0.85, 1.0))), 0, LEVELS).astype(np.int64)
+    return counts[strip]
+
+
+def sampled(half: HalfCage, counts: Ints) -> Ints:
+    """Triangles (fine vertex numbers) of the coarse mesh to start from; the shorter diagonal of each cell."""
+    triangles = []
+    for grid, count in zip(half.grids, counts, strict=True):
+        step = (len(grid) - 1) // count[:2]
+        g = grid[:: step[0], :: step[1]]
+        a, b, c, d = (v.ravel() for v in (g[:-1, :-1], g[1:, :-1], g[1:, 1:], g[:-1, 1:]))
+        p = half.points
+        first = np.linalg.norm(p[a] - p[c], axis=1) <= np.linalg.norm(p[b] - p[d], axis=1)
+        triangles.append(np.where(first[:, None], np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1)))
+        triangles.append(np.where(first[:, None], np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1)))
+    return np.concatenate(triangles)
+
+
+def _corner_cut(triangles: Ints, corner: int) -> Ints:
+    """Flip the diagonal, if need be, so that the corner lies in a single triangle."""
+    rows = np.flatnonzero((triangles == corner).any(axis=1))
+    if len(rows) == 1:
+        return triangles
+    (_, x, y), (_, u, v) = (np.roll(t, -int(np.argmax(t == corner))) for t in triangles[rows])
+    if x == v:
+        x, y, v = u, v, y
+    triangles = triangles.copy()
+    triangles[rows] = [[corner, x, v], [x, y, v]]
+    return triangles
+
+
+def half_mesh(half: HalfCage, data: dict[str, Any], plane: Floats) -> tuple[ChartMesh, Ints]:
+    """The coarse mesh of the left half to start from, and its triangle at the middle of the neck rim."""
+    fine = half.fine_triangles()
+    eye, outer = boundary_loops(fine)
+    mouth = [v for v in outer if v in set(half.grids[half.strip(LIP_STRIPS)].ravel().tolist())]
+    size = wished_size(half.points, data, half.points[eye], half.points[mouth])
+    corner = half.of("neck.mid")
+    start = _corner_cut(sampled(half, strip_counts(half, size)), corner)
+    used, flat = np.unique(start, return_inverse=True)
+    triangles = flat.reshape(-1, 3)
+    kind, line = _kinds(half.points[used], plane[used], data["outline"])
+    frozen = half.grids[np.concatenate([half.strip(LID_STRIPS), half.strip(LIP_STRIPS)])]
+    kind[np.isin(used, frozen)] = FIXED
+    end = triangles[(start == corner).any(axis=1)][0]
+    kept = {(int(min(a, b)), int(max(a, b))) for a in end for b in end if a != b}
+    chart = Chart(plane, fine, np.column_stack([half.points, size]))
+    return ChartMesh(chart, plane[used], triangles, kind, line, kept), end
+
+
+def _kinds(points: Floats, plane: Floats, outline: list[tuple[str, list[float]]]) -> tuple[Ints, Floats]:
+    """Which vertices may glide along which line: the middle, and the straight parts of the outline."""
+    kind = np.full(len(plane), FREE)
+    line = np.zeros((len(plane), 2))
+    middle = points[:, 0] == 0.0
+    kind[middle], line[middle] = ON_LINE, (0.0, 1.0)
+    corners = np.array([place for _, place in outline])
+    for a, b in zip(corners, corners[1:], strict=False):
+        along = (b - a) / np.linalg.norm(b - a)
+        off = plane - a
+        reach = off @ along
+        inside = (reach > -1e-9) & (reach < np.linalg.norm(b - a) + 1e-9)
+        on = inside & (np.abs(off[:, 0] * along[1] - off[:, 1] * along[0]) < 1e-9)
+        kind[on], line[on] = ON_LINE, along
+    ends = np.linalg.norm(plane[:, None] - corners, axis=2).min(axis=1) < 1e-9
+    kind[ends] = FIXED
+    return kind, line
+
+
+def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Floats, Ints, Floats]:
+    """Points, triangles and chart of the mirrored mesh; the two end triangles at the neck become one across the middle."""
+    points, plane = mesh.points.copy(), mesh.plane.copy()
+    middle = mesh.plane[:, 0] == 0.0
+    points[middle, 0] = 0.0
+    corner, *others = sorted(end.tolist(), key=lambda v: (points[v, 0] > 0, plane[v, 1]))
+    top, side = others
+    keep = np.setdiff1d(np.arange(len(points)), corner)
+    number = np.full(len(points), -1)
+    number[keep] = np.arange(len(keep))
+    twins = keep[~middle[keep]]
+    twin = number.copy()
+    twin[twins] = len(keep) + np.arange(len(twins))
+    rest = mesh.triangles[~(mesh.triangles == corner).any(axis=1)]
+    bridge = np.array([[number[top], twin[side], number[side]]])
+    triangles = np.vstack([number[rest], twin[rest][:, ::-1], bridge])
+    return (
+        np.vstack([points[keep], points[twins] * MIRROR]),
+        triangles,
+        np.vstack([plane[keep], plane[twins] * [-1.0, 1.0]]),
+    )
+
+
+def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
+    """All arrays of the head, as they are stored."""
+    half = half_surface(data)
+    plane = charted(half, data["outline"])
+    mesh, end = half_mesh(half, data, plane)
+    mesh.refine((TRIANGLES + 1) // 2)
+    points, triangles, chart = whole_mesh(mesh, end)
+    return {"points": points, "triangles": triangles.astype(np.int32), "chart": chart}

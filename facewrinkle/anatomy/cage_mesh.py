@@ -1,0 +1,308 @@
+"""A triangle mesh with an exact number of triangles on a surface that is charted to the plane.
+
+The surface is a fine triangle mesh with a one-to-one planar chart (Floater, "Mean value coordinates", CAGD 20, 2003). The
+coarse mesh lives in the chart, so that its triangles can never fold over or jump to another sheet of the surface, while lengths and
+angles are measured in space: edges too long for the wished size are split, edges are flipped to Delaunay, and vertices glide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
+from scipy.spatial import cKDTree
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+FREE, ON_LINE, FIXED = 0, 1, 2
+
+
+def mean_value_chart(points: Floats, triangles: Ints, fixed: list[Ints], values: list[Floats]) -> Floats:
+    """Planar coordinates (n, 2) in which every free vertex is a mean-value average of its neighbours.
+
+    `fixed[c]` are the vertices whose coordinate c is given, by `values[c]`. With all of a convex outline given, the chart is
+    one-to-one.
+    """
+    n = len(points)
+    rows, columns, weights = [], [], []
+    for k in range(3):
+        i, j, l = triangles[:, k], triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3]
+        a, b = points[j] - points[i], points[l] - points[i]
+        length_a, length_b = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
+        sine = np.linalg.norm(np.cross(a, b), axis=1)
+        half_tangent = sine / (length_a * length_b + np.einsum("ij,ij->i", a, b))
+        rows += [i, i]
+        columns += [j, l]
+        weights += [half_tangent / length_a, half_tangent / length_b]
+    matrix = sparse.csr_array((np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n))
+    laplacian = (sparse.diags_array(matrix.sum(axis=1)) - matrix).tocsr()
+    chart = np.empty((n, 2))
+    for c in range(2):
+        free = np.ones(n, dtype=bool)
+        free[fixed[c]] = False
+        chart[fixed[c], c] = values[c]
+        right = -laplacian[free][:, ~free] @ chart[~free, c]
+        chart[free, c] = spsolve(laplacian[free][:, free].tocsc(), right)
+    return chart
+
+
+class Chart:
+    """Looks up values of a fine charted mesh at points of the chart.
+
+    Parameters
+    ----------
+    plane : (n, 2) float array
+        The chart.
+    triangles : (m, 3) int array
+    values : (n, k) float array
+        What is interpolated.
+    """
+
+    def __init__(self, plane: Floats, triangles: Ints, values: Floats) -> None:
+        self.plane, self.triangles, self.values = plane, triangles, values
+        self._tree = cKDTree(plane[triangles].mean(axis=1))
+
+    def __call__(self, at: Floats) -> Floats:
+        """The values (q, k) at chart points (q, 2); points outside take the nearest triangle's."""
+        cells, weights = self.locate(at)
+        return np.einsum("qc,qck->qk", weights, self.values[self.triangles[cells]])
+
+    def locate(self, at: Floats, near: int = 16) -> tuple[Ints, Floats]:
+        """Triangle (q,) and barycentric weights (q, 3) of chart points (q, 2)."""
+        near = min(near, len(self.triangles))
+        candidates = self._tree.query(at, k=near)[1].reshape(len(at), near)
+        a, b, c = np.moveaxis(self.plane[self.triangles[candidates]], 2, 0)
+        p = at[:, None]
+        whole = cross(b - a, c - a)
+        weights = np.stack([cross(b - p, c - p), cross(c - p, a - p), cross(a - p, b - p)], axis=2) / whole[..., None]
+        best = weights.min(axis=2).argmax(axis=1)
+        pick = np.arange(len(at))
+        cells, weights = candidates[pick, best], weights[pick, best]
+        missed = weights.min(axis=1) < -1e-9
+        if near < min(512, len(self.triangles)) and missed.any():
+            cells[missed], weights[missed] = self.locate(at[missed], 8 * near)
+        weights = np.maximum(weights, 0.0)
+        return cells, weights / weights.sum(axis=1, keepdims=True)
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """Planar cross products."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+@dataclass
+class ChartMesh:
+    """A coarse mesh in a chart, which its methods improve in place.
+
+    Parameters
+    ----------
+    chart : Chart
+        Its values are x, y, z and the wished edge length.
+    plane : (n, 2) float array
+    triangles : (m, 3) int array
+        Counter-clockwise in the chart.
+    kind : (n,) int array
+        FREE, ON_LINE (glides along `line`) or FIXED. Edges between two FIXED vertices are kept.
+    line : (n, 2) float array
+        Unit direction in which an ON_LINE vertex may glide.
+    kept : set of sorted vertex pairs
+        More edges that are neither split nor flipped.
+    """
+
+    chart: Chart
+    plane: Floats
+    triangles: Ints
+    kind: Ints
+    line: Floats
+    kept: set[tuple[int, int]]
+
+    def __post_init__(self) -> None:
+        self._evaluate()
+
+    def _evaluate(self) -> None:
+        values = self.chart(self.plane)
+        self.points, self.size = values[:, :3], values[:, 3]
+
+    def refine(self, count: int) -> None:
+        """Split, flip and smooth until there are `count` triangles."""
+        self.flip()
+        while len(self.triangles) < count:
+            self.split(count)
+            self.flip()
+            self.smooth(6)
+            self.flip()
+        for _ in range(10):
+            self.smooth(6)
+            self.flip()
+        self.polish()
+
+    def _sides(self) -> tuple[Ints, Ints, Ints]:
+        """Edges (e, 2), and the triangle on either side (e, 2), -1 at a boundary."""
+        t = self.triangles
+        sides = np.stack([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]], axis=1).reshape(-1, 2)
+        edges, index = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
+        order = np.argsort(index, kind="stable")
+        first = np.searchsorted(index[order], np.arange(len(edges)))
+        last = np.append(first[1:], len(index)) - 1
+        pair = np.stack([order[first], np.where(last > first, order[last], -3)], axis=1) // 3
+        return edges, pair, index.reshape(-1, 3)
+
+    def _keeps(self, edges: Ints) -> Bools:
+        fixed = (self.kind[edges] == FIXED).all(axis=1)
+        listed = np.fromiter((tuple(e) in self.kept for e in edges.tolist()), dtype=bool, count=len(edges))
+        return fixed | listed
+
+    def split(self, count: int) -> None:
+        """Split the edges that are longest for their wished length, no two in one triangle, at most to `count` triangles."""
+        edges, pair, _ = self._sides()
+        length = np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1)
+        ratio = length / self.size[edges].mean(axis=1)
+        ratio[self._keeps(edges)] = 0.0
+        room = count - len(self.triangles)
+        budget = max(1, room // 6)
+        if room == 1:
+            ratio[pair[:, 1] >= 0] = 0.0
+        touched = np.zeros(len(self.triangles), dtype=bool)
+        for e in np.argsort(-ratio, kind="stable"):
+            sides = [t for t in pair[e] if t >= 0]
+            if len(sides) > room or touched[sides].any():
+                continue
+            touched[sides] = True
+            self._split(int(edges[e, 0]), int(edges[e, 1]), sides)
+            room -= len(sides)
+            budget -= len(sides)
+            if budget <= 0 or room == 0 or ratio[e] == 0.0:
+                break
+        self._evaluate()
+
+    def _split(self, a: int, b: int, sides: list[int]) -> None:
+        new = len(self.plane)
+        along = self.plane[b] - self.plane[a]
+        self.plane = np.vstack([self.plane, self.plane[a] + 0.5 * along])
+        self.kind = np.append(self.kind, ON_LINE if len(sides) == 1 else FREE)
+        self.line = np.vstack([self.line, along / np.linalg.norm(along)])
+        for t in sides:
+            old = self.triangles[t].copy()
+            self.triangles[t] = np.where(old == b, new, old)
+            self.triangles = np.vstack([self.triangles, np.where(old == a, new, old)])
+
+    def flip(self) -> None:
+        """Flip edges until each is Delaunay in space, wherever the chart allows."""
+        for _ in range(40):
+            edges, pair, _ = self._sides()
+            inner = (pair[:, 1] >= 0) & ~self._keeps(edges)
+            edges, pair = edges[inner], pair[inner]
+            tips = np.stack([self.triangles[pair[:, s]].sum(axis=1) - edges.sum(axis=1) for s in range(2)], axis=1)
+            a, b, c, d = (self.points[v] for v in (*edges.T, *tips.T))
+            excess = angle(a - c, b - c) + angle(a - d, b - d) - np.pi
+            existing = set(map(tuple, np.sort(self._sides()[0], axis=1).tolist()))
+            touched = np.zeros(len(self.triangles), dtype=bool)
+            done = 0
+            for e in np.argsort(-excess, kind="stable"):
+                if excess[e] < 1e-3:
+                    break
+                if touched[pair[e]].any() or tuple(sorted(tips[e].tolist())) in existing:
+                    continue
+                done += self._flip(edges[e], pair[e], tips[e])
+                touched[pair[e]] = True
+            if not done:
+                return
+
+    def _flip(self, edge: Ints, pair: Ints, tips: Ints) -> bool:
+        a, b = edge
+        row = self.triangles[pair[0]].tolist()
+        if row[(row.index(a) + 1) % 3] != b:
+            a, b = b, a
+        # The first triangle is (a, b, tip 0), the second (b, a, tip 1).
+        new = np.array([[tips[0], a, tips[1]], [tips[1], b, tips[0]]])
+        p = self.plane[new]
+        if (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9).any():
+            return False
+        self.triangles[pair] = new
+        return True
+
+    def smooth(self, rounds: int) -> None:
+        """Move free vertices to the mean of their triangles' centroids, weighted by area over wished area."""
+        n = len(self.plane)
+        moving = self.kind != FIXED
+        for _ in range(rounds):
+            p = self.points[self.triangles]
+            area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+            weight = area / self.size[self.triangles].mean(axis=1) ** 2
+            centre = self.plane[self.triangles].mean(axis=1) * weight[:, None]
+            total = np.zeros(n)
+            goal = np.zeros((n, 2))
+            for k in range(3):
+                np.add.at(total, self.triangles[:, k], weight)
+                np.add.at(goal, self.triangles[:, k], centre)
+            step = np.where(moving[:, None], goal / total[:, None] - self.plane, 0.0)
+            glide = self.kind == ON_LINE
+            step[glide] = np.einsum("nc,nc->n", step[glide], self.line[glide])[:, None] * self.line[glide]
+            self._move(0.7 * step)
+
+    def _move(self, step: Floats) -> None:
+        """Take the steps, except where a triangle would turn over or grow a much smaller angle."""
+        before = self.smallest_angles()
+        old = self.plane
+        allowed = np.ones(len(old), dtype=bool)
+        for _ in range(20):
+            self.plane = old + np.where(allowed[:, None], step, 0.0)
+            self._evaluate()
+            p = self.plane[self.triangles]
+            now = self.smallest_angles()
+            bad = (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9) | ((now < np.radians(28)) & (now < before - 1e-9))
+            bad &= allowed[self.triangles].any(axis=1)
+            if not bad.any():
+                return
+            allowed[self.triangles[bad]] = False
+
+    def smallest_angles(self) -> Floats:
+        """Smallest angle of every triangle (m,) in space, radians."""
+        a, b, c = np.moveaxis(self.points[self.triangles], 1, 0)
+        return np.minimum(np.minimum(angle(b - a, c - a), angle(c - b, a - b)), angle(a - c, b - c))
+
+    def polish(self, rounds: int = 60) -> None:
+        """Move the vertices of the worst triangles wherever that widens their smallest angle."""
+        turns = np.arange(8) * np.pi / 4
+        fan = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        for _ in range(rounds):
+            worst = np.argsort(self.smallest_angles(), kind="stable")[:12]
+            moved = False
+            for v in np.unique(self.triangles[worst]):
+                if self.kind[v] != FIXED:
+                    moved |= self._widen(int(v), fan)
+            if not moved:
+                return
+
+    def _widen(self, v: int, fan: Floats) -> bool:
+        ring = self.triangles[(self.triangles == v).any(axis=1)]
+        edge = np.linalg.norm(self.plane[ring] - self.plane[v], axis=2).max()
+        steps = np.concatenate([fan * (edge * s) for s in (0.15, 0.05, 0.015)])
+        if self.kind[v] == ON_LINE:
+            steps = (steps @ self.line[v])[:, None] * self.line[v]
+        places = np.vstack([self.plane[v], self.plane[v] + steps])
+        points = self.chart(places)[:, :3]
+        space = np.repeat(self.points[ring][None], len(places), axis=0)
+        flat = np.repeat(self.plane[ring][None], len(places), axis=0)
+        at = ring == v
+        space[:, at] = points[:, None]
+        flat[:, at] = places[:, None]
+        a, b, c = np.moveaxis(space, 2, 0)
+        least = np.minimum(np.minimum(angle(b - a, c - a), angle(c - b, a - b)), angle(a - c, b - c)).min(axis=1)
+        a, b, c = np.moveaxis(flat, 2, 0)
+        least[(cross(b - a, c - a) <= 1e-9).any(axis=1)] = -1.0
+        best = int(least.argmax())
+        if least[best] <= least[0] + 1e-6:
+            return False
+        self.plane[v], self.points[v] = places[best], points[best]
+        return True
+
+
+def angle(a: Floats, b: Floats) -> Floats:
+    """Angles between vectors along the last axis, radians."""
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.einsum("...i,...i->...", a, b))

@@ -1,0 +1,236 @@
+"""Named landmarks: their symmetry, the frame and size of the face that they span, reading and writing.
+
+Landmarks of a pair are named ``NAME_l_PART`` or ``NAME_l`` and ``..._r...`` after the subject's own left and right.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import LandmarkError, unknown_name
+
+Array = npt.NDArray[np.float64]
+
+MIDLINE = (
+    "trichion forehead_mid glabella sellion nasion nose_tip subnasale upper_lip_mid lower_lip_mid pogonion menton".split()
+)
+PAIRED = (
+    "brow_{}_inner brow_{}_mid brow_{}_outer eye_{}_inner eye_{}_outer eye_{}_centre ala_{} mouth_{} malar_{} zygion_{} "
+    "gonion_{}"
+).split()
+NAMES: tuple[str, ...] = (*MIDLINE, *(name.format(side) for name in PAIRED for side in "lr"))
+
+# Geometry and expression hang on these; they cannot be guessed from the others (the mirrored one of a pair can).
+REQUIRED = ("eye_l_inner", "eye_l_outer", "mouth_l", "nose_tip", "upper_lip_mid", "lower_lip_mid", "brow_l_mid")
+
+MEAN_PUPIL_DISTANCE = 63.0
+"""Distance between the pupils of an adult in mm (Dodgson, "Variation and extrema of human interpupillary distance", 2004)."""
+
+
+def mirrored_name(name: str) -> str:
+    """The landmark's counterpart on the other side; itself on the midline.
+
+    Examples
+    --------
+    >>> mirrored_name("brow_l_inner"), mirrored_name("nose_tip")
+    ('brow_r_inner', 'nose_tip')
+    """
+    parts = name.split("_")
+    return "_".join({"l": "r", "r": "l"}.get(p, p) if i else p for i, p in enumerate(parts))
+
+
+def of_side(stem: str, side: str) -> str:
+    """The full name of a stem as the atlas writes it: "brow_inner" on side "l" is "brow_l_inner".
+
+    Examples
+    --------
+    >>> of_side("brow_inner", "l"), of_side("mouth", "r"), of_side("menton", "l")
+    ('brow_l_inner', 'mouth_r', 'menton')
+    """
+    if stem in MIDLINE:
+        return stem
+    head, _, tail = stem.partition("_")
+    name = f"{head}_{side}_{tail}" if tail else f"{head}_{side}"
+    if name not in NAMES:
+        raise unknown_name("landmark", stem, [*MIDLINE, *(p.replace("_{}", "") for p in PAIRED)])
+    return name
+
+
+@dataclass(frozen=True, eq=False)
+class FaceFrame:
+    """Orthonormal axes of a face and its size: rows of `axes` are the subject's left, up and forward.
+
+    Attributes
+    ----------
+    axes : ndarray, shape (3, 3)
+    origin : ndarray, shape (3,)
+        The middle between the eyes.
+    pupil_distance : float
+        In the unit of the landmarks.
+    """
+
+    axes: Array
+    origin: Array
+    pupil_distance: float
+
+
+def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
+    """The frame that eyes, mouth and brows span. Needs the required landmarks of both sides."""
+    side = {s: 0.5 * (landmarks[f"eye_{s}_inner"] + landmarks[f"eye_{s}_outer"]) for s in "lr"}
+    centre = 0.5 * (side["l"] + side["r"])
+    lips = 0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"])
+    mouth = 0.5 * (landmarks["mouth_l"] + landmarks["mouth_r"])
+    left = sum(landmarks[f"{n}_l{t}"] - landmarks[f"{n}_r{t}"] for n, t in (("eye", "_outer"), ("eye", "_inner"), ("mouth", "")))
+    left = left / np.linalg.norm(left)
+    # From the mouth corners to the eye corners a face leans back about 14 degrees less than upright: the corners of the
+    # mouth lie further forward than those of the eyes by about a quarter of the height between them.
+    up = centre - mouth
+    up = up - (up @ left) * left
+    up /= np.linalg.norm(up)
+    forward = np.cross(left, up)
+    forward, up = forward + LEAN * up, up - LEAN * forward
+    axes = np.array([left, up / np.linalg.norm(up), forward / np.linalg.norm(forward)])
+    nose = landmarks["nose_tip"] - 0.5 * (centre + lips)
+    if nose @ axes[2] < 0.0:
+        raise LandmarkError(
+            "the landmarks are swapped left for right, or the face is mirrored: with them the nose points into the head. "
+            "Names ending in _l are the subject's own left. Swap the names, or mirror the mesh."
+        )
+    distance = float(np.linalg.norm(landmarks.get("eye_l_centre", side["l"]) - landmarks.get("eye_r_centre", side["r"])))
+    return FaceFrame(axes, centre, distance)
+
+
+LEAN = 0.21
+"""Slope of the line from the eye corners to the mouth corners against the face's vertical."""
+
+
+def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
+    """Landmarks with every one that is missing on one side only mirrored from the other.
+
+    The mirror plane is fitted to the pairs and midline points that are given. Without at least two pairs, or one pair and
+    a midline point, nothing is mirrored.
+    """
+    found = dict(landmarks)
+    pairs = [(n, mirrored_name(n)) for n in found if "_l" in n and n != mirrored_name(n) and mirrored_name(n) in found]
+    if not pairs:
+        return found
+    normal = sum((found[a] - found[b]) / np.linalg.norm(found[a] - found[b]) for a, b in pairs)
+    normal = normal / np.linalg.norm(normal)
+    middles = [0.5 * (found[a] + found[b]) for a, b in pairs] + [found[n] for n in MIDLINE if n in found]
+    offset = float(np.median([m @ normal for m in middles]))
+    for name in list(found):
+        other = mirrored_name(name)
+        if other not in found:
+            found[other] = found[name] - 2.0 * (found[name] @ normal - offset) * normal
+    return found
+
+
+def complete(given: Mapping[str, Array], template: Mapping[str, Array]) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """All landmarks: given ones as they are, the others mirrored or carried over from `template`.
+
+    Returns
+    -------
+    landmarks : dict of str to ndarray, shape (3,)
+    estimated : tuple of str
+        The names that were not given.
+
+    Raises
+    ------
+    LandmarkError
+        If a landmark is missing that neither its mirror image nor the others give.
+    """
+    found = mirrored(given)
+    missing = [n for n in REQUIRED if n not in found]
+    if missing:
+        pairs = [n if n == mirrored_name(n) else f"{n} or {mirrored_name(n)}" for n in missing]
+        raise LandmarkError(
+            f"missing landmarks: {', '.join(pairs)}. They cannot be estimated from the ones given "
+            f"({', '.join(sorted(given)) or 'none'}); one of a pair is enough where the other side is mirrored."
+        )
+    frame = frame_of(found)
+    base = frame_of(template)
+    carried = fitted_map(template, found, base, frame)
+    estimated = tuple(n for n in NAMES if n not in given)
+    return {n: found[n] if n in found else carried(template[n]) for n in NAMES}, estimated
+
+
+def fitted_map(template: Mapping[str, Array], found: Mapping[str, Array], base: FaceFrame, frame: FaceFrame) -> Any:
+    """Smooth map of the template's space onto the face: thin-plate interpolation of the landmarks both have."""
+    from scipy.interpolate import RBFInterpolator
+
+    shared = [n for n in NAMES if n in found]
+    source = np.array([(template[n] - base.origin) @ base.axes.T / base.pupil_distance for n in shared])
+    target = np.array([(found[n] - frame.origin) @ frame.axes.T / frame.pupil_distance for n in shared])
+    warp = RBFInterpolator(source, target - source, kernel="linear", degree=1 if len(shared) > 6 else 0)
+
+    def carry(point: Array) -> Array:
+        local = ((point - base.origin) @ base.axes.T / base.pupil_distance)[None]
+        return (local + warp(local))[0] * frame.pupil_distance @ frame.axes + frame.origin
+
+    return carry
+
+
+def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
+    """Landmarks from a dictionary or a JSON file: ``{name: [x, y, z]}`` or ``{"landmarks": {name: {"xyz": [...]}}}``.
+
+    Parameters
+    ----------
+    source : dict, str or Path
+
+    Returns
+    -------
+    dict of str to ndarray, shape (3,)
+
+    Raises
+    ------
+    LandmarkError
+        If the file cannot be read, or a coordinate is not a finite triple.
+    UnknownNameError
+        If a name is not one of :data:`NAMES`.
+
+    Examples
+    --------
+    >>> read_landmarks({"nose_tip": [0, 1, 2]})
+    {'nose_tip': array([0., 1., 2.])}
+    """
+    if isinstance(source, Mapping):
+        content: Any = source
+    else:
+        try:
+            content = json.loads(Path(source).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise LandmarkError(f"cannot read the landmarks {str(source)!r}: {error.strerror or error}.") from None
+        except ValueError as error:
+            raise LandmarkError(f"{str(source)!r} is not a JSON file of landmarks: {error}.") from None
+    if isinstance(content, Mapping):
+        content = content.get("landmarks", content)
+    if not isinstance(content, Mapping):
+        raise LandmarkError(f"landmarks must be a dictionary of names and coordinates, received {type(content).__name__}.")
+    return {name: _coordinates(name, value) for name, value in content.items()}
+
+
+def _coordinates(name: str, value: Any) -> Array:
+    if name not in NAMES:
+        raise unknown_name("landmark", name, NAMES)
+    xyz = value.get("xyz") if isinstance(value, Mapping) else value
+    try:
+        array = np.array(xyz, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise LandmarkError(f"landmark {name!r} must have three finite coordinates, received {xyz!r}.")
+    return array
+
+
+def write_landmarks(landmarks: Mapping[str, Array], path: str | Path, estimated: Iterable[str] = ()) -> None:
+    """Write landmarks as JSON in the form that :func:`read_landmarks` reads."""
+    guessed = set(estimated)
+    entries = {n: {"xyz": [float(c) for c in p], "estimated": n in guessed} for n, p in landmarks.items()}
+    Path(path).write_text(json.dumps({"landmarks": entries}, indent=1) + "\n", encoding="utf-8")

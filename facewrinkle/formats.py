@@ -1,0 +1,186 @@
+"""OBJ and OFF files as plain arrays, with the points numbered as in the file.
+
+VTK's OBJ reader splits every point at which two texture coordinates meet, so that the mesh falls apart and landmark files
+no longer fit; VTK has no OFF reader. Both formats are lists of numbers, and are read here line by line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .errors import MeshError
+
+__all__ = ["Polygons", "read_obj", "read_off"]
+
+
+@dataclass(frozen=True)
+class Polygons:
+    """What a text file holds.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+    faces : list of lists of int
+        The vertex numbers of each polygon, from 0.
+    texture : (n, 2) float64 or None
+        The texture coordinates of each point; zero where the file gives none.
+    seams : int
+        The number of points that have further texture coordinates beside the first one, which is kept.
+    colors : (n, 3) float64 or None
+        Colours written behind the coordinates, as many modellers do.
+    """
+
+    points: np.ndarray
+    faces: list[list[int]]
+    texture: np.ndarray | None = None
+    seams: int = 0
+    colors: np.ndarray | None = None
+
+
+def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """The number and the words of each line that has words, without comments, with continued lines joined."""
+    words: list[str] = []
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for number, line in enumerate(file, start=1):
+            content = line.split("#", 1)[0].rstrip()
+            continued = content.endswith("\\")
+            words += content.rstrip("\\").split()
+            if words and not continued:
+                yield number, words
+                words = []
+    if words:
+        yield number, words
+
+
+def _broken(path: Path, number: int, words: list[str]) -> MeshError:
+    return MeshError(
+        f"{path.name}, line {number}: cannot make sense of {' '.join(words)[:60]!r}. "
+        "The file is damaged or of another format: export it again."
+    )
+
+
+def _array(rows: list[list[float]], columns: int) -> np.ndarray:
+    return np.array(rows, dtype=np.float64).reshape(-1, columns)
+
+
+def read_obj(path: Path) -> Polygons:
+    """The polygons of a Wavefront OBJ file; normals, lines, groups and materials are passed over.
+
+    Raises
+    ------
+    MeshError
+        For a line with something else than numbers, or a face whose vertex does not exist; names the line.
+    """
+    points: list[list[float]] = []
+    colors: list[list[float]] = []
+    texture: list[list[float]] = []
+    faces: list[list[int]] = []
+    corners: list[tuple[int, int]] = []  # (vertex, texture) of every corner that has both
+    for number, words in _lines(path):
+        try:
+            match words[0]:
+                case "v":
+                    points.append([float(words[1]), float(words[2]), float(words[3])])
+                    if len(words) >= 7:
+                        colors.append([float(words[4]), float(words[5]), float(words[6])])
+                case "vt":
+                    texture.append([float(words[1]), float(words[2]) if len(words) > 2 else 0.0])
+                case "f":
+                    face, pairs = _obj_face(words[1:], len(points), len(texture))
+                    faces.append(face)
+                    corners += pairs
+        except (ValueError, IndexError):
+            raise _broken(path, number, words) from None
+    _check_range(path, faces, len(points))
+    coordinates, seams = _point_texture(np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
+    return Polygons(
+        _array(points, 3), faces, coordinates, seams, _array(colors, 3) if 0 < len(colors) == len(points) else None
+    )
+
+
+def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int], list[tuple[int, int]]]:
+    """The vertices of one face, and the (vertex, texture) pairs of its corners. Negative numbers count back."""
+    face, pairs = [], []
+    for word in words:
+        parts = word.split("/")
+        vertex = int(parts[0])
+        vertex += n_points if vertex < 0 else -1
+        if vertex < 0:
+            raise IndexError
+        face.append(vertex)
+        if len(parts) > 1 and parts[1]:
+            coordinate = int(parts[1])
+            pairs.append((vertex, coordinate + (n_texture if coordinate < 0 else -1)))
+    if len(face) < 3:
+        raise ValueError
+    return face, pairs
+
+
+def _check_range(path: Path, faces: list[list[int]], n_points: int) -> None:
+    for number, face in enumerate(faces, start=1):
+        if min(face) < 0 or max(face) >= n_points:
+            raise MeshError(
+                f"{path.name}: face {number} uses vertices {face} (counted from 0), and the file has {n_points} vertices. "
+                "The file is damaged or incomplete: export it again."
+            )
+
+
+def _point_texture(
+    corners: np.ndarray, texture: np.ndarray, n_points: int
+) -> tuple[np.ndarray | None, int]:
+    """The first texture coordinates of each point, and how many points have several that differ."""
+    if len(corners):  # modellers write texture numbers that lead nowhere; the geometry is sound without
+        corners = corners[(corners[:, 1] >= 0) & (corners[:, 1] < len(texture))]
+    if not len(corners):
+        return None, 0
+    vertices, first = np.unique(corners[:, 0], return_index=True)
+    coordinates = np.zeros((n_points, 2))
+    coordinates[vertices] = texture[corners[first, 1]]
+    differs = (texture[corners[:, 1]] != coordinates[corners[:, 0]]).any(axis=1)
+    return coordinates, len(np.unique(corners[differs, 0]))
+
+
+def read_off(path: Path) -> Polygons:
+    """The polygons of an ASCII OFF file (also COFF, NOFF and so on); colours and normals are passed over.
+
+    Raises
+    ------
+    MeshError
+        For another header, a binary file, a line with something else than numbers, or fewer lines than announced.
+    """
+    lines = list(_lines(path))
+    header = lines[0][1] if lines else ["nothing"]
+    if not header[0].upper().endswith("OFF") or "BINARY" in (word.upper() for word in header):
+        raise MeshError(
+            f"{path.name} must begin with OFF and hold text, and begins with {' '.join(header)[:40]!r}. "
+            "Save it as ASCII OFF, OBJ or PLY."
+        )
+    if len(header) > 1:  # the counts may stand behind the word
+        lines[0] = (lines[0][0], header[1:])
+    else:
+        lines = lines[1:]
+    points: list[list[float]] = []
+    faces: list[list[int]] = []
+    number, words = lines[0] if lines else (1, header)
+    try:
+        n_points, n_faces = int(words[0]), int(words[1])
+        for number, words in lines[1 : 1 + n_points]:
+            points.append([float(words[0]), float(words[1]), float(words[2])])
+        for number, words in lines[1 + n_points : 1 + n_points + n_faces]:
+            face = [int(word) for word in words[1 : 1 + int(words[0])]]
+            if len(face) < 3 or len(face) != int(words[0]):
+                raise ValueError
+            faces.append(face)
+    except (ValueError, IndexError):
+        raise _broken(path, number, words) from None
+    if len(points) < n_points or len(faces) < n_faces:
+        raise MeshError(
+            f"{path.name} announces {n_points} points and {n_faces} faces, and holds {len(points)} and {len(faces)}. "
+            "The file is cut off: export it again."
+        )
+    _check_range(path, faces, n_points)
+    return Polygons(_array(points, 3), faces)

@@ -1,0 +1,343 @@
+"""The forest of red splits as three integer tables, and the loops that grow, prune and read it.
+
+A *node* is a triangle that the forest knows: the M0 triangles are rows 0 to m0 - 1, and the four children of a node that is
+split red are four consecutive rows after them. Side `s` of a node runs from its vertex `s` to its vertex `s + 1`. An *edge*
+belongs to the nodes of one level; once one of them is split, it has a midpoint and two halves in consecutive rows. All nodes
+on an edge hang in a linked list, so that any number of triangles can meet there. A node row fills one cache line.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+# Columns of a node. FACE links the list of its edge (three sides each), HANGING has bit s set if side s has a midpoint, and
+# QUEUE links the worklist (IDLE outside of it).
+VERTEX, EDGE, FACE, PARENT, CHILD, LEVEL, ROOT, HANGING, QUEUE, NODE_WIDTH = 0, 3, 6, 9, 10, 11, 12, 13, 14, 16
+# Columns of an edge: ends, midpoint, first half, the edge it is half of, how many of its nodes are split, its list of sides
+# (3 node + side), and the M0 triangle that hosts its midpoint.
+END, MIDPOINT, HALF, WHOLE, N_SPLIT, SIDES, HOST, EDGE_WIDTH = 0, 2, 3, 4, 5, 6, 7, 8
+# Columns of a vertex: the two vertices it is the midpoint of, host, level.
+OF, POINT_HOST, POINT_LEVEL, POINT_WIDTH = 0, 2, 3, 4
+# Entries of the state: rows in use, heads of the lists of free rows (linked by PARENT and WHOLE), ends of the worklist.
+N_NODES, N_EDGES, N_POINTS, FREE_NODES, FREE_HALVES, FREE_INNER, FIRST, LAST, STATE_WIDTH = 0, 1, 2, 3, 4, 5, 6, 7, 8
+NONE, IDLE = -1, -2
+# The most rows that one red split adds: 4 nodes; 3 pairs of halves and 3 inner edges; 3 midpoints.
+ROOM = 9
+
+
+@njit(cache=True)
+def _hang(nodes, edges, x, s, e):  # type: ignore[no-untyped-def]
+    """Make edge e side s of node x."""
+    nodes[x, EDGE + s] = e
+    nodes[x, FACE + s] = edges[e, SIDES]
+    edges[e, SIDES] = 3 * x + s
+    if edges[e, MIDPOINT] >= 0:
+        nodes[x, HANGING] |= 1 << s
+
+
+@njit(cache=True)
+def _unhang(nodes, edges, x, s):  # type: ignore[no-untyped-def]
+    """Take side s of node x out of the list of its edge."""
+    e = nodes[x, EDGE + s]
+    side = edges[e, SIDES]
+    if side == 3 * x + s:
+        edges[e, SIDES] = nodes[x, FACE + s]
+        return
+    while nodes[side // 3, FACE + side % 3] != 3 * x + s:
+        side = nodes[side // 3, FACE + side % 3]
+    nodes[side // 3, FACE + side % 3] = nodes[x, FACE + s]
+
+
+@njit(cache=True)
+def _push(nodes, state, x):  # type: ignore[no-untyped-def]
+    if nodes[x, QUEUE] == IDLE:
+        nodes[x, QUEUE] = NONE
+        if state[FIRST] == NONE:
+            state[FIRST] = x
+        else:
+            nodes[state[LAST], QUEUE] = x
+        state[LAST] = x
+
+
+@njit(cache=True)
+def _pop(nodes, state):  # type: ignore[no-untyped-def]
+    x = state[FIRST]
+    state[FIRST] = nodes[x, QUEUE]
+    nodes[x, QUEUE] = IDLE
+    return x
+
+
+@njit(cache=True)
+def _take(table, link, state, free, used, count):  # type: ignore[no-untyped-def]
+    """First of `count` consecutive rows: freed ones, or new ones at the end."""
+    row = state[free]
+    if row >= 0:
+        state[free] = table[row, link]
+        return row
+    row = state[used]
+    state[used] += count
+    return row
+
+
+@njit(cache=True)
+def _new_node(nodes, x, a, b, c, parent, level, root):  # type: ignore[no-untyped-def]
+    nodes[x, VERTEX], nodes[x, VERTEX + 1], nodes[x, VERTEX + 2] = a, b, c
+    nodes[x, PARENT], nodes[x, CHILD], nodes[x, LEVEL], nodes[x, ROOT] = parent, NONE, level, root
+    nodes[x, HANGING], nodes[x, QUEUE] = 0, IDLE
+
+
+@njit(cache=True)
+def _new_edge(edges, e, a, b, whole, host):  # type: ignore[no-untyped-def]
+    edges[e, END], edges[e, END + 1], edges[e, MIDPOINT], edges[e, HALF] = a, b, NONE, NONE
+    edges[e, WHOLE], edges[e, N_SPLIT], edges[e, SIDES], edges[e, HOST] = whole, 0, NONE, host
+
+
+@njit(cache=True)
+def plant(nodes, edges, points, ends, sides, triangles):  # type: ignore[no-untyped-def]
+    """The forest of the M0 triangles: fill the first rows of the tables."""
+    for e in range(len(ends)):
+        _new_edge(edges, e, ends[e, 0], ends[e, 1], NONE, NONE)
+    points[:, OF : OF + 2] = NONE
+    points[:, POINT_HOST] = NONE
+    points[:, POINT_LEVEL] = 0
+    for t in range(len(triangles) - 1, -1, -1):  # backwards, so that the lists are ascending and the lowest triangle hosts
+        _new_node(nodes, t, triangles[t, 0], triangles[t, 1], triangles[t, 2], NONE, 0, t)
+        for s in range(3):
+            _hang(nodes, edges, t, s, sides[t, s])
+            edges[sides[t, s], HOST] = t
+            points[triangles[t, s], POINT_HOST] = t
+
+
+@njit(cache=True)
+def _must_split(nodes, edges, x):  # type: ignore[no-untyped-def]
+    """Whether leaf x has two midpoints on its sides, or a neighbour two levels finer."""
+    hanging = nodes[x, HANGING]
+    if hanging & (hanging - 1):
+        return True
+    for s in range(3):
+        if hanging >> s & 1:
+            half = edges[nodes[x, EDGE + s], HALF]
+            return edges[half, MIDPOINT] >= 0 or edges[half + 1, MIDPOINT] >= 0
+    return False
+
+
+@njit(cache=True)
+def _push_illegal(nodes, edges, state, e):  # type: ignore[no-untyped-def]
+    side = edges[e, SIDES]
+    while side >= 0:
+        x = side // 3
+        if nodes[x, CHILD] < 0 and _must_split(nodes, edges, x):
+            _push(nodes, state, x)
+        side = nodes[x, FACE + side % 3]
+
+
+@njit(cache=True)
+def _bisect(nodes, edges, points, state, e, level):  # type: ignore[no-untyped-def]
+    """Give edge e a midpoint and two halves, and queue the leaves that cannot stay leaves with it."""
+    mid = state[N_POINTS]
+    state[N_POINTS] += 1
+    a, b, host = edges[e, END], edges[e, END + 1], edges[e, HOST]
+    points[mid, OF], points[mid, OF + 1], points[mid, POINT_HOST], points[mid, POINT_LEVEL] = a, b, host, level + 1
+    half = _take(edges, WHOLE, state, FREE_HALVES, N_EDGES, 2)
+    _new_edge(edges, half, a, mid, e, host)
+    _new_edge(edges, half + 1, mid, b, e, host)
+    edges[e, MIDPOINT], edges[e, HALF] = mid, half
+    side = edges[e, SIDES]
+    while side >= 0:
+        nodes[side // 3, HANGING] |= 1 << side % 3
+        side = nodes[side // 3, FACE + side % 3]
+    _push_illegal(nodes, edges, state, e)
+    if edges[e, WHOLE] >= 0:
+        _push_illegal(nodes, edges, state, edges[e, WHOLE])
+
+
+@njit(cache=True)
+def _split_red(nodes, edges, points, state, x):  # type: ignore[no-untyped-def]
+    child = _take(nodes, PARENT, state, FREE_NODES, N_NODES, 4)
+    inner = _take(edges, WHOLE, state, FREE_INNER, N_EDGES, 3)
+    nodes[x, CHILD] = child
+    level, root = nodes[x, LEVEL], nodes[x, ROOT]
+    for s in range(3):
+        e = nodes[x, EDGE + s]
+        if edges[e, MIDPOINT] < 0:
+            _bisect(nodes, edges, points, state, e, level)
+        edges[e, N_SPLIT] += 1
+    for s in range(3):
+        v = nodes[x, VERTEX + s]
+        right, left = nodes[x, EDGE + s], nodes[x, EDGE + (s + 2) % 3]
+        p, q = edges[right, MIDPOINT], edges[left, MIDPOINT]
+        _new_edge(edges, inner + s, p, q, NONE, root)
+        _new_node(nodes, child + s, v, p, q, x, level + 1, root)
+        _hang(nodes, edges, child + s, 0, edges[right, HALF] + (edges[right, END] != v))
+        _hang(nodes, edges, child + s, 1, inner + s)
+        _hang(nodes, edges, child + s, 2, edges[left, HALF] + (edges[left, END] != v))
+    centre = child + 3
+    _new_node(nodes, centre, edges[inner, END], edges[inner + 1, END], edges[inner + 2, END], x, level + 1, root)
+    for s in range(3):
+        _hang(nodes, edges, centre, s, inner + (s + 1) % 3)
+    for s in range(3):  # the centre has no older neighbours
+        if _must_split(nodes, edges, child + s):
+            _push(nodes, state, child + s)
+
+
+@njit(cache=True)
+def grow(nodes, edges, points, state, marked, max_level):  # type: ignore[no-untyped-def]
+    """Split the marked leaves and all that must follow; False if the tables are full (enlarge them and call again)."""
+    for x in marked:
+        if nodes[x, LEVEL] < max_level:
+            _push(nodes, state, x)
+    while state[FIRST] >= 0:
+        if state[N_NODES] + ROOM > len(nodes) or state[N_EDGES] + ROOM > len(edges) or state[N_POINTS] + ROOM > len(points):
+            return False
+        x = _pop(nodes, state)
+        if nodes[x, CHILD] < 0:
+            _split_red(nodes, edges, points, state, x)
+    return True
+
+
+@njit(cache=True)
+def _candidates(nodes, leaf, marked):  # type: ignore[no-untyped-def]
+    """Nodes whose four children are leaves, marked with both of their green halves."""
+    closed = np.zeros(len(nodes), np.bool_)
+    for i in range(len(leaf)):
+        if not marked[i] and nodes[leaf[i], PARENT] >= 0:
+            closed[nodes[leaf[i], PARENT]] = True
+    found = np.empty(len(leaf) // 4, np.int32)
+    count = 0
+    for i in range(len(leaf)):
+        x = nodes[leaf[i], PARENT]
+        if x >= 0 and not closed[x]:
+            closed[x] = True
+            c = nodes[x, CHILD]
+            if nodes[c, CHILD] < 0 and nodes[c + 1, CHILD] < 0 and nodes[c + 2, CHILD] < 0 and nodes[c + 3, CHILD] < 0:
+                found[count] = x
+                count += 1
+    return found[:count]
+
+
+@njit(cache=True)
+def _may_close(nodes, edges, x):  # type: ignore[no-untyped-def]
+    """Whether node x would be a legal leaf, going by the counts of split nodes on its edges."""
+    hanging = 0
+    for s in range(3):
+        e = nodes[x, EDGE + s]
+        if edges[e, N_SPLIT] > 0:
+            hanging += 1
+            half = edges[e, HALF]
+            if edges[half, N_SPLIT] > 0 or edges[half + 1, N_SPLIT] > 0:
+                return False
+    return hanging < 2
+
+
+@njit(cache=True)
+def _push_taken(nodes, edges, state, e, taken):  # type: ignore[no-untyped-def]
+    side = edges[e, SIDES]
+    while side >= 0:
+        if taken[side // 3]:
+            _push(nodes, state, side // 3)
+        side = nodes[side // 3, FACE + side % 3]
+
+
+@njit(cache=True)
+def _largest_legal(nodes, edges, state, candidates):  # type: ignore[no-untyped-def]
+    """Take all candidates back at once, then return to their children those that cannot stand as leaves, to a fixed point."""
+    taken = np.zeros(len(nodes), np.bool_)
+    for x in candidates:
+        taken[x] = True
+        _push(nodes, state, x)
+        for s in range(3):
+            edges[nodes[x, EDGE + s], N_SPLIT] -= 1
+    while state[FIRST] >= 0:
+        x = _pop(nodes, state)
+        if taken[x] and not _may_close(nodes, edges, x):
+            taken[x] = False
+            for s in range(3):
+                e = nodes[x, EDGE + s]
+                edges[e, N_SPLIT] += 1
+                if edges[e, N_SPLIT] == 1:
+                    _push_taken(nodes, edges, state, e, taken)
+                    if edges[e, WHOLE] >= 0:
+                        _push_taken(nodes, edges, state, edges[e, WHOLE], taken)
+    return candidates[taken[candidates]]
+
+
+@njit(cache=True)
+def _free(table, row, count, link, state, free):  # type: ignore[no-untyped-def]
+    table[row : row + count] = 0  # vertex 0 lives for ever, so free rows survive any renumbering of the vertices
+    table[row, link] = state[free]
+    state[free] = row
+
+
+@njit(cache=True)
+def prune(nodes, edges, state, leaf, marked):  # type: ignore[no-untyped-def]
+    """Take back sibling leaves where all four are marked; True for every vertex that is gone."""
+    gone = np.zeros(state[N_POINTS], np.bool_)
+    closing = _largest_legal(nodes, edges, state, _candidates(nodes, leaf, marked))
+    for x in closing:
+        child = nodes[x, CHILD]
+        for s in range(3):
+            _unhang(nodes, edges, child + s, 0)
+            _unhang(nodes, edges, child + s, 2)
+        _free(edges, nodes[child, EDGE + 1], 3, WHOLE, state, FREE_INNER)
+        _free(nodes, child, 4, PARENT, state, FREE_NODES)
+        nodes[x, CHILD] = NONE
+    for x in closing:  # only now have the halves lost all their nodes
+        for s in range(3):
+            e = nodes[x, EDGE + s]
+            if edges[e, N_SPLIT] == 0 and edges[e, MIDPOINT] >= 0:
+                gone[edges[e, MIDPOINT]] = True
+                _free(edges, edges[e, HALF], 2, WHOLE, state, FREE_HALVES)
+                edges[e, MIDPOINT], edges[e, HALF] = NONE, NONE
+                side = edges[e, SIDES]
+                while side >= 0:
+                    nodes[side // 3, HANGING] &= ~(1 << side % 3)
+                    side = nodes[side // 3, FACE + side % 3]
+    return gone
+
+
+@njit(cache=True)
+def read_leaves(nodes, edges, n_roots, triangles, leaf):  # type: ignore[no-untyped-def]
+    """Write the leaves, depth first from every root, with their green halves; return the number of triangles."""
+    m = 0
+    for root in range(n_roots):
+        x = root
+        while True:
+            while nodes[x, CHILD] >= 0:
+                x = nodes[x, CHILD]
+            hanging = nodes[x, HANGING]
+            a, b, c = nodes[x, VERTEX], nodes[x, VERTEX + 1], nodes[x, VERTEX + 2]
+            if hanging:
+                s = hanging >> 1  # the only bit: 1, 2, 4 -> side 0, 1, 2
+                mid = edges[nodes[x, EDGE + s], MIDPOINT]
+                if s == 1:
+                    a, b, c = b, c, a
+                elif s == 2:
+                    a, b, c = c, a, b
+                triangles[m, 0], triangles[m, 1], triangles[m, 2], leaf[m] = a, mid, c, x
+                m += 1
+                a = mid
+            triangles[m, 0], triangles[m, 1], triangles[m, 2], leaf[m] = a, b, c, x
+            m += 1
+            while x >= n_roots and (x - n_roots) % 4 == 3:
+                x = nodes[x, PARENT]
+            if x < n_roots:
+                break
+            x += 1
+    return m
+
+
+@njit(cache=True)
+def weigh(points, triangles0, corners, barycentric, first):  # type: ignore[no-untyped-def]
+    """Barycentric coordinates of the vertices from `first` on: the mean of those of the two vertices they lie between."""
+    for v in range(first, len(corners)):
+        for k in range(3):
+            corner = triangles0[points[v, POINT_HOST], k]
+            total = 0.0
+            for i in range(2):
+                p = points[v, OF + i]
+                for j in range(3):
+                    if corners[p, j] == corner:
+                        total += barycentric[p, j]
+            corners[v, k] = corner
+            barycentric[v, k] = total / 2.0

@@ -1,0 +1,308 @@
+"""Adaptive red-green refinement of triangle meshes, by connectivity alone.
+
+A triangle is split *red* into four similar ones; where that leaves one hanging vertex on a neighbour, the neighbour is bisected
+*green*, and where it leaves two, the neighbour is split red as well (Zhang, Sim and Tan, Section 4). Bisecting bisected
+triangles again and again would ruin their angles, so the state is the forest of red splits, and the green halves are derived
+from it each time. Neighbouring leaves of the forest differ by at most one level, every vertex keeps its place in the base mesh
+M0 as barycentric weights, and taking everything back restores M0 exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array
+
+from facewrinkle.errors import MeshError, check_range
+from facewrinkle.geometry import _forest_kernels as kernels
+from facewrinkle.geometry.topology import IntArray, as_triangles, unique_edges
+
+# Weights of level L are multiples of 2^-L: beyond 52 halvings they would no longer be exact.
+DEEPEST = 52
+
+Array = TypeVar("Array", IntArray, NDArray[np.float64])
+
+
+@dataclass(frozen=True)
+class Change:
+    """What became of the vertices: `attribute = concatenate([attribute[change.kept], created])`.
+
+    Attributes
+    ----------
+    kept : slice or (k,) int64
+        The old vertices that live on, in order; `slice(None)` if all do.
+    n_created : int
+        Number of vertices appended after them.
+    """
+
+    kept: slice | NDArray[np.int64]
+    n_created: int
+
+    def __bool__(self) -> bool:
+        """Whether the mesh changed at all."""
+        return self.n_created > 0 or not isinstance(self.kept, slice)
+
+
+class RedGreenForest:
+    """The red splits of a triangle mesh, and the conforming mesh they stand for.
+
+    Triangles come depth first, in the order of the base mesh; new vertices are appended to the old ones. The arrays are
+    snapshots: later changes of the forest leave them as they are.
+
+    Parameters
+    ----------
+    triangles : (m0, 3) int
+        The base mesh M0. Boundaries, several components and non-manifold edges are allowed.
+    max_level : int, optional
+        Triangles at this level are not split any more; 52 at most, which is the default.
+    n_points : int, optional
+        Number of vertices of M0, n0, if some have no triangle; by default the largest index + 1.
+
+    Raises
+    ------
+    MeshError
+        If `triangles` is not (m0, 3) with m0 > 0, or has negative or repeated vertices.
+    ParameterError
+        If `max_level` is not in 0 to 52.
+
+    Examples
+    --------
+    >>> forest = RedGreenForest([[0, 1, 2], [2, 1, 3]])
+    >>> forest.split([0])
+    Change(kept=slice(None, None, None), n_created=3)
+    >>> forest.triangles.tolist()
+    [[0, 4, 6], [1, 5, 4], [2, 6, 5], [4, 5, 6], [2, 5, 3], [5, 1, 3]]
+    >>> forest.weights.toarray()[4:].tolist()
+    [[0.5, 0.5, 0.0, 0.0], [0.0, 0.5, 0.5, 0.0], [0.5, 0.0, 0.5, 0.0]]
+    >>> forest.coarsen([0, 1, 2, 3]).kept
+    array([0, 1, 2, 3])
+    """
+
+    def __init__(self, triangles: ArrayLike, max_level: int | None = None, n_points: int | None = None) -> None:
+        base = as_triangles(triangles, n_points)
+        n0 = int(base.max()) + 1 if n_points is None else n_points
+        ends, sides = unique_edges(base)
+        self.max_level = DEEPEST if max_level is None else int(check_range("max_level", max_level, 0, DEEPEST))
+        self._base = base
+        self._nodes = _table(len(base), kernels.NODE_WIDTH)
+        self._edges = _table(len(ends), kernels.EDGE_WIDTH)
+        self._points = _table(n0, kernels.POINT_WIDTH)
+        kernels.plant(self._nodes, self._edges, self._points[:n0], ends, sides, base)
+        self._state = np.full(kernels.STATE_WIDTH, kernels.NONE)
+        self._state[[kernels.N_NODES, kernels.N_EDGES, kernels.N_POINTS]] = len(base), len(ends), n0
+        self._corners = np.repeat(np.arange(n0, dtype=np.int32)[:, None], 3, axis=1)
+        self._barycentric = np.tile([1.0, 0.0, 0.0], (n0, 1))
+        self._triangles = _frozen(base.copy())
+        self._leaf = np.arange(len(base), dtype=np.int32)
+
+    def split(self, marked: ArrayLike) -> Change:
+        """Split the marked triangles in four, and whatever has to follow for the mesh to stay conforming.
+
+        Parameters
+        ----------
+        marked : (m,) bool, or indices of triangles
+            A marked green half stands for the red triangle it is half of; triangles at `max_level` are passed over.
+
+        Raises
+        ------
+        MeshError
+            If `marked` is neither a bool per triangle nor indices in range.
+        """
+        before = self.n_points
+        leaves = self._leaf[self._mask(marked)]
+        while not kernels.grow(self._nodes, self._edges, self._points, self._state, leaves, self.max_level):
+            leaves = leaves[:0]
+            used = self._state[: kernels.FREE_NODES]
+            tables = self._nodes, self._edges, self._points
+            self._nodes, self._edges, self._points = (_enlarged(t, int(n)) for t, n in zip(tables, used, strict=True))
+        created = self.n_points - before
+        if created:
+            self._corners = np.concatenate([self._corners, np.empty((created, 3), np.int32)])
+            self._barycentric = np.concatenate([self._barycentric, np.empty((created, 3))])
+            kernels.weigh(self._points, self._base, self._corners, self._barycentric, before)
+            self._read_leaves()
+        return Change(slice(None), created)
+
+    def coarsen(self, marked: ArrayLike) -> Change:
+        """Take back, by one level, every red split whose four leaves are marked, as far as the mesh stays legal.
+
+        Parameters
+        ----------
+        marked : (m,) bool, or indices of triangles
+            Of a bisected leaf, both green halves must be marked.
+
+        Raises
+        ------
+        MeshError
+            If `marked` is neither a bool per triangle nor indices in range.
+        """
+        gone = kernels.prune(self._nodes, self._edges, self._state, self._leaf, self._mask(marked))
+        if not gone.any():
+            return Change(slice(None), 0)
+        # Midpoints are younger than their ends, so closing the gaps in order keeps them so. The last entry renumbers NONE.
+        renumber = np.append(np.cumsum(~gone, dtype=np.int32) - 1, kernels.NONE).astype(np.int32)
+        n_nodes, n_edges, _ = self._state[: kernels.FREE_NODES]
+        kept = np.flatnonzero(~gone)
+        self._points[: len(kept)] = self._points[kept]
+        for table, columns in (
+            (self._nodes[:n_nodes], slice(kernels.VERTEX, kernels.VERTEX + 3)),
+            (self._edges[:n_edges], slice(kernels.END, kernels.MIDPOINT + 1)),
+            (self._points[: len(kept)], slice(kernels.OF, kernels.OF + 2)),
+        ):
+            table[:, columns] = renumber[table[:, columns]]
+        self._state[kernels.N_POINTS] = len(kept)
+        self._corners, self._barycentric = self._corners[kept], self._barycentric[kept]
+        self._read_leaves()
+        return Change(kept, 0)
+
+    def copy(self) -> Self:
+        """An independent forest in the same state."""
+        twin = object.__new__(type(self))
+        vars(twin).update(vars(self))
+        used = self._state[: kernels.FREE_NODES]
+        tables = self._nodes, self._edges, self._points
+        twin._nodes, twin._edges, twin._points = (_copied(t, int(n), len(t)) for t, n in zip(tables, used, strict=True))
+        twin._state = self._state.copy()
+        return twin
+
+    @property
+    def n_points(self) -> int:
+        """Number of vertices, n."""
+        return int(self._state[kernels.N_POINTS])
+
+    @property
+    def triangles(self) -> IntArray:
+        """Triangles (m, 3) of the conforming mesh, oriented as in M0; read-only."""
+        return self._triangles
+
+    @property
+    def level(self) -> IntArray:
+        """Level (m,) of every triangle's red leaf: 0 in M0, one more with each red split."""
+        return self._nodes[self._leaf, kernels.LEVEL]
+
+    @property
+    def root(self) -> IntArray:
+        """M0 triangle (m,) that every triangle lies in."""
+        return self._nodes[self._leaf, kernels.ROOT]
+
+    @property
+    def vertex_level(self) -> IntArray:
+        """Level (n,) of every vertex: 0 in M0, else one more than that of the edge it halves."""
+        return self._points[: self.n_points, kernels.POINT_LEVEL].copy()
+
+    @property
+    def parents(self) -> IntArray:
+        """The two vertices (n, 2) that every vertex lies midway between; -1 in M0."""
+        return self._points[: self.n_points, kernels.OF : kernels.OF + 2].copy()
+
+    @property
+    def host(self) -> IntArray:
+        """M0 triangle (n,) that every vertex lies in, the lowest where several do; -1 for M0 vertices without triangle."""
+        return self._points[: self.n_points, kernels.POINT_HOST].copy()
+
+    @property
+    def corners(self) -> IntArray:
+        """M0 vertices (n, 3) that `barycentric` refers to: the corners of the host, or (i, i, i) for vertex i of M0."""
+        return _frozen(self._corners)
+
+    @property
+    def barycentric(self) -> NDArray[np.float64]:
+        """Weights (n, 3) of `corners`, exact; (1, 0, 0) for the vertices of M0."""
+        return _frozen(self._barycentric)
+
+    @property
+    def weights(self) -> csr_array:
+        """Sparse matrix (n, n0) that carries values from the vertices of M0 to all vertices; its rows sum to 1 exactly."""
+        n0 = int(np.searchsorted(self._points[: self.n_points, kernels.OF] >= 0, True))
+        order = np.argsort(self._corners, axis=1, kind="stable")
+        columns = np.take_along_axis(self._corners, order, axis=1)
+        values = np.take_along_axis(self._barycentric, order, axis=1)
+        used = values > 0
+        offsets = np.concatenate([[0], np.cumsum(used.sum(axis=1))]).astype(np.int32)
+        return csr_array((values[used], columns[used], offsets), shape=(self.n_points, n0))
+
+    def _mask(self, marked: ArrayLike) -> NDArray[np.bool_]:
+        """Marks as a bool per triangle."""
+        array, m = np.asarray(marked), len(self._leaf)
+        if array.dtype == bool and array.shape == (m,):
+            return array
+        mask = np.zeros(m, bool)
+        if array.size == 0 and array.ndim == 1 and array.dtype != bool:
+            return mask
+        if array.dtype.kind not in "iu" or array.ndim != 1:
+            raise MeshError(
+                f"marks must be {m} bools, one per triangle, or a list of triangle indices, "
+                f"received {array.dtype} of shape {array.shape}."
+            )
+        if array.min() < 0 or array.max() >= m:
+            raise MeshError(f"marked triangles must be 0 to {m - 1}, received {array.min()} to {array.max()}.")
+        mask[array] = True
+        return mask
+
+    def _read_leaves(self) -> None:
+        """Derive the conforming mesh from the forest."""
+        n_roots, n_nodes = len(self._base), int(self._state[kernels.N_NODES])
+        # Every leaf may be bisected; what is not written costs no memory.
+        room = 2 * (n_roots + 3 * (n_nodes - n_roots) // 4)
+        triangles, leaf = np.empty((room, 3), np.int32), np.empty(room, np.int32)
+        m = kernels.read_leaves(self._nodes, self._edges, n_roots, triangles, leaf)
+        self._triangles, self._leaf = _frozen(triangles[:m]), leaf[:m]
+
+
+def refined(triangles: ArrayLike, marked: ArrayLike) -> tuple[IntArray, csr_array]:
+    """A mesh with the marked triangles split in four, and its neighbours closed: `RedGreenForest` for one use.
+
+    Parameters
+    ----------
+    triangles : (m0, 3) int
+        The mesh.
+    marked : (m0,) bool, or indices of triangles
+        The triangles to split.
+
+    Returns
+    -------
+    triangles : (m, 3) int32
+        The refined mesh; its first n0 vertices are those of the mesh.
+    weights : csr_array (n, n0)
+        Carries values from the old vertices to all: `points = weights @ points`.
+
+    Raises
+    ------
+    MeshError
+        If the triangles or the marks are malformed.
+
+    Examples
+    --------
+    >>> triangles, weights = refined([[0, 1, 2]], [0])
+    >>> (weights @ [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]])[3:].tolist()
+    [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+    """
+    forest = RedGreenForest(triangles)
+    forest.split(marked)
+    return forest.triangles, forest.weights
+
+
+def _table(used: int, width: int) -> IntArray:
+    """Room for `used` rows and as many more."""
+    return np.empty((2 * used + 4 * kernels.ROOM, width), np.int32)
+
+
+def _copied(table: IntArray, used: int, room: int) -> IntArray:
+    copy = np.empty((room, table.shape[1]), np.int32)
+    copy[:used] = table[:used]
+    return copy
+
+
+def _enlarged(table: IntArray, used: int) -> IntArray:
+    """The table, or one of twice its size if it is about to run over."""
+    return _copied(table, used, 2 * len(table)) if used + kernels.ROOM > len(table) else table
+
+
+def _frozen(array: Array) -> Array:
+    """A read-only view."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -1,0 +1,238 @@
+"""Connectivity of triangle meshes: edges, rings, boundary loops, components, orientation.
+
+Everything here is integers: a mesh is its triangles (m, 3), and no function looks at a point. A *half-edge* `3 t + s` is side
+`s` of triangle `t`, directed from its corner `s` to its corner `s + 1`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from facewrinkle.errors import MeshError
+
+IntArray = NDArray[np.int32]
+
+
+def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
+    """The triangles as a contiguous int32 array (m, 3), checked.
+
+    Raises
+    ------
+    MeshError
+        If the shape is not (m, 3) with m > 0, a vertex is no integer, negative or not below `n_points`, or a triangle names a
+        vertex twice.
+    """
+    array = np.asarray(triangles)
+    if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
+        raise MeshError(f"triangles must be an array (m, 3) with m > 0, received shape {array.shape}.")
+    if array.dtype.kind not in "iu":
+        raise MeshError(f"triangles must hold integers, received {array.dtype}. Convert them with astype(int).")
+    limit = np.iinfo(np.int32).max if n_points is None else n_points
+    if array.min() < 0 or array.max() >= limit:
+        raise MeshError(f"triangles must name vertices 0 to {limit - 1}, received {array.min()} to {array.max()}.")
+    twice = (array == np.roll(array, 1, axis=1)).any(axis=1)
+    if twice.any():
+        worst = int(np.argmax(twice))
+        raise MeshError(
+            f"a triangle must have three different vertices, received {array[worst].tolist()} (triangle {worst}; "
+            f"{int(twice.sum())} such). Remove the degenerate triangles."
+        )
+    return np.ascontiguousarray(array, dtype=np.int32)
+
+
+@njit(cache=True)
+def _edges(triangles, n_points):  # type: ignore[no-untyped-def]
+    # Buckets instead of sorting: lo + 2 hi spreads hubs, strips and grids alike, and keeps the locality of the mesh.
+    m = len(triangles)
+    first = np.full(3 * n_points, -1, np.int32)
+    chain = np.empty(3 * m, np.int32)
+    edges = np.empty((3 * m, 2), np.int32)
+    sides = np.empty((m, 3), np.int32)
+    n_edges = 0
+    for t in range(m):
+        for s in range(3):
+            a, b = triangles[t, s], triangles[t, (s + 1) % 3]
+            bucket = min(a, b) + 2 * max(a, b)
+            e = first[bucket]
+            while e >= 0 and not (edges[e, 0] == a and edges[e, 1] == b or edges[e, 0] == b and edges[e, 1] == a):
+                e = chain[e]
+            if e < 0:
+                e = n_edges
+                n_edges += 1
+                edges[e, 0], edges[e, 1] = a, b
+                chain[e] = first[bucket]
+                first[bucket] = e
+            sides[t, s] = e
+    return edges[:n_edges].copy(), sides
+
+
+def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
+    """The undirected edges of a mesh.
+
+    Returns
+    -------
+    edges : (e, 2) int32
+        Vertices of every edge, in the order and direction in which the triangles first name it.
+    sides : (m, 3) int32
+        Edge of every triangle side; side `s` runs from corner `s` to corner `s + 1`.
+
+    Examples
+    --------
+    >>> edges, sides = unique_edges([[0, 1, 2], [2, 1, 3]])
+    >>> edges.tolist()
+    [[0, 1], [1, 2], [2, 0], [1, 3], [3, 2]]
+    >>> sides.tolist()
+    [[0, 1, 2], [1, 3, 4]]
+    """
+    array = as_triangles(triangles)
+    edges, sides = _edges(array, int(array.max()) + 1)
+    return edges, sides
+
+
+def edge_triangles(sides: NDArray[np.integer]) -> tuple[NDArray[np.int64], IntArray]:
+    """Triangles on every edge, as CSR (offsets (e + 1,), triangles (3 m,)), from the sides of `unique_edges`."""
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(sides.ravel()))])
+    return offsets, (np.argsort(sides, axis=None, kind="stable") // 3).astype(np.int32)
+
+
+def vertex_rings(triangles: ArrayLike, n_points: int | None = None) -> tuple[IntArray, IntArray]:
+    """Neighbours of every vertex, ascending, as CSR (offsets (n + 1,), neighbours (2 e,)).
+
+    Examples
+    --------
+    >>> offsets, neighbours = vertex_rings([[0, 1, 2], [2, 1, 3]])
+    >>> neighbours[offsets[3]:offsets[4]].tolist()
+    [1, 2]
+    """
+    array = as_triangles(triangles, n_points)
+    edges, _ = unique_edges(array)
+    n = int(array.max()) + 1 if n_points is None else n_points
+    both = np.concatenate([edges, edges[:, ::-1]])
+    graph = coo_array((np.ones(len(both), np.int8), both.T), shape=(n, n)).tocsr()
+    graph.sort_indices()
+    return graph.indptr, graph.indices
+
+
+def non_manifold_edges(triangles: ArrayLike) -> IntArray:
+    """Edges (k, 2) that more than two triangles share."""
+    edges, sides = unique_edges(triangles)
+    return edges[np.bincount(sides.ravel()) > 2]
+
+
+def euler_characteristic(triangles: ArrayLike) -> int:
+    """Vertices in use - edges + triangles: 2 for a sphere, 1 for a disk, 0 for a torus or an annulus.
+
+    Examples
+    --------
+    >>> euler_characteristic([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    2
+    """
+    array = as_triangles(triangles)
+    edges, _ = unique_edges(array)
+    return len(np.unique(array)) - len(edges) + len(array)
+
+
+def components(triangles: ArrayLike) -> IntArray:
+    """Connected component (m,) of every triangle, counted from 0; triangles that share a vertex are connected."""
+    array = as_triangles(triangles)
+    n = int(array.max()) + 1
+    links = np.concatenate([array[:, :2], array[:, 1:]])
+    _, label = connected_components(coo_array((np.ones(len(links), np.int8), links.T), shape=(n, n)), directed=False)
+    numbered: IntArray = np.unique(label[array[:, 0]], return_inverse=True)[1].astype(np.int32)
+    return numbered
+
+
+def _shared(triangles: IntArray) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Pairs of half-edges on the edges of exactly two triangles, and whether the two run in opposite directions."""
+    _, sides = unique_edges(triangles)
+    order = np.argsort(sides, axis=None, kind="stable")
+    valence = np.bincount(sides.ravel())
+    start = (np.cumsum(valence) - valence)[valence == 2]
+    h, g = order[start], order[start + 1]
+    return h, g, triangles.ravel()[h] != triangles.ravel()[g]
+
+
+def is_oriented(triangles: ArrayLike) -> bool:
+    """Whether the two triangles of every inner edge run through it in opposite directions."""
+    return bool(_shared(as_triangles(triangles))[2].all())
+
+
+def oriented(triangles: ArrayLike) -> IntArray:
+    """The triangles with one orientation per component; the smaller part of each component is turned round.
+
+    Orientation is not carried across non-manifold edges.
+
+    Raises
+    ------
+    MeshError
+        If the surface has only one side (a Moebius band).
+
+    Examples
+    --------
+    >>> oriented([[0, 1, 2], [1, 2, 3], [2, 4, 3]]).tolist()
+    [[0, 1, 2], [1, 3, 2], [2, 3, 4]]
+    """
+    array = as_triangles(triangles)
+    m = len(array)
+    h, g, opposite = _shared(array)
+    # Double cover: every triangle stands once as it is (t) and once turned round (m + t); consistent neighbours connect.
+    t, u = h // 3, g // 3
+    links = np.concatenate([[t, u + np.where(opposite, 0, m)], [t + m, u + np.where(opposite, m, 0)]], axis=1)
+    _, label = connected_components(coo_array((np.ones(2 * len(t), np.int8), links), shape=(2 * m, 2 * m)), directed=False)
+    kept, turned = label[:m], label[m:]
+    if (kept == turned).any():
+        raise MeshError("the surface has only one side, so its triangles cannot be oriented. Cut it open first.")
+    votes = np.bincount(kept, minlength=label.max() + 1)
+    turn = (votes[turned] > votes[kept]) | ((votes[turned] == votes[kept]) & (turned < kept))
+    return np.where(turn[:, None], array[:, [0, 2, 1]], array)
+
+
+def boundary_loops(triangles: ArrayLike) -> list[IntArray]:
+    """Closed loops of boundary vertices, each in the direction of its triangles and starting at its smallest vertex.
+
+    Loops that touch in a vertex stay apart: the walk turns round the fan of triangles at that vertex.
+
+    Raises
+    ------
+    MeshError
+        If an edge has more than two triangles, or the orientation is not consistent (`oriented` mends it).
+
+    Examples
+    --------
+    >>> [loop.tolist() for loop in boundary_loops([[0, 1, 2], [2, 1, 3]])]
+    [[0, 1, 3, 2]]
+    """
+    array = as_triangles(triangles)
+    crowded = non_manifold_edges(array)
+    if len(crowded):
+        raise MeshError(f"boundary loops need at most two triangles per edge; edge {crowded[0].tolist()} has more.")
+    h, g, opposite = _shared(array)
+    if not opposite.all():
+        raise MeshError("boundary loops need a consistent orientation; mend it with oriented(triangles).")
+    twin = np.full(array.size, -1)
+    twin[h], twin[g] = g, h
+    border = np.flatnonzero(twin < 0)
+    after = _following(border)
+    while (inner := twin[after] >= 0).any():
+        after[inner] = _following(twin[after[inner]])
+    following = dict(zip(border.tolist(), after.tolist(), strict=True))
+    start_of = array.ravel()
+    loops = []
+    while following:
+        first, at = following.popitem()
+        loop = [first]
+        while at != first:
+            loop.append(at)
+            at = following.pop(at)
+        vertices = start_of[loop]
+        loops.append(np.roll(vertices, -int(np.argmin(vertices))))
+    return sorted(loops, key=lambda loop: (int(loop[0]), int(loop[1])))
+
+
+def _following(half_edges: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The next half-edge of the same triangle."""
+    return half_edges - half_edges % 3 + (half_edges + 1) % 3

@@ -1,0 +1,478 @@
+"""The edge: what users bring becomes plain arrays here, and plain arrays become PolyData again.
+
+`read_surface` opens files and foreign objects, `prepare` checks and mends a surface until the algorithms can rely on it, and
+`to_polydata` turns results into PolyData. No other module converts; this one also names the arrays of a frame.
+"""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.vtkCommonDataModel import vtkDataObject
+
+from .errors import FaceWrinkleWarning, MeshError, ParameterError
+from .formats import Polygons, read_obj, read_off
+from .geometry import topology
+
+__all__ = ["ARRAYS", "MUSCLES", "Surface", "prepare", "read_surface", "to_polydata"]
+
+ARRAYS: Mapping[str, str] = MappingProxyType(
+    {
+        "lambda": "position along the dominant muscle",
+        "gamma": "position across the dominant muscle",
+        "epsilon": "compression along the dominant muscle",
+        "W": "height of the wrinkles (mm)",
+        "split_gamma": "largest split criterion over the vertex's edges",
+        "muscle": "index of the dominant muscle, -1 for none",
+        "level": "level of refinement",
+        "rest": "position at rest (mm)",
+    }
+)
+"""The point-data arrays of a frame and what they hold."""
+
+MUSCLES = "muscles"
+"""The field-data array of a frame that lists the muscles' names."""
+
+TEXTURE = "Texture Coordinates"
+COLORS = "Colors"
+READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf)"
+
+
+# --- out ----------------------------------------------------------------------------------------
+
+
+def to_polydata(
+    points: np.ndarray, triangles: np.ndarray, point_data: Mapping[str, np.ndarray] | None = None
+) -> pv.PolyData:
+    """A PolyData that shares no memory with the arrays.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        Kept as float64.
+    triangles : (m, 3) int
+        Vertex numbers.
+    point_data : mapping of name to (n,) or (n, k) array, optional
+        The arrays of the vertices; those that facewrinkle itself writes are named in `ARRAYS`.
+
+    Returns
+    -------
+    pyvista.PolyData
+
+    Raises
+    ------
+    MeshError
+        If a shape is wrong or a triangle uses a vertex that does not exist.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> mesh = to_polydata(np.eye(3), np.array([[0, 1, 2]]), {"W": np.zeros(3)})
+    >>> mesh.n_points, mesh.n_cells, mesh.points.dtype.name, mesh.array_names
+    (3, 1, 'float64', ['W'])
+    """
+    points = np.array(points, dtype=np.float64)
+    triangles = np.array(triangles)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise MeshError(f"points must have the shape (n, 3), received {points.shape}.")
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
+        raise MeshError(
+            f"triangles must be integers of the shape (m, 3), received {triangles.dtype} of {triangles.shape}."
+        )
+    if triangles.size and (triangles.min() < 0 or triangles.max() >= len(points)):
+        raise MeshError(
+            f"triangles must use vertices from 0 to {len(points) - 1}, received {triangles.min()} to {triangles.max()}."
+        )
+    mesh = pv.PolyData.from_regular_faces(points, triangles)
+    for name, values in (point_data or {}).items():
+        values = np.array(values)
+        if len(values) != len(points):
+            raise MeshError(
+                f"point data {name!r} must have {len(points)} rows, one for each point, received {len(values)}."
+            )
+        mesh.point_data[name] = values
+    return mesh
+
+
+# --- in -----------------------------------------------------------------------------------------
+
+
+def read_surface(source: object) -> pv.PolyData:
+    """The triangles of a file or of a foreign mesh, with the points numbered as they are there.
+
+    Polygons are split into triangles (along the shorter diagonal of a quad). A point keeps the first of its texture
+    coordinates. Point data and field data come along; lines and loose points are passed over.
+
+    Parameters
+    ----------
+    source : path, PyVista or VTK data set, or trimesh-like object
+        OBJ, OFF, PLY, STL, glTF or a VTK format; a data set of faces; a multi-block of which one block holds faces;
+        an object with `vertices` (n, 3) and `faces` (m, 3).
+
+    Returns
+    -------
+    pyvista.PolyData
+        Triangles only, float64 points; a new object.
+
+    Raises
+    ------
+    MeshError
+        If there is no such file, if it cannot be read, or if no single surface is in it.
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        If points have further texture coordinates beside the first.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> read_surface(pv.Plane(i_resolution=2, j_resolution=3)).n_cells
+    12
+    """
+    if isinstance(source, str | Path):
+        return _read_file(Path(source).expanduser())
+    if isinstance(source, vtkDataObject):
+        return _from_dataset(source if isinstance(source, pv.DataObject) else pv.wrap(source), "the mesh")
+    if hasattr(source, "vertices") and hasattr(source, "faces"):
+        return _from_trimesh(source)
+    raise MeshError(
+        "a mesh must be a path, a PyVista or VTK data set, or an object with vertices and faces such as a trimesh.Trimesh, "
+        f"received {type(source).__name__}."
+    )
+
+
+def _read_file(path: Path) -> pv.PolyData:
+    if not path.exists():
+        raise MeshError(f"there is no file {str(path)!r}. Check the path; it is relative to {str(Path.cwd())!r}.")
+    if path.is_dir():
+        raise MeshError(f"{str(path)!r} is a folder, and a mesh file is needed.")
+    try:
+        empty = path.stat().st_size == 0
+        with path.open("rb"):
+            pass
+    except OSError as problem:
+        raise MeshError(f"{str(path)!r} cannot be opened: {problem.strerror}.") from None
+    if empty:
+        raise MeshError(f"{path.name} is empty (0 bytes). Export it again.")
+    match path.suffix.lower():
+        case ".obj":
+            return _from_polygons(read_obj(path), path.name)
+        case ".off":
+            return _from_polygons(read_off(path), path.name)
+        case ".ply":
+            return _read_ply(path)
+        case _:
+            return _from_dataset(_read_with_vtk(path), path.name)
+
+
+@contextmanager
+def _complaints() -> Iterator[list[str]]:
+    """Collects what VTK's readers complain of; they would print it several times over."""
+    heard: list[str] = []
+
+    def collect(record: logging.LogRecord) -> bool:
+        heard.append(record.getMessage().splitlines()[0])
+        return False
+
+    root = logging.getLogger()
+    root.addFilter(collect)
+    try:
+        with warnings.catch_warnings(), pv.vtk_verbosity("off"), pv.VtkErrorCatcher():
+            warnings.simplefilter("ignore")
+            yield heard
+    finally:
+        root.removeFilter(collect)
+
+
+def _read_with_vtk(path: Path, **settings: bool) -> Any:
+    """What VTK makes of the file; `settings` are those of the VTK reader."""
+    try:
+        reader = pv.get_reader(str(path))
+    except ValueError:
+        raise MeshError(
+            f"{path.name}: no reader for {path.suffix or 'a file without an ending'!r}. Export the mesh as one of: {READABLE}."
+        ) from None
+    with _complaints() as heard:
+        try:
+            for name, value in settings.items():
+                getattr(reader.reader, name)(value)
+            data = reader.read()
+        except Exception as problem:  # each format fails in its own way, and all mean that the file is unreadable
+            data, _ = None, heard.append(str(problem).splitlines()[-1])
+    if data is None or _is_empty(data):
+        reason = next((line for line in heard if not line.startswith("Algorithm")), "nothing is in it that VTK can read")
+        raise MeshError(
+            f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged, or it is compressed (Draco, meshopt, "
+            "quantised or sparse glTF). Export it again without compression, or as OBJ or PLY."
+        )
+    return data
+
+
+def _is_empty(data: Any) -> bool:
+    if isinstance(data, pv.MultiBlock):
+        return all(_is_empty(block) for block in data)
+    return data is None or (isinstance(data, pv.DataSet) and data.n_points == 0)
+
+
+def _read_ply(path: Path) -> pv.PolyData:
+    """A PLY file. VTK splits points at texture seams unless told not to, and is then left with their last coordinates."""
+    split = _read_with_vtk(path)
+    whole = _read_with_vtk(path, SetDuplicatePointsForFaceTexture=False)
+    seams = split.n_points - whole.n_points
+    if seams:
+        whole.active_texture_coordinates = np.array(split.active_texture_coordinates[: whole.n_points])
+        _warn_of_seams(path.name, seams)
+    return _from_dataset(whole, path.name)
+
+
+def _warn_of_seams(name: str, count: int) -> None:
+    warnings.warn(
+        f"{name}: the texture has seams; the first of several texture coordinates was kept (further ones left out: {count}).",
+        FaceWrinkleWarning,
+        stacklevel=5,
+    )
+
+
+def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
+    padded = [number for face in polygons.faces for number in (len(face), *face)]
+    mesh = pv.PolyData()
+    mesh.points = polygons.points
+    mesh.faces = np.array(padded, dtype=np.int64)
+    if polygons.texture is not None:
+        mesh.point_data[TEXTURE] = polygons.texture
+        mesh.point_data.active_texture_coordinates_name = TEXTURE
+    if polygons.colors is not None:
+        mesh.point_data[COLORS] = polygons.colors
+    if polygons.seams:
+        _warn_of_seams(name, polygons.seams)
+    return _from_dataset(mesh, name)
+
+
+def _from_trimesh(source: Any) -> pv.PolyData:
+    faces = np.asarray(source.faces)
+    if faces.ndim != 2 or faces.shape[1] != 3:
+        raise MeshError(f"faces must have the shape (m, 3), received {faces.shape}. Triangulate the mesh first.")
+    mesh = to_polydata(np.asarray(source.vertices), faces)
+    texture = getattr(getattr(source, "visual", None), "uv", None)
+    if np.shape(texture) == (mesh.n_points, 2):
+        mesh.point_data[TEXTURE] = np.array(texture, dtype=np.float64)
+        mesh.point_data.active_texture_coordinates_name = TEXTURE
+    if getattr(getattr(source, "visual", None), "kind", None) == "vertex":
+        mesh.point_data[COLORS] = np.array(source.visual.vertex_colors)
+    return mesh
+
+
+def _from_dataset(data: Any, name: str) -> pv.PolyData:
+    """The triangles of any data set that holds one surface."""
+    if isinstance(data, pv.MultiBlock):
+        blocks = [(path, block) for path, block in _leaves(data) if _count_faces(block)]
+        if len(blocks) != 1:
+            found = ", ".join(f"{path!r} ({_count_faces(block)} faces)" for path, block in blocks[:8])
+            raise MeshError(
+                f"{name} must hold one surface, and holds {len(blocks)}{': ' + found if found else ''}. "
+                "Pass the block that is the face, or export the face alone."
+            )
+        return _from_dataset(blocks[0][1], f"{name}, block {blocks[0][0]!r}")
+    if not isinstance(data, pv.DataSet):
+        raise MeshError(f"{name} is a {type(data).__name__}, which holds no surface. Pass a PolyData.")
+    if not isinstance(data, pv.PolyData):
+        data = _faces_of_grid(data.cast_to_unstructured_grid(), name)
+    if data.n_points == 0:
+        raise MeshError(f"{name} has no points.")
+    if not _count_faces(data):
+        raise MeshError(
+            f"{name} has {data.n_points} points and no faces. A surface is needed: export polygons (not points, lines or, in "
+            "PLY, triangle strips), or reconstruct one with mesh.reconstruct_surface()."
+        )
+    return _with_data(data, _triangles(data), np.arange(data.n_points))
+
+
+def _leaves(data: pv.MultiBlock, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """The blocks that are no multi-blocks, with their paths."""
+    for number, (key, block) in enumerate(zip(data.keys(), data, strict=True)):
+        path = f"{prefix}{key or number}"
+        if isinstance(block, pv.MultiBlock):
+            yield from _leaves(block, f"{path}/")
+        else:
+            yield path, block
+
+
+def _count_faces(data: Any) -> int:
+    if isinstance(data, pv.PolyData):
+        return data.n_faces_strict + data.n_strips
+    return data.n_cells if isinstance(data, pv.DataSet) else 0
+
+
+def _faces_of_grid(grid: pv.UnstructuredGrid, name: str) -> pv.PolyData:
+    """The faces of an unstructured grid; its points keep their numbers, which `extract_surface` would change."""
+    faces = {pv.CellType.TRIANGLE, pv.CellType.POLYGON, pv.CellType.QUAD}
+    passed_over = {pv.CellType.VERTEX, pv.CellType.POLY_VERTEX, pv.CellType.LINE, pv.CellType.POLY_LINE}
+    others = {pv.CellType(kind) for kind in np.unique(grid.celltypes)} - faces - passed_over
+    if others:
+        raise MeshError(
+            f"{name} must hold triangles, quads or polygons, and holds {', '.join(sorted(kind.name for kind in others))}. "
+            "Take its surface first: mesh.extract_surface()."
+        )
+    kept = np.isin(grid.celltypes, [int(kind) for kind in faces])
+    mesh = pv.PolyData()
+    mesh.points = grid.points
+    mesh.faces = grid.cells[np.repeat(kept, np.diff(grid.offset) + 1)]
+    mesh.point_data.update(grid.point_data)
+    return mesh
+
+
+def _triangles(mesh: pv.PolyData) -> np.ndarray:
+    """(m, 3) vertex numbers of the faces, polygons and strips split."""
+    whole = mesh if mesh.n_strips == 0 and mesh.is_all_triangles else mesh.triangulate()
+    return np.array(whole.regular_faces, dtype=np.int64)
+
+
+def _with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> pv.PolyData:
+    """The triangles on the points `kept` of `source`, with the data of these points and the field data.
+
+    Normals stay behind: VTK goes on shading with them after the points have moved.
+    """
+    stale = {source.point_data.active_normals_name, "Normals"}
+    names = [name for name in source.point_data if name not in stale]
+    mesh = to_polydata(
+        np.asarray(source.points)[kept], triangles, {name: source.point_data[name][kept] for name in names}
+    )
+    for active in ("active_texture_coordinates_name", "active_scalars_name"):
+        name = getattr(source.point_data, active)
+        if name in names:
+            setattr(mesh.point_data, active, name)
+    mesh.field_data.update(source.field_data)
+    return mesh
+
+
+# --- checks -------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One connected, manifold, consistently oriented surface that faces outward.
+
+    Attributes
+    ----------
+    mesh : pyvista.PolyData
+        With the point data of the input.
+    triangles : (m, 3) int32
+    points : (n, 3) float64
+    source_points : (n,) int
+        The number that each point has in the input.
+    report : tuple of str
+        What was mended, one sentence each.
+    """
+
+    mesh: pv.PolyData
+    triangles: np.ndarray
+    points: np.ndarray
+    source_points: np.ndarray
+    report: tuple[str, ...]
+
+
+def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> Surface:
+    """A clean copy of a surface, on which the algorithms can rely.
+
+    Degenerate and duplicate triangles are dropped, one component is chosen, the triangles are oriented alike and outward,
+    and unused points are dropped. What changes the surface is reported.
+
+    Parameters
+    ----------
+    mesh : anything that `read_surface` takes
+        Not changed.
+    near : (k, 3) float, optional
+        Landmarks. The component that is nearest to most of them is chosen; without them the one of the largest area.
+    forward : (3,) float, optional
+        The direction in which the face looks. The inside of the surface lies behind it. Without it, the inside is taken to
+        be where the centroid is, which holds for closed surfaces and for masks that bulge outward.
+
+    Returns
+    -------
+    Surface
+
+    Raises
+    ------
+    MeshError
+        If there are no points or faces; for points that are not finite; for edges with three or more triangles; for a
+        surface that cannot be oriented, such as a Möbius strip.
+    ParameterError
+        For landmarks or a direction of the wrong shape, not finite, or zero.
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        Once for each kind of change.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> surface = prepare(pv.Plane(i_resolution=2, j_resolution=2))
+    >>> surface.points.shape, surface.triangles.shape, surface.report
+    ((9, 3), (8, 3), ())
+    """
+    near = None if near is None else _vectors("near", np.atleast_2d(near))
+    forward = None if forward is None else _vectors("forward", np.atleast_2d(forward))[0]
+    source = read_surface(mesh)
+    points = np.asarray(source.points)
+    _check_finite(points)
+    report: list[str] = []
+    triangles = _without_degenerate(points, np.asarray(source.regular_faces), report)
+    _check_manifold(triangles)
+    triangles = _one_component(points, triangles, near, report)
+    triangles = _oriented(points, triangles, forward, report)
+    kept, renumbered = np.unique(triangles, return_inverse=True)
+    for sentence in report:
+        warnings.warn(sentence, FaceWrinkleWarning, stacklevel=2)
+    clean = _with_data(source, renumbered.reshape(-1, 3), kept)
+    return Surface(
+        mesh=clean,
+        triangles=renumbered.reshape(-1, 3).astype(np.int32),
+        points=np.array(clean.points),
+        source_points=kept,
+        report=tuple(report),
+    )
+
+
+def _vectors(name: str, values: np.ndarray) -> np.ndarray:
+    values = np.asarray(values, dtype=np.float64)
+    if values.ndim != 2 or values.shape[1] != 3 or not np.isfinite(values).all() or not values.any():
+        raise ParameterError(f"{name} must be finite vectors of three numbers that are not all zero, received {values}.")
+    return values
+
+
+def _check_finite(points: np.ndarray) -> None:
+    broken = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(broken):
+        raise MeshError(
+            f"{len(broken)} of {len(points)} points are NaN or infinite, the first is point {broken[0]}: {points[broken[0]]}. "
+            "Delete them in a modeller, or export the mesh again."
+        )
+
+
+def _without_degenerate(points: np.ndarray, triangles: np.ndarray, report: list[str]) -> np.ndarray:
+    """The triangles that have an area, each once."""
+    corners = points[triangles]
+    longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
+    doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    has_area = doubled > 1e-10 * longest  # rounding leaves about 1e-16 of a triangle that has none
+    if not has_area.all():
+        report.append(f"Dropped degenerate triangles, which have no area: {np.sum(~has_area)} of {len(triangles)}.")
+        triangles = triangles[has_area]
+    _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
+    if len(first) < len(triangles):
+        report.append(f"Dropped duplicate triangles: {len(triangles) - len(first)} of {len(triangles)}.")
+        triangles = triangles[np.sort(first)]
+    if not len(triangles):
+        raise MeshError("all triangles are degenerate: none has an area. Export the mesh again.")
+    return triangles
