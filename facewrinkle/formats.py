@@ -1,8 +1,8 @@
 """OBJ and OFF files as plain arrays, with the points numbered as in the file.
 
-VTK's OBJ reader splits every point at which two texture coordinates meet, so that the mesh falls apart and landmark files
-no longer fit; VTK has no OFF reader. Both formats are lists of numbers, and are read here line by line.
-"""
+VTK's OBJ reader splits every point at which two texture coordinates meet, so that the mesh falls apart and
+landmark files no longer fit; VTK has no OFF reader. Both formats are lists of numbers, and are read here line
+by line."""
 
 from __future__ import annotations
 
@@ -98,12 +98,16 @@ def read_obj(path: Path) -> Polygons:
     _check_range(path, faces, len(points))
     coordinates, seams = _point_texture(np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
     return Polygons(
-        _array(points, 3), faces, coordinates, seams, _array(colors, 3) if 0 < len(colors) == len(points) else None
+        _array(points, 3),
+        faces,
+        coordinates,
+        seams,
+        _array(colors, 3) if 0 < len(colors) == len(points) else None,
     )
 
 
 def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int], list[tuple[int, int]]]:
-    """The vertices of one face, and the (vertex, texture) pairs of its corners. Negative numbers count back."""
+    """The vertices of one face, and the (vertex, texture) pairs of its corners; negative ones count back."""
     face, pairs = [], []
     for word in words:
         parts = word.split("/")
@@ -124,14 +128,13 @@ def _check_range(path: Path, faces: list[list[int]], n_points: int) -> None:
     for number, face in enumerate(faces, start=1):
         if min(face) < 0 or max(face) >= n_points:
             raise MeshError(
-                f"{path.name}: face {number} uses vertices {face} (counted from 0), and the file has {n_points} vertices. "
+                f"{path.name}: face {number} uses vertices {face} (counted from 0), and the file has "
+                f"{n_points} vertices. "
                 "The file is damaged or incomplete: export it again."
             )
 
 
-def _point_texture(
-    corners: np.ndarray, texture: np.ndarray, n_points: int
-) -> tuple[np.ndarray | None, int]:
+def _point_texture(corners: np.ndarray, texture: np.ndarray, n_points: int) -> tuple[np.ndarray | None, int]:
     """The first texture coordinates of each point, and how many points have several that differ."""
     if len(corners):  # modellers write texture numbers that lead nowhere; the geometry is sound without
         corners = corners[(corners[:, 1] >= 0) & (corners[:, 1] < len(texture))]
@@ -150,7 +153,8 @@ def read_off(path: Path) -> Polygons:
     Raises
     ------
     MeshError
-        For another header, a binary file, a line with something else than numbers, or fewer lines than announced.
+        For another header, a binary file, a line with something else than numbers, or fewer lines than
+        announced.
     """
     lines = list(_lines(path))
     header = lines[0][1] if lines else ["nothing"]
@@ -168,18 +172,20 @@ def read_off(path: Path) -> Polygons:
     number, words = lines[0] if lines else (1, header)
     try:
         n_points, n_faces = int(words[0]), int(words[1])
-        for number, words in lines[1 : 1 + n_points]:
-            points.append([float(words[0]), float(words[1]), float(words[2])])
-        for number, words in lines[1 + n_points : 1 + n_points + n_faces]:
-            face = [int(word) for word in words[1 : 1 + int(words[0])]]
-            if len(face) < 3 or len(face) != int(words[0]):
-                raise ValueError
-            faces.append(face)
+        for index, (number, words) in enumerate(lines[1 : 1 + n_points + n_faces]):  # noqa: B007
+            if index < n_points:
+                points.append([float(words[0]), float(words[1]), float(words[2])])
+            else:
+                face = [int(word) for word in words[1 : 1 + int(words[0])]]
+                if len(face) < 3 or len(face) != int(words[0]):
+                    raise ValueError
+                faces.append(face)
     except (ValueError, IndexError):
         raise _broken(path, number, words) from None
     if len(points) < n_points or len(faces) < n_faces:
         raise MeshError(
-            f"{path.name} announces {n_points} points and {n_faces} faces, and holds {len(points)} and {len(faces)}. "
+            f"{path.name} announces {n_points} points and {n_faces} faces, and holds {len(points)} and "
+            f"{len(faces)}. "
             "The file is cut off: export it again."
         )
     _check_range(path, faces, n_points)

@@ -1,8 +1,8 @@
 """The edge: what users bring becomes plain arrays here, and plain arrays become PolyData again.
 
-`read_surface` opens files and foreign objects, `prepare` checks and mends a surface until the algorithms can rely on it, and
-`to_polydata` turns results into PolyData. No other module converts; this one also names the arrays of a frame.
-"""
+`read_surface` opens files and foreign objects, `prepare` checks and mends a surface until the algorithms can
+rely on it, and `to_polydata` turns results into PolyData. No other module converts; this one also names the
+arrays of a frame."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from scipy.spatial import cKDTree
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from .errors import FaceWrinkleWarning, MeshError, ParameterError
@@ -86,18 +87,21 @@ def to_polydata(
         raise MeshError(f"points must have the shape (n, 3), received {points.shape}.")
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
         raise MeshError(
-            f"triangles must be integers of the shape (m, 3), received {triangles.dtype} of {triangles.shape}."
+            f"triangles must be integers of the shape (m, 3), received {triangles.dtype} of "
+            f"{triangles.shape}."
         )
     if triangles.size and (triangles.min() < 0 or triangles.max() >= len(points)):
         raise MeshError(
-            f"triangles must use vertices from 0 to {len(points) - 1}, received {triangles.min()} to {triangles.max()}."
+            f"triangles must use vertices from 0 to {len(points) - 1}, received {triangles.min()} to "
+            f"{triangles.max()}."
         )
     mesh = pv.PolyData.from_regular_faces(points, triangles)
     for name, values in (point_data or {}).items():
         values = np.array(values)
         if len(values) != len(points):
             raise MeshError(
-                f"point data {name!r} must have {len(points)} rows, one for each point, received {len(values)}."
+                f"point data {name!r} must have {len(points)} rows, one for each point, received "
+                f"{len(values)}."
             )
         mesh.point_data[name] = values
     return mesh
@@ -109,14 +113,14 @@ def to_polydata(
 def read_surface(source: object) -> pv.PolyData:
     """The triangles of a file or of a foreign mesh, with the points numbered as they are there.
 
-    Polygons are split into triangles (along the shorter diagonal of a quad). A point keeps the first of its texture
-    coordinates. Point data and field data come along; lines and loose points are passed over.
+    Polygons are split into triangles (along the shorter diagonal of a quad). A point keeps the first of its
+    texture coordinates. Point data and field data come along; lines and loose points are passed over.
 
     Parameters
     ----------
     source : path, PyVista or VTK data set, or trimesh-like object
-        OBJ, OFF, PLY, STL, glTF or a VTK format; a data set of faces; a multi-block of which one block holds faces;
-        an object with `vertices` (n, 3) and `faces` (m, 3).
+        OBJ, OFF, PLY, STL, glTF or a VTK format; a data set of faces; a multi-block of which one block holds
+        faces; an object with `vertices` (n, 3) and `faces` (m, 3).
 
     Returns
     -------
@@ -146,14 +150,17 @@ def read_surface(source: object) -> pv.PolyData:
     if hasattr(source, "vertices") and hasattr(source, "faces"):
         return _from_trimesh(source)
     raise MeshError(
-        "a mesh must be a path, a PyVista or VTK data set, or an object with vertices and faces such as a trimesh.Trimesh, "
+        "a mesh must be a path, a PyVista or VTK data set, or an object with vertices and faces such as a "
+        "trimesh.Trimesh, "
         f"received {type(source).__name__}."
     )
 
 
 def _read_file(path: Path) -> pv.PolyData:
     if not path.exists():
-        raise MeshError(f"there is no file {str(path)!r}. Check the path; it is relative to {str(Path.cwd())!r}.")
+        raise MeshError(
+            f"there is no file {str(path)!r}. Check the path; it is relative to {str(Path.cwd())!r}."
+        )
     if path.is_dir():
         raise MeshError(f"{str(path)!r} is a folder, and a mesh file is needed.")
     try:
@@ -200,19 +207,24 @@ def _read_with_vtk(path: Path, **settings: bool) -> Any:
         reader = pv.get_reader(str(path))
     except ValueError:
         raise MeshError(
-            f"{path.name}: no reader for {path.suffix or 'a file without an ending'!r}. Export the mesh as one of: {READABLE}."
+            f"{path.name}: no reader for {path.suffix or 'a file without an ending'!r}. Export the mesh as "
+            f"one of: {READABLE}."
         ) from None
     with _complaints() as heard:
         try:
             for name, value in settings.items():
                 getattr(reader.reader, name)(value)
             data = reader.read()
-        except Exception as problem:  # each format fails in its own way, and all mean that the file is unreadable
-            data, _ = None, heard.append(str(problem).splitlines()[-1])
+        except Exception as problem:  # every format fails in its own way
+            data = None
+            heard.append(str(problem).splitlines()[-1])
     if data is None or _is_empty(data):
-        reason = next((line for line in heard if not line.startswith("Algorithm")), "nothing is in it that VTK can read")
+        reason = next(
+            (line for line in heard if not line.startswith("Algorithm")), "nothing is in it that VTK can read"
+        )
         raise MeshError(
-            f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged, or it is compressed (Draco, meshopt, "
+            f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged, or it is compressed "
+            "(Draco, meshopt, "
             "quantised or sparse glTF). Export it again without compression, or as OBJ or PLY."
         )
     return data
@@ -225,19 +237,22 @@ def _is_empty(data: Any) -> bool:
 
 
 def _read_ply(path: Path) -> pv.PolyData:
-    """A PLY file. VTK splits points at texture seams unless told not to, and is then left with their last coordinates."""
+    """A PLY file. VTK splits points at texture seams; told not to, it keeps their last coordinates "
+    "instead."""
     split = _read_with_vtk(path)
+    if split.active_texture_coordinates is None:
+        return _from_dataset(split, path.name)
     whole = _read_with_vtk(path, SetDuplicatePointsForFaceTexture=False)
-    seams = split.n_points - whole.n_points
-    if seams:
-        whole.active_texture_coordinates = np.array(split.active_texture_coordinates[: whole.n_points])
-        _warn_of_seams(path.name, seams)
+    whole.active_texture_coordinates = np.array(split.active_texture_coordinates[: whole.n_points])
+    if split.n_points > whole.n_points:
+        _warn_of_seams(path.name, split.n_points - whole.n_points)
     return _from_dataset(whole, path.name)
 
 
 def _warn_of_seams(name: str, count: int) -> None:
     warnings.warn(
-        f"{name}: the texture has seams; the first of several texture coordinates was kept (further ones left out: {count}).",
+        f"{name}: the texture has seams; the first of several texture coordinates was kept (further ones "
+        f"left out: {count}).",
         FaceWrinkleWarning,
         stacklevel=5,
     )
@@ -261,14 +276,17 @@ def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
 def _from_trimesh(source: Any) -> pv.PolyData:
     faces = np.asarray(source.faces)
     if faces.ndim != 2 or faces.shape[1] != 3:
-        raise MeshError(f"faces must have the shape (m, 3), received {faces.shape}. Triangulate the mesh first.")
+        raise MeshError(
+            f"faces must have the shape (m, 3), received {faces.shape}. Triangulate the mesh first."
+        )
     mesh = to_polydata(np.asarray(source.vertices), faces)
-    texture = getattr(getattr(source, "visual", None), "uv", None)
-    if np.shape(texture) == (mesh.n_points, 2):
+    visual = getattr(source, "visual", None)
+    texture = getattr(visual, "uv", None)
+    if texture is not None and len(texture) == mesh.n_points:
         mesh.point_data[TEXTURE] = np.array(texture, dtype=np.float64)
         mesh.point_data.active_texture_coordinates_name = TEXTURE
-    if getattr(getattr(source, "visual", None), "kind", None) == "vertex":
-        mesh.point_data[COLORS] = np.array(source.visual.vertex_colors)
+    if visual is not None and getattr(visual, "kind", None) == "vertex":
+        mesh.point_data[COLORS] = np.array(visual.vertex_colors)
     return mesh
 
 
@@ -291,7 +309,8 @@ def _from_dataset(data: Any, name: str) -> pv.PolyData:
         raise MeshError(f"{name} has no points.")
     if not _count_faces(data):
         raise MeshError(
-            f"{name} has {data.n_points} points and no faces. A surface is needed: export polygons (not points, lines or, in "
+            f"{name} has {data.n_points} points and no faces. A surface is needed: export polygons (not "
+            "points, lines or, in "
             "PLY, triangle strips), or reconstruct one with mesh.reconstruct_surface()."
         )
     return _with_data(data, _triangles(data), np.arange(data.n_points))
@@ -309,18 +328,19 @@ def _leaves(data: pv.MultiBlock, prefix: str = "") -> Iterator[tuple[str, Any]]:
 
 def _count_faces(data: Any) -> int:
     if isinstance(data, pv.PolyData):
-        return data.n_faces_strict + data.n_strips
+        return data.n_faces + data.n_strips
     return data.n_cells if isinstance(data, pv.DataSet) else 0
 
 
 def _faces_of_grid(grid: pv.UnstructuredGrid, name: str) -> pv.PolyData:
-    """The faces of an unstructured grid; its points keep their numbers, which `extract_surface` would change."""
+    """The faces of an unstructured grid; unlike with `extract_surface`, its points keep their numbers."""
     faces = {pv.CellType.TRIANGLE, pv.CellType.POLYGON, pv.CellType.QUAD}
     passed_over = {pv.CellType.VERTEX, pv.CellType.POLY_VERTEX, pv.CellType.LINE, pv.CellType.POLY_LINE}
     others = {pv.CellType(kind) for kind in np.unique(grid.celltypes)} - faces - passed_over
     if others:
         raise MeshError(
-            f"{name} must hold triangles, quads or polygons, and holds {', '.join(sorted(kind.name for kind in others))}. "
+            f"{name} must hold triangles, quads or polygons, and holds "
+            f"{', '.join(sorted(kind.name for kind in others))}. "
             "Take its surface first: mesh.extract_surface()."
         )
     kept = np.isin(grid.celltypes, [int(kind) for kind in faces])
@@ -384,18 +404,20 @@ class Surface:
 def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> Surface:
     """A clean copy of a surface, on which the algorithms can rely.
 
-    Degenerate and duplicate triangles are dropped, one component is chosen, the triangles are oriented alike and outward,
-    and unused points are dropped. What changes the surface is reported.
+    Degenerate and duplicate triangles are dropped, one component is chosen, the triangles are oriented alike
+    and outward, and unused points are dropped. What changes the surface is reported.
 
     Parameters
     ----------
     mesh : anything that `read_surface` takes
         Not changed.
     near : (k, 3) float, optional
-        Landmarks. The component that is nearest to most of them is chosen; without them the one of the largest area.
+        Landmarks. The component that is nearest to most of them is chosen; without them the one of the
+        largest area.
     forward : (3,) float, optional
-        The direction in which the face looks. The inside of the surface lies behind it. Without it, the inside is taken to
-        be where the centroid is, which holds for closed surfaces and for masks that bulge outward.
+        The direction in which the face looks. The inside of the surface lies behind it. Without it, the
+        inside is taken to be where the centroid is, which holds for closed surfaces and for masks that bulge
+        outward.
 
     Returns
     -------
@@ -404,8 +426,8 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
     Raises
     ------
     MeshError
-        If there are no points or faces; for points that are not finite; for edges with three or more triangles; for a
-        surface that cannot be oriented, such as a Möbius strip.
+        If there are no points or faces; for points that are not finite; for edges with three or more
+        triangles; for a surface that cannot be oriented, such as a Möbius strip.
     ParameterError
         For landmarks or a direction of the wrong shape, not finite, or zero.
 
@@ -447,7 +469,9 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
 def _vectors(name: str, values: np.ndarray) -> np.ndarray:
     values = np.asarray(values, dtype=np.float64)
     if values.ndim != 2 or values.shape[1] != 3 or not np.isfinite(values).all() or not values.any():
-        raise ParameterError(f"{name} must be finite vectors of three numbers that are not all zero, received {values}.")
+        raise ParameterError(
+            f"{name} must be finite vectors of three numbers that are not all zero, received {values}."
+        )
     return values
 
 
@@ -455,7 +479,8 @@ def _check_finite(points: np.ndarray) -> None:
     broken = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(broken):
         raise MeshError(
-            f"{len(broken)} of {len(points)} points are NaN or infinite, the first is point {broken[0]}: {points[broken[0]]}. "
+            f"{len(broken)} of {len(points)} points are NaN or infinite, the first is point {broken[0]}: "
+            f"{points[broken[0]]}. "
             "Delete them in a modeller, or export the mesh again."
         )
 
@@ -467,7 +492,9 @@ def _without_degenerate(points: np.ndarray, triangles: np.ndarray, report: list[
     doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     has_area = doubled > 1e-10 * longest  # rounding leaves about 1e-16 of a triangle that has none
     if not has_area.all():
-        report.append(f"Dropped degenerate triangles, which have no area: {np.sum(~has_area)} of {len(triangles)}.")
+        report.append(
+            f"Dropped degenerate triangles, which have no area: {np.sum(~has_area)} of {len(triangles)}."
+        )
         triangles = triangles[has_area]
     _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
     if len(first) < len(triangles):
@@ -476,3 +503,81 @@ def _without_degenerate(points: np.ndarray, triangles: np.ndarray, report: list[
     if not len(triangles):
         raise MeshError("all triangles are degenerate: none has an area. Export the mesh again.")
     return triangles
+
+
+def _check_manifold(triangles: np.ndarray) -> None:
+    crowded = topology.non_manifold_edges(triangles)
+    if len(crowded):
+        a, b = crowded[0]
+        shared = int(((triangles == a).any(axis=1) & (triangles == b).any(axis=1)).sum())
+        raise MeshError(
+            f"an edge must have one or two triangles; {len(crowded)} edges have more, the one between points "
+            f"{a} and {b} "
+            f"has {shared}. Clean the mesh in a modeller, or with pymeshlab's "
+            "meshing_repair_non_manifold_edges "
+            "(pip install facewrinkle[remesh])."
+        )
+
+
+def _one_component(
+    points: np.ndarray, triangles: np.ndarray, near: np.ndarray | None, report: list[str]
+) -> np.ndarray:
+    """The triangles of the component that is nearest to most landmarks, or that has the largest area."""
+    label = topology.components(triangles)
+    counts = np.bincount(label)
+    if len(counts) == 1:
+        return triangles
+    if near is None:
+        votes = np.bincount(label, weights=_areas(points, triangles))
+        reason = "the largest"
+    else:
+        used, first = np.unique(triangles, return_index=True)
+        _, nearest = cKDTree(points[used]).query(near)
+        votes = np.bincount(label[first[nearest] // 3], minlength=len(counts))
+        reason = f"nearest to {votes.max()} of {len(near)} landmarks"
+    chosen = int(np.argmax(votes))
+    others = np.sort(np.delete(counts, chosen))[::-1]
+    listed = ", ".join(map(str, others[:10])) + (", ..." if len(others) > 10 else "")
+    report.append(
+        f"Kept one of {len(counts)} separate parts, {reason}, with {counts[chosen]} triangles; left out "
+        "parts of "
+        f"{listed} triangles."
+    )
+    return triangles[label == chosen]
+
+
+def _areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = (points[triangles[:, corner]] for corner in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def _oriented(
+    points: np.ndarray, triangles: np.ndarray, forward: np.ndarray | None, report: list[str]
+) -> np.ndarray:
+    """The triangles, all oriented alike and outward."""
+    alike = topology.oriented(triangles)
+    turned = int((alike != triangles).any(axis=1).sum())
+    if turned:
+        report.append(
+            f"Turned triangles that were oriented against their neighbours: {turned} of {len(triangles)}."
+        )
+    if _enclosed_volume(points, alike, forward) < 0:
+        report.append("The surface was oriented inward; all its triangles were turned.")
+        alike = alike[:, [0, 2, 1]]
+    return alike
+
+
+def _enclosed_volume(points: np.ndarray, triangles: np.ndarray, forward: np.ndarray | None) -> float:
+    """The signed volume between the surface and an apex inside it; 0 where it is too small to tell.
+
+    The apex is the centroid, moved far back along `forward`. For a closed surface it does not matter; for an
+    open one the volume grows with the part of the area vector that looks forward.
+    """
+    corners = points[triangles]
+    areas = _areas(points, triangles)
+    apex = np.average(corners.mean(axis=1), axis=0, weights=areas)
+    if forward is not None:
+        apex = apex - forward / np.linalg.norm(forward) * np.linalg.norm(np.ptp(corners, axis=(0, 1)))
+    a, b, c = (corners[:, corner] - apex for corner in range(3))
+    volume = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+    return volume if abs(volume) > 1e-6 * areas.sum() ** 1.5 else 0.0

@@ -55,7 +55,8 @@ def installed() -> bool:
 def remedy() -> str:
     """The line that tells this machine's user what to install."""
     if shutil.which("apt-get"):
-        return f"Install the OpenGL libraries: sudo apt-get update && sudo apt-get install -y {' '.join(PACKAGES)}"
+        packages = " ".join(PACKAGES)
+        return f"Install the OpenGL libraries: sudo apt-get update && sudo apt-get install -y {packages}"
     if shutil.which("dnf"):
         return "Install the OpenGL libraries: sudo dnf install -y mesa-libGL mesa-libEGL"
     if shutil.which("apk"):

@@ -22,14 +22,16 @@ OF, POINT_HOST, POINT_LEVEL, POINT_WIDTH = 0, 2, 3, 4
 # Entries of the state: rows in use, heads of the lists of free rows (linked by PARENT and WHOLE), ends of the worklist.
 N_NODES, N_EDGES, N_POINTS, FREE_NODES, FREE_HALVES, FREE_INNER, FIRST, LAST, STATE_WIDTH = 0, 1, 2, 3, 4, 5, 6, 7, 8
 NONE, IDLE = -1, -2
+# What becomes of a split node when the mesh is coarsened.
+UNKNOWN, SPLIT, TAKEN = 0, 1, 2
 # The most rows that one red split adds: 4 nodes; 3 pairs of halves and 3 inner edges; 3 midpoints.
 ROOM = 9
 
 
 @njit(cache=True)
-def _hang(nodes, edges, x, s, e):  # type: ignore[no-untyped-def]
-    """Make edge e side s of node x."""
-    nodes[x, EDGE + s] = e
+def _hang(nodes, edges, x, s):  # type: ignore[no-untyped-def]
+    """Put side s of node x into the list of its edge."""
+    e = nodes[x, EDGE + s]
     nodes[x, FACE + s] = edges[e, SIDES]
     edges[e, SIDES] = 3 * x + s
     if edges[e, MIDPOINT] >= 0:
@@ -74,9 +76,9 @@ def _take(table, link, state, free, used, count):  # type: ignore[no-untyped-def
     row = state[free]
     if row >= 0:
         state[free] = table[row, link]
-        return row
-    row = state[used]
-    state[used] += count
+    else:
+        row = state[used]
+        state[used] += count
     return row
 
 
@@ -98,13 +100,13 @@ def plant(nodes, edges, points, ends, sides, triangles):  # type: ignore[no-unty
     """The forest of the M0 triangles: fill the first rows of the tables."""
     for e in range(len(ends)):
         _new_edge(edges, e, ends[e, 0], ends[e, 1], NONE, NONE)
-    points[:, OF : OF + 2] = NONE
-    points[:, POINT_HOST] = NONE
-    points[:, POINT_LEVEL] = 0
+    for v in range(len(points)):
+        points[v, OF], points[v, OF + 1], points[v, POINT_HOST], points[v, POINT_LEVEL] = NONE, NONE, NONE, 0
     for t in range(len(triangles) - 1, -1, -1):  # backwards, so that the lists are ascending and the lowest triangle hosts
         _new_node(nodes, t, triangles[t, 0], triangles[t, 1], triangles[t, 2], NONE, 0, t)
         for s in range(3):
-            _hang(nodes, edges, t, s, sides[t, s])
+            nodes[t, EDGE + s] = sides[t, s]
+            _hang(nodes, edges, t, s)
             edges[sides[t, s], HOST] = t
             points[triangles[t, s], POINT_HOST] = t
 
@@ -126,7 +128,7 @@ def _must_split(nodes, edges, x):  # type: ignore[no-untyped-def]
 def _push_illegal(nodes, edges, state, e):  # type: ignore[no-untyped-def]
     side = edges[e, SIDES]
     while side >= 0:
-        x = side // 3
+        x = np.int64(side // 3)
         if nodes[x, CHILD] < 0 and _must_split(nodes, edges, x):
             _push(nodes, state, x)
         side = nodes[x, FACE + side % 3]
@@ -137,7 +139,7 @@ def _bisect(nodes, edges, points, state, e, level):  # type: ignore[no-untyped-d
     """Give edge e a midpoint and two halves, and queue the leaves that cannot stay leaves with it."""
     mid = state[N_POINTS]
     state[N_POINTS] += 1
-    a, b, host = edges[e, END], edges[e, END + 1], edges[e, HOST]
+    a, b, host = np.int64(edges[e, END]), np.int64(edges[e, END + 1]), edges[e, HOST]
     points[mid, OF], points[mid, OF + 1], points[mid, POINT_HOST], points[mid, POINT_LEVEL] = a, b, host, level + 1
     half = _take(edges, WHOLE, state, FREE_HALVES, N_EDGES, 2)
     _new_edge(edges, half, a, mid, e, host)
@@ -149,7 +151,7 @@ def _bisect(nodes, edges, points, state, e, level):  # type: ignore[no-untyped-d
         side = nodes[side // 3, FACE + side % 3]
     _push_illegal(nodes, edges, state, e)
     if edges[e, WHOLE] >= 0:
-        _push_illegal(nodes, edges, state, edges[e, WHOLE])
+        _push_illegal(nodes, edges, state, np.int64(edges[e, WHOLE]))
 
 
 @njit(cache=True)
@@ -159,7 +161,7 @@ def _split_red(nodes, edges, points, state, x):  # type: ignore[no-untyped-def]
     nodes[x, CHILD] = child
     level, root = nodes[x, LEVEL], nodes[x, ROOT]
     for s in range(3):
-        e = nodes[x, EDGE + s]
+        e = np.int64(nodes[x, EDGE + s])
         if edges[e, MIDPOINT] < 0:
             _bisect(nodes, edges, points, state, e, level)
         edges[e, N_SPLIT] += 1
@@ -169,22 +171,25 @@ def _split_red(nodes, edges, points, state, x):  # type: ignore[no-untyped-def]
         p, q = edges[right, MIDPOINT], edges[left, MIDPOINT]
         _new_edge(edges, inner + s, p, q, NONE, root)
         _new_node(nodes, child + s, v, p, q, x, level + 1, root)
-        _hang(nodes, edges, child + s, 0, edges[right, HALF] + (edges[right, END] != v))
-        _hang(nodes, edges, child + s, 1, inner + s)
-        _hang(nodes, edges, child + s, 2, edges[left, HALF] + (edges[left, END] != v))
+        nodes[child + s, EDGE] = edges[right, HALF] + (edges[right, END] != v)
+        nodes[child + s, EDGE + 1] = inner + s
+        nodes[child + s, EDGE + 2] = edges[left, HALF] + (edges[left, END] != v)
     centre = child + 3
     _new_node(nodes, centre, edges[inner, END], edges[inner + 1, END], edges[inner + 2, END], x, level + 1, root)
     for s in range(3):
-        _hang(nodes, edges, centre, s, inner + (s + 1) % 3)
-    for s in range(3):  # the centre has no older neighbours
-        if _must_split(nodes, edges, child + s):
-            _push(nodes, state, child + s)
+        nodes[centre, EDGE + s] = inner + (s + 1) % 3
+    for node in range(child, child + 4):
+        for s in range(3):
+            _hang(nodes, edges, node, s)
+        if _must_split(nodes, edges, node):
+            _push(nodes, state, node)
 
 
 @njit(cache=True)
 def grow(nodes, edges, points, state, marked, max_level):  # type: ignore[no-untyped-def]
     """Split the marked leaves and all that must follow; False if the tables are full (enlarge them and call again)."""
-    for x in marked:
+    for i in range(len(marked)):
+        x = np.int64(marked[i])
         if nodes[x, LEVEL] < max_level:
             _push(nodes, state, x)
     while state[FIRST] >= 0:
@@ -197,23 +202,25 @@ def grow(nodes, edges, points, state, marked, max_level):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def _candidates(nodes, leaf, marked):  # type: ignore[no-untyped-def]
-    """Nodes whose four children are leaves, marked with both of their green halves."""
-    closed = np.zeros(len(nodes), np.bool_)
+def _candidates(nodes, leaf, marked, status, found):  # type: ignore[no-untyped-def]
+    """List the nodes whose four children are leaves, marked with both of their green halves; return their number."""
     for i in range(len(leaf)):
-        if not marked[i] and nodes[leaf[i], PARENT] >= 0:
-            closed[nodes[leaf[i], PARENT]] = True
-    found = np.empty(len(leaf) // 4, np.int32)
+        parent = nodes[leaf[i], PARENT]
+        if not marked[i] and parent >= 0:
+            status[parent] = SPLIT
     count = 0
     for i in range(len(leaf)):
         x = nodes[leaf[i], PARENT]
-        if x >= 0 and not closed[x]:
-            closed[x] = True
+        if x >= 0 and status[x] == UNKNOWN:
             c = nodes[x, CHILD]
-            if nodes[c, CHILD] < 0 and nodes[c + 1, CHILD] < 0 and nodes[c + 2, CHILD] < 0 and nodes[c + 3, CHILD] < 0:
+            status[x] = TAKEN
+            for child in range(c, c + 4):
+                if nodes[child, CHILD] >= 0:
+                    status[x] = SPLIT
+            if status[x] == TAKEN:
                 found[count] = x
                 count += 1
-    return found[:count]
+    return count
 
 
 @njit(cache=True)
@@ -231,69 +238,86 @@ def _may_close(nodes, edges, x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _push_taken(nodes, edges, state, e, taken):  # type: ignore[no-untyped-def]
+def _push_taken(nodes, edges, state, status, e):  # type: ignore[no-untyped-def]
     side = edges[e, SIDES]
     while side >= 0:
-        if taken[side // 3]:
-            _push(nodes, state, side // 3)
-        side = nodes[side // 3, FACE + side % 3]
+        x = np.int64(side // 3)
+        if status[x] == TAKEN:
+            _push(nodes, state, x)
+        side = nodes[x, FACE + side % 3]
 
 
 @njit(cache=True)
-def _largest_legal(nodes, edges, state, candidates):  # type: ignore[no-untyped-def]
+def _return_illegal(nodes, edges, state, status, found):  # type: ignore[no-untyped-def]
     """Take all candidates back at once, then return to their children those that cannot stand as leaves, to a fixed point."""
-    taken = np.zeros(len(nodes), np.bool_)
-    for x in candidates:
-        taken[x] = True
+    for i in range(len(found)):
+        x = np.int64(found[i])
         _push(nodes, state, x)
         for s in range(3):
             edges[nodes[x, EDGE + s], N_SPLIT] -= 1
     while state[FIRST] >= 0:
         x = _pop(nodes, state)
-        if taken[x] and not _may_close(nodes, edges, x):
-            taken[x] = False
+        if status[x] == TAKEN and not _may_close(nodes, edges, x):
+            status[x] = SPLIT
             for s in range(3):
                 e = nodes[x, EDGE + s]
                 edges[e, N_SPLIT] += 1
                 if edges[e, N_SPLIT] == 1:
-                    _push_taken(nodes, edges, state, e, taken)
+                    _push_taken(nodes, edges, state, status, e)
                     if edges[e, WHOLE] >= 0:
-                        _push_taken(nodes, edges, state, edges[e, WHOLE], taken)
-    return candidates[taken[candidates]]
+                        _push_taken(nodes, edges, state, status, edges[e, WHOLE])
 
 
 @njit(cache=True)
 def _free(table, row, count, link, state, free):  # type: ignore[no-untyped-def]
-    table[row : row + count] = 0  # vertex 0 lives for ever, so free rows survive any renumbering of the vertices
+    for i in range(row, row + count):
+        for j in range(table.shape[1]):
+            table[i, j] = 0  # vertex 0 lives for ever, so free rows survive any renumbering of the vertices
     table[row, link] = state[free]
     state[free] = row
 
 
 @njit(cache=True)
-def prune(nodes, edges, state, leaf, marked):  # type: ignore[no-untyped-def]
-    """Take back sibling leaves where all four are marked; True for every vertex that is gone."""
-    gone = np.zeros(state[N_POINTS], np.bool_)
-    closing = _largest_legal(nodes, edges, state, _candidates(nodes, leaf, marked))
-    for x in closing:
-        child = nodes[x, CHILD]
-        for s in range(3):
-            _unhang(nodes, edges, child + s, 0)
-            _unhang(nodes, edges, child + s, 2)
-        _free(edges, nodes[child, EDGE + 1], 3, WHOLE, state, FREE_INNER)
-        _free(nodes, child, 4, PARENT, state, FREE_NODES)
-        nodes[x, CHILD] = NONE
-    for x in closing:  # only now have the halves lost all their nodes
-        for s in range(3):
-            e = nodes[x, EDGE + s]
-            if edges[e, N_SPLIT] == 0 and edges[e, MIDPOINT] >= 0:
-                gone[edges[e, MIDPOINT]] = True
-                _free(edges, edges[e, HALF], 2, WHOLE, state, FREE_HALVES)
-                edges[e, MIDPOINT], edges[e, HALF] = NONE, NONE
-                side = edges[e, SIDES]
-                while side >= 0:
-                    nodes[side // 3, HANGING] &= ~(1 << side % 3)
-                    side = nodes[side // 3, FACE + side % 3]
-    return gone
+def _close(nodes, edges, state, x):  # type: ignore[no-untyped-def]
+    """Make node x a leaf."""
+    child = np.int64(nodes[x, CHILD])
+    for s in range(3):
+        for outer in range(0, 3, 2):
+            _unhang(nodes, edges, child + s, outer)
+    _free(edges, nodes[child, EDGE + 1], 3, WHOLE, state, FREE_INNER)
+    _free(nodes, child, 4, PARENT, state, FREE_NODES)
+    nodes[x, CHILD] = NONE
+
+
+@njit(cache=True)
+def _join(nodes, edges, state, e):  # type: ignore[no-untyped-def]
+    """Make edge e one piece again."""
+    _free(edges, edges[e, HALF], 2, WHOLE, state, FREE_HALVES)
+    edges[e, MIDPOINT], edges[e, HALF] = NONE, NONE
+    side = edges[e, SIDES]
+    while side >= 0:
+        nodes[side // 3, HANGING] &= ~(1 << side % 3)
+        side = nodes[side // 3, FACE + side % 3]
+
+
+@njit(cache=True)
+def prune(nodes, edges, state, leaf, marked, status, found, gone):  # type: ignore[no-untyped-def]
+    """Take back sibling leaves where all four are marked, and tell which vertices are `gone`.
+
+    `status` (UNKNOWN for every node) and `found` (room for a quarter of the leaves) are scratch.
+    """
+    found = found[: _candidates(nodes, leaf, marked, status, found)]
+    _return_illegal(nodes, edges, state, status, found)
+    for i in range(len(found)):
+        if status[found[i]] == TAKEN:
+            _close(nodes, edges, state, found[i])
+    for i in range(len(found)):  # only now have the halves lost all their nodes
+        if status[found[i]] == TAKEN:
+            for s in range(3):
+                e = nodes[found[i], EDGE + s]
+                if edges[e, N_SPLIT] == 0 and edges[e, MIDPOINT] >= 0:
+                    gone[edges[e, MIDPOINT]] = True
+                    _join(nodes, edges, state, e)
 
 
 @njit(cache=True)

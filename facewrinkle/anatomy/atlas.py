@@ -1,0 +1,190 @@
+"""The atlas: muscles, action units, expressions and tissue as data, and their placing on a face with landmarks."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import FaceWrinkleError, UnknownNameError, check_range, unknown_name
+from .landmarks import FaceFrame, of_side
+from .muscles import LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
+
+Array = npt.NDArray[np.float64]
+DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
+
+
+@dataclass(frozen=True, eq=False)
+class Atlas:
+    """What is known of all faces.
+
+    Attributes
+    ----------
+    muscles : dict of str to dict
+        Entries as written, by full name ("corrugator_l").
+    action_units : dict of str to dict
+        Contraction rates by full muscle name; "AU12" and, where both sides take part, "AU12L" and "AU12R".
+    action_unit_names : dict of str to str
+    expressions : dict of str to dict
+        Contraction rates by full muscle name.
+    tissue : list of dict
+        Samples of soft tissue: where, depth (mm), stiffness.
+    """
+
+    muscles: dict[str, dict[str, Any]]
+    action_units: dict[str, dict[str, float]]
+    action_unit_names: dict[str, str]
+    expressions: dict[str, dict[str, float]]
+    tissue: list[dict[str, Any]]
+
+    def contractions(self, what: str | Mapping[str, float], intensity: float = 1.0) -> dict[str, float]:
+        """Contraction rates by muscle of an expression, of an action unit, or of a mixture with weights.
+
+        Where several action units use one muscle, the strongest counts.
+
+        Raises
+        ------
+        UnknownNameError
+            For a name that is no expression, action unit or muscle; the nearest names are suggested.
+        ParameterError
+            For a weight or intensity outside [0, 1].
+
+        Examples
+        --------
+        >>> load_atlas().contractions("closing_eye", 0.5)
+        {'orbicularis_oculi_l': 0.5}
+        """
+        check_range("intensity", intensity, 0.0, 1.0, "An expression at 1 is at its strongest.")
+        if isinstance(what, str):
+            if what not in self.expressions and what not in self.action_units:
+                raise unknown_name("expression", what, [*self.expressions, *self.action_units])
+            rates = self.expressions.get(what) or self.action_units[what]
+            return {name: intensity * rate for name, rate in rates.items()}
+        total: dict[str, float] = {}
+        for name, weight in what.items():
+            check_range(name, weight, 0.0, 1.0)
+            for muscle, rate in self.resolve(name).items():
+                total[muscle] = max(total.get(muscle, 0.0), intensity * weight * rate)
+        return total
+
+    def resolve(self, name: str) -> dict[str, float]:
+        """Contraction rates of one muscle, muscle pair, action unit or expression at full strength."""
+        for table in (self.action_units, self.expressions):
+            if name in table:
+                return dict(table[name])
+        muscles = [n for n in (name, f"{name}_l", f"{name}_r") if n in self.muscles]
+        if not muscles:
+            raise unknown_name("muscle", name, [*self.muscles, *self.action_units, *self.expressions])
+        return dict.fromkeys(muscles, 1.0)
+
+    def place(self, landmarks: Mapping[str, Array], frame: FaceFrame) -> dict[str, Muscle]:
+        """All muscles on a face, in the unit of its landmarks."""
+        return {name: _placed(entry, landmarks, frame) for name, entry in self.muscles.items()}
+
+    def tissue_samples(self, landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Array, Array, Array]:
+        """Positions (k, 3) of the tissue samples on both sides, their depths in mm (k,) and stiffness (k,)."""
+        rows = [(_point(t["at"], s, landmarks, frame), t["depth"], t["stiffness"]) for t in self.tissue for s in "lr"]
+        return tuple(np.array(column) for column in zip(*rows, strict=True))  # type: ignore[return-value]
+
+
+@lru_cache(maxsize=1)
+def load_atlas() -> Atlas:
+    """The atlas that comes with the package."""
+    return read_atlas(DEFAULT_ATLAS)
+
+
+def read_atlas(path: str | Path) -> Atlas:
+    """An atlas from a TOML file; see the one in the package for the form.
+
+    Raises
+    ------
+    FaceWrinkleError
+        If the file cannot be read or is not TOML.
+    UnknownNameError
+        If an action unit or expression names a muscle that the file does not have.
+    """
+    try:
+        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FaceWrinkleError(f"cannot read the atlas {str(path)!r}: {error.strerror or error}.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise FaceWrinkleError(f"the atlas {str(path)!r} is not valid TOML: {error}.") from None
+    muscles = {
+        f"{name}_{side}" if entry.get("paired", True) else name: {**entry, "side": side}
+        for name, entry in content.get("muscles", {}).items()
+        for side in ("lr" if entry.get("paired", True) else "l")
+    }
+    atlas = Atlas(muscles, {}, {}, {}, content.get("tissue", []))
+    for name, unit in content.get("action_units", {}).items():
+        rates = _expanded(atlas, unit["muscles"])
+        atlas.action_units[name] = rates
+        atlas.action_unit_names[name] = unit["name"]
+        if {m[-2:] for m in rates} == {"_l", "_r"}:
+            for side in "lr":
+                atlas.action_units[name + side.upper()] = {m: r for m, r in rates.items() if m.endswith("_" + side)}
+    for name, mixture in content.get("expressions", {}).items():
+        atlas.expressions[name] = _expanded(atlas, mixture)
+    return atlas
+
+
+def _expanded(atlas: Atlas, mixture: Mapping[str, float]) -> dict[str, float]:
+    try:
+        return atlas.contractions(mixture)
+    except UnknownNameError as error:
+        raise UnknownNameError(f"in the atlas: {error}") from None
+
+
+def _point(entry: Mapping[str, Any], side: str, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
+    """A point of the atlas on a face: weighted mean of landmarks plus an offset along the face's axes."""
+    weights = {stem: weight for stem, weight in entry.items() if stem != "offset"}
+    total = sum(weights.values())
+    if abs(total - 1.0) > 1e-9:
+        raise FaceWrinkleError(f"in the atlas: the weights of {dict(entry)} add up to {total:g}, they must add up to 1.")
+    point = sum(weight * landmarks[of_side(stem, side)] for stem, weight in weights.items())
+    return np.asarray(point) + _direction(entry.get("offset", (0.0, 0.0, 0.0)), side, frame) * frame.pupil_distance
+
+
+def _direction(local: npt.ArrayLike, side: str, frame: FaceFrame) -> Array:
+    """A direction [lateral, up, forward] of one side in the face's coordinates."""
+    lateral, up, forward = np.asarray(local, dtype=np.float64)
+    return np.array([lateral if side == "l" else -lateral, up, forward]) @ frame.axes
+
+
+def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: FaceFrame) -> Muscle:
+    side, size = entry["side"], frame.pupil_distance
+    common: dict[str, Any] = {
+        "wrinkles": Wrinkles(**entry.get("wrinkles", {})),
+        "strength": entry.get("strength", 1.0),
+        "normal_share": entry.get("normal_share", 1.0),
+    }
+
+    def point(part: Mapping[str, Any]) -> Array:
+        return _point(part, side, landmarks, frame)
+
+    if entry["kind"] == "linear":
+        a, i = point(entry["attachment"]), point(entry["insertion"])
+        radius = max(entry["radius"] * size, float(np.linalg.norm(i - a)))
+        return LinearMuscle(a, i, np.deg2rad(entry["max_angle"]), radius, **common)
+    if entry["kind"] == "sheet":
+        lines = [[point(end) for end in entry[part]] for part in ("attachment", "insertion")]
+        return SheetMuscle(*lines, length=entry["length"] * size, width=entry["width"] * size, **common)
+    beta1, beta2 = np.deg2rad(entry["beta"])
+    return SphincterMuscle(
+        point(entry["centre"]),
+        entry["semi_major"] * size,
+        entry["semi_minor"] * size,
+        normal=_direction((0, 0, 1), side, frame),
+        lateral=_direction((1, 0, 0), side, frame),
+        vertical=_direction((0, 1, 0), side, frame),
+        inner=entry["inner"],
+        beta1=float(beta1),
+        beta2=float(beta2),
+        dead_zone=entry["dead_zone"],
+        **common,
+    )

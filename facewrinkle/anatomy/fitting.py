@@ -1,0 +1,153 @@
+"""A Face from any mesh with landmarks, and the built-in one."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from scipy.spatial import cKDTree
+
+from ..errors import FaceWrinkleWarning, LandmarkError, ParameterError, unknown_name
+from ..mesh import Surface, prepare, read_surface, to_polydata
+from .atlas import Atlas
+from .face import Face
+from .head import load_head
+from .landmarks import MEAN_PUPIL_DISTANCE, complete, frame_of, mirrored, read_landmarks
+
+Array = npt.NDArray[np.float64]
+
+UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4}
+
+OFF_MESH = 0.2
+"""A landmark farther from the mesh than this many distances between the pupils is an error."""
+
+NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
+
+
+def default_face() -> Face:
+    """The built-in head: 4,517 triangles, in mm, +y up, looking along +z, the subject's left at +x.
+
+    Returns
+    -------
+    Face
+
+    Examples
+    --------
+    >>> face = default_face()
+    >>> face.mesh.n_cells, len(face.muscles)
+    (4517, 23)
+    """
+    head = load_head()
+    mesh = to_polydata(head.points, head.triangles)
+    mesh.active_texture_coordinates = head.uv.copy()
+    mesh.point_data["Colors"] = head.colour.copy()
+    return Face.from_landmarks(mesh, {name: point.copy() for name, point in head.landmarks.items()}, unit=1.0)
+
+
+def fit_face(
+    mesh: pv.DataSet | str | Path,
+    landmarks: Mapping[str, npt.ArrayLike] | str | Path | None = None,
+    units: str | float | None = None,
+    atlas: Atlas | None = None,
+) -> Face:
+    """Place skull, eyes and muscles under a mesh whose landmarks are given.
+
+    Parameters
+    ----------
+    mesh : PolyData or path
+        Triangles, quads or polygons in any unit and orientation. Not changed. Where there are several parts, the one that
+        the landmarks lie on is the face.
+    landmarks : dict, str or Path
+        Coordinates by name (see :data:`facewrinkle.anatomy.landmarks.NAMES`), or a JSON file. Missing ones are mirrored or
+        estimated where that is sound.
+    units : {"um", "mm", "cm", "dm", "m", "in"} or float, optional
+        Unit of the mesh, or millimetres per unit. Default: such that the pupils are 63 mm apart, as an adult's are.
+    atlas : Atlas, optional
+        Other muscles than those that come with the package.
+
+    Returns
+    -------
+    Face
+        In the mesh's own unit and coordinates.
+
+    Raises
+    ------
+    MeshError
+        If the mesh cannot carry a face.
+    LandmarkError
+        If landmarks are missing that cannot be estimated, lie off the mesh, or are swapped left for right.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> head = fw.default_face()
+    >>> inches = head.mesh.scale(1 / 25.4)
+    >>> face = fit_face(inches, {name: point / 25.4 for name, point in head.landmarks.items()}, units="in")
+    >>> face.unit
+    25.4
+    """
+    if landmarks is None:
+        raise LandmarkError(
+            "fit_face needs landmarks: a dictionary of coordinates or a JSON file. Required are both sides (or one, if it is to "
+            "be mirrored) of eye_inner, eye_outer, mouth, brow_mid, and nose_tip, upper_lip_mid, lower_lip_mid."
+        )
+    source = read_surface(mesh)
+    given = read_landmarks(landmarks)
+    known = mirrored(given)
+    near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN]) if known else None
+    template = load_head().landmarks
+    found, estimated = complete(given, template)
+    frame = frame_of(found)
+    surface = prepare(source, near=near, forward=frame.axes[2])
+    _check_on_mesh(given, surface.points, surface.triangles, frame.pupil_distance)
+    for name in estimated:
+        if name not in NOT_ON_SKIN:
+            found[name] = _closest(surface, found[name])
+    scale = _unit(units, frame.pupil_distance)
+    return Face.from_landmarks(surface.mesh, found, scale, atlas, estimated)
+
+
+def _unit(units: str | float | None, pupil_distance: float) -> float:
+    if units is None:
+        return MEAN_PUPIL_DISTANCE / pupil_distance
+    if isinstance(units, str):
+        if units not in UNITS:
+            raise unknown_name("unit", units, UNITS)
+        unit = UNITS[units]
+    else:
+        unit = float(units)
+        if not (np.isfinite(unit) and unit > 0.0):
+            raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
+    if not 30.0 <= pupil_distance * unit <= 120.0:
+        warnings.warn(
+            f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart; an adult's are 50 to 76. "
+            "Leave units out to take the size from the face.",
+            FaceWrinkleWarning,
+            stacklevel=3,
+        )
+    return unit
+
+
+def _closest(surface: Surface, point: Array) -> Array:
+    """The closest vertex: estimates are not worth more."""
+    return np.asarray(surface.points[np.argmin(((surface.points - point) ** 2).sum(axis=1))])
+
+
+def _check_on_mesh(given: Mapping[str, Array], points: Array, triangles: npt.NDArray[np.int32], size: float) -> None:
+    names = [n for n in given if n not in NOT_ON_SKIN]
+    if not names:
+        return
+    where = np.array([given[n] for n in names])
+    # Vertices and centroids are dense enough for a tolerance of this size, however large the triangles.
+    cloud = np.vstack([points, points[triangles].mean(axis=1)])
+    distance = cKDTree(cloud).query(where)[0] / size
+    off = [f"{n} ({d:.2g})" for n, d in zip(names, distance, strict=True) if d > OFF_MESH]
+    if off:
+        raise LandmarkError(
+            f"landmarks off the mesh, with their distance from it in distances between the pupils: {', '.join(off)}; at most "
+            f"{OFF_MESH:g} is allowed. Are mesh and landmarks in the same unit and coordinates?"
+        )
