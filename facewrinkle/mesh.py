@@ -203,31 +203,31 @@ def _complaints() -> Iterator[list[str]]:
 
 def _read_with_vtk(path: Path, **settings: bool) -> Any:
     """What VTK makes of the file; `settings` are those of the VTK reader."""
-    try:
-        reader = pv.get_reader(str(path))
-    except ValueError:
-        raise MeshError(
-            f"{path.name}: no reader for {path.suffix or 'a file without an ending'!r}. Export the mesh as "
-            f"one of: {READABLE}."
-        ) from None
+    data = None
     with _complaints() as heard:
         try:
+            reader = pv.get_reader(str(path))
             for name, value in settings.items():
                 getattr(reader.reader, name)(value)
             data = reader.read()
+        except ValueError:
+            if not heard:  # the ending is unknown to VTK
+                raise _no_reader(path) from None
         except Exception as problem:  # every format fails in its own way
-            data = None
             heard.append(str(problem).splitlines()[-1])
     if data is None or _is_empty(data):
-        reason = next(
-            (line for line in heard if not line.startswith("Algorithm")), "nothing is in it that VTK can read"
-        )
+        telling = [line for line in heard if not line.startswith("Algorithm")]
+        reason = telling[0] if telling else "nothing is in it that VTK understands"
         raise MeshError(
-            f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged, or it is compressed "
-            "(Draco, meshopt, "
-            "quantised or sparse glTF). Export it again without compression, or as OBJ or PLY."
+            f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged, or it is compressed (Draco, "
+            "meshopt, quantised or sparse glTF). Export it again without compression, or as OBJ or PLY."
         )
     return data
+
+
+def _no_reader(path: Path) -> MeshError:
+    ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
+    return MeshError(f"{path.name}: there is no reader {ending}. Export the mesh as one of: {READABLE}.")
 
 
 def _is_empty(data: Any) -> bool:
@@ -237,8 +237,7 @@ def _is_empty(data: Any) -> bool:
 
 
 def _read_ply(path: Path) -> pv.PolyData:
-    """A PLY file. VTK splits points at texture seams; told not to, it keeps their last coordinates "
-    "instead."""
+    """A PLY file. VTK splits points at texture seams; told not to, it keeps their last coordinates."""
     split = _read_with_vtk(path)
     if split.active_texture_coordinates is None:
         return _from_dataset(split, path.name)
@@ -251,8 +250,8 @@ def _read_ply(path: Path) -> pv.PolyData:
 
 def _warn_of_seams(name: str, count: int) -> None:
     warnings.warn(
-        f"{name}: the texture has seams; the first of several texture coordinates was kept (further ones "
-        f"left out: {count}).",
+        f"{name}: the texture has seams; where points have several texture coordinates, the first were kept "
+        f"(points: {count}).",
         FaceWrinkleWarning,
         stacklevel=5,
     )
@@ -346,7 +345,7 @@ def _faces_of_grid(grid: pv.UnstructuredGrid, name: str) -> pv.PolyData:
     kept = np.isin(grid.celltypes, [int(kind) for kind in faces])
     mesh = pv.PolyData()
     mesh.points = grid.points
-    mesh.faces = grid.cells[np.repeat(kept, np.diff(grid.offset) + 1)]
+    mesh.faces = grid.cells[np.repeat(kept, np.diff(grid.cell_offsets) + 1)]
     mesh.point_data.update(grid.point_data)
     return mesh
 
@@ -492,9 +491,7 @@ def _without_degenerate(points: np.ndarray, triangles: np.ndarray, report: list[
     doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     has_area = doubled > 1e-10 * longest  # rounding leaves about 1e-16 of a triangle that has none
     if not has_area.all():
-        report.append(
-            f"Dropped degenerate triangles, which have no area: {np.sum(~has_area)} of {len(triangles)}."
-        )
+        report.append(f"Dropped degenerate triangles (no area): {np.sum(~has_area)} of {len(triangles)}.")
         triangles = triangles[has_area]
     _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
     if len(first) < len(triangles):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facewrinkle.anatomy.cage import subdivided
-from facewrinkle.anatomy.cage_mesh import FIXED, FREE, ON_LINE, Chart, ChartMesh, mean_value_chart
+from facewrinkle.anatomy.cage_mesh import FIXED, FREE, ON_LINE, Chart, ChartMesh, cross, mean_value_chart
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -18,9 +18,10 @@ Ints = NDArray[np.int64]
 LEVELS = 4
 TRIANGLES = 4517
 MIRROR = np.array([-1.0, 1.0, 1.0])
+TEXELS = 512
 SEAT = 0.2  # mm between eyeball and lid margin: more than the sag of a margin edge
 LID_STRIPS = {("eye_ring2", "eye_ring3")}
-LIP_STRIPS = {("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3")}
+LIP_STRIPS = {(f"mouth_ring{k}", f"mouth_ring{k + 1}") for k in (1, 2, 3)}
 
 
 @dataclass
@@ -40,8 +41,8 @@ class HalfCage:
 
     def strip(self, pairs: set[tuple[str, str]]) -> Ints:
         """Rows of the quads between rings, given as pairs of name stems."""
-        stems = [sorted({self.names[v].split(".")[0] for v in quad}) for quad in self.quads]
-        return np.array([q for q, stem in enumerate(stems) if tuple(stem) in pairs])
+        stems = [{self.names[v].split(".")[0] for v in quad} for quad in self.quads]
+        return np.array([q for q, stem in enumerate(stems) if any(stem == set(pair) for pair in pairs)], dtype=np.int64)
 
     def fine_triangles(self) -> Ints:
         g = self.grids
@@ -67,14 +68,21 @@ def half_surface(data: dict[str, Any]) -> HalfCage:
     return half
 
 
+def ring_share(half: HalfCage, pairs: set[tuple[str, str]]) -> Floats:
+    """Over the quads between two rings, 0 on the first ring of the pair to 1 on the second; 0 elsewhere (n,)."""
+    share = np.zeros(len(half.points))
+    i, j = np.meshgrid(*(np.linspace(0, 1, half.grids.shape[1]),) * 2, indexing="ij")
+    blend = np.stack([(1 - i) * (1 - j), i * (1 - j), i * j, (1 - i) * j])
+    second = {pair[1] for pair in pairs}
+    for q in half.strip(pairs):
+        inner = [half.names[v].split(".")[0] in second for v in half.quads[q]]
+        share[half.grids[q]] = blend[inner].sum(axis=0)
+    return share
+
+
 def _seat_lids(half: HalfCage, centre: Floats, radius: float) -> None:
     """Bring the lids' inner margin onto the eyeball, and keep everything else outside it."""
-    depth = np.zeros(len(half.points))
-    for q in half.strip(LID_STRIPS):
-        inner = [half.names[v].startswith("eye_ring3") for v in half.quads[q]]
-        i, j = np.meshgrid(*(np.linspace(0, 1, half.grids.shape[1]),) * 2, indexing="ij")
-        share = [(1 - i) * (1 - j), i * (1 - j), i * j, (1 - i) * j]
-        depth[half.grids[q]] = sum(s for s, is_inner in zip(share, inner, strict=True) if is_inner)
+    depth = ring_share(half, LID_STRIPS)
     away = half.points - centre
     distance = np.linalg.norm(away, axis=1)
     seated = radius + SEAT
@@ -207,11 +215,11 @@ def half_mesh(half: HalfCage, data: dict[str, Any], plane: Floats) -> tuple[Char
     used, flat = np.unique(start, return_inverse=True)
     triangles = flat.reshape(-1, 3)
     kind, line = _kinds(half.points[used], plane[used], data["outline"])
-    frozen = half.grids[np.concatenate([half.strip(LID_STRIPS), half.strip(LIP_STRIPS)])]
+    frozen = half.grids[half.strip(LID_STRIPS | LIP_STRIPS)]
     kind[np.isin(used, frozen)] = FIXED
     end = triangles[(start == corner).any(axis=1)][0]
     kept = {(int(min(a, b)), int(max(a, b))) for a in end for b in end if a != b}
-    chart = Chart(plane, fine, np.column_stack([half.points, size]))
+    chart = Chart(plane, fine, np.column_stack([half.points, size, tinted(half, data)]))
     return ChartMesh(chart, plane[used], triangles, kind, line, kept), end
 
 
@@ -257,6 +265,113 @@ def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Floats, Ints, Floats]:
     )
 
 
+# ----------------------------------------------------------------------------------------------- what lies on the mesh
+def tinted(half: HalfCage, data: dict[str, Any]) -> Floats:
+    """Skin colour (n, 3) of the fine points, 0 to 255: typed spots and rings painted over one another."""
+    paint = data["paint"]
+    colour = np.tile(np.array(paint["skin"], dtype=float), (len(half.points), 1))
+    for centre, reach, tint, strength in paint["spots"]:
+        away = np.linalg.norm(half.points - centre, axis=1)
+        share = strength * np.exp(-0.5 * (away / reach) ** 2)[:, None]
+        colour += share * (np.array(tint) - colour)
+    tint, strength = paint["brow"]
+    colour += (strength * _brow_shade(np.array(data["brow"]["line"]), half.points))[:, None] * (np.array(tint) - colour)
+    for first, second, tint, outer, inner, reach, last in paint["rings"]:
+        pair = (first, second)
+        over = np.zeros(len(half.points), dtype=bool)
+        strip = half.strip({pair})
+        numbers = np.array([[int(half.names[v].split(".")[1]) for v in quad] for quad in half.quads[strip]])
+        over[half.grids[strip[(numbers <= last).all(axis=1)]]] = True
+        ramp = np.minimum(ring_share(half, {pair}) / reach, 1.0)
+        share = np.where(over, outer + (inner - outer) * ramp * ramp * (3.0 - 2.0 * ramp), 0.0)[:, None]
+        colour += share * (np.array(tint) - colour)
+    return colour
+
+
+def _brow_shade(line: Floats, points: Floats) -> Floats:
+    """1 on the brow's centre line in the frontal view, fading to 0 within its width (n,)."""
+    stations = np.linspace(0.0, len(line) - 1.0, 8 * len(line))
+    x, y, width = (np.interp(stations, np.arange(len(line)), line[:, c]) for c in range(3))
+    away, nearest = cKDTree(np.stack([x, y], axis=1)).query(points[:, :2])
+    front = points[:, 2] > 50.0
+    return np.where(front, np.exp(-((away / (1.3 * width[nearest])) ** 2)), 0.0)
+
+
+def painted(chart: Chart, middle: Floats, span: float) -> NDArray[np.uint8]:
+    """The skin's colour as a square image, first row at v = 1; mirrored from the left half."""
+    centres = (np.arange(TEXELS) + 0.5) / TEXELS - 0.5
+    u, v = np.meshgrid(centres[TEXELS // 2 :], centres[::-1])
+    left = chart(np.stack([u.ravel(), v.ravel()], axis=1) * span + middle, most=32)[:, 4:]
+    image = np.rint(np.clip(left, 0, 255)).astype(np.uint8).reshape(TEXELS, -1, 3)
+    return np.concatenate([image[:, ::-1], image], axis=1)
+
+
+def closest_point(query: Floats, corners: Floats) -> Floats:
+    """The point (3,) nearest to `query` on triangles (m, 3, 3)."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    normal = np.cross(b - a, c - a)
+    size = np.einsum("mi,mi->m", normal, normal)
+    size = np.where(size > 0.0, size, np.inf)
+    p = query - normal * (np.einsum("mi,mi->m", query - a, normal) / size)[:, None]
+    beyond = np.stack([np.einsum("mi,mi->m", np.cross(v - u, p - u), normal) for u, v in ((a, b), (b, c), (c, a))])
+    inside = (beyond >= 0.0).all(axis=0) & np.isfinite(size)
+    found = [p[inside]]
+    for u, v in ((a, b), (b, c), (c, a)):
+        along = v - u
+        share = np.einsum("mi,mi->m", query - u, along) / np.maximum(np.einsum("mi,mi->m", along, along), 1e-30)
+        found.append(u + np.clip(share, 0.0, 1.0)[:, None] * along)
+    places = np.concatenate(found)
+    nearest: Floats = places[np.linalg.norm(places - query, axis=1).argmin()]
+    return nearest
+
+
+def landmarks(half: HalfCage, data: dict[str, Any], points: Floats, triangles: Ints) -> dict[str, Floats]:
+    """Landmarks on the mesh, from typed places or cage vertices; those of the left are mirrored to the right."""
+    corners = points[triangles]
+    left = corners[(corners[:, :, 0] >= 0.0).all(axis=1)]
+    middle = np.stack([np.where(t[:, :1] == 0.0, t, np.nan) for t in corners])
+    pairs = middle[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2, 3)
+    ridge = pairs[np.isfinite(pairs).all(axis=(1, 2))][:, [0, 1, 1]]
+    found: dict[str, Floats] = {}
+    for name, place in data["landmarks"].items():
+        at = half.points[half.of(place)] if isinstance(place, str) else np.array(place, dtype=float)
+        found[name] = closest_point(at, ridge if at[0] == 0.0 else left)
+    found["eye_l_centre"] = np.array(data["eye"]["centre"])
+    for name in [name for name in found if "_l_" in name or name.endswith("_l")]:
+        twin = name.replace("_l_", "_r_") if "_l_" in name else name[:-1] + "r"
+        found[twin] = found[name] * MIRROR
+    return found
+
+
+def hairs(brow: dict[str, Any], points: Floats, triangles: Ints) -> tuple[Ints, Floats]:
+    """Left eyebrow: triangles (k, p) and weights (k, p, 3) of hair points, laid out in the frontal view."""
+    line = np.array(brow["line"])
+    stations = np.linspace(0.0, 1.0, len(line))
+    k = np.arange(brow["count"])
+    along, across = (k * 0.7548776662466927 + 0.5) % 1.0, (k * 0.5698402909980532 + 0.5) % 1.0 * 2.0 - 1.0
+    along = along**0.9
+    x, y, width, lean = (np.interp(along, stations, column) for column in line.T)
+    tangent = np.arctan2(np.interp(along, stations, np.gradient(line[:, 1])), np.interp(along, stations, np.gradient(line[:, 0])))
+    root = np.stack([x - width * across * np.sin(tangent), y + width * across * np.cos(tangent)], axis=1)
+    # Hairs rise at the inner end, and lie along the brow outwards; those above bend down, those below up.
+    start = tangent + np.radians(lean) * (1.0 - 0.5 * across)
+    bend = -np.radians(brow["bend"]) * (0.4 + 0.6 * across)
+    steps = np.linspace(0.0, 1.0, len(brow["heights"]))
+    length = brow["length"] * (0.75 + 0.5 * ((k * 0.3819660112501051) % 1.0))
+    heading = start[:, None] + bend[:, None] * (steps[1:] - 0.5 * steps[1])
+    step = length[:, None] / (len(steps) - 1)
+    path = np.stack([np.cos(heading) * step, np.sin(heading) * step], axis=2).cumsum(axis=1)
+    places = np.concatenate([root[:, None], root[:, None] + path], axis=1)
+    # Seen from the front the brow is a height field, so the frontal projection of the skin near it is a chart.
+    shown = points[triangles]
+    near = (shown[:, :, :2] > line[:, :2].min(axis=0) - 15).all(axis=(1, 2))
+    near &= (shown[:, :, :2] < line[:, :2].max(axis=0) + 15).all(axis=(1, 2))
+    p = shown[..., :2]
+    rows = np.flatnonzero(near & (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) > 0.0))
+    cells, weights = Chart(points[:, :2], triangles[rows], points).locate(places.reshape(-1, 2))
+    return rows[cells].reshape(places.shape[:2]), weights.reshape(*places.shape[:2], 3)
+
+
 def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     """All arrays of the head, as they are stored."""
     half = half_surface(data)
@@ -264,4 +379,22 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     mesh, end = half_mesh(half, data, plane)
     mesh.refine((TRIANGLES + 1) // 2)
     points, triangles, chart = whole_mesh(mesh, end)
-    return {"points": points, "triangles": triangles.astype(np.int32), "chart": chart}
+    named = landmarks(half, data, points, triangles)
+    brow, weights = hairs(data["brow"], points, triangles)
+    twins = len(triangles) // 2
+    low, high = chart.min(axis=0), chart.max(axis=0)
+    middle, span = 0.5 * (low + high), float((high - low).max())
+    colour = mesh.chart(np.abs(chart * [1.0, 0.0]) + chart * [0.0, 1.0])[:, 4:]
+    return {
+        "points": points,
+        "triangles": triangles.astype(np.int32),
+        "uv": 0.5 + (chart - middle) / span,
+        "texture": painted(mesh.chart, middle, span),
+        "colour": np.rint(np.clip(colour, 0, 255)).astype(np.uint8),
+        "landmark_names": np.array(list(named)),
+        "landmarks": np.stack(list(named.values())),
+        "eye_radius": np.array(data["eye"]["radius"]),
+        "brow_triangles": np.concatenate([brow, brow + twins]),
+        "brow_weights": np.concatenate([weights, weights[..., ::-1]]),
+        "brow_heights": np.array(data["brow"]["heights"]),
+    }

@@ -20,6 +20,7 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 FREE, ON_LINE, FIXED = 0, 1, 2
+SLIM = np.radians(28)  # angles below this must not shrink further
 
 
 def mean_value_chart(points: Floats, triangles: Ints, fixed: list[Ints], values: list[Floats]) -> Floats:
@@ -67,13 +68,16 @@ class Chart:
         self.plane, self.triangles, self.values = plane, triangles, values
         self._tree = cKDTree(plane[triangles].mean(axis=1))
 
-    def __call__(self, at: Floats) -> Floats:
-        """The values (q, k) at chart points (q, 2); points outside take the nearest triangle's."""
-        cells, weights = self.locate(at)
+    def __call__(self, at: Floats, most: int = 256) -> Floats:
+        """The values (q, k) at chart points (q, 2); points outside take a near triangle's. See `locate`."""
+        cells, weights = self.locate(at, most=most)
         return np.einsum("qc,qck->qk", weights, self.values[self.triangles[cells]])
 
-    def locate(self, at: Floats, near: int = 16) -> tuple[Ints, Floats]:
-        """Triangle (q,) and barycentric weights (q, 3) of chart points (q, 2)."""
+    def locate(self, at: Floats, near: int = 4, most: int = 256) -> tuple[Ints, Floats]:
+        """Triangle (q,) and barycentric weights (q, 3) of chart points (q, 2).
+
+        The triangles with the `near` nearest centroids are tried, then more, up to `most`.
+        """
         near = min(near, len(self.triangles))
         candidates = self._tree.query(at, k=near)[1].reshape(len(at), near)
         a, b, c = np.moveaxis(self.plane[self.triangles[candidates]], 2, 0)
@@ -84,8 +88,8 @@ class Chart:
         pick = np.arange(len(at))
         cells, weights = candidates[pick, best], weights[pick, best]
         missed = weights.min(axis=1) < -1e-9
-        if near < min(512, len(self.triangles)) and missed.any():
-            cells[missed], weights[missed] = self.locate(at[missed], 8 * near)
+        if near < min(most, len(self.triangles)) and missed.any():
+            cells[missed], weights[missed] = self.locate(at[missed], 8 * near, most)
         weights = np.maximum(weights, 0.0)
         return cells, weights / weights.sum(axis=1, keepdims=True)
 
@@ -248,18 +252,24 @@ class ChartMesh:
     def _move(self, step: Floats) -> None:
         """Take the steps, except where a triangle would turn over or grow a much smaller angle."""
         before = self.smallest_angles()
-        old = self.plane
-        allowed = np.ones(len(old), dtype=bool)
-        for _ in range(20):
-            self.plane = old + np.where(allowed[:, None], step, 0.0)
-            self._evaluate()
+        state = self.plane, self.points, self.size
+        moves = (step != 0.0).any(axis=1)
+        values = self.chart(self.plane[moves] + step[moves])
+        goal = tuple(array.copy() for array in state)
+        for array, new in zip(goal, (self.plane[moves] + step[moves], values[:, :3], values[:, 3]), strict=True):
+            array[moves] = new
+        while True:
+            self.plane, self.points, self.size = (
+                np.where(moves if old.ndim == 1 else moves[:, None], new, old)
+                for old, new in zip(state, goal, strict=True)
+            )
             p = self.plane[self.triangles]
             now = self.smallest_angles()
-            bad = (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9) | ((now < np.radians(28)) & (now < before - 1e-9))
-            bad &= allowed[self.triangles].any(axis=1)
+            bad = (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9) | ((now < SLIM) & (now < before - 1e-9))
+            bad &= moves[self.triangles].any(axis=1)
             if not bad.any():
                 return
-            allowed[self.triangles[bad]] = False
+            moves[self.triangles[bad]] = False
 
     def smallest_angles(self) -> Floats:
         """Smallest angle of every triangle (m,) in space, radians."""

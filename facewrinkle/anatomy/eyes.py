@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -67,90 +67,95 @@ class Lids:
 
 
 def place_eyeballs(landmarks: Mapping[str, Array], frame: FaceFrame, points: Array) -> list[Eyeball]:
-    """Both eyeballs: at the landmarks of their centres, as large as the lids allow (at most an adult's eye)."""
+    """Both eyeballs: at the landmarks of their centres, as large as an adult's unless the lids leave less room."""
     eyes = []
     for side in "lr":
-        centre = landmarks[f"eye_{side}_centre"]
-        largest = RADIUS * frame.pupil_distance
-        offset = points - centre
-        distance = np.linalg.norm(offset, axis=1)
-        # Lid margins rest on the ball: the skin straight in front of it must not lie inside.
-        front = (offset @ frame.axes[2] > 0.5 * distance) & (distance < 1.6 * largest)
-        nearest = np.quantile(distance[front], 0.01) if front.any() else largest
-        radius = float(np.clip(nearest, 0.75 * largest, 1.1 * largest))
-        eyes.append(Eyeball(side, centre, radius, frame.axes[2], frame.axes[1]))
+        eye = Eyeball(side, landmarks[f"eye_{side}_centre"], RADIUS * frame.pupil_distance, frame.axes[2], frame.axes[1])
+        opening = _opening(eye, points, landmarks)
+        if opening is not None:
+            margin = np.unique(np.concatenate(opening[3:]))
+            room = np.quantile(np.linalg.norm(points[margin] - eye.centre, axis=1), 0.1)
+            eye = replace(eye, radius=float(np.clip(room, 0.75 * eye.radius, 1.05 * eye.radius)))
+        eyes.append(eye)
     return eyes
 
 
 MARGIN_FADE = np.deg2rad(20.0)
 """Angle above the margin within which the motion of the upper lid fades to nothing (14 to 22 degrees in captured blinks)."""
 
-SHELL = 1.45
+SHELL = 1.5
 """Skin farther from the centre than this many radii is no lid."""
 
-BINS = 25
+MERIDIANS = np.linspace(0.04, 0.96, 24)
+"""Where the margins are measured, from the inner (0) to the outer canthus (1)."""
 
 
 def lids_of(eye: Eyeball, points: Array, landmarks: Mapping[str, Array]) -> Lids | None:
     """The lids of an eye, found from the skin around it; None if the opening is closed or cannot be seen.
 
-    The margins are measured per meridian between the canthi: the lowest skin of the upper lid and the highest of the lower
-    lid, as elevations about the horizontal axis through the eyeball's centre. Closing turns the upper margin down to a line
-    just above the lower margin, and raises the lower margin to it.
+    Closing turns the upper margin about the eyeball's centre down to a line just above the lower margin, and raises the lower
+    margin to it; skin beyond the margins follows less and less.
     """
-    inner, outer = landmarks[f"eye_{eye.side}_inner"], landmarks[f"eye_{eye.side}_outer"]
-    axis = outer - inner
-    axis = axis - (axis @ eye.gaze) * eye.gaze
-    width = np.linalg.norm(axis)
-    axis /= width
-    up = np.cross(eye.gaze, axis)
-    up *= np.sign(up @ eye.up)
-    offset = points - eye.centre
-    x, y, z = offset @ axis, offset @ up, offset @ eye.gaze
-    start = (inner - eye.centre) @ axis
-    along = (x - start) / width
-    distance = np.linalg.norm(offset, axis=1)
-    elevation = np.arctan2(y, z)
-    line = np.arctan2((inner - eye.centre) @ up, (inner - eye.centre) @ eye.gaze)
-    line = line + along * (np.arctan2((outer - eye.centre) @ up, (outer - eye.centre) @ eye.gaze) - line)
-    near = (distance < SHELL * eye.radius) & (z > 0.0) & (distance > 0.9 * eye.radius)
-    upper, lower = _margins(along, elevation, line, near)
-    if upper is None or lower is None:
+    opening = _opening(eye, points, landmarks)
+    if opening is None:
         return None
-    top, bottom = np.interp(along, CENTRES, upper), np.interp(along, CENTRES, lower)
-    meeting = bottom + 0.15 * (top - bottom)
-    inside = np.clip(np.minimum(along, 1.0 - along) / 0.04 + 1.0, 0.0, 1.0)
+    lateral, along, elevation, upper, lower = opening
+    offset = points - eye.centre
+    distance = np.linalg.norm(offset, axis=1)
+    top = np.interp(along, MERIDIANS, _smoothed(elevation[upper]))
+    bottom = np.interp(along, MERIDIANS, _smoothed(elevation[lower]))
+    meeting = bottom + 0.12 * (top - bottom)
+    inside = _smoothstep(np.minimum(along, 1.0 - along) / 0.08 + 1.0)
     is_upper = elevation > 0.5 * (top + bottom)
     beyond = np.where(is_upper, elevation - top, bottom - elevation)
     fade = 1.0 - _smoothstep(beyond / np.where(is_upper, MARGIN_FADE, 0.6 * MARGIN_FADE))
     angles = np.where(is_upper, top - meeting, bottom - meeting) * fade * inside
+    near = (offset @ eye.gaze > 0.0) & (distance < SHELL * eye.radius)
     vertices = np.flatnonzero(near & (np.abs(angles) > 1e-4))
     if not len(vertices):
         return None
-    hold = fade[vertices] * (1.0 - _smoothstep((distance[vertices] / eye.radius - 1.2) / (SHELL - 1.2)))
-    return Lids(vertices, angles[vertices], hold, eye.centre, np.cross(up, eye.gaze))
+    hold = fade * (1.0 - _smoothstep((distance / eye.radius - 1.2) / (SHELL - 1.2)))
+    # Turning about up x gaze by a positive angle lowers what looks along the gaze.
+    axis = np.cross(np.cross(eye.gaze, lateral), eye.gaze)
+    axis *= np.sign(np.cross(eye.up, eye.gaze) @ axis)
+    return Lids(vertices, angles[vertices], hold[vertices], eye.centre, axis / np.linalg.norm(axis))
 
 
-CENTRES = (np.arange(BINS) + 0.5) / BINS
+def _opening(eye: Eyeball, points: Array, landmarks: Mapping[str, Array]) -> tuple[Array, ...] | None:
+    """The opening between the lids: lateral direction, every point's position between the canthi and its elevation about the
+    lateral axis, and the vertices of the upper and lower margin, one per meridian. None where there is no opening.
+
+    On each meridian the opening is the widest gap in elevation that the skin near the eyeball leaves.
+    """
+    inner, outer = landmarks[f"eye_{eye.side}_inner"], landmarks[f"eye_{eye.side}_outer"]
+    lateral = outer - inner
+    lateral = lateral - (lateral @ eye.gaze) * eye.gaze
+    width = float(np.linalg.norm(lateral))
+    lateral /= width
+    up = np.cross(eye.gaze, lateral)
+    up *= np.sign(up @ eye.up)
+    offset = points - eye.centre
+    distance = np.linalg.norm(offset, axis=1)
+    along = ((offset - (inner - eye.centre)) @ lateral) / width
+    elevation = np.arctan2(offset @ up, offset @ eye.gaze)
+    near = np.flatnonzero((offset @ eye.gaze > 0.0) & (np.abs(distance / eye.radius - 1.15) < 0.3))
+    upper, lower = [], []
+    for meridian in MERIDIANS:
+        column = near[np.abs(along[near] - meridian) < 0.07]
+        column = column[np.argsort(elevation[column])]
+        gaps = np.diff(elevation[column])
+        if len(gaps) == 0 or gaps.max() < np.deg2rad(3.0):
+            return None
+        widest = int(np.argmax(gaps))
+        lower.append(column[widest])
+        upper.append(column[widest + 1])
+    return lateral, along, elevation, np.array(upper), np.array(lower)
 
 
-def _margins(along: Array, elevation: Array, line: Array, near: npt.NDArray[np.bool_]) -> tuple[Array | None, Array | None]:
-    """Elevations of the upper and of the lower margin at the meridians `CENTRES`."""
-    found: list[Array | None] = []
-    for sign in (1.0, -1.0):
-        side = near & (sign * (elevation - line) > 0.0) & (along > 0.0) & (along < 1.0)
-        place = np.clip((along[side] * BINS).astype(int), 0, BINS - 1)
-        lowest = np.full(BINS, np.inf)
-        np.minimum.at(lowest, place, sign * elevation[side])
-        known = np.isfinite(lowest)
-        if known.sum() < 4:
-            return None, None
-        smooth = np.interp(CENTRES, CENTRES[known], lowest[known])
-        smooth = np.convolve(np.pad(smooth, 1, mode="edge"), [0.25, 0.5, 0.25], mode="valid")
-        found.append(sign * smooth)
-    return found[0], found[1]
+def _smoothed(values: Array) -> Array:
+    return np.convolve(np.pad(values, 1, mode="edge"), [0.25, 0.5, 0.25], mode="valid")
 
 
 def _smoothstep(t: Array) -> Array:
     t = np.clip(t, 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)
+    return np.asarray(t * t * (3.0 - 2.0 * t))

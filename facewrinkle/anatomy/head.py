@@ -18,9 +18,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-TRIANGLES = 4517
 DATA = Path(__file__).parent / "data"
-LEVELS = 4
 
 
 @dataclass(frozen=True)
@@ -74,6 +72,8 @@ class Head:
     eyes : tuple of two Eye
     colour : (n, 3) uint8 array
         Skin colour.
+    texture : (s, s, 3) uint8 array
+        The same colour as an image over `uv`, first row at v = 1: the border of the lips is sharper in it.
     brows : Hairs
     """
 
@@ -83,6 +83,7 @@ class Head:
     landmarks: dict[str, Floats]
     eyes: tuple[Eye, Eye]
     colour: NDArray[np.uint8]
+    texture: NDArray[np.uint8]
     brows: Hairs
 
 
@@ -123,7 +124,14 @@ def _unpacked(data: dict[str, NDArray[Any]]) -> Head:
     )
     hairs = Hairs(data["brow_triangles"], data["brow_weights"], data["brow_heights"])
     return Head(
-        data["points"], data["triangles"], data["uv"], landmarks, (left, right), data["colour"], hairs
+        points=data["points"],
+        triangles=data["triangles"],
+        uv=data["uv"],
+        landmarks=landmarks,
+        eyes=(left, right),
+        colour=data["colour"],
+        texture=data["texture"],
+        brows=hairs,
     )
 
 

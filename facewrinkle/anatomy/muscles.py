@@ -103,9 +103,22 @@ class Muscle:
         """Whether each of (n, 3) points lies in the wrinkling region."""
         raise NotImplementedError
 
+    def envelope(self, points: npt.ArrayLike) -> Array:
+        """The lateral attenuation At of (n, 3) points; exactly 0 outside the wrinkling region."""
+        raise NotImplementedError
+
     def unit_amplitude(self, points: npt.ArrayLike) -> Array:
         """``H At`` at k0 = 1 for (n, 3) points; exactly 0 outside the wrinkling region (Eq. 3)."""
+        fade = self.envelope(points)
+        return np.where(fade > 0.0, self._height(points) * fade, 0.0)
+
+    def _height(self, points: npt.ArrayLike) -> Array:
+        """H at k0 = 1, periodic along the muscle."""
         raise NotImplementedError
+
+    def half_cycles(self, points: npt.ArrayLike) -> Array:
+        """Half cycle u at (n, 3) points, as a length."""
+        return np.full(len(_points(points)), self.half_wavelength)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions (n, 3) across the folds, along which compression is measured."""
@@ -220,13 +233,15 @@ class LinearMuscle(Muscle):
         lam, gamma = self.coordinates(points)
         return (lam >= self.wrinkles.start) & (lam <= 1.0) & (gamma <= 1.0) & (lam > 0.0)
 
-    def unit_amplitude(self, points: npt.ArrayLike) -> Array:
-        """``H At`` at k0 = 1 (Eqs. 4-6, 11)."""
-        along, angle, _ = self._polar(points)
-        style = self.wrinkles
-        height = self._profile(along, style.start * self.radius, self.half_wavelength)
+    def envelope(self, points: npt.ArrayLike) -> Array:
+        """At (Eq. 11)."""
+        angle, style = self._polar(points)[1], self.wrinkles
         fade = profile.attenuation(profile.band(angle, style.core * self.max_angle, self.max_angle), style.falloff)
-        return np.where(self.wrinkling_region(points), height * fade, 0.0)
+        return np.where(self.wrinkling_region(points), fade, 0.0)
+
+    def _height(self, points: npt.ArrayLike) -> Array:
+        """H (Eqs. 4-6)."""
+        return self._profile(self._polar(points)[0], self.wrinkles.start * self.radius, self.half_wavelength)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions towards the attachment."""
@@ -330,13 +345,15 @@ class SheetMuscle(Muscle):
         near = self._plane(points)[2] <= self.thickness
         return (lam >= self.wrinkles.start) & (lam <= 1.0) & (gamma <= 1.0) & near
 
-    def unit_amplitude(self, points: npt.ArrayLike) -> Array:
-        """``H At`` at k0 = 1 (Eqs. 4-6, 13)."""
-        along, across, _ = self._plane(points)
-        style, half = self.wrinkles, 0.5 * self.width
-        height = self._profile(along, style.start * self.length, self.half_wavelength)
+    def envelope(self, points: npt.ArrayLike) -> Array:
+        """At (Eq. 13)."""
+        across, style, half = self._plane(points)[1], self.wrinkles, 0.5 * self.width
         fade = profile.attenuation(profile.band(across, style.core * half, half), style.falloff)
-        return np.where(self.wrinkling_region(points), height * fade, 0.0)
+        return np.where(self.wrinkling_region(points), fade, 0.0)
+
+    def _height(self, points: npt.ArrayLike) -> Array:
+        """H (Eqs. 4-6)."""
+        return self._profile(self._plane(points)[0], self.wrinkles.start * self.length, self.half_wavelength)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """The direction of the fibres, towards the attachment line, for every point."""
@@ -454,16 +471,28 @@ class SphincterMuscle(Muscle):
         near = self._local(points)[2] <= self.thickness
         return (psi >= -self.beta1) & (psi <= self.beta2) & (r >= self.inner) & (r <= 1.0) & near
 
-    def unit_amplitude(self, points: npt.ArrayLike) -> Array:
-        """``H At`` at k0 = 1 (Eqs. 15-17)."""
-        r, psi = self.coordinates(points)
+    def envelope(self, points: npt.ArrayLike) -> Array:
+        """At on the inner and outer band (Eqs. 17-18)."""
+        r, _ = self.coordinates(points)
         style = self.wrinkles
-        u = profile.half_cycle(self.beta1 + self.beta2, 0.0, style.count)
-        height = self._profile(psi, -self.beta1, u)
         width = 0.5 * (1.0 - style.core) * (1.0 - self.inner)
         fade = profile.attenuation(profile.band(-r, -self.inner - width, -self.inner), style.falloff)
         fade = fade * profile.attenuation(profile.band(r, 1.0 - width, 1.0), style.falloff)
-        return np.where(self.wrinkling_region(points), height * fade, 0.0)
+        return np.where(self.wrinkling_region(points), fade, 0.0)
+
+    @property
+    def _half_angle(self) -> float:
+        """Half cycle u (Eq. 16), an angle."""
+        return profile.half_cycle(self.beta1 + self.beta2, 0.0, self.wrinkles.count)
+
+    def _height(self, points: npt.ArrayLike) -> Array:
+        """H (Eqs. 15-16)."""
+        return self._profile(self.coordinates(points)[1], -self.beta1, self._half_angle)
+
+    def half_cycles(self, points: npt.ArrayLike) -> Array:
+        """The arc that the half cycle spans at each point."""
+        s, t, _ = self._local(points)
+        return np.hypot(s, t) * self._half_angle
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions along the angle, in the muscle's plane."""
@@ -482,7 +511,7 @@ class SphincterMuscle(Muscle):
     @property
     def half_wavelength(self) -> float:
         """Half cycle u (Eq. 16) as an arc on the major axis' radius."""
-        return self.semi_major * profile.half_cycle(self.beta1 + self.beta2, 0.0, self.wrinkles.count)
+        return self.semi_major * self._half_angle
 
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
         """The muscle after ``x -> scale * rotation @ x + translation``."""

@@ -1,0 +1,273 @@
+"""Frames and pictures as files: a VTKHDF time series, a movie, and the folder they go to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
+from pathlib import Path
+from tempfile import TemporaryFile
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOHDF import vtkHDFWriter
+
+from .errors import MissingPackageError, OutputError, ParameterError, check_range
+
+__all__ = ["output_folder", "write_movie", "write_series"]
+
+
+def output_folder(path: str | Path) -> Path:
+    """The folder, made if need be, after a file could be written into it.
+
+    Raises
+    ------
+    OutputError
+        If a file stands in its place or on the way to it, or if it cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as parent:
+    ...     output_folder(f"{parent}/pictures/smile").name
+    'smile'
+    """
+    folder = Path(path).expanduser()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):  # permission bits would not tell: root passes them
+            pass
+    except (FileExistsError, NotADirectoryError):
+        raise OutputError(
+            f"{str(folder)!r} cannot be an output folder: a file stands there or on the way to it. Name "
+            "another folder."
+        ) from None
+    except OSError as problem:
+        raise OutputError(
+            f"{str(folder)!r} cannot be written: {problem.strerror}. Name a folder that you may write to."
+        ) from None
+    return folder
+
+
+def _output_file(path: str | Path, endings: Sequence[str]) -> Path:
+    path = Path(path).expanduser()
+    if path.suffix.lower() not in endings:
+        raise OutputError(f"the file must end in {' or '.join(endings)}, received {path.name!r}.")
+    if path.is_dir():
+        raise OutputError(f"{str(path)!r} is a folder, and a file is to be written. Name a file in it.")
+    output_folder(path.parent)
+    return path
+
+
+# --- time series --------------------------------------------------------------------------------
+
+
+def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
+    """Write frames as one VTKHDF file, which ParaView plays and `pyvista.read` opens at the first time.
+
+    The frames are taken and written one by one, so a generator such as `Simulation.run` is never held in
+    memory. Points, triangles, point data and field data (the names of the muscles too) are kept exactly, in
+    their own precision, and may change their number from frame to frame. VTK stores the times in single
+    precision, and replaces "/" and "." in names by "_".
+
+    Parameters
+    ----------
+    frames : iterable of pyvista.PolyData
+        All with the same arrays.
+    times : iterable of float
+        One for each frame, increasing.
+    path : path
+        Ends in .vtkhdf or .hdf. An existing file is replaced.
+
+    Returns
+    -------
+    pathlib.Path
+
+    Raises
+    ------
+    ParameterError
+        If there are more times than frames or more frames than times, if the times do not increase, or if a
+        frame has other arrays than the first.
+    OutputError
+        If the file cannot be written. Nothing is left behind after an error.
+
+    Examples
+    --------
+    >>> import pyvista as pv, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     frames = (pv.Sphere(theta_resolution=n) for n in (8, 16))
+    ...     path = write_series(frames, [0.0, 0.5], f"{folder}/series.vtkhdf")
+    ...     pv.read(path).n_points == pv.Sphere(theta_resolution=8).n_points
+    True
+    """
+    path = _output_file(path, (".vtkhdf", ".hdf"))
+    steps = [float(time) for time in times]
+    if not steps or not np.isfinite(steps).all() or not (np.diff(np.array(steps, dtype=np.float32)) > 0).all():
+        raise ParameterError(f"times must be finite and increase (as float32), received {steps[:8]}.")
+    source = _FrameSource(iter(frames), steps)
+    path.unlink(missing_ok=True)
+    writer = vtkHDFWriter()
+    writer.SetInputConnection(source.GetOutputPort())
+    writer.SetFileName(str(path))
+    writer.SetWriteAllTimeSteps(True)
+    with pv.vtk_verbosity("off"):  # what goes wrong is raised below, once
+        written = writer.Write()
+    problem = source.problem or source.unfinished()
+    if problem is None and not written:
+        problem = OutputError(f"VTK could not write {str(path)!r}. Is the disk full?")
+    if problem is not None:
+        path.unlink(missing_ok=True)
+        raise problem
+    return path
+
+
+class _FrameSource(VTKPythonAlgorithmBase):
+    """Hands the frames to a VTK pipeline, one for each time step, in order."""
+
+    def __init__(self, frames: Iterator[pv.PolyData], times: list[float]) -> None:
+        super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkPolyData")
+        self.frames = frames
+        self.times = times
+        self.taken = 0
+        self.arrays: dict[str, tuple[str, tuple[int, ...]]] | None = None
+        self.frame = pv.PolyData()
+        self.problem: BaseException | None = None
+
+    def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
+        information = outputs.GetInformationObject(0)
+        information.Set(vtkStreamingDemandDrivenPipeline.TIME_STEPS(), self.times, len(self.times))
+        information.Set(vtkStreamingDemandDrivenPipeline.TIME_RANGE(), [self.times[0], self.times[-1]], 2)
+        return 1
+
+    def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
+        asked = outputs.GetInformationObject(0).Get(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP())
+        try:
+            while self.taken <= self.times.index(asked):
+                self.frame = self._next()
+            vtkPolyData.GetData(outputs).ShallowCopy(self.frame)
+        except BaseException as problem:  # VTK would swallow it; write_series raises it again
+            self.problem = problem
+            return 0
+        return 1
+
+    def _next(self) -> pv.PolyData:
+        frame = next(self.frames, None)
+        if frame is None:
+            raise ParameterError(
+                f"{len(self.times)} times need as many frames, received {self.taken} frames."
+            )
+        arrays = {name: (values.dtype.name, values.shape[1:]) for name, values in frame.point_data.items()}
+        if self.arrays is not None and arrays != self.arrays:
+            raise ParameterError(
+                f"all frames must have the point arrays of the first, {self.arrays}; frame {self.taken} has "
+                f"{arrays}."
+            )
+        self.arrays = arrays
+        self.taken += 1
+        return frame
+
+    def unfinished(self) -> ParameterError | None:
+        """The error for frames that have no time."""
+        if next(self.frames, None) is None:
+            return None
+        return ParameterError(f"every frame needs a time, received {len(self.times)} times and more frames.")
+
+
+# --- movies -------------------------------------------------------------------------------------
+
+
+def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.0) -> Path:
+    """Write pictures as an .mp4 (H.264) or an endless .gif, one by one.
+
+    H.264 needs even sizes: an odd picture gets its last row or column twice, nothing is rescaled. A GIF
+    counts in hundredths of a second, and shows a picture that is repeated once, for as long.
+
+    Parameters
+    ----------
+    images : iterable of (height, width, 3 or 4) uint8 arrays
+        All of one size. Transparency is dropped.
+    path : path
+        Ends in .mp4 or .gif. An existing file is replaced.
+    fps : float
+        Pictures in a second, 1 to 100.
+
+    Returns
+    -------
+    pathlib.Path
+
+    Raises
+    ------
+    MissingPackageError
+        Without imageio and its ffmpeg (extra `export`).
+    ParameterError
+        If there are no pictures, or one has another shape or type.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import numpy as np, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     pictures = (np.full((8, 8, 3), 20 * i, np.uint8) for i in range(5))
+    ...     write_movie(pictures, f"{folder}/grey.gif", fps=10).name
+    'grey.gif'
+    """
+    path = _output_file(path, (".mp4", ".gif"))
+    fps = check_range("fps", fps, 1.0, 100.0)
+    movie = path.suffix.lower() == ".mp4"
+    imageio = _imageio(movie)
+    pictures = _checked(images)
+    first = next(pictures, None)
+    if first is None:
+        raise ParameterError("a movie needs one picture at least, received none.")
+    settings: dict[str, Any] = (
+        {"fps": fps, "codec": "libx264", "quality": 8, "macro_block_size": 1, "ffmpeg_log_level": "error"}
+        if movie
+        else {"duration": 1000.0 / fps, "loop": 0}
+    )
+    try:
+        with imageio.get_writer(path, mode="I", **settings) as writer:
+            for picture in chain([first], pictures):
+                writer.append_data(_even(picture) if movie else picture)
+    except OSError as problem:
+        raise OutputError(f"{str(path)!r} cannot be written: {problem}.") from None
+    return path
+
+
+def _imageio(movie: bool) -> ModuleType:
+    try:
+        import imageio.v2 as imageio
+
+        if movie:
+            import imageio_ffmpeg  # noqa: F401
+    except ImportError as missing:
+        raise MissingPackageError(
+            f"movies need the package {missing.name}, which is not installed. pip install "
+            "'facewrinkle[export]'"
+        ) from None
+    return imageio
+
+
+def _checked(images: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
+    """The pictures without transparency, as long as all have one shape."""
+    shape: tuple[int, ...] | None = None
+    for number, image in enumerate(images):
+        image = np.asarray(image)
+        if image.ndim != 3 or image.shape[2] not in (3, 4) or image.dtype != np.uint8 or not image.size:
+            raise ParameterError(
+                f"pictures must be uint8 arrays (height, width, 3 or 4), received {image.dtype} of "
+                f"{image.shape}."
+            )
+        if shape is not None and image.shape[:2] != shape:
+            raise ParameterError(f"all pictures must be {shape} as the first, {number} is {image.shape[:2]}.")
+        shape = image.shape[:2]
+        yield image[..., :3]
+
+
+def _even(image: np.ndarray) -> np.ndarray:
+    height, width = image.shape[:2]
+    return np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")

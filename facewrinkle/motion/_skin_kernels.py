@@ -1,0 +1,137 @@
+"""Inner loops of the skin: energy and gradient, contact. Positions are displacements u (n, 3) from rest, in mm."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):  # type: ignore[no-untyped-def]
+    """Biphasic edge springs: linear in the strain, stiffer by `stiffening` beyond `threshold`. Adds to grad."""
+    energy = 0.0
+    for e in range(edges.shape[0]):
+        i, j = edges[e, 0], edges[e, 1]
+        dx = rest[e, 0] + u[j, 0] - u[i, 0]
+        dy = rest[e, 1] + u[j, 1] - u[i, 1]
+        dz = rest[e, 2] + u[j, 2] - u[i, 2]
+        now = np.sqrt(dx * dx + dy * dy + dz * dz)
+        if now == 0.0:
+            continue
+        stretch = now - length[e]
+        force = stiffness[e] * stretch
+        energy += 0.5 * force * stretch
+        over = stretch - threshold * length[e]
+        if over > 0.0:
+            extra = stiffness[e] * stiffening * over
+            force += extra
+            energy += 0.5 * extra * over
+        force /= now
+        grad[i, 0] -= force * dx
+        grad[i, 1] -= force * dy
+        grad[i, 2] -= force * dz
+        grad[j, 0] += force * dx
+        grad[j, 1] += force * dy
+        grad[j, 2] += force * dz
+    return energy
+
+
+@njit(cache=True)
+def guard(u, triangles, points, normals, double_area, smallest, stiffness, grad):  # type: ignore[no-untyped-def]
+    """Repulsion of triangles that fall below `smallest` of their area, seen along their rest normal. Adds to grad."""
+    energy = 0.0
+    for f in range(triangles.shape[0]):
+        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        ax = points[j, 0] - points[i, 0] + u[j, 0] - u[i, 0]
+        ay = points[j, 1] - points[i, 1] + u[j, 1] - u[i, 1]
+        az = points[j, 2] - points[i, 2] + u[j, 2] - u[i, 2]
+        bx = points[k, 0] - points[i, 0] + u[k, 0] - u[i, 0]
+        by = points[k, 1] - points[i, 1] + u[k, 1] - u[i, 1]
+        bz = points[k, 2] - points[i, 2] + u[k, 2] - u[i, 2]
+        nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
+        signed = (ay * bz - az * by) * nx + (az * bx - ax * bz) * ny + (ax * by - ay * bx) * nz
+        missing = smallest - signed / double_area[f]
+        if missing <= 0.0:
+            continue
+        energy += 0.25 * stiffness * double_area[f] * missing * missing
+        c = -0.5 * stiffness * missing
+        # d signed / d x_j = b x n, d signed / d x_k = n x a
+        jx, jy, jz = c * (by * nz - bz * ny), c * (bz * nx - bx * nz), c * (bx * ny - by * nx)
+        kx, ky, kz = c * (ny * az - nz * ay), c * (nz * ax - nx * az), c * (nx * ay - ny * ax)
+        grad[j, 0] += jx
+        grad[j, 1] += jy
+        grad[j, 2] += jz
+        grad[k, 0] += kx
+        grad[k, 1] += ky
+        grad[k, 2] += kz
+        grad[i, 0] -= jx + kx
+        grad[i, 1] -= jy + ky
+        grad[i, 2] -= jz + kz
+    return energy
+
+
+@njit(cache=True)
+def ties(u, shift, normals, along, across, indptr, indices, bending, grad):  # type: ignore[no-untyped-def]
+    """Bending, and the ties to the bone whose feet moved by `shift`: `across` along the normal, `along` the surface."""
+    energy = 0.0
+    for i in range(u.shape[0]):
+        bx, by, bz = 0.0, 0.0, 0.0
+        for p in range(indptr[i], indptr[i + 1]):
+            j, b = indices[p], bending[p]
+            bx += b * u[j, 0]
+            by += b * u[j, 1]
+            bz += b * u[j, 2]
+        wx, wy, wz = u[i, 0] - shift[i, 0], u[i, 1] - shift[i, 1], u[i, 2] - shift[i, 2]
+        out = wx * normals[i, 0] + wy * normals[i, 1] + wz * normals[i, 2]
+        extra = (across[i] - along[i]) * out
+        gx = bx + along[i] * wx + extra * normals[i, 0]
+        gy = by + along[i] * wy + extra * normals[i, 1]
+        gz = bz + along[i] * wz + extra * normals[i, 2]
+        energy += 0.5 * (u[i, 0] * bx + u[i, 1] * by + u[i, 2] * bz)
+        energy += 0.5 * (along[i] * (wx * wx + wy * wy + wz * wz) + extra * out)
+        grad[i, 0] += gx
+        grad[i, 1] += gy
+        grad[i, 2] += gz
+    return energy
+
+
+@njit(cache=True)
+def keep_off_bone(u, points, foot, normals, nearest, slack, indptr, ring):  # type: ignore[no-untyped-def]
+    """Move vertices that entered the skull back onto it: not deeper than `slack` (0, or -inf where there is no bone).
+
+    `nearest` holds the skull vertex under each vertex, and is updated by walking from neighbour to neighbour.
+    """
+    for i in range(u.shape[0]):
+        x, y, z = points[i, 0] + u[i, 0], points[i, 1] + u[i, 1], points[i, 2] + u[i, 2]
+        best = nearest[i]
+        d = (x - foot[best, 0]) ** 2 + (y - foot[best, 1]) ** 2 + (z - foot[best, 2]) ** 2
+        moved = True
+        while moved:
+            moved = False
+            at = best
+            for p in range(indptr[at], indptr[at + 1]):
+                j = ring[p]
+                dj = (x - foot[j, 0]) ** 2 + (y - foot[j, 1]) ** 2 + (z - foot[j, 2]) ** 2
+                if dj < d:
+                    d, best, moved = dj, j, True
+        nearest[i] = best
+        n = normals[best]
+        depth = (x - foot[best, 0]) * n[0] + (y - foot[best, 1]) * n[1] + (z - foot[best, 2]) * n[2]
+        if depth < slack[i]:
+            u[i, 0] += (slack[i] - depth) * n[0]
+            u[i, 1] += (slack[i] - depth) * n[1]
+            u[i, 2] += (slack[i] - depth) * n[2]
+
+
+@njit(cache=True)
+def keep_off_eye(u, points, vertices, centre, radii):  # type: ignore[no-untyped-def]
+    """Move vertices that entered an eyeball back onto it; `radii` is the closest that each vertex may come."""
+    for p in range(vertices.shape[0]):
+        i = vertices[p]
+        x, y, z = points[i, 0] + u[i, 0] - centre[0], points[i, 1] + u[i, 1] - centre[1], points[i, 2] + u[i, 2] - centre[2]
+        d = np.sqrt(x * x + y * y + z * z)
+        if 0.0 < d < radii[p]:
+            push = radii[p] / d - 1.0
+            u[i, 0] += push * x
+            u[i, 1] += push * y
+            u[i, 2] += push * z

@@ -1,0 +1,363 @@
+"""The mass-spring skin: how muscles move the face (the base mesh M0).
+
+Each vertex is a mass, each edge a biphasic spring; bending stiffness keeps the skin smooth, ties of soft tissue hold every
+vertex to its foot on the bone, stiffer along the normal than along the surface (skin glides), and muscles pull. All weights
+are by area, so that the mesh does not shape the motion. A step is implicit Euler: the positions minimise the sum of inertia
+and energy, found by a quasi-Newton iteration with a constant, prefactored matrix and a line search, so that it is stable at
+any time step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.linalg import splu
+
+from ..anatomy.face import Face
+from ..errors import ParameterError, check_range, unknown_name
+from ..geometry.normals import vertex_areas, vertex_normals
+from ..geometry.topology import unique_edges, vertex_rings
+from . import _skin_kernels as kernels
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SkinMaterial:
+    """Mechanics of the skin, relative to its membrane stiffness of 1. Lengths in mm, times in s.
+
+    Attributes
+    ----------
+    decay : float
+        Distance over which a local pull dies out on the forehead: sqrt(membrane stiffness / stiffness of the ties).
+    normal_ratio : float
+        How much stiffer the ties are along the normal than along the surface.
+    bending : float
+        Biharmonic bending stiffness, mm^2.
+    threshold, stiffening : float
+        Strain beyond which a spring is stiffer, and by how many times its stiffness.
+    pull : float
+        What a muscle of strength 1 would move wide, free skin of the forehead by, mm.
+    rate : float
+        Natural frequency of the skin on its ties, rad/s.
+    damping : float
+        Relative to critical damping.
+    smallest_area : float
+        Triangles are kept from falling below this share of their area.
+    lid_stiffness : float
+        Of the ties of the lids' plates, relative to the forehead's.
+    """
+
+    decay: float = 14.0
+    normal_ratio: float = 6.0
+    bending: float = 20.0
+    threshold: float = 0.3
+    stiffening: float = 2.0
+    pull: float = 18.0
+    rate: float = 30.0
+    damping: float = 1.0
+    smallest_area: float = 0.3
+    lid_stiffness: float = 80.0
+
+
+class Skin:
+    """The skin of a face, moved by the contraction rates of its muscles.
+
+    Parameters
+    ----------
+    face : Face
+    time_step : float
+        Seconds per step, > 0; any value is stable.
+    material : SkinMaterial, optional
+    iterations : int
+        Quasi-Newton iterations per step at most; fewer are made once the step has converged.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, 3)
+        Rest positions, mm.
+    displacement, velocity : ndarray, shape (n, 3)
+        mm and mm/s.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> skin = Skin(fw.default_face())
+    >>> skin.contract({"frontalis_inner_l": 1.0})
+    >>> for _ in range(20):
+    ...     moved = skin.step()
+    >>> bool(skin.displacement[:, 1].max() > 3.0)
+    True
+    """
+
+    def __init__(self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 4) -> None:
+        if not (np.isfinite(time_step) and time_step > 0.0):
+            raise ParameterError(f"time_step must be a positive number of seconds, received {time_step!r}.")
+        self.material = material or SkinMaterial()
+        self.time_step = float(time_step)
+        self.iterations = int(iterations)
+        self.names = tuple(face.muscles)
+        self.points = face.points * face.unit
+        self._build_membrane(face)
+        self._build_ties(face)
+        self._build_muscles(face)
+        self._build_contacts(face)
+        self._factor()
+        self.reset()
+
+    # --- what the skin is made of -------------------------------------------------------------
+
+    def _build_membrane(self, face: Face) -> None:
+        points, self._triangles = self.points, face.triangles
+        edges, sides = unique_edges(self._triangles)
+        self._edges = np.ascontiguousarray(edges, dtype=np.int32)
+        self._rest = np.ascontiguousarray(points[edges[:, 1]] - points[edges[:, 0]])
+        self._length = np.linalg.norm(self._rest, axis=1)
+        a, b, c = (points[self._triangles[:, k]] for k in range(3))
+        cross = np.cross(b - a, c - a)
+        self._double_area = np.linalg.norm(cross, axis=1)
+        self._facing = cross / self._double_area[:, None]
+        beside = np.bincount(sides.ravel(), np.repeat(0.5 * self._double_area, 3), minlength=len(edges))
+        # Van Gelder: springs of this stiffness behave like a membrane of stiffness 1, whatever the triangles.
+        self._stiffness = beside / self._length**2
+        self._area = vertex_areas(points, self._triangles)
+        laplacian = _cotangent_laplacian(points, self._triangles)
+        bending = self.material.bending * (laplacian.T @ diags_array(1.0 / self._area) @ laplacian)
+        self._bending = csr_array(0.5 * (bending + bending.T))
+
+    def _build_ties(self, face: Face) -> None:
+        m = self.material
+        base = self._area / m.decay**2
+        self._normals = np.ascontiguousarray(face.tissue.normals)
+        ties = base * face.tissue.stiffness
+        self._lids: dict[str, tuple[npt.NDArray[np.int64], Array, Array, Array, Array]] = {}
+        plates = np.zeros_like(ties)
+        for side, lids in face.lids.items():
+            plate = base[lids.vertices] * m.lid_stiffness * lids.hold
+            share = plate / (plate + ties[lids.vertices])
+            plates[lids.vertices] += plate
+            self._lids[f"orbicularis_oculi_{side}"] = (lids.vertices, lids.angles, share, lids.centre * face.unit, lids.axis)
+        self._along = ties + plates
+        self._across = m.normal_ratio * ties + plates
+
+    def _build_muscles(self, face: Face) -> None:
+        """Force (k, n, 3) of each muscle at full contraction."""
+        m, n = self.material, self._normals
+        self._pull = np.zeros((len(self.names), len(self.points), 3))
+        for k, muscle in enumerate(face.muscles.values()):
+            force = muscle.force(face.points) * (muscle.strength * m.pull / m.decay**2)
+            out = (force * n).sum(axis=1, keepdims=True)
+            force -= (1.0 - muscle.normal_share) * out * n
+            self._pull[k] = force * self._area[:, None]
+        for name, (vertices, _, share, _, _) in self._lids.items():
+            if name in self.names:
+                self._pull[self.names.index(name)][vertices] *= (1.0 - share)[:, None]
+
+    def _build_contacts(self, face: Face) -> None:
+        self._foot = np.ascontiguousarray(face.tissue.foot * face.unit)
+        self._bone_normals = vertex_normals(self._foot, self._triangles)
+        # Under lips, lids and nostrils the offset surface folds over; there is no bone that could stop the skin.
+        self._foot[(self._bone_normals * self._normals).sum(axis=1) < 0.5] = FAR
+        self._ring = vertex_rings(self._triangles, len(self.points))
+        self._nearest = np.arange(len(self.points))
+        self._slack = np.full(len(self.points), -np.inf)
+        kernels.keep_off_bone(
+            np.zeros_like(self.points), self.points, self._foot, self._bone_normals, self._nearest, self._slack, *self._ring
+        )
+        # And only skin that the bone lies straight below is stopped by it.
+        below = (self.points - self._foot[self._nearest]) * self._bone_normals[self._nearest]
+        depth = face.tissue.depth * face.unit
+        self._slack[(below.sum(axis=1) > 0.25 * depth) & (np.abs(below).sum(axis=1) < 2.0 * depth)] = 0.0
+        self._bone = self._nearest.copy()
+        self._eyes = []
+        for eye in face.eyes:
+            centre, radius = eye.centre * face.unit, eye.radius * face.unit
+            distance = np.linalg.norm(self.points - centre, axis=1)
+            near = np.flatnonzero(distance < 2.0 * radius)
+            self._eyes.append((near, centre, np.minimum(distance[near], radius)))
+
+    def _factor(self) -> None:
+        """One matrix per coordinate that bounds the curvature of the energy from above, factored once."""
+        m, h = self.material, self.time_step
+        self._mass = self._area / (m.decay * m.rate) ** 2
+        inertia = self._mass * (1.0 + 2.0 * m.damping * m.rate * h) / h**2
+        direction = np.abs(self._rest / self._length[:, None])
+        ties = np.abs(self._normals)
+        self._solvers = []
+        for k in range(3):
+            # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the normals.
+            weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * m.stiffening)
+            tie = self._along + (self._across - self._along) * ties[:, k] * ties.sum(axis=1)
+            matrix = self._bending + _graph_laplacian(self._edges, weight, len(self._area)) + diags_array(inertia + tie)
+            options = {"SymmetricMode": True}
+            self._solvers.append(splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options))
+
+    # --- use ----------------------------------------------------------------------------------
+
+    def reset(self) -> None:
+        """Back to rest, without motion, all muscles relaxed."""
+        shape = self.points.shape
+        self.displacement, self.velocity = np.zeros(shape), np.zeros(shape)
+        self.rates = np.zeros(len(self.names))
+        self._shift, self._force = np.zeros(shape), np.zeros(shape)
+        self._nearest = self._bone.copy()
+        self._memory: list[tuple[Array, Array, float]] = []
+
+    def contract(self, rates: Mapping[str, float]) -> None:
+        """Set the contraction rates of all muscles; those not named relax.
+
+        Raises
+        ------
+        UnknownNameError, ParameterError
+            For a muscle that the face does not have, or a rate outside [0, 1].
+        """
+        new = np.zeros(len(self.names))
+        for name, rate in rates.items():
+            if name not in self.names:
+                raise unknown_name("muscle", name, self.names)
+            new[self.names.index(name)] = check_range(f"the contraction rate of {name}", rate, 0.0, 1.0)
+        self.set_rates(new)
+
+    def set_rates(self, rates: Array) -> None:
+        """Set the contraction rates (k,) in the order of `names`, without checks."""
+        if np.array_equal(rates, self.rates):
+            return
+        self.rates = rates.copy()
+        active = np.flatnonzero(rates)
+        self._force = np.tensordot(rates[active], self._pull[active], axes=1)
+        self._shift = np.zeros_like(self.points)
+        for name, (vertices, angles, share, centre, axis) in self._lids.items():
+            if name in self.names and (rate := rates[self.names.index(name)]) > 0.0:
+                offset = self.points[vertices] - centre
+                self._shift[vertices] += share[:, None] * (_turned(offset, axis, rate * angles) - offset)
+        self._memory.clear()
+
+    def step(self) -> Array:
+        """Advance by one time step; returns the positions (n, 3) in mm."""
+        old, h = self.displacement, self.time_step
+        target = old + h * self.velocity
+        u = self._minimised(target, old)
+        kernels.keep_off_bone(
+            u, self.points, self._foot, self._bone_normals, self._nearest, self._slack, *self._ring
+        )
+        for near, centre, radii in self._eyes:
+            kernels.keep_off_eye(u, self.points, near, centre, radii)
+        self.displacement, self.velocity = u, (u - old) / h
+        return self.points + u
+
+    def energy(self) -> float:
+        """Kinetic plus potential energy; without the work of the muscles, in units of the membrane stiffness times mm^2."""
+        kinetic = 0.5 * float((self._mass[:, None] * self.velocity**2).sum())
+        return kinetic + self._potential(self.displacement, np.empty_like(self.displacement))
+
+    # --- one step -----------------------------------------------------------------------------
+
+    def _potential(self, u: Array, gradient: Array) -> float:
+        """Energy of springs, guard, bending and ties; its gradient is written to `gradient`."""
+        m = self.material
+        gradient[:] = 0.0
+        energy = kernels.springs(
+            u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
+        )
+        energy += kernels.guard(
+            u, self._triangles, self.points, self._facing, self._double_area, m.smallest_area, 4.0, gradient
+        )
+        b = self._bending
+        energy += kernels.ties(
+            u, self._shift, self._normals, self._along, self._across, b.indptr, b.indices, b.data, gradient
+        )
+        return float(energy)
+
+    def _objective(self, u: Array, target: Array, old: Array, gradient: Array) -> float:
+        """What implicit Euler minimises: inertia, drag, potential, and the work of the muscles."""
+        h, m = self.time_step, self.material
+        value = self._potential(u, gradient)
+        mass = self._mass[:, None]
+        drag = 2.0 * m.damping * m.rate * h
+        ahead, since = u - target, u - old
+        gradient += mass / h**2 * (ahead + drag * since) - self._force
+        inertia = 0.5 / h**2 * float((mass * (ahead * ahead + drag * since * since)).sum())
+        return value + inertia - float((self._force * u).sum())
+
+    def _minimised(self, target: Array, old: Array) -> Array:
+        """L-BFGS with the prefactored matrix as the first guess of the curvature, and a backtracking line search."""
+        gradient, trial = np.empty_like(old), np.empty_like(old)
+        u = target.copy()
+        value = self._objective(u, target, old, gradient)
+        for _ in range(self.iterations):
+            direction = -self._inverse_curvature(gradient)
+            slope = float((direction * gradient).sum())
+            if slope >= 0.0:
+                self._memory.clear()
+                direction = -self._solved(gradient)
+                slope = float((direction * gradient).sum())
+            if -slope < TOLERANCE * self._area.sum():
+                break
+            length = 1.0
+            for _ in range(MAX_HALVINGS):
+                candidate = u + length * direction
+                new = self._objective(candidate, target, old, trial)
+                if new <= value + 1e-4 * length * slope:
+                    break
+                length *= 0.5
+            else:
+                self._memory.clear()
+                break
+            self._remember(candidate - u, trial - gradient)
+            u, value = candidate, new
+            gradient, trial = trial, gradient
+        return u
+
+    def _solved(self, right: Array) -> Array:
+        return np.stack([solver.solve(right[:, k]) for k, solver in enumerate(self._solvers)], axis=1)
+
+    def _inverse_curvature(self, gradient: Array) -> Array:
+        """The two loops of L-BFGS over the remembered steps."""
+        q, shares = gradient.copy(), []
+        for step, change, curvature in reversed(self._memory):
+            share = float((step * q).sum()) / curvature
+            q -= share * change
+            shares.append(share)
+        q = self._solved(q)
+        for (step, change, curvature), share in zip(self._memory, reversed(shares), strict=True):
+            q += (share - float((change * q).sum()) / curvature) * step
+        return q
+
+    def _remember(self, step: Array, change: Array) -> None:
+        curvature = float((step * change).sum())
+        if curvature > 1e-12 * float((step * step).sum()):
+            self._memory = [*self._memory[-(MEMORY - 1) :], (step, change, curvature)]
+
+
+TOLERANCE = 1e-15
+FAR = 1e6
+MAX_HALVINGS = 12
+MEMORY = 5
+
+
+def _graph_laplacian(edges: npt.NDArray[np.int32], weight: Array, n: int) -> csr_array:
+    i, j = edges[:, 0], edges[:, 1]
+    graph = csr_array((np.concatenate([weight, weight]), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n))
+    return csr_array(diags_array(np.asarray(graph.sum(axis=1))) - graph)
+
+
+def _cotangent_laplacian(points: Array, triangles: npt.NDArray[np.int32]) -> csr_array:
+    """Half-cotangent weights; those of needle-shaped triangles are bounded, so that they do not dominate."""
+    pairs, weights = [], []
+    for k in range(3):
+        o, i, j = triangles[:, k], triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3]
+        a, b = points[i] - points[o], points[j] - points[o]
+        cotangent = (a * b).sum(axis=1) / np.maximum(np.linalg.norm(np.cross(a, b), axis=1), 1e-12)
+        pairs.append(np.stack([i, j], axis=1))
+        weights.append(np.clip(0.5 * cotangent, -1.0, 4.0))
+    return _graph_laplacian(np.concatenate(pairs), np.concatenate(weights), len(points))
+
+
+def _turned(vectors: Array, axis: Array, angles: Array) -> Array:
+    """Rodrigues' rotation of (k, 3) vectors about one axis by k angles."""
+    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    return vectors * cos + np.cross(axis, vectors) * sin + axis * (vectors @ axis)[:, None] * (1.0 - cos)

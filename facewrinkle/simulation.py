@@ -1,0 +1,383 @@
+"""The loop: a motion moves the base mesh, refinement gives the layers their triangles, layers displace, a frame comes out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from numba import njit
+
+from .anatomy.face import Face
+from .errors import ParameterError, check_range, unknown_name
+from .geometry.normals import detail_normals, vertex_normals
+from .geometry.refinement import Change, RedGreenForest
+from .geometry.transfer import carried, nearest_carried
+from .layers.base import Layer, Moment, Relief, Sites
+from .layers.muscle_wrinkles import MuscleWrinkles
+from .mesh import MUSCLES, to_polydata
+from .motion.skin import Skin, SkinMaterial
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """When triangles are split and taken back.
+
+    Attributes
+    ----------
+    gamma_c : float
+        Threshold of Eq. 19: 0.02 is a bend of 11 degrees along an edge.
+    max_level : int
+        Triangles are split at most this often; 0 turns refinement off.
+    samples : float
+        Vertices per half cycle that a wrinkle needs across its folds (the paper's criterion is blind at 1 and 2).
+    hysteresis : float
+        In (0, 1): an edge is taken back when what it shows is below this share of what would split it.
+    """
+
+    gamma_c: float = 0.03
+    max_level: int = 2
+    samples: float = 4.0
+    hysteresis: float = 0.2
+
+    def __post_init__(self) -> None:
+        check_range("gamma_c", self.gamma_c, 1e-9, 2.0)
+        check_range("max_level", self.max_level, 0, 8, "Each level has four times as many triangles.")
+        check_range("samples", self.samples, 1.0, 64.0)
+        check_range("hysteresis", self.hysteresis, 1e-9, 1.0 - 1e-9)
+
+
+class Simulation:
+    """A face that moves and wrinkles.
+
+    Parameters
+    ----------
+    face : Face
+    refinement : Refinement, optional
+    layers : sequence of Layer, optional
+        Default: one :class:`facewrinkle.MuscleWrinkles`. An empty list leaves the skin bare.
+    time_step : float
+        Seconds per step.
+    material : SkinMaterial, optional
+
+    Attributes
+    ----------
+    seconds : dict of str to float
+        Time spent so far on "precompute", "skin", "refinement", "wrinkles" and "frame".
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> sim = Simulation(fw.default_face())
+    >>> sim.express("surprise")
+    >>> for frame in sim.run(40):
+    ...     pass
+    >>> frame.n_cells > 4517
+    True
+    """
+
+    def __init__(
+        self,
+        face: Face,
+        refinement: Refinement | None = None,
+        layers: Sequence[Layer] | None = None,
+        time_step: float = 0.02,
+        material: SkinMaterial | None = None,
+    ) -> None:
+        self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
+        self.face = face
+        self.refinement = refinement or Refinement()
+        self.layers: list[Layer] = [MuscleWrinkles()] if layers is None else list(layers)
+        with self._timed("precompute"):
+            self.skin = Skin(face, time_step, material)
+            self._finest = _finest_spacing(face, self.refinement.max_level)
+            self.reset()
+
+    # --- what is asked of the face -------------------------------------------------------------
+
+    @property
+    def muscles(self) -> tuple[str, ...]:
+        """Names of the muscles, in the order of their indices."""
+        return self.skin.names
+
+    @property
+    def time(self) -> float:
+        """Seconds simulated so far."""
+        return self._steps * self.skin.time_step
+
+    def contract(self, rates: Mapping[str, float]) -> None:
+        """Ask for contraction rates by muscle; muscles that are not named relax.
+
+        Raises
+        ------
+        UnknownNameError
+            For a muscle that the face does not have.
+        ParameterError
+            For a rate outside [0, 1], or a muscle whose wrinkles are too fine for the level cap.
+        """
+        asked = np.zeros(len(self.muscles))
+        for name, rate in rates.items():
+            if name not in self.muscles:
+                raise unknown_name("muscle", name, self.muscles)
+            asked[self.muscles.index(name)] = check_range(f"the contraction rate of {name}", rate, 0.0, 1.0)
+        for k in np.flatnonzero(asked) if self.layers else ():
+            self._check_wavelength(self.muscles[k], self._finest[k])
+        self._asked = asked
+
+    def express(self, what: str | Mapping[str, float], intensity: float = 1.0) -> None:
+        """Ask for an expression or action unit by name, or for a mixture such as ``{"AU12": 0.7, "corrugator_l": 0.2}``.
+
+        Raises
+        ------
+        UnknownNameError
+            For an unknown name; the nearest known ones are suggested.
+        ParameterError
+            For an intensity or weight outside [0, 1].
+        """
+        self.contract(self.face.atlas.contractions(what, intensity))
+
+    def relax(self) -> None:
+        """Ask all muscles to relax."""
+        self.contract({})
+
+    def _check_wavelength(self, name: str, spacing: float) -> None:
+        u = self.face.muscles[name].half_wavelength
+        if u < spacing:
+            raise ParameterError(
+                f"the wrinkles of {name} are too fine: half a wavelength of {u * self.face.unit:.3g} mm, but with max_level="
+                f"{self.refinement.max_level} vertices are {spacing * self.face.unit:.3g} mm apart. Ask for fewer wrinkles, or "
+                f"for max_level={self.refinement.max_level + int(np.ceil(np.log2(spacing / u)))}."
+            )
+
+    # --- time ----------------------------------------------------------------------------------
+
+    def reset(self) -> None:
+        """Back to the unrefined face at rest, all muscles relaxed."""
+        self._steps = 0
+        self._asked = np.zeros(len(self.skin.names))
+        self.skin.reset()
+        face = self.face
+        self.forest = RedGreenForest(face.triangles, self.refinement.max_level, face.mesh.n_points)
+        self._base_normals = vertex_normals(face.points, face.triangles)
+        self._sites = self._sites_from(0)
+        for layer in self.layers:
+            layer.attach(face)
+            layer.follow(Change(slice(None), len(face.points)), self._sites)
+        self._carried: dict[str, np.ndarray] | None = None
+        self._marks: tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]] | None = None
+
+    def step(self) -> pv.PolyData:
+        """Advance by one time step with the muscles as asked for.
+
+        Returns
+        -------
+        PolyData
+            The wrinkled face of this moment, in the unit and coordinates of the face's mesh, with the point data of that mesh,
+            "Normals", and "lambda", "gamma", "epsilon" (of the dominant muscle), "W" (mm), "split_gamma", "muscle", "level" and
+            "rest"; its field data "muscles" lists the muscles' names.
+        """
+        self.skin.set_rates(self._asked)
+        with self._timed("skin"):
+            base = self.skin.step()
+        with self._timed("refinement"):
+            self._refine()
+        self._steps += 1
+        return self._frame(base)
+
+    def run(self, frames: int, ramp: float = 0.6) -> Iterator[pv.PolyData]:
+        """Ramp smoothly from the present contraction to what was asked for, then hold it.
+
+        Parameters
+        ----------
+        frames : int
+            Number of steps.
+        ramp : float
+            Share of the frames that the ramp takes, in [0, 1].
+
+        Yields
+        ------
+        PolyData
+            See :meth:`step`.
+        """
+        if not (int(frames) == frames and frames >= 1):
+            raise ParameterError(f"frames must be a whole number >= 1, received {frames!r}.")
+        check_range("ramp", ramp, 0.0, 1.0)
+        start, target = self.skin.rates.copy(), self._asked
+        for i in range(int(frames)):
+            t = min((i + 1) / max(ramp * frames, 1.0), 1.0)
+            t = t * t * (3.0 - 2.0 * t)
+            self._asked = target if t == 1.0 else (1.0 - t) * start + t * target
+            yield self.step()
+        self._asked = target
+
+    # --- one frame -----------------------------------------------------------------------------
+
+    def _refine(self) -> None:
+        """Split and take back what the last frame's criterion marked."""
+        if self._marks is None or self.refinement.max_level == 0:
+            return
+        split, fine = self._marks
+        self._marks = None
+        if split.any():
+            self._follow(self.forest.split(split))
+        elif fine.any():
+            self._follow(self.forest.coarsen(fine))
+
+    def _follow(self, change: Change) -> None:
+        if not change:
+            return
+        created = self._sites_from(self.forest.n_points - change.n_created)
+        old, kept = self._sites, change.kept
+        self._sites = Sites(
+            *(np.concatenate([getattr(old, name)[kept], getattr(created, name)]) for name in Sites.__dataclass_fields__)
+        )
+        self._carried = None
+        with self._timed("wrinkles"):
+            for layer in self.layers:
+                layer.follow(change, created)
+
+    def _sites_from(self, first: int) -> Sites:
+        """The places of the vertices from `first` on."""
+        forest = self.forest
+        corners, weights = forest.corners[first:], forest.barycentric[first:]
+        normals = carried(self._base_normals, corners, weights)
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        return Sites(carried(self.face.points, corners, weights), normals, corners, weights, forest.host[first:])
+
+    def _frame(self, base: Array) -> pv.PolyData:
+        sites, triangles = self._sites, self.forest.triangles
+        with self._timed("wrinkles"):
+            bare = carried(base, sites.corners, sites.barycentric)
+            smooth = carried(vertex_normals(base, self.face.triangles), sites.corners, sites.barycentric)
+            _normalise(smooth)
+            moment = Moment(self.skin.rates, sites, triangles, base, bare)
+            reliefs = [layer.relief(moment) for layer in self.layers]
+            height = sum((r.height for r in reliefs), np.zeros(len(bare)))
+            displaced = bare + height[:, None] * smooth
+            normals = detail_normals(bare, displaced, triangles, smooth)
+        with self._timed("refinement"):
+            split_gamma = self._criterion(normals, reliefs)
+        with self._timed("frame"):
+            return self._polydata(displaced, normals, split_gamma)
+
+    def _criterion(self, normals: Array, reliefs: list[Relief]) -> Array:
+        """Mark triangles for the next step; returns the largest Eq. 19 over the edges of each vertex."""
+        r, sites, triangles = self.refinement, self._sites, self.forest.triangles
+        n, m = len(normals), len(triangles)
+        spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
+        for relief in reliefs:
+            finer = relief.spacing < spacing
+            spacing[finer], across[finer] = relief.spacing[finer], relief.across[finer]
+            active |= relief.active
+        split, fine, largest = np.zeros(m, bool), np.zeros(m, bool), np.zeros(n)
+        _judge(
+            triangles, normals, sites.normals, sites.points, spacing / r.samples, across, active, r.gamma_c, r.hysteresis,
+            split, fine, largest,
+        )  # fmt: skip
+        self._marks = (split, fine)
+        return largest
+
+    def _polydata(self, points: Array, normals: Array, split_gamma: Array) -> pv.PolyData:
+        if self._carried is None:
+            self._carried = self._carry_point_data()
+        data = {**self._carried, "Normals": normals, "split_gamma": split_gamma, "rest": self._sites.points}
+        data["level"] = self.forest.vertex_level
+        for layer in self.layers:
+            data.update(layer.fields())
+        frame = to_polydata(points / self.face.unit, self.forest.triangles, data)
+        frame.field_data[MUSCLES] = list(self.muscles)
+        names = self.face.mesh.point_data
+        if names.active_texture_coordinates_name is not None:
+            frame.point_data.active_texture_coordinates_name = names.active_texture_coordinates_name
+        frame.point_data.active_normals_name = "Normals"
+        return frame
+
+    def _carry_point_data(self) -> dict[str, np.ndarray]:
+        """The point data of the face's mesh on the refined one."""
+        corners, weights = self._sites.corners, self._sites.barycentric
+        out = {}
+        for name, values in self.face.mesh.point_data.items():
+            array = np.asarray(values)
+            if name == "Normals":
+                continue
+            if array.dtype.kind == "f" or array.dtype == np.uint8:
+                flat = carried(array.reshape(len(array), -1).astype(np.float64), corners, weights)
+                flat = np.rint(flat) if array.dtype == np.uint8 else flat
+                out[name] = flat.reshape(-1, *array.shape[1:]).astype(array.dtype)
+            else:
+                out[name] = nearest_carried(array, corners, weights)
+        return out
+
+    def fields(self, muscle: str) -> dict[str, np.ndarray]:
+        """One muscle's own lambda, gamma, epsilon, W and region on the present mesh.
+
+        Raises
+        ------
+        UnknownNameError
+            For a muscle that the face does not have.
+        """
+        if muscle not in self.muscles:
+            raise unknown_name("muscle", muscle, self.muscles)
+        index = self.muscles.index(muscle)
+        for layer in self.layers:
+            if isinstance(layer, MuscleWrinkles):
+                return layer.fields_of(index, float(self.skin.rates[index]))
+        raise ParameterError("this simulation has no layer of muscle wrinkles; add a MuscleWrinkles() to its layers.")
+
+    @contextmanager
+    def _timed(self, what: str) -> Iterator[None]:
+        begin = time.perf_counter()
+        yield
+        self.seconds[what] += time.perf_counter() - begin
+
+
+def _normalise(vectors: Array) -> None:
+    vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def _finest_spacing(face: Face, max_level: int) -> Array:
+    """Per muscle (k,) the typical edge in its wrinkling region at the finest level, in the unit of the mesh."""
+    points, triangles = face.points, face.triangles
+    out = np.zeros(len(face.muscles))
+    for k, muscle in enumerate(face.muscles.values()):
+        inside = triangles[muscle.wrinkling_region(points)[triangles].any(axis=1)]
+        if len(inside):
+            edges = points[inside] - points[np.roll(inside, 1, axis=1)]
+            out[k] = np.median(np.linalg.norm(edges, axis=2)) / 2.0**max_level
+    return out
+
+
+@njit(cache=True)
+def _judge(triangles, normals, rest_normals, points, need, across, active, gamma_c, hysteresis, split, fine, largest):  # type: ignore[no-untyped-def]
+    """Eq. 19 (guarded where rest normals are nearly orthogonal) or too few vertices per half cycle: split. Neither: fine."""
+    for f in range(triangles.shape[0]):
+        fine[f] = True
+        for s in range(3):
+            i, j = triangles[f, s], triangles[f, (s + 1) % 3]
+            if not (active[i] or active[j]):
+                continue
+            rest = 0.0
+            now = 0.0
+            for k in range(3):
+                rest += rest_normals[i, k] * rest_normals[j, k]
+                now += normals[i, k] * normals[j, k]
+            gamma = (rest - now) / max(abs(rest), 0.1)
+            largest[i] = max(largest[i], gamma)
+            largest[j] = max(largest[j], gamma)
+            excess = 0.0
+            for v in (i, j):
+                if need[v] < np.inf:
+                    span = 0.0
+                    for k in range(3):
+                        span += (points[j, k] - points[i, k]) * across[v, k]
+                    excess = max(excess, abs(span) / need[v])
+            if gamma > gamma_c or excess > 1.0:
+                split[f] = True
+            if gamma > hysteresis * gamma_c or 2.0 * excess > 0.8:
+                fine[f] = False
