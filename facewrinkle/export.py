@@ -106,7 +106,8 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     """
     path = _output_file(path, (".vtkhdf", ".hdf"))
     steps = [float(time) for time in times]
-    if not steps or not np.isfinite(steps).all() or not (np.diff(np.array(steps, dtype=np.float32)) > 0).all():
+    stored = np.array(steps, dtype=np.float32)
+    if not steps or not np.isfinite(stored).all() or not (np.diff(stored) > 0).all():
         raise ParameterError(f"times must be finite and increase (as float32), received {steps[:8]}.")
     source = _FrameSource(iter(frames), steps)
     path.unlink(missing_ok=True)
@@ -146,13 +147,12 @@ class _FrameSource(VTKPythonAlgorithmBase):
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
         asked = outputs.GetInformationObject(0).Get(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP())
         try:
-            while self.taken <= self.times.index(asked):
+            while self.problem is None and self.taken <= self.times.index(asked):
                 self.frame = self._next()
-            vtkPolyData.GetData(outputs).ShallowCopy(self.frame)
         except BaseException as problem:  # VTK would swallow it; write_series raises it again
             self.problem = problem
-            return 0
-        return 1
+        vtkPolyData.GetData(outputs).ShallowCopy(self.frame)
+        return 1  # also after a problem: the writer would ask for the same step for ever
 
     def _next(self) -> pv.PolyData:
         frame = next(self.frames, None)

@@ -219,8 +219,8 @@ def _read_with_vtk(path: Path, **settings: bool) -> Any:
         telling = [line for line in heard if not line.startswith("Algorithm")]
         reason = telling[0] if telling else "nothing is in it that VTK understands"
         raise MeshError(
-            f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged, or it is compressed (Draco, "
-            "meshopt, quantised or sparse glTF). Export it again without compression, or as OBJ or PLY."
+            f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged, or it is compressed "
+            "(Draco, meshopt, quantised or sparse glTF). Export it without compression, or as OBJ or PLY."
         )
     return data
 

@@ -147,7 +147,7 @@ class Simulation:
         self.contract({})
 
     def _check_wavelength(self, name: str, spacing: float) -> None:
-        u = self.face.muscles[name].half_wavelength
+        u = self.face.muscles[name].fold_pattern.half_wavelength
         if u < spacing:
             raise ParameterError(
                 f"the wrinkles of {name} are too fine: half a wavelength of {u * self.face.unit:.3g} mm, but with max_level="
@@ -346,7 +346,7 @@ def _finest_spacing(face: Face, max_level: int) -> Array:
     points, triangles = face.points, face.triangles
     out = np.zeros(len(face.muscles))
     for k, muscle in enumerate(face.muscles.values()):
-        inside = triangles[muscle.wrinkling_region(points)[triangles].any(axis=1)]
+        inside = triangles[muscle.fold_pattern.wrinkling_region(points)[triangles].any(axis=1)]
         if len(inside):
             edges = points[inside] - points[np.roll(inside, 1, axis=1)]
             out[k] = np.median(np.linalg.norm(edges, axis=2)) / 2.0**max_level

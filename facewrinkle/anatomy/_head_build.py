@@ -344,32 +344,38 @@ def landmarks(half: HalfCage, data: dict[str, Any], points: Floats, triangles: I
 
 
 def hairs(brow: dict[str, Any], points: Floats, triangles: Ints) -> tuple[Ints, Floats]:
-    """Left eyebrow: triangles (k, p) and weights (k, p, 3) of hair points, laid out in the frontal view."""
+    """Left eyebrow: triangles (k, p) and weights (k, p, 3) of the points of its hairs.
+
+    Seen from the front the brow is a height field, so the frontal projection of the skin near it serves as a chart.
+    """
     line = np.array(brow["line"])
-    stations = np.linspace(0.0, 1.0, len(line))
-    k = np.arange(brow["count"])
-    along, across = (k * 0.7548776662466927 + 0.5) % 1.0, (k * 0.5698402909980532 + 0.5) % 1.0 * 2.0 - 1.0
-    along = along**0.9
-    x, y, width, lean = (np.interp(along, stations, column) for column in line.T)
-    tangent = np.arctan2(np.interp(along, stations, np.gradient(line[:, 1])), np.interp(along, stations, np.gradient(line[:, 0])))
-    root = np.stack([x - width * across * np.sin(tangent), y + width * across * np.cos(tangent)], axis=1)
-    # Hairs rise at the inner end, and lie along the brow outwards; those above bend down, those below up.
-    start = tangent + np.radians(lean) * (1.0 - 0.5 * across)
-    bend = -np.radians(brow["bend"]) * (0.4 + 0.6 * across)
-    steps = np.linspace(0.0, 1.0, len(brow["heights"]))
-    length = brow["length"] * (0.75 + 0.5 * ((k * 0.3819660112501051) % 1.0))
-    heading = start[:, None] + bend[:, None] * (steps[1:] - 0.5 * steps[1])
-    step = length[:, None] / (len(steps) - 1)
-    path = np.stack([np.cos(heading) * step, np.sin(heading) * step], axis=2).cumsum(axis=1)
-    places = np.concatenate([root[:, None], root[:, None] + path], axis=1)
-    # Seen from the front the brow is a height field, so the frontal projection of the skin near it is a chart.
-    shown = points[triangles]
-    near = (shown[:, :, :2] > line[:, :2].min(axis=0) - 15).all(axis=(1, 2))
-    near &= (shown[:, :, :2] < line[:, :2].max(axis=0) + 15).all(axis=(1, 2))
-    p = shown[..., :2]
-    rows = np.flatnonzero(near & (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) > 0.0))
+    places = _combed(line, brow)
+    low, high = line[:, :2].min(axis=0) - 15.0, line[:, :2].max(axis=0) + 15.0
+    p = points[triangles][..., :2]
+    near = ((p > low) & (p < high)).all(axis=(1, 2)) & (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) > 0.0)
+    rows = np.flatnonzero(near)
     cells, weights = Chart(points[:, :2], triangles[rows], points).locate(places.reshape(-1, 2))
     return rows[cells].reshape(places.shape[:2]), weights.reshape(*places.shape[:2], 3)
+
+
+def _combed(line: Floats, brow: dict[str, Any]) -> Floats:
+    """Hairs (k, p, 2) in the frontal view: upright at the inner end, then along the brow; the lower ones rise, the upper fall."""
+    count, knots = brow["count"], len(brow["heights"])
+    random = np.random.default_rng(1).random((4, count))
+    stations = np.linspace(0.0, 1.0, len(line))
+    along = (np.arange(count) + random[0]) / count
+    across = 2.0 * random[1] - 1.0
+    x, y, width, lean, slope_x, slope_y = (
+        np.interp(along, stations, values) for values in (*line.T, *np.gradient(line[:, :2], axis=0).T)
+    )
+    tangent = np.arctan2(slope_y, slope_x)
+    root = np.stack([x - width * across * np.sin(tangent), y + width * across * np.cos(tangent)], axis=1)
+    start = tangent + np.radians(lean) * (1.0 - 0.5 * across) + 0.25 * (random[2] - 0.5)
+    bend = -np.radians(brow["bend"]) * (0.4 + 0.6 * across)
+    heading = start[:, None] + bend[:, None] * (np.arange(1, knots) - 0.5) / (knots - 1)
+    step = brow["length"] * (0.7 + 0.6 * random[3])[:, None] / (knots - 1)
+    path = np.stack([np.cos(heading) * step, np.sin(heading) * step], axis=2).cumsum(axis=1)
+    return np.concatenate([root[:, None], root[:, None] + path], axis=1)
 
 
 def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:

@@ -163,6 +163,8 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         "strength": entry.get("strength", 1.0),
         "normal_share": entry.get("normal_share", 1.0),
     }
+    if "folds" in entry:
+        common["folds"] = _placed({**entry["folds"], "side": side}, landmarks, frame)
 
     def point(part: Mapping[str, Any]) -> Array:
         return _point(part, side, landmarks, frame)

@@ -14,6 +14,7 @@ import pyvista as pv
 
 from ..errors import MeshError
 from .atlas import Atlas, load_atlas
+from .head import Hairs
 from .eyes import Eyeball, Lids, lids_of, place_eyeballs
 from .landmarks import FaceFrame, frame_of
 from .muscles import Muscle
@@ -43,6 +44,10 @@ class Face:
         Where the muscles, action units and expressions come from.
     estimated : tuple of str
         Landmarks that were not given but mirrored or carried over.
+    texture : ndarray of uint8, shape (h, w, 3), optional
+        Colour over the mesh's texture coordinates, first row at the top.
+    brows : Hairs, optional
+        Eyebrows, tied to the triangles of the mesh.
     """
 
     mesh: pv.PolyData
@@ -53,6 +58,8 @@ class Face:
     unit: float
     atlas: Atlas
     estimated: tuple[str, ...] = ()
+    texture: npt.NDArray[np.uint8] | None = None
+    brows: Hairs | None = None
 
     @classmethod
     def from_landmarks(
@@ -66,7 +73,7 @@ class Face:
         frame = frame_of(landmarks)
         where, depth, stiffness = atlas.tissue_samples(landmarks, frame)
         tissue = tissue_of(points, triangles, (where, depth / unit, stiffness), frame.pupil_distance)
-        eyes = place_eyeballs(landmarks, frame, points)
+        eyes = place_eyeballs(landmarks, frame, points, triangles)
         return cls(mesh, dict(landmarks), atlas.place(landmarks, frame), eyes, tissue, unit, atlas, estimated)
 
     @property
@@ -87,7 +94,7 @@ class Face:
     @cached_property
     def lids(self) -> dict[str, Lids]:
         """The lids of the eyes that have an opening, by side."""
-        found = {eye.side: lids_of(eye, self.points, self.landmarks) for eye in self.eyes}
+        found = {eye.side: lids_of(eye, self.points, self.triangles, self.landmarks) for eye in self.eyes}
         return {side: lids for side, lids in found.items() if lids is not None}
 
     @property

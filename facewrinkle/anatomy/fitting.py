@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -45,7 +46,8 @@ def default_face() -> Face:
     mesh = to_polydata(head.points, head.triangles)
     mesh.active_texture_coordinates = head.uv.copy()
     mesh.point_data["Colors"] = head.colour.copy()
-    return Face.from_landmarks(mesh, {name: point.copy() for name, point in head.landmarks.items()}, unit=1.0)
+    face = Face.from_landmarks(mesh, {name: point.copy() for name, point in head.landmarks.items()}, unit=1.0)
+    return dataclasses.replace(face, texture=head.texture, brows=head.brows)
 
 
 def fit_face(

@@ -94,6 +94,13 @@ class Muscle:
     """Force at full contraction, relative to that of the other muscles."""
     normal_share: float = field(default=1.0, kw_only=True)
     """Share of the pull along the skin's normal that reaches the skin."""
+    folds: Muscle | None = field(default=None, kw_only=True)
+    """Where the skin folds elsewhere than over the muscle, the muscle-like region on which the wrinkles are laid instead."""
+
+    @property
+    def fold_pattern(self) -> Muscle:
+        """The region on which this muscle's wrinkles are laid: `folds`, or the muscle itself."""
+        return self.folds or self
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """The muscle's two coordinates of (n, 3) points."""
@@ -263,6 +270,7 @@ class LinearMuscle(Muscle):
         matrix, shift = scale * np.asarray(rotation), np.asarray(translation)
         return dataclasses.replace(
             self,
+            folds=self.folds and self.folds.transformed(rotation, scale, translation),
             attachment=matrix @ self.attachment + shift,
             insertion=matrix @ self.insertion + shift,
             radius=self.radius * scale,
@@ -378,6 +386,7 @@ class SheetMuscle(Muscle):
         matrix, shift = scale * np.asarray(rotation), np.asarray(translation)
         return dataclasses.replace(
             self,
+            folds=self.folds and self.folds.transformed(rotation, scale, translation),
             attachment=np.asarray(self.attachment) @ matrix.T + shift,
             insertion=np.asarray(self.insertion) @ matrix.T + shift,
             length=self.length * scale,
@@ -518,6 +527,7 @@ class SphincterMuscle(Muscle):
         turn = np.asarray(rotation, dtype=np.float64)
         return dataclasses.replace(
             self,
+            folds=self.folds and self.folds.transformed(rotation, scale, translation),
             centre=scale * turn @ self.centre + np.asarray(translation),
             normal=turn @ self.normal,
             lateral=turn @ self.lateral,

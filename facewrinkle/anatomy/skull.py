@@ -8,8 +8,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array, eye_array
 from scipy.sparse.linalg import spsolve
+from scipy.spatial import cKDTree
 
 from ..geometry.normals import vertex_normals
+from ..geometry.topology import boundary_loops
 
 Array = npt.NDArray[np.float64]
 
@@ -59,7 +61,7 @@ def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Ar
     weights = (square + 0.03**2) ** -1.5
     weights /= weights.sum(axis=1, keepdims=True)
     depth = weights @ depths
-    ties = np.exp(weights @ np.log(stiffness))
+    ties = np.exp(weights @ np.log(stiffness)) * (1.0 + RIM * _near_rim(points, triangles, 0.15 * size))
     smooth = _smoother(points, triangles, 0.12 * size)
     normals = smooth(vertex_normals(points, triangles))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -68,6 +70,20 @@ def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Ar
     above = ((points - foot) * normals).sum(axis=1)
     foot -= np.maximum(depth / 3.0 - above, 0.0)[:, None] * normals
     return Tissue(depth, ties, normals, foot)
+
+
+RIM = 12.0
+"""How much stiffer the ties are at the outer rim of an open mesh, where the skin beyond it would hold it."""
+
+
+def _near_rim(points: Array, triangles: npt.NDArray[np.int32], reach: float) -> Array:
+    """1 at the longest boundary loop, falling to 0 over about `reach`; 0 everywhere on a closed mesh."""
+    loops = boundary_loops(triangles)
+    if not loops:
+        return np.zeros(len(points))
+    lengths = [np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum() for loop in loops]
+    distance, _ = cKDTree(points[loops[int(np.argmax(lengths))]]).query(points)
+    return np.asarray(np.exp(-((distance / reach) ** 2)))
 
 
 def _smoother(points: Array, triangles: npt.NDArray[np.int32], radius: float):  # type: ignore[no-untyped-def]

@@ -1,26 +1,50 @@
 """The forest of red splits as three integer tables, and the loops that grow, prune and read it.
 
-A *node* is a triangle that the forest knows: the M0 triangles are rows 0 to m0 - 1, and the four children of a node that is
-split red are four consecutive rows after them. Side `s` of a node runs from its vertex `s` to its vertex `s + 1`. An *edge*
-belongs to the nodes of one level; once one of them is split, it has a midpoint and two halves in consecutive rows. All nodes
-on an edge hang in a linked list, so that any number of triangles can meet there. A node row fills one cache line.
+A *node* is a triangle that the forest knows: the M0 triangles are rows 0 to m0 - 1, and the four children of
+a node that is split red are four consecutive rows after them. Side `s` of a node runs from its vertex `s` to
+its vertex `s + 1`. An *edge* belongs to the nodes of one level; once one of them is split, it has a midpoint
+and two halves in consecutive rows. All nodes on an edge hang in a linked list, so that any number of
+triangles can meet there. A node row fills one cache line.
 """
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-# Columns of a node. FACE links the list of its edge (three sides each), HANGING has bit s set if side s has a midpoint, and
-# QUEUE links the worklist (IDLE outside of it).
-VERTEX, EDGE, FACE, PARENT, CHILD, LEVEL, ROOT, HANGING, QUEUE, NODE_WIDTH = 0, 3, 6, 9, 10, 11, 12, 13, 14, 16
-# Columns of an edge: ends, midpoint, first half, the edge it is half of, how many of its nodes are split, its list of sides
-# (3 node + side), and the M0 triangle that hosts its midpoint.
+# Columns of a node. FACE links the list of its edge (three sides each), HANGING has bit s set if side s has a
+# midpoint, and QUEUE links the worklist (IDLE outside of it).
+VERTEX, EDGE, FACE, PARENT, CHILD, LEVEL, ROOT, HANGING, QUEUE, NODE_WIDTH = (
+    0,
+    3,
+    6,
+    9,
+    10,
+    11,
+    12,
+    13,
+    14,
+    16,
+)
+# Columns of an edge: ends, midpoint, first half, the edge it is half of, how many of its nodes are split, its
+# list of sides (3 node + side), and the M0 triangle that hosts its midpoint.
 END, MIDPOINT, HALF, WHOLE, N_SPLIT, SIDES, HOST, EDGE_WIDTH = 0, 2, 3, 4, 5, 6, 7, 8
 # Columns of a vertex: the two vertices it is the midpoint of, host, level.
 OF, POINT_HOST, POINT_LEVEL, POINT_WIDTH = 0, 2, 3, 4
-# Entries of the state: rows in use, heads of the lists of free rows (linked by PARENT and WHOLE), ends of the worklist.
-N_NODES, N_EDGES, N_POINTS, FREE_NODES, FREE_HALVES, FREE_INNER, FIRST, LAST, STATE_WIDTH = 0, 1, 2, 3, 4, 5, 6, 7, 8
+# Entries of the state: rows in use, heads of the lists of free rows (linked by PARENT and WHOLE), ends of the
+# worklist.
+N_NODES, N_EDGES, N_POINTS, FREE_NODES, FREE_HALVES, FREE_INNER, FIRST, LAST, STATE_WIDTH = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+)
 NONE, IDLE = -1, -2
 # What becomes of a split node when the mesh is coarsened.
 UNKNOWN, SPLIT, TAKEN = 0, 1, 2
@@ -29,7 +53,7 @@ ROOM = 9
 
 
 @njit(cache=True)
-def _hang(nodes, edges, x, s):  # type: ignore[no-untyped-def]
+def _hang(nodes, edges, x, s):
     """Put side s of node x into the list of its edge."""
     e = nodes[x, EDGE + s]
     nodes[x, FACE + s] = edges[e, SIDES]
@@ -39,7 +63,7 @@ def _hang(nodes, edges, x, s):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _unhang(nodes, edges, x, s):  # type: ignore[no-untyped-def]
+def _unhang(nodes, edges, x, s):
     """Take side s of node x out of the list of its edge."""
     e = nodes[x, EDGE + s]
     side = edges[e, SIDES]
@@ -52,7 +76,7 @@ def _unhang(nodes, edges, x, s):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _push(nodes, state, x):  # type: ignore[no-untyped-def]
+def _push(nodes, state, x):
     if nodes[x, QUEUE] == IDLE:
         nodes[x, QUEUE] = NONE
         if state[FIRST] == NONE:
@@ -63,7 +87,7 @@ def _push(nodes, state, x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _pop(nodes, state):  # type: ignore[no-untyped-def]
+def _pop(nodes, state):
     x = state[FIRST]
     state[FIRST] = nodes[x, QUEUE]
     nodes[x, QUEUE] = IDLE
@@ -71,7 +95,7 @@ def _pop(nodes, state):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _take(table, link, state, free, used, count):  # type: ignore[no-untyped-def]
+def _take(table, link, state, free, used, count):
     """First of `count` consecutive rows: freed ones, or new ones at the end."""
     row = state[free]
     if row >= 0:
@@ -83,26 +107,28 @@ def _take(table, link, state, free, used, count):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True)
-def _new_node(nodes, x, a, b, c, parent, level, root):  # type: ignore[no-untyped-def]
+def _new_node(nodes, x, a, b, c, parent, level, root):
     nodes[x, VERTEX], nodes[x, VERTEX + 1], nodes[x, VERTEX + 2] = a, b, c
     nodes[x, PARENT], nodes[x, CHILD], nodes[x, LEVEL], nodes[x, ROOT] = parent, NONE, level, root
     nodes[x, HANGING], nodes[x, QUEUE] = 0, IDLE
 
 
 @njit(cache=True)
-def _new_edge(edges, e, a, b, whole, host):  # type: ignore[no-untyped-def]
+def _new_edge(edges, e, a, b, whole, host):
     edges[e, END], edges[e, END + 1], edges[e, MIDPOINT], edges[e, HALF] = a, b, NONE, NONE
     edges[e, WHOLE], edges[e, N_SPLIT], edges[e, SIDES], edges[e, HOST] = whole, 0, NONE, host
 
 
 @njit(cache=True)
-def plant(nodes, edges, points, ends, sides, triangles):  # type: ignore[no-untyped-def]
-    """The forest of the M0 triangles: fill the first rows of the tables."""
+def plant(nodes, edges, points, ends, sides, triangles):
+    """Fill the first rows of the tables with the M0 triangles."""
     for e in range(len(ends)):
         _new_edge(edges, e, ends[e, 0], ends[e, 1], NONE, NONE)
     for v in range(len(points)):
         points[v, OF], points[v, OF + 1], points[v, POINT_HOST], points[v, POINT_LEVEL] = NONE, NONE, NONE, 0
-    for t in range(len(triangles) - 1, -1, -1):  # backwards, so that the lists are ascending and the lowest triangle hosts
+    for t in range(
+        len(triangles) - 1, -1, -1
+    ):  # backwards, so that the lists are ascending and the lowest triangle hosts
         _new_node(nodes, t, triangles[t, 0], triangles[t, 1], triangles[t, 2], NONE, 0, t)
         for s in range(3):
             nodes[t, EDGE + s] = sides[t, s]
@@ -112,7 +138,7 @@ def plant(nodes, edges, points, ends, sides, triangles):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def _must_split(nodes, edges, x):  # type: ignore[no-untyped-def]
+def _must_split(nodes, edges, x):
     """Whether leaf x has two midpoints on its sides, or a neighbour two levels finer."""
     hanging = nodes[x, HANGING]
     if hanging & (hanging - 1):
@@ -125,7 +151,7 @@ def _must_split(nodes, edges, x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _push_illegal(nodes, edges, state, e):  # type: ignore[no-untyped-def]
+def _push_illegal(nodes, edges, state, e):
     side = edges[e, SIDES]
     while side >= 0:
         x = np.int64(side // 3)
@@ -135,12 +161,17 @@ def _push_illegal(nodes, edges, state, e):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _bisect(nodes, edges, points, state, e, level):  # type: ignore[no-untyped-def]
+def _bisect(nodes, edges, points, state, e, level):
     """Give edge e a midpoint and two halves, and queue the leaves that cannot stay leaves with it."""
     mid = state[N_POINTS]
     state[N_POINTS] += 1
     a, b, host = np.int64(edges[e, END]), np.int64(edges[e, END + 1]), edges[e, HOST]
-    points[mid, OF], points[mid, OF + 1], points[mid, POINT_HOST], points[mid, POINT_LEVEL] = a, b, host, level + 1
+    points[mid, OF], points[mid, OF + 1], points[mid, POINT_HOST], points[mid, POINT_LEVEL] = (
+        a,
+        b,
+        host,
+        level + 1,
+    )
     half = _take(edges, WHOLE, state, FREE_HALVES, N_EDGES, 2)
     _new_edge(edges, half, a, mid, e, host)
     _new_edge(edges, half + 1, mid, b, e, host)
@@ -155,7 +186,7 @@ def _bisect(nodes, edges, points, state, e, level):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True)
-def _split_red(nodes, edges, points, state, x):  # type: ignore[no-untyped-def]
+def _split_red(nodes, edges, points, state, x):
     child = _take(nodes, PARENT, state, FREE_NODES, N_NODES, 4)
     inner = _take(edges, WHOLE, state, FREE_INNER, N_EDGES, 3)
     nodes[x, CHILD] = child
@@ -175,25 +206,32 @@ def _split_red(nodes, edges, points, state, x):  # type: ignore[no-untyped-def]
         nodes[child + s, EDGE + 1] = inner + s
         nodes[child + s, EDGE + 2] = edges[left, HALF] + (edges[left, END] != v)
     centre = child + 3
-    _new_node(nodes, centre, edges[inner, END], edges[inner + 1, END], edges[inner + 2, END], x, level + 1, root)
+    _new_node(
+        nodes, centre, edges[inner, END], edges[inner + 1, END], edges[inner + 2, END], x, level + 1, root
+    )
     for s in range(3):
         nodes[centre, EDGE + s] = inner + (s + 1) % 3
+    # The children never have to be split in the same call: two hanging sides, or a neighbour two levels
+    # finer, would need midpoints on two sides of x, or on a half of one, from before the call, and then x
+    # would not have been a leaf.
     for node in range(child, child + 4):
         for s in range(3):
             _hang(nodes, edges, node, s)
-        if _must_split(nodes, edges, node):
-            _push(nodes, state, node)
 
 
 @njit(cache=True)
-def grow(nodes, edges, points, state, marked, max_level):  # type: ignore[no-untyped-def]
-    """Split the marked leaves and all that must follow; False if the tables are full (enlarge them and call again)."""
+def grow(nodes, edges, points, state, marked, max_level):
+    """Split the marked leaves and all that must follow; False if the tables are full and must grow first."""
     for i in range(len(marked)):
         x = np.int64(marked[i])
         if nodes[x, LEVEL] < max_level:
             _push(nodes, state, x)
     while state[FIRST] >= 0:
-        if state[N_NODES] + ROOM > len(nodes) or state[N_EDGES] + ROOM > len(edges) or state[N_POINTS] + ROOM > len(points):
+        if (
+            state[N_NODES] + ROOM > len(nodes)
+            or state[N_EDGES] + ROOM > len(edges)
+            or state[N_POINTS] + ROOM > len(points)
+        ):
             return False
         x = _pop(nodes, state)
         if nodes[x, CHILD] < 0:
@@ -202,8 +240,8 @@ def grow(nodes, edges, points, state, marked, max_level):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def _candidates(nodes, leaf, marked, status, found):  # type: ignore[no-untyped-def]
-    """List the nodes whose four children are leaves, marked with both of their green halves; return their number."""
+def _candidates(nodes, leaf, marked, status, found):
+    """List the nodes whose four children are leaves, marked with both green halves; return their number."""
     for i in range(len(leaf)):
         parent = nodes[leaf[i], PARENT]
         if not marked[i] and parent >= 0:
@@ -224,7 +262,7 @@ def _candidates(nodes, leaf, marked, status, found):  # type: ignore[no-untyped-
 
 
 @njit(cache=True)
-def _may_close(nodes, edges, x):  # type: ignore[no-untyped-def]
+def _may_close(nodes, edges, x):
     """Whether node x would be a legal leaf, going by the counts of split nodes on its edges."""
     hanging = 0
     for s in range(3):
@@ -238,7 +276,7 @@ def _may_close(nodes, edges, x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _push_taken(nodes, edges, state, status, e):  # type: ignore[no-untyped-def]
+def _push_taken(nodes, edges, state, status, e):
     side = edges[e, SIDES]
     while side >= 0:
         x = np.int64(side // 3)
@@ -248,8 +286,8 @@ def _push_taken(nodes, edges, state, status, e):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _return_illegal(nodes, edges, state, status, found):  # type: ignore[no-untyped-def]
-    """Take all candidates back at once, then return to their children those that cannot stand as leaves, to a fixed point."""
+def _return_illegal(nodes, edges, state, status, found):
+    """Take all candidates back at once, then return those that cannot be leaves, to a fixed point."""
     for i in range(len(found)):
         x = np.int64(found[i])
         _push(nodes, state, x)
@@ -269,7 +307,7 @@ def _return_illegal(nodes, edges, state, status, found):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def _free(table, row, count, link, state, free):  # type: ignore[no-untyped-def]
+def _free(table, row, count, link, state, free):
     for i in range(row, row + count):
         for j in range(table.shape[1]):
             table[i, j] = 0  # vertex 0 lives for ever, so free rows survive any renumbering of the vertices
@@ -278,7 +316,7 @@ def _free(table, row, count, link, state, free):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _close(nodes, edges, state, x):  # type: ignore[no-untyped-def]
+def _close(nodes, edges, state, x):
     """Make node x a leaf."""
     child = np.int64(nodes[x, CHILD])
     for s in range(3):
@@ -290,7 +328,7 @@ def _close(nodes, edges, state, x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _join(nodes, edges, state, e):  # type: ignore[no-untyped-def]
+def _join(nodes, edges, state, e):
     """Make edge e one piece again."""
     _free(edges, edges[e, HALF], 2, WHOLE, state, FREE_HALVES)
     edges[e, MIDPOINT], edges[e, HALF] = NONE, NONE
@@ -301,7 +339,7 @@ def _join(nodes, edges, state, e):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def prune(nodes, edges, state, leaf, marked, status, found, gone):  # type: ignore[no-untyped-def]
+def prune(nodes, edges, state, leaf, marked, status, found, gone):
     """Take back sibling leaves where all four are marked, and tell which vertices are `gone`.
 
     `status` (UNKNOWN for every node) and `found` (room for a quarter of the leaves) are scratch.
@@ -321,8 +359,8 @@ def prune(nodes, edges, state, leaf, marked, status, found, gone):  # type: igno
 
 
 @njit(cache=True)
-def read_leaves(nodes, edges, n_roots, triangles, leaf):  # type: ignore[no-untyped-def]
-    """Write the leaves, depth first from every root, with their green halves; return the number of triangles."""
+def read_leaves(nodes, edges, n_roots, triangles, leaf):
+    """Write the leaves, depth first from every root, with green halves; return the number of triangles."""
     m = 0
     for root in range(n_roots):
         x = root
@@ -352,8 +390,8 @@ def read_leaves(nodes, edges, n_roots, triangles, leaf):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def weigh(points, triangles0, corners, barycentric, first):  # type: ignore[no-untyped-def]
-    """Barycentric coordinates of the vertices from `first` on: the mean of those of the two vertices they lie between."""
+def weigh(points, triangles0, corners, barycentric, first):
+    """Give the vertices from `first` on the mean barycentric coordinates of the two they lie between."""
     for v in range(first, len(corners)):
         for k in range(3):
             corner = triangles0[points[v, POINT_HOST], k]

@@ -1,10 +1,11 @@
 """Adaptive red-green refinement of triangle meshes, by connectivity alone.
 
-A triangle is split *red* into four similar ones; where that leaves one hanging vertex on a neighbour, the neighbour is bisected
-*green*, and where it leaves two, the neighbour is split red as well (Zhang, Sim and Tan, Section 4). Bisecting bisected
-triangles again and again would ruin their angles, so the state is the forest of red splits, and the green halves are derived
-from it each time. Neighbouring leaves of the forest differ by at most one level, every vertex keeps its place in the base mesh
-M0 as barycentric weights, and taking everything back restores M0 exactly.
+A triangle is split *red* into four similar ones; where that leaves one hanging vertex on a neighbour, the
+neighbour is bisected *green*, and where it leaves two, the neighbour is split red as well (Zhang, Sim and
+Tan, Section 4). Bisecting bisected triangles again and again would ruin their angles, so the state is the
+forest of red splits, and the green halves are derived from it each time. Neighbouring leaves of the forest
+differ by at most one level, every vertex keeps its place in the base mesh M0 as barycentric weights, and
+taking everything back restores M0 exactly.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ class Change:
 class RedGreenForest:
     """The red splits of a triangle mesh, and the conforming mesh they stand for.
 
-    Triangles come depth first, in the order of the base mesh; new vertices are appended to the old ones. The arrays are
-    snapshots: later changes of the forest leave them as they are.
+    Triangles come depth first, in the order of the base mesh; new vertices are appended to the old ones. The
+    arrays are snapshots: later changes of the forest leave them as they are.
 
     Parameters
     ----------
@@ -81,11 +82,15 @@ class RedGreenForest:
     array([0, 1, 2, 3])
     """
 
-    def __init__(self, triangles: ArrayLike, max_level: int | None = None, n_points: int | None = None) -> None:
+    def __init__(
+        self, triangles: ArrayLike, max_level: int | None = None, n_points: int | None = None
+    ) -> None:
         base = as_triangles(triangles, n_points)
         n0 = int(base.max()) + 1 if n_points is None else n_points
         ends, sides = unique_edges(base)
-        self.max_level = DEEPEST if max_level is None else int(check_range("max_level", max_level, 0, DEEPEST))
+        self.max_level = (
+            DEEPEST if max_level is None else int(check_range("max_level", max_level, 0, DEEPEST))
+        )
         self._base = base
         self._nodes = _table(len(base), kernels.NODE_WIDTH)
         self._edges = _table(len(ends), kernels.EDGE_WIDTH)
@@ -104,7 +109,8 @@ class RedGreenForest:
         Parameters
         ----------
         marked : (m,) bool, or indices of triangles
-            A marked green half stands for the red triangle it is half of; triangles at `max_level` are passed over.
+            A marked green half stands for the red triangle it is half of; triangles at `max_level` are passed
+            over.
 
         Raises
         ------
@@ -117,7 +123,9 @@ class RedGreenForest:
             leaves = leaves[:0]
             used = self._state[: kernels.FREE_NODES]
             tables = self._nodes, self._edges, self._points
-            self._nodes, self._edges, self._points = (_enlarged(t, int(n)) for t, n in zip(tables, used, strict=True))
+            self._nodes, self._edges, self._points = (
+                _enlarged(t, int(n)) for t, n in zip(tables, used, strict=True)
+            )
         created = self.n_points - before
         if created:
             self._corners = np.concatenate([self._corners, np.empty((created, 3), np.int32)])
@@ -127,7 +135,8 @@ class RedGreenForest:
         return Change(slice(None), created)
 
     def coarsen(self, marked: ArrayLike) -> Change:
-        """Take back, by one level, every red split whose four leaves are marked, as far as the mesh stays legal.
+        """Take back, by one level, every red split whose four leaves are marked, as far as the mesh stays
+        legal.
 
         Parameters
         ----------
@@ -144,7 +153,8 @@ class RedGreenForest:
         kernels.prune(self._nodes, self._edges, self._state, self._leaf, mask, status, found, gone)
         if not gone.any():
             return Change(slice(None), 0)
-        # Midpoints are younger than their ends, so closing the gaps in order keeps them so. The last entry renumbers NONE.
+        # Midpoints are younger than their ends, so closing the gaps in order keeps them so. The last entry
+        # renumbers NONE.
         renumber = np.append(np.cumsum(~gone, dtype=np.int32) - 1, kernels.NONE).astype(np.int32)
         n_nodes, n_edges, _ = self._state[: kernels.FREE_NODES]
         kept = np.flatnonzero(~gone)
@@ -166,7 +176,9 @@ class RedGreenForest:
         vars(twin).update(vars(self))
         used = self._state[: kernels.FREE_NODES]
         tables = self._nodes, self._edges, self._points
-        twin._nodes, twin._edges, twin._points = (_copied(t, int(n), len(t)) for t, n in zip(tables, used, strict=True))
+        twin._nodes, twin._edges, twin._points = (
+            _copied(t, int(n), len(t)) for t, n in zip(tables, used, strict=True)
+        )
         twin._state = self._state.copy()
         return twin
 
@@ -202,12 +214,12 @@ class RedGreenForest:
 
     @property
     def host(self) -> IntArray:
-        """M0 triangle (n,) that every vertex lies in, the lowest where several do; -1 for M0 vertices without triangle."""
+        """M0 triangle (n,) that every vertex lies in, the lowest of several; -1 for lone M0 vertices."""
         return self._points[: self.n_points, kernels.POINT_HOST].copy()
 
     @property
     def corners(self) -> IntArray:
-        """M0 vertices (n, 3) that `barycentric` refers to: the corners of the host, or (i, i, i) for vertex i of M0."""
+        """M0 vertices (n, 3) of `barycentric`: the corners of the host, or (i, i, i) for vertex i of M0."""
         return _frozen(self._corners)
 
     @property
@@ -217,7 +229,7 @@ class RedGreenForest:
 
     @property
     def weights(self) -> csr_array:
-        """Sparse matrix (n, n0) that carries values from the vertices of M0 to all vertices; its rows sum to 1 exactly."""
+        """Sparse matrix (n, n0) that carries values from M0 to all vertices; its rows sum to 1 exactly."""
         n0 = int(np.searchsorted(self._points[: self.n_points, kernels.OF] >= 0, True))
         order = np.argsort(self._corners, axis=1, kind="stable")
         columns = np.take_along_axis(self._corners, order, axis=1)
@@ -240,7 +252,9 @@ class RedGreenForest:
                 f"received {array.dtype} of shape {array.shape}."
             )
         if array.min() < 0 or array.max() >= m:
-            raise MeshError(f"marked triangles must be 0 to {m - 1}, received {array.min()} to {array.max()}.")
+            raise MeshError(
+                f"marked triangles must be 0 to {m - 1}, received {array.min()} to {array.max()}."
+            )
         mask[array] = True
         return mask
 
@@ -255,7 +269,8 @@ class RedGreenForest:
 
 
 def refined(triangles: ArrayLike, marked: ArrayLike) -> tuple[IntArray, csr_array]:
-    """A mesh with the marked triangles split in four, and its neighbours closed: `RedGreenForest` for one use.
+    """A mesh with the marked triangles split in four, and its neighbours closed: `RedGreenForest` for one
+    use.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Connectivity of triangle meshes: edges, rings, boundary loops, components, orientation.
 
-Everything here is integers: a mesh is its triangles (m, 3), and no function looks at a point. A *half-edge* `3 t + s` is side
-`s` of triangle `t`, directed from its corner `s` to its corner `s + 1`.
+Everything here is integers: a mesh is its triangles (m, 3), and no function looks at a point. A *half-edge*
+`3 t + s` is side `s` of triangle `t`, directed from its corner `s` to its corner `s + 1`.
 """
 
 from __future__ import annotations
@@ -23,36 +23,44 @@ def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
     Raises
     ------
     MeshError
-        If the shape is not (m, 3) with m > 0, a vertex is no integer, negative or not below `n_points`, or a triangle names a
-        vertex twice.
+        If the shape is not (m, 3) with m > 0, a vertex is no integer, negative or not below `n_points`, or a
+        triangle names a vertex twice.
     """
     array = np.asarray(triangles)
     if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
         raise MeshError(f"triangles must be an array (m, 3) with m > 0, received shape {array.shape}.")
     if array.dtype.kind not in "iu":
-        raise MeshError(f"triangles must hold integers, received {array.dtype}. Convert them with astype(int).")
+        raise MeshError(
+            f"triangles must hold integers, received {array.dtype}. Convert them with astype(int)."
+        )
     limit = np.iinfo(np.int32).max if n_points is None else n_points
     if array.min() < 0 or array.max() >= limit:
-        raise MeshError(f"triangles must name vertices 0 to {limit - 1}, received {array.min()} to {array.max()}.")
+        raise MeshError(
+            f"triangles must name vertices 0 to {limit - 1}, received {array.min()} to {array.max()}."
+        )
     twice = (array == np.roll(array, 1, axis=1)).any(axis=1)
     if twice.any():
         worst = int(np.argmax(twice))
         raise MeshError(
-            f"a triangle must have three different vertices, received {array[worst].tolist()} (triangle {worst}; "
-            f"{int(twice.sum())} such). Remove the degenerate triangles."
+            f"a triangle must have three different vertices, received {array[worst].tolist()} "
+            f"(triangle {worst}; {int(twice.sum())} such). Remove the degenerate triangles."
         )
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
 @njit(cache=True)
-def _find_edges(triangles, first, chain, edges, sides):  # type: ignore[no-untyped-def]
+def _find_edges(
+    triangles: IntArray, first: IntArray, chain: IntArray, edges: IntArray, sides: IntArray
+) -> int:
     n_edges = 0
     for t in range(len(triangles)):
         for s in range(3):
             a, b = triangles[t, s], triangles[t, (s + 1) % 3]
             bucket = min(a, b) + 2 * max(a, b)
             e = first[bucket]
-            while e >= 0 and not (edges[e, 0] == a and edges[e, 1] == b or edges[e, 0] == b and edges[e, 1] == a):
+            while e >= 0 and not (
+                (edges[e, 0] == a and edges[e, 1] == b) or (edges[e, 0] == b and edges[e, 1] == a)
+            ):
                 e = chain[e]
             if e < 0:
                 e = n_edges
@@ -83,7 +91,8 @@ def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
     [[0, 1, 2], [1, 3, 4]]
     """
     array = as_triangles(triangles)
-    # Buckets instead of sorting: lo + 2 hi spreads hubs, strips and grids alike, and keeps the locality of the mesh.
+    # Buckets instead of sorting: lo + 2 hi spreads hubs, strips and grids alike, and keeps the locality of
+    # the mesh.
     first, chain = np.full(3 * int(array.max()) + 3, -1, np.int32), np.empty(array.size, np.int32)
     edges, sides = np.empty((array.size, 2), np.int32), np.empty_like(array)
     n_edges = _find_edges(array, first, chain, edges, sides)
@@ -91,7 +100,7 @@ def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
 
 
 def edge_triangles(sides: NDArray[np.integer]) -> tuple[NDArray[np.int64], IntArray]:
-    """Triangles on every edge, as CSR (offsets (e + 1,), triangles (3 m,)), from the sides of `unique_edges`."""
+    """Triangles on every edge, as CSR: offsets (e + 1,), triangles (3 m,). `unique_edges` gives `sides`."""
     offsets = np.concatenate([[0], np.cumsum(np.bincount(sides.ravel()))])
     return offsets, (np.argsort(sides, axis=None, kind="stable") // 3).astype(np.int32)
 
@@ -134,17 +143,19 @@ def euler_characteristic(triangles: ArrayLike) -> int:
 
 
 def components(triangles: ArrayLike) -> IntArray:
-    """Connected component (m,) of every triangle, counted from 0; triangles that share a vertex are connected."""
+    """Component (m,) of every triangle, counted from 0; triangles that share a vertex are connected."""
     array = as_triangles(triangles)
     n = int(array.max()) + 1
     links = np.concatenate([array[:, :2], array[:, 1:]])
-    _, label = connected_components(coo_array((np.ones(len(links), np.int8), links.T), shape=(n, n)), directed=False)
+    _, label = connected_components(
+        coo_array((np.ones(len(links), np.int8), links.T), shape=(n, n)), directed=False
+    )
     numbered: IntArray = np.unique(label[array[:, 0]], return_inverse=True)[1].astype(np.int32)
     return numbered
 
 
 def _shared(triangles: IntArray) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Pairs of half-edges on the edges of exactly two triangles, and whether the two run in opposite directions."""
+    """Both half-edges of every edge of exactly two triangles, and whether they run in opposite directions."""
     _, sides = unique_edges(triangles)
     order = np.argsort(sides, axis=None, kind="stable")
     valence = np.bincount(sides.ravel())
@@ -176,20 +187,26 @@ def oriented(triangles: ArrayLike) -> IntArray:
     array = as_triangles(triangles)
     m = len(array)
     h, g, opposite = _shared(array)
-    # Double cover: every triangle stands once as it is (t) and once turned round (m + t); consistent neighbours connect.
+    # Double cover: every triangle stands once as it is (t) and once turned round (m + t); consistent
+    # neighbours connect.
     t, u = h // 3, g // 3
     links = np.concatenate([[t, u + np.where(opposite, 0, m)], [t + m, u + np.where(opposite, m, 0)]], axis=1)
-    _, label = connected_components(coo_array((np.ones(2 * len(t), np.int8), links), shape=(2 * m, 2 * m)), directed=False)
+    _, label = connected_components(
+        coo_array((np.ones(2 * len(t), np.int8), links), shape=(2 * m, 2 * m)), directed=False
+    )
     kept, turned = label[:m], label[m:]
     if (kept == turned).any():
-        raise MeshError("the surface has only one side, so its triangles cannot be oriented. Cut it open first.")
+        raise MeshError(
+            "the surface has only one side, so its triangles cannot be oriented. Cut it open first."
+        )
     votes = np.bincount(kept, minlength=label.max() + 1)
     turn = (votes[turned] > votes[kept]) | ((votes[turned] == votes[kept]) & (turned < kept))
     return np.where(turn[:, None], array[:, [0, 2, 1]], array)
 
 
 def boundary_loops(triangles: ArrayLike) -> list[IntArray]:
-    """Closed loops of boundary vertices, each in the direction of its triangles and starting at its smallest vertex.
+    """Closed loops of boundary vertices, each in the direction of its triangles and starting at its smallest
+    vertex.
 
     Loops that touch in a vertex stay apart: the walk turns round the fan of triangles at that vertex.
 
@@ -206,7 +223,9 @@ def boundary_loops(triangles: ArrayLike) -> list[IntArray]:
     array = as_triangles(triangles)
     crowded = non_manifold_edges(array)
     if len(crowded):
-        raise MeshError(f"boundary loops need at most two triangles per edge; edge {crowded[0].tolist()} has more.")
+        raise MeshError(
+            f"boundary loops need at most two triangles per edge; edge {crowded[0].tolist()} has more."
+        )
     h, g, opposite = _shared(array)
     if not opposite.all():
         raise MeshError("boundary loops need a consistent orientation; mend it with oriented(triangles).")

@@ -153,7 +153,7 @@ class MuscleWrinkles:
 
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        self._muscles = list(face.muscles.values())
+        self._muscles = [muscle.fold_pattern for muscle in face.muscles.values()]
         self._k0 = self.depth * np.array([m.wrinkles.depth for m in self._muscles])
         self._swing = np.array([2.0**m.wrinkles.alpha for m in self._muscles])
         self._strain = StrainField(face.points * face.unit, face.triangles)

@@ -61,7 +61,7 @@ class SkinMaterial:
     rate: float = 30.0
     damping: float = 1.0
     smallest_area: float = 0.3
-    lid_stiffness: float = 80.0
+    lid_stiffness: float = 2000.0
 
 
 class Skin:

@@ -1,0 +1,274 @@
+"""The built-in head: topology, shape of the triangles, symmetry, landmarks, lids, and that the stored file is what the code makes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from facewrinkle.anatomy.head import Head, build_head, load_head
+
+MIRROR = np.array([-1.0, 1.0, 1.0])
+MIDDLE = {
+    "nasion", "nose_tip", "subnasale", "upper_lip_mid", "lower_lip_mid", "menton", "pogonion", "glabella", "sellion",
+    "forehead_mid", "trichion",
+}  # fmt: skip
+PAIRED = {
+    "brow_{}_outer", "brow_{}_mid", "brow_{}_inner", "eye_{}_inner", "eye_{}_outer", "eye_{}_centre", "ala_{}", "mouth_{}",
+    "zygion_{}", "gonion_{}", "malar_{}",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def head() -> Head:
+    return load_head()
+
+
+@pytest.fixture(scope="module")
+def surface(head: Head) -> pv.PolyData:
+    return pv.PolyData.from_regular_faces(head.points, head.triangles)
+
+
+def directed_edges(triangles: np.ndarray) -> np.ndarray:
+    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+
+
+def loops(triangles: np.ndarray) -> list[list[int]]:
+    edges = set(map(tuple, directed_edges(triangles).tolist()))
+    follow = {a: b for a, b in edges if (b, a) not in edges}
+    found = []
+    while follow:
+        start, here = follow.popitem()
+        loop = [start]
+        while here != start:
+            loop.append(here)
+            here = follow.pop(here)
+        found.append(loop)
+    return sorted(found, key=len)
+
+
+def edge_lengths(head: Head, inside: np.ndarray) -> np.ndarray:
+    """Lengths of the edges with both ends inside."""
+    edges = np.unique(np.sort(directed_edges(head.triangles), axis=1), axis=0)
+    edges = edges[inside[edges].all(axis=1)]
+    return np.linalg.norm(head.points[edges[:, 0]] - head.points[edges[:, 1]], axis=1)
+
+
+def away_from_surface(surface: pv.PolyData, points: np.ndarray) -> np.ndarray:
+    closest = surface.find_closest_cell(points, return_closest_point=True)[1]
+    return np.linalg.norm(closest - points, axis=1)
+
+
+def test_counts_and_types(head: Head) -> None:
+    n = len(head.points)
+    assert head.triangles.shape == (4517, 3)
+    assert head.triangles.dtype == np.int32
+    assert head.points.dtype == np.float64
+    assert head.uv.shape == (n, 2)
+    assert head.colour.shape == (n, 3)
+    assert head.colour.dtype == head.texture.dtype == np.uint8
+    assert (np.unique(head.triangles) == np.arange(n)).all()
+    assert np.isfinite(head.points).all()
+
+
+def test_is_an_oriented_manifold_with_four_boundary_loops(head: Head, surface: pv.PolyData) -> None:
+    directed = directed_edges(head.triangles)
+    assert len(np.unique(directed, axis=0)) == len(directed)
+    edges, uses = np.unique(np.sort(directed, axis=1), axis=0, return_counts=True)
+    assert uses.max() == 2
+    # One component with four holes in a sphere: V - E + F = 2 - 4. Each boundary vertex has one boundary edge out.
+    assert len(head.points) - len(edges) + len(head.triangles) == -2
+    assert surface.connectivity("all")["RegionId"].max() == 0
+    starts = directed[[tuple(e[::-1]) not in set(map(tuple, directed.tolist())) for e in directed.tolist()]][:, 0]
+    assert len(np.unique(starts)) == len(starts)
+    assert len(loops(head.triangles)) == 4
+
+
+def test_the_holes_are_eyes_and_mouth(head: Head) -> None:
+    *holes, rim = loops(head.triangles)
+    centres = sorted((head.points[loop].mean(axis=0) for loop in holes), key=lambda c: c[0])
+    right, mouth, left = centres
+    marks = head.landmarks
+    assert np.linalg.norm(left[:2] - marks["eye_l_centre"][:2]) < 3.0
+    np.testing.assert_allclose(right, left * MIRROR, atol=1e-9)
+    assert abs(mouth[0]) < 1e-9
+    assert marks["lower_lip_mid"][1] < mouth[1] < marks["upper_lip_mid"][1]
+    assert np.ptp(head.points[rim], axis=0).min() > 60.0
+
+
+def test_is_counter_clockwise_from_outside(head: Head) -> None:
+    a, b, c = np.moveaxis(head.points[head.triangles], 1, 0)
+    normal = np.cross(b - a, c - a)
+    centre = (a + b + c) / 3.0
+    front = (centre[:, 1] > 20.0) | (np.abs(centre[:, 0]) > 30.0)
+    front &= np.linalg.norm(centre - head.eyes[0].centre, axis=1) > 25.0
+    front &= np.linalg.norm(centre - head.eyes[1].centre, axis=1) > 25.0
+    outwards = centre - [0.0, 20.0, 20.0]
+    assert (np.einsum("mi,mi->m", normal, outwards)[front] > 0.0).mean() > 0.99
+    assert normal[np.linalg.norm(centre - head.landmarks["nose_tip"], axis=1).argmin(), 2] > 0.0
+
+
+def test_triangles_are_well_shaped(head: Head) -> None:
+    p = head.points[head.triangles]
+    angles = []
+    for k in range(3):
+        u, v = p[:, (k + 1) % 3] - p[:, k], p[:, (k + 2) % 3] - p[:, k]
+        angles.append(np.degrees(np.arccos(np.einsum("mi,mi->m", u, v) / np.linalg.norm(u, axis=1) / np.linalg.norm(v, axis=1))))
+    smallest = np.min(angles, axis=0)
+    assert smallest.min() >= 12.0
+    assert np.percentile(smallest, 1) >= 22.0
+    assert np.median(smallest) >= 45.0
+
+
+def test_edge_lengths_follow_the_zones(head: Head) -> None:
+    points, marks = head.points, head.landmarks
+    x = np.abs(points[:, 0])
+    brow = marks["brow_l_mid"][1]
+    forehead = (points[:, 1] > brow) & (points[:, 1] < brow + 45.0) & (x < 45.0)
+    glabella = np.linalg.norm(points - marks["glabella"], axis=1) < 9.0
+    eye = np.linalg.norm(points * [0, 1, 1] + x[:, None] * [1, 0, 0] - [32.0, 36.0, 94.0], axis=1) < 20.0
+    mouth = (np.abs(points[:, 1] - marks["mouth_l"][1]) < 14.0) & (x < 28.0) & (points[:, 2] > 100.0)
+    side = x > 62.0
+    for inside, wished in ((forehead, 4.0), (glabella, 3.5), (eye, 3.2), (mouth, 3.8)):
+        assert np.mean(edge_lengths(head, inside)) == pytest.approx(wished, rel=0.08)
+    assert edge_lengths(head, side).mean() > 1.5 * edge_lengths(head, forehead).mean()
+
+
+def test_is_mirror_symmetric(head: Head, surface: pv.PolyData) -> None:
+    assert away_from_surface(surface, head.points * MIRROR).max() < 1e-6
+    table = {tuple(p): k for k, p in enumerate((head.points + 0.0).tolist())}
+    twin = np.array([table[tuple(p)] for p in (head.points * MIRROR + 0.0).tolist()])
+    there = {tuple(sorted(t)) for t in head.triangles.tolist()}
+    assert there == {tuple(sorted(t)) for t in twin[head.triangles].tolist()}
+    assert (head.colour[twin] == head.colour).all()
+    np.testing.assert_allclose(head.uv[twin], head.uv * [-1, 1] + [1, 0], atol=1e-12)
+
+
+def test_landmarks_have_their_names_and_lie_on_the_surface(head: Head, surface: pv.PolyData) -> None:
+    assert set(head.landmarks) == MIDDLE | {name.format(s) for name in PAIRED for s in "lr"}
+    on_skin = np.array([p for name, p in head.landmarks.items() if not name.endswith("centre")])
+    assert away_from_surface(surface, on_skin).max() < 1e-5
+    for name in MIDDLE:
+        assert head.landmarks[name][0] == 0.0
+    for name in PAIRED:
+        left, right = head.landmarks[name.format("l")], head.landmarks[name.format("r")]
+        assert left[0] > 0.0
+        assert (left * MIRROR == right).all()
+
+
+def test_landmarks_are_where_anatomy_puts_them(head: Head) -> None:
+    marks = head.landmarks
+    ridge = head.points[head.points[:, 0] == 0.0]
+
+    def between(low: str, high: str) -> np.ndarray:
+        return ridge[(ridge[:, 1] >= marks[low][1]) & (ridge[:, 1] <= marks[high][1])]
+
+    order = ["trichion", "forehead_mid", "glabella", "sellion", "nasion", "nose_tip", "subnasale", "upper_lip_mid"]
+    order += ["lower_lip_mid", "pogonion", "menton"]
+    assert (np.diff([marks[name][1] for name in order]) < 0.0).all()
+    assert head.points[:, 2].max() - marks["nose_tip"][2] < 0.3
+    assert between("sellion", "forehead_mid")[:, 2].max() - marks["glabella"][2] < 0.3
+    assert marks["sellion"][2] - between("nose_tip", "glabella")[:, 2].min() < 0.3
+    assert between("menton", "lower_lip_mid")[2:, 2].max() - marks["pogonion"][2] < 3.5
+    assert marks["eye_l_inner"][0] < marks["eye_l_centre"][0] < marks["eye_l_outer"][0]
+
+
+def test_lids_rest_on_the_eyeballs(head: Head) -> None:
+    for eye in head.eyes:
+        assert eye.radius == 12.0
+        away = np.linalg.norm(head.points - eye.centre, axis=1) - eye.radius
+        assert away.min() > 0.0
+        margin = min(loops(head.triangles)[:3], key=lambda loop: np.linalg.norm(head.points[loop].mean(axis=0) - eye.centre))
+        assert away[margin].max() < 0.3
+        # No triangle cuts the ball: sample them densely.
+        near = (away[head.triangles] < 8.0).any(axis=1)
+        i, j = np.meshgrid(np.linspace(0, 1, 13), np.linspace(0, 1, 13))
+        weights = np.stack([i, j, 1 - i - j], axis=-1)[i + j <= 1.0]
+        samples = np.einsum("wc,mci->mwi", weights, head.points[head.triangles[near]])
+        assert np.linalg.norm(samples - eye.centre, axis=2).min() > eye.radius
+
+
+def test_upper_lid_covers_a_little_of_the_iris(head: Head, surface: pv.PolyData) -> None:
+    eye = head.eyes[0]
+    top = eye.centre[1] + 6.0
+    heights = np.arange(eye.centre[1], top + 2.0, 0.05)
+    covered = [
+        y for y in heights if surface.ray_trace([eye.centre[0], y, 200.0], [eye.centre[0], y, eye.centre[2]])[0].size
+    ]
+    assert 1.0 <= top - min(covered) <= 2.0
+
+
+def test_uv_is_one_to_one(head: Head) -> None:
+    assert head.uv.min() >= 0.0
+    assert head.uv.max() <= 1.0
+    a, b, c = np.moveaxis(head.uv[head.triangles], 1, 0)
+    turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    assert turn.min() > 0.0
+    # A map that is orientation-preserving on every triangle is one-to-one if the images of the boundary loops do not cross.
+    ends = np.concatenate([np.stack([loop, np.roll(loop, -1)], axis=1) for loop in loops(head.triangles)])
+    p, q = head.uv[ends[:, 0]], head.uv[ends[:, 1]]
+
+    def side(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+        return (b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]
+
+    P, Q = p[:, None], q[:, None]
+    crosses = (side(P, Q, p) * side(P, Q, q) < 0) & (side(p, q, P) * side(p, q, Q) < 0)
+    share = (ends[:, None, :, None] == ends[None, :, None, :]).any(axis=(2, 3))
+    assert not (crosses & ~share).any()
+
+
+def test_lips_are_redder_than_the_forehead(head: Head) -> None:
+    def redness(name: str) -> float:
+        k = np.linalg.norm(head.points - head.landmarks[name], axis=1).argmin()
+        red, green, _ = head.colour[k].astype(float)
+        return float(red / green)
+
+    lip = head.points[:, 1].copy()
+    inside = (np.abs(head.points[:, 0]) < 12) & (lip < -38) & (lip > -42) & (head.points[:, 2] > 112)
+    assert (head.colour[inside, 0] / head.colour[inside, 1].astype(float)).min() > 1.2 * redness("forehead_mid")
+    assert redness("malar_l") > redness("forehead_mid")
+
+
+def test_texture_agrees_with_the_vertex_colours(head: Head) -> None:
+    size = len(head.texture)
+    column = np.clip((head.uv[:, 0] * size).astype(int), 0, size - 1)
+    row = np.clip(((1.0 - head.uv[:, 1]) * size).astype(int), 0, size - 1)
+    off = np.abs(head.texture[row, column].astype(int) - head.colour.astype(int)).max(axis=1)
+    assert np.mean(off <= 12) > 0.9
+    assert (head.texture == head.texture[:, ::-1]).all()
+
+
+def test_brows_move_with_the_skin(head: Head, surface: pv.PolyData) -> None:
+    normals = np.zeros_like(head.points)
+    hairs = head.brows.polylines(head.points, head.triangles, normals)
+    assert away_from_surface(surface, hairs.reshape(-1, 3)).max() < 1e-5
+    half = len(hairs) // 2
+    np.testing.assert_allclose(hairs[half:], hairs[:half] * MIRROR, atol=1e-9)
+    inner, outer = head.landmarks["brow_l_inner"], head.landmarks["brow_l_outer"]
+    left = hairs[:half].reshape(-1, 3)
+    assert left[:, 0].min() > inner[0] - 5.0
+    assert left[:, 0].max() < outer[0] + 6.0
+    up = np.tile([0.0, 0.0, 1.0], (len(head.points), 1))
+    stretched = head.points * [1.0, 1.1, 1.0] + [0.0, 3.0, 0.0]
+    raised = head.brows.polylines(stretched, head.triangles, up)
+    expected = hairs * [1.0, 1.1, 1.0] + [0.0, 3.0, 0.0] + head.brows.heights[:, None] * [0.0, 0.0, 1.0]
+    np.testing.assert_allclose(raised, expected, atol=1e-9)
+
+
+def test_arrays_are_read_only(head: Head) -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        head.points[0] = 0.0
+    assert load_head() is head
+
+
+def test_the_stored_head_is_what_the_code_makes(head: Head) -> None:
+    built = build_head()
+    assert (built.triangles == head.triangles).all()
+    np.testing.assert_allclose(built.points, head.points, atol=1e-6)
+    np.testing.assert_allclose(built.uv, head.uv, atol=1e-8)
+    assert (built.brows.triangles == head.brows.triangles).all()
+    np.testing.assert_allclose(built.brows.weights, head.brows.weights, atol=1e-6)
+    assert np.abs(built.colour.astype(int) - head.colour.astype(int)).max() <= 1
+    assert np.abs(built.texture.astype(int) - head.texture.astype(int)).max() <= 1
+    for name, place in built.landmarks.items():
+        np.testing.assert_allclose(place, head.landmarks[name], atol=1e-6)

@@ -1,0 +1,209 @@
+"""Connectivity of triangle meshes, checked against dictionaries, and on surfaces of known topology."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import Delaunay
+
+from facewrinkle.errors import MeshError
+from facewrinkle.geometry.topology import (
+    as_triangles,
+    boundary_loops,
+    components,
+    edge_triangles,
+    euler_characteristic,
+    is_oriented,
+    non_manifold_edges,
+    oriented,
+    unique_edges,
+    vertex_rings,
+)
+
+
+def sheet(rows, columns, wrap_rows=False, wrap_columns=False, twist=False):
+    """A grid of quads cut in two; wrapped once it is a band (twisted: of Moebius), wrapped twice a torus."""
+    number = np.arange(rows * columns).reshape(rows, columns)
+    if wrap_rows:
+        number = np.concatenate([number, number[:1, ::-1] if twist else number[:1]])
+    if wrap_columns:
+        number = np.concatenate([number, number[:, :1]], axis=1)
+    a, b, c, d = (
+        number[:-1, :-1].ravel(),
+        number[1:, :-1].ravel(),
+        number[1:, 1:].ravel(),
+        number[:-1, 1:].ravel(),
+    )
+    return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+
+
+OCTAHEDRON = np.array(
+    [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+)
+
+
+@st.composite
+def clouds(draw, most=40):
+    """Oriented Delaunay triangles of random points, shuffled, some taken out."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    points = rng.random((draw(st.integers(4, most)), 2))
+    triangles = Delaunay(points).simplices
+    u, v = (
+        points[triangles[:, 1]] - points[triangles[:, 0]],
+        points[triangles[:, 2]] - points[triangles[:, 0]],
+    )
+    triangles = np.where((u[:, :1] * v[:, 1:] < u[:, 1:] * v[:, :1]), triangles[:, [0, 2, 1]], triangles)
+    kept = rng.random(len(triangles)) >= draw(st.sampled_from([0.0, 0.2, 0.5]))
+    kept[0] = True
+    return rng.permutation(triangles[kept])
+
+
+@st.composite
+def soups(draw):
+    """Random triangles with any number on an edge."""
+    n = draw(st.integers(3, 9))
+    return np.array(draw(st.lists(st.permutations(range(n)).map(lambda p: p[:3]), min_size=1, max_size=25)))
+
+
+def half_edges(triangles):
+    return [(int(t[s]), int(t[(s + 1) % 3])) for t in triangles for s in range(3)]
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.one_of(clouds(), soups()))
+def test_edges_sides_and_incidence(triangles):
+    edges, sides = unique_edges(triangles)
+    pairs = [frozenset(h) for h in half_edges(triangles)]
+    assert list(map(frozenset, edges.tolist())) == list(dict.fromkeys(pairs))
+    assert [frozenset(edges[e].tolist()) for e in sides.ravel()] == pairs
+    first = {pair: i for i, pair in reversed(list(enumerate(pairs)))}
+    assert [tuple(e) for e in edges.tolist()] == [
+        half_edges(triangles)[first[frozenset(e)]] for e in edges.tolist()
+    ]
+    offsets, on_edge = edge_triangles(sides)
+    expected = defaultdict(list)
+    for h, pair in enumerate(pairs):
+        expected[pair].append(h // 3)
+    for e, pair in enumerate(map(frozenset, edges.tolist())):
+        assert on_edge[offsets[e] : offsets[e + 1]].tolist() == expected[pair]
+    counts = Counter(pairs)
+    assert set(map(frozenset, non_manifold_edges(triangles).tolist())) == {
+        p for p, count in counts.items() if count > 2
+    }
+    assert is_oriented(triangles) == all(
+        len({h for h in half_edges(triangles) if frozenset(h) == p}) == 2
+        for p, count in counts.items()
+        if count == 2
+    )
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.one_of(clouds(12), soups()))
+def test_rings_components_and_euler(triangles):
+    n = int(triangles.max()) + 3  # two vertices without triangles
+    offsets, neighbours = vertex_rings(triangles, n)
+    expected = defaultdict(set)
+    for a, b in half_edges(triangles):
+        expected[a].add(b)
+        expected[b].add(a)
+    assert [neighbours[offsets[v] : offsets[v + 1]].tolist() for v in range(n)] == [
+        sorted(expected.get(v, ())) for v in range(n)
+    ]
+    label = components(triangles)
+    assert set(label.tolist()) == set(range(label.max() + 1))
+    reached = {v: {v} for v in expected}
+    for a, b in half_edges(triangles):
+        union = reached[a] | reached[b]
+        for v in union:
+            reached[v] = union
+    for t, mine in zip(triangles.tolist(), label, strict=True):
+        for u, other in zip(triangles.tolist(), label, strict=True):
+            assert (mine == other) == (u[0] in reached[t[0]])
+    edges = {frozenset(h) for h in half_edges(triangles)}
+    assert euler_characteristic(triangles) == len(expected) - len(edges) + len(triangles)
+
+
+@settings(max_examples=150, deadline=None)
+@given(clouds())
+def test_loops_use_every_boundary_half_edge_once(triangles):
+    directed = set(half_edges(triangles))
+    border = sorted(h for h in directed if h[::-1] not in directed)
+    loops = boundary_loops(triangles)
+    assert (
+        sorted((int(a), int(b)) for loop in loops for a, b in zip(loop, np.roll(loop, -1), strict=True))
+        == border
+    )
+    assert all(loop[0] == loop.min() for loop in loops)
+
+
+@settings(max_examples=150, deadline=None)
+@given(clouds(), st.integers(0, 2**32 - 1))
+def test_flipped_triangles_are_mended(triangles, seed):
+    rng = np.random.default_rng(seed)
+    flipped = np.where(rng.random((len(triangles), 1)) < 0.4, triangles[:, ::-1], triangles)
+    mended = oriented(flipped)
+    assert is_oriented(mended)
+    assert (np.sort(mended, axis=1) == np.sort(triangles, axis=1)).all()
+    turned = (mended != flipped).any(axis=1)
+    assert (oriented(mended) == mended).all()
+    assert turned.sum() <= len(triangles) / 2
+    assert (oriented(triangles) == triangles).all()
+
+
+@pytest.mark.parametrize(
+    ("triangles", "euler", "n_loops"),
+    [
+        (OCTAHEDRON, 2, 0),
+        (sheet(4, 5), 1, 1),
+        (sheet(4, 5, wrap_rows=True), 0, 2),
+        (sheet(4, 5, wrap_rows=True, wrap_columns=True), 0, 0),
+        (np.concatenate([OCTAHEDRON, OCTAHEDRON + 6]), 4, 0),
+        (np.concatenate([OCTAHEDRON[1:], sheet(3, 3) + 6]), 2, 2),
+    ],
+    ids=["sphere", "disk", "annulus", "torus", "two spheres", "two disks"],
+)
+def test_surfaces_of_known_topology(triangles, euler, n_loops):
+    assert is_oriented(triangles)
+    assert euler_characteristic(triangles) == euler
+    assert len(boundary_loops(triangles)) == n_loops
+    assert len(non_manifold_edges(triangles)) == 0
+
+
+def test_loops_that_touch_in_a_vertex_stay_apart():
+    # Two triangles in one vertex form one component with two fans there: each fan closes its own loop.
+    assert [loop.tolist() for loop in boundary_loops([[0, 1, 2], [0, 3, 4]])] == [[0, 1, 2], [0, 3, 4]]
+
+
+def test_a_moebius_band_has_no_orientation():
+    band = sheet(5, 2, wrap_rows=True, twist=True)
+    assert euler_characteristic(band) == 0
+    assert not is_oriented(band)
+    with pytest.raises(MeshError, match="one side"):
+        oriented(band)
+    with pytest.raises(MeshError, match="oriented"):
+        boundary_loops(band)
+
+
+def test_loops_of_a_book_are_refused():
+    with pytest.raises(MeshError, match=r"edge \[0, 1\] has more"):
+        boundary_loops([[0, 1, 2], [1, 0, 3], [0, 1, 4]])
+
+
+def test_a_hub_of_many_triangles_takes_linear_time():
+    n = 200_000
+    rim = np.arange(n)
+    for hub, shift in ((0, 1), (n, 0)):  # with the lowest and with the highest number
+        fan = np.stack([np.full(n, hub), rim + shift, np.roll(rim, -1) + shift], 1)
+        edges, _ = unique_edges(fan)
+        assert len(edges) == 2 * n
+        assert euler_characteristic(fan) == 1
+
+
+def test_triangles_are_converted_once():
+    given_array = np.array([[0, 1, 2]], dtype=np.int32)
+    assert as_triangles(given_array) is given_array
+    assert as_triangles([[0, 1, 2]]).dtype == np.int32
