@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import subprocess
 import sys
 from pathlib import Path
 
@@ -71,18 +72,16 @@ def test_series_opens_in_pyvista_at_the_first_time(tmp_path):
     np.testing.assert_array_equal(pv.read(path).points, frame(2).points)
 
 
-def test_series_is_streamed(tmp_path):
-    """No frame is made before the one before it has been handed to the writer, and none is made twice."""
-    alive: list[int] = []
+def test_series_takes_every_frame_once(tmp_path):
+    taken: list[int] = []
 
     def frames():
         for number in range(4):
-            alive.append(number)
+            taken.append(number)
             yield frame(number)
 
-    source = frames()
-    write_series(source, range(4), tmp_path / "series.vtkhdf")
-    assert alive == [0, 1, 2, 3]
+    write_series(frames(), range(4), tmp_path / "series.vtkhdf")
+    assert taken == [0, 1, 2, 3]
 
 
 def test_series_replaces_a_file(tmp_path):
@@ -171,30 +170,44 @@ def pictures(count: int, height: int, width: int, channels: int = 3):
         yield image
 
 
-def read_movie(path: Path) -> tuple[np.ndarray, dict]:
-    """The pictures of a movie and what the file says about itself."""
-    imageio = pytest.importorskip("imageio.v2")
-    with imageio.get_reader(path) as reader:
-        return np.stack([image[..., :3] for image in reader]), reader.get_meta_data()
+def read_movie(path: Path, height: int, width: int) -> tuple[np.ndarray, str]:
+    """The pictures of a movie of this size, decoded by ffmpeg itself, and what it says about the file."""
+    ffmpeg = pytest.importorskip("imageio_ffmpeg").get_ffmpeg_exe()
+    command = [
+        ffmpeg,
+        "-i",
+        str(path),
+        "-fps_mode",
+        "passthrough",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-",
+    ]
+    run = subprocess.run(command, capture_output=True, check=True, stdin=subprocess.DEVNULL)
+    said = run.stderr.decode().split("Output #0")[0]
+    assert f"{width}x{height}" in said
+    return np.frombuffer(run.stdout, np.uint8).reshape(-1, height, width, 3), said
 
 
 @pytest.mark.parametrize("ending", [".mp4", ".gif"])
 @pytest.mark.parametrize("channels", [3, 4])
 def test_movie(tmp_path, ending, channels):
     path = write_movie(pictures(12, 48, 64, channels), tmp_path / "new" / f"movie{ending}", fps=10)
-    read, details = read_movie(path)
-    assert read.shape == (12, 48, 64, 3)
+    read, said = read_movie(path, 48, 64)
+    assert len(read) == 12
+    assert "10 fps" in said
     for image, original in zip(read, pictures(12, 48, 64), strict=True):
         assert np.abs(image.astype(int) - original).mean() < 4.0  # H.264 loses a little at the bar's edges
-    assert details["fps"] == 10 if ending == ".mp4" else details["duration"] == 100
 
 
 def test_odd_pictures_are_not_rescaled(tmp_path):
-    read, _ = read_movie(write_movie(pictures(3, 33, 47), tmp_path / "odd.mp4"))
-    assert read.shape == (3, 34, 48, 3)
+    read, _ = read_movie(write_movie(pictures(3, 33, 47), tmp_path / "odd.mp4"), 34, 48)
+    assert len(read) == 3
     assert np.abs(read[0, :33, :47].astype(int) - next(pictures(3, 33, 47))).mean() < 4.0
-    read, _ = read_movie(write_movie(pictures(3, 33, 47), tmp_path / "odd.gif"))
-    assert read.shape == (3, 33, 47, 3)
+    read, _ = read_movie(write_movie(pictures(3, 33, 47), tmp_path / "odd.gif"), 33, 47)
+    assert len(read) == 3
 
 
 @pytest.mark.parametrize(

@@ -18,8 +18,9 @@ Ints = NDArray[np.int64]
 LEVELS = 4
 TRIANGLES = 4517
 MIRROR = np.array([-1.0, 1.0, 1.0])
+FROZEN_STRIPS = LID_STRIPS | LIP_STRIPS | {("eye_ring1", "eye_ring2"), ("nose_inset_base", "nostril")}
 TEXELS = 512
-SEAT = 0.2  # mm between eyeball and lid margin: more than the sag of a margin edge
+SEAT = 0.25  # mm between eyeball and lid margin: more than the sag of a margin edge
 LID_STRIPS = {("eye_ring2", "eye_ring3")}
 LIP_STRIPS = {(f"mouth_ring{k}", f"mouth_ring{k + 1}") for k in (1, 2, 3)}
 
@@ -42,7 +43,9 @@ class HalfCage:
     def strip(self, pairs: set[tuple[str, str]]) -> Ints:
         """Rows of the quads between rings, given as pairs of name stems."""
         stems = [{self.names[v].split(".")[0] for v in quad} for quad in self.quads]
-        return np.array([q for q, stem in enumerate(stems) if any(stem == set(pair) for pair in pairs)], dtype=np.int64)
+        return np.array(
+            [q for q, stem in enumerate(stems) if any(stem == set(pair) for pair in pairs)], dtype=np.int64
+        )
 
     def fine_triangles(self) -> Ints:
         g = self.grids
@@ -121,7 +124,9 @@ def charted(half: HalfCage, outline: list[tuple[str, list[float]]]) -> Floats:
     lower, upper = half.of("mouth_ring3.8"), half.of("mouth_ring3.0")
     mouth = outer[outer.index(lower) : outer.index(upper) + 1]
     plane = _on_outline(half, rim, outline)
-    points = np.vstack([half.points, half.points[eye].mean(axis=0), half.points[mouth].mean(axis=0) * [0, 1, 1]])
+    points = np.vstack(
+        [half.points, half.points[eye].mean(axis=0), half.points[mouth].mean(axis=0) * [0, 1, 1]]
+    )
     fill = [[n, b, a] for a, b in zip(eye, eye[1:] + eye[:1], strict=True)]
     fill += [[n + 1, b, a] for a, b in zip(mouth, mouth[1:], strict=False)]
     middle = np.setdiff1d(np.append(middle_vertices, n + 1), rim)
@@ -169,7 +174,9 @@ def strip_counts(half: HalfCage, size: Floats) -> Ints:
             break
     g = half.grids
     lines = [g[:, :, 0], g[:, -1, :], g[:, :, -1], g[:, 0, :]]
-    length = np.stack([np.linalg.norm(np.diff(half.points[k], axis=1), axis=2).sum(axis=1) for k in lines], axis=1)
+    length = np.stack(
+        [np.linalg.norm(np.diff(half.points[k], axis=1), axis=2).sum(axis=1) for k in lines], axis=1
+    )
     wished = np.stack([size[k].mean(axis=1) for k in lines], axis=1)
     strip = label[index]
     ratio = np.bincount(strip.ravel(), (length / wished).ravel()) / np.maximum(np.bincount(strip.ravel()), 1)
@@ -215,7 +222,7 @@ def half_mesh(half: HalfCage, data: dict[str, Any], plane: Floats) -> tuple[Char
     used, flat = np.unique(start, return_inverse=True)
     triangles = flat.reshape(-1, 3)
     kind, line = _kinds(half.points[used], plane[used], data["outline"])
-    frozen = half.grids[half.strip(LID_STRIPS | LIP_STRIPS)]
+    frozen = half.grids[half.strip(FROZEN_STRIPS)]
     kind[np.isin(used, frozen)] = FIXED
     end = triangles[(start == corner).any(axis=1)][0]
     kept = {(int(min(a, b)), int(max(a, b))) for a in end for b in end if a != b}
@@ -275,7 +282,9 @@ def tinted(half: HalfCage, data: dict[str, Any]) -> Floats:
         share = strength * np.exp(-0.5 * (away / reach) ** 2)[:, None]
         colour += share * (np.array(tint) - colour)
     tint, strength = paint["brow"]
-    colour += (strength * _brow_shade(np.array(data["brow"]["line"]), half.points))[:, None] * (np.array(tint) - colour)
+    colour += (strength * _brow_shade(np.array(data["brow"]["line"]), half.points))[:, None] * (
+        np.array(tint) - colour
+    )
     for first, second, tint, outer, inner, reach, last in paint["rings"]:
         pair = (first, second)
         over = np.zeros(len(half.points), dtype=bool)
@@ -313,12 +322,16 @@ def closest_point(query: Floats, corners: Floats) -> Floats:
     size = np.einsum("mi,mi->m", normal, normal)
     size = np.where(size > 0.0, size, np.inf)
     p = query - normal * (np.einsum("mi,mi->m", query - a, normal) / size)[:, None]
-    beyond = np.stack([np.einsum("mi,mi->m", np.cross(v - u, p - u), normal) for u, v in ((a, b), (b, c), (c, a))])
+    beyond = np.stack(
+        [np.einsum("mi,mi->m", np.cross(v - u, p - u), normal) for u, v in ((a, b), (b, c), (c, a))]
+    )
     inside = (beyond >= 0.0).all(axis=0) & np.isfinite(size)
     found = [p[inside]]
     for u, v in ((a, b), (b, c), (c, a)):
         along = v - u
-        share = np.einsum("mi,mi->m", query - u, along) / np.maximum(np.einsum("mi,mi->m", along, along), 1e-30)
+        share = np.einsum("mi,mi->m", query - u, along) / np.maximum(
+            np.einsum("mi,mi->m", along, along), 1e-30
+        )
         found.append(u + np.clip(share, 0.0, 1.0)[:, None] * along)
     places = np.concatenate(found)
     nearest: Floats = places[np.linalg.norm(places - query, axis=1).argmin()]

@@ -93,7 +93,9 @@ def _step(quads: Ints) -> tuple[sparse.csr_array, Ints]:
     faces = _incidence(quads, np.full(quads.shape, 0.25), n)
     ends = _incidence(edges, np.full(edges.shape, 0.5), n)
     flat = side.ravel()
-    around = sparse.csr_array((np.full(4 * m, 0.5), (flat, np.repeat(np.arange(m), 4))), shape=(len(edges), m))
+    around = sparse.csr_array(
+        (np.full(4 * m, 0.5), (flat, np.repeat(np.arange(m), 4))), shape=(len(edges), m)
+    )
     inner = sparse.diags_array(np.where(rim, 0.0, 0.5))
     edge_points = ends - inner @ ends + inner @ (around @ faces)
     vertex_points = _vertex_rule(quads, edges, rim, faces, ends, n)
@@ -138,7 +140,9 @@ def _limit(quads: Ints) -> sparse.csr_array:
     links = links + links.T
     pairs = np.concatenate([quads[:, [0, 2]], quads[:, [1, 3]]])
     across = sparse.csr_array((np.ones(len(pairs)), pairs.T), shape=(n, n))
-    inside = sparse.diags_array(1.0 / (k * (k + 5.0))) @ (sparse.diags_array(k * k) + 4.0 * links + across + across.T)
+    inside = sparse.diags_array(1.0 / (k * (k + 5.0))) @ (
+        sparse.diags_array(k * k) + 4.0 * links + across + across.T
+    )
     on_rim = _on_rim(edges, rim, n)
     border = (_rim_links(edges, rim, n) + 4.0 * sparse.identity(n)) / 6.0
     return sparse.csr_array(sparse.diags_array(1.0 - on_rim) @ inside + sparse.diags_array(on_rim) @ border)

@@ -40,7 +40,9 @@ def mean_value_chart(points: Floats, triangles: Ints, fixed: list[Ints], values:
         rows += [i, i]
         columns += [j, l]
         weights += [half_tangent / length_a, half_tangent / length_b]
-    matrix = sparse.csr_array((np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n))
+    matrix = sparse.csr_array(
+        (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n)
+    )
     laplacian = (sparse.diags_array(matrix.sum(axis=1)) - matrix).tocsr()
     chart = np.empty((n, 2))
     for c in range(2):
@@ -83,7 +85,10 @@ class Chart:
         a, b, c = np.moveaxis(self.plane[self.triangles[candidates]], 2, 0)
         p = at[:, None]
         whole = cross(b - a, c - a)
-        weights = np.stack([cross(b - p, c - p), cross(c - p, a - p), cross(a - p, b - p)], axis=2) / whole[..., None]
+        weights = (
+            np.stack([cross(b - p, c - p), cross(c - p, a - p), cross(a - p, b - p)], axis=2)
+            / whole[..., None]
+        )
         best = weights.min(axis=2).argmax(axis=1)
         pick = np.arange(len(at))
         cells, weights = candidates[pick, best], weights[pick, best]
@@ -201,7 +206,9 @@ class ChartMesh:
             edges, pair, _ = self._sides()
             inner = (pair[:, 1] >= 0) & ~self._keeps(edges)
             edges, pair = edges[inner], pair[inner]
-            tips = np.stack([self.triangles[pair[:, s]].sum(axis=1) - edges.sum(axis=1) for s in range(2)], axis=1)
+            tips = np.stack(
+                [self.triangles[pair[:, s]].sum(axis=1) - edges.sum(axis=1) for s in range(2)], axis=1
+            )
             a, b, c, d = (self.points[v] for v in (*edges.T, *tips.T))
             excess = angle(a - c, b - c) + angle(a - d, b - d) - np.pi
             existing = set(map(tuple, np.sort(self._sides()[0], axis=1).tolist()))
@@ -256,7 +263,9 @@ class ChartMesh:
         moves = (step != 0.0).any(axis=1)
         values = self.chart(self.plane[moves] + step[moves])
         goal = tuple(array.copy() for array in state)
-        for array, new in zip(goal, (self.plane[moves] + step[moves], values[:, :3], values[:, 3]), strict=True):
+        for array, new in zip(
+            goal, (self.plane[moves] + step[moves], values[:, :3], values[:, 3]), strict=True
+        ):
             array[moves] = new
         while True:
             self.plane, self.points, self.size = (
@@ -265,7 +274,9 @@ class ChartMesh:
             )
             p = self.plane[self.triangles]
             now = self.smallest_angles()
-            bad = (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9) | ((now < SLIM) & (now < before - 1e-9))
+            bad = (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9) | (
+                (now < SLIM) & (now < before - 1e-9)
+            )
             bad &= moves[self.triangles].any(axis=1)
             if not bad.any():
                 return
@@ -276,17 +287,15 @@ class ChartMesh:
         a, b, c = np.moveaxis(self.points[self.triangles], 1, 0)
         return np.minimum(np.minimum(angle(b - a, c - a), angle(c - b, a - b)), angle(a - c, b - c))
 
-    def polish(self, rounds: int = 60) -> None:
+    def polish(self, rounds: int = 30) -> None:
         """Move the vertices of the worst triangles wherever that widens their smallest angle."""
         turns = np.arange(8) * np.pi / 4
         fan = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        movable = np.flatnonzero((self.kind[self.triangles] != FIXED).any(axis=1))
         for _ in range(rounds):
-            worst = np.argsort(self.smallest_angles(), kind="stable")[:12]
-            moved = False
-            for v in np.unique(self.triangles[worst]):
-                if self.kind[v] != FIXED:
-                    moved |= self._widen(int(v), fan)
-            if not moved:
+            worst = movable[np.argsort(self.smallest_angles()[movable], kind="stable")[:25]]
+            vertices = np.unique(self.triangles[worst])
+            if not any([self._widen(int(v), fan) for v in vertices if self.kind[v] != FIXED]):
                 return
 
     def _widen(self, v: int, fan: Floats) -> bool:
@@ -303,7 +312,9 @@ class ChartMesh:
         space[:, at] = points[:, None]
         flat[:, at] = places[:, None]
         a, b, c = np.moveaxis(space, 2, 0)
-        least = np.minimum(np.minimum(angle(b - a, c - a), angle(c - b, a - b)), angle(a - c, b - c)).min(axis=1)
+        least = np.minimum(np.minimum(angle(b - a, c - a), angle(c - b, a - b)), angle(a - c, b - c)).min(
+            axis=1
+        )
         a, b, c = np.moveaxis(flat, 2, 0)
         least[(cross(b - a, c - a) <= 1e-9).any(axis=1)] = -1.0
         best = int(least.argmax())

@@ -78,11 +78,14 @@ def place_eyeballs(landmarks: Mapping[str, Array], frame: FaceFrame, points: Arr
         opening = _opening(eye, points, triangles, landmarks)
         if opening is not None:
             margin = np.unique(np.concatenate(opening[3:]))
-            room = np.quantile(np.linalg.norm(points[margin] - eye.centre, axis=1), 0.1)
+            room = ROOM * np.quantile(np.linalg.norm(points[margin] - eye.centre, axis=1), 0.1)
             eye = replace(eye, radius=float(np.clip(room, 0.75 * eye.radius, 1.05 * eye.radius)))
         eyes.append(eye)
     return eyes
 
+
+ROOM = 0.975
+"""Share of the room between the lids that the ball takes: the chords between the vertices of the lids must not cut it."""
 
 MARGIN_FADE = np.deg2rad(20.0)
 """Angle above the margin within which the motion of the upper lid fades to nothing (14 to 22 degrees in captured blinks)."""

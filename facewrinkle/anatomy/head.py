@@ -138,7 +138,8 @@ def _unpacked(data: dict[str, NDArray[Any]]) -> Head:
 def _store() -> None:
     from facewrinkle.anatomy import _head_build
 
-    np.savez_compressed(DATA / "head.npz", **_head_build.head_arrays(cage_data()))
+    arrays: dict[str, Any] = _head_build.head_arrays(cage_data())
+    np.savez_compressed(DATA / "head.npz", **arrays)
 
 
 if __name__ == "__main__":

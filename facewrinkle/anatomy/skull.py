@@ -30,12 +30,15 @@ class Tissue:
         Unit normals of the skin, smoothed over about the thickness: the direction of the ties.
     foot : ndarray, shape (n, 3)
         Where the ties start: the vertices of the skull.
+    solid : ndarray of bool, shape (n,)
+        Where the skull is a wall that stops the skin. Around eyes, mouth and nostrils the surface under the skin folds over.
     """
 
     depth: Array
     stiffness: Array
     normals: Array
     foot: Array
+    solid: npt.NDArray[np.bool_]
 
 
 def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Array, Array, Array], size: float) -> Tissue:
@@ -61,7 +64,8 @@ def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Ar
     weights = (square + 0.03**2) ** -1.5
     weights /= weights.sum(axis=1, keepdims=True)
     depth = weights @ depths
-    ties = np.exp(weights @ np.log(stiffness)) * (1.0 + RIM * _near_rim(points, triangles, 0.15 * size))
+    rim, holes = _distances_to_loops(points, triangles)
+    ties = np.exp(weights @ np.log(stiffness)) * (1.0 + RIM * np.exp(-((rim / (0.15 * size)) ** 2)))
     smooth = _smoother(points, triangles, 0.12 * size)
     normals = smooth(vertex_normals(points, triangles))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -69,21 +73,24 @@ def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Ar
     # Smoothing cuts corners where the face is concave: the bone stays below the skin by a third of the tissue at least.
     above = ((points - foot) * normals).sum(axis=1)
     foot -= np.maximum(depth / 3.0 - above, 0.0)[:, None] * normals
-    return Tissue(depth, ties, normals, foot)
+    solid = ((vertex_normals(foot, triangles) * normals).sum(axis=1) > 0.7) & (holes > 0.25 * size)
+    return Tissue(depth, ties, normals, foot, solid)
 
 
 RIM = 12.0
 """How much stiffer the ties are at the outer rim of an open mesh, where the skin beyond it would hold it."""
 
 
-def _near_rim(points: Array, triangles: npt.NDArray[np.int32], reach: float) -> Array:
-    """1 at the longest boundary loop, falling to 0 over about `reach`; 0 everywhere on a closed mesh."""
+def _distances_to_loops(points: Array, triangles: npt.NDArray[np.int32]) -> tuple[Array, Array]:
+    """Distance of each vertex from the longest boundary loop, and from all others; infinite where there is none."""
     loops = boundary_loops(triangles)
-    if not loops:
-        return np.zeros(len(points))
     lengths = [np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum() for loop in loops]
-    distance, _ = cKDTree(points[loops[int(np.argmax(lengths))]]).query(points)
-    return np.asarray(np.exp(-((distance / reach) ** 2)))
+    outer = int(np.argmax(lengths)) if loops else -1
+    out = []
+    for chosen in (loops[outer : outer + 1], loops[:outer] + loops[outer + 1 :]):
+        rim = np.concatenate([points[loop] for loop in chosen]) if chosen else None
+        out.append(np.full(len(points), np.inf) if rim is None else cKDTree(rim).query(points)[0])
+    return out[0], out[1]
 
 
 def _smoother(points: Array, triangles: npt.NDArray[np.int32], radius: float):  # type: ignore[no-untyped-def]

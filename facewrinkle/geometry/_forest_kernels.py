@@ -51,6 +51,8 @@ UNKNOWN, SPLIT, TAKEN = 0, 1, 2
 # The most rows that one red split adds: 4 nodes; 3 pairs of halves and 3 inner edges; 3 midpoints.
 ROOM = 9
 
+# Row numbers are widened to int64 where they are passed on, so that numba compiles every helper only once.
+
 
 @njit(cache=True)
 def _hang(nodes, edges, x, s):
@@ -126,9 +128,8 @@ def plant(nodes, edges, points, ends, sides, triangles):
         _new_edge(edges, e, ends[e, 0], ends[e, 1], NONE, NONE)
     for v in range(len(points)):
         points[v, OF], points[v, OF + 1], points[v, POINT_HOST], points[v, POINT_LEVEL] = NONE, NONE, NONE, 0
-    for t in range(
-        len(triangles) - 1, -1, -1
-    ):  # backwards, so that the lists are ascending and the lowest triangle hosts
+    # Backwards, so that the lists are ascending and the lowest triangle is host.
+    for t in range(len(triangles) - 1, -1, -1):
         _new_node(nodes, t, triangles[t, 0], triangles[t, 1], triangles[t, 2], NONE, 0, t)
         for s in range(3):
             nodes[t, EDGE + s] = sides[t, s]
@@ -166,12 +167,8 @@ def _bisect(nodes, edges, points, state, e, level):
     mid = state[N_POINTS]
     state[N_POINTS] += 1
     a, b, host = np.int64(edges[e, END]), np.int64(edges[e, END + 1]), edges[e, HOST]
-    points[mid, OF], points[mid, OF + 1], points[mid, POINT_HOST], points[mid, POINT_LEVEL] = (
-        a,
-        b,
-        host,
-        level + 1,
-    )
+    points[mid, OF], points[mid, OF + 1] = a, b
+    points[mid, POINT_HOST], points[mid, POINT_LEVEL] = host, level + 1
     half = _take(edges, WHOLE, state, FREE_HALVES, N_EDGES, 2)
     _new_edge(edges, half, a, mid, e, host)
     _new_edge(edges, half + 1, mid, b, e, host)
@@ -205,10 +202,8 @@ def _split_red(nodes, edges, points, state, x):
         nodes[child + s, EDGE] = edges[right, HALF] + (edges[right, END] != v)
         nodes[child + s, EDGE + 1] = inner + s
         nodes[child + s, EDGE + 2] = edges[left, HALF] + (edges[left, END] != v)
-    centre = child + 3
-    _new_node(
-        nodes, centre, edges[inner, END], edges[inner + 1, END], edges[inner + 2, END], x, level + 1, root
-    )
+    centre, p, q, r = child + 3, edges[inner, END], edges[inner + 1, END], edges[inner + 2, END]
+    _new_node(nodes, centre, p, q, r, x, level + 1, root)
     for s in range(3):
         nodes[centre, EDGE + s] = inner + (s + 1) % 3
     # The children never have to be split in the same call: two hanging sides, or a neighbour two levels

@@ -61,7 +61,7 @@ class SkinMaterial:
     rate: float = 30.0
     damping: float = 1.0
     smallest_area: float = 0.3
-    lid_stiffness: float = 2000.0
+    lid_stiffness: float = 5000.0
 
 
 class Skin:
@@ -94,7 +94,7 @@ class Skin:
     True
     """
 
-    def __init__(self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 4) -> None:
+    def __init__(self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 2) -> None:
         if not (np.isfinite(time_step) and time_step > 0.0):
             raise ParameterError(f"time_step must be a positive number of seconds, received {time_step!r}.")
         self.material = material or SkinMaterial()
@@ -126,7 +126,10 @@ class Skin:
         self._stiffness = beside / self._length**2
         self._area = vertex_areas(points, self._triangles)
         laplacian = _cotangent_laplacian(points, self._triangles)
-        bending = self.material.bending * (laplacian.T @ diags_array(1.0 / self._area) @ laplacian)
+        stiffness = np.full(len(points), self.material.bending)
+        for lids in face.lids.values():  # the thinnest skin of the body
+            stiffness[lids.vertices] *= 1.0 - 0.97 * lids.hold
+        bending = laplacian.T @ diags_array(stiffness / self._area) @ laplacian
         self._bending = csr_array(0.5 * (bending + bending.T))
 
     def _build_ties(self, face: Face) -> None:
@@ -160,8 +163,7 @@ class Skin:
     def _build_contacts(self, face: Face) -> None:
         self._foot = np.ascontiguousarray(face.tissue.foot * face.unit)
         self._bone_normals = vertex_normals(self._foot, self._triangles)
-        # Under lips, lids and nostrils the offset surface folds over; there is no bone that could stop the skin.
-        self._foot[(self._bone_normals * self._normals).sum(axis=1) < 0.5] = FAR
+        self._foot[~face.tissue.solid] = FAR
         self._ring = vertex_rings(self._triangles, len(self.points))
         self._nearest = np.arange(len(self.points))
         self._slack = np.full(len(self.points), -np.inf)

@@ -7,7 +7,9 @@ import pytest
 
 from facewrinkle.anatomy.cage import subdivided
 
-CUBE = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6]])  # open: the side 3, 0, 4, 7 is missing
+CUBE = np.array(
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6]]
+)  # open: the side 3, 0, 4, 7 is missing
 
 
 def grid(n: int) -> np.ndarray:

@@ -15,7 +15,9 @@ def square(n: int) -> tuple[np.ndarray, np.ndarray]:
     i, j = np.divmod(np.arange(n * n), n)
     a = i * (n + 1) + j
     quads = np.stack([a, a + n + 1, a + n + 2, a + 1], axis=1)
-    return np.stack([x.ravel(), y.ravel()], axis=1), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    return np.stack([x.ravel(), y.ravel()], axis=1), np.concatenate(
+        [quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]
+    )
 
 
 def chart_mesh(height: float = 0.0, size: float = 0.1) -> ChartMesh:
@@ -67,7 +69,9 @@ def test_refine_reaches_the_count_and_keeps_the_topology(count: int) -> None:
     assert len(mesh.triangles) == count
     t = mesh.triangles
     edges, uses = np.unique(
-        np.sort(np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]]), axis=1), axis=0, return_counts=True
+        np.sort(np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]]), axis=1),
+        axis=0,
+        return_counts=True,
     )
     assert uses.max() == 2
     assert len(mesh.plane) - len(edges) + len(t) == 1
@@ -83,7 +87,9 @@ def test_flips_give_the_delaunay_triangulation_in_the_plane() -> None:
     inner = mesh.kind == FREE
     mesh.plane = mesh.plane + np.where(inner[:, None], random.uniform(-0.1, 0.1, mesh.plane.shape), 0.0)
     rim = mesh.kind == ON_LINE
-    mesh.plane = mesh.plane + np.where(rim[:, None], mesh.line * random.uniform(-0.1, 0.1, (len(rim), 1)), 0.0)
+    mesh.plane = mesh.plane + np.where(
+        rim[:, None], mesh.line * random.uniform(-0.1, 0.1, (len(rim), 1)), 0.0
+    )
     mesh.points = np.column_stack([mesh.plane, np.zeros(len(mesh.plane))])
     mesh.flip()
     ours = {tuple(sorted(t)) for t in mesh.triangles.tolist()}

@@ -237,7 +237,7 @@ def check_topology(forest, base, n0):
 
 @settings(max_examples=500, deadline=None)
 @given(meshes(), operations)
-def test_invariants_hold_after_every_operation(mesh, steps):
+def test_invariants_hold_after_any_operations(mesh, steps):
     points0, base = mesh
     forest = RedGreenForest(base, n_points=len(points0))
     carried = points0
@@ -570,6 +570,19 @@ def test_only_the_capped_triangles_are_passed_over():
     forest.split([0])
     forest.split(np.ones(len(forest.triangles), bool))
     assert np.bincount(forest.root).tolist() == [4, 4]
+
+
+def test_breathing_needs_no_more_memory():
+    _, base = cloud(30, np.random.default_rng(3))
+    forest = RedGreenForest(base)
+    forest.split(np.arange(5))
+    sizes = [len(table) for table in (forest._nodes, forest._edges, forest._points)]
+    refined_once = forest.triangles
+    for _ in range(50):
+        take_back_all(forest)
+        forest.split(np.arange(5))
+    assert [len(table) for table in (forest._nodes, forest._edges, forest._points)] == sizes
+    assert (forest.triangles == refined_once).all()
 
 
 def test_snapshots_survive_later_changes_and_cannot_be_written():
