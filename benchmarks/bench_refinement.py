@@ -42,9 +42,7 @@ def timed(benchmark, square, work, setup):
     """`work` on a fresh `setup()` each round; the first round, which compiles, is left out."""
     size, _, _, marked = square
     benchmark.group = f"a tenth of {size} triangles"
-    return benchmark.pedantic(
-        work, setup=lambda: ((setup(), marked), {}), rounds=ROUNDS[size], warmup_rounds=1
-    )
+    return benchmark.pedantic(work, setup=lambda: ((setup(), marked), {}), rounds=ROUNDS[size], warmup_rounds=1)
 
 
 def test_forest(benchmark, square):
@@ -82,9 +80,7 @@ def test_pymeshlab(benchmark, square):
         return meshes
 
     def split(meshes, marked):
-        meshes.meshing_surface_subdivision_midpoint(
-            iterations=1, threshold=pymeshlab.PureValue(0.0), selected=True
-        )
+        meshes.meshing_surface_subdivision_midpoint(iterations=1, threshold=pymeshlab.PureValue(0.0), selected=True)
         return meshes.current_mesh().face_number()
 
     assert timed(benchmark, square, split, selected) > len(triangles) + 2.5 * marked.sum()

@@ -43,8 +43,7 @@ def output_folder(path: str | Path) -> Path:
             pass
     except (FileExistsError, NotADirectoryError):
         raise OutputError(
-            f"{str(folder)!r} cannot be an output folder: a file stands there or on the way to it. Name "
-            "another folder."
+            f"{str(folder)!r} cannot be an output folder: a file stands there or on the way to it. Name another folder."
         ) from None
     except OSError as problem:
         raise OutputError(
@@ -157,14 +156,11 @@ class _FrameSource(VTKPythonAlgorithmBase):
     def _next(self) -> pv.PolyData:
         frame = next(self.frames, None)
         if frame is None:
-            raise ParameterError(
-                f"{len(self.times)} times need as many frames, received {self.taken} frames."
-            )
+            raise ParameterError(f"{len(self.times)} times need as many frames, received {self.taken} frames.")
         arrays = {name: (values.dtype.name, values.shape[1:]) for name, values in frame.point_data.items()}
         if self.arrays is not None and arrays != self.arrays:
             raise ParameterError(
-                f"all frames must have the point arrays of the first, {self.arrays}; frame {self.taken} has "
-                f"{arrays}."
+                f"all frames must have the point arrays of the first, {self.arrays}; frame {self.taken} has {arrays}."
             )
         self.arrays = arrays
         self.taken += 1
@@ -246,8 +242,7 @@ def _imageio(movie: bool) -> ModuleType:
             import imageio_ffmpeg  # noqa: F401
     except ImportError as missing:
         raise MissingPackageError(
-            f"movies need the package {missing.name}, which is not installed. pip install "
-            "'facewrinkle[export]'"
+            f"movies need the package {missing.name}, which is not installed. pip install 'facewrinkle[export]'"
         ) from None
     return imageio
 
@@ -259,8 +254,7 @@ def _checked(images: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
         image = np.asarray(image)
         if image.ndim != 3 or image.shape[2] not in (3, 4) or image.dtype != np.uint8 or not image.size:
             raise ParameterError(
-                f"pictures must be uint8 arrays (height, width, 3 or 4), received {image.dtype} of "
-                f"{image.shape}."
+                f"pictures must be uint8 arrays (height, width, 3 or 4), received {image.dtype} of {image.shape}."
             )
         if shape is not None and image.shape[:2] != shape:
             raise ParameterError(f"all pictures must be {shape} as the first, {number} is {image.shape[:2]}.")

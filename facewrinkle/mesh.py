@@ -87,21 +87,18 @@ def to_polydata(
         raise MeshError(f"points must have the shape (n, 3), received {points.shape}.")
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
         raise MeshError(
-            f"triangles must be integers of the shape (m, 3), received {triangles.dtype} of "
-            f"{triangles.shape}."
+            f"triangles must be integers of the shape (m, 3), received {triangles.dtype} of {triangles.shape}."
         )
     if triangles.size and (triangles.min() < 0 or triangles.max() >= len(points)):
         raise MeshError(
-            f"triangles must use vertices from 0 to {len(points) - 1}, received {triangles.min()} to "
-            f"{triangles.max()}."
+            f"triangles must use vertices from 0 to {len(points) - 1}, received {triangles.min()} to {triangles.max()}."
         )
     mesh = pv.PolyData.from_regular_faces(points, triangles)
     for name, values in (point_data or {}).items():
         values = np.array(values)
         if len(values) != len(points):
             raise MeshError(
-                f"point data {name!r} must have {len(points)} rows, one for each point, received "
-                f"{len(values)}."
+                f"point data {name!r} must have {len(points)} rows, one for each point, received {len(values)}."
             )
         mesh.point_data[name] = values
     return mesh
@@ -158,9 +155,7 @@ def read_surface(source: object) -> pv.PolyData:
 
 def _read_file(path: Path) -> pv.PolyData:
     if not path.exists():
-        raise MeshError(
-            f"there is no file {str(path)!r}. Check the path; it is relative to {str(Path.cwd())!r}."
-        )
+        raise MeshError(f"there is no file {str(path)!r}. Check the path; it is relative to {str(Path.cwd())!r}.")
     if path.is_dir():
         raise MeshError(f"{str(path)!r} is a folder, and a mesh file is needed.")
     try:
@@ -275,9 +270,7 @@ def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
 def _from_trimesh(source: Any) -> pv.PolyData:
     faces = np.asarray(source.faces)
     if faces.ndim != 2 or faces.shape[1] != 3:
-        raise MeshError(
-            f"faces must have the shape (m, 3), received {faces.shape}. Triangulate the mesh first."
-        )
+        raise MeshError(f"faces must have the shape (m, 3), received {faces.shape}. Triangulate the mesh first.")
     mesh = to_polydata(np.asarray(source.vertices), faces)
     visual = getattr(source, "visual", None)
     texture = getattr(visual, "uv", None)
@@ -516,9 +509,7 @@ def _check_manifold(triangles: np.ndarray) -> None:
         )
 
 
-def _one_component(
-    points: np.ndarray, triangles: np.ndarray, near: np.ndarray | None, report: list[str]
-) -> np.ndarray:
+def _one_component(points: np.ndarray, triangles: np.ndarray, near: np.ndarray | None, report: list[str]) -> np.ndarray:
     """The triangles of the component that is nearest to most landmarks, or that has the largest area."""
     label = topology.components(triangles)
     counts = np.bincount(label)
@@ -548,16 +539,12 @@ def _areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
 
 
-def _oriented(
-    points: np.ndarray, triangles: np.ndarray, forward: np.ndarray | None, report: list[str]
-) -> np.ndarray:
+def _oriented(points: np.ndarray, triangles: np.ndarray, forward: np.ndarray | None, report: list[str]) -> np.ndarray:
     """The triangles, all oriented alike and outward."""
     alike = topology.oriented(triangles)
     turned = int((alike != triangles).any(axis=1).sum())
     if turned:
-        report.append(
-            f"Turned triangles that were oriented against their neighbours: {turned} of {len(triangles)}."
-        )
+        report.append(f"Turned triangles that were oriented against their neighbours: {turned} of {len(triangles)}.")
     if _enclosed_volume(points, alike, forward) < 0:
         report.append("The surface was oriented inward; all its triangles were turned.")
         alike = alike[:, [0, 2, 1]]

@@ -171,11 +171,17 @@ def _colouring(skin: pv.PolyData, face: Face, style: Style) -> dict[str, Any]:
         if style.scalars not in skin.point_data:
             raise unknown_name("field", style.scalars, [n for n in ARRAYS if n in skin.point_data])
         values = np.asarray(skin.point_data[style.scalars])
-        options: dict[str, Any] = {"scalars": style.scalars, "cmap": FIELD_COLOURS.get(style.scalars, "viridis")}
+        options: dict[str, Any] = {
+            "scalars": style.scalars,
+            "cmap": FIELD_COLOURS.get(style.scalars, "viridis"),
+        }
         if style.scalars in ("W", "epsilon"):
             largest = float(np.abs(values).max()) or 1.0
             options["clim"] = (-largest, largest)
-        return options | {"show_scalar_bar": True, "scalar_bar_args": {"color": "white", "title": style.scalars}}
+        return options | {
+            "show_scalar_bar": True,
+            "scalar_bar_args": {"color": "white", "title": style.scalars},
+        }
     if face.texture is not None and skin.active_texture_coordinates is not None:
         texture = pv.Texture(np.array(face.texture))
         texture.interpolate = True

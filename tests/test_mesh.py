@@ -413,9 +413,7 @@ def test_no_points_and_no_faces():
 def test_points_that_are_not_finite(value):
     mesh = cap()
     mesh.points[[7, 20], 1] = value
-    with pytest.raises(
-        MeshError, match=r"2 of 144 points are NaN or infinite.*first is point 7.*Delete them"
-    ):
+    with pytest.raises(MeshError, match=r"2 of 144 points are NaN or infinite.*first is point 7.*Delete them"):
         prepare(mesh)
 
 
@@ -520,9 +518,7 @@ def test_any_damage_to_the_orientation_is_mended(flipped, random):
 def test_a_moebius_strip_cannot_be_oriented():
     t = np.linspace(0, 2 * np.pi, 20, endpoint=False)
     inner, outer = (
-        np.column_stack(
-            [(2 + w * np.cos(t / 2)) * np.cos(t), (2 + w * np.cos(t / 2)) * np.sin(t), w * np.sin(t / 2)]
-        )
+        np.column_stack([(2 + w * np.cos(t / 2)) * np.cos(t), (2 + w * np.cos(t / 2)) * np.sin(t), w * np.sin(t / 2)])
         for w in (-0.5, 0.5)
     )
     a = np.arange(20)

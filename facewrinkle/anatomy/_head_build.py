@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,13 @@ Ints = NDArray[np.int64]
 LEVELS = 4
 TRIANGLES = 4517
 MIRROR = np.array([-1.0, 1.0, 1.0])
-FROZEN_STRIPS = LID_STRIPS | LIP_STRIPS | {("eye_ring1", "eye_ring2"), ("nose_inset_base", "nostril")}
 TEXELS = 512
 SEAT = 0.25  # mm between eyeball and lid margin: more than the sag of a margin edge
 LID_STRIPS = {("eye_ring2", "eye_ring3")}
 LIP_STRIPS = {(f"mouth_ring{k}", f"mouth_ring{k + 1}") for k in (1, 2, 3)}
+FROZEN_STRIPS = (
+    LID_STRIPS | LIP_STRIPS | {("eye_ring1", "eye_ring2"), ("base", "nose_inset_base"), ("base", "nose_inset_tip")}
+)
 
 
 @dataclass
@@ -43,9 +46,7 @@ class HalfCage:
     def strip(self, pairs: set[tuple[str, str]]) -> Ints:
         """Rows of the quads between rings, given as pairs of name stems."""
         stems = [{self.names[v].split(".")[0] for v in quad} for quad in self.quads]
-        return np.array(
-            [q for q, stem in enumerate(stems) if any(stem == set(pair) for pair in pairs)], dtype=np.int64
-        )
+        return np.array([q for q, stem in enumerate(stems) if any(stem == set(pair) for pair in pairs)], dtype=np.int64)
 
     def fine_triangles(self) -> Ints:
         g = self.grids
@@ -72,7 +73,7 @@ def half_surface(data: dict[str, Any]) -> HalfCage:
 
 
 def ring_share(half: HalfCage, pairs: set[tuple[str, str]]) -> Floats:
-    """Over the quads between two rings, 0 on the first ring of the pair to 1 on the second; 0 elsewhere (n,)."""
+    """Over the quads between rings, 0 on the first of the pair to 1 on the second; 0 elsewhere (n,)."""
     share = np.zeros(len(half.points))
     i, j = np.meshgrid(*(np.linspace(0, 1, half.grids.shape[1]),) * 2, indexing="ij")
     blend = np.stack([(1 - i) * (1 - j), i * (1 - j), i * j, (1 - i) * j])
@@ -93,7 +94,7 @@ def _seat_lids(half: HalfCage, centre: Floats, radius: float) -> None:
     half.points[:] = centre + away * (wanted / distance)[:, None]
 
 
-# ----------------------------------------------------------------------------------------------------------- the chart
+# ---------------------------------------------------------------------------------------------- the chart
 def boundary_loops(triangles: Ints) -> list[list[int]]:
     """Boundary loops in the direction of the triangles' edges."""
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
@@ -111,7 +112,7 @@ def boundary_loops(triangles: Ints) -> list[list[int]]:
 
 
 def charted(half: HalfCage, outline: list[tuple[str, list[float]]]) -> Floats:
-    """A one-to-one chart of the half surface; the middle is the line x = 0, the rim the typed convex outline."""
+    """A one-to-one chart of the half; its middle is the line x = 0, its rim the typed convex outline."""
     triangles = half.fine_triangles()
     n = len(half.points)
     middle_vertices = np.flatnonzero(half.points[:, 0] == 0.0)
@@ -124,11 +125,9 @@ def charted(half: HalfCage, outline: list[tuple[str, list[float]]]) -> Floats:
     lower, upper = half.of("mouth_ring3.8"), half.of("mouth_ring3.0")
     mouth = outer[outer.index(lower) : outer.index(upper) + 1]
     plane = _on_outline(half, rim, outline)
-    points = np.vstack(
-        [half.points, half.points[eye].mean(axis=0), half.points[mouth].mean(axis=0) * [0, 1, 1]]
-    )
+    points = np.vstack([half.points, half.points[eye].mean(axis=0), half.points[mouth].mean(axis=0) * [0, 1, 1]])
     fill = [[n, b, a] for a, b in zip(eye, eye[1:] + eye[:1], strict=True)]
-    fill += [[n + 1, b, a] for a, b in zip(mouth, mouth[1:], strict=False)]
+    fill += [[n + 1, b, a] for a, b in pairwise(mouth)]
     middle = np.setdiff1d(np.append(middle_vertices, n + 1), rim)
     fixed = [np.concatenate([rim, middle]), np.array(rim)]
     values = [np.concatenate([plane[:, 0], np.zeros(len(middle))]), plane[:, 1]]
@@ -143,7 +142,7 @@ def _on_outline(half: HalfCage, rim: list[int], outline: list[tuple[str, list[fl
     return np.stack([np.interp(along, stops, corners[:, c]) for c in range(2)], axis=1)
 
 
-# ------------------------------------------------------------------------------------------------------------ the mesh
+# ----------------------------------------------------------------------------------------------- the mesh
 def wished_size(points: Floats, data: dict[str, Any], eye: Floats, mouth: Floats) -> Floats:
     """Wished edge length (n,) in mm; `eye` and `mouth` are points along the margins."""
     sizes = data["sizes"]
@@ -174,9 +173,7 @@ def strip_counts(half: HalfCage, size: Floats) -> Ints:
             break
     g = half.grids
     lines = [g[:, :, 0], g[:, -1, :], g[:, :, -1], g[:, 0, :]]
-    length = np.stack(
-        [np.linalg.norm(np.diff(half.points[k], axis=1), axis=2).sum(axis=1) for k in lines], axis=1
-    )
+    length = np.stack([np.linalg.norm(np.diff(half.points[k], axis=1), axis=2).sum(axis=1) for k in lines], axis=1)
     wished = np.stack([size[k].mean(axis=1) for k in lines], axis=1)
     strip = label[index]
     ratio = np.bincount(strip.ravel(), (length / wished).ravel()) / np.maximum(np.bincount(strip.ravel()), 1)
@@ -237,7 +234,7 @@ def _kinds(points: Floats, plane: Floats, outline: list[tuple[str, list[float]]]
     middle = points[:, 0] == 0.0
     kind[middle], line[middle] = ON_LINE, (0.0, 1.0)
     corners = np.array([place for _, place in outline])
-    for a, b in zip(corners, corners[1:], strict=False):
+    for a, b in pairwise(corners):
         along = (b - a) / np.linalg.norm(b - a)
         off = plane - a
         reach = off @ along
@@ -250,7 +247,7 @@ def _kinds(points: Floats, plane: Floats, outline: list[tuple[str, list[float]]]
 
 
 def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Floats, Ints, Floats]:
-    """Points, triangles and chart of the mirrored mesh; the two end triangles at the neck become one across the middle."""
+    """Points, triangles and chart of the mirrored mesh; the end triangles become one across the middle."""
     points, plane = mesh.points.copy(), mesh.plane.copy()
     middle = mesh.plane[:, 0] == 0.0
     points[middle, 0] = 0.0
@@ -272,9 +269,9 @@ def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Floats, Ints, Floats]:
     )
 
 
-# ----------------------------------------------------------------------------------------------- what lies on the mesh
+# ---------------------------------------------------------------------------------- what lies on the mesh
 def tinted(half: HalfCage, data: dict[str, Any]) -> Floats:
-    """Skin colour (n, 3) of the fine points, 0 to 255: typed spots and rings painted over one another."""
+    """Skin colour (n, 3) of the fine points, 0 to 255: typed spots, brow and rings over one another."""
     paint = data["paint"]
     colour = np.tile(np.array(paint["skin"], dtype=float), (len(half.points), 1))
     for centre, reach, tint, strength in paint["spots"]:
@@ -282,9 +279,7 @@ def tinted(half: HalfCage, data: dict[str, Any]) -> Floats:
         share = strength * np.exp(-0.5 * (away / reach) ** 2)[:, None]
         colour += share * (np.array(tint) - colour)
     tint, strength = paint["brow"]
-    colour += (strength * _brow_shade(np.array(data["brow"]["line"]), half.points))[:, None] * (
-        np.array(tint) - colour
-    )
+    colour += (strength * _brow_shade(np.array(data["brow"]["line"]), half.points))[:, None] * (np.array(tint) - colour)
     for first, second, tint, outer, inner, reach, last in paint["rings"]:
         pair = (first, second)
         over = np.zeros(len(half.points), dtype=bool)
@@ -322,16 +317,12 @@ def closest_point(query: Floats, corners: Floats) -> Floats:
     size = np.einsum("mi,mi->m", normal, normal)
     size = np.where(size > 0.0, size, np.inf)
     p = query - normal * (np.einsum("mi,mi->m", query - a, normal) / size)[:, None]
-    beyond = np.stack(
-        [np.einsum("mi,mi->m", np.cross(v - u, p - u), normal) for u, v in ((a, b), (b, c), (c, a))]
-    )
+    beyond = np.stack([np.einsum("mi,mi->m", np.cross(v - u, p - u), normal) for u, v in ((a, b), (b, c), (c, a))])
     inside = (beyond >= 0.0).all(axis=0) & np.isfinite(size)
     found = [p[inside]]
     for u, v in ((a, b), (b, c), (c, a)):
         along = v - u
-        share = np.einsum("mi,mi->m", query - u, along) / np.maximum(
-            np.einsum("mi,mi->m", along, along), 1e-30
-        )
+        share = np.einsum("mi,mi->m", query - u, along) / np.maximum(np.einsum("mi,mi->m", along, along), 1e-30)
         found.append(u + np.clip(share, 0.0, 1.0)[:, None] * along)
     places = np.concatenate(found)
     nearest: Floats = places[np.linalg.norm(places - query, axis=1).argmin()]
@@ -372,7 +363,7 @@ def hairs(brow: dict[str, Any], points: Floats, triangles: Ints) -> tuple[Ints, 
 
 
 def _combed(line: Floats, brow: dict[str, Any]) -> Floats:
-    """Hairs (k, p, 2) in the frontal view: upright at the inner end, then along the brow; the lower ones rise, the upper fall."""
+    """Hairs (k, p, 2) in the frontal view: upright at the inner end, then along the brow."""
     count, knots = brow["count"], len(brow["heights"])
     random = np.random.default_rng(1).random((4, count))
     stations = np.linspace(0.0, 1.0, len(line))

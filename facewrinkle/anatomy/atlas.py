@@ -145,7 +145,9 @@ def _point(entry: Mapping[str, Any], side: str, landmarks: Mapping[str, Array], 
     weights = {stem: weight for stem, weight in entry.items() if stem != "offset"}
     total = sum(weights.values())
     if abs(total - 1.0) > 1e-9:
-        raise FaceWrinkleError(f"in the atlas: the weights of {dict(entry)} add up to {total:g}, they must add up to 1.")
+        raise FaceWrinkleError(
+            f"in the atlas: the weights of {dict(entry)} add up to {total:g}, they must add up to 1."
+        )
     point = sum(weight * landmarks[of_side(stem, side)] for stem, weight in weights.items())
     return np.asarray(point) + _direction(entry.get("offset", (0.0, 0.0, 0.0)), side, frame) * frame.pupil_distance
 

@@ -1,8 +1,8 @@
 """Catmull-Clark surfaces of a control cage, as sparse matrices.
 
-The cage is a mesh of quads with boundaries. One subdivision step is a sparse matrix from old to new vertices (Catmull and
-Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes", Computer-Aided Design 10, 1978); boundary
-edges follow the cubic B-spline of the boundary vertices, so holes keep smooth rims.
+The cage is a mesh of quads with boundaries. One subdivision step is a sparse matrix from old to new vertices
+(Catmull and Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes", Computer-Aided
+Design 10, 1978); boundary edges follow the cubic B-spline of the boundary vertices, so holes keep smooth rims.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class Subdivision:
     limit : (n, n0) sparse matrix
         Points on the limit surface as combinations of the cage's points.
     grids : (m, 2^k + 1, 2^k + 1) int array
-        Fine vertices over each cage quad: ``grids[q, i, j]`` is the one at (u, v) = (i, j) / 2^k, where u runs from the quad's
-        first to its second corner and v from its first to its fourth.
+        Fine vertices over each cage quad: ``grids[q, i, j]`` is the one at (u, v) = (i, j) / 2^k, where u runs
+        from the quad's first to its second corner and v from its first to its fourth.
     """
 
     quads: Ints
@@ -93,9 +93,7 @@ def _step(quads: Ints) -> tuple[sparse.csr_array, Ints]:
     faces = _incidence(quads, np.full(quads.shape, 0.25), n)
     ends = _incidence(edges, np.full(edges.shape, 0.5), n)
     flat = side.ravel()
-    around = sparse.csr_array(
-        (np.full(4 * m, 0.5), (flat, np.repeat(np.arange(m), 4))), shape=(len(edges), m)
-    )
+    around = sparse.csr_array((np.full(4 * m, 0.5), (flat, np.repeat(np.arange(m), 4))), shape=(len(edges), m))
     inner = sparse.diags_array(np.where(rim, 0.0, 0.5))
     edge_points = ends - inner @ ends + inner @ (around @ faces)
     vertex_points = _vertex_rule(quads, edges, rim, faces, ends, n)
@@ -117,7 +115,7 @@ def _step(quads: Ints) -> tuple[sparse.csr_array, Ints]:
 def _vertex_rule(
     quads: Ints, edges: Ints, rim: NDArray[np.bool_], faces: sparse.csr_array, ends: sparse.csr_array, n: int
 ) -> sparse.csr_array:
-    """New places of the old vertices: (F + 2 R + (k - 3) P) / k inside, (P- + 6 P + P+) / 8 on a boundary."""
+    """Old vertices move to (F + 2 R + (k - 3) P) / k inside, (P- + 6 P + P+) / 8 on a boundary."""
     valence = np.bincount(quads.ravel(), minlength=n).astype(float)
     to_faces = _incidence(quads, np.ones(quads.shape), n).T
     to_edges = _incidence(edges, np.ones(edges.shape), n).T
@@ -131,7 +129,10 @@ def _vertex_rule(
 
 
 def _limit(quads: Ints) -> sparse.csr_array:
-    """Limit positions: (k^2 P + 4 sum edge-neighbours + sum diagonals) / (k (k + 5)) inside, (1, 4, 1) / 6 on a boundary."""
+    """Limit positions.
+
+    Inside (k^2 P + 4 sum of edge neighbours + sum of diagonals) / (k (k + 5)); (1, 4, 1) / 6 on a boundary.
+    """
     n = int(quads.max()) + 1
     edges, _, rim = _edges(quads)
     k = np.bincount(quads.ravel(), minlength=n).astype(float)
@@ -140,9 +141,7 @@ def _limit(quads: Ints) -> sparse.csr_array:
     links = links + links.T
     pairs = np.concatenate([quads[:, [0, 2]], quads[:, [1, 3]]])
     across = sparse.csr_array((np.ones(len(pairs)), pairs.T), shape=(n, n))
-    inside = sparse.diags_array(1.0 / (k * (k + 5.0))) @ (
-        sparse.diags_array(k * k) + 4.0 * links + across + across.T
-    )
+    inside = sparse.diags_array(1.0 / (k * (k + 5.0))) @ (sparse.diags_array(k * k) + 4.0 * links + across + across.T)
     on_rim = _on_rim(edges, rim, n)
     border = (_rim_links(edges, rim, n) + 4.0 * sparse.identity(n)) / 6.0
     return sparse.csr_array(sparse.diags_array(1.0 - on_rim) @ inside + sparse.diags_array(on_rim) @ border)

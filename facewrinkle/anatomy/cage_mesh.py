@@ -1,8 +1,9 @@
 """A triangle mesh with an exact number of triangles on a surface that is charted to the plane.
 
-The surface is a fine triangle mesh with a one-to-one planar chart (Floater, "Mean value coordinates", CAGD 20, 2003). The
-coarse mesh lives in the chart, so that its triangles can never fold over or jump to another sheet of the surface, while lengths and
-angles are measured in space: edges too long for the wished size are split, edges are flipped to Delaunay, and vertices glide.
+The surface is a fine triangle mesh with a one-to-one planar chart (Floater, "Mean value coordinates", CAGD 20,
+2003). The coarse mesh lives in the chart, so that its triangles can never fold over or jump to another sheet of
+the surface, while lengths and angles are measured in space: edges too long for the wished size are split, edges
+are flipped to Delaunay, and vertices glide.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ SLIM = np.radians(28)  # angles below this must not shrink further
 def mean_value_chart(points: Floats, triangles: Ints, fixed: list[Ints], values: list[Floats]) -> Floats:
     """Planar coordinates (n, 2) in which every free vertex is a mean-value average of its neighbours.
 
-    `fixed[c]` are the vertices whose coordinate c is given, by `values[c]`. With all of a convex outline given, the chart is
-    one-to-one.
+    `fixed[c]` are the vertices whose coordinate c is given, by `values[c]`. With all of a convex outline given,
+    the chart is one-to-one.
     """
     n = len(points)
     rows, columns, weights = [], [], []
@@ -40,9 +41,7 @@ def mean_value_chart(points: Floats, triangles: Ints, fixed: list[Ints], values:
         rows += [i, i]
         columns += [j, l]
         weights += [half_tangent / length_a, half_tangent / length_b]
-    matrix = sparse.csr_array(
-        (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n)
-    )
+    matrix = sparse.csr_array((np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n))
     laplacian = (sparse.diags_array(matrix.sum(axis=1)) - matrix).tocsr()
     chart = np.empty((n, 2))
     for c in range(2):
@@ -85,10 +84,7 @@ class Chart:
         a, b, c = np.moveaxis(self.plane[self.triangles[candidates]], 2, 0)
         p = at[:, None]
         whole = cross(b - a, c - a)
-        weights = (
-            np.stack([cross(b - p, c - p), cross(c - p, a - p), cross(a - p, b - p)], axis=2)
-            / whole[..., None]
-        )
+        weights = np.stack([cross(b - p, c - p), cross(c - p, a - p), cross(a - p, b - p)], axis=2) / whole[..., None]
         best = weights.min(axis=2).argmax(axis=1)
         pick = np.arange(len(at))
         cells, weights = candidates[pick, best], weights[pick, best]
@@ -167,7 +163,7 @@ class ChartMesh:
         return fixed | listed
 
     def split(self, count: int) -> None:
-        """Split the edges that are longest for their wished length, no two in one triangle, at most to `count` triangles."""
+        """Split the edges longest for their wished length, no two in one triangle, up to `count` triangles."""
         edges, pair, _ = self._sides()
         length = np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1)
         ratio = length / self.size[edges].mean(axis=1)
@@ -206,9 +202,7 @@ class ChartMesh:
             edges, pair, _ = self._sides()
             inner = (pair[:, 1] >= 0) & ~self._keeps(edges)
             edges, pair = edges[inner], pair[inner]
-            tips = np.stack(
-                [self.triangles[pair[:, s]].sum(axis=1) - edges.sum(axis=1) for s in range(2)], axis=1
-            )
+            tips = np.stack([self.triangles[pair[:, s]].sum(axis=1) - edges.sum(axis=1) for s in range(2)], axis=1)
             a, b, c, d = (self.points[v] for v in (*edges.T, *tips.T))
             excess = angle(a - c, b - c) + angle(a - d, b - d) - np.pi
             existing = set(map(tuple, np.sort(self._sides()[0], axis=1).tolist()))
@@ -263,9 +257,7 @@ class ChartMesh:
         moves = (step != 0.0).any(axis=1)
         values = self.chart(self.plane[moves] + step[moves])
         goal = tuple(array.copy() for array in state)
-        for array, new in zip(
-            goal, (self.plane[moves] + step[moves], values[:, :3], values[:, 3]), strict=True
-        ):
+        for array, new in zip(goal, (self.plane[moves] + step[moves], values[:, :3], values[:, 3]), strict=True):
             array[moves] = new
         while True:
             self.plane, self.points, self.size = (
@@ -274,9 +266,7 @@ class ChartMesh:
             )
             p = self.plane[self.triangles]
             now = self.smallest_angles()
-            bad = (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9) | (
-                (now < SLIM) & (now < before - 1e-9)
-            )
+            bad = (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9) | ((now < SLIM) & (now < before - 1e-9))
             bad &= moves[self.triangles].any(axis=1)
             if not bad.any():
                 return
@@ -295,7 +285,7 @@ class ChartMesh:
         for _ in range(rounds):
             worst = movable[np.argsort(self.smallest_angles()[movable], kind="stable")[:25]]
             vertices = np.unique(self.triangles[worst])
-            if not any([self._widen(int(v), fan) for v in vertices if self.kind[v] != FIXED]):
+            if not sum(self._widen(int(v), fan) for v in vertices if self.kind[v] != FIXED):
                 return
 
     def _widen(self, v: int, fan: Floats) -> bool:
@@ -312,9 +302,7 @@ class ChartMesh:
         space[:, at] = points[:, None]
         flat[:, at] = places[:, None]
         a, b, c = np.moveaxis(space, 2, 0)
-        least = np.minimum(np.minimum(angle(b - a, c - a), angle(c - b, a - b)), angle(a - c, b - c)).min(
-            axis=1
-        )
+        least = np.minimum(np.minimum(angle(b - a, c - a), angle(c - b, a - b)), angle(a - c, b - c)).min(axis=1)
         a, b, c = np.moveaxis(flat, 2, 0)
         least[(cross(b - a, c - a) <= 1e-9).any(axis=1)] = -1.0
         best = int(least.argmax())

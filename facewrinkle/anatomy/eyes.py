@@ -42,7 +42,11 @@ class Eyeball:
     def surface(self, resolution: int = 48) -> pv.PolyData:
         """The eyeball as a mesh whose pole is the middle of the iris; `angle` is the angle from it in radians."""
         ball = pv.Sphere(
-            radius=self.radius, center=self.centre, direction=self.gaze, theta_resolution=resolution, phi_resolution=resolution
+            radius=self.radius,
+            center=self.centre,
+            direction=self.gaze,
+            theta_resolution=resolution,
+            phi_resolution=resolution,
         )
         cosine = (ball.points - self.centre) @ self.gaze / self.radius
         ball.point_data["angle"] = np.arccos(np.clip(cosine, -1.0, 1.0))
@@ -70,11 +74,15 @@ class Lids:
     axis: Array
 
 
-def place_eyeballs(landmarks: Mapping[str, Array], frame: FaceFrame, points: Array, triangles: IntArray) -> list[Eyeball]:
+def place_eyeballs(
+    landmarks: Mapping[str, Array], frame: FaceFrame, points: Array, triangles: IntArray
+) -> list[Eyeball]:
     """Both eyeballs: at the landmarks of their centres, as large as an adult's unless the lids leave less room."""
     eyes = []
     for side in "lr":
-        eye = Eyeball(side, landmarks[f"eye_{side}_centre"], RADIUS * frame.pupil_distance, frame.axes[2], frame.axes[1])
+        eye = Eyeball(
+            side, landmarks[f"eye_{side}_centre"], RADIUS * frame.pupil_distance, frame.axes[2], frame.axes[1]
+        )
         opening = _opening(eye, points, triangles, landmarks)
         if opening is not None:
             margin = np.unique(np.concatenate(opening[3:]))
@@ -132,7 +140,9 @@ OVERLAP = np.deg2rad(2.0)
 """How much farther than to the line where the lids meet the upper one turns, so that coarse margins leave no chink."""
 
 
-def _opening(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]) -> tuple[Array, ...] | None:
+def _opening(
+    eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
+) -> tuple[Array, ...] | None:
     """The opening between the lids: lateral direction, every point's position between the canthi (0 to 1) and its elevation
     about the lateral axis, and the vertices of the upper and lower margin from inside outwards. None where it is closed.
     """
@@ -150,7 +160,9 @@ def _opening(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mappin
     return None if margins is None else (lateral, along, elevation, *margins)
 
 
-def _hole(eye: Eyeball, points: Array, triangles: IntArray, along: Array, elevation: Array) -> tuple[Array, Array] | None:
+def _hole(
+    eye: Eyeball, points: Array, triangles: IntArray, along: Array, elevation: Array
+) -> tuple[Array, Array] | None:
     """Both margins where the opening is a hole in the mesh: its boundary loop, cut at the canthi."""
     for loop in boundary_loops(triangles):
         offset = points[loop] - eye.centre

@@ -14,8 +14,8 @@ import pyvista as pv
 
 from ..errors import MeshError
 from .atlas import Atlas, load_atlas
-from .head import Hairs
 from .eyes import Eyeball, Lids, lids_of, place_eyeballs
+from .head import Hairs
 from .landmarks import FaceFrame, frame_of
 from .muscles import Muscle
 from .skull import Tissue, tissue_of
@@ -63,11 +63,19 @@ class Face:
 
     @classmethod
     def from_landmarks(
-        cls, mesh: pv.PolyData, landmarks: Mapping[str, Array], unit: float, atlas: Atlas | None = None, estimated: tuple[str, ...] = ()
+        cls,
+        mesh: pv.PolyData,
+        landmarks: Mapping[str, Array],
+        unit: float,
+        atlas: Atlas | None = None,
+        estimated: tuple[str, ...] = (),
     ) -> Self:
         """Build the anatomy under a clean triangle mesh from its complete landmarks."""
         atlas = atlas or load_atlas()
-        points, triangles = np.asarray(mesh.points, dtype=np.float64), np.asarray(mesh.regular_faces, dtype=np.int32)
+        points, triangles = (
+            np.asarray(mesh.points, dtype=np.float64),
+            np.asarray(mesh.regular_faces, dtype=np.int32),
+        )
         if len(triangles) == 0:
             raise MeshError("a face needs triangles; the mesh has none.")
         frame = frame_of(landmarks)

@@ -1,7 +1,8 @@
 """The built-in head: a Catmull-Clark surface of a hand-typed cage, meshed with 4,517 triangles.
 
-``python -m facewrinkle.anatomy.head`` makes the stored head anew from ``data/head_cage.json``. The half with x >= 0 is meshed
-and mirrored; one triangle straddles the middle of the neck rim, which makes the count odd and keeps the mesh symmetric.
+``python -m facewrinkle.anatomy.head`` makes the stored head anew from ``data/head_cage.json``. The half with
+x >= 0 is meshed and mirrored; one triangle straddles the middle of the neck rim, which makes the count odd and
+keeps the mesh symmetric.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class Hairs:
     heights: Floats
 
     def polylines(self, points: Floats, triangles: NDArray[np.int32], normals: Floats) -> Floats:
-        """Points (k, p, 3) of the hairs on the skin as it is now, from its points and vertex normals (n, 3)."""
+        """Points (k, p, 3) of the hairs on the skin as it is now: its points and vertex normals (n, 3)."""
         corners = triangles[self.triangles]
         foot = np.einsum("kpc,kpci->kpi", self.weights, points[corners])
         up = np.einsum("kpc,kpci->kpi", self.weights, normals[corners])
@@ -119,9 +120,7 @@ def _unpacked(data: dict[str, NDArray[Any]]) -> Head:
     for array in data.values():
         array.setflags(write=False)
     landmarks = dict(zip(data["landmark_names"].tolist(), data["landmarks"], strict=True))
-    left, right = (
-        Eye(name, landmarks[f"eye_{name}_centre"], float(data["eye_radius"])) for name in ("l", "r")
-    )
+    left, right = (Eye(name, landmarks[f"eye_{name}_centre"], float(data["eye_radius"])) for name in ("l", "r"))
     hairs = Hairs(data["brow_triangles"], data["brow_weights"], data["brow_heights"])
     return Head(
         points=data["points"],

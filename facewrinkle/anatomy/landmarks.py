@@ -19,17 +19,44 @@ from ..errors import FaceWrinkleWarning, LandmarkError, unknown_name
 
 Array = npt.NDArray[np.float64]
 
-MIDLINE = (
-    "trichion forehead_mid glabella sellion nasion nose_tip subnasale upper_lip_mid lower_lip_mid pogonion menton".split()
-)
-PAIRED = (
-    "brow_{}_inner brow_{}_mid brow_{}_outer eye_{}_inner eye_{}_outer eye_{}_centre ala_{} mouth_{} malar_{} zygion_{} "
-    "gonion_{}"
-).split()
+MIDLINE = [
+    "trichion",
+    "forehead_mid",
+    "glabella",
+    "sellion",
+    "nasion",
+    "nose_tip",
+    "subnasale",
+    "upper_lip_mid",
+    "lower_lip_mid",
+    "pogonion",
+    "menton",
+]
+PAIRED = [
+    "brow_{}_inner",
+    "brow_{}_mid",
+    "brow_{}_outer",
+    "eye_{}_inner",
+    "eye_{}_outer",
+    "eye_{}_centre",
+    "ala_{}",
+    "mouth_{}",
+    "malar_{}",
+    "zygion_{}",
+    "gonion_{}",
+]
 NAMES: tuple[str, ...] = (*MIDLINE, *(name.format(side) for name in PAIRED for side in "lr"))
 
 # Geometry and expression hang on these; they cannot be guessed from the others (the mirrored one of a pair can).
-REQUIRED = ("eye_l_inner", "eye_l_outer", "mouth_l", "nose_tip", "upper_lip_mid", "lower_lip_mid", "brow_l_mid")
+REQUIRED = (
+    "eye_l_inner",
+    "eye_l_outer",
+    "mouth_l",
+    "nose_tip",
+    "upper_lip_mid",
+    "lower_lip_mid",
+    "brow_l_mid",
+)
 
 MEAN_PUPIL_DISTANCE = 63.0
 """Distance between the pupils of an adult in mm (Dodgson, "Variation and extrema of human interpupillary distance", 2004)."""
@@ -88,7 +115,10 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
     centre = 0.5 * (side["l"] + side["r"])
     lips = 0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"])
     mouth = 0.5 * (landmarks["mouth_l"] + landmarks["mouth_r"])
-    left = sum(landmarks[f"{n}_l{t}"] - landmarks[f"{n}_r{t}"] for n, t in (("eye", "_outer"), ("eye", "_inner"), ("mouth", "")))
+    left = sum(
+        landmarks[f"{n}_l{t}"] - landmarks[f"{n}_r{t}"]
+        for n, t in (("eye", "_outer"), ("eye", "_inner"), ("mouth", ""))
+    )
     left = left / np.linalg.norm(left)
     # The line from mouth to eyes is not upright: the corners of the mouth lie further forward than those of the eyes.
     up = centre - mouth
@@ -103,7 +133,9 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
             "the landmarks are swapped left for right, or the face is mirrored: with them the nose points into the head. "
             "Names ending in _l are the subject's own left. Swap the names, or mirror the mesh."
         )
-    distance = float(np.linalg.norm(landmarks.get("eye_l_centre", side["l"]) - landmarks.get("eye_r_centre", side["r"])))
+    distance = float(
+        np.linalg.norm(landmarks.get("eye_l_centre", side["l"]) - landmarks.get("eye_r_centre", side["r"]))
+    )
     return FaceFrame(axes, centre, distance)
 
 
@@ -215,7 +247,9 @@ def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str
     if isinstance(content, Mapping):
         content = content.get("landmarks", content)
     if not isinstance(content, Mapping):
-        raise LandmarkError(f"landmarks must be a dictionary of names and coordinates, received {type(content).__name__}.")
+        raise LandmarkError(
+            f"landmarks must be a dictionary of names and coordinates, received {type(content).__name__}."
+        )
     unknown = [str(unknown_name("landmark", n, NAMES)) for n in content if n not in NAMES]
     if unknown:
         warnings.warn(f"ignored: {' '.join(unknown)}", FaceWrinkleWarning, stacklevel=2)

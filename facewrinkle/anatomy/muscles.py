@@ -452,7 +452,12 @@ class SphincterMuscle(Muscle):
         vertical = np.cross(normal, lateral)
         if self.vertical is not None and vertical @ _vector("vertical", self.vertical) < 0.0:
             vertical = -vertical
-        for name, value in (("centre", centre), ("normal", normal), ("lateral", lateral), ("vertical", vertical)):
+        for name, value in (
+            ("centre", centre),
+            ("normal", normal),
+            ("lateral", lateral),
+            ("vertical", vertical),
+        ):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "thickness", float(self.thickness or self.semi_major))
         if min(self.semi_major, self.semi_minor, self.thickness) <= 0.0:
@@ -467,7 +472,11 @@ class SphincterMuscle(Muscle):
     def _local(self, points: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """s, t and the distance from the muscle's plane."""
         offset = _points(points) - self.centre
-        return offset @ np.asarray(self.lateral), offset @ np.asarray(self.vertical), np.abs(offset @ np.asarray(self.normal))
+        return (
+            offset @ np.asarray(self.lateral),
+            offset @ np.asarray(self.vertical),
+            np.abs(offset @ np.asarray(self.normal)),
+        )
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """The relative radius r (Eq. 14) and the signed angle psi of (n, 3) points."""
@@ -514,7 +523,10 @@ class SphincterMuscle(Muscle):
         s, t, away = self._local(points)
         size = np.cos((r - self.dead_zone) / (1.0 - self.dead_zone) * (0.5 * np.pi))
         size = np.where((r > self.dead_zone) & (r < 1.0) & (away <= self.thickness), size, 0.0)
-        pull = _unit(s[:, None] / self.semi_major**2 * np.asarray(self.lateral) + t[:, None] / self.semi_minor**2 * np.asarray(self.vertical))
+        pull = _unit(
+            s[:, None] / self.semi_major**2 * np.asarray(self.lateral)
+            + t[:, None] / self.semi_minor**2 * np.asarray(self.vertical)
+        )
         return -size[:, None] * pull
 
     @property

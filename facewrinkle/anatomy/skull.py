@@ -41,7 +41,9 @@ class Tissue:
     solid: npt.NDArray[np.bool_]
 
 
-def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Array, Array, Array], size: float) -> Tissue:
+def tissue_of(
+    points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Array, Array, Array], size: float
+) -> Tissue:
     """Soft tissue from samples of its depth and stiffness at landmarks.
 
     Parameters

@@ -82,15 +82,11 @@ class RedGreenForest:
     array([0, 1, 2, 3])
     """
 
-    def __init__(
-        self, triangles: ArrayLike, max_level: int | None = None, n_points: int | None = None
-    ) -> None:
+    def __init__(self, triangles: ArrayLike, max_level: int | None = None, n_points: int | None = None) -> None:
         base = as_triangles(triangles, n_points)
         n0 = int(base.max()) + 1 if n_points is None else n_points
         ends, sides = unique_edges(base)
-        self.max_level = (
-            DEEPEST if max_level is None else int(check_range("max_level", max_level, 0, DEEPEST))
-        )
+        self.max_level = DEEPEST if max_level is None else int(check_range("max_level", max_level, 0, DEEPEST))
         self._base = base
         self._nodes = _table(len(base), kernels.NODE_WIDTH)
         self._edges = _table(len(ends), kernels.EDGE_WIDTH)
@@ -123,9 +119,7 @@ class RedGreenForest:
             leaves = leaves[:0]
             used = self._state[: kernels.FREE_NODES]
             tables = self._nodes, self._edges, self._points
-            self._nodes, self._edges, self._points = (
-                _enlarged(t, int(n)) for t, n in zip(tables, used, strict=True)
-            )
+            self._nodes, self._edges, self._points = (_enlarged(t, int(n)) for t, n in zip(tables, used, strict=True))
         created = self.n_points - before
         if created:
             self._corners = np.concatenate([self._corners, np.empty((created, 3), np.int32)])
@@ -176,9 +170,7 @@ class RedGreenForest:
         vars(twin).update(vars(self))
         used = self._state[: kernels.FREE_NODES]
         tables = self._nodes, self._edges, self._points
-        twin._nodes, twin._edges, twin._points = (
-            _copied(t, int(n), len(t)) for t, n in zip(tables, used, strict=True)
-        )
+        twin._nodes, twin._edges, twin._points = (_copied(t, int(n), len(t)) for t, n in zip(tables, used, strict=True))
         twin._state = self._state.copy()
         return twin
 
@@ -252,9 +244,7 @@ class RedGreenForest:
                 f"received {array.dtype} of shape {array.shape}."
             )
         if array.min() < 0 or array.max() >= m:
-            raise MeshError(
-                f"marked triangles must be 0 to {m - 1}, received {array.min()} to {array.max()}."
-            )
+            raise MeshError(f"marked triangles must be 0 to {m - 1}, received {array.min()} to {array.max()}.")
         mask[array] = True
         return mask
 

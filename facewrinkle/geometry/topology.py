@@ -30,14 +30,10 @@ def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
     if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
         raise MeshError(f"triangles must be an array (m, 3) with m > 0, received shape {array.shape}.")
     if array.dtype.kind not in "iu":
-        raise MeshError(
-            f"triangles must hold integers, received {array.dtype}. Convert them with astype(int)."
-        )
+        raise MeshError(f"triangles must hold integers, received {array.dtype}. Convert them with astype(int).")
     limit = np.iinfo(np.int32).max if n_points is None else n_points
     if array.min() < 0 or array.max() >= limit:
-        raise MeshError(
-            f"triangles must name vertices 0 to {limit - 1}, received {array.min()} to {array.max()}."
-        )
+        raise MeshError(f"triangles must name vertices 0 to {limit - 1}, received {array.min()} to {array.max()}.")
     twice = (array == np.roll(array, 1, axis=1)).any(axis=1)
     if twice.any():
         worst = int(np.argmax(twice))
@@ -49,18 +45,14 @@ def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
 
 
 @njit(cache=True)
-def _find_edges(
-    triangles: IntArray, first: IntArray, chain: IntArray, edges: IntArray, sides: IntArray
-) -> int:
+def _find_edges(triangles: IntArray, first: IntArray, chain: IntArray, edges: IntArray, sides: IntArray) -> int:
     n_edges = 0
     for t in range(len(triangles)):
         for s in range(3):
             a, b = triangles[t, s], triangles[t, (s + 1) % 3]
             bucket = min(a, b) + 2 * max(a, b)
             e = first[bucket]
-            while e >= 0 and not (
-                (edges[e, 0] == a and edges[e, 1] == b) or (edges[e, 0] == b and edges[e, 1] == a)
-            ):
+            while e >= 0 and not ((edges[e, 0] == a and edges[e, 1] == b) or (edges[e, 0] == b and edges[e, 1] == a)):
                 e = chain[e]
             if e < 0:
                 e = n_edges
@@ -147,9 +139,7 @@ def components(triangles: ArrayLike) -> IntArray:
     array = as_triangles(triangles)
     n = int(array.max()) + 1
     links = np.concatenate([array[:, :2], array[:, 1:]])
-    _, label = connected_components(
-        coo_array((np.ones(len(links), np.int8), links.T), shape=(n, n)), directed=False
-    )
+    _, label = connected_components(coo_array((np.ones(len(links), np.int8), links.T), shape=(n, n)), directed=False)
     numbered: IntArray = np.unique(label[array[:, 0]], return_inverse=True)[1].astype(np.int32)
     return numbered
 
@@ -196,9 +186,7 @@ def oriented(triangles: ArrayLike) -> IntArray:
     )
     kept, turned = label[:m], label[m:]
     if (kept == turned).any():
-        raise MeshError(
-            "the surface has only one side, so its triangles cannot be oriented. Cut it open first."
-        )
+        raise MeshError("the surface has only one side, so its triangles cannot be oriented. Cut it open first.")
     votes = np.bincount(kept, minlength=label.max() + 1)
     turn = (votes[turned] > votes[kept]) | ((votes[turned] == votes[kept]) & (turned < kept))
     return np.where(turn[:, None], array[:, [0, 2, 1]], array)
@@ -223,9 +211,7 @@ def boundary_loops(triangles: ArrayLike) -> list[IntArray]:
     array = as_triangles(triangles)
     crowded = non_manifold_edges(array)
     if len(crowded):
-        raise MeshError(
-            f"boundary loops need at most two triangles per edge; edge {crowded[0].tolist()} has more."
-        )
+        raise MeshError(f"boundary loops need at most two triangles per edge; edge {crowded[0].tolist()} has more.")
     h, g, opposite = _shared(array)
     if not opposite.all():
         raise MeshError("boundary loops need a consistent orientation; mend it with oriented(triangles).")

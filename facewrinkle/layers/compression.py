@@ -12,7 +12,12 @@ from numba import njit
 Array = npt.NDArray[np.float64]
 
 
-def edge_compression(rest: npt.ArrayLike, deformed: npt.ArrayLike, rings: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]], directions: npt.ArrayLike) -> Array:
+def edge_compression(
+    rest: npt.ArrayLike,
+    deformed: npt.ArrayLike,
+    rings: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]],
+    directions: npt.ArrayLike,
+) -> Array:
     """Compression along a direction from the shortening of the edges around each vertex (Eqs. 8-9).
 
     ``tau_ij = (L_ij - |x_i - x_j|) / L_ij``, ``epsilon_i = sum tau_ij |cos theta_ij| / sum |cos theta_ij|``. The absolute value
@@ -60,7 +65,11 @@ def edge_epsilon(rest, deformed, indptr, ring, entries, directions, out):  # typ
             for q in range(indptr[i], indptr[i + 1]):
                 j = ring[q]
                 dx, dy, dz = rest[j, 0] - rest[i, 0], rest[j, 1] - rest[i, 1], rest[j, 2] - rest[i, 2]
-                ex, ey, ez = deformed[j, 0] - deformed[i, 0], deformed[j, 1] - deformed[i, 1], deformed[j, 2] - deformed[i, 2]
+                ex, ey, ez = (
+                    deformed[j, 0] - deformed[i, 0],
+                    deformed[j, 1] - deformed[i, 1],
+                    deformed[j, 2] - deformed[i, 2],
+                )
                 length = np.sqrt(dx * dx + dy * dy + dz * dz)
                 cosine = abs(dx * directions[p, 0] + dy * directions[p, 1] + dz * directions[p, 2]) / length
                 total += cosine
@@ -107,9 +116,7 @@ class StrainField:
         total = np.bincount(t.ravel(), np.repeat(area, 3), minlength=len(p))
         self._share = np.ascontiguousarray(area[:, None] / total[t])
         self.metric = np.zeros((len(p), 6))
-        _change_of_metric(
-            p, t, np.zeros_like(self._products), self._dual_a, self._dual_b, self._share, self.metric
-        )
+        _change_of_metric(p, t, np.zeros_like(self._products), self._dual_a, self._dual_b, self._share, self.metric)
 
     def strain(self, deformed: Array) -> Array:
         """Change of the metric (n, 6) at the vertices of the deformed mesh (n, 3); exactly 0 at rest."""

@@ -72,8 +72,15 @@ class Folds:
             where = inside[hit]
             x = sites.points[where]
             parts.append(
-                (where, np.full(len(where), k), muscle.unit_amplitude(x), envelope[hit], muscle.half_cycles(x),
-                 np.stack(muscle.coordinates(x), axis=1), muscle.fold_direction(x))  # fmt: skip
+                (
+                    where,
+                    np.full(len(where), k),
+                    muscle.unit_amplitude(x),
+                    envelope[hit],
+                    muscle.half_cycles(x),
+                    np.stack(muscle.coordinates(x), axis=1),
+                    muscle.fold_direction(x),
+                )  # fmt: skip
             )
         if not parts:
             return cls.none(len(sites.points))
@@ -102,7 +109,7 @@ class Folds:
         if not len(new.leading):
             return old
         shift = old.starts[-1]
-        columns = "muscle height envelope cycle coordinates direction rest".split()
+        columns = ["muscle", "height", "envelope", "cycle", "coordinates", "direction", "rest"]
         joined = (np.concatenate([getattr(old, c), getattr(new, c)]) for c in columns)
         leading = np.concatenate([old.leading, np.where(new.leading >= 0, new.leading + shift, -1)])
         return Folds(np.concatenate([old.starts, new.starts[1:] + shift]), *joined, leading=leading.astype(np.int32))
@@ -115,7 +122,7 @@ class Folds:
         starts = np.concatenate([[0], np.cumsum(counts[kept])]).astype(np.int32)
         offset = self.leading[kept] - self.starts[:-1][kept]
         leading = np.where(self.leading[kept] >= 0, starts[:-1] + offset, -1).astype(np.int32)
-        columns = "muscle height envelope cycle coordinates direction rest".split()
+        columns = ["muscle", "height", "envelope", "cycle", "coordinates", "direction", "rest"]
         return Folds(starts, *(getattr(self, c)[entries] for c in columns), leading=leading)
 
 
@@ -253,7 +260,20 @@ SMALLEST = 0.2
 
 @njit(cache=True)
 def amplitudes(
-    starts, muscle, unit, envelope, cycle, direction, epsilon, k0, swing, smallest, height, spacing, across, active
+    starts,
+    muscle,
+    unit,
+    envelope,
+    cycle,
+    direction,
+    epsilon,
+    k0,
+    swing,
+    smallest,
+    height,
+    spacing,
+    across,
+    active,
 ):  # type: ignore[no-untyped-def]
     """Sum of k0 H At A over the entries of each vertex, and the finest half cycle that matters there."""
     for i in range(starts.shape[0] - 1):
@@ -273,7 +293,11 @@ def amplitudes(
         height[i] = total
         if lead >= 0:
             spacing[i] = finest
-            across[i, 0], across[i, 1], across[i, 2] = direction[lead, 0], direction[lead, 1], direction[lead, 2]
+            across[i, 0], across[i, 1], across[i, 2] = (
+                direction[lead, 0],
+                direction[lead, 1],
+                direction[lead, 2],
+            )
 
 
 def _leading(starts: IntArray, size: Array, envelope: Array) -> IntArray:

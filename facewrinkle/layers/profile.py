@@ -132,7 +132,7 @@ def half_cycle(length: float, lambda_w: float, n: int) -> float:
     return (1.0 - lambda_w) * length / (2.0 * n)
 
 
-def phase(l: npt.ArrayLike, start: float, u: float, alpha: float, ends: Ends = "continuous") -> Array:  # noqa: E741
+def phase(l: npt.ArrayLike, start: float, u: float, alpha: float, ends: Ends = "continuous") -> Array:
     """Position w in [0, 2u) within the cycle of a point at distance l along the muscle (Eqs. 6 and 16).
 
     Parameters

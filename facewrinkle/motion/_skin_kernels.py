@@ -128,7 +128,11 @@ def keep_off_eye(u, points, vertices, centre, radii):  # type: ignore[no-untyped
     """Move vertices that entered an eyeball back onto it; `radii` is the closest that each vertex may come."""
     for p in range(vertices.shape[0]):
         i = vertices[p]
-        x, y, z = points[i, 0] + u[i, 0] - centre[0], points[i, 1] + u[i, 1] - centre[1], points[i, 2] + u[i, 2] - centre[2]
+        x, y, z = (
+            points[i, 0] + u[i, 0] - centre[0],
+            points[i, 1] + u[i, 1] - centre[1],
+            points[i, 2] + u[i, 2] - centre[2],
+        )
         d = np.sqrt(x * x + y * y + z * z)
         if 0.0 < d < radii[p]:
             push = radii[p] / d - 1.0

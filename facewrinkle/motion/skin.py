@@ -94,7 +94,9 @@ class Skin:
     True
     """
 
-    def __init__(self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 2) -> None:
+    def __init__(
+        self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 2
+    ) -> None:
         if not (np.isfinite(time_step) and time_step > 0.0):
             raise ParameterError(f"time_step must be a positive number of seconds, received {time_step!r}.")
         self.material = material or SkinMaterial()
@@ -143,7 +145,13 @@ class Skin:
             plate = base[lids.vertices] * m.lid_stiffness * lids.hold
             share = plate / (plate + ties[lids.vertices])
             plates[lids.vertices] += plate
-            self._lids[f"orbicularis_oculi_{side}"] = (lids.vertices, lids.angles, share, lids.centre * face.unit, lids.axis)
+            self._lids[f"orbicularis_oculi_{side}"] = (
+                lids.vertices,
+                lids.angles,
+                share,
+                lids.centre * face.unit,
+                lids.axis,
+            )
         self._along = ties + plates
         self._across = m.normal_ratio * ties + plates
 
@@ -168,7 +176,13 @@ class Skin:
         self._nearest = np.arange(len(self.points))
         self._slack = np.full(len(self.points), -np.inf)
         kernels.keep_off_bone(
-            np.zeros_like(self.points), self.points, self._foot, self._bone_normals, self._nearest, self._slack, *self._ring
+            np.zeros_like(self.points),
+            self.points,
+            self._foot,
+            self._bone_normals,
+            self._nearest,
+            self._slack,
+            *self._ring,
         )
         # And only skin that the bone lies straight below is stopped by it.
         below = (self.points - self._foot[self._nearest]) * self._bone_normals[self._nearest]
@@ -196,7 +210,9 @@ class Skin:
             tie = self._along + (self._across - self._along) * ties[:, k] * ties.sum(axis=1)
             matrix = self._bending + _graph_laplacian(self._edges, weight, len(self._area)) + diags_array(inertia + tie)
             options = {"SymmetricMode": True}
-            self._solvers.append(splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options))
+            self._solvers.append(
+                splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+            )
 
     # --- use ----------------------------------------------------------------------------------
 
@@ -243,9 +259,7 @@ class Skin:
         old, h = self.displacement, self.time_step
         target = old + h * self.velocity
         u = self._minimised(target, old)
-        kernels.keep_off_bone(
-            u, self.points, self._foot, self._bone_normals, self._nearest, self._slack, *self._ring
-        )
+        kernels.keep_off_bone(u, self.points, self._foot, self._bone_normals, self._nearest, self._slack, *self._ring)
         for near, centre, radii in self._eyes:
             kernels.keep_off_eye(u, self.points, near, centre, radii)
         self.displacement, self.velocity = u, (u - old) / h
@@ -343,7 +357,9 @@ MEMORY = 5
 
 def _graph_laplacian(edges: npt.NDArray[np.int32], weight: Array, n: int) -> csr_array:
     i, j = edges[:, 0], edges[:, 1]
-    graph = csr_array((np.concatenate([weight, weight]), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n))
+    graph = csr_array(
+        (np.concatenate([weight, weight]), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)
+    )
     return csr_array(diags_array(np.asarray(graph.sum(axis=1))) - graph)
 
 

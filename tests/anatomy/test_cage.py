@@ -1,4 +1,4 @@
-"""Catmull-Clark subdivision against what it must reproduce: planes, bicubic B-splines, and itself at other levels."""
+"""Catmull-Clark subdivision reproduces planes, bicubic B-splines, and itself at other levels."""
 
 from __future__ import annotations
 

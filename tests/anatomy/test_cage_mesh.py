@@ -1,4 +1,4 @@
-"""Charts are one-to-one; meshes in a chart reach their count, keep their topology, and are Delaunay where the chart is flat."""
+"""Charts are one-to-one; meshes in them reach their count, keep their topology, and are Delaunay when flat."""
 
 from __future__ import annotations
 
@@ -15,9 +15,7 @@ def square(n: int) -> tuple[np.ndarray, np.ndarray]:
     i, j = np.divmod(np.arange(n * n), n)
     a = i * (n + 1) + j
     quads = np.stack([a, a + n + 1, a + n + 2, a + 1], axis=1)
-    return np.stack([x.ravel(), y.ravel()], axis=1), np.concatenate(
-        [quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]
-    )
+    return np.stack([x.ravel(), y.ravel()], axis=1), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
 def chart_mesh(height: float = 0.0, size: float = 0.1) -> ChartMesh:
@@ -87,9 +85,7 @@ def test_flips_give_the_delaunay_triangulation_in_the_plane() -> None:
     inner = mesh.kind == FREE
     mesh.plane = mesh.plane + np.where(inner[:, None], random.uniform(-0.1, 0.1, mesh.plane.shape), 0.0)
     rim = mesh.kind == ON_LINE
-    mesh.plane = mesh.plane + np.where(
-        rim[:, None], mesh.line * random.uniform(-0.1, 0.1, (len(rim), 1)), 0.0
-    )
+    mesh.plane = mesh.plane + np.where(rim[:, None], mesh.line * random.uniform(-0.1, 0.1, (len(rim), 1)), 0.0)
     mesh.points = np.column_stack([mesh.plane, np.zeros(len(mesh.plane))])
     mesh.flip()
     ours = {tuple(sorted(t)) for t in mesh.triangles.tolist()}

@@ -1,4 +1,4 @@
-"""The built-in head: topology, shape of the triangles, symmetry, landmarks, lids, and that the stored file is what the code makes."""
+"""The built-in head: topology, triangle shapes, symmetry, landmarks, lids, and that the code makes the stored file."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from facewrinkle.anatomy.head import Head, build_head, load_head
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 MIDDLE = {
-    "nasion", "nose_tip", "subnasale", "upper_lip_mid", "lower_lip_mid", "menton", "pogonion", "glabella", "sellion",
-    "forehead_mid", "trichion",
+    "nasion", "nose_tip", "subnasale", "upper_lip_mid", "lower_lip_mid", "menton", "pogonion", "glabella",
+    "sellion", "forehead_mid", "trichion",
 }  # fmt: skip
 PAIRED = {
-    "brow_{}_outer", "brow_{}_mid", "brow_{}_inner", "eye_{}_inner", "eye_{}_outer", "eye_{}_centre", "ala_{}", "mouth_{}",
-    "zygion_{}", "gonion_{}", "malar_{}",
+    "brow_{}_outer", "brow_{}_mid", "brow_{}_inner", "eye_{}_inner", "eye_{}_outer", "eye_{}_centre", "ala_{}",
+    "mouth_{}", "zygion_{}", "gonion_{}", "malar_{}",
 }  # fmt: skip
 
 
@@ -76,7 +76,7 @@ def test_is_an_oriented_manifold_with_four_boundary_loops(head: Head, surface: p
     assert len(np.unique(directed, axis=0)) == len(directed)
     edges, uses = np.unique(np.sort(directed, axis=1), axis=0, return_counts=True)
     assert uses.max() == 2
-    # One component with four holes in a sphere: V - E + F = 2 - 4. Each boundary vertex has one boundary edge out.
+    # A sphere with four holes: V - E + F = 2 - 4. Each boundary vertex has one boundary edge out.
     assert len(head.points) - len(edges) + len(head.triangles) == -2
     assert surface.connectivity("all")["RegionId"].max() == 0
     known = set(map(tuple, directed.tolist()))
@@ -115,9 +115,7 @@ def test_triangles_are_well_shaped(head: Head) -> None:
     for k in range(3):
         u, v = p[:, (k + 1) % 3] - p[:, k], p[:, (k + 2) % 3] - p[:, k]
         angles.append(
-            np.degrees(
-                np.arccos(np.einsum("mi,mi->m", u, v) / np.linalg.norm(u, axis=1) / np.linalg.norm(v, axis=1))
-            )
+            np.degrees(np.arccos(np.einsum("mi,mi->m", u, v) / np.linalg.norm(u, axis=1) / np.linalg.norm(v, axis=1)))
         )
     smallest = np.min(angles, axis=0)
     assert smallest.min() >= 12.0
@@ -210,9 +208,7 @@ def test_upper_lid_covers_a_little_of_the_iris(head: Head, surface: pv.PolyData)
     top = eye.centre[1] + 6.0
     heights = np.arange(eye.centre[1], top + 2.0, 0.05)
     covered = [
-        y
-        for y in heights
-        if surface.ray_trace([eye.centre[0], y, 200.0], [eye.centre[0], y, eye.centre[2]])[0].size
+        y for y in heights if surface.ray_trace([eye.centre[0], y, 200.0], [eye.centre[0], y, eye.centre[2]])[0].size
     ]
     assert 1.0 <= top - min(covered) <= 2.0
 
@@ -223,7 +219,7 @@ def test_uv_is_one_to_one(head: Head) -> None:
     a, b, c = np.moveaxis(head.uv[head.triangles], 1, 0)
     turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     assert turn.min() > 0.0
-    # A map that is orientation-preserving on every triangle is one-to-one if the images of the boundary loops do not cross.
+    # A map that turns no triangle over is one-to-one if the images of the boundary loops do not cross.
     ends = np.concatenate([np.stack([loop, np.roll(loop, -1)], axis=1) for loop in loops(head.triangles)])
     p, q = head.uv[ends[:, 0]], head.uv[ends[:, 1]]
 
@@ -244,9 +240,7 @@ def test_lips_are_redder_than_the_forehead(head: Head) -> None:
 
     x, y, z = head.points.T
     inside = (np.abs(x) < 12.0) & (y < -38.0) & (y > -42.0) & (z > 112.0)
-    assert (head.colour[inside, 0] / head.colour[inside, 1].astype(float)).min() > 1.2 * redness(
-        "forehead_mid"
-    )
+    assert (head.colour[inside, 0] / head.colour[inside, 1].astype(float)).min() > 1.2 * redness("forehead_mid")
     assert redness("malar_l") > redness("forehead_mid")
 
 

@@ -51,9 +51,7 @@ def cloud(size, rng):
 def torus(size, rng):
     rows, columns = 3 + size % 3, 3 + size % 5
     i, j = (a.ravel() for a in np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"))
-    quads = np.stack(
-        [(i + di) % rows * columns + (j + dj) % columns for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1))], 1
-    )
+    quads = np.stack([(i + di) % rows * columns + (j + dj) % columns for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1))], 1)
     s, t = 2 * np.pi * i / rows, 2 * np.pi * j / columns
     points = np.stack([(2 + np.cos(s)) * np.cos(t), (2 + np.cos(s)) * np.sin(t), np.sin(s)], 1)
     return points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
@@ -62,9 +60,7 @@ def torus(size, rng):
 def ball(size, rng):
     """An octahedron or its uniform refinement, pushed out to a sphere."""
     points = np.concatenate([np.eye(3), -np.eye(3)])
-    triangles = np.array(
-        [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
-    )
+    triangles = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]])
     if size % 2:
         triangles, weights = refined(triangles, np.ones(8, bool))
         points = weights @ points
@@ -97,9 +93,7 @@ def meshes(draw, kinds=(cloud, torus, ball, book, pieces)):
 # One operation: split or coarsen, the marked fraction, and how they are chosen.
 choice = st.tuples(st.sampled_from([0.05, 0.3, 0.7, 0.95, 1.0]), st.integers(0, 999))
 operation = st.tuples(st.sampled_from(["split", "coarsen"]), choice).map(lambda pair: (pair[0], *pair[1]))
-operations = st.tuples(choice, st.lists(operation, max_size=6)).map(
-    lambda pair: [("split", *pair[0]), *pair[1]]
-)
+operations = st.tuples(choice, st.lists(operation, max_size=6)).map(lambda pair: [("split", *pair[0]), *pair[1]])
 MOST = 800  # triangles; larger meshes are not split any further
 
 
@@ -154,16 +148,12 @@ def supports(forest):
 def check_conforming(forest, base):
     """Every edge lies in an M0 edge and is shared as often, or inside an M0 triangle and is shared twice."""
     base_edges, base_sides = unique_edges(base)
-    valence0 = dict(
-        zip(map(frozenset, base_edges.tolist()), np.bincount(base_sides.ravel()).tolist(), strict=True)
-    )
+    valence0 = dict(zip(map(frozenset, base_edges.tolist()), np.bincount(base_sides.ravel()).tolist(), strict=True))
     edges, sides = unique_edges(forest.triangles)
     support = supports(forest)
     for (a, b), valence in zip(edges.tolist(), np.bincount(sides.ravel()).tolist(), strict=True):
         assert valence == valence0.get(support[a] | support[b], 2)
-    assert not {frozenset(e) for e in edges.tolist()} & {
-        frozenset(p) for p in forest.parents.tolist() if p[0] >= 0
-    }
+    assert not {frozenset(e) for e in edges.tolist()} & {frozenset(p) for p in forest.parents.tolist() if p[0] >= 0}
     for row, root in zip(forest.triangles.tolist(), forest.root.tolist(), strict=True):
         assert frozenset().union(*(support[v] for v in row)) == frozenset(base[root].tolist())
 
@@ -225,11 +215,7 @@ def from_smallest(loop):
 def check_topology(forest, base, n0):
     assert euler_characteristic(forest.triangles) == euler_characteristic(base)
     now, before = components(forest.triangles), components(base)
-    assert (
-        len(set(zip(now.tolist(), before[forest.root].tolist(), strict=True)))
-        == now.max() + 1
-        == before.max() + 1
-    )
+    assert len(set(zip(now.tolist(), before[forest.root].tolist(), strict=True))) == now.max() + 1 == before.max() + 1
     if len(non_manifold_edges(base)) == 0 and is_oriented(base):
         loops = [loop[loop < n0] for loop in boundary_loops(forest.triangles)]
         assert sorted(map(from_smallest, loops)) == sorted(map(from_smallest, boundary_loops(base)))
@@ -303,9 +289,7 @@ class NaiveForest:
         vertices, found = self.hanging(), set()
         for r, t in nodes:
             m = midpoints(t)
-            quarters = {between(t[s], m[s]) for s in range(3)} | {
-                between(m[s], t[(s + 1) % 3]) for s in range(3)
-            }
+            quarters = {between(t[s], m[s]) for s in range(3)} | {between(m[s], t[(s + 1) % 3]) for s in range(3)}
             if sum(v in vertices for v in m) > 1 or quarters & vertices:
                 found.add((r, t))
         return found
@@ -360,9 +344,7 @@ def test_same_triangles_as_the_naive_forest(mesh, steps):
             naive.coarsen({node for node, mark in zip(nodes, marked, strict=True) if not mark})
         getattr(forest, name)(marked)
         keys = exact(forest)
-        assert [tuple(keys[v] for v in t) for t in forest.triangles.tolist()] == [
-            t for _, t in naive.triangles()
-        ]
+        assert [tuple(keys[v] for v in t) for t in forest.triangles.tolist()] == [t for _, t in naive.triangles()]
         assert len(set(keys)) == len(keys)  # no vertex twice, none left over
         assert set(keys) == naive.hanging() | {((v, ONE),) for v in range(len(points0))}
 
@@ -452,9 +434,7 @@ def test_copies_are_equal_and_independent(mesh, before, after):
     twin, repeated = forest.copy(), forest.copy()
     for step in after:
         apply(twin, step)
-    assert all(
-        (a == b).all() for a, b in zip(kept, (forest.triangles, forest.corners, forest.level), strict=True)
-    )
+    assert all((a == b).all() for a, b in zip(kept, (forest.triangles, forest.corners, forest.level), strict=True))
     for step in after:
         apply(repeated, step)
     assert (twin.triangles == repeated.triangles).all()
@@ -655,9 +635,7 @@ def test_levels_out_of_range(level):
         RedGreenForest([[0, 1, 2]], max_level=level)
 
 
-@pytest.mark.parametrize(
-    "marked", [[True], [True, False, True], [[0]], [0.0], [2], [-1], ["a"], np.zeros(0, bool)]
-)
+@pytest.mark.parametrize("marked", [[True], [True, False, True], [[0]], [0.0], [2], [-1], ["a"], np.zeros(0, bool)])
 def test_malformed_marks(marked):
     forest = RedGreenForest([[0, 1, 2], [2, 1, 3]])
     for method in (forest.split, forest.coarsen):

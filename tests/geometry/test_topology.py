@@ -41,9 +41,7 @@ def sheet(rows, columns, wrap_rows=False, wrap_columns=False, twist=False):
     return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
 
 
-OCTAHEDRON = np.array(
-    [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
-)
+OCTAHEDRON = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]])
 
 
 @st.composite
@@ -81,9 +79,7 @@ def test_edges_sides_and_incidence(triangles):
     assert list(map(frozenset, edges.tolist())) == list(dict.fromkeys(pairs))
     assert [frozenset(edges[e].tolist()) for e in sides.ravel()] == pairs
     first = {pair: i for i, pair in reversed(list(enumerate(pairs)))}
-    assert [tuple(e) for e in edges.tolist()] == [
-        half_edges(triangles)[first[frozenset(e)]] for e in edges.tolist()
-    ]
+    assert [tuple(e) for e in edges.tolist()] == [half_edges(triangles)[first[frozenset(e)]] for e in edges.tolist()]
     offsets, on_edge = edge_triangles(sides)
     expected = defaultdict(list)
     for h, pair in enumerate(pairs):
@@ -95,9 +91,7 @@ def test_edges_sides_and_incidence(triangles):
         p for p, count in counts.items() if count > 2
     }
     assert is_oriented(triangles) == all(
-        len({h for h in half_edges(triangles) if frozenset(h) == p}) == 2
-        for p, count in counts.items()
-        if count == 2
+        len({h for h in half_edges(triangles) if frozenset(h) == p}) == 2 for p, count in counts.items() if count == 2
     )
 
 
@@ -133,10 +127,7 @@ def test_loops_use_every_boundary_half_edge_once(triangles):
     directed = set(half_edges(triangles))
     border = sorted(h for h in directed if h[::-1] not in directed)
     loops = boundary_loops(triangles)
-    assert (
-        sorted((int(a), int(b)) for loop in loops for a, b in zip(loop, np.roll(loop, -1), strict=True))
-        == border
-    )
+    assert sorted((int(a), int(b)) for loop in loops for a, b in zip(loop, np.roll(loop, -1), strict=True)) == border
     assert all(loop[0] == loop.min() for loop in loops)
 
 
