@@ -23,9 +23,7 @@ TEXELS = 512
 SEAT = 0.25  # mm between eyeball and lid margin: more than the sag of a margin edge
 LID_STRIPS = {("eye_ring2", "eye_ring3")}
 LIP_STRIPS = {(f"mouth_ring{k}", f"mouth_ring{k + 1}") for k in (1, 2, 3)}
-FROZEN_STRIPS = (
-    LID_STRIPS | LIP_STRIPS | {("eye_ring1", "eye_ring2"), ("base", "nose_inset_base"), ("base", "nose_inset_tip")}
-)
+FROZEN_STRIPS = LID_STRIPS | LIP_STRIPS | {("eye_ring1", "eye_ring2")}
 
 
 @dataclass
@@ -330,7 +328,7 @@ def closest_point(query: Floats, corners: Floats) -> Floats:
 
 
 def landmarks(half: HalfCage, data: dict[str, Any], points: Floats, triangles: Ints) -> dict[str, Floats]:
-    """Landmarks on the mesh, from typed places or cage vertices; those of the left are mirrored to the right."""
+    """Landmarks on the mesh, from typed places or cage vertices; the left are mirrored to the right."""
     corners = points[triangles]
     left = corners[(corners[:, :, 0] >= 0.0).all(axis=1)]
     middle = np.stack([np.where(t[:, :1] == 0.0, t, np.nan) for t in corners])
@@ -350,7 +348,7 @@ def landmarks(half: HalfCage, data: dict[str, Any], points: Floats, triangles: I
 def hairs(brow: dict[str, Any], points: Floats, triangles: Ints) -> tuple[Ints, Floats]:
     """Left eyebrow: triangles (k, p) and weights (k, p, 3) of the points of its hairs.
 
-    Seen from the front the brow is a height field, so the frontal projection of the skin near it serves as a chart.
+    Seen from the front the brow is a height field: the frontal projection of the skin near it is a chart.
     """
     line = np.array(brow["line"])
     places = _combed(line, brow)

@@ -2,7 +2,7 @@
 
 The cage is a mesh of quads with boundaries. One subdivision step is a sparse matrix from old to new vertices
 (Catmull and Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes", Computer-Aided
-Design 10, 1978); boundary edges follow the cubic B-spline of the boundary vertices, so holes keep smooth rims.
+Design 10, 1978). Boundary edges follow the cubic B-spline of the boundary vertices: holes keep smooth rims.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Subdivision:
     Parameters
     ----------
     quads : (m 4^k, 4) int array
-        The quads of the fine mesh; those of cage quad q are the rows q 4^k to (q + 1) 4^k - 1.
+        The quads of the fine mesh; rows q 4^k to (q + 1) 4^k - 1 are those of cage quad q.
     limit : (n, n0) sparse matrix
         Points on the limit surface as combinations of the cage's points.
     grids : (m, 2^k + 1, 2^k + 1) int array

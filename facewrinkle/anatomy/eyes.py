@@ -124,16 +124,16 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     is_upper = elevation > 0.5 * (top + bottom)
     beyond = np.where(is_upper, elevation - top, bottom - elevation)
     fade = 1.0 - _smoothstep(beyond / np.where(is_upper, MARGIN_FADE, 0.6 * MARGIN_FADE))
-    angles = np.where(is_upper, top - meeting + OVERLAP, bottom - meeting) * fade * inside
+    overlap = np.minimum(OVERLAP, 0.2 * (top - bottom))
+    angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * inside
     near = (offset @ eye.gaze > 0.0) & (distance < SHELL * eye.radius)
     vertices = np.flatnonzero(near & (np.abs(angles) > 1e-4))
     if not len(vertices):
         return None
     hold = fade**2 * (1.0 - _smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3)))
     # Turning about up x gaze by a positive angle lowers what looks along the gaze.
-    axis = np.cross(np.cross(eye.gaze, lateral), eye.gaze)
-    axis *= np.sign(np.cross(eye.up, eye.gaze) @ axis)
-    return Lids(vertices, angles[vertices], hold[vertices], eye.centre, axis / np.linalg.norm(axis))
+    axis = lateral * np.sign(np.cross(eye.up, eye.gaze) @ lateral)
+    return Lids(vertices, angles[vertices], hold[vertices], eye.centre, axis)
 
 
 OVERLAP = np.deg2rad(2.0)
@@ -147,15 +147,15 @@ def _opening(
     about the lateral axis, and the vertices of the upper and lower margin from inside outwards. None where it is closed.
     """
     inner, outer = landmarks[f"eye_{eye.side}_inner"], landmarks[f"eye_{eye.side}_outer"]
-    lateral = outer - inner
-    lateral = lateral - (lateral @ eye.gaze) * eye.gaze
-    width = float(np.linalg.norm(lateral))
-    lateral /= width
-    up = np.cross(eye.gaze, lateral)
+    width = float(np.linalg.norm(outer - inner))
+    lateral = (outer - inner) / width
+    forward = eye.gaze - (eye.gaze @ lateral) * lateral
+    forward /= np.linalg.norm(forward)
+    up = np.cross(forward, lateral)
     up *= np.sign(up @ eye.up)
     offset = points - eye.centre
     along = ((offset - (inner - eye.centre)) @ lateral) / width
-    elevation = np.arctan2(offset @ up, offset @ eye.gaze)
+    elevation = np.arctan2(offset @ up, offset @ forward)
     margins = _hole(eye, points, triangles, along, elevation) or _gap(eye, points, along, elevation)
     return None if margins is None else (lateral, along, elevation, *margins)
 
