@@ -85,7 +85,7 @@ def place_eyeballs(
         )
         opening = _opening(eye, points, triangles, landmarks)
         if opening is not None:
-            margin = np.unique(np.concatenate(opening[3:]))
+            margin = np.unique(np.concatenate(opening[-2:]))
             room = ROOM * np.quantile(np.linalg.norm(points[margin] - eye.centre, axis=1), 0.1)
             eye = replace(eye, radius=float(np.clip(room, 0.75 * eye.radius, 1.05 * eye.radius)))
         eyes.append(eye)
@@ -114,16 +114,19 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     opening = _opening(eye, points, triangles, landmarks)
     if opening is None:
         return None
-    lateral, along, elevation, upper, lower = opening
+    lateral, along, elevation, canthi, upper, lower = opening
     offset = points - eye.centre
     distance = np.linalg.norm(offset, axis=1)
-    top = np.interp(along, along[upper], elevation[upper])
-    bottom = np.interp(along, along[lower], elevation[lower])
+    top, bottom = (_line(along, elevation, chain, canthi) for chain in (upper, lower))
     meeting = bottom + 0.12 * (top - bottom)
-    inside = _smoothstep(np.minimum(along, 1.0 - along) / 0.08 + 1.0)
     is_upper = elevation > 0.5 * (top + bottom)
+    # The inside of a lid, nearer to the ball than its margin, goes with the margin; what lies far inside the socket stays.
+    rim = np.where(is_upper, *(np.interp(along, along[chain], distance[chain]) for chain in (upper, lower)))
+    outside = _smoothstep((distance - rim) / (0.1 * eye.radius) + 0.5)
     beyond = np.where(is_upper, elevation - top, bottom - elevation)
-    fade = 1.0 - _smoothstep(beyond / np.where(is_upper, MARGIN_FADE, 0.6 * MARGIN_FADE))
+    reach = np.where(is_upper, MARGIN_FADE, 0.6 * MARGIN_FADE)
+    fade = 1.0 - _smoothstep(beyond / (outside * reach + (1.0 - outside) * 2.5 * MARGIN_FADE))
+    inside = _smoothstep(np.minimum(along, 1.0 - along) / 0.08 + 1.0)
     overlap = np.minimum(OVERLAP, 0.2 * (top - bottom))
     angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * inside
     near = (offset @ eye.gaze > 0.0) & (distance < SHELL * eye.radius)
@@ -144,7 +147,7 @@ def _opening(
     eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
 ) -> tuple[Array, ...] | None:
     """The opening between the lids: lateral direction, every point's position between the canthi (0 to 1) and its elevation
-    about the lateral axis, and the vertices of the upper and lower margin from inside outwards. None where it is closed.
+    about the lateral axis, the elevations of the canthi, and the vertices of the upper and lower margin from inside outwards. None where it is closed.
     """
     inner, outer = landmarks[f"eye_{eye.side}_inner"], landmarks[f"eye_{eye.side}_outer"]
     width = float(np.linalg.norm(outer - inner))
@@ -153,49 +156,77 @@ def _opening(
     forward /= np.linalg.norm(forward)
     up = np.cross(forward, lateral)
     up *= np.sign(up @ eye.up)
-    offset = points - eye.centre
+
+    def elevation_of(places: Array) -> Array:
+        return np.asarray(np.arctan2((places - eye.centre) @ up, (places - eye.centre) @ forward))
+
+    offset, elevation = points - eye.centre, elevation_of(points)
     along = ((offset - (inner - eye.centre)) @ lateral) / width
-    elevation = np.arctan2(offset @ up, offset @ forward)
-    margins = _hole(eye, points, triangles, along, elevation) or _gap(eye, points, along, elevation)
-    return None if margins is None else (lateral, along, elevation, *margins)
+    canthi = np.array([elevation_of(inner), elevation_of(outer)])
+    margins = _margins(eye, offset, along, elevation, float(canthi.mean()))
+    if margins is None:
+        return None
+    exact = _hole(eye, points, triangles, along, elevation)
+    if exact is not None and all(_agree(along, elevation, *pair) for pair in zip(exact, margins, strict=True)):
+        margins = exact
+    return lateral, along, elevation, canthi, *margins
 
 
 def _hole(
     eye: Eyeball, points: Array, triangles: IntArray, along: Array, elevation: Array
 ) -> tuple[Array, Array] | None:
-    """Both margins where the opening is a hole in the mesh: its boundary loop, cut at the canthi."""
+    """The rim of the hole that the opening may be, cut at its ends into an upper and a lower half."""
     for loop in boundary_loops(triangles):
-        offset = points[loop] - eye.centre
-        if np.linalg.norm(offset, axis=1).max() > 1.8 * eye.radius or len(loop) < 6:
+        if len(loop) < 6 or np.linalg.norm(points[loop] - eye.centre, axis=1).max() > 1.8 * eye.radius:
             continue
-        start, end = int(np.argmin(along[loop])), int(np.argmax(along[loop]))
-        loop = np.roll(loop, -start)
-        turn = (end - start) % len(loop)
-        chains = [loop[: turn + 1], np.append(loop[turn:], loop[0])]
-        chains = [chain[np.argsort(along[chain], kind="stable")] for chain in chains]
-        lower, upper = sorted(chains, key=lambda chain: float(elevation[chain].mean()))
-        return upper, lower
+        loop = np.roll(loop, -int(np.argmin(along[loop])))
+        turn = int(np.argmax(along[loop]))
+        halves = [loop[: turn + 1], np.append(loop[turn:], loop[0])]
+        lower, upper = sorted(halves, key=lambda half: float(elevation[half].mean()))
+        return upper[np.argsort(along[upper], kind="stable")], lower[np.argsort(along[lower], kind="stable")]
     return None
 
 
-def _gap(eye: Eyeball, points: Array, along: Array, elevation: Array) -> tuple[Array, Array] | None:
-    """Both margins where the skin goes on into the socket: the widest gap in elevation on each meridian."""
-    offset = points - eye.centre
+def _agree(along: Array, elevation: Array, rim: Array, margin: Array) -> bool:
+    """Whether the rim of a hole is the margin that is seen, and not an edge behind it."""
+    middle = np.linspace(0.3, 0.7, 5)
+    first, second = (np.interp(middle, along[chain], elevation[chain]) for chain in (rim, margin))
+    return bool(np.abs(first - second).max() < SLIT)
+
+
+def _line(along: Array, elevation: Array, chain: Array, canthi: Array) -> Array:
+    """Elevation of a margin at every position between the canthi, where it ends."""
+    ends = np.clip(np.append(along[chain[:1]], along[chain[-1:]]), [0.01, 0.9], [0.1, 0.99])
+    place = np.concatenate([[ends[0] - 0.1], along[chain], [ends[1] + 0.1]])
+    return np.interp(along, place, np.concatenate([canthi[:1], elevation[chain], canthi[1:]]))
+
+
+def _margins(eye: Eyeball, offset: Array, along: Array, elevation: Array, canthi: float) -> tuple[Array, Array] | None:
+    """Vertices of both margins: on each meridian those above and below the gap that the skin leaves just over the canthi."""
     distance = np.linalg.norm(offset, axis=1)
-    near = np.flatnonzero((offset @ eye.gaze > 0.0) & (np.abs(distance / eye.radius - 1.15) < 0.3))
+    near = np.flatnonzero((offset @ eye.gaze > 0.0) & (distance > 0.9 * eye.radius) & (distance < SHELL * eye.radius))
+    view = canthi + VIEW
     upper, lower = [], []
     for meridian in MERIDIANS:
         column = near[np.abs(along[near] - meridian) < 0.07]
-        column = column[np.argsort(elevation[column])]
-        gaps = np.diff(elevation[column])
-        if len(gaps) == 0 or gaps.max() < np.deg2rad(3.0):
-            return None
-        widest = int(np.argmax(gaps))
-        lower.append(column[widest])
-        upper.append(column[widest + 1])
-    chains = (np.unique(upper), np.unique(lower))
-    first, second = (chain[np.argsort(along[chain], kind="stable")] for chain in chains)
-    return first, second
+        above, below = column[elevation[column] > view], column[elevation[column] <= view]
+        if len(above) == 0 or len(below) == 0:
+            continue
+        high, low = above[np.argmin(elevation[above])], below[np.argmax(elevation[below])]
+        if elevation[high] - elevation[low] > SLIT:
+            upper.append(high)
+            lower.append(low)
+    if len(upper) < len(MERIDIANS) // 2:
+        return None
+    first, second = (np.unique(chain) for chain in (upper, lower))
+    return first[np.argsort(along[first], kind="stable")], second[np.argsort(along[second], kind="stable")]
+
+
+VIEW = np.deg2rad(9.0)
+"""Elevation over the canthi at which there is no lid in front of an open eye."""
+
+SLIT = np.deg2rad(4.0)
+"""Lids nearer together than this are closed."""
 
 
 def _smoothstep(t: Array) -> Array:

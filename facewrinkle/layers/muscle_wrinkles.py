@@ -254,7 +254,7 @@ class MuscleWrinkles:
         return self._height + height / self.accumulate
 
 
-SMALLEST = 0.8
+SMALLEST = 0.4
 """A wrinkle of less than this from bulge to furrow, mm, asks for no triangles."""
 
 

@@ -1,0 +1,482 @@
+"""The three kinds of muscle.
+
+what                                        checked against
+coordinates (Eqs. 1-2, 12-14)               the same definitions point by point with acos, distances to lines and math
+wrinkling region                            the inequalities of those coordinates; points just inside and outside each border
+amplitude (Eqs. 3-6, 11, 13, 15-18)         H and At written out point by point; 0 outside; furrows counted along the fibre
+fold direction                              the gradient of the phase by differences
+force                                       Theta1 Theta2 written out; its direction; its jump at the borders of the area
+all of these                                themselves on the moved, turned, scaled, mirrored, relabelled muscle
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from facewrinkle.anatomy.muscles import LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
+from facewrinkle.errors import ParameterError
+from facewrinkle.layers import profile
+
+STYLE = Wrinkles(count=3, start=0.25, depth=0.9, alpha=2.0, core=0.4)
+TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
+SHIFT = np.array([11.0, -7.0, 3.0])
+
+
+def linear(**changes):
+    muscle = LinearMuscle((1.0, -2.0, 3.0), (9.0, 22.0, -1.0), max_angle=0.55, radius=32.0, wrinkles=STYLE)
+    return dataclasses.replace(muscle, **changes)
+
+
+def sheet(**changes):
+    # The lines cross the fibres at right angles, in a plane that is not parallel to any axis.
+    lines = np.array([[(-12, 30, 0), (12, 30, 0)], [(-15, 0, 0), (15, 0, 0)]]) @ TURN.T + SHIFT
+    muscle = SheetMuscle(lines[0], lines[1], length=36.0, width=27.0, thickness=11.0, wrinkles=STYLE)
+    return dataclasses.replace(muscle, **changes)
+
+
+def sphincter(**changes):
+    muscle = SphincterMuscle(
+        SHIFT, 38.0, 31.0, normal=TURN[:, 2], lateral=TURN[:, 0], inner=0.55, beta1=0.8, beta2=0.6, dead_zone=0.2,
+        thickness=12.0, wrinkles=STYLE,
+    )  # fmt: skip
+    return dataclasses.replace(muscle, **changes)
+
+
+KINDS = {"linear": linear, "sheet": sheet, "sphincter": sphincter}
+STYLES = {
+    "default": {},
+    "paper ends": {"ends": "paper"},
+    "smooth": {"falloff": "smoothstep", "alpha": 1.3},
+    "no core": {"core": 0.0},
+    "hard edge": {"core": 1.0},
+    "many": {"count": 7, "alpha": 4.0},
+}
+
+
+@pytest.fixture(params=list(KINDS))
+def muscle(request):
+    return KINDS[request.param]()
+
+
+def around(muscle, n=4000, seed=5):
+    """Random points in a box that holds the muscle with a wide margin."""
+    rng = np.random.default_rng(seed)
+    if isinstance(muscle, SphincterMuscle):
+        middle, size = np.asarray(muscle.centre), 1.3 * muscle.semi_major
+    else:
+        ends = np.atleast_2d(muscle.attachment).mean(0), np.atleast_2d(muscle.insertion).mean(0)
+        middle, size = 0.5 * (ends[0] + ends[1]), 28.0
+    return middle + rng.uniform(-size, size, (n, 3))
+
+
+def plain_coordinates(muscle, x):
+    """The definitions of the paper for one point: (first, second, distance along, distance from the plane)."""
+    if isinstance(muscle, LinearMuscle):
+        to_insertion = [b - a for a, b in zip(muscle.attachment, muscle.insertion, strict=True)]
+        to_point = [b - a for a, b in zip(muscle.attachment, x, strict=True)]
+        r = math.hypot(*to_point)
+        cosine = sum(a * b for a, b in zip(to_insertion, to_point, strict=True)) / (r * math.hypot(*to_insertion))
+        l = r * cosine
+        return l / muscle.radius, math.acos(max(-1.0, min(1.0, cosine))) / muscle.max_angle, l, 0.0
+    if isinstance(muscle, SheetMuscle):
+        a1, a2 = muscle.attachment
+        middle = (a1 + a2) / 2
+        fibre = (muscle.insertion[0] + muscle.insertion[1]) / 2 - middle
+        normal = np.cross(a2 - a1, fibre)
+        normal /= np.linalg.norm(normal)
+        flat = x - ((x - middle) @ normal) * normal
+        # Distances of the foot in the plane from two lines: |cross product| / length.
+        l = np.linalg.norm(np.cross(flat - a1, a2 - a1)) / np.linalg.norm(a2 - a1)
+        l = math.copysign(l, (flat - middle) @ fibre)
+        h = np.linalg.norm(np.cross(flat - middle, fibre)) / np.linalg.norm(fibre)
+        return l / muscle.length, 2 * h / muscle.width, l, abs((x - middle) @ normal)
+    offset = x - np.asarray(muscle.centre)
+    s, t = float(offset @ muscle.lateral), float(offset @ muscle.vertical)
+    psi = math.atan2(t, s)
+    r = math.sqrt((s / muscle.semi_major) ** 2 + (t / muscle.semi_minor) ** 2)
+    return r, psi, psi, abs(float(offset @ muscle.normal))
+
+
+def plain_amplitude(muscle, x):
+    """H At at k0 = 1 of one point, written out."""
+    first, second, along, away = plain_coordinates(muscle, x)
+    style = muscle.wrinkles
+    if isinstance(muscle, SphincterMuscle):
+        inside = -muscle.beta1 <= second <= muscle.beta2 and muscle.inner <= first <= 1.0 and away <= muscle.thickness
+        start, u = -muscle.beta1, (muscle.beta1 + muscle.beta2) / (2 * style.count)
+        width = (1.0 - style.core) * (1.0 - muscle.inner) / 2.0
+        bands = [(muscle.inner + width - first, width), (first - 1.0 + width, width)]
+    else:
+        inside = style.start <= first <= 1.0 and second <= 1.0 and away <= getattr(muscle, "thickness", math.inf)
+        length = muscle.radius if isinstance(muscle, LinearMuscle) else muscle.length
+        start, u = style.start * length, (1.0 - style.start) * length / (2 * style.count)
+        bands = [(second - style.core, 1.0 - style.core)]
+    if not inside:
+        return 0.0
+    d = (2.0 ** (style.alpha + 1) - 1) / (2 * (style.alpha + 1))
+    shift = 0.0 if style.ends == "paper" else u * (1.0 - profile.zero_crossing(style.alpha))
+    w = along - start + shift
+    w -= 2 * u * math.floor(w / (2 * u))
+    s = (w - u) / u
+    height = d - abs(s) * (1 + s * s) ** style.alpha
+    for over, width in bands:
+        s = min(max(over / width, 0.0), 1.0) if width > 0.0 else 0.0
+        height *= 1 - (s + s**3) / 2 if style.falloff == "paper" else 1 - 3 * s**2 + 2 * s**3
+    return height
+
+
+# --- coordinates and regions --------------------------------------------------------------------
+
+
+def test_coordinates_are_those_of_the_paper(muscle):
+    x = around(muscle)
+    expected = np.array([plain_coordinates(muscle, p)[:2] for p in x])
+    np.testing.assert_allclose(np.stack(muscle.coordinates(x), 1), expected, rtol=0, atol=1e-11)
+
+
+def test_an_oblique_sheet_has_straight_fibres():
+    """h is the distance to the central fibre even where the attachment line is not square to it."""
+    oblique = SheetMuscle([(-10, 44, 0), (10, 36, 0)], [(-10, 0, 0), (10, 0, 0)], width=20.0)
+    along, across = oblique.coordinates([[4.0, 10.0, 2.0], [-4.0, 10.0, -2.0]])
+    assert across.tolist() == [0.4, 0.4]
+    assert along[0] == along[1] == 0.75
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("style", STYLES)
+def test_amplitude_is_h_times_at_and_zero_outside(kind, style):
+    muscle = KINDS[kind]().replaced(**STYLES[style])
+    x = around(muscle)
+    inside, amplitude = muscle.wrinkling_region(x), muscle.unit_amplitude(x)
+    assert 100 < inside.sum() < len(x) - 1000
+    assert (amplitude[~inside] == 0.0).all()
+    assert (muscle.envelope(x)[~inside] == 0.0).all()
+    assert (muscle.envelope(x) <= 1.0).all()
+    expected = np.array([plain_amplitude(muscle, p) for p in x])
+    np.testing.assert_allclose(amplitude, expected, rtol=0, atol=1e-10 * 2.0**muscle.wrinkles.alpha)
+
+
+def test_region_is_given_by_the_coordinates(muscle):
+    x = around(muscle, 20_000)
+    first, second = muscle.coordinates(x)
+    away = np.array([plain_coordinates(muscle, p)[3] for p in x])
+    near = away <= getattr(muscle, "thickness", math.inf)
+    if isinstance(muscle, SphincterMuscle):
+        expected = (first >= 0.55) & (first <= 1.0) & (second >= -0.8) & (second <= 0.6) & near
+    else:
+        expected = (first >= 0.25) & (first <= 1.0) & (second <= 1.0) & near
+    assert (muscle.wrinkling_region(x) == expected).all()
+
+
+def test_linear_region_ends_at_its_borders():
+    muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=0.5, radius=40.0, wrinkles=STYLE)
+    tip = 20.0 * math.tan(0.5)
+    inside = [(0, 10.001, 0), (0, 39.999, 0), (tip - 1e-6, 20, 0), (0, 20, 1e-6 - tip)]
+    outside = [(0, 9.999, 0), (0, 40.001, 0), (tip + 1e-6, 20, 0), (0, 20, -tip - 1e-6), (0, -20, 0), (0, 0, 0)]
+    assert muscle.wrinkling_region(inside).all()
+    assert not muscle.wrinkling_region(outside).any()
+
+
+def test_nothing_lies_behind_the_attachment_even_from_start_zero():
+    muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=1.5, radius=40.0, wrinkles=Wrinkles(start=0.0))
+    behind = [(0.0, -1e-9, 0.0), (0.0, -20.0, 0.0), (5.0, -0.1, 0.0), (0.0, 0.0, 0.0)]
+    assert not muscle.wrinkling_region(behind).any()
+    assert not muscle.force(behind).any()
+    assert not muscle.unit_amplitude(behind).any()
+
+
+@pytest.mark.parametrize("kind", [sheet, sphincter])
+def test_thickness_keeps_muscles_off_what_lies_in_front_and_behind(kind):
+    muscle = kind()
+    normal = TURN[:, 2]
+    x = around(muscle)
+    middle = np.asarray(muscle.centre if kind is sphincter else muscle.attachment.mean(0))
+    x = x - ((x - middle) @ normal)[:, None] * normal
+    flat = muscle.unit_amplitude(x)
+    for side in (-1.0, 1.0):
+        np.testing.assert_allclose(muscle.unit_amplitude(x + side * 10.99 * normal), flat, atol=1e-11)
+        assert not muscle.unit_amplitude(x + side * 11.01 * (1.0 if kind is sheet else 12 / 11) * normal).any()
+        assert not muscle.force(x + side * 12.01 * normal).any()
+
+
+def test_default_thickness_and_size_of_a_sheet():
+    muscle = SheetMuscle([(-10, 40, 0), (10, 40, 0)], [(-5, 0, 0), (5, 0, 0)])
+    assert (muscle.length, muscle.width, muscle.thickness) == (40.0, 20.0, 40.0)
+    assert SphincterMuscle((0, 0, 0), 4.0, 3.0, (0, 0, 1), (1, 0, 0)).thickness == 4.0
+
+
+# --- wrinkles along the muscle ------------------------------------------------------------------
+
+
+def fibre_points(muscle, n=6001):
+    """Points along the middle of the wrinkling region."""
+    t = np.linspace(0.0, 1.0, n)[:, None]
+    if isinstance(muscle, SphincterMuscle):
+        psi = -muscle.beta1 + t * (muscle.beta1 + muscle.beta2)
+        r = 0.5 * (1.0 + muscle.inner)
+        # Directions at the true angle psi, stretched to the relative radius r.
+        flat = np.cos(psi) * muscle.lateral + np.sin(psi) * muscle.vertical
+        return muscle.centre + flat * r / np.hypot(np.cos(psi) / muscle.semi_major, np.sin(psi) / muscle.semi_minor)
+    a, i = np.atleast_2d(muscle.attachment).mean(0), np.atleast_2d(muscle.insertion).mean(0)
+    length = muscle.radius if isinstance(muscle, LinearMuscle) else muscle.length
+    fibre = (i - a) / np.linalg.norm(i - a)
+    return a + (STYLE.start + t * (1.0 - STYLE.start)) * length * fibre
+
+
+@pytest.mark.parametrize("count", [1, 3, 6])
+def test_furrows_along_the_muscle_are_counted_and_its_ends_are_flat(muscle, count):
+    muscle = muscle.replaced(count=count)
+    x = fibre_points(muscle)
+    height = muscle.unit_amplitude(x)
+    bottom = float(profile.bulge_height(1.0, 2.0)) - 4.0
+    deep = height < 0.8 * bottom
+    assert int(deep[0]) + int((np.diff(deep.astype(int)) == 1).sum()) == count
+    # From the last sample within the region to its border there is less than one sample.
+    assert abs(height[[0, -1]]).max() < 1e-2
+    assert abs(height[1:-1]).max() <= abs(bottom)
+
+
+def test_fold_direction_crosses_the_folds(muscle):
+    x = around(muscle)
+    if isinstance(muscle, SphincterMuscle):
+        r, psi = muscle.coordinates(x)
+        x = x[(r > 0.2) & (abs(psi) < 3.0)]
+    direction = muscle.fold_direction(x)
+    np.testing.assert_allclose(np.linalg.norm(direction, axis=1), 1.0, atol=1e-14)
+    if isinstance(muscle, LinearMuscle):
+        offset = x - muscle.attachment
+        np.testing.assert_allclose(direction, -offset / np.linalg.norm(offset, axis=1)[:, None], atol=1e-13)
+        return
+    index = 1 if isinstance(muscle, SphincterMuscle) else 0
+    h = 1e-6
+    steps = [muscle.coordinates(x + h * e)[index] - muscle.coordinates(x - h * e)[index] for e in np.eye(3)]
+    gradient = np.stack(steps, axis=1) / (2 * h)
+    gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)
+    sign = 1.0 if index else -1.0
+    np.testing.assert_allclose(direction, sign * gradient, atol=1e-5)
+
+
+def test_half_cycles_as_lengths():
+    assert linear().half_wavelength == pytest.approx(0.75 * 32.0 / 6.0)
+    assert sheet().half_wavelength == pytest.approx(0.75 * 36.0 / 6.0)
+    ring = sphincter()
+    angle = 1.4 / 6.0
+    assert ring.half_wavelength == pytest.approx(38.0 * angle)
+    x = around(ring)
+    radius = np.linalg.norm((x - SHIFT) - ((x - SHIFT) @ TURN[:, 2])[:, None] * TURN[:, 2], axis=1)
+    np.testing.assert_allclose(ring.half_cycles(x), radius * angle, rtol=1e-12)
+    assert set(linear().half_cycles(x)) == {linear().half_wavelength}
+
+
+# --- force --------------------------------------------------------------------------------------
+
+
+def plain_force(muscle, x):
+    """Theta1 Theta2 and a direction for one point."""
+    first, second, _, away = plain_coordinates(muscle, x)
+    if isinstance(muscle, SphincterMuscle):
+        if not (muscle.dead_zone < first < 1.0) or away > muscle.thickness:
+            return 0.0
+        return math.cos((first - muscle.dead_zone) / (1 - muscle.dead_zone) * math.pi / 2)
+    ends = np.atleast_2d(muscle.attachment).mean(0), np.atleast_2d(muscle.insertion).mean(0)
+    length = muscle.radius if isinstance(muscle, LinearMuscle) else muscle.length
+    inserted = math.dist(*ends) / length
+    if not 0.0 <= first <= 1.0 or second > 1.0 or away > getattr(muscle, "thickness", math.inf):
+        return 0.0
+    rise = (1 - first / inserted) if first <= inserted else (first - inserted) / (1 - inserted)
+    return math.cos(rise * math.pi / 2) * math.cos(second * math.pi / 2)
+
+
+def test_force_has_the_size_of_waters_cosines(muscle):
+    x = around(muscle)
+    size = np.linalg.norm(muscle.force(x), axis=1)
+    np.testing.assert_allclose(size, [plain_force(muscle, p) for p in x], atol=1e-11)
+    assert size.max() <= 1.0 + 1e-15
+    assert (size > 0.0).any()
+
+
+def test_force_points_to_the_attachment():
+    for muscle in (linear(), sheet()):
+        x = around(muscle)
+        force = muscle.force(x)
+        pulled = np.linalg.norm(force, axis=1) > 1e-3
+        unit = force[pulled] / np.linalg.norm(force[pulled], axis=1)[:, None]
+        if isinstance(muscle, LinearMuscle):
+            towards = muscle.attachment - x[pulled]
+        else:
+            towards = np.tile(muscle.attachment.mean(0) - muscle.insertion.mean(0), (pulled.sum(), 1))
+        towards = towards / np.linalg.norm(towards, axis=1)[:, None]
+        np.testing.assert_allclose(unit, towards, atol=1e-12)
+
+
+def test_sphincters_squeeze_in_their_plane_and_more_along_the_minor_axis():
+    muscle = sphincter()
+    x = around(muscle)
+    force, offset = muscle.force(x), x - SHIFT
+    np.testing.assert_allclose(force @ TURN[:, 2], 0.0, atol=1e-15)
+    s, t = offset @ TURN[:, 0], offset @ TURN[:, 1]
+    fs, ft = force @ TURN[:, 0], force @ TURN[:, 1]
+    pulled = np.linalg.norm(force, axis=1) > 0.0
+    assert pulled.any()
+    assert (fs * s <= 0.0).all()
+    assert (ft * t <= 0.0).all()
+    # The gradient of the ellipse: its vertical part is (a / b)^2 times that of a pull to the centre.
+    np.testing.assert_allclose((ft * s)[pulled], (fs * t)[pulled] * (38.0 / 31.0) ** 2, atol=1e-10)
+    r, _ = muscle.coordinates(x)
+    assert not force[(r < 0.2) | (r >= 1.0)].any()
+
+
+def test_force_is_one_at_the_insertion_and_none_at_the_ends():
+    muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=0.5, radius=40.0)
+    np.testing.assert_allclose(muscle.force([(0, 30, 0)]), [[0, -1, 0]], atol=1e-15)
+    assert np.linalg.norm(muscle.force([(0, 1e-9, 0), (0, 40, 0), (10 * math.tan(0.5), 10, 0)]), axis=1).max() < 1e-9
+    short = dataclasses.replace(muscle, radius=30.0)
+    np.testing.assert_allclose(short.force([(0, 30, 0)]), [[0, -1, 0]], atol=1e-15)
+
+
+# --- invariance ---------------------------------------------------------------------------------
+
+MOVES = {
+    "moved": (np.eye(3), 1.0),
+    "turned": (Rotation.from_rotvec([-0.9, 0.3, 2.0]).as_matrix(), 1.0),
+    "scaled up": (np.eye(3), 1e3),
+    "scaled down": (np.eye(3), 1e-3),
+    "mirrored": (np.diag([-1.0, 1.0, 1.0]), 1.0),
+    "all": (np.diag([1.0, -1.0, 1.0]) @ TURN, 25.4),
+}
+
+
+@pytest.mark.parametrize("move", MOVES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_muscles_move_with_the_face(kind, move):
+    rotation, scale = MOVES[move]
+    muscle = KINDS[kind](folds=sheet()) if kind == "linear" else KINDS[kind]()
+    x = around(muscle)
+    shift = scale * np.array([13.0, -29.0, 47.0])
+    y = scale * x @ rotation.T + shift
+    moved = muscle.transformed(rotation, scale, shift)
+    assert (moved.wrinkling_region(y) == muscle.wrinkling_region(x)).all()
+    for name in ("coordinates", "unit_amplitude", "envelope"):
+        np.testing.assert_allclose(getattr(moved, name)(y), getattr(muscle, name)(x), rtol=0, atol=1e-10)
+    for name in ("force", "fold_direction"):
+        np.testing.assert_allclose(getattr(moved, name)(y), getattr(muscle, name)(x) @ rotation.T, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(moved.half_cycles(y), scale * muscle.half_cycles(x), rtol=1e-10)
+    pattern = muscle.fold_pattern.unit_amplitude(x)
+    np.testing.assert_allclose(moved.fold_pattern.unit_amplitude(y), pattern, rtol=0, atol=1e-10)
+    assert moved.wrinkles is muscle.wrinkles
+
+
+def test_order_and_company_of_points_do_not_matter(muscle):
+    x = around(muscle)
+    order = np.random.default_rng(3).permutation(len(x))
+    for name in ("unit_amplitude", "force", "fold_direction", "wrinkling_region", "half_cycles"):
+        values = getattr(muscle, name)(x)
+        assert np.array_equal(getattr(muscle, name)(x[order]), values[order])
+        np.testing.assert_allclose(getattr(muscle, name)(x[17:18]), values[17:18], rtol=0, atol=1e-13)
+        assert getattr(muscle, name)(x[:0]).shape == values[:0].shape
+
+
+def test_the_angle_of_mirrored_sphincters_opens_outwards_on_both_sides():
+    left = SphincterMuscle((30, 0, 0), 20.0, 15.0, (0, 0, 1), lateral=(1, 0, 0), vertical=(0, 1, 0))
+    right = SphincterMuscle((-30, 0, 0), 20.0, 15.0, (0, 0, 1), lateral=(-1, 0, 0), vertical=(0, 1, 0))
+    x = np.random.default_rng(1).uniform(-20, 20, (200, 3)) + (30, 0, 0)
+    mirrored = x * (-1, 1, 1)
+    np.testing.assert_allclose(left.coordinates(x), right.coordinates(mirrored), atol=1e-14)
+    np.testing.assert_allclose(left.force(x) * (-1, 1, 1), right.force(mirrored), atol=1e-14)
+    above = left.coordinates([(40, 5, 0)])[1][0], right.coordinates([(-40, 5, 0)])[1][0]
+    assert above[0] == above[1] > 0.0
+
+
+# --- styles, copies, errors ---------------------------------------------------------------------
+
+
+def test_folds_lie_where_they_are_asked_for():
+    elsewhere = sheet()
+    muscle = linear(folds=elsewhere)
+    assert muscle.fold_pattern is elsewhere
+    assert linear().fold_pattern.wrinkles is STYLE
+    x = around(elsewhere)
+    assert np.array_equal(muscle.fold_pattern.unit_amplitude(x), elsewhere.unit_amplitude(x))
+    assert np.array_equal(muscle.force(x), linear().force(x))
+
+
+def test_replaced_changes_muscle_and_wrinkles_and_leaves_the_original():
+    muscle = linear()
+    other = muscle.replaced(depth=3.0, count=5, strength=0.5, radius=40.0)
+    assert (other.wrinkles.depth, other.wrinkles.count, other.strength, other.radius) == (3.0, 5, 0.5, 40.0)
+    assert (other.wrinkles.alpha, other.max_angle) == (STYLE.alpha, 0.55)
+    assert (muscle.wrinkles.depth, muscle.wrinkles.count, muscle.strength, muscle.radius) == (0.9, 3, 1.0, 32.0)
+
+
+def test_muscles_keep_their_own_copies_of_the_input():
+    attachment, centre = np.zeros(3), np.zeros(3)
+    muscle = LinearMuscle(attachment, (0, 30, 0), 0.5, 40.0)
+    ring = SphincterMuscle(centre, 3.0, 2.0, (0, 0, 2), (3, 0, 1))
+    attachment[:], centre[:] = 99.0, 99.0
+    assert not np.any(muscle.attachment)
+    assert not np.any(ring.centre)
+    with pytest.raises(ValueError):
+        muscle.attachment[0] = 1.0
+    assert np.linalg.norm(ring.normal) == pytest.approx(1.0)
+    assert ring.lateral @ ring.normal == pytest.approx(0.0, abs=1e-15)
+
+
+def test_the_base_class_knows_no_formulas():
+    for name in ("coordinates", "wrinkling_region", "envelope", "fold_direction", "force", "_height", "transformed"):
+        with pytest.raises(NotImplementedError):
+            getattr(Muscle(), name)(np.zeros((1, 3)))
+
+
+LINES = ([(-10, 40, 0), (10, 40, 0)], [(-10, 0, 0), (10, 0, 0)])
+BAD = {
+    "attachment is insertion": (lambda: LinearMuscle((1, 2, 3), (1, 2, 3), 0.5, 4.0), "coincide"),
+    "angle 0": (lambda: LinearMuscle((0, 0, 0), (0, 1, 0), 0.0, 4.0), "max_angle"),
+    "angle of a half space": (lambda: LinearMuscle((0, 0, 0), (0, 1, 0), math.pi / 2, 4.0), "max_angle"),
+    "angle nan": (lambda: LinearMuscle((0, 0, 0), (0, 1, 0), math.nan, 4.0), "max_angle"),
+    "short radius": (lambda: LinearMuscle((0, 0, 0), (0, 5, 0), 0.5, 4.9), "radius"),
+    "radius nan": (lambda: LinearMuscle((0, 0, 0), (0, 5, 0), 0.5, math.nan), "radius"),
+    "two coordinates": (lambda: LinearMuscle((0, 0), (0, 5, 0), 0.5, 6.0), "attachment"),
+    "nan coordinate": (lambda: LinearMuscle((0, 0, 0), (0, math.nan, 0), 0.5, 6.0), "insertion"),
+    "lines coincide": (lambda: SheetMuscle(LINES[0], LINES[0]), "distinct"),
+    "line is a point": (lambda: SheetMuscle([(0, 4, 0), (0, 4, 0)], LINES[1], width=3.0), "attachment line"),
+    "line along the fibres": (lambda: SheetMuscle([(0, 40, 0), (0, 60, 0)], LINES[1]), "along the fibres"),
+    "three points": (lambda: SheetMuscle([*LINES[0], (0, 0, 0)], LINES[1]), "pair"),
+    "negative length": (lambda: SheetMuscle(*LINES, length=-3.0), "positive"),
+    "negative width": (lambda: SheetMuscle(*LINES, width=-3.0), "positive"),
+    "negative thickness": (lambda: SheetMuscle(*LINES, thickness=-3.0), "positive"),
+    "axis 0": (lambda: sphincter(semi_major=0.0), "positive"),
+    "minor axis negative": (lambda: sphincter(semi_minor=-1.0), "positive"),
+    "no normal": (lambda: sphincter(normal=(0, 0, 0)), "normal"),
+    "lateral is normal": (lambda: sphincter(lateral=(0, 0, 2), normal=(0, 0, 1)), "lateral"),
+    "inner 1": (lambda: sphincter(inner=1.0), "inner"),
+    "inner negative": (lambda: sphincter(inner=-0.1), "inner"),
+    "inner nan": (lambda: sphincter(inner=math.nan), "inner"),
+    "dead zone": (lambda: sphincter(dead_zone=1.0), "dead_zone"),
+    "beta1": (lambda: sphincter(beta1=3.2), "beta1"),
+    "beta2": (lambda: sphincter(beta2=-0.1), "beta2"),
+    "no angle": (lambda: sphincter(beta1=0.0, beta2=0.0), "no angle"),
+    "no wrinkles": (lambda: Wrinkles(count=0), "number of wrinkles"),
+    "half a wrinkle": (lambda: Wrinkles(count=1.5), "number of wrinkles"),
+    "start 1": (lambda: Wrinkles(start=1.0), "lambda_w"),
+    "start negative": (lambda: Wrinkles(start=-0.1), "lambda_w"),
+    "depth negative": (lambda: Wrinkles(depth=-1.0), "depth"),
+    "depth nan": (lambda: Wrinkles(depth=math.nan), "depth"),
+    "alpha negative": (lambda: Wrinkles(alpha=-0.5), "alpha"),
+    "core": (lambda: Wrinkles(core=1.1), "core"),
+    "ends": (lambda: Wrinkles(ends="loose"), "ends"),
+    "falloff": (lambda: Wrinkles(falloff="hard"), "falloff"),
+    "flat points": (lambda: linear().coordinates([1.0, 2.0, 3.0]), "points"),
+    "points in a plane": (lambda: sheet().force([[1.0, 2.0]]), "points"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_parameters_are_refused(case):
+    call, message = BAD[case]
+    with pytest.raises(ParameterError, match=message):
+        call()
