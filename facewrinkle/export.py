@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import chain
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
 from types import ModuleType
@@ -18,7 +18,7 @@ from vtkmodules.vtkIOHDF import vtkHDFWriter
 
 from .errors import MissingPackageError, OutputError, ParameterError, check_range
 
-__all__ = ["output_folder", "write_movie", "write_series"]
+__all__ = ["movie_writer", "output_folder", "write_movie", "write_series"]
 
 
 def output_folder(path: str | Path) -> Path:
@@ -212,26 +212,53 @@ def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.
     ...     write_movie(pictures, f"{folder}/grey.gif", fps=10).name
     'grey.gif'
     """
+    with movie_writer(path, fps) as append:
+        for image in images:
+            append(image)
+    return Path(path).expanduser()
+
+
+@contextmanager
+def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.ndarray], None]]:
+    """The function that appends a picture to a movie, for pictures that come one at a time; see :func:`write_movie`.
+
+    Examples
+    --------
+    >>> import numpy as np, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder, movie_writer(f"{folder}/grey.gif") as append:
+    ...     for i in range(5):
+    ...         append(np.full((8, 8, 3), 20 * i, np.uint8))
+    """
     path = _output_file(path, (".mp4", ".gif"))
     fps = check_range("fps", fps, 1.0, 100.0)
     movie = path.suffix.lower() == ".mp4"
     imageio = _imageio(movie)
-    pictures = _checked(images)
-    first = next(pictures, None)
-    if first is None:
-        raise ParameterError("a movie needs one picture at least, received none.")
     settings: dict[str, Any] = (
         {"fps": fps, "codec": "libx264", "quality": 8, "macro_block_size": 1, "ffmpeg_log_level": "error"}
         if movie
         else {"duration": 1000.0 / fps, "loop": 0}
     )
+    writer: Any = None
+    shape: tuple[int, ...] | None = None
+
+    def append(image: np.ndarray) -> None:
+        nonlocal writer, shape
+        image = _checked(image, shape)
+        shape = image.shape
+        if writer is None:  # not before there is a picture: nothing is left behind after an error
+            writer = imageio.get_writer(path, mode="I", **settings)
+        writer.append_data(_even(image) if movie else image)
+
     try:
-        with imageio.get_writer(path, mode="I", **settings) as writer:
-            for picture in chain([first], pictures):
-                writer.append_data(_even(picture) if movie else picture)
+        try:
+            yield append
+        finally:
+            if writer is not None:
+                writer.close()
     except OSError as problem:
         raise OutputError(f"{str(path)!r} cannot be written: {problem}.") from None
-    return path
+    if writer is None:
+        raise ParameterError("a movie needs one picture at least, received none.")
 
 
 def _imageio(movie: bool) -> ModuleType:
@@ -247,19 +274,16 @@ def _imageio(movie: bool) -> ModuleType:
     return imageio
 
 
-def _checked(images: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
-    """The pictures without transparency, as long as all have one shape."""
-    shape: tuple[int, ...] | None = None
-    for number, image in enumerate(images):
-        image = np.asarray(image)
-        if image.ndim != 3 or image.shape[2] not in (3, 4) or image.dtype != np.uint8 or not image.size:
-            raise ParameterError(
-                f"pictures must be uint8 arrays (height, width, 3 or 4), received {image.dtype} of {image.shape}."
-            )
-        if shape is not None and image.shape[:2] != shape:
-            raise ParameterError(f"all pictures must be {shape} as the first, {number} is {image.shape[:2]}.")
-        shape = image.shape[:2]
-        yield image[..., :3]
+def _checked(image: np.ndarray, shape: tuple[int, ...] | None) -> np.ndarray:
+    """The picture without transparency, if it has the shape (height, width, 3) of those before."""
+    image = np.asarray(image)
+    if image.ndim != 3 or image.shape[2] not in (3, 4) or image.dtype != np.uint8 or not image.size:
+        raise ParameterError(
+            f"pictures must be uint8 arrays (height, width, 3 or 4), received {image.dtype} of {image.shape}."
+        )
+    if shape is not None and image.shape[:2] != shape[:2]:
+        raise ParameterError(f"all pictures must be {shape[:2]} as the first, received {image.shape[:2]}.")
+    return image[..., :3]
 
 
 def _even(image: np.ndarray) -> np.ndarray:

@@ -153,7 +153,7 @@ def test_amplitude_is_h_times_at_and_zero_outside(kind, style):
     muscle = KINDS[kind]().replaced(**STYLES[style])
     x = around(muscle)
     inside, amplitude = muscle.wrinkling_region(x), muscle.unit_amplitude(x)
-    assert 100 < inside.sum() < len(x) - 1000
+    assert 50 < inside.sum() < len(x) - 1000
     assert (amplitude[~inside] == 0.0).all()
     assert (muscle.envelope(x)[~inside] == 0.0).all()
     assert (muscle.envelope(x) <= 1.0).all()
@@ -236,8 +236,7 @@ def test_furrows_along_the_muscle_are_counted_and_its_ends_are_flat(muscle, coun
     bottom = float(profile.bulge_height(1.0, 2.0)) - 4.0
     deep = height < 0.8 * bottom
     assert int(deep[0]) + int((np.diff(deep.astype(int)) == 1).sum()) == count
-    # From the last sample within the region to its border there is less than one sample.
-    assert abs(height[[0, -1]]).max() < 1e-2
+    assert abs(height[[0, -1]]).max() < 1e-10
     assert abs(height[1:-1]).max() <= abs(bottom)
 
 

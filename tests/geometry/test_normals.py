@@ -1,0 +1,106 @@
+"""Vertex normals.
+
+what                    checked against
+vertex_normals          sums of cross products in numpy; the radii of a sphere, with convergence; turned and flipped meshes
+detail_normals          its definition in numpy; the smooth normals, exactly, where nothing is displaced
+vertex_areas            the area of the mesh; Heron's formula
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+from scipy.spatial.transform import Rotation
+
+from facewrinkle.geometry.normals import detail_normals, vertex_areas, vertex_normals
+
+TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
+
+
+def sphere(level):
+    mesh = pv.Icosphere(radius=2.0, nsub=level).clean()
+    return np.asarray(mesh.points, dtype=np.float64), mesh.regular_faces.astype(np.int32)
+
+
+def plain_sums(points, triangles):
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    total = np.zeros_like(points)
+    for k in range(3):
+        np.add.at(total, triangles[:, k], np.cross(b - a, c - a))
+    return total
+
+
+def unit(vectors):
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+@pytest.fixture
+def dented():
+    points, triangles = sphere(2)
+    return points + 0.1 * np.random.default_rng(0).normal(size=points.shape), triangles
+
+
+def test_vertex_normals_are_the_sums_of_cross_products(dented):
+    points, triangles = dented
+    np.testing.assert_allclose(vertex_normals(points, triangles), unit(plain_sums(points, triangles)), atol=1e-14)
+
+
+def test_vertex_normals_follow_the_mesh(dented):
+    points, triangles = dented
+    normals = vertex_normals(points, triangles)
+    np.testing.assert_allclose(vertex_normals(7.0 * points @ TURN.T + 3.0, triangles), normals @ TURN.T, atol=1e-13)
+    np.testing.assert_allclose(vertex_normals(points, triangles[:, ::-1]), -normals, atol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-15)
+
+
+def test_vertex_normals_of_a_sphere_converge_to_its_radii():
+    errors = []
+    for level in (2, 3, 4):
+        points, triangles = sphere(level)
+        points = 2.0 * unit(points)
+        errors.append(np.abs(vertex_normals(points, triangles) - points / 2.0).max())
+    assert errors[1] < 0.3 * errors[0]
+    assert errors[2] < 0.3 * errors[1]
+
+
+def test_unused_and_degenerate_vertices_have_no_normal():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 5, 5], [2, 0, 0]])
+    normals = vertex_normals(points, [[0, 1, 2]])
+    assert normals[:3].tolist() == [[0.0, 0.0, 1.0]] * 3
+    assert not normals[3:].any()
+    assert not vertex_normals(points, [[0, 1, 4]]).any()
+
+
+def test_detail_normals_are_smooth_where_nothing_is_displaced(dented):
+    points, triangles = dented
+    smooth = unit(np.random.default_rng(4).normal(size=points.shape))
+    np.testing.assert_allclose(detail_normals(points, points.copy(), triangles, smooth), smooth, rtol=0, atol=2e-16)
+    # A displacement of one vertex changes the normals of its ring and of no other.
+    moved = points.copy()
+    moved[7] *= 1.2
+    changed = np.abs(detail_normals(points, moved, triangles, smooth) - smooth).max(axis=1) > 1e-12
+    ring = np.unique(triangles[(triangles == 7).any(axis=1)])
+    assert set(np.flatnonzero(changed)) <= set(ring.tolist())
+    assert changed.sum() > 3
+
+
+def test_detail_normals_add_the_change_of_the_mesh_normals(dented):
+    points, triangles = dented
+    displaced = points + 0.05 * np.sin(9.0 * points)
+    smooth = unit(points)
+    change = unit(plain_sums(displaced, triangles)) - unit(plain_sums(points, triangles))
+    out = detail_normals(points, displaced, triangles, smooth)
+    np.testing.assert_allclose(out, unit(smooth + change), atol=1e-13)
+
+
+def test_vertex_areas_share_out_the_mesh(dented):
+    points, triangles = dented
+    areas = vertex_areas(points, triangles)
+    sides = [np.linalg.norm(points[triangles[:, k]] - points[triangles[:, k - 1]], axis=1) for k in range(3)]
+    half = sum(sides) / 2.0
+    heron = np.sqrt(half * np.prod([half - s for s in sides], axis=0))
+    assert areas.sum() == pytest.approx(heron.sum(), rel=1e-12)
+    own = np.array([heron[(triangles == v).any(axis=1)].sum() / 3.0 for v in range(0, len(points), 37)])
+    np.testing.assert_allclose(areas[::37], own, rtol=1e-11)
+    assert vertex_areas([[0, 0, 0], [1, 0, 0], [0, 1, 0], [9, 9, 9]], [[0, 1, 2]])[3] == 0.0

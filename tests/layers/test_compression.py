@@ -1,0 +1,241 @@
+"""Compression along muscles, by edges (Eqs. 8-9) and from the deformation gradient.
+
+what                                    checked against
+uniform scaling                         c, exactly, by both methods on curved meshes
+affine maps of a flat mesh              1 - |F m| of the map, for the gradient; the sums of Eq. 9 written out, for the edges
+a hexagon, a ring of many edges         the closed form of Eq. 9; its mean 2c/3
+the signed cosine of the print          0/0 on every symmetric ring
+turning                                 0
+bending a sheet round a cylinder        its known stretch, with the order of convergence
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import Delaunay
+from scipy.spatial.transform import Rotation
+
+from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.geometry.topology import vertex_rings
+from facewrinkle.layers.compression import StrainField, along, edge_compression, strain_epsilon
+
+TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
+
+
+def gradient_compression(points, triangles, deformed, directions):
+    """epsilon at the vertices of the base mesh, as the layer evaluates it."""
+    field, n = StrainField(points, triangles), len(points)
+    corners = np.tile(np.arange(n, dtype=np.int32)[:, None], 3)
+    weights = np.tile([1.0, 0.0, 0.0], (n, 1))
+    out = np.full(n, np.nan)
+    rest = along(field.metric, directions)
+    strain_epsilon(field.strain(deformed), corners, weights, np.arange(n + 1, dtype=np.int32), directions, rest, out)
+    return out
+
+
+def edges_compression(points, triangles, deformed, directions):
+    return edge_compression(points, deformed, vertex_rings(triangles, len(points)), directions)
+
+
+METHODS = {"gradient": gradient_compression, "edges": edges_compression}
+
+
+def flat_cloud(n=150, seed=2):
+    """An irregular flat mesh."""
+    rng = np.random.default_rng(seed)
+    plane = rng.uniform(-10, 10, (n, 2))
+    return np.c_[plane, np.zeros(n)], Delaunay(plane).simplices.astype(np.int32)
+
+
+def bowl(seed=4):
+    """An irregular, strongly curved mesh, and unit tangents in random directions."""
+    points, triangles = flat_cloud(seed=seed)
+    points[:, 2] = 0.06 * points[:, 0] ** 2 - 0.04 * points[:, 1] ** 2 + np.sin(points[:, 0])
+    normals = vertex_normals(points, triangles)
+    tangents = np.cross(normals, np.random.default_rng(seed).normal(size=points.shape))
+    return points, triangles, tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
+
+
+def ring_mesh(k, phase=0.0):
+    """A vertex in the middle of k others on the unit circle."""
+    angles = phase + 2 * np.pi * np.arange(k) / k
+    points = np.concatenate([np.zeros((1, 3)), np.c_[np.cos(angles), np.sin(angles), np.zeros(k)]])
+    triangles = np.array([[0, 1 + i, 1 + (i + 1) % k] for i in range(k)], dtype=np.int32)
+    return points, triangles, angles
+
+
+# --- exact cases --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("c", [0.3, 0.999, 1.0, -0.4, 1e-6])
+def test_uniform_scaling_gives_exactly_c(method, c):
+    points, triangles, tangents = bowl()
+    epsilon = METHODS[method](points, triangles, (1.0 - c) * points @ TURN.T + 5.0, tangents)
+    np.testing.assert_allclose(epsilon, c, rtol=0, atol=2e-12)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_turning_and_moving_give_zero(method):
+    points, triangles, tangents = bowl()
+    epsilon = METHODS[method](points, triangles, points @ TURN.T + [100.0, -40.0, 7.0], tangents)
+    assert np.abs(epsilon).max() < 1e-12
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_rest_gives_zero_to_the_last_bit(method):
+    points, triangles, tangents = bowl()
+    assert not METHODS[method](points, triangles, points.copy(), tangents).any()
+
+
+@pytest.mark.parametrize("c", [0.05, 0.3, 0.8, -0.5])
+def test_gradient_sees_the_whole_of_a_uniaxial_strain(c):
+    points, triangles = flat_cloud()
+    squeezed = points * [1.0 - c, 1.0, 1.0]
+    x, y = np.tile([1.0, 0.0, 0.0], (len(points), 1)), np.tile([0.0, 1.0, 0.0], (len(points), 1))
+    np.testing.assert_allclose(gradient_compression(points, triangles, squeezed, x), c, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(gradient_compression(points, triangles, squeezed, y), 0.0, rtol=0, atol=1e-11)
+
+
+def test_gradient_is_the_stretch_of_any_affine_map():
+    points, triangles = flat_cloud()
+    rng = np.random.default_rng(8)
+    f = TURN @ (np.eye(3) + 0.5 * rng.normal(size=(3, 3)))
+    angles = rng.uniform(0, 2 * np.pi, len(points))
+    m = np.c_[np.cos(angles), np.sin(angles), np.zeros(len(points))]
+    epsilon = gradient_compression(points, triangles, points @ f.T + 3.0, m)
+    np.testing.assert_allclose(epsilon, 1.0 - np.linalg.norm(m @ f.T, axis=1), rtol=0, atol=1e-11)
+
+
+def test_a_folded_flat_mesh_is_not_compressed():
+    """Rigid folding keeps all metrics; edges and gradient both see none of it."""
+    points = np.array([[-1.0, 0, 0], [0, -1, 0], [0, 1, 0], [1, 0, 0]])
+    triangles = np.array([[0, 1, 2], [1, 3, 2]], dtype=np.int32)
+    folded = points.copy()
+    folded[3] = [0.0, 0.0, 1.0]
+    directions = np.tile([0.6, 0.8, 0.0], (4, 1))
+    for method in METHODS.values():
+        np.testing.assert_allclose(method(points, triangles, folded, directions), 0.0, atol=1e-15)
+
+
+def test_edges_are_eq_9_written_out():
+    points, triangles, tangents = bowl()
+    deformed = points + 0.4 * np.random.default_rng(1).normal(size=points.shape)
+    neighbours = [set() for _ in points]
+    for a, b, c in triangles.tolist():
+        neighbours[a] |= {b, c}
+        neighbours[b] |= {a, c}
+        neighbours[c] |= {a, b}
+    expected = []
+    for i, ring in enumerate(neighbours):
+        weighted = total = 0.0
+        for j in ring:
+            length = np.linalg.norm(points[j] - points[i])
+            tau = (length - np.linalg.norm(deformed[j] - deformed[i])) / length
+            cosine = abs((points[j] - points[i]) @ tangents[i]) / length
+            weighted, total = weighted + tau * cosine, total + cosine
+        expected.append(weighted / total)
+    np.testing.assert_allclose(edges_compression(points, triangles, deformed, tangents), expected, rtol=0, atol=1e-12)
+
+
+def test_edges_square_to_the_direction_say_nothing():
+    points = np.array([[0.0, 0, 0], [0, 1, 0], [0, 2, 0.5]])
+    triangles = np.array([[0, 1, 2]])
+    assert not edges_compression(points, triangles, 0.5 * points, np.tile([1.0, 0, 0], (3, 1))).any()
+
+
+# --- rings --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("c", [0.1, 0.4])
+@pytest.mark.parametrize("theta", [0.0, 0.2, np.pi / 6])
+def test_edges_of_a_hexagon_have_a_closed_form(c, theta):
+    points, triangles, angles = ring_mesh(6, theta)
+    epsilon = edges_compression(points, triangles, points * [1.0 - c, 1, 1], np.tile([1.0, 0, 0], (7, 1)))[0]
+    cosine, length = np.abs(np.cos(angles)), np.sqrt((1 - c) ** 2 * np.cos(angles) ** 2 + np.sin(angles) ** 2)
+    assert epsilon == pytest.approx(((1 - length) * cosine).sum() / cosine.sum(), abs=1e-14)
+    if theta == 0.0:  # two edges along the direction, four at 60 degrees with half the weight
+        assert epsilon == pytest.approx((c + 1 - np.sqrt(((1 - c) ** 2 + 3) / 4)) / 2, abs=1e-14)
+
+
+def test_edges_of_an_isotropic_ring_give_two_thirds():
+    points, triangles, _ = ring_mesh(720)
+    for c in (1e-3, 1e-5):
+        epsilon = edges_compression(points, triangles, points * [1.0 - c, 1, 1], np.tile([1.0, 0, 0], (721, 1)))[0]
+        assert epsilon / c == pytest.approx(2.0 / 3.0, abs=c + 1e-4)
+    gradient = gradient_compression(points, triangles, points * [0.7, 1, 1], np.tile([1.0, 0, 0], (721, 1)))[0]
+    assert gradient == pytest.approx(0.3, abs=1e-12)
+
+
+@pytest.mark.parametrize("k", [4, 6, 8, 36])
+def test_the_signed_cosine_would_be_zero_by_zero(k):
+    _, _, angles = ring_mesh(k, 0.3)
+    tau = 1.0 - np.sqrt(0.81 * np.cos(angles) ** 2 + np.sin(angles) ** 2)
+    assert abs(np.cos(angles).sum()) < 1e-14
+    assert abs((tau * np.cos(angles)).sum()) < 1e-14
+    points, triangles, _ = ring_mesh(k, 0.3)
+    epsilon = edges_compression(points, triangles, points * [0.9, 1, 1], np.tile([1.0, 0, 0], (k + 1, 1)))[0]
+    assert 0.03 < epsilon < 0.1
+
+
+# --- bending ------------------------------------------------------------------------------------
+
+
+def bent_error(k, c=0.2, radius=2.0):
+    """Largest error inside a regular sheet, k squares a side, that is squeezed by c and bent round a cylinder."""
+    t = np.linspace(-1.0, 1.0, k + 1)
+    x, y = (a.ravel() for a in np.meshgrid(t, t, indexing="ij"))
+    corner = (np.arange(k)[:, None] * (k + 1) + np.arange(k)).ravel()
+    step = k + 1
+    first = np.stack([corner, corner + step, corner + step + 1], axis=1)
+    second = np.stack([corner, corner + step + 1, corner + 1], axis=1)
+    triangles = np.concatenate([first, second]).astype(np.int32)
+    points = np.c_[x, y, np.zeros(len(x))]
+    arc = (1.0 - c) * x / radius
+    bent = np.c_[radius * np.sin(arc), y, radius * np.cos(arc)]
+    inside = (abs(x) < 1.0 - 1e-9) & (abs(y) < 1.0 - 1e-9)
+    m = np.tile([1.0, 0.0, 0.0], (len(x), 1))
+    return np.abs(gradient_compression(points, triangles, bent, m)[inside] - c).max()
+
+
+def test_gradient_converges_on_a_bent_sheet():
+    errors = np.array([bent_error(k) for k in (8, 16, 32, 64)])
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert (orders > 1.9).all()
+    assert errors[-1] < 1e-4
+
+
+def test_gradient_of_a_curved_rest_surface_converges():
+    """A cylinder whose radius shrinks by c: hoops are compressed by c, straight lines are not."""
+    errors = []
+    for k in (16, 32, 64):
+        angles, rows = 2 * np.pi * np.arange(k) / k, np.linspace(-1, 1, k // 4 + 1)
+        a, z = (v.ravel() for v in np.meshgrid(angles, rows, indexing="ij"))
+        points = np.c_[np.cos(a), np.sin(a), z]
+        index = np.arange(len(a)).reshape(k, -1)
+        right = np.roll(index, -1, axis=0)
+        quads = np.stack([index[:, :-1], right[:, :-1], right[:, 1:], index[:, 1:]], axis=-1).reshape(-1, 4)
+        triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
+        hoop = np.c_[-np.sin(a), np.cos(a), np.zeros(len(a))]
+        line = np.tile([0.0, 0.0, 1.0], (len(a), 1))
+        shrunk = points * [0.75, 0.75, 1.0]
+        errors.append(np.abs(gradient_compression(points, triangles, shrunk, hoop) - 0.25).max())
+        assert np.abs(gradient_compression(points, triangles, shrunk, line)).max() < 1e-12
+    assert max(errors) < 1e-12 or errors[0] / errors[-1] > 10.0
+
+
+def test_metric_at_rest_is_the_tangent_projector_of_a_plane():
+    points, triangles = flat_cloud()
+    metric = StrainField(points @ TURN.T, triangles).metric
+    normal = TURN[:, 2]
+    projector = np.eye(3) - np.outer(normal, normal)
+    expected = [projector[0, 0], projector[1, 1], projector[2, 2], projector[1, 2], projector[0, 2], projector[0, 1]]
+    np.testing.assert_allclose(metric, np.tile(expected, (len(points), 1)), atol=1e-11)
+
+
+def test_along_is_the_quadratic_form():
+    rng = np.random.default_rng(0)
+    t, m = rng.normal(size=(5, 6)), rng.normal(size=(5, 3))
+    full = t[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]]
+    np.testing.assert_allclose(along(t, m), np.einsum("ni,nij,nj->n", m, full, m), atol=1e-13)
