@@ -28,7 +28,9 @@ def painted_eye(eye: Eyeball) -> pv.PolyData:
     ring, spoke = (grid.ravel() for grid in np.meshgrid(RINGS, turn, indexing="ij"))
     away = np.sin(np.radians(ring))
     height = away * np.sin(spoke)
-    normals = np.cos(np.radians(ring))[:, None] * eye.gaze + (away * np.cos(spoke))[:, None] * side + height[:, None] * up
+    normals = (
+        np.cos(np.radians(ring))[:, None] * eye.gaze + (away * np.cos(spoke))[:, None] * side + height[:, None] * up
+    )
     here = np.arange(SPOKES) + SPOKES * np.arange(len(RINGS) - 1)[:, None]
     after = (np.arange(SPOKES) + 1) % SPOKES + SPOKES * np.arange(len(RINGS) - 1)[:, None]
     quads = np.stack([here, here + SPOKES, after + SPOKES, after], axis=-1).reshape(-1, 4)

@@ -239,12 +239,11 @@ def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.n
         else {"duration": 1000.0 / fps, "loop": 0}
     )
     writer: Any = None
-    shape: tuple[int, ...] | None = None
+    shapes: list[tuple[int, ...]] = []
 
     def append(image: np.ndarray) -> None:
-        nonlocal writer, shape
-        image = _checked(image, shape)
-        shape = image.shape
+        nonlocal writer
+        image = _checked(image, shapes)
         if writer is None:  # not before there is a picture: nothing is left behind after an error
             writer = imageio.get_writer(path, mode="I", **settings)
         writer.append_data(_even(image) if movie else image)
@@ -274,15 +273,16 @@ def _imageio(movie: bool) -> ModuleType:
     return imageio
 
 
-def _checked(image: np.ndarray, shape: tuple[int, ...] | None) -> np.ndarray:
-    """The picture without transparency, if it has the shape (height, width, 3) of those before."""
+def _checked(image: np.ndarray, shapes: list[tuple[int, ...]]) -> np.ndarray:
+    """The picture without transparency, if it has the shape of those before, to which its own is added."""
     image = np.asarray(image)
     if image.ndim != 3 or image.shape[2] not in (3, 4) or image.dtype != np.uint8 or not image.size:
         raise ParameterError(
             f"pictures must be uint8 arrays (height, width, 3 or 4), received {image.dtype} of {image.shape}."
         )
-    if shape is not None and image.shape[:2] != shape[:2]:
-        raise ParameterError(f"all pictures must be {shape[:2]} as the first, received {image.shape[:2]}.")
+    shapes.append(image.shape[:2])
+    if shapes[-1] != shapes[0]:
+        raise ParameterError(f"all pictures must be {shapes[0]} as the first, {len(shapes) - 1} is {shapes[-1]}.")
     return image[..., :3]
 
 

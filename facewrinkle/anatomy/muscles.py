@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -117,9 +118,9 @@ class Muscle:
     def unit_amplitude(self, points: npt.ArrayLike) -> Array:
         """``H At`` at k0 = 1 for (n, 3) points; exactly 0 outside the wrinkling region (Eq. 3)."""
         fade = self.envelope(points)
-        return np.where(fade > 0.0, self._height(points) * fade, 0.0)
+        return np.where(fade > 0.0, self.height(points) * fade, 0.0)
 
-    def _height(self, points: npt.ArrayLike) -> Array:
+    def height(self, points: npt.ArrayLike) -> Array:
         """H at k0 = 1, periodic along the muscle."""
         raise NotImplementedError
 
@@ -246,7 +247,7 @@ class LinearMuscle(Muscle):
         fade = profile.attenuation(profile.band(angle, style.core * self.max_angle, self.max_angle), style.falloff)
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
-    def _height(self, points: npt.ArrayLike) -> Array:
+    def height(self, points: npt.ArrayLike) -> Array:
         """H (Eqs. 4-6)."""
         return self._profile(self._polar(points)[0], self.wrinkles.start * self.radius, self.half_wavelength)
 
@@ -327,7 +328,7 @@ class SheetMuscle(Muscle):
         if np.linalg.norm(np.cross(a[1] - a[0], i.mean(0) - a.mean(0))) < 1e-6 * line * span or line == 0.0:
             raise ParameterError("the attachment line runs along the fibres; it has to cross them.")
 
-    @property
+    @cached_property
     def _axes(self) -> tuple[Array, Array, Array, Array]:
         """Origin mAc, fibre (mAc to mIc), the direction across it in the sheet's plane, and the plane's normal."""
         a, i = np.asarray(self.attachment), np.asarray(self.insertion)
@@ -359,7 +360,7 @@ class SheetMuscle(Muscle):
         fade = profile.attenuation(profile.band(across, style.core * half, half), style.falloff)
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
-    def _height(self, points: npt.ArrayLike) -> Array:
+    def height(self, points: npt.ArrayLike) -> Array:
         """H (Eqs. 4-6)."""
         return self._profile(self._plane(points)[0], self.wrinkles.start * self.length, self.half_wavelength)
 
@@ -503,7 +504,7 @@ class SphincterMuscle(Muscle):
         """Half cycle u (Eq. 16), an angle."""
         return profile.half_cycle(self.beta1 + self.beta2, 0.0, self.wrinkles.count)
 
-    def _height(self, points: npt.ArrayLike) -> Array:
+    def height(self, points: npt.ArrayLike) -> Array:
         """H (Eqs. 15-16)."""
         return self._profile(self.coordinates(points)[1], -self.beta1, self._half_angle)
 

