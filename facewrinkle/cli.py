@@ -47,6 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     with warnings.catch_warnings():
+        warnings.simplefilter("always", FaceWrinkleWarning)
         warnings.showwarning = _notice
         try:
             app(tokens, exit_on_error=False, print_error=False, result_action="return_value")

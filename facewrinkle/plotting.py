@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -236,34 +236,40 @@ def pictures(frames: Iterable[pv.PolyData], face: Face, style: Style | None = No
             yield scene.picture(frame)
 
 
-def closeup(frame: pv.PolyData, face: Face) -> str:
-    """The name of the view in :data:`CLOSE` that shows most of the wrinkles of a frame; "front" where it has none.
+def closeup(face: Face, rates: Mapping[str, float]) -> str:
+    """The name of the view in :data:`CLOSE` that shows most of the skin that muscles wrinkle; "front" if there is none.
+
+    Parameters
+    ----------
+    face : Face
+    rates : mapping of str to float
+        Contraction rates by muscle.
 
     Examples
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> sim = fw.Simulation(face)
-    >>> sim.express("surprise")
-    >>> closeup(list(sim.run(20))[-1], face)
-    'forehead'
+    >>> closeup(face, {"corrugator_l": 1.0, "corrugator_r": 1.0})
+    'glabella'
     """
-    points, triangles = np.asarray(frame.points), np.asarray(frame.regular_faces)
-    area = np.linalg.norm(np.cross(points[triangles[:, 1]] - points[triangles[:, 0]],
-                                   points[triangles[:, 2]] - points[triangles[:, 0]]), axis=1)  # fmt: skip
-    area = np.bincount(triangles.ravel(), np.repeat(area, 3), len(points))
-    weight = area * np.asarray(frame.point_data["W"]) ** 2
+    points, triangles, size = face.points, face.triangles, face.frame.pupil_distance
+    a, b, c = (points[triangles[:, corner]] for corner in range(3))
+    area = np.bincount(triangles.ravel(), np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1), 3), len(points))
+    weight = np.zeros(len(points))
+    for name, rate in rates.items():
+        folds = face.muscles[name].fold_pattern
+        weight += area * (rate * folds.wrinkles.depth * folds.envelope(points)) ** 2
     if not weight.any():
         return "front"
-    normals, size = np.asarray(frame.point_data["Normals"]), face.frame.pupil_distance
+    normals = vertex_normals(points, triangles)
 
-    def shown(view: View) -> float:
-        focus, towards, right, up = _stand(face, view)
+    def shown(name: str) -> float:
+        focus, towards, right, up = _stand(face, CLOSE[name])
         x, y = (points - focus) @ right, (points - focus) @ up
-        inside = np.maximum(np.abs(x), np.abs(y)) < 0.45 * view.height * size
-        return float((weight * inside * np.clip(normals @ towards, 0.0, 1.0)).sum() / view.height**0.8)
+        inside = np.maximum(np.abs(x), np.abs(y)) < 0.45 * CLOSE[name].height * size
+        return float((weight * inside * np.clip(normals @ towards, 0.0, 1.0)).sum() / CLOSE[name].height ** 0.8)
 
-    return max(CLOSE, key=lambda name: shown(CLOSE[name]))
+    return max(CLOSE, key=shown)
 
 
 def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:

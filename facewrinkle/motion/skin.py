@@ -95,7 +95,7 @@ class Skin:
     """
 
     def __init__(
-        self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 2
+        self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 3
     ) -> None:
         if not (np.isfinite(time_step) and time_step > 0.0):
             raise ParameterError(f"time_step must be a positive number of seconds, received {time_step!r}.")
@@ -252,7 +252,6 @@ class Skin:
             if name in self.names and (rate := rates[self.names.index(name)]) > 0.0:
                 offset = self.points[vertices] - centre
                 self._shift[vertices] += share[:, None] * (_turned(offset, axis, rate * angles) - offset)
-        self._memory.clear()
 
     def step(self) -> Array:
         """Advance by one time step; returns the positions (n, 3) in mm."""
@@ -304,6 +303,7 @@ class Skin:
         gradient, trial = np.empty_like(old), np.empty_like(old)
         u = target.copy()
         value = self._objective(u, target, old, gradient)
+        enough = ENOUGH * self._residual(gradient)
         for _ in range(self.iterations):
             direction = -self._inverse_curvature(gradient)
             slope = float((direction * gradient).sum())
@@ -317,7 +317,7 @@ class Skin:
             for _ in range(MAX_HALVINGS):
                 candidate = u + length * direction
                 new = self._objective(candidate, target, old, trial)
-                if new <= value + 1e-4 * length * slope:
+                if new <= value + 1e-4 * length * slope + ROUNDING * abs(value):
                     break
                 length *= 0.5
             else:
@@ -326,7 +326,12 @@ class Skin:
             self._remember(candidate - u, trial - gradient)
             u, value = candidate, new
             gradient, trial = trial, gradient
+            if self._residual(gradient) < enough:
+                break
         return u
+
+    def _residual(self, gradient: Array) -> float:
+        return float(((gradient * gradient).sum(axis=1) / self._area).sum())
 
     def _solved(self, right: Array) -> Array:
         return np.stack([solver.solve(right[:, k]) for k, solver in enumerate(self._solvers)], axis=1)
@@ -350,6 +355,10 @@ class Skin:
 
 
 TOLERANCE = 1e-15
+"""Predicted decrease of the energy per area at which a step has converged: displacements of less than 1e-6 mm."""
+ENOUGH = 0.05
+"""Share of the squared residual that is left to the next step."""
+ROUNDING = 1e-14
 FAR = 1e6
 MAX_HALVINGS = 12
 MEMORY = 5

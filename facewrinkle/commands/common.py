@@ -1,0 +1,142 @@
+"""What the commands share: the options that choose a face, names and mixtures on the command line, and reports."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from cyclopts import Parameter
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from ..anatomy.atlas import Atlas, load_atlas, read_atlas
+from ..anatomy.face import Face
+from ..errors import ParameterError, UnknownNameError, unknown_name
+
+T = TypeVar("T")
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class FaceOptions:
+    """Which face.
+
+    Parameters
+    ----------
+    face
+        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format. Default: the built-in head.
+    landmarks
+        JSON file with the coordinates of the landmarks of --face.
+    units
+        Unit of --face: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
+    atlas
+        TOML file with other muscles, action units and expressions.
+    """
+
+    face: Path | None = None
+    landmarks: Path | None = None
+    units: str | None = None
+    atlas: Path | None = None
+
+    def load(self) -> Face:
+        """The face; an error where an option makes no sense without another."""
+        from ..anatomy.fitting import default_face, fit_face
+
+        atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
+        if self.face is not None:
+            return fit_face(self.face, self.landmarks, _units(self.units), atlas)
+        for name in ("landmarks", "units"):
+            if getattr(self, name) is not None:
+                raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
+        face = default_face()
+        if self.atlas is None:
+            return face
+        placed = Face.from_landmarks(face.mesh, face.landmarks, face.unit, atlas)
+        return dataclasses.replace(placed, texture=face.texture, brows=face.brows)
+
+
+def _units(text: str | None) -> str | float | None:
+    try:
+        return text if text is None else float(text)
+    except ValueError:
+        return text
+
+
+def mixture(text: str, atlas: Atlas) -> dict[str, float]:
+    """Weights by name from "surprise", "AU12" or "AU1=0.7,AU4".
+
+    Raises
+    ------
+    UnknownNameError
+        For a name that is no expression, action unit, muscle or pair of muscles.
+    ParameterError
+        For a weight that is no number.
+
+    Examples
+    --------
+    >>> mixture("AU1=0.7, AU4", load_atlas())
+    {'AU1': 0.7, 'AU4': 1.0}
+    """
+    weights: dict[str, float] = {}
+    for part in text.split(","):
+        name, equals, weight = (piece.strip() for piece in part.partition("="))
+        try:
+            weights[name] = float(weight) if equals else 1.0
+        except ValueError:
+            raise ParameterError(f"the weight of {name} must be a number, received {weight!r}.") from None
+        try:
+            atlas.resolve(name)
+        except UnknownNameError:
+            pairs = dict.fromkeys(muscle.removesuffix("_l").removesuffix("_r") for muscle in atlas.muscles)
+            known = [*atlas.expressions, *atlas.action_units, *pairs, *atlas.muscles]
+            raise unknown_name("expression, action unit or muscle", name, known) from None
+    return weights
+
+
+def size_of(text: str) -> tuple[int, int]:
+    """Width and height from "800" or "800x600".
+
+    Examples
+    --------
+    >>> size_of("640"), size_of("800x600")
+    ((640, 640), (800, 600))
+    """
+    try:
+        numbers = [int(number) for number in text.lower().split("x")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (1, 2):
+        raise ParameterError(f"the size must be pixels such as 800 or 800x600, received {text!r}.")
+    return numbers[0], numbers[-1]
+
+
+class Report:
+    """What a command says on stdout, and its progress on stderr; nothing when quiet."""
+
+    def __init__(self, quiet: bool) -> None:
+        self.quiet = quiet
+        self.console = Console(quiet=quiet, highlight=False)
+        if quiet:
+            warnings.simplefilter("ignore")
+
+    def say(self, *what: Any) -> None:
+        """Print a line, or a table."""
+        self.console.print(*what, soft_wrap=True)
+
+    def table(self, title: str, rows: Mapping[str, str]) -> None:
+        """Print names and values."""
+        table = Table(title=title, show_header=False, title_justify="left", title_style="bold", box=None)
+        for name, value in rows.items():
+            table.add_row(name, value)
+        self.console.print(table)
+
+    def progress(self, items: Iterator[T], what: str, total: int) -> Iterator[T]:
+        """The items, with a bar while they are taken where there is a terminal to show it."""
+        console = Console(stderr=True)
+        hidden = self.quiet or not console.is_terminal
+        yield from track(items, what, total, console=console, transient=True, disable=hidden)

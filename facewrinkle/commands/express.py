@@ -1,0 +1,146 @@
+"""``facewrinkle express``: pictures, a movie and a time series of an expression."""
+
+from __future__ import annotations
+
+import re
+import time
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..export import output_folder
+from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..plotting import save_picture, side_by_side
+from ..simulation import Refinement
+from .common import FaceOptions, Report, mixture, size_of
+from .take import Take
+
+
+def express(
+    name: str,
+    source: FaceOptions | None = None,
+    *,
+    intensity: float = 1.0,
+    frames: int = 100,
+    max_level: int | None = None,
+    gamma_c: float | None = None,
+    samples: float | None = None,
+    depth: float = 1.0,
+    alpha: float | None = None,
+    count: int | None = None,
+    compression: Literal["gradient", "edges"] = "gradient",
+    ends: Literal["continuous", "paper"] | None = None,
+    size: str = "800",
+    view: str | None = None,
+    fps: float = 25.0,
+    movie: bool = True,
+    series: bool = True,
+    out: Path | None = None,
+    quiet: bool = False,
+) -> None:
+    """Write pictures, a movie and a time series of an expression.
+
+    Parameters
+    ----------
+    name
+        An expression, action unit or muscle, or a mixture such as AU1=0.7,AU4. See `facewrinkle info`.
+    intensity
+        How strong, 0 to 1.
+    frames
+        Steps from the relaxed face to the held expression; half as many lead back.
+    max_level
+        How often triangles may be split; 0 turns refinement off.
+    gamma_c
+        Threshold of the split criterion (Eq. 19).
+    samples
+        Vertices that a half cycle of a wrinkle needs.
+    depth
+        Multiplies the depth of the wrinkles.
+    alpha
+        Sharpness of the furrows of the muscles that act.
+    count
+        Number of furrows of the muscles that act.
+    compression
+        How compression is measured.
+    ends
+        Wrinkles that fade in at both ends of their region, or the paper's own.
+    size
+        Pixels of each picture: 800, or 800x600.
+    view
+        View of the close-up. Default: chosen from the muscles that act.
+    fps
+        Pictures in a second of the movie.
+    out
+        Folder to write to. Default: output/NAME.
+    quiet
+        Print nothing but errors.
+    """
+    begin = time.perf_counter()
+    report = Report(quiet)
+    face = (source or FaceOptions()).load()
+    rates = face.atlas.contractions(mixture(name, face.atlas), intensity)
+    take = Take(
+        face=_altered(face, rates, _given(alpha=alpha, count=count, ends=ends)),
+        rates=rates,
+        frames=frames,
+        refinement=Refinement(**_given(max_level=max_level, gamma_c=gamma_c, samples=samples)),
+        layer=MuscleWrinkles(compression, depth),
+        size=size_of(size),
+        view=view,
+        fps=fps,
+    )
+    stem = re.sub(r"[^\w.=-]+", "_", name)
+    folder = out or Path("output") / stem
+    record(take, folder, stem, report, movie=movie, series=series)
+    report.say(f"{time.perf_counter() - begin:.1f} s")
+
+
+def record(
+    take: Take, folder: Path, stem: str, report: Report, *, movie: bool = True, series: bool = True, fields: bool = True
+) -> pv.PolyData:
+    """Play a take, write all that belongs to it into a folder, say what came out, and return the frame at its height."""
+    simulation = take.simulation()  # refuses what cannot be played before anything is written
+    folder = output_folder(folder)
+    film, frames = folder / f"{stem}.mp4", folder / f"{stem}.vtkhdf"
+    peak = take.shoot(simulation, film if movie else None, frames if series else None, report)
+    bare = take.bare()
+    files = [path for path, wanted in ((film, movie), (frames, series)) if wanted and path.exists()]
+    for suffix, view in (("", "front"), ("_closeup", take.close)):
+        files.append(save_picture(side_by_side(take.panels(view, peak, bare)), folder / f"{stem}{suffix}.png"))
+    if fields:
+        files += [save_picture(image, folder / f"{stem}_{name}.png") for name, image in take.fields(peak)]
+    height, acting = np.asarray(peak["W"]), np.asarray(peak["W"]) != 0.0
+    seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
+    report.table(
+        stem,
+        {
+            "triangles": f"{take.face.mesh.n_cells} → {peak.n_cells}",
+            "highest bulge": f"{height.max():.2f} mm",
+            "deepest furrow": f"{-height.min():.2f} mm",
+            "largest compression": f"{np.max(peak['epsilon'], where=acting, initial=0.0):.2f}",
+            "simulation": f"{1000.0 * seconds / take.steps:.1f} ms a frame",
+            "close-up": take.close,
+            f"files in {folder}": "\n".join(sorted(path.name for path in files)),
+        },
+    )
+    return peak
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """The options that were given."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _altered(face: Face, rates: dict[str, float], changes: dict[str, Any]) -> Face:
+    """The face with other wrinkles over the muscles that act."""
+    if not changes:
+        return face
+    muscles = {}
+    for name in rates:
+        muscle = face.muscles[name]
+        folds = muscle.fold_pattern.replaced(**changes)
+        muscles[name] = folds if muscle.folds is None else muscle.replaced(folds=folds)
+    return face.with_muscles(muscles)

@@ -1,0 +1,135 @@
+"""A take: an expression that comes and goes before the camera, and the pictures of it at its height."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..errors import FaceWrinkleWarning, MissingPackageError, ParameterError, check_range
+from ..export import movie_writer, write_series
+from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..plotting import Image, Scene, Style, closeup, picture, side_by_side
+from ..simulation import Refinement, Simulation
+from .common import Report
+
+FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """What is played, and how it is drawn.
+
+    Attributes
+    ----------
+    face : Face
+    rates : mapping of str to float
+        Contraction rates by muscle.
+    frames : int
+        Steps from the relaxed face to the held expression; half as many lead back.
+    refinement : Refinement
+    layer : MuscleWrinkles
+    size : tuple of int
+        Of a picture, pixels.
+    view : str, optional
+        Of the close-up; default: chosen from the muscles.
+    fps : float
+    """
+
+    face: Face
+    rates: Mapping[str, float]
+    frames: int = 100
+    refinement: Refinement = field(default_factory=Refinement)
+    layer: MuscleWrinkles = field(default_factory=MuscleWrinkles)
+    size: tuple[int, int] = (800, 800)
+    view: str | None = None
+    fps: float = 25.0
+
+    def __post_init__(self) -> None:
+        if self.frames < 1:
+            raise ParameterError(f"the number of frames must be >= 1, received {self.frames}.")
+        check_range("fps", self.fps, 1.0, 100.0)
+        Style(self.size, self.view or "front")
+
+    @cached_property
+    def close(self) -> str:
+        """The view of the close-up."""
+        return self.view or closeup(self.face, self.rates)
+
+    @property
+    def steps(self) -> int:
+        """Number of frames there and back."""
+        return self.frames + (self.frames + 1) // 2
+
+    def simulation(self) -> Simulation:
+        """A simulation that has been asked for the expression."""
+        simulation = Simulation(self.face, self.refinement, [self.layer])
+        simulation.contract(self.rates)
+        return simulation
+
+    def bare(self) -> pv.PolyData:
+        """The expression without wrinkles."""
+        simulation = Simulation(self.face, Refinement(max_level=0), layers=[])
+        simulation.contract(self.rates)
+        *_, frame = simulation.run(self.frames)
+        return frame
+
+    def shoot(self, simulation: Simulation, movie: Path | None, series: Path | None, report: Report) -> pv.PolyData:
+        """Play the expression there and back, write it as it goes, and return the frame at its height.
+
+        Without the packages for movies there is a notice in place of the movie.
+        """
+        peak: list[pv.PolyData] = []
+
+        def played() -> Iterator[pv.PolyData]:
+            for frame in simulation.run(self.frames):
+                yield frame
+            peak.append(frame)
+            simulation.relax()
+            yield from simulation.run(self.steps - self.frames, ramp=0.8)
+
+        frames = report.progress(played(), "Frames", self.steps)
+        with ExitStack() as stack:
+            if movie is not None:
+                frames = self._filmed(frames, movie, stack)
+            if series is not None:
+                times = (1 + np.arange(self.steps)) * simulation.skin.time_step
+                write_series(frames, times, series)
+            else:
+                for _ in frames:
+                    pass
+        return peak[0]
+
+    def _filmed(self, frames: Iterator[pv.PolyData], path: Path, stack: ExitStack) -> Iterator[pv.PolyData]:
+        """The same frames; the whole face and the close-up are appended to a movie as they pass by."""
+        try:
+            append = stack.enter_context(movie_writer(path, self.fps))
+        except MissingPackageError as missing:
+            warnings.warn(f"no movie was written: {missing}", FaceWrinkleWarning, stacklevel=2)
+            return frames
+        scenes = [stack.enter_context(Scene(self.face, Style(self.size, view))) for view in ("front", self.close)]
+
+        def passing() -> Iterator[pv.PolyData]:
+            for frame in frames:
+                append(side_by_side([scene.picture(frame) for scene in scenes]))
+                yield frame
+
+        return passing()
+
+    def panels(self, view: str, peak: pv.PolyData, bare: pv.PolyData) -> list[Image]:
+        """Neutral, expression without wrinkles, with wrinkles, and its triangles."""
+        with Scene(self.face, Style(self.size, view)) as scene:
+            images = [scene.picture(frame) for frame in (self.face.mesh, bare, peak)]
+        return [*images, picture(peak, self.face, Style(self.size, view, wireframe=True))]
+
+    def fields(self, peak: pv.PolyData) -> Iterator[tuple[str, Image]]:
+        """The fields in colour on the whole face, by name."""
+        for name in FIELDS:
+            yield name, picture(peak, self.face, Style(self.size, scalars=name))

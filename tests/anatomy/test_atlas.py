@@ -1,0 +1,268 @@
+"""The atlas of muscles, action units and expressions.
+
+what                            checked against
+muscles                         the 23 names of the paper, in pairs
+expressions                     the five of the paper, written out
+action units                    the muscle that FACS names for each; left and right halves
+mixtures                        the strongest rate per muscle, by hand
+placing                         the weighted means of landmarks; mirrored, scaled and turned landmarks
+files of one's own              what is wrong with them, in the message
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import facewrinkle as fw
+from facewrinkle.anatomy.atlas import load_atlas, read_atlas
+from facewrinkle.anatomy.landmarks import frame_of, mirrored_name
+from facewrinkle.errors import FaceWrinkleError, ParameterError, UnknownNameError
+
+PAIRS = [
+    "frontalis_inner", "frontalis_major", "frontalis_outer", "corrugator", "nasalis", "zygomaticus_major",
+    "zygomaticus_minor", "risorius", "depressor_anguli_oris", "mentalis", "orbicularis_oculi",
+]  # fmt: skip
+NAMES = {*(f"{name}_{side}" for name in PAIRS for side in "lr"), "orbicularis_oris"}
+SPHINCTERS = {"orbicularis_oculi_l", "orbicularis_oculi_r", "orbicularis_oris"}
+
+
+def both(*names, rate=1.0):
+    return {f"{name}_{side}": rate for name in names for side in "lr"}
+
+
+# --- what is in it ------------------------------------------------------------------------------
+
+
+def test_the_23_muscles_and_their_kinds(face):
+    assert len(fw.MUSCLES) == 23
+    assert set(fw.MUSCLES) == set(face.muscles) == NAMES
+    for name, muscle in face.muscles.items():
+        kind = fw.SphincterMuscle if name in SPHINCTERS else fw.SheetMuscle if "frontalis" in name else fw.LinearMuscle
+        assert type(muscle) is kind
+
+
+def test_the_five_expressions_of_the_paper():
+    frontal = ("frontalis_inner", "frontalis_major", "frontalis_outer")
+    assert fw.EXPRESSIONS["surprise"] == both(*frontal)
+    assert fw.EXPRESSIONS["frowning"] == both("corrugator")
+    assert fw.EXPRESSIONS["closing_eye"] == {"orbicularis_oculi_l": 1.0}
+    assert fw.EXPRESSIONS["stretching_mouth"] == {"zygomaticus_major_r": 1.0}
+    assert fw.EXPRESSIONS["fear"] == both("frontalis_inner", "corrugator")
+
+
+@pytest.mark.parametrize(
+    ("unit", "muscle"),
+    {
+        "AU1": "frontalis_inner", "AU2": "frontalis_outer", "AU4": "corrugator", "AU6": "orbicularis_oculi",
+        "AU7": "orbicularis_oculi", "AU9": "nasalis", "AU11": "zygomaticus_minor", "AU12": "zygomaticus_major",
+        "AU15": "depressor_anguli_oris", "AU17": "mentalis", "AU20": "risorius", "AU43": "orbicularis_oculi",
+    }.items(),
+)  # fmt: skip
+def test_action_units_name_their_muscles_on_both_sides(unit, muscle):
+    rates = fw.ACTION_UNITS[unit]
+    strongest = max(rates.values())
+    assert rates[f"{muscle}_l"] == rates[f"{muscle}_r"] == strongest
+    left, right = fw.ACTION_UNITS[unit + "L"], fw.ACTION_UNITS[unit + "R"]
+    assert {**left, **right} == rates
+    assert all(name.endswith("_l") for name in left)
+    assert all(name.endswith("_r") for name in right)
+
+
+def test_all_rates_are_shares_of_known_muscles():
+    for rates in (*fw.ACTION_UNITS.values(), *fw.EXPRESSIONS.values()):
+        assert rates
+        assert set(rates) <= NAMES
+        assert all(0.0 < rate <= 1.0 for rate in rates.values())
+
+
+def test_emotions_are_made_of_their_action_units():
+    atlas = load_atlas()
+    parts = {"happiness": ("AU6", "AU12"), "sadness": ("AU1", "AU15"), "anger": ("AU4", "AU7"), "disgust": ("AU9",)}
+    for emotion, units in parts.items():
+        for unit in units:
+            for muscle, rate in atlas.action_units[unit].items():
+                assert atlas.expressions[emotion].get(muscle, 0.0) >= rate
+
+
+# --- mixtures -----------------------------------------------------------------------------------
+
+
+def test_intensity_multiplies():
+    atlas = load_atlas()
+    assert atlas.contractions("frowning", 0.25) == both("corrugator", rate=0.25)
+    assert atlas.contractions("AU12", 0.0) == both("zygomaticus_major", rate=0.0)
+
+
+def test_mixtures_take_the_strongest_rate_of_each_muscle():
+    atlas = load_atlas()
+    got = atlas.contractions({"AU12": 0.7, "corrugator_l": 0.2, "fear": 0.5, "zygomaticus_major_l": 0.9}, 0.5)
+    expected = {
+        **both("zygomaticus_major", rate=0.35), "zygomaticus_major_l": 0.45,
+        **both("frontalis_inner", "corrugator", rate=0.25),
+    }  # fmt: skip
+    assert got == pytest.approx(expected)
+
+
+def test_order_of_a_mixture_does_not_matter():
+    atlas = load_atlas()
+    parts = {"AU1": 0.4, "fear": 0.3, "corrugator": 0.8}
+    results = [atlas.contractions(dict(order)) for order in itertools.permutations(parts.items())]
+    assert all(result == results[0] for result in results)
+
+
+def test_a_muscle_without_a_side_is_both():
+    atlas = load_atlas()
+    assert atlas.resolve("mentalis") == both("mentalis")
+    assert atlas.resolve("mentalis_r") == {"mentalis_r": 1.0}
+    assert atlas.resolve("orbicularis_oris") == {"orbicularis_oris": 1.0}
+
+
+def test_answers_are_copies():
+    atlas = load_atlas()
+    atlas.resolve("surprise").clear()
+    atlas.contractions("surprise").clear()
+    assert len(atlas.expressions["surprise"]) == 6
+
+
+@pytest.mark.parametrize(
+    ("what", "suggestion"),
+    [("suprise", "surprise"), ("AU123", "AU12"), ({"corugator": 1.0}, "corrugator"), ({"AU_12": 1.0}, "AU12")],
+)
+def test_unknown_names_are_met_with_suggestions(what, suggestion):
+    with pytest.raises(UnknownNameError, match=f"Did you mean .*{suggestion}"):
+        load_atlas().contractions(what)
+
+
+def test_names_like_nothing_are_met_with_a_list():
+    with pytest.raises(UnknownNameError, match="Known are: surprise, frowning"):
+        load_atlas().contractions("xyzzy")
+
+
+@pytest.mark.parametrize("value", [-1e-9, 1.0 + 1e-9, 70.0, float("nan"), float("inf"), "much", None])
+def test_weights_and_intensities_outside_zero_and_one_are_refused(value):
+    with pytest.raises(ParameterError, match="AU12"):
+        load_atlas().contractions({"AU12": value})
+    with pytest.raises(ParameterError, match="intensity"):
+        load_atlas().contractions("AU12", value)
+
+
+# --- placing ------------------------------------------------------------------------------------
+
+
+def ends(muscle):
+    """The points that define a muscle (k, 3)."""
+    names = ("attachment", "insertion", "centre")
+    return np.vstack([np.atleast_2d(getattr(muscle, name)) for name in names if hasattr(muscle, name)])
+
+
+def test_muscles_of_mirrored_landmarks_are_mirrored(face):
+    mirror = np.diag([-1.0, 1.0, 1.0])
+    landmarks = {mirrored_name(name): mirror @ point for name, point in face.landmarks.items()}
+    placed = load_atlas().place(landmarks, frame_of(landmarks))
+    for name, muscle in face.muscles.items():
+        other = placed[name[:-1] + {"l": "r", "r": "l"}[name[-1]]] if name != "orbicularis_oris" else placed[name]
+        np.testing.assert_allclose(ends(other), ends(muscle) @ mirror, atol=1e-11)
+        x = ends(muscle)[:1] + np.random.default_rng(2).normal(scale=20, size=(200, 3))
+        reflected = muscle.transformed(mirror)
+        np.testing.assert_allclose(other.force(x @ mirror), reflected.force(x @ mirror), atol=1e-10)
+        np.testing.assert_allclose(other.unit_amplitude(x @ mirror), reflected.unit_amplitude(x @ mirror), atol=1e-9)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_placing_moves_with_the_landmarks(face, scale):
+    turn, shift = Rotation.from_rotvec([0.3, 2.0, -0.5]).as_matrix(), scale * np.array([300.0, -50.0, 8.0])
+    landmarks = {name: scale * turn @ point + shift for name, point in face.landmarks.items()}
+    frame = frame_of(landmarks)
+    placed = load_atlas().place(landmarks, frame)
+    for name, muscle in face.muscles.items():
+        moved = muscle.transformed(turn, scale, shift)
+        np.testing.assert_allclose(ends(placed[name]), ends(moved), rtol=1e-12, atol=1e-9 * scale)
+        assert placed[name].half_wavelength == pytest.approx(moved.half_wavelength, rel=1e-12)
+        assert placed[name].fold_pattern.half_wavelength == pytest.approx(moved.fold_pattern.half_wavelength, rel=1e-12)
+    _, depth, stiffness = load_atlas().tissue_samples(landmarks, frame)
+    assert (depth > 1.0).all()
+    assert (depth < 25.0).all()
+    assert (stiffness > 0.0).all()
+
+
+def test_one_entry_is_a_weighted_mean_and_an_offset(tmp_path, face):
+    path = tmp_path / "atlas.toml"
+    path.write_text(
+        '[muscles.m]\nkind = "linear"\nradius = 0.1\nmax_angle = 30\n'
+        "attachment = { eye_outer = 0.25, mouth = 0.75, offset = [0.5, 0.0, 0.0] }\ninsertion = { nose_tip = 1.0 }\n",
+        encoding="utf-8",
+    )
+    marks, frame = face.landmarks, face.frame
+    placed = read_atlas(path).place(marks, frame)
+    for side, sign in (("l", 1.0), ("r", -1.0)):
+        mean = 0.25 * marks[f"eye_{side}_outer"] + 0.75 * marks[f"mouth_{side}"]
+        muscle = placed[f"m_{side}"]
+        lateral = sign * frame.axes[0] * 0.5 * frame.pupil_distance
+        np.testing.assert_allclose(muscle.attachment, mean + lateral, atol=1e-12)
+        np.testing.assert_allclose(muscle.insertion, marks["nose_tip"], atol=1e-12)
+        assert muscle.max_angle == pytest.approx(np.pi / 6)
+        assert muscle.radius == pytest.approx(muscle.length)  # at least the distance between its ends
+
+
+# --- files of one's own -------------------------------------------------------------------------
+
+MUSCLE = """[muscles.m]
+kind = "linear"
+attachment = { nasion = 1.0 }
+insertion = { mouth = 1.0 }
+radius = 1.0
+max_angle = 20
+"""
+
+
+def test_an_atlas_of_ones_own(tmp_path):
+    path = tmp_path / "atlas.toml"
+    path.write_text(
+        MUSCLE + "[action_units]\nAU99 = { name = 'Test', muscles = { m = 0.5 } }\n[expressions]\nodd = { AU99L = 0.5 }\n",
+        encoding="utf-8",
+    )
+    atlas = read_atlas(path)
+    assert set(atlas.muscles) == {"m_l", "m_r"}
+    assert atlas.action_units == {"AU99": both("m", rate=0.5), "AU99L": {"m_l": 0.5}, "AU99R": {"m_r": 0.5}}
+    assert atlas.action_unit_names == {"AU99": "Test"}
+    assert atlas.expressions == {"odd": {"m_l": 0.25}}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[muscles.m\n", "not valid TOML"),
+        ("[expressions]\nodd = { m = 1.0 }\n", "in the atlas: unknown muscle 'm'"),
+        (MUSCLE + "[expressions]\nodd = { m = 2.0 }\n", "must lie in"),
+    ],
+)
+def test_faulty_files_are_refused(tmp_path, text, message):
+    path = tmp_path / "atlas.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(FaceWrinkleError, match=message):
+        read_atlas(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("nasion = 1.0", "nasion = 0.9", "add up to 0.9"),
+        ("mouth = 1.0", "mouht = 1.0", "Did you mean 'mouth'"),
+        ("max_angle = 20", "max_angle = 200", "max_angle"),
+        ("radius = 1.0", "radius = 1.0\nwrinkles = { count = 0 }", "number of wrinkles"),
+    ],
+)
+def test_faulty_entries_are_refused_when_placed(tmp_path, face, old, new, message):
+    path = tmp_path / "atlas.toml"
+    path.write_text(MUSCLE.replace(old, new), encoding="utf-8")
+    with pytest.raises(FaceWrinkleError, match=message):
+        read_atlas(path).place(face.landmarks, face.frame)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(FaceWrinkleError, match="cannot read the atlas"):
+        read_atlas(tmp_path / "none.toml")

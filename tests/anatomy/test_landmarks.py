@@ -1,0 +1,206 @@
+"""Landmarks.
+
+what                            checked against
+names                           pairs under mirroring
+the frame                       itself on turned, scaled, moved landmarks; axes by hand
+mirroring                       the reflection in the known plane of a symmetric face
+estimation                      the template itself where the others are the template's, whatever its pose
+swapped, missing, unreadable    the messages
+reading, writing                both JSON forms; each other
+"""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from facewrinkle.anatomy.landmarks import (
+    MIDLINE,
+    NAMES,
+    REQUIRED,
+    complete,
+    frame_of,
+    mirrored,
+    mirrored_name,
+    of_side,
+    read_landmarks,
+    write_landmarks,
+)
+from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, LandmarkError, UnknownNameError
+
+TURN, SHIFT = Rotation.from_rotvec([0.3, 2.0, -0.5]).as_matrix(), np.array([300.0, -50.0, 8.0])
+
+
+@pytest.fixture
+def marks(face):
+    return {name: point.copy() for name, point in face.landmarks.items()}
+
+
+def moved(marks, scale=1.0):
+    return {name: scale * (TURN @ point + SHIFT) for name, point in marks.items()}
+
+
+# --- names --------------------------------------------------------------------------------------
+
+
+def test_mirroring_names_is_its_own_inverse():
+    assert len(set(NAMES)) == len(NAMES) == len(MIDLINE) + 22
+    for name in NAMES:
+        assert mirrored_name(name) in NAMES
+        assert mirrored_name(mirrored_name(name)) == name
+        assert (mirrored_name(name) == name) == (name in MIDLINE)
+    assert mirrored_name("lower_lip_mid") == "lower_lip_mid"
+
+
+def test_of_side():
+    for name in NAMES:
+        if name in MIDLINE:
+            assert of_side(name, "r") == name
+        else:
+            side = "l" if "l" in name.split("_")[1:] else "r"
+            parts = name.split("_")
+            parts.remove(side)
+            assert of_side("_".join(parts), side) == name
+    with pytest.raises(UnknownNameError, match="Did you mean 'mouth'"):
+        of_side("mouht", "l")
+
+
+# --- frame --------------------------------------------------------------------------------------
+
+
+def test_the_built_in_face_looks_along_z_with_its_left_at_x(face):
+    frame = frame_of(face.landmarks)
+    assert np.diag(frame.axes).min() > 0.95
+    np.testing.assert_allclose(frame.axes @ frame.axes.T, np.eye(3), atol=1e-14)
+    assert np.linalg.det(frame.axes) == pytest.approx(1.0)
+    between = face.landmarks["eye_l_centre"] - face.landmarks["eye_r_centre"]
+    assert frame.pupil_distance == pytest.approx(np.linalg.norm(between))
+    assert abs(frame.origin[0]) < 1e-9
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_the_frame_moves_with_the_face(marks, scale):
+    frame, other = frame_of(marks), frame_of(moved(marks, scale))
+    np.testing.assert_allclose(other.axes, frame.axes @ TURN.T, atol=1e-12)
+    np.testing.assert_allclose(other.origin, scale * (TURN @ frame.origin + SHIFT), rtol=1e-12)
+    assert other.pupil_distance == pytest.approx(scale * frame.pupil_distance, rel=1e-12)
+
+
+def test_swapped_sides_and_mirrored_faces_are_refused(marks):
+    with pytest.raises(LandmarkError, match="swapped left for right"):
+        frame_of({mirrored_name(name): point for name, point in marks.items()})
+    with pytest.raises(LandmarkError, match="swapped left for right"):
+        frame_of({name: point * [-1, 1, 1] for name, point in marks.items()})
+
+
+# --- mirroring and estimation -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("pose", [lambda m: m, moved])
+def test_missing_sides_are_mirrored(marks, pose):
+    symmetric = {
+        name: 0.5 * (point + marks[mirrored_name(name)] * [-1, 1, 1]) if name in marks else point
+        for name, point in marks.items()
+    }
+    whole = pose(symmetric)
+    given = {name: point for name, point in whole.items() if "_r" not in name or name == "eye_r_outer"}
+    found = mirrored(given)
+    assert set(found) == set(NAMES)
+    for name in NAMES:
+        np.testing.assert_allclose(found[name], whole[name], atol=1e-9)
+    assert all(found[name] is given[name] for name in given)
+
+
+def test_without_a_pair_nothing_is_mirrored(marks):
+    given = {name: marks[name] for name in ("eye_l_inner", "mouth_l", "nose_tip")}
+    assert mirrored(given) == given
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("kept", [REQUIRED, (*REQUIRED, "pogonion", "ala_l", "brow_l_inner", "zygion_l")])
+def test_estimates_from_the_template_itself_are_the_template(marks, kept, scale):
+    face = moved(marks, scale)
+    given = {name: face[name] for n in kept for name in {n, mirrored_name(n)}}
+    found, estimated = complete(given, marks)
+    assert set(found) == set(NAMES)
+    assert set(estimated) == set(NAMES) - set(given)
+    size = frame_of(face).pupil_distance
+    for name in NAMES:
+        # Where the size has to come from the corners of the eyes in place of their centres, it is a little different.
+        assert np.linalg.norm(found[name] - face[name]) < (1e-9 if "eye_l_centre" in given else 0.05) * size
+    for name in given:
+        assert found[name] is given[name]
+
+
+def test_one_side_and_one_pair_are_enough(marks):
+    given = {name: marks[name] for name in (*REQUIRED, "eye_r_outer")}
+    found, estimated = complete(given, marks)
+    np.testing.assert_allclose(found["mouth_r"], marks["mouth_l"] * [-1, 1, 1], atol=0.5)
+    assert "mouth_r" in estimated
+    assert "mouth_l" not in estimated
+
+
+@pytest.mark.parametrize("name", REQUIRED)
+def test_each_required_landmark_is_missed(marks, name):
+    given = {n: p for n, p in marks.items() if n not in (name, mirrored_name(name))}
+    with pytest.raises(LandmarkError, match=f"missing landmarks: {name}") as caught:
+        complete(given, marks)
+    assert mirrored_name(name) in str(caught.value)
+
+
+def test_no_landmarks_at_all(marks):
+    with pytest.raises(LandmarkError, match="none"):
+        complete({}, marks)
+
+
+# --- files --------------------------------------------------------------------------------------
+
+
+def test_both_json_forms(tmp_path, marks):
+    flat, nested = tmp_path / "flat.json", tmp_path / "nested.json"
+    flat.write_text(json.dumps({name: point.tolist() for name, point in marks.items()}))
+    entries = {name: {"xyz": point.tolist(), "vertex": 3} for name, point in marks.items()}
+    nested.write_text(json.dumps({"units": "mm", "landmarks": entries}))
+    for source in (flat, str(flat), nested, marks, {n: p.tolist() for n, p in marks.items()}):
+        read = read_landmarks(source)
+        assert list(read) == list(marks)
+        assert all(np.array_equal(read[name], marks[name]) for name in marks)
+
+
+def test_what_is_written_is_read_again_to_the_last_bit(tmp_path, marks):
+    path = tmp_path / "marks.json"
+    awkward = {name: point / 3.0 + 1e-17 for name, point in marks.items()}
+    write_landmarks(awkward, path, estimated=["trichion"])
+    assert all(np.array_equal(point, awkward[name]) for name, point in read_landmarks(path).items())
+    content = json.loads(path.read_text())["landmarks"]
+    assert [name for name, entry in content.items() if entry["estimated"]] == ["trichion"]
+
+
+def test_unknown_names_are_left_out_with_a_warning():
+    with pytest.warns(FaceWrinkleWarning, match="Did you mean 'nose_tip'"):
+        assert list(read_landmarks({"nose_tpi": [0, 0, 1], "nasion": [0, 1, 0]})) == ["nasion"]
+
+
+@pytest.mark.parametrize("value", [[1, 2], [1, 2, 3, 4], "here", None, [1, 2, float("nan")], {"x": 1}, [1, "a", 2], 3.0])
+def test_coordinates_have_to_be_three_finite_numbers(value):
+    with pytest.raises(LandmarkError, match="'nasion' must have three finite coordinates"):
+        read_landmarks({"nasion": value})
+
+
+def test_unreadable_files(tmp_path):
+    broken, odd, noise = tmp_path / "broken.json", tmp_path / "list.json", tmp_path / "noise.json"
+    broken.write_text("{")
+    odd.write_text("[1, 2]")
+    noise.write_bytes(b"\xff\xfe\x00\x80")
+    for path, message in (
+        (tmp_path / "none.json", "cannot read"),
+        (tmp_path, "cannot read"),
+        (broken, "not a JSON file"),
+        (noise, "not a JSON file"),
+        (odd, "must be a dictionary"),
+    ):
+        with pytest.raises(FaceWrinkleError, match=message):
+            read_landmarks(path)

@@ -1,0 +1,87 @@
+"""What the tests share: the built-in face, the faces that are looked for beside the repository, and played expressions."""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+from functools import lru_cache
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+FACES = Path(__file__).parents[2] / "shared" / "faces"
+PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
+
+
+def fingerprint(mesh):
+    """A digest of everything a PolyData holds."""
+    digest = hashlib.sha256(np.ascontiguousarray(mesh.points).tobytes() + np.ascontiguousarray(mesh.faces).tobytes())
+    for data in (mesh.point_data, mesh.cell_data, mesh.field_data):
+        for name in sorted(data):
+            digest.update(name.encode() + np.ascontiguousarray(np.asarray(data[name]).astype("U64")).tobytes())
+    digest.update(str(mesh.active_texture_coordinates is None).encode() + str(mesh.active_scalars_name).encode())
+    return digest.hexdigest()
+
+
+@pytest.fixture(scope="session", name="fingerprint")
+def _fingerprint():
+    return fingerprint
+
+
+@pytest.fixture(scope="session")
+def face():
+    """The built-in face. Not to be changed."""
+    import facewrinkle as fw
+
+    face = fw.default_face()
+    before = fingerprint(face.mesh)
+    yield face
+    assert fingerprint(face.mesh) == before, "a test changed the mesh of the shared face"
+
+
+@pytest.fixture(scope="session")
+def real_face():
+    """Fits one of the real faces by the start of its name; skips where it is absent."""
+    import facewrinkle as fw
+
+    @lru_cache(maxsize=4)
+    def fitted(stem):
+        with warnings.catch_warnings():  # texture seams, and landmarks that we have no name for
+            warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
+            return fw.fit_face(FACES / f"{stem}.obj", FACES / f"{stem}.landmarks.json")
+
+    def real_face(stem):
+        if not (FACES / f"{stem}.obj").exists():
+            pytest.skip(f"{stem}.obj is not beside the repository")
+        return fitted(stem)
+
+    return real_face
+
+
+@pytest.fixture(scope="session")
+def played(face):
+    """Expressions of the built-in face: 70 frames to full strength and hold, then released until nothing is left of them."""
+    import facewrinkle as fw
+
+    @lru_cache(maxsize=8)
+    def play(name):
+        sim = fw.Simulation(face)
+        sim.express(name)
+        frames = list(sim.run(70))
+        held = SimpleNamespace(
+            displacement=sim.skin.displacement.copy(),
+            sites=sim._sites,
+            triangles=sim.forest.triangles,
+            barycentric=sim.forest.barycentric,
+            corners=sim.forest.corners,
+            fields={m: sim.fields(m) for m in sim.muscles},
+            rates=dict(zip(sim.muscles, sim.skin.rates, strict=True)),
+            bare=sim.skin.points + sim.skin.displacement,
+        )
+        sim.relax()
+        released = list(sim.run(160, ramp=0.1))
+        return SimpleNamespace(name=name, frames=frames, top=frames[-1], held=held, released=released, sim=sim)
+
+    return play
