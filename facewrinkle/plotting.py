@@ -54,7 +54,7 @@ _LEFT = {
     "left_mouth": View((0.55, 0.0, 1.0), "mouth_l", (0.1, 0.1, 0.0), 1.4),
 }
 CLOSE: dict[str, View] = {
-    "forehead": View((0.12, 0.1, 1.0), "glabella", (0.0, 0.25, -0.2), 1.42),
+    "forehead": View((0.12, 0.1, 1.0), "glabella", (0.0, 0.26, -0.2), 1.36),
     "glabella": View((0.1, 0.05, 1.0), "glabella", (0.0, 0.0, -0.1), 0.92),
     "nose": View((0.35, 0.05, 1.0), "nose_tip", (0.0, 0.3, -0.2), 1.0),
     "mouth": View((0.2, 0.0, 1.0), "upper_lip_mid", (0.0, -0.12, -0.2), 1.3),
@@ -87,7 +87,17 @@ LIGHTS = (
 )
 """A warm key, a cool fill and a rim light: [right, up, towards the camera], colour, intensity."""
 
-COLOUR_MAPS = {"W": "RdBu_r", "epsilon": "RdBu_r", "muscle": "tab20", "level": "viridis"}
+FIELD_COLOURS: dict[str, tuple[str, tuple[float, float] | None]] = {
+    "W": ("RdBu_r", None),
+    "epsilon": ("RdBu_r", None),
+    "lambda": ("viridis", (0.0, 1.0)),
+    "gamma": ("PuOr", (-1.0, 1.0)),
+    "split_gamma": ("YlOrRd", None),
+    "muscle": ("Paired", None),
+    "level": ("YlGnBu", None),
+}
+"""Colour maps of fields, and their ranges where these are not those of the values."""
+
 OF_MUSCLES = ("lambda", "gamma", "epsilon", "muscle")
 """Fields that mean nothing where no muscle wrinkles the skin."""
 
@@ -175,9 +185,14 @@ class Scene:
             hairs = self._brows.on(points, self.face.triangles, normals)
             self._add(hairs, "brows", scalars="paint", rgb=True, **HAIR)
 
+    def draw(self, frame: pv.PolyData) -> None:
+        """Show a frame, and render."""
+        self.show(frame)
+        self.plotter.render()
+
     def picture(self, frame: pv.PolyData) -> Image:
         """The picture of a frame: ndarray of uint8, shape (height, width, 3)."""
-        self.show(frame)
+        self.draw(frame)
         return np.array(self.plotter.screenshot(None, return_img=True))
 
     def close(self) -> None:
@@ -313,28 +328,43 @@ def _field(skin: pv.PolyData, name: str) -> dict[str, Any]:
     if name not in skin.point_data:
         raise unknown_name("field", name, [n for n in ARRAYS if n in skin.point_data])
     values = np.array(skin.point_data[name], dtype=np.float64)
-    bar = {"color": "white", "title": name, "vertical": True, "position_x": 0.86, "position_y": 0.2, "height": 0.6}
-    options: dict[str, Any] = {"cmap": COLOUR_MAPS.get(name, "viridis"), "nan_color": "#8d8580", "specular": 0.0}
+    if values.ndim > 1:
+        raise ParameterError(f"the picture is coloured by one number per vertex; {name!r} has {values.shape[1]}.")
     if name in OF_MUSCLES and "muscle" in skin.point_data:
         values[np.asarray(skin.point_data["muscle"]) < 0] = np.nan
-    if name in ("W", "epsilon"):
-        largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
+    colours, limits = FIELD_COLOURS.get(name, ("viridis", None))
+    largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
+    bar = {"color": "white", "title": f"{name} (mm)\n" if name == "W" else f"{name}\n", "fmt": "%.2g"}
+    bar |= {"vertical": True, "position_x": 0.82, "position_y": 0.2, "height": 0.6, "width": 0.06}
+    options: dict[str, Any] = {"cmap": colours, "nan_color": "#8d8580", "specular": 0.0, "clim": limits}
+    if colours == "RdBu_r":
         options["clim"] = (-largest, largest)
     if name in ("muscle", "level"):
-        # One colour per triangle: between two muscles there is no third.
-        corners = values[np.asarray(skin.regular_faces)]
-        values = np.where(np.isnan(corners).any(axis=1), np.nan, corners.max(axis=1))
+        values = _of_triangles(values, skin)
     if name == "muscle":
-        present = np.unique(values[~np.isnan(values)])
-        names = [str(skin.field_data[MUSCLES][int(k)]) for k in present]
-        values = np.where(np.isnan(values), np.nan, np.searchsorted(present, values).astype(np.float64))
-        options |= {
-            "clim": (-0.5, max(len(names), 1) - 0.5),
-            "n_colors": max(len(names), 1),
-            "annotations": {float(k): label for k, label in enumerate(names)},
-        }
-        bar |= {"n_labels": 0, "position_x": 0.72}
+        values, names = _pairs(values, [str(muscle) for muscle in skin.field_data[MUSCLES]])
+        options |= {"annotations": dict(enumerate(names)), "clim": (-0.5, max(len(names), 1) - 0.5)}
+        options["n_colors"] = max(len(names), 1)
+        bar |= {"n_labels": 0, "position_x": 0.93}
+    if name == "level":
+        options |= {"clim": (-0.5, largest + 0.5), "n_colors": int(largest) + 1}
+        bar |= {"n_labels": 0}
+        options["annotations"] = {level: str(level) for level in range(int(largest) + 1)}
     return options | {"scalars": values, "show_scalar_bar": True, "scalar_bar_args": bar}
+
+
+def _of_triangles(values: Array, skin: pv.PolyData) -> Array:
+    """The largest value of each triangle's corners, NaN if one is: between two names or levels there is no third."""
+    corners = values[np.asarray(skin.regular_faces)]
+    return np.asarray(corners.max(axis=1))
+
+
+def _pairs(muscles: Array, names: Sequence[str]) -> tuple[Array, list[str]]:
+    """Indices (NaN for none) into the names without their sides, which are returned too."""
+    stems = [name.removesuffix("_l").removesuffix("_r") for name in names]
+    known = list(dict.fromkeys(stems))
+    number = np.array([known.index(stem) for stem in stems] + [np.nan])
+    return number[np.where(np.isnan(muscles), -1, muscles).astype(int)], known
 
 
 def _stand(face: Face, view: View) -> tuple[Array, Array, Array, Array]:
@@ -361,6 +391,8 @@ def _aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
     camera.focal_point = focus
     camera.up = face.frame.axes[1]
     camera.view_angle = VIEW_ANGLE
+    if style.scalars is not None:
+        camera.SetWindowCenter(0.3, 0.0)  # room for the scalar bar
     camera.clipping_range = (0.2 * distance, distance + 8.0 * size)
     if style.quick:
         plotter.add_light(pv.Light(light_type="headlight"))

@@ -1,4 +1,4 @@
-"""The loop: a motion moves the base mesh, refinement gives the layers their triangles, layers displace, a frame comes out."""
+"""The loop: a motion moves the base mesh, refinement gives the layers triangles, layers displace, a frame comes out."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from numba import njit
 
 from .anatomy.face import Face
 from .errors import ParameterError, check_range, unknown_name
+from .geometry import _mesh_kernels as kernels
 from .geometry.normals import detail_normals, vertex_normals
 from .geometry.refinement import Change, RedGreenForest
 from .geometry.transfer import carried, nearest_carried
@@ -34,8 +34,8 @@ class Refinement:
     gamma_c : float
         Threshold of Eq. 19: 0.02 is a bend of 11 degrees along an edge.
     max_level : int, optional
-        Triangles are split at most this often; 0 turns refinement off. Default: as often as nine in ten muscles need for
-        about three vertices per half cycle, at least once: 2 on the built-in head, 3 on one with twice its edges.
+        Triangles are split at most this often; 0 turns refinement off. Default: as often as nine in ten muscles need
+        for about three vertices per half cycle, at least once: 2 on the built-in head, 3 on one with twice its edges.
     samples : float
         Vertices per half cycle that a wrinkle needs across its folds (the paper's criterion is blind at 1 and 2).
     hysteresis : float
@@ -101,7 +101,8 @@ class Simulation:
             spacing = _spacing(face)
             if self.refinement.max_level is None:
                 self.refinement = replace(self.refinement, max_level=_level_for(face, spacing))
-            self._finest = spacing / 2.0 ** (self.refinement.max_level or 0)
+            self._level = int(self.refinement.max_level or 0)
+            self._finest = spacing / 2.0**self._level
             self.reset()
 
     # --- what is asked of the face -------------------------------------------------------------
@@ -136,7 +137,8 @@ class Simulation:
         self._asked = asked
 
     def express(self, what: str | Mapping[str, float], intensity: float = 1.0) -> None:
-        """Ask for an expression or action unit by name, or for a mixture such as ``{"AU12": 0.7, "corrugator_l": 0.2}``.
+        """Ask for an expression or action unit by name, or for a mixture such as ``{"AU12": 0.7, "corrugator_l":
+        0.2}``.
 
         Raises
         ------
@@ -155,9 +157,9 @@ class Simulation:
         u = self.face.muscles[name].fold_pattern.half_wavelength
         if u < spacing:
             raise ParameterError(
-                f"the wrinkles of {name} are too fine: half a wavelength of {u * self.face.unit:.3g} mm, but with max_level="
-                f"{self.refinement.max_level} vertices are {spacing * self.face.unit:.3g} mm apart. Ask for fewer wrinkles, or "
-                f"for max_level={self.refinement.max_level + int(np.ceil(np.log2(spacing / u)))}."
+                f"the wrinkles of {name} are too fine: half a wavelength of {u * self.face.unit:.3g} mm, "
+                f"but with max_level={self.refinement.max_level} vertices are {spacing * self.face.unit:.3g} mm apart. "
+                f"Ask for fewer wrinkles, or for max_level={self._level + int(np.ceil(np.log2(spacing / u)))}."
             )
 
     # --- time ----------------------------------------------------------------------------------
@@ -168,7 +170,7 @@ class Simulation:
         self._asked = np.zeros(len(self.skin.names))
         self.skin.reset()
         face = self.face
-        self.forest = RedGreenForest(face.triangles, self.refinement.max_level, face.mesh.n_points)
+        self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
         self._base_normals = vertex_normals(face.points, face.triangles)
         self._sites = self._sites_from(0)
         for layer in self.layers:
@@ -183,9 +185,9 @@ class Simulation:
         Returns
         -------
         PolyData
-            The wrinkled face of this moment, in the unit and coordinates of the face's mesh, with the point data of that mesh,
-            "Normals", and "lambda", "gamma", "epsilon" (of the dominant muscle), "W" (mm), "split_gamma", "muscle", "level" and
-            "rest"; its field data "muscles" lists the muscles' names.
+            The wrinkled face of this moment, in the unit and coordinates of the face's mesh, with the point data of
+            that mesh, "Normals", and "lambda", "gamma", "epsilon" (of the dominant muscle), "W" (mm), "split_gamma",
+            "muscle", "level" and "rest"; its field data "muscles" lists the muscles' names.
         """
         self.skin.set_rates(self._asked)
         with self._timed("skin"):
@@ -225,7 +227,7 @@ class Simulation:
 
     def _refine(self) -> None:
         """Split and take back what the last frame's criterion marked."""
-        if self._marks is None or self.refinement.max_level == 0:
+        if self._marks is None or self._level == 0:
             return
         split, fine = self._marks
         self._marks = None
@@ -281,9 +283,9 @@ class Simulation:
             spacing[finer], across[finer] = relief.spacing[finer], relief.across[finer]
             active |= relief.active
         split, fine, largest = np.zeros(m, bool), np.zeros(m, bool), np.zeros(n)
-        _judge(
-            triangles, normals, sites.normals, sites.points, spacing / r.samples, across, active, r.gamma_c, r.hysteresis,
-            split, fine, largest,
+        kernels.judge(
+            triangles, normals, sites.normals, sites.points, spacing / r.samples, across, active, r.gamma_c,
+            r.hysteresis, split, fine, largest,
         )  # fmt: skip
         self._marks = (split, fine)
         return largest
@@ -363,33 +365,3 @@ def _level_for(face: Face, spacing: Array) -> int:
     cycles = np.array([muscle.fold_pattern.half_wavelength for muscle in face.muscles.values()])
     needed = np.log2(np.maximum(spacing, 1e-9 * cycles) / (0.35 * cycles))
     return int(np.clip(np.ceil(np.quantile(needed, 0.9)), 1, 4)) if len(cycles) else 1
-
-
-@njit(cache=True)
-def _judge(triangles, normals, rest_normals, points, need, across, active, gamma_c, hysteresis, split, fine, largest):  # type: ignore[no-untyped-def]
-    """Eq. 19 (guarded where rest normals are nearly orthogonal) or too few vertices per half cycle: split. Neither: fine."""
-    for f in range(triangles.shape[0]):
-        fine[f] = True
-        for s in range(3):
-            i, j = triangles[f, s], triangles[f, (s + 1) % 3]
-            if not (active[i] or active[j]):
-                continue
-            rest = 0.0
-            now = 0.0
-            for k in range(3):
-                rest += rest_normals[i, k] * rest_normals[j, k]
-                now += normals[i, k] * normals[j, k]
-            gamma = (rest - now) / max(abs(rest), 0.1)
-            largest[i] = max(largest[i], gamma)
-            largest[j] = max(largest[j], gamma)
-            excess = 0.0
-            for v in (i, j):
-                if need[v] < np.inf:
-                    span = 0.0
-                    for k in range(3):
-                        span += (points[j, k] - points[i, k]) * across[v, k]
-                    excess = max(excess, abs(span) / need[v])
-            if gamma > gamma_c or excess > 1.0:
-                split[f] = True
-            if gamma > hysteresis * gamma_c or 2.0 * excess > 0.8:
-                fine[f] = False

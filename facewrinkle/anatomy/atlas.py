@@ -176,8 +176,8 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         radius = max(entry["radius"] * size, float(np.linalg.norm(i - a)))
         return LinearMuscle(a, i, np.deg2rad(entry["max_angle"]), radius, **common)
     if entry["kind"] == "sheet":
-        lines = [[point(end) for end in entry[part]] for part in ("attachment", "insertion")]
-        return SheetMuscle(*lines, length=entry["length"] * size, width=entry["width"] * size, **common)
+        a, i = (np.array([point(end) for end in entry[part]]) for part in ("attachment", "insertion"))
+        return SheetMuscle(a, i, length=entry["length"] * size, width=entry["width"] * size, **common)
     beta1, beta2 = np.deg2rad(entry["beta"])
     return SphincterMuscle(
         point(entry["centre"]),

@@ -93,10 +93,14 @@ def place_eyeballs(
 
 
 ROOM = 0.975
-"""Share of the room between the lids that the ball takes: the chords between the vertices of the lids must not cut it."""
+"""Share of the room between the lids that the ball takes: the chords between the vertices of the lids must not cut
+it.
+"""
 
 MARGIN_FADE = np.deg2rad(20.0)
-"""Angle above the margin within which the motion of the upper lid fades to nothing (14 to 22 degrees in captured blinks)."""
+"""Angle above the margin within which the motion of the upper lid fades to nothing (14 to 22 degrees in captured
+blinks).
+"""
 
 SHELL = 1.5
 """Skin farther from the centre than this many radii is no lid."""
@@ -108,8 +112,8 @@ MERIDIANS = np.linspace(0.04, 0.96, 24)
 def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]) -> Lids | None:
     """The lids of an eye, found from the skin around it; None if the opening is closed or cannot be seen.
 
-    Closing turns the upper margin about the eyeball's centre down to a line just above the lower margin, and raises the lower
-    margin to it; skin beyond the margins follows less and less.
+    Closing turns the upper margin about the eyeball's centre down to a line just above the lower margin, and raises
+    the lower margin to it; skin beyond the margins follows less and less.
     """
     opening = _opening(eye, points, triangles, landmarks)
     if opening is None:
@@ -120,7 +124,8 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     top, bottom = (_line(along, elevation, chain, canthi) for chain in (upper, lower))
     meeting = bottom + 0.12 * (top - bottom)
     is_upper = elevation > 0.5 * (top + bottom)
-    # The inside of a lid, nearer to the ball than its margin, goes with the margin; what lies far inside the socket stays.
+    # The inside of a lid, nearer to the ball than its margin, goes with the margin; what lies far inside the socket
+    # stays.
     rim = np.where(is_upper, *(np.interp(along, along[chain], distance[chain]) for chain in (upper, lower)))
     outside = _smoothstep((distance - rim) / (0.1 * eye.radius) + 0.5)
     beyond = np.where(is_upper, elevation - top, bottom - elevation)
@@ -146,8 +151,9 @@ OVERLAP = np.deg2rad(2.0)
 def _opening(
     eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
 ) -> tuple[Array, ...] | None:
-    """The opening between the lids: lateral direction, every point's position between the canthi (0 to 1) and its elevation
-    about the lateral axis, the elevations of the canthi, and the vertices of the upper and lower margin from inside outwards. None where it is closed.
+    """The opening between the lids: lateral direction, every point's position between the canthi (0 to 1) and its
+    elevation about the lateral axis, the elevations of the canthi, and the vertices of the upper and lower margin from
+    inside outwards. None where it is closed.
     """
     inner, outer = landmarks[f"eye_{eye.side}_inner"], landmarks[f"eye_{eye.side}_outer"]
     width = float(np.linalg.norm(outer - inner))
@@ -202,7 +208,9 @@ def _line(along: Array, elevation: Array, chain: Array, canthi: Array) -> Array:
 
 
 def _margins(eye: Eyeball, offset: Array, along: Array, elevation: Array, canthi: float) -> tuple[Array, Array] | None:
-    """Vertices of both margins: on each meridian those above and below the gap that the skin leaves just over the canthi."""
+    """Vertices of both margins: on each meridian those above and below the gap that the skin leaves just over the
+    canthi.
+    """
     distance = np.linalg.norm(offset, axis=1)
     near = np.flatnonzero((offset @ eye.gaze > 0.0) & (distance > 0.9 * eye.radius) & (distance < SHELL * eye.radius))
     view = canthi + VIEW

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import MeshError
+from ..mesh import to_polydata
 from .atlas import Atlas, load_atlas
 from .eyes import Eyeball, Lids, lids_of, place_eyeballs
 from .head import Hairs
@@ -108,7 +109,7 @@ class Face:
     @property
     def skull(self) -> pv.PolyData:
         """The bone under the skin, one vertex under each vertex of the skin."""
-        return pv.PolyData.from_regular_faces(self.tissue.foot.copy(), self.triangles)
+        return to_polydata(self.tissue.foot, self.triangles)
 
     def with_muscles(self, changes: Mapping[str, Muscle]) -> Self:
         """The face with some muscles replaced or added.

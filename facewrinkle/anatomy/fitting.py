@@ -61,11 +61,11 @@ def fit_face(
     Parameters
     ----------
     mesh : PolyData or path
-        Triangles, quads or polygons in any unit and orientation. Not changed. Where there are several parts, the one that
-        the landmarks lie on is the face.
+        Triangles, quads or polygons in any unit and orientation. Not changed. Where there are several parts, the one
+        that the landmarks lie on is the face.
     landmarks : dict, str or Path
-        Coordinates by name (see :data:`facewrinkle.anatomy.landmarks.NAMES`), or a JSON file. Missing ones are mirrored or
-        estimated where that is sound.
+        Coordinates by name (see :data:`facewrinkle.anatomy.landmarks.NAMES`), or a JSON file. Missing ones are
+        mirrored or estimated where that is sound.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float, optional
         Unit of the mesh, or millimetres per unit. Default: such that the pupils are 63 mm apart, as an adult's are.
     atlas : Atlas, optional
@@ -94,8 +94,8 @@ def fit_face(
     """
     if landmarks is None:
         raise LandmarkError(
-            "fit_face needs landmarks: a dictionary of coordinates or a JSON file. Required are both sides (or one, if it is to "
-            "be mirrored) of eye_inner, eye_outer, mouth, brow_mid, and nose_tip, upper_lip_mid, lower_lip_mid."
+            "fit_face needs landmarks: a dictionary of coordinates or a JSON file. Required are both sides (or one, "
+            "if it is to be mirrored) of eye_inner, eye_outer, mouth, brow_mid, and nose_tip, upper_lip_mid, lower_lip_mid."
         )
     source = read_surface(mesh)
     given = read_landmarks(landmarks)
@@ -150,6 +150,6 @@ def _check_on_mesh(given: Mapping[str, Array], points: Array, triangles: npt.NDA
     off = [f"{n} ({d:.2g})" for n, d in zip(names, distance, strict=True) if d > OFF_MESH]
     if off:
         raise LandmarkError(
-            f"landmarks off the mesh, with their distance from it in distances between the pupils: {', '.join(off)}; at most "
-            f"{OFF_MESH:g} is allowed. Are mesh and landmarks in the same unit and coordinates?"
+            f"landmarks off the mesh, with their distance from it in distances between the pupils: {', '.join(off)}; "
+            f"at most {OFF_MESH:g} is allowed. Are mesh and landmarks in the same unit and coordinates?"
         )

@@ -59,7 +59,9 @@ REQUIRED = (
 )
 
 MEAN_PUPIL_DISTANCE = 63.0
-"""Distance between the pupils of an adult in mm (Dodgson, "Variation and extrema of human interpupillary distance", 2004)."""
+"""Distance between the pupils of an adult in mm (Dodgson, "Variation and extrema of human interpupillary distance",
+2004).
+"""
 
 
 def mirrored_name(name: str) -> str:
@@ -115,11 +117,9 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
     centre = 0.5 * (side["l"] + side["r"])
     lips = 0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"])
     mouth = 0.5 * (landmarks["mouth_l"] + landmarks["mouth_r"])
-    left = sum(
-        landmarks[f"{n}_l{t}"] - landmarks[f"{n}_r{t}"]
-        for n, t in (("eye", "_outer"), ("eye", "_inner"), ("mouth", ""))
-    )
-    left = left / np.linalg.norm(left)
+    spans = [landmarks[n] - landmarks[mirrored_name(n)] for n in ("eye_l_outer", "eye_l_inner", "mouth_l")]
+    left = np.sum(spans, axis=0)
+    left /= np.linalg.norm(left)
     # The line from mouth to eyes is not upright: the corners of the mouth lie further forward than those of the eyes.
     up = centre - mouth
     up = up - (up @ left) * left
@@ -130,8 +130,8 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
     nose = landmarks["nose_tip"] - 0.5 * (centre + lips)
     if nose @ axes[2] < 0.0:
         raise LandmarkError(
-            "the landmarks are swapped left for right, or the face is mirrored: with them the nose points into the head. "
-            "Names ending in _l are the subject's own left. Swap the names, or mirror the mesh."
+            "the landmarks are swapped left for right, or the face is mirrored: with them the nose points into "
+            "the head. Names ending in _l are the subject's own left. Swap the names, or mirror the mesh."
         )
     distance = float(
         np.linalg.norm(landmarks.get("eye_l_centre", side["l"]) - landmarks.get("eye_r_centre", side["r"]))
@@ -140,21 +140,23 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
 
 
 LEAN = 0.14
-"""How far the line from mouth to eyes leans back against the face's vertical, as a slope; 0.11 to 0.19 on three mean faces."""
+"""How far the line from mouth to eyes leans back against the face's vertical, as a slope; 0.11 to 0.19 on three mean
+faces.
+"""
 
 
 def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
     """Landmarks with every one that is missing on one side only mirrored from the other.
 
-    The mirror plane is fitted to the pairs and midline points that are given. Without at least two pairs, or one pair and
-    a midline point, nothing is mirrored.
+    The mirror plane is fitted to the pairs and midline points that are given. Without at least two pairs, or one pair
+    and a midline point, nothing is mirrored.
     """
     found = dict(landmarks)
     pairs = [(n, mirrored_name(n)) for n in found if "_l" in n and n != mirrored_name(n) and mirrored_name(n) in found]
     if not pairs:
         return found
-    normal = sum((found[a] - found[b]) / np.linalg.norm(found[a] - found[b]) for a, b in pairs)
-    normal = normal / np.linalg.norm(normal)
+    normal = np.sum([(found[a] - found[b]) / np.linalg.norm(found[a] - found[b]) for a, b in pairs], axis=0)
+    normal /= np.linalg.norm(normal)
     middles = [0.5 * (found[a] + found[b]) for a, b in pairs] + [found[n] for n in MIDLINE if n in found]
     offset = float(np.median([m @ normal for m in middles]))
     for name in list(found):

@@ -96,7 +96,9 @@ class Muscle:
     normal_share: float = field(default=1.0, kw_only=True)
     """Share of the pull along the skin's normal that reaches the skin."""
     folds: Muscle | None = field(default=None, kw_only=True)
-    """Where the skin folds elsewhere than over the muscle, the muscle-like region on which the wrinkles are laid instead."""
+    """Where the skin folds elsewhere than over the muscle, the muscle-like region on which the wrinkles are laid
+    instead.
+    """
 
     @property
     def fold_pattern(self) -> Muscle:
@@ -200,8 +202,8 @@ class LinearMuscle(Muscle):
     (0.5, 0.0)
     """
 
-    attachment: npt.ArrayLike
-    insertion: npt.ArrayLike
+    attachment: Array
+    insertion: Array
     max_angle: float
     radius: float
 
@@ -287,10 +289,11 @@ class SheetMuscle(Muscle):
     attachment, insertion : pair of (3,) array_like
         The end points of the attachment line (mA1, mA2) and of the insertion line (mI1, mI2).
     length, width : float, optional
-        Ls and Ws of the area of influence. Default: the distance between the two lines, and the attachment line's length.
+        Ls and Ws of the area of influence. Default: the distance between the two lines, and the attachment line's
+        length.
     thickness : float, optional
-        How far in front of and behind the sheet's plane it reaches; by default the larger of length and width, so that a
-        forehead's muscle does not act on the back of the head.
+        How far in front of and behind the sheet's plane it reaches; by default the larger of length and width, so that
+        a forehead's muscle does not act on the back of the head.
 
     Raises
     ------
@@ -305,8 +308,8 @@ class SheetMuscle(Muscle):
     (0.75, 0.5)
     """
 
-    attachment: npt.ArrayLike
-    insertion: npt.ArrayLike
+    attachment: Array
+    insertion: Array
     length: float = 0.0
     width: float = 0.0
     thickness: float = 0.0
@@ -407,7 +410,8 @@ class SphincterMuscle(Muscle):
     semi_major, semi_minor : float
         a along `lateral` and b along the vertical.
     normal, lateral : (3,) array_like
-        The direction out of the face, and that of the major axis, pointing outwards (it is made orthogonal to `normal`).
+        The direction out of the face, and that of the major axis, pointing outwards (it is made orthogonal to
+        `normal`).
     vertical : (3,) array_like, optional
         The side on which psi is positive; only its sign counts. Default: ``normal x lateral``.
     inner : float
@@ -422,7 +426,8 @@ class SphincterMuscle(Muscle):
     Notes
     -----
     Coordinates are (r, psi) in place of (lambda, gamma). Folds are radial; compression is measured along the angle.
-    The attenuated bands have the width ``dr = (1 - core) (1 - rw) / 2`` (Eq. 18 with ac chosen so that they never overlap).
+    The attenuated bands have the width ``dr = (1 - core) (1 - rw) / 2`` (Eq. 18 with ac chosen so that they never
+    overlap).
 
     Examples
     --------
@@ -432,12 +437,12 @@ class SphincterMuscle(Muscle):
     ([0.5, 1.0], [0.0, 1.571])
     """
 
-    centre: npt.ArrayLike
+    centre: Array
     semi_major: float
     semi_minor: float
-    normal: npt.ArrayLike
-    lateral: npt.ArrayLike
-    vertical: npt.ArrayLike | None = None
+    normal: Array
+    lateral: Array
+    vertical: Array = None  # type: ignore[assignment]  # derived from the others
     inner: float = 0.55
     beta1: float = 0.7
     beta2: float = 0.7
@@ -519,7 +524,9 @@ class SphincterMuscle(Muscle):
         return _unit(s[:, None] * np.asarray(self.vertical) - t[:, None] * np.asarray(self.lateral))
 
     def force(self, points: npt.ArrayLike) -> Array:
-        """Pull towards the centre in the muscle's plane, mostly along the minor axis, falling from the dead zone to r = 1."""
+        """Pull towards the centre in the muscle's plane, mostly along the minor axis, falling from the dead zone to r
+        = 1.
+        """
         r, _ = self.coordinates(points)
         s, t, away = self._local(points)
         size = np.cos((r - self.dead_zone) / (1.0 - self.dead_zone) * (0.5 * np.pi))

@@ -31,7 +31,8 @@ class Tissue:
     foot : ndarray, shape (n, 3)
         Where the ties start: the vertices of the skull.
     solid : ndarray of bool, shape (n,)
-        Where the skull is a wall that stops the skin. Around eyes, mouth and nostrils the surface under the skin folds over.
+        Where the skull is a wall that stops the skin. Around eyes, mouth and nostrils the surface under the skin folds
+        over.
     """
 
     depth: Array
@@ -57,9 +58,9 @@ def tissue_of(
 
     Notes
     -----
-    Samples are spread with inverse distance weights (Shepard), the stiffness by its logarithm. The skull is the skin moved
-    inwards by the depth along the smoothed normals; smoothing (implicit, so any mesh resolution will do) keeps it from
-    following lips, nostrils and lids.
+    Samples are spread with inverse distance weights (Shepard), the stiffness by its logarithm. The skull is the skin
+    moved inwards by the depth along the smoothed normals; smoothing (implicit, so any mesh resolution will do) keeps
+    it from following lips, nostrils and lids.
     """
     where, depths, stiffness = samples
     square = ((points[:, None, :] - where[None]) ** 2).sum(axis=2) / size**2

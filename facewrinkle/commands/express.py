@@ -21,8 +21,8 @@ from .take import Take
 
 def express(
     name: str,
-    source: FaceOptions | None = None,
     *,
+    source: FaceOptions | None = None,
     intensity: float = 1.0,
     frames: int = 100,
     max_level: int | None = None,

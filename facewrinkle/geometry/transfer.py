@@ -4,18 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from . import _mesh_kernels as kernels
 
 Array = npt.NDArray[np.float64]
-
-
-@njit(cache=True)
-def _carry(values, corners, barycentric, out):  # type: ignore[no-untyped-def]
-    for i in range(corners.shape[0]):
-        a, b, c = corners[i, 0], corners[i, 1], corners[i, 2]
-        wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
-        for k in range(values.shape[1]):
-            out[i, k] = wa * values[a, k] + wb * values[b, k] + wc * values[c, k]
 
 
 def carried(values: Array, corners: npt.NDArray[np.int32], barycentric: Array) -> Array:
@@ -27,7 +19,7 @@ def carried(values: Array, corners: npt.NDArray[np.int32], barycentric: Array) -
     array([[1.25]])
     """
     out = np.empty((len(corners), values.shape[1]))
-    _carry(values, corners, barycentric, out)
+    kernels.carry(values, corners, barycentric, out)
     return out
 
 

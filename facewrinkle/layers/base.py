@@ -68,7 +68,8 @@ class Relief:
     height : ndarray, shape (n,)
         Along the normals, mm.
     spacing : ndarray, shape (n,)
-        Largest distance between vertices, in the unit of the face, that the relief needs here; infinite where it needs nothing.
+        Largest distance between vertices, in the unit of the face, that the relief needs here; infinite where it needs
+        nothing.
     across : ndarray, shape (n, 3)
         Unit direction in which that distance is measured.
     active : ndarray of bool, shape (n,)
@@ -82,7 +83,9 @@ class Relief:
 
 
 class Layer(Protocol):
-    """A layer follows the mesh (`attach` once, `follow` whenever vertices come and go) and gives its relief of a moment."""
+    """A layer follows the mesh (`attach` once, `follow` whenever vertices come and go) and gives its relief of a
+    moment.
+    """
 
     def attach(self, face: Face) -> None:
         """Forget everything and prepare for the vertices of `face`, which `follow` will bring."""

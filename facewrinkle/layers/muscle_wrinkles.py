@@ -7,15 +7,15 @@ from typing import Literal, Self
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
 from ..errors import ParameterError, check_range
 from ..geometry.refinement import Change
 from ..geometry.topology import vertex_rings
+from . import _kernels as kernels
 from .base import Array, IntArray, Moment, Relief, Sites
-from .compression import StrainField, along, edge_epsilon, strain_epsilon
+from .compression import StrainField, along
 
 Compression = Literal["gradient", "edges"]
 COMPRESSIONS: tuple[Compression, ...] = ("gradient", "edges")
@@ -112,7 +112,8 @@ class Folds:
         columns = ["muscle", "height", "envelope", "cycle", "coordinates", "direction", "rest"]
         joined = (np.concatenate([getattr(old, c), getattr(new, c)]) for c in columns)
         leading = np.concatenate([old.leading, np.where(new.leading >= 0, new.leading + shift, -1)])
-        return Folds(np.concatenate([old.starts, new.starts[1:] + shift]), *joined, leading=leading.astype(np.int32))
+        starts = np.concatenate([old.starts, new.starts[1:] + shift])
+        return Folds(starts=starts, leading=leading.astype(np.int32), **joined)
 
     def _of(self, kept: npt.NDArray[np.int64]) -> Folds:
         counts = np.diff(self.starts)
@@ -126,19 +127,23 @@ class Folds:
         return Folds(starts, *(getattr(self, c)[entries] for c in columns), leading=leading)
 
 
+OF_ENTRIES = ("muscle", "height", "envelope", "cycle", "coordinates", "direction", "rest")
+
+
 class MuscleWrinkles:
     """The layer of muscle-driven wrinkles.
 
     Parameters
     ----------
     compression : {"gradient", "edges"}
-        How epsilon is measured: along the fibre from the deformation gradient, which does not depend on the mesh, or by the
-        weighted shortening of edges (Eqs. 8-9, with |cos|), which gives a half to two thirds of it.
+        How epsilon is measured: along the fibre from the deformation gradient, which does not depend on the mesh, or
+        by the weighted shortening of edges (Eqs. 8-9, with |cos|), which gives a half to two thirds of it.
     depth : float
         Multiplies the depth of all wrinkles.
     accumulate : int
-        0: stateless, ``W = H A At`` of this moment; it is exactly 0 after release. N > 0: as in the paper, 1/N of it is added
-        in each of the first N steps of a contraction; it stays behind the compression and never relaxes. For comparison only.
+        0: stateless, ``W = H A At`` of this moment; it is exactly 0 after release. N > 0: as in the paper, 1/N of it
+        is added in each of the first N steps of a contraction; it stays behind the compression and never relaxes. For
+        comparison only.
 
     Examples
     --------
@@ -186,7 +191,7 @@ class MuscleWrinkles:
         height, spacing = np.zeros(n), np.full(n, np.inf)
         across, active = np.zeros((n, 3)), np.zeros(n, bool)
         k0 = self._k0 * moment.rates
-        amplitudes(
+        kernels.amplitudes(
             folds.starts, folds.muscle, folds.height, folds.envelope, folds.cycle, folds.direction, self._epsilon,
             k0, self._swing, SMALLEST, height, spacing, across, active,
         )  # fmt: skip
@@ -227,8 +232,7 @@ class MuscleWrinkles:
         out = {name: np.zeros(len(folds.leading)) for name in columns}
         for name, values in columns.items():
             out[name][where] = values
-        out["region"] = np.isin(np.arange(len(folds.leading)), where)
-        return out
+        return {**out, "region": np.isin(np.arange(len(folds.leading)), where)}
 
     def _compressed(self, moment: Moment) -> Array:
         """epsilon of all entries."""
@@ -238,10 +242,12 @@ class MuscleWrinkles:
             if self._rings is None:
                 self._rings = vertex_rings(moment.triangles, len(moment.bare))
             rest = sites.points * self._rest_scale
-            edge_epsilon(rest, moment.bare, self._rings[0], self._rings[1], folds.starts, folds.direction, out)
+            kernels.edge_epsilon(rest, moment.bare, self._rings[0], self._rings[1], folds.starts, folds.direction, out)
         else:
             strain = self._strain.strain(moment.base)
-            strain_epsilon(strain, sites.corners, sites.barycentric, folds.starts, folds.direction, folds.rest, out)
+            kernels.strain_epsilon(
+                strain, sites.corners, sites.barycentric, folds.starts, folds.direction, folds.rest, out
+            )
         return out
 
     def _accumulated(self, height: Array, rates: Array) -> Array:
@@ -256,48 +262,6 @@ class MuscleWrinkles:
 
 SMALLEST = 0.4
 """A wrinkle of less than this from bulge to furrow, mm, asks for no triangles."""
-
-
-@njit(cache=True)
-def amplitudes(
-    starts,
-    muscle,
-    unit,
-    envelope,
-    cycle,
-    direction,
-    epsilon,
-    k0,
-    swing,
-    smallest,
-    height,
-    spacing,
-    across,
-    active,
-):  # type: ignore[no-untyped-def]
-    """Sum of k0 H At A over the entries of each vertex, and the finest half cycle that matters there."""
-    for i in range(starts.shape[0] - 1):
-        total, finest, lead = 0.0, np.inf, -1
-        for p in range(starts[i], starts[i + 1]):
-            k = muscle[p]
-            if k0[k] == 0.0:
-                continue
-            active[i] = True
-            e = epsilon[p]
-            if e <= 0.0:
-                continue
-            share = k0[k] * np.sin(0.5 * np.pi * min(e, 1.0))
-            total += share * unit[p]
-            if share * swing[k] * envelope[p] > smallest and cycle[p] < finest:
-                finest, lead = cycle[p], p
-        height[i] = total
-        if lead >= 0:
-            spacing[i] = finest
-            across[i, 0], across[i, 1], across[i, 2] = (
-                direction[lead, 0],
-                direction[lead, 1],
-                direction[lead, 2],
-            )
 
 
 def _leading(starts: IntArray, size: Array, envelope: Array) -> IntArray:
@@ -317,4 +281,4 @@ def _zone(inside: npt.NDArray[np.bool_], triangles: IntArray) -> npt.NDArray[np.
         touched = inside[triangles].any(axis=1)
         inside = inside.copy()
         inside[triangles[touched]] = True
-    return inside[triangles].any(axis=1)
+    return np.asarray(inside[triangles].any(axis=1))

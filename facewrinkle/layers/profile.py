@@ -26,8 +26,8 @@ FALLOFFS: tuple[Falloff, ...] = ("paper", "smoothstep")
 def _check_alpha(alpha: float, low: float = 0.0) -> float:
     if not (np.isfinite(alpha) and alpha >= low):
         raise ParameterError(
-            f"alpha must be a finite number >= {low:g}, received {alpha!r}: below 0 furrows turn round and bulges sharp. "
-            "Use values between 1 (soft) and 4 (sharp); the default is 2."
+            f"alpha must be a finite number >= {low:g}, received {alpha!r}: below 0 furrows turn round and bulges "
+            "sharp. Use values between 1 (soft) and 4 (sharp); the default is 2."
         )
     return float(alpha)
 
@@ -168,7 +168,8 @@ def attenuation(s: npt.ArrayLike, falloff: Falloff = "paper") -> Array:
     s : array_like
         Normalised position in the outer band.
     falloff : {"paper", "smoothstep"}
-        "paper" is ``1 - (s + s^3) / 2``, continuous in value only; "smoothstep" is ``1 - 3 s^2 + 2 s^3``, continuous in slope.
+        "paper" is ``1 - (s + s^3) / 2``, continuous in value only; "smoothstep" is ``1 - 3 s^2 + 2 s^3``, continuous
+        in slope.
 
     Examples
     --------
@@ -196,7 +197,8 @@ def band(x: npt.ArrayLike, inner: float, outer: float) -> Array:
 
 
 def anisotropy(epsilon: npt.ArrayLike) -> Array:
-    """Share A of the amplitude that a compression epsilon calls up (Eq. 10): ``sin(pi epsilon / 2)``, 0 where stretched.
+    """Share A of the amplitude that a compression epsilon calls up (Eq. 10): ``sin(pi epsilon / 2)``, 0 where
+    stretched.
 
     Examples
     --------

@@ -7,7 +7,7 @@ from numba import njit
 
 
 @njit(cache=True)
-def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):  # type: ignore[no-untyped-def]
+def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
     """Biphasic edge springs: linear in the strain, stiffer by `stiffening` beyond `threshold`. Adds to grad."""
     energy = 0.0
     for e in range(edges.shape[0]):
@@ -37,7 +37,7 @@ def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):  # 
 
 
 @njit(cache=True)
-def guard(u, triangles, points, normals, double_area, smallest, stiffness, grad):  # type: ignore[no-untyped-def]
+def guard(u, triangles, points, normals, double_area, smallest, stiffness, grad):
     """Repulsion of triangles that fall below `smallest` of their area, seen along their rest normal. Adds to grad."""
     energy = 0.0
     for f in range(triangles.shape[0]):
@@ -71,7 +71,7 @@ def guard(u, triangles, points, normals, double_area, smallest, stiffness, grad)
 
 
 @njit(cache=True)
-def ties(u, shift, normals, along, across, indptr, indices, bending, grad):  # type: ignore[no-untyped-def]
+def ties(u, shift, normals, along, across, indptr, indices, bending, grad):
     """Bending, and the ties to the bone whose feet moved by `shift`: `across` along the normal, `along` the surface."""
     energy = 0.0
     for i in range(u.shape[0]):
@@ -96,7 +96,7 @@ def ties(u, shift, normals, along, across, indptr, indices, bending, grad):  # t
 
 
 @njit(cache=True)
-def keep_off_bone(u, points, foot, normals, nearest, slack, indptr, ring):  # type: ignore[no-untyped-def]
+def keep_off_bone(u, points, foot, normals, nearest, slack, indptr, ring):
     """Move vertices that entered the skull back onto it: not deeper than `slack` (0, or -inf where there is no bone).
 
     `nearest` holds the skull vertex under each vertex, and is updated by walking from neighbour to neighbour.
@@ -124,7 +124,7 @@ def keep_off_bone(u, points, foot, normals, nearest, slack, indptr, ring):  # ty
 
 
 @njit(cache=True)
-def keep_off_eye(u, points, vertices, centre, radii):  # type: ignore[no-untyped-def]
+def keep_off_eye(u, points, vertices, centre, radii):
     """Move vertices that entered an eyeball back onto it; `radii` is the closest that each vertex may come."""
     for p in range(vertices.shape[0]):
         i = vertices[p]

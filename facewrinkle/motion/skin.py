@@ -1,10 +1,10 @@
 """The mass-spring skin: how muscles move the face (the base mesh M0).
 
-Each vertex is a mass, each edge a biphasic spring; bending stiffness keeps the skin smooth, ties of soft tissue hold every
-vertex to its foot on the bone, stiffer along the normal than along the surface (skin glides), and muscles pull. All weights
-are by area, so that the mesh does not shape the motion. A step is implicit Euler: the positions minimise the sum of inertia
-and energy, found by a quasi-Newton iteration with a constant, prefactored matrix and a line search, so that it is stable at
-any time step.
+Each vertex is a mass, each edge a biphasic spring; bending stiffness keeps the skin smooth, ties of soft tissue hold
+every vertex to its foot on the bone, stiffer along the normal than along the surface (skin glides), and muscles pull.
+All weights are by area, so that the mesh does not shape the motion. A step is implicit Euler: the positions minimise
+the sum of inertia and energy, found by a quasi-Newton iteration with a constant, prefactored matrix and a line search,
+so that it is stable at any time step.
 """
 
 from __future__ import annotations
@@ -265,7 +265,9 @@ class Skin:
         return self.points + u
 
     def energy(self) -> float:
-        """Kinetic plus potential energy; without the work of the muscles, in units of the membrane stiffness times mm^2."""
+        """Kinetic plus potential energy; without the work of the muscles, in units of the membrane stiffness times
+        mm^2.
+        """
         kinetic = 0.5 * float((self._mass[:, None] * self.velocity**2).sum())
         return kinetic + self._potential(self.displacement, np.empty_like(self.displacement))
 

@@ -1,0 +1,85 @@
+"""Inner loops over the triangles and vertices of a mesh: normals, interpolation, and where a mesh is too coarse."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def accumulate(points, triangles, out):
+    """Sum of face normals, weighted by area, per vertex; not normalised."""
+    out[:] = 0.0
+    for f in range(triangles.shape[0]):
+        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
+        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        for v in (i, j, k):
+            out[v, 0] += nx
+            out[v, 1] += ny
+            out[v, 2] += nz
+
+
+@njit(cache=True)
+def normalise(vectors):
+    for v in range(vectors.shape[0]):
+        x, y, z = vectors[v, 0], vectors[v, 1], vectors[v, 2]
+        length = np.sqrt(x * x + y * y + z * z)
+        if length > 0.0:
+            vectors[v, 0] = x / length
+            vectors[v, 1] = y / length
+            vectors[v, 2] = z / length
+
+
+@njit(cache=True)
+def detail(bare, displaced, triangles, smooth, scratch, out):
+    accumulate(bare, triangles, scratch)
+    normalise(scratch)
+    accumulate(displaced, triangles, out)
+    normalise(out)
+    for v in range(out.shape[0]):
+        for k in range(3):
+            out[v, k] += smooth[v, k] - scratch[v, k]
+    normalise(out)
+
+
+@njit(cache=True)
+def carry(values, corners, barycentric, out):
+    for i in range(corners.shape[0]):
+        a, b, c = corners[i, 0], corners[i, 1], corners[i, 2]
+        wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
+        for k in range(values.shape[1]):
+            out[i, k] = wa * values[a, k] + wb * values[b, k] + wc * values[c, k]
+
+
+@njit(cache=True)
+def judge(triangles, normals, rest_normals, points, need, across, active, gamma_c, hysteresis, split, fine, largest):
+    """Eq. 19 (guarded where rest normals are nearly orthogonal) or too few vertices per half cycle: split. Neither:
+    fine.
+    """
+    for f in range(triangles.shape[0]):
+        fine[f] = True
+        for s in range(3):
+            i, j = triangles[f, s], triangles[f, (s + 1) % 3]
+            if not (active[i] or active[j]):
+                continue
+            rest = 0.0
+            now = 0.0
+            for k in range(3):
+                rest += rest_normals[i, k] * rest_normals[j, k]
+                now += normals[i, k] * normals[j, k]
+            gamma = (rest - now) / max(abs(rest), 0.1)
+            largest[i] = max(largest[i], gamma)
+            largest[j] = max(largest[j], gamma)
+            excess = 0.0
+            for v in (i, j):
+                if need[v] < np.inf:
+                    span = 0.0
+                    for k in range(3):
+                        span += (points[j, k] - points[i, k]) * across[v, k]
+                    excess = max(excess, abs(span) / need[v])
+            if gamma > gamma_c or excess > 1.0:
+                split[f] = True
+            if gamma > hysteresis * gamma_c or 2.0 * excess > 0.8:
+                fine[f] = False

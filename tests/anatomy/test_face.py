@@ -1,0 +1,238 @@
+"""The built-in face as a whole, and the anatomy under it.
+
+what                        checked against
+muscles and regions         where anatomy puts them: above, below, beside the landmarks; on the mesh
+eyeballs                    an adult's radius; the lids around them; the axes of the face
+lids                        what stays a rotation about the eyeball: closing brings the margins together
+skull                       below the skin everywhere, by the depth of the tissue where it is flat
+copies                      with_muscles leaves the face as it was
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import facewrinkle as fw
+from facewrinkle.anatomy.eyes import place_eyeballs
+from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE
+from facewrinkle.errors import MeshError
+from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.geometry.topology import boundary_loops
+
+
+def middle(muscle, part):
+    return np.atleast_2d(getattr(muscle, part)).mean(axis=0)
+
+
+def local(face, point):
+    """Lateral (to the subject's left), up and forward, in distances between the pupils."""
+    return (np.asarray(point) - face.frame.origin) @ face.frame.axes.T / face.frame.pupil_distance
+
+
+# --- the whole ----------------------------------------------------------------------------------
+
+
+def test_the_built_in_face(face):
+    assert face.mesh.n_cells == 4517
+    assert face.unit == 1.0
+    assert face.points.dtype == np.float64
+    assert face.triangles.shape == (4517, 3)
+    assert face.estimated == ()
+    assert np.unique(face.triangles).size == face.mesh.n_points
+    assert 60.0 < face.frame.pupil_distance < 66.0
+    assert face.mesh.active_texture_coordinates.shape == (face.mesh.n_points, 2)
+    assert face.texture.dtype == np.uint8
+
+
+def test_two_built_in_faces_share_no_memory():
+    one, two = fw.default_face(), fw.default_face()
+    one.mesh.points[0] += 1.0
+    one.landmarks["nasion"] += 1.0
+    assert not np.array_equal(one.mesh.points[0], two.mesh.points[0])
+    assert not np.array_equal(one.landmarks["nasion"], two.landmarks["nasion"])
+    assert np.array_equal(fw.default_face().points, two.points)
+
+
+def test_with_muscles_leaves_the_face_as_it_was(face):
+    deeper = face.muscles["corrugator_l"].replaced(depth=9.0)
+    other = face.with_muscles({"corrugator_l": deeper, "new": deeper})
+    assert other.muscles["corrugator_l"] is deeper
+    assert list(other.muscles) == [*face.muscles, "new"]
+    assert face.muscles["corrugator_l"].wrinkles.depth != 9.0
+    assert other.mesh is face.mesh
+
+
+def test_a_face_needs_triangles(face):
+    with pytest.raises(MeshError, match="triangles"):
+        fw.Face.from_landmarks(face.mesh.extract_cells([]).extract_surface(algorithm=None), face.landmarks, 1.0)
+
+
+# --- muscles where anatomy has them -------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
+def test_muscles_lie_where_anatomy_has_them(face, real_face, stem):
+    face = face if stem is None else real_face(stem)
+    marks = {name: local(face, point) for name, point in face.landmarks.items()}
+    points = {
+        (name, part): local(face, middle(muscle, part))
+        for name, muscle in face.muscles.items()
+        for part in ("attachment", "insertion")
+        if hasattr(muscle, part)
+    }
+    near = {  # insertions lie within two fifths of the distance between the pupils of ...
+        "frontalis_inner": "brow_l_inner", "frontalis_major": "brow_l_mid", "frontalis_outer": "brow_l_outer",
+        "corrugator": "brow_l_mid", "nasalis": "ala_l", "zygomaticus_major": "mouth_l", "risorius": "mouth_l",
+        "depressor_anguli_oris": "mouth_l", "mentalis": "pogonion",
+    }  # fmt: skip
+    for name, landmark in near.items():
+        assert np.linalg.norm(points[name + "_l", "insertion"] - marks[landmark]) < 0.4, name
+    for name in ("frontalis_inner", "frontalis_major", "frontalis_outer"):  # they lift the brow
+        assert points[name + "_l", "attachment"][1] > points[name + "_l", "insertion"][1] + 0.2
+    order = [points[f"frontalis_{part}_l", "insertion"][0] for part in ("inner", "major", "outer")]
+    assert order == sorted(order)
+    # Corrugators pull inwards, zygomatics up and outwards, the risorius outwards and back, depressors down.
+    pull = {n: points[n + "_l", "attachment"] - points[n + "_l", "insertion"] for n in near}
+    assert pull["corrugator"][0] < 0.0
+    assert pull["zygomaticus_major"][0] > 0.0
+    assert pull["zygomaticus_major"][1] > 0.0
+    assert pull["risorius"][0] > 0.0
+    assert pull["risorius"][2] < 0.0
+    assert pull["depressor_anguli_oris"][1] < 0.0
+    assert pull["nasalis"][1] > 0.0
+    for side, sign in (("l", 1.0), ("r", -1.0)):
+        eye = local(face, face.muscles[f"orbicularis_oculi_{side}"].centre)
+        assert eye[0] * sign > 0.3
+    mouth = local(face, face.muscles["orbicularis_oris"].centre)
+    assert abs(mouth[0]) < 0.05
+    assert mouth[1] < -0.7
+
+
+@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
+def test_both_sides_are_mirrored(face, real_face, stem):
+    face = face if stem is None else real_face(stem)
+    for name, muscle in face.muscles.items():
+        if not name.endswith("_l"):
+            continue
+        other = face.muscles[name[:-1] + "r"]
+        for part in ("attachment", "insertion", "centre"):
+            if hasattr(muscle, part):
+                left, right = local(face, middle(muscle, part)), local(face, middle(other, part))
+                np.testing.assert_allclose(left * [-1, 1, 1], right, atol=2e-3)
+
+
+def test_all_wrinkling_regions_cover_skin(face):
+    for name, muscle in face.muscles.items():
+        covered = muscle.fold_pattern.wrinkling_region(face.points)
+        assert covered.sum() >= 4, name
+        assert np.linalg.norm(muscle.force(face.points), axis=1).max() > 0.5, name
+
+
+# --- eyes ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male", "mediapipe_canonical_face_model"])
+def test_eyeballs(face, real_face, stem):
+    face = face if stem is None else real_face(stem)
+    assert [eye.side for eye in face.eyes] == ["l", "r"]
+    adult = 12.0 * face.frame.pupil_distance / MEAN_PUPIL_DISTANCE
+    for eye, sign in zip(face.eyes, (1.0, -1.0), strict=True):
+        assert 0.7 * adult < eye.radius < 1.1 * adult
+        assert local(face, eye.centre)[0] * sign == pytest.approx(0.5, abs=0.03)
+        np.testing.assert_allclose(eye.gaze, face.frame.axes[2])
+        np.testing.assert_allclose(eye.up, face.frame.axes[1])
+        ball = eye.surface(24)
+        np.testing.assert_allclose(np.linalg.norm(ball.points - eye.centre, axis=1), eye.radius, rtol=1e-5)
+        angle = ball.point_data["angle"]
+        pole = ball.points[np.argmin(angle)]
+        assert (pole - eye.centre) @ eye.gaze == pytest.approx(eye.radius, rel=1e-3)
+
+
+def test_eyeballs_fit_between_the_lids(face):
+    loops = boundary_loops(face.triangles)
+    for eye in face.eyes:
+        ring = [loop for loop in loops if np.linalg.norm(face.points[loop] - eye.centre, axis=1).max() < 2 * eye.radius]
+        assert len(ring) == 1
+        distance = np.linalg.norm(face.points[ring[0]] - eye.centre, axis=1)
+        assert np.quantile(distance, 0.2) > eye.radius
+        assert distance.min() > 0.9 * eye.radius
+
+
+def test_lids_turn_about_the_eyeball_until_they_meet(face):
+    assert set(face.lids) == {"l", "r"}
+    for side, lids in face.lids.items():
+        eye = next(eye for eye in face.eyes if eye.side == side)
+        np.testing.assert_allclose(lids.centre, eye.centre)
+        assert np.linalg.norm(lids.axis) == pytest.approx(1.0)
+        assert len(np.unique(lids.vertices)) == len(lids.vertices) == len(lids.angles) == len(lids.hold)
+        assert lids.hold.min() >= 0.0
+        assert lids.hold.max() <= 1.0
+        assert np.rad2deg(lids.angles.max()) > 15.0  # the upper lid goes down by tens of degrees
+        assert np.rad2deg(lids.angles.min()) > -15.0  # the lower one hardly moves
+        # A positive turn about the axis lowers what looks along the gaze.
+        assert np.cross(lids.axis, eye.gaze) @ eye.up < -0.9
+        upper = lids.vertices[np.argmax(lids.angles)]
+        assert (face.points[upper] - eye.centre) @ eye.up > 0.0
+
+
+def test_no_lids_where_the_eyes_are_closed(real_face):
+    assert real_face("mediapipe_canonical_face_model").lids == {}
+
+
+def test_eyes_turn_with_the_face(face):
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    from facewrinkle.anatomy.landmarks import frame_of
+
+    marks = {name: turn @ point for name, point in face.landmarks.items()}
+    eyes = place_eyeballs(marks, frame_of(marks), face.points @ turn.T, face.triangles)
+    for eye, other in zip(face.eyes, eyes, strict=True):
+        np.testing.assert_allclose(other.centre, turn @ eye.centre, atol=1e-10)
+        assert other.radius == pytest.approx(eye.radius, rel=1e-12)
+
+
+# --- skull --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
+def test_the_skull_lies_below_the_skin(face, real_face, stem):
+    face = face if stem is None else real_face(stem)
+    tissue, unit = face.tissue, face.unit
+    above = ((face.points - tissue.foot) * tissue.normals).sum(axis=1)
+    # A third of the tissue is left of it at least, wherever smoothing cut a corner.
+    assert (above >= tissue.depth / 3.0 - 1e-9 / unit).all()
+    depth = tissue.depth * unit
+    assert depth.min() > 3.0
+    assert depth.max() < 20.0
+    np.testing.assert_allclose(np.linalg.norm(tissue.normals, axis=1), 1.0, atol=1e-12)
+    agreement = (vertex_normals(face.points, face.triangles) * tissue.normals).sum(axis=1)
+    assert np.median(agreement) > 0.97
+    assert (tissue.stiffness > 0.0).all()
+    assert 0.15 < tissue.solid.mean() < 0.95
+    forehead = np.argmin(np.linalg.norm(face.points - face.landmarks["forehead_mid"], axis=1))
+    assert tissue.solid[forehead]
+    assert above[forehead] * unit == pytest.approx(5.0, abs=1.6)
+    lips = cKDTree(face.points).query([face.landmarks["upper_lip_mid"], face.landmarks["mouth_l"]])[1]
+    if len(boundary_loops(face.triangles)) > 1:  # the mouth is open
+        assert not tissue.solid[lips].any()
+    assert tissue.stiffness[lips].max() < 0.7 * tissue.stiffness[forehead]
+
+
+def test_the_skull_as_a_mesh(face):
+    skull = face.skull
+    assert np.array_equal(skull.regular_faces, face.triangles)
+    assert np.array_equal(skull.points, face.tissue.foot)
+    skull.points[0] += 1.0
+    assert not np.array_equal(face.skull.points[0], skull.points[0])
+
+
+def test_tissue_is_thick_in_the_cheek_and_thin_on_the_forehead(face):
+    at = cKDTree(face.points).query
+    marks = face.landmarks
+    cheek = at(0.5 * (marks["malar_l"] + marks["mouth_l"]))[1]
+    forehead = at(marks["forehead_mid"])[1]
+    assert face.tissue.depth[cheek] > 2.0 * face.tissue.depth[forehead]
+    samples = face.atlas.tissue_samples(marks, face.frame)
+    assert face.tissue.depth.min() >= samples[1].min()
+    assert face.tissue.depth.max() <= samples[1].max()

@@ -1,0 +1,271 @@
+"""A face from any mesh.
+
+what                            checked against
+real faces                      the unit they are documented in; muscles on their skin
+turned, scaled, moved meshes    the same face, turned, scaled, moved: all of its anatomy, to 1e-8
+missing landmarks               those that were left out
+quads, soup of parts, units     the same face of triangles
+errors                          their messages
+the input                       its fingerprint
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+import facewrinkle as fw
+from facewrinkle.anatomy.landmarks import REQUIRED, mirrored_name
+from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, UnknownNameError
+
+TURN = Rotation.from_rotvec([0.3, 2.0, -0.5]).as_matrix()
+
+
+def moved(mesh, landmarks, rotation=TURN, scale=1.0, shift=(0.0, 0.0, 0.0)):
+    other = mesh.copy()
+    other.points = scale * np.asarray(mesh.points, dtype=np.float64) @ rotation.T + shift
+    return other, {name: scale * rotation @ point + shift for name, point in landmarks.items()}
+
+
+# --- real faces ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("stem", "unit", "points", "triangles"),
+    [
+        ("ict_face_narrow", 10.0, 6706, 13120),
+        ("makehuman_head_male", 100.0, 4328, None),
+        ("mediapipe_canonical_face_model", 10.0, 468, 898),
+    ],
+)
+def test_real_faces_are_measured_right(real_face, stem, unit, points, triangles):
+    face = real_face(stem)
+    assert face.unit == pytest.approx(unit, rel=0.1)
+    assert face.mesh.n_points == points
+    assert triangles in (None, face.mesh.n_cells)
+    assert face.unit * face.frame.pupil_distance == pytest.approx(63.0)
+    skin = cKDTree(face.points)
+    for name, muscle in face.muscles.items():
+        if hasattr(muscle, "insertion"):  # in the skin, or a few mm below it
+            assert skin.query(np.atleast_2d(muscle.insertion).mean(axis=0))[0] * face.unit < 12.0, name
+            assert skin.query(np.atleast_2d(muscle.attachment).mean(axis=0))[0] * face.unit < 32.0, name
+    for name in face.landmarks:
+        if name.startswith("eye") and name.endswith("centre"):
+            continue
+        assert skin.query(face.landmarks[name])[0] * face.unit < 12.0, name
+
+
+def test_muscles_of_the_symmetric_face_cover_mirrored_skin(real_face):
+    face = real_face("ict_face_narrow")
+    points = face.points
+    mirror = cKDTree(points).query(points * [-1.0, 1.0, 1.0])
+    assert mirror[0].max() < 0.01  # cm
+    for name, muscle in face.muscles.items():
+        if name.endswith("_l"):
+            left = np.linalg.norm(muscle.force(points), axis=1)
+            right = np.linalg.norm(face.muscles[name[:-1] + "r"].force(points), axis=1)
+            assert np.abs(left - right[mirror[1]]).max() < 0.05, name
+
+
+def test_a_real_face_moves_and_wrinkles(real_face):
+    face = real_face("ict_face_narrow")
+    sim = fw.Simulation(face)
+    sim.express("surprise")
+    for frame in sim.run(30):
+        pass
+    assert sim.skin.displacement[:, 1].max() > 3.0  # mm
+    assert np.abs(frame["W"]).max() > 0.1  # mm
+    # A frame is in the unit of the mesh.
+    assert np.linalg.norm(frame.points[: face.mesh.n_points] - face.points, axis=1).max() * face.unit < 40.0
+    assert np.isfinite(frame.points).all()
+
+
+# --- the same face elsewhere --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_fitting_commutes_with_moving_the_mesh(face, scale):
+    rest = fw.fit_face(face.mesh, face.landmarks)
+    shift = scale * np.array([500.0, -200.0, 90.0])
+    other = fw.fit_face(*moved(face.mesh, face.landmarks, TURN, scale, shift))
+    assert other.unit == pytest.approx(rest.unit / scale, rel=1e-8)
+    size = scale * rest.frame.pupil_distance
+
+    def same(a, b):
+        np.testing.assert_allclose(a, scale * np.asarray(b) @ TURN.T + shift, rtol=0, atol=1e-8 * size)
+
+    same(other.points, rest.points)
+    same(other.tissue.foot, rest.tissue.foot)
+    np.testing.assert_allclose(other.tissue.depth, scale * rest.tissue.depth, rtol=1e-8)
+    np.testing.assert_allclose(other.tissue.stiffness, rest.tissue.stiffness, rtol=1e-8)
+    np.testing.assert_allclose(other.tissue.normals, rest.tissue.normals @ TURN.T, atol=1e-8)
+    assert np.array_equal(other.tissue.solid, rest.tissue.solid)
+    for a, b in zip(other.eyes, rest.eyes, strict=True):
+        same(a.centre, b.centre)
+        assert a.radius == pytest.approx(scale * b.radius, rel=1e-8)
+    for side, lids in rest.lids.items():
+        assert np.array_equal(other.lids[side].vertices, lids.vertices)
+        np.testing.assert_allclose(other.lids[side].angles, lids.angles, atol=1e-8)
+        np.testing.assert_allclose(other.lids[side].hold, lids.hold, atol=1e-8)
+    for name, muscle in rest.muscles.items():
+        mine = other.muscles[name]
+        np.testing.assert_allclose(mine.force(other.points), muscle.force(rest.points) @ TURN.T, atol=1e-8)
+        pattern, expected = mine.fold_pattern, muscle.fold_pattern
+        np.testing.assert_allclose(
+            pattern.unit_amplitude(other.points), expected.unit_amplitude(rest.points), rtol=0, atol=1e-8
+        )
+        np.testing.assert_allclose(pattern.half_cycles(other.points), scale * expected.half_cycles(rest.points), rtol=1e-8)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_simulation_commutes_with_scaling_and_shifting_the_mesh(face, scale):
+    frames = []
+    shift = scale * np.array([500.0, -200.0, 90.0])
+    for mesh, marks in ((face.mesh, face.landmarks), moved(face.mesh, face.landmarks, np.eye(3), scale, shift)):
+        sim = fw.Simulation(fw.fit_face(mesh, marks))
+        sim.express("fear")
+        frames.append(list(sim.run(12))[-1])
+    rest, other = frames
+    assert np.array_equal(other.regular_faces, rest.regular_faces)
+    np.testing.assert_allclose(other["W"], rest["W"], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(other.points, scale * rest.points + shift, rtol=0, atol=1e-8 * scale)
+
+
+def test_the_end_of_a_motion_does_not_depend_on_the_axes(face):
+    ends = []
+    for rotation in (np.eye(3), TURN):
+        skin = fw.Skin(fw.fit_face(*moved(face.mesh, face.landmarks, rotation)))
+        skin.contract({name: 1.0 for name in skin.names if "frontalis" in name})
+        for _ in range(80):
+            skin.step()
+        ends.append(skin.displacement @ rotation)
+    np.testing.assert_allclose(ends[1], ends[0], atol=1e-5)
+    assert np.abs(ends[0]).max() > 3.0
+
+
+def test_the_built_in_face_fits_itself(face):
+    fitted = fw.fit_face(face.mesh, face.landmarks, units="mm")
+    assert fitted.unit == 1.0
+    assert np.array_equal(fitted.points, face.points)
+    assert np.array_equal(fitted.tissue.foot, face.tissue.foot)
+    for name, muscle in face.muscles.items():
+        assert np.array_equal(fitted.muscles[name].force(face.points), muscle.force(face.points))
+
+
+def test_numbering_does_not_matter(face):
+    rng = np.random.default_rng(9)
+    order = rng.permutation(face.mesh.n_points)
+    number = np.argsort(order)
+    triangles = number[face.triangles][rng.permutation(len(face.triangles))]
+    other = fw.fit_face(pv.PolyData.from_regular_faces(face.points[order], triangles), face.landmarks, units=1.0)
+    np.testing.assert_allclose(other.tissue.foot, face.tissue.foot[order], atol=1e-8)
+    np.testing.assert_allclose(other.tissue.depth, face.tissue.depth[order], atol=1e-12)
+    for a, b in zip(other.eyes, face.eyes, strict=True):
+        assert a.radius == pytest.approx(b.radius, rel=1e-12)
+
+
+# --- meshes of other kinds ----------------------------------------------------------------------
+
+
+def test_quads_parts_and_loose_points(face):
+    ball = pv.Sphere(radius=8.0, center=(500.0, 0.0, 0.0)).triangulate()
+    soup = face.mesh.copy()
+    soup.clear_data()
+    soup = soup.append_polydata(ball)
+    with pytest.warns(FaceWrinkleWarning, match="Kept one of 2 separate parts"):
+        fitted = fw.fit_face(soup, face.landmarks, units="mm")
+    assert fitted.mesh.n_points == face.mesh.n_points
+    np.testing.assert_allclose(fitted.tissue.foot, face.tissue.foot, atol=1e-9)
+
+
+def test_inward_triangles_are_turned(face):
+    inside_out = pv.PolyData.from_regular_faces(face.points, face.triangles[:, ::-1])
+    with pytest.warns(FaceWrinkleWarning, match="inward"):
+        fitted = fw.fit_face(inside_out, face.landmarks, units="mm")
+    np.testing.assert_allclose(fitted.tissue.foot, face.tissue.foot, atol=1e-9)
+
+
+def test_the_input_is_not_changed(face, fingerprint):
+    mesh = face.mesh.copy()
+    mesh.cell_data["part"] = np.arange(mesh.n_cells)
+    marks = {name: point.copy() for name, point in face.landmarks.items() if name != "trichion"}
+    before, kept = fingerprint(mesh), {name: point.copy() for name, point in marks.items()}
+    fitted = fw.fit_face(mesh, marks)
+    sim = fw.Simulation(fitted)
+    sim.express("frowning")
+    for _ in sim.run(5):
+        pass
+    fitted.mesh.points[:] = 0.0
+    assert fingerprint(mesh) == before
+    assert set(marks) == set(kept)
+    assert all(np.array_equal(marks[name], point) for name, point in kept.items())
+
+
+def test_point_data_comes_along(face):
+    fitted = fw.fit_face(face.mesh, face.landmarks)
+    for name in face.mesh.point_data:
+        assert np.array_equal(fitted.mesh.point_data[name], face.mesh.point_data[name])
+
+
+# --- landmarks and units ------------------------------------------------------------------------
+
+
+def test_seven_landmarks_of_each_side_are_enough(face):
+    given = {name: face.landmarks[name] for n in REQUIRED for name in (n, mirrored_name(n))}
+    fitted = fw.fit_face(face.mesh, given, units="mm")
+    assert set(fitted.estimated) == set(face.landmarks) - set(given)
+    points = {tuple(point) for point in face.points}
+    for name in fitted.estimated:
+        if "centre" not in name:
+            assert tuple(fitted.landmarks[name]) in points
+        assert np.linalg.norm(fitted.landmarks[name] - face.landmarks[name]) < 0.15 * face.frame.pupil_distance
+    assert len(fitted.muscles) == 23
+
+
+def test_one_side_is_mirrored(face):
+    given = {name: p for name, p in face.landmarks.items() if "_r" not in name or name == "mouth_r"}
+    fitted = fw.fit_face(face.mesh, given, units="mm")
+    for name in fitted.estimated:
+        assert np.linalg.norm(fitted.landmarks[name] - face.landmarks[name]) < 6.0
+
+
+@pytest.mark.parametrize(("units", "unit"), [("mm", 1.0), ("in", 25.4), ("cm", 10.0), ("m", 1e3), ("um", 1e-3), (2.5, 2.5)])
+def test_units(face, units, unit):
+    mesh, marks = moved(face.mesh, face.landmarks, np.eye(3), 1.0 / unit)
+    if units == 2.5:
+        assert fw.fit_face(mesh, marks, units=units).unit == 2.5
+        return
+    fitted = fw.fit_face(mesh, marks, units=units)
+    assert fitted.unit == unit
+    np.testing.assert_allclose(fitted.tissue.depth * unit, face.tissue.depth, rtol=1e-9)
+
+
+def test_a_face_of_giants_is_doubted(face):
+    with pytest.warns(FaceWrinkleWarning, match="the pupils are"):
+        fitted = fw.fit_face(face.mesh, face.landmarks, units="cm")
+    assert fitted.unit == 10.0
+
+
+def test_errors(face):
+    with pytest.raises(LandmarkError, match="needs landmarks"):
+        fw.fit_face(face.mesh)
+    with pytest.raises(LandmarkError, match="missing landmarks: nose_tip"):
+        fw.fit_face(face.mesh, {n: p for n, p in face.landmarks.items() if n != "nose_tip"})
+    with pytest.raises(LandmarkError, match="swapped left for right"):
+        fw.fit_face(face.mesh, {mirrored_name(n): p for n, p in face.landmarks.items()})
+    with pytest.raises(LandmarkError, match="off the mesh.*malar_l"):
+        fw.fit_face(face.mesh, {**face.landmarks, "malar_l": face.landmarks["malar_l"] + [20.0, 0, 0]})
+    with pytest.raises(LandmarkError, match="same unit"):
+        fw.fit_face(face.mesh, {name: 10.0 * point for name, point in face.landmarks.items()})
+    with pytest.raises(UnknownNameError, match="unit 'milimeter'"):
+        fw.fit_face(face.mesh, face.landmarks, units="milimeter")
+    for units in (0.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(ParameterError, match="units"):
+            fw.fit_face(face.mesh, face.landmarks, units=units)
+    with pytest.raises(MeshError):
+        fw.fit_face(pv.PolyData(face.points), face.landmarks)
+    with pytest.raises(MeshError, match="no file"):
+        fw.fit_face("none.obj", face.landmarks)
