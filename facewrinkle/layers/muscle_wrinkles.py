@@ -109,8 +109,7 @@ class Folds:
         if not len(new.leading):
             return old
         shift = old.starts[-1]
-        columns = ["muscle", "height", "envelope", "cycle", "coordinates", "direction", "rest"]
-        joined = (np.concatenate([getattr(old, c), getattr(new, c)]) for c in columns)
+        joined = {c: np.concatenate([getattr(old, c), getattr(new, c)]) for c in OF_ENTRIES}
         leading = np.concatenate([old.leading, np.where(new.leading >= 0, new.leading + shift, -1)])
         starts = np.concatenate([old.starts, new.starts[1:] + shift])
         return Folds(starts=starts, leading=leading.astype(np.int32), **joined)
@@ -123,8 +122,7 @@ class Folds:
         starts = np.concatenate([[0], np.cumsum(counts[kept])]).astype(np.int32)
         offset = self.leading[kept] - self.starts[:-1][kept]
         leading = np.where(self.leading[kept] >= 0, starts[:-1] + offset, -1).astype(np.int32)
-        columns = ["muscle", "height", "envelope", "cycle", "coordinates", "direction", "rest"]
-        return Folds(starts, *(getattr(self, c)[entries] for c in columns), leading=leading)
+        return Folds(starts=starts, leading=leading, **{c: getattr(self, c)[entries] for c in OF_ENTRIES})
 
 
 OF_ENTRIES = ("muscle", "height", "envelope", "cycle", "coordinates", "direction", "rest")
