@@ -23,8 +23,10 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 from .errors import FaceWrinkleWarning, MeshError, ParameterError
 from .formats import Polygons, read_obj, read_off
 from .geometry import topology
+from .geometry.refinement import RedGreenForest
+from .geometry.transfer import carried, nearest_carried
 
-__all__ = ["ARRAYS", "MUSCLES", "Surface", "prepare", "read_surface", "to_polydata"]
+__all__ = ["ARRAYS", "MUSCLES", "Surface", "carried_point_data", "prepare", "read_surface", "refine", "to_polydata"]
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
     {
@@ -102,6 +104,64 @@ def to_polydata(
             )
         mesh.point_data[name] = values
     return mesh
+
+
+def carried_point_data(mesh: pv.PolyData, corners: np.ndarray, barycentric: np.ndarray) -> dict[str, np.ndarray]:
+    """The point data of a mesh at places given by three of its vertices and weights (n, 3).
+
+    Numbers are interpolated, labels come from the nearest vertex; normals, which do not interpolate, are left out.
+    """
+    out = {}
+    for name, values in mesh.point_data.items():
+        array = np.asarray(values)
+        if name == "Normals":
+            continue
+        if array.dtype.kind == "f" or array.dtype == np.uint8:
+            flat = carried(array.reshape(len(array), -1).astype(np.float64), corners, barycentric)
+            flat = np.rint(flat) if array.dtype == np.uint8 else flat
+            out[name] = flat.reshape(-1, *array.shape[1:]).astype(array.dtype)
+        else:
+            out[name] = nearest_carried(array, corners, barycentric)
+    return out
+
+
+def refine(mesh: pv.PolyData, marked: np.ndarray) -> pv.PolyData:
+    """Split the marked triangles of a mesh in four and close the mesh around them: red-green refinement in one go.
+
+    Parameters
+    ----------
+    mesh : PolyData
+        Triangles or polygons (which are triangulated). Not changed.
+    marked : (m,) bool, or indices of triangles
+
+    Returns
+    -------
+    PolyData
+        The refined mesh with the interpolated point data. New points follow the old ones; none hangs on an edge.
+
+    Raises
+    ------
+    MeshError
+        If the mesh has no triangles, or the marks do not fit them.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> fine = refine(pv.Plane(i_resolution=2, j_resolution=2).triangulate(), [0])
+    >>> fine.n_cells, fine.n_points
+    (12, 12)
+    """
+    source = read_surface(mesh)
+    triangles = np.asarray(source.regular_faces, dtype=np.int32)
+    if len(triangles) == 0:
+        raise MeshError("the mesh has no faces to refine.")
+    forest = RedGreenForest(triangles, n_points=source.n_points)
+    forest.split(marked)
+    points = carried(np.asarray(source.points, dtype=np.float64), forest.corners, forest.barycentric)
+    data = carried_point_data(source, forest.corners, forest.barycentric)
+    fine = to_polydata(points, forest.triangles, data)
+    fine.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
+    return fine
 
 
 # --- in -----------------------------------------------------------------------------------------
@@ -442,8 +502,8 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
     _check_finite(points)
     report: list[str] = []
     triangles = _without_degenerate(points, np.asarray(source.regular_faces), report)
-    _check_manifold(triangles)
     triangles = _one_component(points, triangles, near, report)
+    _check_manifold(triangles)
     triangles = _oriented(points, triangles, forward, report)
     kept, renumbered = np.unique(triangles, return_inverse=True)
     for sentence in report:

@@ -75,6 +75,9 @@ VIEWS: dict[str, View] = {
 """All views that have a name."""
 
 VIEW_ANGLE = 15.0
+SAMPLES = 2
+"""Pictures are drawn this many times larger and reduced: in software that takes half the time of multisampling."""
+
 SKIN: dict[str, Any] = dict(ambient=0.2, diffuse=0.88, specular=0.13, specular_power=14.0)
 EYE: dict[str, Any] = dict(ambient=0.3, diffuse=0.72, specular=1.0, specular_power=90.0)
 HAIR: dict[str, Any] = dict(ambient=0.3, diffuse=0.7, specular=0.05)
@@ -118,7 +121,7 @@ class Style:
         Colour by this array of the frame in place of skin.
     eyes, brows : bool
     quick : bool
-        One headlight and no anti-aliasing: about four times as fast in software.
+        One headlight and no anti-aliasing.
     """
 
     size: tuple[int, int] = (800, 800)
@@ -160,10 +163,11 @@ class Scene:
     def __init__(self, face: Face, style: Style | None = None) -> None:
         self.face = face
         self.style = style or Style()
-        self.plotter = pv.Plotter(off_screen=True, window_size=list(self.style.size), lighting="none")
+        self._samples = 1 if self.style.quick else SAMPLES
+        window = [self._samples * pixels for pixels in self.style.size]
+        self.plotter = pv.Plotter(off_screen=True, window_size=window, lighting="none")
+        self.plotter.disable_anti_aliasing()
         self.plotter.set_background(BACKGROUND[0], top=BACKGROUND[1])
-        if self.style.quick:
-            self.plotter.disable_anti_aliasing()
         _aim(self.plotter, face, self.style)
         self._texture = _texture(face)
         self._brows = None
@@ -177,7 +181,7 @@ class Scene:
         skin = _shaded(frame)
         options = SKIN | self._colouring(skin)
         if self.style.wireframe:
-            options |= {"show_edges": True, "edge_color": "#241a16", "line_width": 1.0, "edge_opacity": 0.75}
+            options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
         self._add(skin, "skin", **options)
         if self._brows is not None:
             n = self.face.mesh.n_points  # base vertices come first in every frame
@@ -193,7 +197,8 @@ class Scene:
     def picture(self, frame: pv.PolyData) -> Image:
         """The picture of a frame: ndarray of uint8, shape (height, width, 3)."""
         self.draw(frame)
-        return np.array(self.plotter.screenshot(None, return_img=True))
+        image = np.array(self.plotter.screenshot(None, return_img=True))
+        return image if self._samples == 1 else _reduced(image, self._samples)
 
     def close(self) -> None:
         """Free the window and what was drawn in it."""
@@ -212,7 +217,7 @@ class Scene:
     def _colouring(self, skin: pv.PolyData) -> dict[str, Any]:
         """What `add_mesh` needs to colour the skin: a field, the face's texture, its colours, or plain skin."""
         if self.style.scalars is not None:
-            return _field(skin, self.style.scalars)
+            return _field(skin, self.style.scalars, self.style.size[1] * self._samples)
         if self._texture is not None and skin.active_texture_coordinates is not None:
             return {"texture": self._texture}
         colours = skin.point_data.get("Colors")
@@ -307,6 +312,12 @@ def save_picture(image: Image, path: str | Path) -> Path:
     return Path(path)
 
 
+def _reduced(image: Image, factor: int) -> Image:
+    from PIL import Image as Pillow
+
+    return np.array(Pillow.fromarray(image).reduce(factor))
+
+
 def _shaded(frame: pv.PolyData) -> pv.PolyData:
     """A shallow copy with normals that are right: a frame's are, those of any other mesh may be stale."""
     skin = frame.copy(deep=False)
@@ -323,8 +334,8 @@ def _texture(face: Face) -> pv.Texture | None:
     return texture
 
 
-def _field(skin: pv.PolyData, name: str) -> dict[str, Any]:
-    """Colours and a scalar bar for a field; grey where it means nothing."""
+def _field(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
+    """Colours and a scalar bar for a field in a window of this height; grey where it means nothing."""
     if name not in skin.point_data:
         raise unknown_name("field", name, [n for n in ARRAYS if n in skin.point_data])
     values = np.array(skin.point_data[name], dtype=np.float64)
@@ -335,6 +346,7 @@ def _field(skin: pv.PolyData, name: str) -> dict[str, Any]:
     colours, limits = FIELD_COLOURS.get(name, ("viridis", None))
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     bar = {"color": "white", "title": f"{name} (mm)\n" if name == "W" else f"{name}\n", "fmt": "%.2g"}
+    bar |= {"title_font_size": height // 40, "label_font_size": height // 50}
     bar |= {"vertical": True, "position_x": 0.82, "position_y": 0.2, "height": 0.6, "width": 0.06}
     options: dict[str, Any] = {"cmap": colours, "nan_color": "#8d8580", "specular": 0.0, "clim": limits}
     if colours == "RdBu_r":

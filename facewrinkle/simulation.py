@@ -16,10 +16,10 @@ from .errors import ParameterError, check_range, unknown_name
 from .geometry import _mesh_kernels as kernels
 from .geometry.normals import detail_normals, vertex_normals
 from .geometry.refinement import Change, RedGreenForest
-from .geometry.transfer import carried, nearest_carried
+from .geometry.transfer import carried
 from .layers.base import Layer, Moment, Relief, Sites
 from .layers.muscle_wrinkles import MuscleWrinkles
-from .mesh import MUSCLES, to_polydata
+from .mesh import MUSCLES, carried_point_data, to_polydata
 from .motion.skin import Skin, SkinMaterial
 
 Array = npt.NDArray[np.float64]
@@ -292,7 +292,7 @@ class Simulation:
 
     def _polydata(self, points: Array, normals: Array, split_gamma: Array) -> pv.PolyData:
         if self._carried is None:
-            self._carried = self._carry_point_data()
+            self._carried = carried_point_data(self.face.mesh, self._sites.corners, self._sites.barycentric)
         data = {**self._carried, "Normals": normals, "split_gamma": split_gamma, "rest": self._sites.points}
         data["level"] = self.forest.vertex_level
         for layer in self.layers:
@@ -304,22 +304,6 @@ class Simulation:
             frame.point_data.active_texture_coordinates_name = names.active_texture_coordinates_name
         frame.point_data.active_normals_name = "Normals"
         return frame
-
-    def _carry_point_data(self) -> dict[str, np.ndarray]:
-        """The point data of the face's mesh on the refined one."""
-        corners, weights = self._sites.corners, self._sites.barycentric
-        out = {}
-        for name, values in self.face.mesh.point_data.items():
-            array = np.asarray(values)
-            if name == "Normals":
-                continue
-            if array.dtype.kind == "f" or array.dtype == np.uint8:
-                flat = carried(array.reshape(len(array), -1).astype(np.float64), corners, weights)
-                flat = np.rint(flat) if array.dtype == np.uint8 else flat
-                out[name] = flat.reshape(-1, *array.shape[1:]).astype(array.dtype)
-            else:
-                out[name] = nearest_carried(array, corners, weights)
-        return out
 
     def fields(self, muscle: str) -> dict[str, np.ndarray]:
         """One muscle's own lambda, gamma, epsilon, W and region on the present mesh.
