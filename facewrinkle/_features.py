@@ -74,32 +74,30 @@ class Brows:
         self.width = width
         k, p = hairs.triangles.shape
         random = np.random.default_rng(7)
-        count = k * self.STRANDS
-        self._shift = random.uniform(-7.0, 7.0, (count, 1, 1)) * width
-        self._bend = random.normal(0.0, 3.0, (count, 1, 1)) * width
-        self._length = random.uniform(0.55, 1.0, (count, 1, 1))
-        tint = np.array([64.0, 46.0, 36.0]) * random.uniform(0.7, 1.25, (count, 1, 1))
-        tips = np.linspace(0.0, 1.0, p)[:, None] ** 2
-        paint = tint * (1.0 - tips) + np.array([118.0, 88.0, 70.0]) * tips
-        self._paint = np.repeat(paint[:, :, None, :], 2, axis=2).reshape(-1, 3).astype(np.uint8)
-        corner = 2 * p * np.arange(count)[:, None] + 2 * np.arange(p - 1)
+        share = np.linspace(0.0, 1.0, p)[:, None]
+        shape = (k, self.STRANDS, 1, 1)
+        self._length = random.uniform(0.55, 1.0, shape)
+        self._aside = width * (random.uniform(-7.0, 7.0, shape) * (1.0 - 0.5 * share) + random.normal(0.0, 3.0, shape) * share**2)
+        self._half = 0.5 * width * (1.0 - 0.8 * share**2)
+        tint = np.array([64.0, 46.0, 36.0]) * random.uniform(0.7, 1.25, shape)
+        paint = tint * (1.0 - share**2) + np.array([118.0, 88.0, 70.0]) * share**2
+        self._paint = np.repeat(paint.reshape(-1, 3), 2, axis=0).astype(np.uint8)
+        corner = 2 * p * np.arange(k * self.STRANDS)[:, None] + 2 * np.arange(p - 1)
         self._quads = np.stack([corner, corner + 1, corner + 3, corner + 2], axis=-1).reshape(-1, 4)
 
     def on(self, points: Array, triangles: IntArray, normals: Array) -> pv.PolyData:
         """The ribbons, with `paint` (rgb), on the skin as it is now: its points and vertex normals (n, 3)."""
-        lines = np.repeat(self.hairs.polylines(points, triangles, normals), self.STRANDS, axis=0)
-        weights, corners = self.hairs.weights, triangles[self.hairs.triangles]
-        up = np.repeat(np.einsum("kpc,kpci->kpi", weights, normals[corners]), self.STRANDS, axis=0)
+        lines = self.hairs.polylines(points, triangles, normals)
+        up = np.einsum("kpc,kpci->kpi", self.hairs.weights, normals[triangles[self.hairs.triangles]])
         along = np.gradient(lines, axis=1)
         side = np.cross(along, up)
         side /= np.maximum(np.linalg.norm(side, axis=2, keepdims=True), 1e-12)
-        share = np.linspace(0.0, 1.0, lines.shape[1])[:, None]
-        lines = lines[:, :1] + self._length * (lines - lines[:, :1])
-        lines += (self._shift * (1.0 - 0.5 * share) + self._bend * share**2) * side
-        half = 0.5 * self.width * (1.0 - 0.8 * share**2) * side
-        ribbons = np.stack([lines - half, lines + half], axis=2)
+        lines, up, side = (array[:, None] for array in (lines, up, side))
+        strands = lines[..., :1, :] + self._length * (lines - lines[..., :1, :]) + self._aside * side
+        half = self._half * side
+        ribbons = np.stack([strands - half, strands + half], axis=3)
         mesh = pv.PolyData.from_regular_faces(ribbons.reshape(-1, 3), self._quads)
-        mesh.point_data["Normals"] = np.repeat(up[:, :, None, :], 2, axis=2).reshape(-1, 3)
+        mesh.point_data["Normals"] = np.broadcast_to(up[:, :, :, None], ribbons.shape).reshape(-1, 3)
         mesh.point_data["paint"] = self._paint
         return mesh
 

@@ -55,8 +55,9 @@ _LEFT = {
 }
 CLOSE: dict[str, View] = {
     "forehead": View((0.12, 0.1, 1.0), "glabella", (0.0, 0.26, -0.2), 1.36),
-    "glabella": View((0.1, 0.05, 1.0), "glabella", (0.0, 0.0, -0.1), 0.92),
+    "glabella": View((0.1, 0.05, 1.0), "glabella", (0.0, 0.08, -0.1), 1.05),
     "nose": View((0.35, 0.05, 1.0), "nose_tip", (0.0, 0.3, -0.2), 1.0),
+    "cheeks": View((0.2, 0.02, 1.0), "nose_tip", (0.0, 0.0, -0.4), 2.1),
     "mouth": View((0.2, 0.0, 1.0), "upper_lip_mid", (0.0, -0.12, -0.2), 1.3),
     "chin": View((0.25, 0.0, 1.0), "pogonion", (0.0, 0.05, -0.1), 1.1),
     "left_eye": _LEFT["left_eye"],
@@ -256,38 +257,33 @@ def pictures(frames: Iterable[pv.PolyData], face: Face, style: Style | None = No
             yield scene.picture(frame)
 
 
-def closeup(face: Face, rates: Mapping[str, float]) -> str:
-    """The name of the view in :data:`CLOSE` that shows most of the skin that muscles wrinkle; "front" if there is none.
-
-    Parameters
-    ----------
-    face : Face
-    rates : mapping of str to float
-        Contraction rates by muscle.
+def closeup(frame: pv.PolyData, face: Face) -> str:
+    """The name of the view in :data:`CLOSE` that shows most of the wrinkles of a frame; "front" where it has none.
 
     Examples
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> closeup(face, {"corrugator_l": 1.0, "corrugator_r": 1.0})
+    >>> sim = fw.Simulation(face)
+    >>> sim.express("frowning")
+    >>> *_, frame = sim.run(15)
+    >>> closeup(frame, face)
     'glabella'
     """
-    points, triangles, size = face.points, face.triangles, face.frame.pupil_distance
+    points, triangles, size = np.asarray(frame.points), np.asarray(frame.regular_faces), face.frame.pupil_distance
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     area = np.bincount(triangles.ravel(), np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1), 3), len(points))
-    weight = np.zeros(len(points))
-    for name, rate in rates.items():
-        folds = face.muscles[name].fold_pattern
-        weight += area * (rate * folds.wrinkles.depth * folds.envelope(points)) ** 2
+    weight = area * np.asarray(frame.point_data["W"]) ** 2
     if not weight.any():
         return "front"
-    normals = vertex_normals(points, triangles)
+    normals = np.asarray(frame.point_data["Normals"])
 
     def shown(name: str) -> float:
-        focus, towards, right, up = _stand(face, CLOSE[name])
-        x, y = (points - focus) @ right, (points - focus) @ up
-        inside = np.maximum(np.abs(x), np.abs(y)) < 0.45 * CLOSE[name].height * size
-        return float((weight * inside * np.clip(normals @ towards, 0.0, 1.0)).sum() / CLOSE[name].height ** 0.8)
+        view = CLOSE[name]
+        focus, towards, right, up = _stand(face, view)
+        away = np.maximum(np.abs((points - focus) @ right), np.abs((points - focus) @ up)) / (view.height * size)
+        inside = np.clip((0.5 - away) / 0.15, 0.0, 1.0)  # less and less towards the border of the picture
+        return float((weight * inside * np.clip(normals @ towards, 0.0, 1.0)).sum() / view.height**0.5)
 
     return max(CLOSE, key=shown)
 
@@ -304,11 +300,14 @@ def stacked(images: Sequence[Image], gap: int = 4) -> Image:
     return side_by_side([image.swapaxes(0, 1) for image in images], gap).swapaxes(0, 1)
 
 
-def save_picture(image: Image, path: str | Path) -> Path:
-    """Write a picture as PNG."""
+def save_picture(image: Image, path: str | Path, colours: int | None = None) -> Path:
+    """Write a picture as PNG; with a palette of so many colours (at most 256), it takes a third of the space."""
     from PIL import Image as Pillow
 
-    Pillow.fromarray(np.ascontiguousarray(image)).save(path, format="PNG", compress_level=6)
+    picture = Pillow.fromarray(np.ascontiguousarray(image))
+    if colours is not None:
+        picture = picture.quantize(colours)
+    picture.save(path, format="PNG", optimize=colours is not None)
     return Path(path)
 
 
@@ -357,7 +356,7 @@ def _field(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
         values, names = _pairs(values, [str(muscle) for muscle in skin.field_data[MUSCLES]])
         options |= {"annotations": dict(enumerate(names)), "clim": (-0.5, max(len(names), 1) - 0.5)}
         options["n_colors"] = max(len(names), 1)
-        bar |= {"n_labels": 0, "position_x": 0.93}
+        bar |= {"n_labels": 0, "position_x": 0.91}
     if name == "level":
         options |= {"clim": (-0.5, largest + 0.5), "n_colors": int(largest) + 1}
         bar |= {"n_labels": 0}

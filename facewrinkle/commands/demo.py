@@ -16,7 +16,7 @@ from .express import record
 from .table1 import tabulate
 from .take import Take
 
-SIZE, FRAMES, TILE = 480, 40, 256
+SIZE, FRAMES, TILE = 420, 32, 204
 
 
 def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
@@ -39,7 +39,7 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
         peak = record(take, folder / row.expression, row.expression, report, series=False, fields=False)
         styles = (Style(take.size), Style(take.size, take.close), Style(take.size, take.close, wireframe=True))
         columns.append(stacked([_small(picture(peak, face, style)) for style in styles]))
-    contact = save_picture(side_by_side(columns), folder / "contact.png")
+    contact = save_picture(side_by_side(columns), folder / "contact.png", colours=256)
     report.say(f"\n{contact}: the five expressions, their wrinkles, and the triangles under them\n")
     tabulate(face, report, folder, iterations=250, drawings=25)
     report.say(f"\n{time.perf_counter() - begin:.0f} s")

@@ -70,7 +70,7 @@ def express(
     size
         Pixels of each picture: 800, or 800x600.
     view
-        View of the close-up. Default: chosen from the muscles that act.
+        View of the close-up. Default: where the wrinkles are.
     fps
         Pictures in a second of the movie.
     out

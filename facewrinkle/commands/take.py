@@ -39,7 +39,7 @@ class Take:
     size : tuple of int
         Of a picture, pixels.
     view : str, optional
-        Of the close-up; default: chosen from the muscles.
+        Of the close-up; default: where the wrinkles are.
     fps : float
     """
 
@@ -60,8 +60,11 @@ class Take:
 
     @cached_property
     def close(self) -> str:
-        """The view of the close-up."""
-        return self.view or closeup(self.face, self.rates)
+        """The view of the close-up: chosen after a quick rehearsal, where none was asked for."""
+        if self.view is not None:
+            return self.view
+        *_, frame = self.simulation().run(15)
+        return closeup(frame, self.face)
 
     @property
     def steps(self) -> int:

@@ -18,7 +18,8 @@ from scipy.spatial.transform import Rotation
 
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import vertex_rings
-from facewrinkle.layers.compression import StrainField, along, edge_compression, strain_epsilon
+from facewrinkle.layers._kernels import strain_epsilon
+from facewrinkle.layers.compression import StrainField, along, edge_compression
 
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 

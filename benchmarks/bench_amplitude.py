@@ -1,0 +1,205 @@
+"""The amplitudes of a frame (compression, W = H A At, displacement) against the same formulas in numpy and scipy.
+
+The reference does what a good numpy user would: whatever does not depend on the deformed surface is computed once
+(the weights of Eq. 9 are one sparse matrix, m^T T m one inner product), so that a frame is gathers, sparse products
+and a sine. Both are checked against each other before they are timed. The 8 thousand triangles are those of the
+surprised built-in head; the million are the head with every triangle refined four times, and ("dense") the same as a
+mesh of its own, which has its strain at every vertex. Every muscle contracts.
+"""
+
+from __future__ import annotations
+
+import tracemalloc
+from functools import lru_cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+import facewrinkle as fw
+from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.geometry.refinement import Change, RedGreenForest
+from facewrinkle.geometry.topology import unique_edges
+from facewrinkle.geometry.transfer import carried
+from facewrinkle.layers.base import Moment, Sites
+
+ROUNDS = {"8k": 100, "1M": 10, "1M dense": 10}
+MEGABYTE = 2.0**20
+
+
+def sites_of(forest, points, triangles):
+    """The places of all vertices of a forest."""
+    corners, weights = forest.corners, forest.barycentric
+    normals = carried(vertex_normals(points, triangles), corners, weights)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return Sites(carried(points, corners, weights), normals, corners, weights, forest.host)
+
+
+@lru_cache(maxsize=1)
+def state(size, compression):
+    """A layer on a mesh, and a moment of it: what a simulation holds and hands to its layers."""
+    face = fw.default_face()
+    points, triangles = face.points, face.triangles
+    if size == "8k":
+        sim = fw.Simulation(face)
+        sim.express("surprise")
+        for _ in sim.run(70):
+            pass
+        forest = sim.forest
+    else:
+        forest = refined(triangles)
+    if size == "1M dense":
+        points, triangles = carried(points, forest.corners, forest.barycentric), forest.triangles
+        forest = RedGreenForest(triangles, 0, len(points))
+    sites = sites_of(forest, points, triangles)
+    layer = fw.MuscleWrinkles(compression)
+    layer.attach(SimpleNamespace(points=points, triangles=triangles, unit=face.unit, muscles=face.muscles))
+    layer.follow(Change(slice(None), len(sites.points)), sites)
+    base = squeezed(points)
+    bare = carried(base, sites.corners, sites.barycentric)
+    smooth = carried(vertex_normals(base, triangles), sites.corners, sites.barycentric)
+    rates = np.linspace(0.3, 1.0, len(face.muscles))
+    return layer, Moment(rates, sites, forest.triangles, base, bare), smooth, points
+
+
+def refined(triangles, levels=4):
+    forest = RedGreenForest(triangles, levels)
+    for _ in range(levels):
+        forest.split(np.ones(len(forest.triangles), bool))
+    return forest
+
+
+def squeezed(points):
+    """Compressed along every axis, here more and there less, and stretched in places."""
+    return points * [0.85, 0.8, 0.9] + 1.5 * np.sin(points[:, [1, 2, 0]] / 9.0)
+
+
+def ours(layer, moment, smooth):
+    """As Simulation does it."""
+    return moment.bare + layer.relief(moment).height[:, None] * smooth
+
+
+class Reference:
+    """The same in numpy and scipy, from the tables of the layer: what its muscles would do to each vertex."""
+
+    def __init__(self, layer, moment, points):
+        folds, sites, n = layer._folds, moment.sites, len(moment.bare)
+        self.owner = np.repeat(np.arange(n), np.diff(folds.starts))
+        entries = np.arange(len(self.owner))
+        depth = layer._k0 * moment.rates
+        heights = depth[folds.muscle] * folds.height
+        self.heights = csr_array((heights, (self.owner, entries)), shape=(n, len(entries)))
+        if layer.compression == "edges":
+            self._weigh_edges(folds, sites, moment.triangles, entries)
+        else:
+            self._share_strain(folds, sites, points, layer._strain._triangles)
+        self.epsilon = self.edge_epsilon if layer.compression == "edges" else self.strain_epsilon
+
+    def _weigh_edges(self, folds, sites, triangles, entries):
+        """epsilon = 1 - sum of |cos| |x_i - x_j| / L_ij over the sum of |cos|: all but |x_i - x_j| is constant."""
+        rest = sites.points
+        self.edges = unique_edges(triangles)[0]
+        e = len(self.edges)
+        towards = rest[self.edges[:, 1]] - rest[self.edges[:, 0]]
+        length = np.linalg.norm(towards, axis=1)
+        around = csr_array((np.ones(2 * e), (self.edges.T.ravel(), np.tile(np.arange(e), 2))), shape=(len(rest), e))
+        weights = around[self.owner].tocoo()
+        p, edge = weights.coords
+        cosine = np.abs((towards[edge] * folds.direction[p]).sum(axis=1)) / length[edge]
+        total = np.bincount(p, cosine, minlength=len(entries))
+        self.weights = csr_array((cosine / total[p] / length[edge], (p, edge)), shape=(len(entries), e))
+
+    def edge_epsilon(self, moment):
+        d = moment.bare[self.edges[:, 1]] - moment.bare[self.edges[:, 0]]
+        return 1.0 - self.weights @ np.sqrt(np.einsum("ek,ek->e", d, d))
+
+    def _share_strain(self, folds, sites, points, triangles):
+        """The metric of a triangle is linear in the products of its sides, and so is m^T T m in that of the entry."""
+        t, n0 = triangles, len(points)
+        a, b = points[t[:, 1]] - points[t[:, 0]], points[t[:, 2]] - points[t[:, 0]]
+        self.sides, self.products = t, np.stack([(a * a).sum(1), (b * b).sum(1), (a * b).sum(1)], axis=1)
+        inverse = np.linalg.pinv(np.stack([a, b], axis=2))
+        u, v = inverse[:, 0], inverse[:, 1]
+        self.tensors = np.stack([pairs(u, u), pairs(v, v), 2.0 * mixed(u, v)], axis=1)
+        area = np.linalg.norm(np.cross(a, b), axis=1)
+        corner, triangle = t.ravel(), np.repeat(np.arange(len(t)), 3)
+        total = np.bincount(corner, area[triangle], minlength=n0)
+        self.share = csr_array((area[triangle] / total[corner], (corner, triangle)), shape=(n0, len(t)))
+        columns = sites.corners[self.owner].ravel()
+        rows = np.repeat(np.arange(len(self.owner)), 3)
+        self.carry = csr_array((sites.barycentric[self.owner].ravel(), (rows, columns)), shape=(len(self.owner), n0))
+        self.squares = pairs(folds.direction, folds.direction) * [1, 1, 1, 2, 2, 2] / folds.rest[:, None]
+
+    def strain_epsilon(self, moment):
+        x = moment.base[self.sides]
+        a, b = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
+        now = np.stack([np.einsum("mk,mk->m", *ab) for ab in ((a, a), (b, b), (a, b))], axis=1)
+        strain = self.share @ np.einsum("mj,mjk->mk", now - self.products, self.tensors)
+        change = np.einsum("pk,pk->p", self.squares, self.carry @ strain)
+        return 1.0 - np.sqrt(np.maximum(1.0 + change, 0.0))
+
+    def displaced(self, moment, smooth):
+        share = np.sin(0.5 * np.pi * np.clip(self.epsilon(moment), 0.0, 1.0))
+        return moment.bare + (self.heights @ share)[:, None] * smooth
+
+
+def pairs(u, v):
+    """Products (xx, yy, zz, yz, xz, xy) of two vectors."""
+    return u[:, [0, 1, 2, 1, 0, 0]] * v[:, [0, 1, 2, 2, 2, 1]]
+
+
+def mixed(u, v):
+    return 0.5 * (pairs(u, v) + pairs(v, u))
+
+
+@pytest.mark.parametrize("size", ROUNDS)
+@pytest.mark.parametrize("compression", ["gradient", "edges"])
+def test_amplitude(versus, compression, size):
+    if (compression, size) == ("edges", "1M dense"):
+        pytest.skip("Eq. 9 knows no base mesh")
+    layer, moment, smooth, points = state(size, compression)
+    reference = Reference(layer, moment, points)
+    expected = reference.displaced(moment, smooth)
+    moved = np.abs(expected - moment.bare).max()
+    assert moved > 0.5, "the wrinkles must show"
+    np.testing.assert_allclose(ours(layer, moment, smooth), expected, rtol=0.0, atol=1e-10)
+    versus(
+        f"amplitudes, {compression}, {size} triangles",
+        lambda: ours(layer, moment, smooth),
+        lambda: reference.displaced(moment, smooth),
+        4.0,
+        ROUNDS[size],
+        2,
+    )
+
+
+def test_memory(benchmark, notes):
+    """What a million triangles occupy: the forest, the places of the vertices, the layer, and a frame's amplitudes."""
+    triangles, points = fw.default_face().triangles, fw.default_face().points
+
+    def held():
+        tracemalloc.start()
+        forest = refined(triangles)
+        sizes = [tracemalloc.get_traced_memory()[0]]
+        sites = sites_of(forest, points, triangles)
+        sizes.append(tracemalloc.get_traced_memory()[0])
+        face = fw.default_face()
+        layer = fw.MuscleWrinkles()
+        layer.attach(face)
+        layer.follow(Change(slice(None), len(sites.points)), sites)
+        sizes.append(tracemalloc.get_traced_memory()[0])
+        base = squeezed(points)
+        bare = carried(base, sites.corners, sites.barycentric)
+        tracemalloc.reset_peak()
+        layer.relief(Moment(np.ones(len(face.muscles)), sites, forest.triangles, base, bare))
+        sizes.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        return len(forest.triangles), np.diff(sizes, prepend=0) / MEGABYTE
+
+    benchmark.group = "building the state of 1M triangles"
+    m, (forest, sites, layer, update) = benchmark.pedantic(held, rounds=1, warmup_rounds=0)
+    notes[f"memory at {m} triangles"] = (
+        f"forest {forest:.0f} MB, places {sites:.0f} MB, layer {layer:.0f} MB, {update:.0f} MB more while a frame is computed"
+    )
+    assert forest + sites + layer > 0.0

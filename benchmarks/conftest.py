@@ -1,0 +1,103 @@
+"""What the benchmarks share: a reference timed in turns with the candidate, and the goals in the summary of the run.
+
+Nothing here fails on a slow machine: what is asserted is that both compute the same. Times are compared within one
+run only, in turns, so that whatever else the machine does slows both.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import time
+from dataclasses import dataclass
+
+import pytest
+
+
+@dataclass(frozen=True)
+class Result:
+    """One line of the summary: seconds, what was made of them, what was hoped for."""
+
+    what: str
+    ours: float
+    reference: float | None
+    value: str
+    goal: str = ""
+    met: bool | None = None
+
+
+RESULTS = pytest.StashKey[list[Result]]()
+NOTES = pytest.StashKey[dict[str, str]]()
+
+
+def pytest_configure(config):
+    config.stash[RESULTS], config.stash[NOTES] = [], {}
+
+
+@pytest.fixture
+def results(request):
+    """Lines of the table that ends the run."""
+    return request.config.stash[RESULTS]
+
+
+@pytest.fixture
+def notes(request):
+    """Remarks below it, by what they are about."""
+    return request.config.stash[NOTES]
+
+
+@pytest.fixture(params=["facewrinkle", "reference"])
+def versus(request, benchmark, results):
+    """Times two functions in turns; every test runs twice, so that each has a row in its group.
+
+    ``versus(what, ours, reference, goal=4.0)`` asks that `ours` be that many times faster than `reference`. The ratio is
+    that of the medians, or of the means where rounds are not alike (``average=statistics.fmean``).
+    """
+
+    def versus(what, ours, reference, goal=None, rounds=20, warmup_rounds=1, average=statistics.median):
+        first, second = (ours, reference) if request.param == "facewrinkle" else (reference, ours)
+        seconds = []
+
+        def before():
+            begin = time.perf_counter()
+            second()
+            seconds.append(time.perf_counter() - begin)
+
+        benchmark.group = what
+        benchmark.pedantic(first, setup=before, rounds=rounds, warmup_rounds=warmup_rounds)
+        if benchmark.disabled or request.param == "reference":
+            return
+        mine, other = benchmark.stats.stats.data, seconds[warmup_rounds:]
+        ratio, best = average(other) / average(mine), min(other) / min(mine)
+        benchmark.extra_info.update(times_faster=ratio, times_faster_at_best=best, goal=goal)
+        results.append(
+            Result(
+                what,
+                average(mine),
+                average(other),
+                f"{ratio:.2f}x faster (minima {best:.2f}x)",
+                f">= {goal:g}x" if goal else "",
+                ratio >= goal if goal else None,
+            )
+        )
+
+    return versus
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_terminal_summary(terminalreporter, config):
+    lines = config.stash[RESULTS]
+    if not lines:
+        return
+    terminalreporter.section("goals")
+    wide = max(len(line.what) for line in lines)
+    for line in lines:
+        reference = "" if line.reference is None else f"{1e3 * line.reference:10.2f} ms"
+        met = {True: "met", False: "NOT MET", None: ""}[line.met]
+        terminalreporter.write_line(
+            f"{line.what:{wide}} {1e3 * line.ours:10.2f} ms {reference:13}  {line.value:34} {line.goal:9} {met}".rstrip()
+        )
+    for what, note in config.stash[NOTES].items():
+        terminalreporter.write_line(f"{what}: {note}")
+    load = ", ".join(f"{x:.2f}" for x in os.getloadavg()) if hasattr(os, "getloadavg") else "unknown"
+    terminalreporter.write_line(f"{os.cpu_count()} cores, load over 1, 5 and 15 minutes: {load}")

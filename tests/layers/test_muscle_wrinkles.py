@@ -1,0 +1,242 @@
+"""The layer of muscle wrinkles.
+
+what                                checked against
+W                                   the sum over the muscles of depth c H At sin(pi epsilon / 2), evaluated afresh at the rest positions of
+                                    all vertices of the refined mesh, in and out of all regions, epsilon from the metric in numpy
+zeros                               exact: at rest, where epsilon <= 0, outside the regions, after release
+dominant muscle, lambda, gamma      the largest |H At| over all muscles; its coordinates
+compression by edges                Eqs. 8-9 on the refined mesh
+accumulate=N                        the running sum of the stateless heights over N
+depth                               proportion
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.anatomy.muscles import LinearMuscle, SphincterMuscle
+from facewrinkle.errors import ParameterError
+from facewrinkle.geometry.topology import vertex_rings
+from facewrinkle.layers.compression import StrainField, along, edge_compression
+from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
+
+PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
+
+
+def evaluated(face, held):
+    """Per muscle (H At, epsilon) at all vertices, afresh from the rest positions and the deformed base mesh."""
+    x, normal = held.sites.points, held.sites.normals
+    field = StrainField(face.points, face.triangles)
+    at = [np.einsum("nc,nck->nk", held.barycentric, t[held.corners]) for t in (field.metric, field.strain(held.bare))]
+    out = {}
+    for name, muscle in face.muscles.items():
+        m = muscle.fold_pattern.fold_direction(x)
+        m = m - (m * normal).sum(1, keepdims=True) * normal
+        length = np.linalg.norm(m, axis=1, keepdims=True)
+        m = np.divide(m, length, out=np.zeros_like(m), where=length > 0)
+        rest, change = along(at[0], m), along(at[1], m)
+        ratio = np.divide(change, rest, out=np.zeros_like(rest), where=rest > 1e-6)
+        out[name] = muscle.fold_pattern.unit_amplitude(x), 1.0 - np.sqrt(np.maximum(1.0 + ratio, 0.0))
+    return out
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_w_is_the_sum_over_the_muscles_evaluated_at_rest(face, played, name):
+    play = played(name)
+    total = np.zeros(play.top.n_points)
+    for muscle, (unit, epsilon) in evaluated(face, play.held).items():
+        depth = face.muscles[muscle].fold_pattern.wrinkles.depth * play.held.rates[muscle]
+        own = depth * unit * np.sin(0.5 * np.pi * np.clip(epsilon, 0.0, 1.0))
+        fields = play.held.fields[muscle]
+        np.testing.assert_allclose(fields["W"], own, rtol=0, atol=1e-9)
+        inside = fields["region"]
+        assert np.array_equal(inside, face.muscles[muscle].fold_pattern.envelope(play.held.sites.points) > 0.0)
+        np.testing.assert_allclose(fields["epsilon"][inside], epsilon[inside], rtol=0, atol=1e-9)
+        assert not fields["epsilon"][~inside].any()
+        total += own
+    np.testing.assert_allclose(play.top["W"], total, rtol=0, atol=1e-9)
+    assert np.abs(total).max() > 0.1
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_w_is_exactly_zero_where_no_muscle_makes_it(face, played, name):
+    play = played(name)
+    w, fields = play.top["W"], play.held.fields
+    making = [m for m, rate in play.held.rates.items() if rate > 0.0]
+    folded = np.zeros(len(w), bool)
+    for muscle in making:
+        folded |= fields[muscle]["region"] & (fields[muscle]["epsilon"] > 0.0)
+    assert (w[~folded] == 0.0).all()
+    assert (~folded).sum() > 1000
+    assert (w[folded] != 0.0).mean() > 0.9
+    stretched = np.logical_and.reduce([fields[m]["region"] & (fields[m]["epsilon"] <= 0.0) for m in making[:1]])
+    if len(making) == 1:
+        assert (w[stretched] == 0.0).all()
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_w_is_exactly_zero_after_release(played, name):
+    play = played(name)
+    for frame in play.released[-100:]:
+        assert (frame["W"] == 0.0).all()
+
+
+def test_w_is_exactly_zero_at_rest(face):
+    sim = fw.Simulation(face)
+    for _ in range(3):
+        assert not sim.step()["W"].any()
+
+
+def test_the_dominant_muscle_is_that_of_the_largest_amplitude(face, played):
+    play = played("fear")
+    x, names = play.top["rest"], list(face.muscles)
+    units = np.abs([face.muscles[n].fold_pattern.unit_amplitude(x) for n in names])
+    inside = np.array([face.muscles[n].fold_pattern.envelope(x) > 0.0 for n in names])
+    muscle = play.top["muscle"]
+    assert np.array_equal(muscle == -1, ~inside.any(axis=0))
+    some = np.flatnonzero(muscle >= 0)
+    np.testing.assert_allclose(units[muscle[some], some], units[:, some].max(axis=0), rtol=0, atol=1e-12)
+    assert inside[muscle[some], some].all()
+    for k, name in enumerate(names):
+        mine = muscle == k
+        first, second = face.muscles[name].fold_pattern.coordinates(x[mine])
+        np.testing.assert_allclose(play.top["lambda"][mine], first, atol=1e-10)
+        np.testing.assert_allclose(play.top["gamma"][mine], second, atol=1e-10)
+        assert np.array_equal(play.top["epsilon"][mine], play.held.fields[name]["epsilon"][mine])
+    for array in ("lambda", "gamma", "epsilon"):
+        assert not play.top[array][muscle == -1].any()
+
+
+def test_compression_by_edges_is_that_of_the_refined_mesh(face):
+    sim = fw.Simulation(face, layers=[MuscleWrinkles(compression="edges")])
+    sim.express("surprise")
+    for frame in sim.run(25):
+        pass
+    bare = np.einsum("nc,nck->nk", sim.forest.barycentric, (sim.skin.points + sim.skin.displacement)[sim.forest.corners])
+    muscle = face.muscles["frontalis_major_l"]
+    fields = sim.fields("frontalis_major_l")
+    rest, normal = frame["rest"], sim._sites.normals
+    m = muscle.fold_direction(rest)
+    m = m - (m * normal).sum(1, keepdims=True) * normal
+    m /= np.linalg.norm(m, axis=1, keepdims=True)
+    expected = edge_compression(rest, bare, vertex_rings(frame.regular_faces, frame.n_points), m)
+    inside = fields["region"]
+    np.testing.assert_allclose(fields["epsilon"][inside], expected[inside], rtol=0, atol=1e-12)
+    gradient = MuscleWrinkles()
+    gradient.attach(face)
+    assert 0.02 < expected[inside].max() < 0.6
+
+
+def test_edges_give_less_than_the_gradient(face):
+    means = []
+    for compression in ("edges", "gradient"):
+        sim = fw.Simulation(face, layers=[MuscleWrinkles(compression=compression)], refinement=fw.Refinement(max_level=0))
+        sim.express("surprise")
+        for _ in sim.run(20):
+            pass
+        fields = sim.fields("frontalis_major_l")
+        means.append(fields["epsilon"][fields["region"] & (fields["lambda"] < 0.5)].mean())
+    assert 0.3 < means[0] / means[1] < 0.85
+
+
+def test_depth_multiplies(face):
+    heights = []
+    for depth in (0.5, 1.0, 0.0):
+        sim = fw.Simulation(face, layers=[MuscleWrinkles(depth=depth)], refinement=fw.Refinement(max_level=0))
+        sim.express("fear")
+        heights.append(list(sim.run(10))[-1]["W"])
+    np.testing.assert_allclose(heights[0], 0.5 * heights[1], rtol=1e-12)
+    assert np.abs(heights[1]).max() > 0.02
+    assert not heights[2].any()
+
+
+def test_two_layers_add(face):
+    coarse = fw.Refinement(max_level=0)
+    one = fw.Simulation(face, layers=[MuscleWrinkles()], refinement=coarse)
+    two = fw.Simulation(face, layers=[MuscleWrinkles(depth=0.25), MuscleWrinkles(depth=0.75)], refinement=coarse)
+    for sim in (one, two):
+        sim.express("frowning")
+    frames = [list(sim.run(8))[-1] for sim in (one, two)]
+    np.testing.assert_allclose(frames[0].points, frames[1].points, rtol=0, atol=1e-12)
+
+
+# --- accumulation -------------------------------------------------------------------------------
+
+
+def test_accumulation_adds_a_share_in_each_of_the_first_steps(face):
+    n, coarse = 6, fw.Refinement(max_level=0)
+    sims = [fw.Simulation(face, coarse, [MuscleWrinkles(accumulate=a)]) for a in (0, n)]
+    for sim in sims:
+        sim.express("surprise")
+    total = np.zeros(face.mesh.n_points)
+    for i in range(n + 4):
+        now, added = (sim.step()["W"] for sim in sims)
+        if i < n:
+            total += now / n
+        np.testing.assert_allclose(added, total, rtol=0, atol=1e-12)
+    # It stays behind what the skin's compression of that moment asks for, and is still there after release.
+    assert 0.3 < np.abs(added).max() / np.abs(now).max() < 0.95
+    for sim in sims:
+        sim.relax()
+    left = [[sim.step()["W"] for _ in range(80)][-1] for sim in sims]
+    assert not left[0].any()
+    np.testing.assert_allclose(left[1], total, rtol=0, atol=1e-12)
+
+
+def test_accumulation_starts_anew_after_a_rest(face):
+    sim = fw.Simulation(face, fw.Refinement(max_level=0), [MuscleWrinkles(accumulate=2)])
+    sim.express("surprise")
+    first = [sim.step()["W"] for _ in range(4)][-1]
+    sim.relax()
+    sim.step()
+    sim.express("surprise")
+    second = [sim.step()["W"] for _ in range(4)][-1]
+    assert np.abs(second).max() > np.abs(first).max()
+
+
+def test_vertices_that_are_born_late_stay_shallow(face):
+    frames = []
+    for accumulate in (0, 30):
+        sim = fw.Simulation(face, layers=[MuscleWrinkles(accumulate=accumulate)])
+        sim.express("surprise")
+        frames.append(list(sim.run(40, ramp=0.2))[-1])
+    base = face.mesh.n_points
+    share = [np.abs(f["W"][base:]).mean() / np.abs(f["W"][:base]).mean() for f in frames]
+    assert share[1] < share[0]
+
+
+# --- a single muscle on a flat sheet of skin ----------------------------------------------------
+
+
+def test_folds_of_every_kind_of_muscle_can_be_laid_on_a_face(face):
+    """Muscles that are put on the face by hand wrinkle it, and in their regions only."""
+    where = face.landmarks["malar_l"]
+    up, out = np.array([0.0, 1.0, 0.0]), face.frame.axes[2]
+    style = fw.Wrinkles(count=2, start=0.1, depth=1.0)
+    muscles = {
+        "linear": LinearMuscle(where - 25.0 * up, where + 10.0 * up, 0.5, 40.0, wrinkles=style, strength=2.0),
+        "ring": SphincterMuscle(where, 30.0, 25.0, out, face.frame.axes[0], wrinkles=style, inner=0.2, strength=2.0),
+    }
+    sim = fw.Simulation(face.with_muscles(muscles))
+    for name in muscles:
+        sim.reset()
+        sim.contract({name: 1.0})
+        frame = list(sim.run(20))[-1]
+        outside = ~muscles[name].wrinkling_region(frame["rest"])
+        assert np.abs(frame["W"]).max() > 0.05
+        assert not frame["W"][outside].any()
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"compression": "area"}, {"depth": -1.0}, {"depth": float("nan")}, {"accumulate": -1}, {"accumulate": 2.5},
+        {"accumulate": float("nan")},
+    ],
+)  # fmt: skip
+def test_errors(settings):
+    with pytest.raises((ParameterError, ValueError)) as caught:
+        MuscleWrinkles(**settings)
+    assert next(iter(settings)) in str(caught.value)
