@@ -1,0 +1,1 @@
+"""Numbers and plots that verify the package; each module runs by itself: ``python -m analysis.motion --help``."""
