@@ -26,17 +26,24 @@ class Result:
     met: bool | None = None
 
 
-RESULTS = pytest.StashKey[list[Result]]()
+class Results(list[Result]):
+    """Lines of the table that ends the run."""
+
+    def record(self, *line):
+        self.append(Result(*line))
+
+
+RESULTS = pytest.StashKey[Results]()
 NOTES = pytest.StashKey[dict[str, str]]()
 
 
 def pytest_configure(config):
-    config.stash[RESULTS], config.stash[NOTES] = [], {}
+    config.stash[RESULTS], config.stash[NOTES] = Results(), {}
 
 
 @pytest.fixture
 def results(request):
-    """Lines of the table that ends the run."""
+    """The table that ends the run; its lines are those of `Result`."""
     return request.config.stash[RESULTS]
 
 
@@ -70,15 +77,13 @@ def versus(request, benchmark, results):
         mine, other = benchmark.stats.stats.data, seconds[warmup_rounds:]
         ratio, best = average(other) / average(mine), min(other) / min(mine)
         benchmark.extra_info.update(times_faster=ratio, times_faster_at_best=best, goal=goal)
-        results.append(
-            Result(
-                what,
-                average(mine),
-                average(other),
-                f"{ratio:.2f}x faster (minima {best:.2f}x)",
-                f">= {goal:g}x" if goal else "",
-                ratio >= goal if goal else None,
-            )
+        results.record(
+            what,
+            average(mine),
+            average(other),
+            f"{ratio:.2f}x faster (minima {best:.2f}x)",
+            f">= {goal:g}x" if goal else "",
+            ratio >= goal if goal else None,
         )
 
     return versus

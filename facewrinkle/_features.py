@@ -1,4 +1,4 @@
-"""Eyes and eyebrows as they are drawn: a painted ball with a cornea's highlight, and tapered hairs that lie on the skin."""
+"""What is drawn beside the skin: painted eyes, brows of tapered hairs, and the dark behind parted lips."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import numpy.typing as npt
 import pyvista as pv
 
 from .anatomy.eyes import Eyeball
+from .anatomy.face import Face
 from .anatomy.head import Hairs
+from .geometry.topology import boundary_loops
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -20,7 +22,7 @@ SPOKES = 96
 
 
 def painted_eye(eye: Eyeball) -> pv.PolyData:
-    """The front of an eyeball with `paint` (rgb): pupil, streaked iris with a dark rim, sclera in the shadow of the lid."""
+    """The front of an eyeball with `paint` (rgb): pupil, streaked iris with a dark rim, sclera under the lid's shadow."""
     side = np.cross(eye.up, eye.gaze)
     side /= np.linalg.norm(side)
     up = np.cross(eye.gaze, side)
@@ -67,7 +69,7 @@ class Brows:
     """
 
     STRANDS = 3
-    """Ribbons per hair: the copies are shifted and shortened at random, so that the brow is dense and its hairs thin."""
+    """Ribbons per hair, shifted and shortened at random: the brow is dense and its hairs are thin."""
 
     def __init__(self, hairs: Hairs, width: float) -> None:
         self.hairs = hairs
@@ -77,7 +79,9 @@ class Brows:
         share = np.linspace(0.0, 1.0, p)[:, None]
         shape = (k, self.STRANDS, 1, 1)
         self._length = random.uniform(0.55, 1.0, shape)
-        self._aside = width * (random.uniform(-7.0, 7.0, shape) * (1.0 - 0.5 * share) + random.normal(0.0, 3.0, shape) * share**2)
+        self._aside = width * (
+            random.uniform(-7.0, 7.0, shape) * (1.0 - 0.5 * share) + random.normal(0.0, 3.0, shape) * share**2
+        )
         self._half = 0.5 * width * (1.0 - 0.8 * share**2)
         tint = np.array([64.0, 46.0, 36.0]) * random.uniform(0.7, 1.25, shape)
         paint = tint * (1.0 - share**2) + np.array([118.0, 88.0, 70.0]) * share**2
@@ -100,6 +104,39 @@ class Brows:
         mesh.point_data["Normals"] = np.broadcast_to(up[:, :, :, None], ribbons.shape).reshape(-1, 3)
         mesh.point_data["paint"] = self._paint
         return mesh
+
+
+class MouthCavity:
+    """The dark pocket behind parted lips: nothing else would stand between the camera and the back of the head.
+
+    Parameters
+    ----------
+    face : Face
+        Where its mesh has no opening at the mouth, there is no pocket (`loop` is empty).
+    """
+
+    COLOUR = (66, 26, 24)
+
+    def __init__(self, face: Face) -> None:
+        centre = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+        size = face.frame.pupil_distance
+        self.loop = np.empty(0, np.int64)
+        self._back = -0.2 * size * face.frame.axes[2]
+        for loop in boundary_loops(face.triangles):
+            near = np.linalg.norm(face.points[loop] - centre, axis=1)
+            if near.max() < 0.8 * size and np.linalg.norm(face.points[loop].mean(axis=0) - centre) < 0.3 * size:
+                self.loop = np.asarray(loop, dtype=np.int64)
+
+    def on(self, points: Array) -> pv.PolyData:
+        """The pocket behind the lips as they are now: positions (n, 3) of the face's vertices."""
+        rim = points[self.loop]
+        n, middle = len(rim), rim.mean(axis=0)
+        pocket = np.vstack([rim, middle + 0.9 * (rim - middle) + self._back, middle + self._back])
+        here = np.arange(n)
+        after = (here + 1) % n
+        sides = [np.stack(corners, axis=1) for corners in ((here, here + n, after), (after, here + n, after + n))]
+        cap = np.stack([here + n, np.full(n, 2 * n), after + n], axis=1)
+        return pv.PolyData.from_regular_faces(pocket, np.vstack([*sides, cap]))
 
 
 def _smooth(t: Array) -> Array:

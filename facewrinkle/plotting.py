@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ._features import Brows, painted_eye
+from ._features import Brows, MouthCavity, painted_eye
 from .anatomy.face import Face
 from .anatomy.landmarks import mirrored_name
 from .errors import ParameterError, unknown_name
@@ -79,9 +79,9 @@ VIEW_ANGLE = 15.0
 SAMPLES = 2
 """Pictures are drawn this many times larger and reduced: in software that takes half the time of multisampling."""
 
-SKIN: dict[str, Any] = dict(ambient=0.2, diffuse=0.88, specular=0.13, specular_power=14.0)
-EYE: dict[str, Any] = dict(ambient=0.3, diffuse=0.72, specular=1.0, specular_power=90.0)
-HAIR: dict[str, Any] = dict(ambient=0.3, diffuse=0.7, specular=0.05)
+SKIN: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.88, "specular": 0.13, "specular_power": 14.0}
+EYE: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
+HAIR: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.05}
 SKIN_COLOUR = (0.87, 0.67, 0.56)
 BACKGROUND = ("#20242a", "#3a4048")
 LIGHTS = (
@@ -174,6 +174,7 @@ class Scene:
         self._brows = None
         if self.style.brows and self.style.scalars is None and face.brows is not None:
             self._brows = Brows(face.brows, 0.0016 * face.frame.pupil_distance)
+        self._mouth = MouthCavity(face)
         for eye in face.eyes if self.style.eyes else ():
             self._add(painted_eye(eye), f"eye_{eye.side}", scalars="paint", rgb=True, **EYE)
 
@@ -184,9 +185,11 @@ class Scene:
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
         self._add(skin, "skin", **options)
+        n = self.face.mesh.n_points  # base vertices come first in every frame
+        points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
+        if len(self._mouth.loop):
+            self._add(self._mouth.on(points), "mouth", color=MouthCavity.COLOUR, lighting=False)
         if self._brows is not None:
-            n = self.face.mesh.n_points  # base vertices come first in every frame
-            points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
             hairs = self._brows.on(points, self.face.triangles, normals)
             self._add(hairs, "brows", scalars="paint", rgb=True, **HAIR)
 
@@ -344,9 +347,10 @@ def _field(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
         values[np.asarray(skin.point_data["muscle"]) < 0] = np.nan
     colours, limits = FIELD_COLOURS.get(name, ("viridis", None))
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
-    bar = {"color": "white", "title": f"{name} (mm)\n" if name == "W" else f"{name}\n", "fmt": "%.2g"}
-    bar |= {"title_font_size": height // 40, "label_font_size": height // 50}
-    bar |= {"vertical": True, "position_x": 0.82, "position_y": 0.2, "height": 0.6, "width": 0.06}
+    title = f"{name} (mm)\n" if name == "W" else f"{name}\n"
+    bar: dict[str, Any] = {"title": title, "title_font_size": height // 40, "label_font_size": height // 50}
+    bar |= {"color": "white", "fmt": "%.2g", "vertical": True}
+    bar |= {"position_x": 0.82, "position_y": 0.2, "height": 0.6, "width": 0.06}
     options: dict[str, Any] = {"cmap": colours, "nan_color": "#8d8580", "specular": 0.0, "clim": limits}
     if colours == "RdBu_r":
         options["clim"] = (-largest, largest)

@@ -212,7 +212,7 @@ class Simulation:
         PolyData
             See :meth:`step`.
         """
-        if not (int(frames) == frames and frames >= 1):
+        if not (1 <= frames < np.inf and int(frames) == frames):
             raise ParameterError(f"frames must be a whole number >= 1, received {frames!r}.")
         check_range("ramp", ramp, 0.0, 1.0)
         start, target = self.skin.rates.copy(), self._asked

@@ -190,5 +190,6 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         beta1=float(beta1),
         beta2=float(beta2),
         dead_zone=entry["dead_zone"],
+        protrusion=entry.get("protrusion", 0.0),
         **common,
     )

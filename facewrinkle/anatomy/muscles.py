@@ -135,7 +135,7 @@ class Muscle:
         raise NotImplementedError
 
     def force(self, points: npt.ArrayLike) -> Array:
-        """Pull (n, 3) at full contraction and strength 1; at most 1 long, 0 outside the area of influence."""
+        """Pull (n, 3) at full contraction and strength 1; 0 outside the area of influence."""
         raise NotImplementedError
 
     @property
@@ -420,6 +420,8 @@ class SphincterMuscle(Muscle):
         The wrinkling region spans -beta1 <= psi <= beta2, in (0, pi].
     dead_zone : float
         Below this relative radius the muscle does not pull.
+    protrusion : float
+        Push along `normal`, relative to the pull: lips that purse are pushed forward.
     thickness : float, optional
         How far in front of and behind its plane it reaches; default: semi_major.
 
@@ -447,6 +449,7 @@ class SphincterMuscle(Muscle):
     beta1: float = 0.7
     beta2: float = 0.7
     dead_zone: float = 0.1
+    protrusion: float = 0.0
     thickness: float = 0.0
 
     def __post_init__(self) -> None:
@@ -524,18 +527,19 @@ class SphincterMuscle(Muscle):
         return _unit(s[:, None] * np.asarray(self.vertical) - t[:, None] * np.asarray(self.lateral))
 
     def force(self, points: npt.ArrayLike) -> Array:
-        """Pull towards the centre in the muscle's plane, mostly along the minor axis, falling from the dead zone to r
-        = 1.
+        """Pull towards the centre in the muscle's plane, mostly along the minor axis, and the push along its normal.
+
+        The pull falls from the dead zone to r = 1, the push from the centre.
         """
         r, _ = self.coordinates(points)
         s, t, away = self._local(points)
-        size = np.cos((r - self.dead_zone) / (1.0 - self.dead_zone) * (0.5 * np.pi))
-        size = np.where((r > self.dead_zone) & (r < 1.0) & (away <= self.thickness), size, 0.0)
-        pull = _unit(
-            s[:, None] / self.semi_major**2 * np.asarray(self.lateral)
-            + t[:, None] / self.semi_minor**2 * np.asarray(self.vertical)
+        inside = (r < 1.0) & (away <= self.thickness)
+        pull = np.where(inside & (r > self.dead_zone), _lateral((r - self.dead_zone) / (1.0 - self.dead_zone)), 0.0)
+        push = np.where(inside, self.protrusion * _lateral(r), 0.0)
+        inwards = -_unit(
+            s[:, None] / self.semi_major**2 * self.lateral + t[:, None] / self.semi_minor**2 * self.vertical
         )
-        return -size[:, None] * pull
+        return pull[:, None] * inwards + push[:, None] * self.normal
 
     @property
     def half_wavelength(self) -> float:

@@ -101,7 +101,7 @@ def express(
 def record(
     take: Take, folder: Path, stem: str, report: Report, *, movie: bool = True, series: bool = True, fields: bool = True
 ) -> pv.PolyData:
-    """Play a take, write all that belongs to it into a folder, say what came out, and return the frame at its height."""
+    """Play a take, write what belongs to it into a folder, say what came out, and return the frame at its height."""
     simulation = take.simulation()  # refuses what cannot be played before anything is written
     folder = output_folder(folder)
     film, frames = folder / f"{stem}.mp4", folder / f"{stem}.vtkhdf"

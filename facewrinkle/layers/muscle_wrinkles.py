@@ -155,7 +155,7 @@ class MuscleWrinkles:
     def __init__(self, compression: Compression = "gradient", depth: float = 1.0, accumulate: int = 0) -> None:
         if compression not in COMPRESSIONS:
             raise ParameterError(f"compression must be one of {', '.join(COMPRESSIONS)}, received {compression!r}.")
-        if not (int(accumulate) == accumulate and accumulate >= 0):
+        if not (0 <= accumulate < np.inf and int(accumulate) == accumulate):
             raise ParameterError(f"accumulate must be a whole number of steps >= 0, received {accumulate!r}.")
         self.compression = compression
         self.depth = check_range("depth", depth, 0.0, np.inf)

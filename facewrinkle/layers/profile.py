@@ -125,7 +125,7 @@ def half_cycle(length: float, lambda_w: float, n: int) -> float:
     >>> half_cycle(40.0, 0.25, 3)
     5.0
     """
-    if not (n >= 1 and int(n) == n):
+    if not (1 <= n < np.inf and int(n) == n):
         raise ParameterError(f"the number of wrinkles must be a whole number >= 1, received {n!r}.")
     if not 0.0 <= lambda_w < 1.0:
         raise ParameterError(f"lambda_w must lie in [0, 1), received {lambda_w!r}: at 1 no wrinkling region is left.")

@@ -22,7 +22,19 @@ from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers.compression import StrainField, along, edge_compression
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
+UNREFINED = fw.Refinement(max_level=0)
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
+
+
+@pytest.fixture(scope="module")
+def broad(face):
+    """The built-in face with one broad furrow per muscle, which its own triangles can carry."""
+
+    def one(muscle):
+        folds = muscle.folds and muscle.folds.replaced(count=1)
+        return muscle.replaced(count=1, folds=folds)
+
+    return face.with_muscles({name: one(muscle) for name, muscle in face.muscles.items()})
 
 
 def evaluated(face, held):
@@ -124,15 +136,13 @@ def test_compression_by_edges_is_that_of_the_refined_mesh(face):
     expected = edge_compression(rest, bare, vertex_rings(frame.regular_faces, frame.n_points), m)
     inside = fields["region"]
     np.testing.assert_allclose(fields["epsilon"][inside], expected[inside], rtol=0, atol=1e-12)
-    gradient = MuscleWrinkles()
-    gradient.attach(face)
     assert 0.02 < expected[inside].max() < 0.6
 
 
-def test_edges_give_less_than_the_gradient(face):
+def test_edges_give_less_than_the_gradient(broad):
     means = []
     for compression in ("edges", "gradient"):
-        sim = fw.Simulation(face, layers=[MuscleWrinkles(compression=compression)], refinement=fw.Refinement(max_level=0))
+        sim = fw.Simulation(broad, layers=[MuscleWrinkles(compression=compression)], refinement=UNREFINED)
         sim.express("surprise")
         for _ in sim.run(20):
             pass
@@ -141,10 +151,10 @@ def test_edges_give_less_than_the_gradient(face):
     assert 0.3 < means[0] / means[1] < 0.85
 
 
-def test_depth_multiplies(face):
+def test_depth_multiplies(broad):
     heights = []
     for depth in (0.5, 1.0, 0.0):
-        sim = fw.Simulation(face, layers=[MuscleWrinkles(depth=depth)], refinement=fw.Refinement(max_level=0))
+        sim = fw.Simulation(broad, layers=[MuscleWrinkles(depth=depth)], refinement=UNREFINED)
         sim.express("fear")
         heights.append(list(sim.run(10))[-1]["W"])
     np.testing.assert_allclose(heights[0], 0.5 * heights[1], rtol=1e-12)
@@ -152,10 +162,9 @@ def test_depth_multiplies(face):
     assert not heights[2].any()
 
 
-def test_two_layers_add(face):
-    coarse = fw.Refinement(max_level=0)
-    one = fw.Simulation(face, layers=[MuscleWrinkles()], refinement=coarse)
-    two = fw.Simulation(face, layers=[MuscleWrinkles(depth=0.25), MuscleWrinkles(depth=0.75)], refinement=coarse)
+def test_two_layers_add(broad):
+    one = fw.Simulation(broad, layers=[MuscleWrinkles()], refinement=UNREFINED)
+    two = fw.Simulation(broad, layers=[MuscleWrinkles(depth=0.25), MuscleWrinkles(depth=0.75)], refinement=UNREFINED)
     for sim in (one, two):
         sim.express("frowning")
     frames = [list(sim.run(8))[-1] for sim in (one, two)]
@@ -165,12 +174,12 @@ def test_two_layers_add(face):
 # --- accumulation -------------------------------------------------------------------------------
 
 
-def test_accumulation_adds_a_share_in_each_of_the_first_steps(face):
-    n, coarse = 6, fw.Refinement(max_level=0)
-    sims = [fw.Simulation(face, coarse, [MuscleWrinkles(accumulate=a)]) for a in (0, n)]
+def test_accumulation_adds_a_share_in_each_of_the_first_steps(broad):
+    n = 6
+    sims = [fw.Simulation(broad, UNREFINED, [MuscleWrinkles(accumulate=a)]) for a in (0, n)]
     for sim in sims:
         sim.express("surprise")
-    total = np.zeros(face.mesh.n_points)
+    total = np.zeros(broad.mesh.n_points)
     for i in range(n + 4):
         now, added = (sim.step()["W"] for sim in sims)
         if i < n:
@@ -185,8 +194,8 @@ def test_accumulation_adds_a_share_in_each_of_the_first_steps(face):
     np.testing.assert_allclose(left[1], total, rtol=0, atol=1e-12)
 
 
-def test_accumulation_starts_anew_after_a_rest(face):
-    sim = fw.Simulation(face, fw.Refinement(max_level=0), [MuscleWrinkles(accumulate=2)])
+def test_accumulation_starts_anew_after_a_rest(broad):
+    sim = fw.Simulation(broad, UNREFINED, [MuscleWrinkles(accumulate=2)])
     sim.express("surprise")
     first = [sim.step()["W"] for _ in range(4)][-1]
     sim.relax()
@@ -233,10 +242,9 @@ def test_folds_of_every_kind_of_muscle_can_be_laid_on_a_face(face):
     "settings",
     [
         {"compression": "area"}, {"depth": -1.0}, {"depth": float("nan")}, {"accumulate": -1}, {"accumulate": 2.5},
-        {"accumulate": float("nan")},
+        {"accumulate": float("nan")}, {"accumulate": float("inf")},
     ],
 )  # fmt: skip
 def test_errors(settings):
-    with pytest.raises((ParameterError, ValueError)) as caught:
+    with pytest.raises(ParameterError, match=next(iter(settings))):
         MuscleWrinkles(**settings)
-    assert next(iter(settings)) in str(caught.value)

@@ -257,6 +257,7 @@ def test_anisotropy_is_eq_10(epsilon):
         lambda: profile.half_cycle(40.0, 0.2, -2),
         lambda: profile.half_cycle(40.0, 0.2, 2.5),
         lambda: profile.half_cycle(40.0, 0.2, math.nan),
+        lambda: profile.half_cycle(40.0, 0.2, math.inf),
         lambda: profile.half_cycle(40.0, 1.0, 2),
         lambda: profile.half_cycle(40.0, -0.1, 2),
         lambda: profile.half_cycle(40.0, math.nan, 2),

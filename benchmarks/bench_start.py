@@ -1,0 +1,63 @@
+"""What a user waits for: the import, and the first frame with and without numba's cache.
+
+Every round is a new interpreter.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import time
+
+import pytest
+
+FIRST_FRAME = """
+import facewrinkle as fw
+sim = fw.Simulation(fw.default_face())
+sim.express("surprise")
+assert sim.step().n_cells >= 4517
+"""
+
+
+def run(code, **environment):
+    """Seconds of a new interpreter."""
+    begin = time.perf_counter()
+    subprocess.run([sys.executable, "-c", code], env={**os.environ, **environment}, check=True)
+    return time.perf_counter() - begin
+
+
+def test_import(benchmark, results):
+    """`import facewrinkle` after `import pyvista` costs nothing that one would notice."""
+    pyvista = []
+    benchmark.group = "start"
+    benchmark.pedantic(
+        lambda: run("import pyvista, facewrinkle"),
+        setup=lambda: pyvista.append(run("import pyvista")),
+        rounds=7,
+        warmup_rounds=1,
+    )
+    if not benchmark.disabled:
+        ours, reference = statistics.median(benchmark.stats.stats.data), statistics.median(pyvista[1:])
+        more = ours - reference
+        benchmark.extra_info.update(seconds_more=more, goal=0.3)
+        results.record("import facewrinkle, pyvista", ours, reference, f"{1e3 * more:+.0f} ms", "< 300 ms", more < 0.3)
+
+
+@pytest.mark.parametrize("cache, goal, rounds", [("cold", 15.0, 2), ("warm", 3.0, 5)])
+def test_first_frame(benchmark, results, tmp_path, cache, goal, rounds):
+    """From nothing to the first frame of the built-in head; the cold rounds compile everything."""
+    folders = iter(tmp_path / str(k) for k in range(100)) if cache == "cold" else iter(lambda: tmp_path, None)
+    benchmark.group = "start"
+    benchmark.pedantic(
+        lambda folder: run(FIRST_FRAME, NUMBA_CACHE_DIR=str(folder)),
+        setup=lambda: ((next(folders),), {}),
+        rounds=rounds,
+        warmup_rounds=int(cache == "warm"),
+    )
+    assert any(tmp_path.rglob("*.nbi")), "numba must have cached its code there"
+    if not benchmark.disabled:
+        ours = statistics.median(benchmark.stats.stats.data)
+        benchmark.extra_info.update(goal=goal)
+        results.record(f"first frame, {cache} cache", ours, None, f"{ours:.2f} s", f"< {goal:g} s", ours < goal)
