@@ -22,7 +22,7 @@ SPOKES = 96
 
 
 def painted_eye(eye: Eyeball) -> pv.PolyData:
-    """The front of an eyeball with `paint` (rgb): pupil, streaked iris with a dark rim, sclera under the lid's shadow."""
+    """The front of an eyeball with `paint` (rgb): pupil, streaked iris, dark rim, sclera under the lid's shadow."""
     side = np.cross(eye.up, eye.gaze)
     side /= np.linalg.norm(side)
     up = np.cross(eye.gaze, side)

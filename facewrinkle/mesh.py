@@ -116,7 +116,7 @@ def carried_point_data(mesh: pv.PolyData, corners: np.ndarray, barycentric: np.n
         array = np.asarray(values)
         if name == "Normals":
             continue
-        if array.dtype.kind == "f" or array.dtype == np.uint8:
+        if array.dtype.kind == "f" or (array.dtype == np.uint8 and array.ndim > 1):  # colours
             flat = carried(array.reshape(len(array), -1).astype(np.float64), corners, barycentric)
             flat = np.rint(flat) if array.dtype == np.uint8 else flat
             out[name] = flat.reshape(-1, *array.shape[1:]).astype(array.dtype)

@@ -136,8 +136,8 @@ class Style:
     def __post_init__(self) -> None:
         if isinstance(self.view, str) and self.view not in VIEWS:
             raise unknown_name("view", self.view, VIEWS)
-        if len(self.size) != 2 or not all(int(s) == s and 16 <= s <= 16384 for s in self.size):
-            raise ParameterError(f"size must be width and height between 16 and 16384 pixels, received {self.size!r}.")
+        if len(self.size) != 2 or not all(int(s) == s and 16 <= s <= 8192 for s in self.size):
+            raise ParameterError(f"size must be width and height between 16 and 8192 pixels, received {self.size!r}.")
 
 
 class Scene:
@@ -168,7 +168,7 @@ class Scene:
         window = [self._samples * pixels for pixels in self.style.size]
         self.plotter = pv.Plotter(off_screen=True, window_size=window, lighting="none")
         self.plotter.disable_anti_aliasing()
-        self.plotter.set_background(BACKGROUND[0], top=BACKGROUND[1])
+        self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         _aim(self.plotter, face, self.style)
         self._texture = _texture(face)
         self._brows = None

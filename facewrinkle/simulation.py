@@ -189,7 +189,10 @@ class Simulation:
             that mesh, "Normals", and "lambda", "gamma", "epsilon" (of the dominant muscle), "W" (mm), "split_gamma",
             "muscle", "level" and "rest"; its field data "muscles" lists the muscles' names.
         """
-        self.skin.set_rates(self._asked)
+        return self._advanced(self._asked)
+
+    def _advanced(self, rates: Array) -> pv.PolyData:
+        self.skin.set_rates(rates)
         with self._timed("skin"):
             base = self.skin.step()
         with self._timed("refinement"):
@@ -219,9 +222,7 @@ class Simulation:
         for i in range(int(frames)):
             t = min((i + 1) / max(ramp * frames, 1.0), 1.0)
             t = t * t * (3.0 - 2.0 * t)
-            self._asked = target if t == 1.0 else (1.0 - t) * start + t * target
-            yield self.step()
-        self._asked = target
+            yield self._advanced(target if t == 1.0 else (1.0 - t) * start + t * target)
 
     # --- one frame -----------------------------------------------------------------------------
 
@@ -230,6 +231,7 @@ class Simulation:
         if self._marks is None or self._level == 0:
             return
         split, fine = self._marks
+        split &= self.forest.level < self._level
         self._marks = None
         if split.any():
             self._follow(self.forest.split(split))
@@ -347,5 +349,8 @@ def _spacing(face: Face) -> Array:
 def _level_for(face: Face, spacing: Array) -> int:
     """The level at which nine in ten muscles have about three vertices per half cycle."""
     cycles = np.array([muscle.fold_pattern.half_wavelength for muscle in face.muscles.values()])
-    needed = np.log2(np.maximum(spacing, 1e-9 * cycles) / (0.35 * cycles))
-    return int(np.clip(np.ceil(np.quantile(needed, 0.9)), 1, 4)) if len(cycles) else 1
+    folding = np.isfinite(cycles) & (spacing > 0.0)
+    if not folding.any():
+        return 1
+    needed = np.log2(spacing[folding] / (0.35 * cycles[folding]))
+    return int(np.clip(np.ceil(np.quantile(needed, 0.9)), 1, 4))

@@ -20,7 +20,8 @@ def fingerprint(mesh):
     digest = hashlib.sha256(np.ascontiguousarray(mesh.points).tobytes() + np.ascontiguousarray(mesh.faces).tobytes())
     for data in (mesh.point_data, mesh.cell_data, mesh.field_data):
         for name in sorted(data):
-            digest.update(name.encode() + np.ascontiguousarray(np.asarray(data[name]).astype("U64")).tobytes())
+            array = np.ascontiguousarray(data[name])
+            digest.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
     digest.update(str(mesh.active_texture_coordinates is None).encode() + str(mesh.active_scalars_name).encode())
     return digest.hexdigest()
 

@@ -119,6 +119,7 @@ def labelled(face):
     mesh.point_data["single"] = x[:, 0].astype(np.float32)
     mesh.point_data["number"] = np.arange(n)
     mesh.point_data["small"] = np.arange(n, dtype=np.int16) * 3
+    mesh.point_data["tiny"] = (np.arange(n) % 251).astype(np.uint8)
     mesh.point_data["flag"] = x[:, 0] > 0.0
     mesh.point_data["W"] = np.full(n, 7.0)
     mesh.cell_data["part"] = np.arange(mesh.n_cells)
@@ -136,7 +137,7 @@ def test_point_data_goes_through_refinement(labelled, fingerprint):
     np.testing.assert_allclose(frame["vectors"], rest[:, [1, 2, 0]] * 2.0 - 7.0, rtol=0, atol=1e-12 * 400)
     assert frame["single"].dtype == np.float32
     np.testing.assert_allclose(frame["single"], rest[:, 0], rtol=0, atol=2e-5)
-    for name in ("number", "small", "flag"):
+    for name in ("number", "small", "tiny", "flag"):
         assert np.asarray(frame[name]).dtype == np.asarray(labelled.mesh[name]).dtype
         assert np.array_equal(frame[name][:n0], labelled.mesh[name])
     # Labels are those of a vertex of the base triangle that the point lies in, the heaviest.
@@ -144,6 +145,7 @@ def test_point_data_goes_through_refinement(labelled, fingerprint):
     heaviest = weights[np.arange(len(weights)), np.argmax(weights, axis=1)]
     own = np.where(corners == np.asarray(frame["number"])[:, None], weights, 0.0).max(axis=1)
     np.testing.assert_allclose(own, heaviest, atol=1e-15)
+    assert np.array_equal(frame["tiny"], np.asarray(frame["number"]) % 251)
     uv = np.einsum("nc,nck->nk", weights, np.asarray(labelled.mesh.active_texture_coordinates)[corners])
     np.testing.assert_allclose(frame.active_texture_coordinates, uv, atol=1e-12)
     colour = np.einsum("nc,nck->nk", weights, np.asarray(labelled.mesh["Colors"], dtype=float)[corners])

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..errors import FaceWrinkleError, UnknownNameError, check_range, unknown_name
 from .landmarks import FaceFrame, of_side
-from .muscles import LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
+from .muscles import JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
 
 Array = npt.NDArray[np.float64]
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
@@ -64,7 +64,7 @@ class Atlas:
         if isinstance(what, str):
             if what not in self.expressions and what not in self.action_units:
                 raise unknown_name("expression", what, [*self.expressions, *self.action_units])
-            rates = self.expressions.get(what) or self.action_units[what]
+            rates = self.expressions[what] if what in self.expressions else self.action_units[what]
             return {name: intensity * rate for name, rate in rates.items()}
         total: dict[str, float] = {}
         for name, weight in what.items():
@@ -178,6 +178,10 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
     if entry["kind"] == "sheet":
         a, i = (np.array([point(end) for end in entry[part]]) for part in ("attachment", "insertion"))
         return SheetMuscle(a, i, length=entry["length"] * size, width=entry["width"] * size, **common)
+    if entry["kind"] == "jaw":
+        return JawMuscle(point(entry["hinge"]), frame.axes[0], np.deg2rad(entry["angle"]), **common)
+    if entry["kind"] == "lid":
+        return LidMuscle(side, entry["share"], **common)
     beta1, beta2 = np.deg2rad(entry["beta"])
     return SphincterMuscle(
         point(entry["centre"]),

@@ -10,6 +10,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..geometry.topology import boundary_loops
+from .guides import Guide
 from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame
 
 Array = npt.NDArray[np.float64]
@@ -53,27 +54,6 @@ class Eyeball:
         return ball
 
 
-@dataclass(frozen=True, eq=False)
-class Lids:
-    """How far each vertex turns about the eyeball's centre when the lids close.
-
-    Attributes
-    ----------
-    vertices : ndarray of int, shape (k,)
-    angles : ndarray, shape (k,)
-        Turn about `axis` at full closure, radians; downwards positive.
-    hold : ndarray, shape (k,)
-        In [0, 1]: 1 on the stiff plates of the lids (tarsi), which follow exactly; falls to 0 in the skin around.
-    centre, axis : ndarray, shape (3,)
-    """
-
-    vertices: npt.NDArray[np.int64]
-    angles: Array
-    hold: Array
-    centre: Array
-    axis: Array
-
-
 def place_eyeballs(
     landmarks: Mapping[str, Array], frame: FaceFrame, points: Array, triangles: IntArray
 ) -> list[Eyeball]:
@@ -109,7 +89,7 @@ MERIDIANS = np.linspace(0.04, 0.96, 24)
 """Where the margins are measured, from the inner (0) to the outer canthus (1)."""
 
 
-def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]) -> Lids | None:
+def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]) -> Guide | None:
     """The lids of an eye, found from the skin around it; None if the opening is closed or cannot be seen.
 
     Closing turns the upper margin about the eyeball's centre down to a line just above the lower margin, and raises
@@ -141,7 +121,7 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     hold = fade**2 * (1.0 - _smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3)))
     # Turning about up x gaze by a positive angle lowers what looks along the gaze.
     axis = lateral * np.sign(np.cross(eye.up, eye.gaze) @ lateral)
-    return Lids(vertices, angles[vertices], hold[vertices], eye.centre, axis)
+    return Guide(vertices, angles[vertices], hold[vertices], eye.centre, axis)
 
 
 OVERLAP = np.deg2rad(2.0)

@@ -15,10 +15,12 @@ import pyvista as pv
 from ..errors import MeshError
 from ..mesh import to_polydata
 from .atlas import Atlas, load_atlas
-from .eyes import Eyeball, Lids, lids_of, place_eyeballs
+from .eyes import Eyeball, lids_of, place_eyeballs
+from .guides import Guide
+from .jaw import jaw_guide
 from .head import Hairs
 from .landmarks import FaceFrame, frame_of
-from .muscles import Muscle
+from .muscles import JawMuscle, LidMuscle, Muscle
 from .skull import Tissue, tissue_of
 
 Array = npt.NDArray[np.float64]
@@ -101,10 +103,22 @@ class Face:
         return frame_of(self.landmarks)
 
     @cached_property
-    def lids(self) -> dict[str, Lids]:
-        """The lids of the eyes that have an opening, by side."""
-        found = {eye.side: lids_of(eye, self.points, self.triangles, self.landmarks) for eye in self.eyes}
-        return {side: lids for side, lids in found.items() if lids is not None}
+    def guides(self) -> dict[str, Guide]:
+        """What the muscles that move lids and jaw carry, by muscle; eyes without an opening have no lids."""
+        found: dict[str, Guide] = {}
+        for eye in self.eyes:
+            lids = lids_of(eye, self.points, self.triangles, self.landmarks)
+            if lids is None:
+                continue
+            found[f"orbicularis_oculi_{eye.side}"] = lids
+            upper = np.maximum(lids.angles, 0.0)
+            for name, muscle in self.muscles.items():
+                if isinstance(muscle, LidMuscle) and muscle.side == eye.side:
+                    found[name] = dataclasses.replace(lids, angles=-muscle.share * upper)
+        for name, muscle in self.muscles.items():
+            if isinstance(muscle, JawMuscle):
+                found[name] = jaw_guide(muscle, self.points, self.triangles, self.landmarks, self.frame)
+        return {name: guide for name, guide in found.items() if name in self.muscles}
 
     @property
     def skull(self) -> pv.PolyData:

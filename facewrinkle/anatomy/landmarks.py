@@ -148,8 +148,8 @@ faces.
 def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
     """Landmarks with every one that is missing on one side only mirrored from the other.
 
-    The mirror plane is fitted to the pairs and midline points that are given. Without at least two pairs, or one pair
-    and a midline point, nothing is mirrored.
+    The mirror plane is fitted to the pairs and midline points that are given. Without at least one pair nothing is
+    mirrored.
     """
     found = dict(landmarks)
     pairs = [(n, mirrored_name(n)) for n in found if "_l" in n and n != mirrored_name(n) and mirrored_name(n) in found]

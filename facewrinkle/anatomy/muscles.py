@@ -22,7 +22,10 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 def _vector(name: str, value: npt.ArrayLike) -> Array:
-    vector = np.array(value, dtype=np.float64)
+    try:
+        vector = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        vector = np.empty(0)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise ParameterError(f"{name} must be three finite coordinates, received {value!r}.")
     vector.setflags(write=False)
@@ -316,7 +319,7 @@ class SheetMuscle(Muscle):
 
     def __post_init__(self) -> None:
         for name in ("attachment", "insertion"):
-            pair = np.array([_vector(name, p) for p in np.asarray(getattr(self, name), dtype=np.float64)])
+            pair = np.array([_vector(name, p) for p in np.atleast_1d(np.asarray(getattr(self, name), dtype=object))])
             if pair.shape != (2, 3):
                 raise ParameterError(f"{name} must be a pair of points, received an array of shape {pair.shape}.")
             pair.setflags(write=False)
@@ -326,7 +329,7 @@ class SheetMuscle(Muscle):
         object.__setattr__(self, "length", float(self.length or span))
         object.__setattr__(self, "width", float(self.width or line))
         object.__setattr__(self, "thickness", float(self.thickness or max(self.length, self.width)))
-        if min(self.length, self.width, self.thickness, span) <= 0.0:
+        if not np.min([self.length, self.width, self.thickness, span]) > 0.0:  # also for NaN
             raise ParameterError("a sheet muscle needs a positive length, width and thickness, and two distinct lines.")
         if np.linalg.norm(np.cross(a[1] - a[0], i.mean(0) - a.mean(0))) < 1e-6 * line * span or line == 0.0:
             raise ParameterError("the attachment line runs along the fibres; it has to cross them.")
@@ -455,9 +458,10 @@ class SphincterMuscle(Muscle):
     def __post_init__(self) -> None:
         centre, normal, lateral = (_vector(n, getattr(self, n)) for n in ("centre", "normal", "lateral"))
         normal = _unit(normal)
-        lateral = _unit(lateral - (lateral @ normal) * normal)
-        if not (normal.any() and lateral.any()):
+        across = lateral - (lateral @ normal) * normal
+        if not normal.any() or np.linalg.norm(across) <= 1e-9 * np.linalg.norm(lateral):
             raise ParameterError("normal and lateral must be two different directions of positive length.")
+        lateral = _unit(across)
         vertical = np.cross(normal, lateral)
         if self.vertical is not None and vertical @ _vector("vertical", self.vertical) < 0.0:
             vertical = -vertical
@@ -469,7 +473,7 @@ class SphincterMuscle(Muscle):
         ):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "thickness", float(self.thickness or self.semi_major))
-        if min(self.semi_major, self.semi_minor, self.thickness) <= 0.0:
+        if not np.min([self.semi_major, self.semi_minor, self.thickness]) > 0.0:  # also for NaN
             raise ParameterError("semi_major, semi_minor and thickness must be positive.")
         check_range("inner", self.inner, 0.0, 1.0 - 1e-9)
         check_range("dead_zone", self.dead_zone, 0.0, 1.0 - 1e-9)
@@ -560,3 +564,87 @@ class SphincterMuscle(Muscle):
             semi_minor=self.semi_minor * scale,
             thickness=self.thickness * scale,
         )
+
+
+class _WithoutFolds(Muscle):
+    """A muscle that moves a bone or a lid: it neither pulls the skin nor folds it by itself."""
+
+    def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
+        """Zeros."""
+        n = len(_points(points))
+        return np.zeros(n), np.zeros(n)
+
+    def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
+        """Nowhere."""
+        return np.zeros(len(_points(points)), dtype=bool)
+
+    def envelope(self, points: npt.ArrayLike) -> Array:
+        """Zeros."""
+        return np.zeros(len(_points(points)))
+
+    def height(self, points: npt.ArrayLike) -> Array:
+        """Zeros."""
+        return np.zeros(len(_points(points)))
+
+    def fold_direction(self, points: npt.ArrayLike) -> Array:
+        """Zeros."""
+        return np.zeros_like(_points(points))
+
+    def force(self, points: npt.ArrayLike) -> Array:
+        """Zeros."""
+        return np.zeros_like(_points(points))
+
+    @property
+    def half_wavelength(self) -> float:
+        """Infinite: no folds."""
+        return float("inf")
+
+
+@dataclass(frozen=True, eq=False)
+class JawMuscle(_WithoutFolds):
+    """The depressors of the mandible, which turns about its hinge.
+
+    Parameters
+    ----------
+    hinge, axis : (3,) array_like
+        A point on the hinge, and its direction such that a positive turn opens the mouth.
+    angle : float
+        Turn at full contraction, radians.
+    """
+
+    hinge: Array
+    axis: Array
+    angle: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "hinge", _vector("hinge", self.hinge))
+        object.__setattr__(self, "axis", _unit(_vector("axis", self.axis)))
+        check_range("angle", self.angle, 0.0, 0.6)
+
+    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
+        """The muscle after ``x -> scale * rotation @ x + translation``."""
+        turn = np.asarray(rotation, dtype=np.float64)
+        return dataclasses.replace(
+            self,
+            hinge=scale * turn @ self.hinge + np.asarray(translation),
+            axis=np.linalg.det(turn) * turn @ self.axis,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class LidMuscle(_WithoutFolds):
+    """The levator of the upper lid, which turns back over the eyeball and opens the eye wide.
+
+    Parameters
+    ----------
+    side : {"l", "r"}
+    share : float
+        Turn at full contraction, relative to that of closing the eye.
+    """
+
+    side: str
+    share: float = 0.25
+
+    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
+        """The muscle itself: it goes with the lids."""
+        return self

@@ -21,6 +21,7 @@ from .take import Take
 
 def express(
     name: str,
+    /,
     *,
     source: FaceOptions | None = None,
     intensity: float = 1.0,

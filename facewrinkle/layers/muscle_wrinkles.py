@@ -179,6 +179,7 @@ class MuscleWrinkles:
         """See :class:`facewrinkle.layers.base.Layer`."""
         new = Folds.at(created, self._muscles, self._zones, self._strain.metric)
         self._folds = self._folds.followed(change.kept, new)
+        self._epsilon = np.zeros(len(self._folds.muscle))
         self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
         self._rings = None
 

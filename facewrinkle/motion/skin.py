@@ -9,6 +9,7 @@ so that it is stable at any time step.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -129,8 +130,10 @@ class Skin:
         self._area = vertex_areas(points, self._triangles)
         laplacian = _cotangent_laplacian(points, self._triangles)
         stiffness = np.full(len(points), self.material.bending)
-        for lids in face.lids.values():  # the thinnest skin of the body
-            stiffness[lids.vertices] *= 1.0 - 0.97 * lids.hold
+        for guide in face.guides.values():  # lids have the thinnest skin of the body
+            stiffness[guide.vertices] = np.minimum(
+                stiffness[guide.vertices], (1.0 - 0.97 * guide.hold) * stiffness.max()
+            )
         bending = laplacian.T @ diags_array(stiffness / self._area) @ laplacian
         self._bending = csr_array(0.5 * (bending + bending.T))
 
@@ -139,19 +142,16 @@ class Skin:
         base = self._area / m.decay**2
         self._normals = np.ascontiguousarray(face.tissue.normals)
         ties = base * face.tissue.stiffness
-        self._lids: dict[str, tuple[npt.NDArray[np.int64], Array, Array, Array, Array]] = {}
         plates = np.zeros_like(ties)
-        for side, lids in face.lids.items():
-            plate = base[lids.vertices] * m.lid_stiffness * lids.hold
-            share = plate / (plate + ties[lids.vertices])
-            plates[lids.vertices] += plate
-            self._lids[f"orbicularis_oculi_{side}"] = (
-                lids.vertices,
-                lids.angles,
-                share,
-                lids.centre * face.unit,
-                lids.axis,
-            )
+        shares = {}
+        for name, guide in face.guides.items():
+            plate = base[guide.vertices] * m.lid_stiffness * guide.hold
+            shares[name] = np.ones(len(plate)) if guide.bone else plate / (plate + ties[guide.vertices])
+            plates[guide.vertices] = np.maximum(plates[guide.vertices], plate)
+        self._guides = {
+            name: (dataclasses.replace(guide, centre=guide.centre * face.unit), shares[name])
+            for name, guide in face.guides.items()
+        }
         self._along = ties + plates
         self._across = m.normal_ratio * ties + plates
 
@@ -164,9 +164,8 @@ class Skin:
             out = (force * n).sum(axis=1, keepdims=True)
             force -= (1.0 - muscle.normal_share) * out * n
             self._pull[k] = force * self._area[:, None]
-        for name, (vertices, _, share, _, _) in self._lids.items():
-            if name in self.names:
-                self._pull[self.names.index(name)][vertices] *= (1.0 - share)[:, None]
+        for name, (guide, share) in self._guides.items():
+            self._pull[self.names.index(name)][guide.vertices] *= (1.0 - share)[:, None]
 
     def _build_contacts(self, face: Face) -> None:
         self._foot = np.ascontiguousarray(face.tissue.foot * face.unit)
@@ -248,10 +247,9 @@ class Skin:
         active = np.flatnonzero(rates)
         self._force = np.tensordot(rates[active], self._pull[active], axes=1)
         self._shift = np.zeros_like(self.points)
-        for name, (vertices, angles, share, centre, axis) in self._lids.items():
-            if name in self.names and (rate := rates[self.names.index(name)]) > 0.0:
-                offset = self.points[vertices] - centre
-                self._shift[vertices] += share[:, None] * (_turned(offset, axis, rate * angles) - offset)
+        for name, (guide, share) in self._guides.items():
+            if (rate := rates[self.names.index(name)]) > 0.0:
+                self._shift[guide.vertices] += share[:, None] * guide.turned(self.points, rate)
 
     def step(self) -> Array:
         """Advance by one time step; returns the positions (n, 3) in mm."""
@@ -384,9 +382,3 @@ def _cotangent_laplacian(points: Array, triangles: npt.NDArray[np.int32]) -> csr
         pairs.append(np.stack([i, j], axis=1))
         weights.append(np.clip(0.5 * cotangent, -1.0, 4.0))
     return _graph_laplacian(np.concatenate(pairs), np.concatenate(weights), len(points))
-
-
-def _turned(vectors: Array, axis: Array, angles: Array) -> Array:
-    """Rodrigues' rotation of (k, 3) vectors about one axis by k angles."""
-    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
-    return vectors * cos + np.cross(axis, vectors) * sin + axis * (vectors @ axis)[:, None] * (1.0 - cos)

@@ -121,6 +121,12 @@ def test_a_muscle_without_a_side_is_both():
     assert atlas.resolve("orbicularis_oris") == {"orbicularis_oris": 1.0}
 
 
+def test_a_face_at_rest_can_be_an_expression(tmp_path):
+    path = tmp_path / "atlas.toml"
+    path.write_text("[expressions]\nneutral = {}\n", encoding="utf-8")
+    assert read_atlas(path).contractions("neutral") == {}
+
+
 def test_answers_are_copies():
     atlas = load_atlas()
     atlas.resolve("surprise").clear()

@@ -1,0 +1,76 @@
+"""The mandible: a bone that turns about its hinge, and the skin that goes with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.linalg import spsolve
+
+from ..geometry.topology import unique_edges
+from .guides import Guide
+from .landmarks import FaceFrame
+from .muscles import JawMuscle
+
+Array = npt.NDArray[np.float64]
+
+ABOVE = 0.16
+"""Skin farther above the line of the lips than this many distances between the pupils stays with the skull."""
+
+BELOW = 0.24
+"""Skin farther below it goes with the mandible."""
+
+NECK = 0.55
+"""From the lower border of the mandible down, the skin of the neck follows less and less over this distance."""
+
+
+def jaw_guide(
+    jaw: JawMuscle, points: Array, triangles: npt.NDArray[np.int32], landmarks: Mapping[str, Array], frame: FaceFrame
+) -> Guide:
+    """How far each vertex turns with the mandible.
+
+    Chin and jaw go with the bone, the face above the lips stays; in between the share is harmonic on the surface, so that it
+    is soft in the cheeks, and parts at the opening of the mouth.
+    """
+    size, hinge, axis = frame.pupil_distance, jaw.hinge, jaw.axis
+    lips = 0.25 * sum(landmarks[n] for n in ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r"))
+    border = landmarks["menton"] - 0.5 * (landmarks["gonion_l"] + landmarks["gonion_r"])
+    # Heights over the plane through hinge and lips, and below the one along the lower border of the mandible.
+    up = _normal_of_plane(axis, np.asarray(lips) - hinge, frame.axes[1])
+    over = (points - hinge) @ up / size
+    under = (landmarks["menton"] - points) @ _normal_of_plane(axis, border, frame.axes[1]) / size
+    behind = (points - hinge) @ frame.axes[2] < 0.0
+    fixed_up = (over > ABOVE) | behind | (under > NECK)
+    fixed_down = (over < -BELOW) & (under < 0.0) & ~fixed_up
+    share = _harmonic(points, triangles, fixed_up, fixed_down)
+    vertices = np.flatnonzero(share > 1e-4)
+    return Guide(vertices, jaw.angle * share[vertices], np.zeros(len(vertices)), hinge, axis, bone=True)
+
+
+def _normal_of_plane(axis: Array, forward: Array, up: Array) -> Array:
+    """Unit normal, on the side of `up`, of the plane through `axis` and `forward`."""
+    normal = np.cross(axis, forward)
+    normal /= np.linalg.norm(normal)
+    return np.asarray(normal * np.sign(normal @ up))
+
+
+def _harmonic(
+    points: Array, triangles: npt.NDArray[np.int32], zero: npt.NDArray[np.bool_], one: npt.NDArray[np.bool_]
+) -> Array:
+    """The harmonic function (n,) that is 0 and 1 where it is told; edges weigh by their inverse length."""
+    n = len(points)
+    edges, _ = unique_edges(triangles)
+    i, j = edges[:, 0], edges[:, 1]
+    weight = 1.0 / np.maximum(np.linalg.norm(points[i] - points[j], axis=1), 1e-12)
+    graph = csr_array(
+        (np.concatenate([weight, weight]), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)
+    )
+    laplacian = csr_array(diags_array(np.asarray(graph.sum(axis=1))) - graph)
+    values = one.astype(np.float64)
+    free = ~(zero | one)
+    if free.any():
+        right = -(laplacian[free] @ values)
+        values[free] = spsolve(laplacian[free][:, free].tocsc(), right)
+    return np.clip(values, 0.0, 1.0)

@@ -1,0 +1,263 @@
+"""Pictures: what must differ differs where it must, and nothing else; no absolute pixel values."""
+
+from __future__ import annotations
+
+import gc
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.mesh import ARRAYS
+from facewrinkle.plotting import (
+    CLOSE,
+    VIEWS,
+    Scene,
+    Style,
+    View,
+    closeup,
+    picture,
+    pictures,
+    save_picture,
+    side_by_side,
+    stacked,
+)
+
+SMALL = (160, 200)
+
+
+def held(face: fw.Face, expression: str, **options: object) -> pv.PolyData:
+    simulation = fw.Simulation(face, **options)
+    simulation.express(expression)
+    *_, frame = simulation.run(15)
+    return frame
+
+
+@pytest.fixture(scope="module")
+def face() -> fw.Face:
+    return fw.default_face()
+
+
+@pytest.fixture(scope="module")
+def wrinkled(face):
+    return held(face, "surprise")
+
+
+@pytest.fixture(scope="module")
+def bare(face):
+    return held(face, "surprise", layers=[])
+
+
+def difference(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Per pixel, the largest difference of the channels."""
+    return np.abs(first.astype(int) - second.astype(int)).max(axis=2)
+
+
+def fingerprint(mesh: pv.PolyData) -> dict[str, bytes]:
+    arrays = {**mesh.point_data, **mesh.cell_data, "points": mesh.points, "faces": mesh.faces}
+    return {name: np.asarray(values).tobytes() for name, values in arrays.items()}
+
+
+def on_screen(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """Pixels [row, column] of points, as VTK's own camera projects them."""
+    width, height = scene.style.size
+    matrix = scene.plotter.camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
+    projection = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+    clip = np.column_stack([points, np.ones(len(points))]) @ projection.T
+    x, y = (clip[:, :2] / clip[:, 3:]).T
+    return np.column_stack([(1 - y) / 2 * height, (x + 1) / 2 * width])
+
+
+def test_wrinkles_show_on_the_forehead_and_nowhere_else(face, wrinkled, bare):
+    style = Style(SMALL)
+    with Scene(face, style) as scene:
+        images = [scene.picture(frame) for frame in (wrinkled, bare)]
+        lifted = np.asarray(wrinkled.points)[np.abs(wrinkled["W"]) > 0.1]
+        rows, columns = on_screen(scene, lifted).T
+    changed = difference(*images) > 8
+    assert images[0].shape == (SMALL[1], SMALL[0], 3)
+    assert images[0].dtype == np.uint8
+    region = np.zeros(changed.shape, bool)
+    region[int(rows.min()) - 3 : int(rows.max()) + 4, int(columns.min()) - 3 : int(columns.max()) + 4] = True
+    assert changed[region].mean() > 0.1
+    assert changed[~region].mean() < 0.002
+    assert rows.max() < SMALL[1] / 2
+
+
+def test_scene_shows_the_last_frame_and_forgets_the_others(face, wrinkled, bare):
+    style = Style(SMALL, "forehead")
+    alone = [picture(frame, face, style) for frame in (bare, wrinkled, face.mesh)]
+    one_scene = list(pictures([bare, wrinkled, face.mesh], face, style))
+    for expected, image in zip(alone, one_scene, strict=True):
+        np.testing.assert_array_equal(image, expected)
+    assert difference(alone[0], alone[1]).max() > 30
+    assert difference(alone[0], alone[2]).max() > 30
+
+
+def test_stale_normals_are_not_trusted(face):
+    moved = face.mesh.copy()
+    moved.points[:, 2] += 6.0 * np.sin(moved.points[:, 1] / 4.0)
+    stale = moved.copy()
+    stale.point_data["Normals"] = face.mesh.compute_normals(
+        split_vertices=False, consistent_normals=False
+    ).point_data["Normals"]
+    style = Style(SMALL, brows=False)
+    np.testing.assert_array_equal(picture(stale, face, style), picture(moved, face, style))
+    assert difference(picture(moved, face, style), picture(face.mesh, face, style)).max() > 60
+
+
+@pytest.mark.parametrize("name", [name for name in VIEWS if name.startswith("left")])
+def test_views_of_the_two_sides_mirror_each_other(face, name):
+    """With a light at the camera; the head is symmetric, the brows' hairs are random."""
+    left, right = (
+        picture(face.mesh, face, Style(SMALL, view, quick=True, brows=False))
+        for view in (name, name.replace("left", "right"))
+    )
+    assert (difference(left, right[:, ::-1]) > 20).mean() < 0.01
+    assert (difference(left, right) > 20).mean() > 0.1
+    assert VIEWS[name].mirrored().mirrored() == VIEWS[name]
+
+
+@pytest.mark.parametrize("name", CLOSE)
+def test_views_look_at_skin(face, name):
+    with Scene(face, Style((80, 80), name)) as scene:
+        empty = np.array(scene.plotter.screenshot(None, return_img=True).reshape(160, 160, 3)[72:88, 72:88])
+        centre = scene.picture(face.mesh)[36:44, 36:44]
+    assert difference(empty[::2, ::2], centre).min() > 10
+
+
+def test_upright_and_wide_pictures_hold_the_whole_face(face):
+    for size in ((100, 200), (200, 100)):
+        with Scene(face, Style(size)) as scene:
+            scene.draw(face.mesh)
+            row, column = on_screen(scene, np.asarray(face.mesh.points)).T
+        assert row.min() > 0
+        assert row.max() < size[1]
+        assert column.min() > 0
+        assert column.max() < size[0]
+
+
+@pytest.mark.parametrize(
+    "expression, expected",
+    [
+        ("surprise", "forehead"),
+        ("frowning", "glabella"),
+        ("closing_eye", "left_eye"),
+        ("stretching_mouth", "right_mouth"),
+        ("AU12L", "left_mouth"),
+        ("AU43R", "right_eye"),
+    ],
+)
+def test_closeup_is_where_the_wrinkles_are(face, expression, expected):
+    assert closeup(held(face, expression), face) == expected
+
+
+def test_closeup_without_wrinkles(face):
+    *_, frame = fw.Simulation(face).run(1)
+    assert closeup(frame, face) == "front"
+
+
+def test_fields_have_colour(face, wrinkled):
+    """Skin is lit the same; what differs from one field to the next is its colours."""
+    images = {name: picture(wrinkled, face, Style(SMALL, scalars=name)) for name in ARRAYS if name != "rest"}
+    for name, image in images.items():
+        for other, another in images.items():
+            assert name == other or (difference(image, another) > 10).mean() > 0.001
+    colourful = np.ptp(images["W"].astype(int), axis=2)
+    furrows = np.asarray(wrinkled["W"]) < -0.3
+    assert furrows.any()
+    assert colourful.max() > 60
+    rest = picture(face.mesh, face, Style(SMALL, brows=False))
+    assert difference(images["W"], rest).max() > 60
+
+
+def test_wireframe_shows_more_edges_where_triangles_are_smaller(face, wrinkled):
+    with Scene(face, Style((300, 300), "forehead", brows=False)) as scene:
+        plain = scene.picture(wrinkled)
+    with Scene(face, Style((300, 300), "forehead", wireframe=True, brows=False)) as scene:
+        wired = scene.picture(wrinkled)
+        fine = np.asarray(wrinkled.points)[np.asarray(wrinkled["level"]) == np.max(wrinkled["level"])]
+        rows = on_screen(scene, fine)[:, 0]
+    darker = difference(plain, wired) > 20
+    inside = darker[int(max(rows.min(), 0)) : int(rows.max())]
+    below = darker[int(rows.max()) + 20 :]
+    assert inside.mean() > 1.3 * below.mean() > 0.0
+
+
+@pytest.mark.parametrize("scalars", [None, "W", "muscle", "level"])
+def test_drawing_changes_neither_frame_nor_face(face, wrinkled, scalars):
+    before = fingerprint(wrinkled), fingerprint(face.mesh), list(wrinkled.field_data)
+    active = wrinkled.active_scalars_name
+    picture(wrinkled, face, Style((40, 40), wireframe=True, scalars=scalars))
+    if scalars is None:
+        picture(face.mesh, face, Style((40, 40)))
+    assert (fingerprint(wrinkled), fingerprint(face.mesh), list(wrinkled.field_data)) == before
+    assert wrinkled.active_scalars_name == active
+
+
+def test_plotters_are_closed(face, wrinkled):
+    """Also after an error, and where the pictures of a movie are not all taken."""
+
+    def count() -> int:
+        gc.collect()
+        return sum(not plotter._closed for plotter in pv.plotting.plotter._ALL_PLOTTERS.values())
+
+    before = count()
+    picture(wrinkled, face, Style((40, 40)))
+    with pytest.raises(UnknownNameError):
+        picture(face.mesh, face, Style((40, 40), scalars="W"))
+    some = pictures([wrinkled, wrinkled], face, Style((40, 40)))
+    next(some)
+    some.close()
+    assert count() == before
+
+
+def test_unknown_views_fields_and_sizes(face, wrinkled):
+    with pytest.raises(UnknownNameError, match="unknown view 'forhead'. Did you mean 'forehead'"):
+        Style(view="forhead")
+    with pytest.raises(UnknownNameError, match="unknown field 'epsilom'. Did you mean 'epsilon'"):
+        picture(wrinkled, face, Style((40, 40), scalars="epsilom"))
+    with pytest.raises(ParameterError, match="one number per vertex; 'rest' has 3"):
+        picture(wrinkled, face, Style((40, 40), scalars="rest"))
+    for size in ((8, 100), (100, 10**5), (100.5, 100), (100,)):
+        with pytest.raises(ParameterError, match="size must be width and height between 16 and 8192"):
+            Style(size=size)
+
+
+def test_any_view(face):
+    from_behind = picture(face.mesh, face, Style((60, 60), View((0.0, 0.0, -1.0))))
+    assert difference(from_behind, picture(face.mesh, face, Style((60, 60)))).max() > 30
+
+
+def test_parted_lips_show_the_dark_of_the_mouth(face):
+    """Not what is behind the head: the picture between the lips is darker than the background and reddish."""
+    parted = face.mesh.copy()
+    lower = (np.asarray(parted.points) - face.landmarks["lower_lip_mid"]) / 12.0
+    parted.points[:, 1] -= 8.0 * np.exp(-(lower**2).sum(axis=1))
+    with Scene(face, Style((200, 200), "mouth")) as scene:
+        image = scene.picture(parted)
+        gap = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]) - [0, 2, 0]
+        row, column = on_screen(scene, gap[None])[0].astype(int)
+    red, _, blue = image[row - 8 : row + 9, column].astype(int).T
+    assert (red >= blue).all()
+
+
+def test_pictures_side_by_side_and_stacked():
+    tall, wide = (np.full(shape, value, np.uint8) for shape, value in (((4, 2, 3), 10), ((4, 6, 3), 20)))
+    row = side_by_side([tall, wide], gap=3)
+    assert row.shape == (4, 11, 3)
+    assert (row[:, :2] == 10).all()
+    assert (row[:, 2:5] == 255).all()
+    assert (row[:, 5:] == 20).all()
+    column = stacked([tall, tall], gap=1)
+    assert column.shape == (9, 2, 3)
+    assert (column[4] == 255).all()
+
+
+def test_saved_pictures_are_read_back(tmp_path):
+    image = np.random.default_rng(3).integers(0, 256, (20, 30, 3)).astype(np.uint8)
+    np.testing.assert_array_equal(pv.read_texture(save_picture(image, tmp_path / "a.png")).to_array(), image)
+    few = save_picture(np.where(image > 127, 255, 0).astype(np.uint8), tmp_path / "b.png", colours=256)
+    np.testing.assert_array_equal(pv.read_texture(few).to_array()[..., :3] > 127, image > 127)
