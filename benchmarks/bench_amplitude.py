@@ -200,6 +200,7 @@ def test_memory(benchmark, notes):
     benchmark.group = "building the state of 1M triangles"
     m, (forest, sites, layer, update) = benchmark.pedantic(held, rounds=1, warmup_rounds=0)
     notes[f"memory at {m} triangles"] = (
-        f"forest {forest:.0f} MB, places {sites:.0f} MB, layer {layer:.0f} MB, {update:.0f} MB more while a frame is computed"
+        f"forest {forest:.0f} MB, places {sites:.0f} MB, layer {layer:.0f} MB; "
+        f"{update:.0f} MB more at the peak of an amplitude update"
     )
     assert forest + sites + layer > 0.0

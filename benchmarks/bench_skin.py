@@ -1,9 +1,9 @@
 """One step of the skin against one linearly implicit step in plain numpy and scipy.
 
 The reference linearises springs and ties at rest, and calls spsolve once a step with one matrix for the three
-coordinates (the springs' and ties' largest stiffness in all directions, which is stable), so that the matrix is factored in
-every step. The skin factors a closer matrix per coordinate when it is made; its springs are biphasic, it keeps triangles
-from folding, stays off bone and eyes, and iterates.
+coordinates (the largest stiffness of springs and ties in all directions, which is stable), so that the matrix is
+factored in every step. The skin factors a closer matrix per coordinate when it is made; its springs are biphasic, it
+keeps triangles from folding, stays off bone and eyes, and iterates.
 """
 
 from __future__ import annotations

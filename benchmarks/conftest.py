@@ -57,8 +57,8 @@ def notes(request):
 def versus(request, benchmark, results):
     """Times two functions in turns; every test runs twice, so that each has a row in its group.
 
-    ``versus(what, ours, reference, goal=4.0)`` asks that `ours` be that many times faster than `reference`. The ratio is
-    that of the medians, or of the means where rounds are not alike (``average=statistics.fmean``).
+    ``versus(what, ours, reference, goal=4.0)`` asks that `ours` be that many times faster than `reference`. The ratio
+    is that of the medians, or of the means where rounds are not alike (``average=statistics.fmean``).
     """
 
     def versus(what, ours, reference, goal=None, rounds=20, warmup_rounds=1, average=statistics.median):
@@ -99,9 +99,8 @@ def pytest_terminal_summary(terminalreporter, config):
     for line in lines:
         reference = "" if line.reference is None else f"{1e3 * line.reference:10.2f} ms"
         met = {True: "met", False: "NOT MET", None: ""}[line.met]
-        terminalreporter.write_line(
-            f"{line.what:{wide}} {1e3 * line.ours:10.2f} ms {reference:13}  {line.value:34} {line.goal:9} {met}".rstrip()
-        )
+        seconds = f"{1e3 * line.ours:10.2f} ms {reference:13}"
+        terminalreporter.write_line(f"{line.what:{wide}} {seconds}  {line.value:34} {line.goal:9} {met}".rstrip())
     for what, note in config.stash[NOTES].items():
         terminalreporter.write_line(f"{what}: {note}")
     load = ", ".join(f"{x:.2f}" for x in os.getloadavg()) if hasattr(os, "getloadavg") else "unknown"

@@ -21,6 +21,7 @@ app = App(
     name="facewrinkle",
     help="Wrinkles that muscles fold into faces: pictures, movies, time series, and the tables of the paper.",
     version=__version__,
+    suppress_keyboard_interrupt=False,
 )
 app.command("facewrinkle.commands.express:express", help="Write pictures, a movie and a time series of an expression.")
 app.command("facewrinkle.commands.table1:table1", help="Measure the paper's Table 1 and print it beside the paper's.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import signal
@@ -20,11 +21,324 @@ from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, load_atlas
 from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.cli import main
 from facewrinkle.commands import demo as demo_module
+from facewrinkle.commands import take as take_module
 from facewrinkle.commands.common import FaceOptions, mixture
-from facewrinkle.commands.express import FaceWrinkleWarning, record  # noqa: F401
 from facewrinkle.commands.take import FIELDS, Take
-from facewrinkle.errors import MissingPackageError
+from facewrinkle.errors import MissingPackageError, ParameterError, UnknownNameError
 from facewrinkle.table1 import PAPER, as_text, measure
 
-SIZE = 96
-FEW = ["--frames", "6", "--size", str(SIZE)]
+SIZE, FRAMES = 96, 6
+STEPS = FRAMES + FRAMES // 2
+FEW = ["--frames", str(FRAMES), "--size", str(SIZE)]
+PROGRAM = [sys.executable, "-m", "facewrinkle"]
+
+
+def shape(path: Path) -> tuple[int, ...]:
+    return pv.read_texture(path).to_array().shape[:2]
+
+
+def movie_frames(path: Path) -> list[np.ndarray]:
+    imageio = pytest.importorskip("imageio.v2")
+    return list(imageio.mimread(path, memtest=False))
+
+
+def series(path: Path) -> tuple[int, int]:
+    """Number of steps, and of points of the last one."""
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    reader.SetStep(reader.GetNumberOfSteps() - 1)
+    reader.Update()
+    return reader.GetNumberOfSteps(), reader.GetOutput().GetNumberOfPoints()
+
+
+# --- express ------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def surprise(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cli") / "new" / "folder"
+    assert main(["express", "surprise", *FEW, "--out", str(folder)]) == 0
+    return folder
+
+
+def test_express_writes_all_files(surprise):
+    pictures = {"surprise.png", "surprise_closeup.png"} | {f"surprise_{name}.png" for name in FIELDS}
+    assert {path.name for path in surprise.iterdir()} == pictures | {"surprise.mp4", "surprise.vtkhdf"}
+    for name in ("surprise.png", "surprise_closeup.png"):
+        assert shape(surprise / name) == (SIZE, 4 * SIZE + 3 * 4)
+    for name in FIELDS:
+        assert shape(surprise / f"surprise_{name}.png") == (SIZE, SIZE)
+
+
+def test_express_movie_shows_face_and_closeup_there_and_back(surprise):
+    images = movie_frames(surprise / "surprise.mp4")
+    assert len(images) == STEPS
+    assert images[0].shape[:2] == (SIZE, 2 * SIZE + 4)
+    away = [np.abs(image.astype(int) - images[0]).mean() for image in images]
+    assert np.argmax(away) in range(FRAMES - 2, FRAMES + 2)
+    assert away[-1] < 0.8 * max(away)
+
+
+def test_express_series_holds_every_step(surprise):
+    steps, points = series(surprise / "surprise.vtkhdf")
+    assert steps == STEPS
+    assert points >= fw.default_face().mesh.n_points
+
+
+def test_express_reports_what_it_did(tmp_path, capsys):
+    assert main(["express", "AU4", *FEW, "--no-movie", "--no-series", "--out", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "4517 → " in out
+    assert "mm" in out
+    for path in tmp_path.iterdir():
+        assert path.name in out
+    assert not list(tmp_path.glob("*.mp4")) + list(tmp_path.glob("*.vtkhdf"))
+
+
+def test_express_quiet_prints_nothing(tmp_path, capfd):
+    name = "AU1=0.5,corrugator_l"
+    assert main(["express", name, *FEW, "--quiet", "--out", str(tmp_path)]) == 0
+    assert capfd.readouterr() == ("", "")
+    assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".mp4", ".vtkhdf"}
+
+
+def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["express", "AU1=0.5, AU4", *FEW, "--no-movie", "--no-series"]) == 0
+    assert (tmp_path / "output" / "AU1=0.5_AU4" / "AU1=0.5_AU4.png").is_file()
+
+
+def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
+    seen: list[Take] = []
+    monkeypatch.setattr(
+        "facewrinkle.commands.express.record", lambda take, folder, stem, report, **what: seen.append(take)
+    )
+    options = ["--intensity=0.5", "--frames=7", "--max-level=3", "--gamma-c=0.1", "--samples=3", "--depth=2"]
+    options += ["--alpha=1.5", "--count=3", "--ends=paper", "--compression=edges", "--size=64x48", "--view=nose"]
+    assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0
+    (take,) = seen
+    assert take.rates == {"corrugator_l": 0.5, "corrugator_r": 0.5}
+    assert (take.frames, take.size, take.close, take.fps) == (7, (64, 48), "nose", 10.0)
+    assert (take.refinement.max_level, take.refinement.gamma_c, take.refinement.samples) == (3, 0.1, 3.0)
+    assert (take.layer.depth, take.layer.compression) == (2.0, "edges")
+    for name, muscle in take.face.muscles.items():
+        original = fw.default_face().muscles[name].fold_pattern.wrinkles
+        wrinkles = muscle.fold_pattern.wrinkles
+        if name in take.rates:
+            assert (wrinkles.alpha, wrinkles.count, wrinkles.ends) == (1.5, 3, "paper")
+            assert wrinkles.depth == original.depth
+        else:
+            assert dataclasses.astuple(wrinkles) == dataclasses.astuple(original)
+
+
+def test_express_on_another_mesh(tmp_path, capsys):
+    head = fw.default_face()
+    head.mesh.scale(0.001).save(tmp_path / "head.vtp")
+    write_landmarks({name: point * 0.001 for name, point in head.landmarks.items()}, tmp_path / "head.json")
+    source = ["--face", str(tmp_path / "head.vtp"), "--landmarks", str(tmp_path / "head.json"), "--units", "m"]
+    few = [*FEW, "--no-movie", "--no-series", "--max-level", "1", "--depth", "0.1", "--view", "front"]
+    assert main(["express", "AU46", *source, *few, "--out", str(tmp_path / "out")]) == 0
+    assert "4517 → " in capsys.readouterr().out
+    assert (tmp_path / "out" / "AU46.png").is_file()
+
+
+def test_express_with_another_atlas(tmp_path):
+    other = tmp_path / "other.toml"
+    text = DEFAULT_ATLAS.read_text(encoding="utf-8")
+    other.write_text(text.replace("[expressions]", "[expressions]\nscowl = { corrugator = 0.5 }"), encoding="utf-8")
+    face = FaceOptions(atlas=other).load()
+    assert face.atlas.contractions("scowl") == {"corrugator_l": 0.5, "corrugator_r": 0.5}
+    assert face.texture is not None
+    assert face.brows is not None
+
+
+def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatch, capsys):
+    def missing(*_: object) -> None:
+        raise MissingPackageError("movies need the package imageio, which is not installed.")
+
+    monkeypatch.setattr(take_module, "movie_writer", missing)
+    stale = tmp_path / "AU4.mp4"
+    stale.write_bytes(b"of an earlier run")
+    assert main(["express", "AU4", *FEW, "--out", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert err == "facewrinkle: note: no movie is written: movies need the package imageio, which is not installed.\n"
+    assert "AU4.mp4" not in out
+    assert not stale.exists()
+    assert series(tmp_path / "AU4.vtkhdf")[0] == STEPS
+    assert (tmp_path / "AU4_closeup.png").is_file()
+
+
+# --- wrong input ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["suprise"], "Did you mean 'surprise'"),
+        (["AU1=0.5,frontalis_iner"], "unknown expression, action unit or muscle 'frontalis_iner'. Did you mean"),
+        (["AU1=strong"], "the weight of AU1 must be a number, received 'strong'"),
+        (["AU1=1.5"], "AU1 must lie in [0, 1], received 1.5"),
+        (["AU1", "--intensity", "nan"], "intensity must lie in [0, 1]"),
+        (["AU1", "--frames", "0"], "the number of frames must be >= 1, received 0"),
+        (["AU1", "--size", "big"], "the size must be pixels such as 800 or 800x600, received 'big'"),
+        (["AU1", "--size", "8"], "size must be width and height between"),
+        (["AU1", "--view", "forhead"], "unknown view 'forhead'. Did you mean 'forehead'"),
+        (["AU1", "--fps", "0"], "fps must lie in"),
+        (["AU1", "--depth=-1"], "depth must lie in"),
+        (["AU1", "--max-level", "99"], "max_level must lie in [0, 8]"),
+        (["AU1", "--landmarks", "a.json"], "--landmarks belongs to a mesh"),
+        (["AU1", "--units", "mm"], "--units belongs to a mesh"),
+        (["AU1", "--atlas", "no.toml"], "cannot read the atlas 'no.toml'"),
+        (["AU1", "--face", "no.obj", "--landmarks", "no.json"], "no."),
+    ],
+)
+def test_bad_input_is_one_line_and_nothing_is_written(arguments, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["express", *arguments, "--out", "folder"]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("facewrinkle: ")
+    assert message in err
+    assert err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be_written_is_found_before_the_work(tmp_path, capsys):
+    (tmp_path / "file").write_text("in the way")
+    begin = time.perf_counter()
+    assert main(["express", "surprise", "--frames", "100000", "--out", str(tmp_path / "file" / "folder")]) == 1
+    assert time.perf_counter() - begin < 30.0
+    assert "a file stands there" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["expres"], "express"),
+        (["express"], "NAME"),
+        (["express", "surprise", "--framez", "3"], "--framez"),
+        (["express", "surprise", "--frames", "many"], "many"),
+        (["express", "surprise", "--compression", "none"], '"gradient", "edges"'),
+        (["info", "bones"], '"muscles", "action-units", "expressions"'),
+    ],
+)
+def test_wrong_usage_is_one_line_with_a_hint(arguments, message, capsys):
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+    assert err.rstrip().endswith("--help")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is another thing there")
+def test_interrupt_ends_without_traceback(tmp_path):
+    command = [*PROGRAM, "express", "surprise", "--frames", "100000", "--no-series", "--out", str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        deadline = time.monotonic() + 120.0
+        while not (tmp_path / "surprise.mp4").exists() and time.monotonic() < deadline:
+            time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in out + err
+    assert err.strip().splitlines()[-1] == "facewrinkle: interrupted."
+
+
+# --- the other commands --------------------------------------------------------------------------
+
+
+def test_info_lists_every_name(capsys):
+    atlas = load_atlas()
+    names = {
+        "muscles": {muscle.removesuffix("_l").removesuffix("_r") for muscle in atlas.muscles},
+        "action-units": set(atlas.action_unit_names),
+        "expressions": set(atlas.expressions),
+    }
+    first_words = {}
+    for topic, known in names.items():
+        assert main(["info", topic]) == 0
+        first_words[topic] = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()}
+        assert known <= first_words[topic]
+    assert main(["info"]) == 0
+    everything = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()}
+    assert set().union(*names.values()) <= everything
+
+
+def test_mixtures():
+    atlas = load_atlas()
+    assert mixture("AU1=0.7,AU4", atlas) == {"AU1": 0.7, "AU4": 1.0}
+    assert mixture("corrugator", atlas) == {"corrugator": 1.0}
+    for name in [*atlas.expressions, *atlas.action_units, *atlas.muscles]:
+        assert mixture(name, atlas) == {name: 1.0}
+    with pytest.raises(UnknownNameError, match="'' *"):
+        mixture("AU1,", atlas)
+
+
+def test_table1_measures_and_writes(tmp_path, capsys):
+    options = ["--iterations", "8", "--drawings", "2", "--out", str(tmp_path)]
+    assert main(["table1", *options]) == 0
+    out = capsys.readouterr().out
+    text = (tmp_path / "table1.txt").read_text(encoding="utf-8")
+    assert out.strip() == text.strip()
+    content = json.loads((tmp_path / "table1.json").read_text(encoding="utf-8"))
+    assert content["iterations"] == 8
+    assert [row["expression"] for row in content["here"]] == [row.expression for row in PAPER]
+    for row in content["here"]:
+        parts = [row[name] for name in ("Te", "Ta", "Tw", "Tr")]
+        assert all(part > 0.0 for part in (row["Tp"], *parts))
+        assert row["fps"] == pytest.approx(8 / sum(parts))
+        assert (row["before"], row["expression"] in text) == (4517, True)
+
+
+def test_table1_prints_the_paper_beside_it():
+    lines = as_text(list(PAPER), 250, "a machine").splitlines()
+    for row, line in zip(PAPER, lines[2:7], strict=True):
+        twice = [f"{value:.2f}" for value in (row.Tp, row.Te, row.Ta, row.Tw, row.Tr) for _ in range(2)]
+        triangles = [str(row.before), "->", str(row.after)] * 2
+        assert line.split() == [row.expression, *triangles, *twice, *[f"{row.fps:.1f}"] * 2]
+    assert len({len(line) for line in lines[:7]}) == 1
+
+
+def test_table1_refuses_nonsense():
+    for iterations, drawings in ((0, 1), (1, 0)):
+        with pytest.raises(ParameterError):
+            next(measure(fw.default_face(), iterations, drawings))
+
+
+def test_demo(tmp_path, monkeypatch, capsys):
+    for name, value in (("SIZE", 48), ("FRAMES", 3), ("TILE", 32), ("ITERATIONS", 3), ("DRAWINGS", 1)):
+        monkeypatch.setattr(demo_module, name, value)
+    assert main(["demo", "--out", str(tmp_path), "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    names = {row.expression for row in PAPER}
+    assert {path.name for path in tmp_path.iterdir()} == names | {"contact.png", "table1.txt", "table1.json"}
+    for name in names:
+        files = {path.name for path in (tmp_path / name).iterdir()}
+        assert files == {f"{name}.png", f"{name}_closeup.png", f"{name}.mp4"}
+    assert shape(tmp_path / "contact.png") == (3 * 32 + 2 * 4, 5 * 32 + 4 * 4)
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["express", "--help"], ["--version"]])
+def test_help_and_version(arguments, capsys):
+    assert main(arguments) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert (fw.__version__ if arguments == ["--version"] else "Usage: facewrinkle") in out
+
+
+def test_help_loads_no_heavy_package():
+    probe = (
+        "import sys; from facewrinkle.cli import main; main(['--help']); "
+        "sys.exit(' '.join({'numba', 'scipy', 'pyvista', 'matplotlib'} & set(sys.modules)) or 0)"
+    )
+    result = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True)
+    assert (result.returncode, result.stderr) == (0, "")
+
+
+def test_the_module_runs():
+    result = subprocess.run([*PROGRAM, "info", "expressions"], capture_output=True, text=True)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "stretching_mouth" in result.stdout

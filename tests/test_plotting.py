@@ -100,9 +100,9 @@ def test_stale_normals_are_not_trusted(face):
     moved = face.mesh.copy()
     moved.points[:, 2] += 6.0 * np.sin(moved.points[:, 1] / 4.0)
     stale = moved.copy()
-    stale.point_data["Normals"] = face.mesh.compute_normals(
-        split_vertices=False, consistent_normals=False
-    ).point_data["Normals"]
+    stale.point_data["Normals"] = face.mesh.compute_normals(split_vertices=False, consistent_normals=False).point_data[
+        "Normals"
+    ]
     style = Style(SMALL, brows=False)
     np.testing.assert_array_equal(picture(stale, face, style), picture(moved, face, style))
     assert difference(picture(moved, face, style), picture(face.mesh, face, style)).max() > 60

@@ -138,5 +138,6 @@ class Report:
     def progress(self, items: Iterator[T], what: str, total: int) -> Iterator[T]:
         """The items, with a bar while they are taken where there is a terminal to show it."""
         console = Console(stderr=True)
-        hidden = self.quiet or not console.is_terminal
-        yield from track(items, what, total, console=console, transient=True, disable=hidden)
+        if self.quiet or not console.is_terminal:
+            return items
+        return iter(track(items, what, total, console=console, transient=True))

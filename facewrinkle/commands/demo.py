@@ -17,6 +17,7 @@ from .table1 import tabulate
 from .take import Take
 
 SIZE, FRAMES, TILE = 420, 32, 204
+ITERATIONS, DRAWINGS = 250, 25
 
 
 def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
@@ -41,7 +42,7 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
         columns.append(stacked([_small(picture(peak, face, style)) for style in styles]))
     contact = save_picture(side_by_side(columns), folder / "contact.png", colours=256)
     report.say(f"\n{contact}: the five expressions, their wrinkles, and the triangles under them\n")
-    tabulate(face, report, folder, iterations=250, drawings=25)
+    tabulate(face, report, folder, ITERATIONS, DRAWINGS)
     report.say(f"\n{time.perf_counter() - begin:.0f} s")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -73,7 +74,7 @@ class Take:
 
     def simulation(self) -> Simulation:
         """A simulation that has been asked for the expression."""
-        simulation = Simulation(self.face, self.refinement, [self.layer])
+        simulation = Simulation(self.face, self.refinement, [copy(self.layer)])  # a layer belongs to one simulation
         simulation.contract(self.rates)
         return simulation
 
@@ -115,7 +116,8 @@ class Take:
         try:
             append = stack.enter_context(movie_writer(path, self.fps))
         except MissingPackageError as missing:
-            warnings.warn(f"no movie was written: {missing}", FaceWrinkleWarning, stacklevel=2)
+            warnings.warn(f"no movie is written: {missing}", FaceWrinkleWarning, stacklevel=2)
+            path.unlink(missing_ok=True)  # of an earlier run
             return frames
         scenes = [stack.enter_context(Scene(self.face, Style(self.size, view))) for view in ("front", self.close)]
 

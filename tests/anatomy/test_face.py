@@ -3,7 +3,7 @@
 what                        checked against
 muscles and regions         where anatomy puts them: above, below, beside the landmarks; on the mesh
 eyeballs                    an adult's radius; the lids around them; the axes of the face
-lids                        what stays a rotation about the eyeball: closing brings the margins together
+lids, jaw                   rotations about eyeball and hinge; which landmarks they take along
 skull                       below the skin everywhere, by the depth of the tissue where it is flat
 copies                      with_muscles leaves the face as it was
 """
@@ -125,6 +125,8 @@ def test_both_sides_are_mirrored(face, real_face, stem):
 
 def test_all_wrinkling_regions_cover_skin(face):
     for name, muscle in face.muscles.items():
+        if not muscle.fold_pattern.half_wavelength < np.inf:
+            continue  # it moves a bone or a lid
         covered = muscle.fold_pattern.wrinkling_region(face.points)
         assert covered.sum() >= 4, name
         assert np.linalg.norm(muscle.force(face.points), axis=1).max() > 0.5, name
@@ -160,25 +162,52 @@ def test_eyeballs_fit_between_the_lids(face):
         assert distance.min() > 0.9 * eye.radius
 
 
-def test_lids_turn_about_the_eyeball_until_they_meet(face):
-    assert set(face.lids) == {"l", "r"}
-    for side, lids in face.lids.items():
-        eye = next(eye for eye in face.eyes if eye.side == side)
-        np.testing.assert_allclose(lids.centre, eye.centre)
-        assert np.linalg.norm(lids.axis) == pytest.approx(1.0)
-        assert len(np.unique(lids.vertices)) == len(lids.vertices) == len(lids.angles) == len(lids.hold)
-        assert lids.hold.min() >= 0.0
-        assert lids.hold.max() <= 1.0
-        assert np.rad2deg(lids.angles.max()) > 15.0  # the upper lid goes down by tens of degrees
-        assert np.rad2deg(lids.angles.min()) > -15.0  # the lower one hardly moves
-        # A positive turn about the axis lowers what looks along the gaze.
-        assert np.cross(lids.axis, eye.gaze) @ eye.up < -0.9
-        upper = lids.vertices[np.argmax(lids.angles)]
-        assert (face.points[upper] - eye.centre) @ eye.up > 0.0
+@pytest.mark.parametrize("side", ["l", "r"])
+def test_lids_turn_about_the_eyeball_until_they_meet(face, side):
+    lids = face.guides[f"orbicularis_oculi_{side}"]
+    eye = next(eye for eye in face.eyes if eye.side == side)
+    np.testing.assert_allclose(lids.centre, eye.centre)
+    assert np.linalg.norm(lids.axis) == pytest.approx(1.0)
+    assert len(np.unique(lids.vertices)) == len(lids.vertices) == len(lids.angles) == len(lids.hold)
+    assert lids.hold.min() >= 0.0
+    assert lids.hold.max() <= 1.0
+    assert np.rad2deg(lids.angles.max()) > 15.0  # the upper lid goes down by tens of degrees
+    assert np.rad2deg(lids.angles.min()) > -15.0  # the lower one hardly moves
+    # A positive turn about the axis lowers what looks along the gaze.
+    assert np.cross(lids.axis, eye.gaze) @ eye.up < -0.9
+    upper = lids.vertices[np.argmax(lids.angles)]
+    assert (face.points[upper] - eye.centre) @ eye.up > 0.0
+
+
+def test_guides_are_rotations(face):
+    """Turned points keep their distance from the centre and their position along the axis; no contraction moves none."""
+    for guide in face.guides.values():
+        start = face.points[guide.vertices] - guide.centre
+        end = start + guide.turned(face.points, 0.6)
+        np.testing.assert_allclose(np.linalg.norm(end, axis=1), np.linalg.norm(start, axis=1), atol=1e-10)
+        np.testing.assert_allclose(end @ guide.axis, start @ guide.axis, atol=1e-10)
+        flat = [v - np.outer(v @ guide.axis, guide.axis) for v in (start, end)]
+        cosine = (flat[0] * flat[1]).sum(1) / (np.linalg.norm(flat[0], axis=1) * np.linalg.norm(flat[1], axis=1))
+        np.testing.assert_allclose(cosine, np.cos(0.6 * guide.angles), atol=1e-10)
+        assert not guide.turned(face.points, 0.0).any()
+
+
+def test_the_jaw_takes_the_chin_along_and_leaves_the_nose(face):
+    jaw = face.guides["jaw"]
+    at = dict(zip(jaw.vertices.tolist(), jaw.angles, strict=True))
+    nearest = cKDTree(face.points).query
+    chin, lip, nose, brow = (
+        int(nearest(face.landmarks[name])[1]) for name in ("pogonion", "lower_lip_mid", "nose_tip", "glabella")
+    )
+    full = face.muscles["jaw"].angle
+    assert at[chin] == pytest.approx(full, rel=0.02)
+    assert at[lip] > 0.8 * full
+    assert at.get(nose, 0.0) == at.get(brow, 0.0) == 0.0
+    assert jaw.turned(face.points, 1.0)[jaw.vertices == chin] @ face.frame.axes[1] < -10.0  # mm
 
 
 def test_no_lids_where_the_eyes_are_closed(real_face):
-    assert real_face("mediapipe_canonical_face_model").lids == {}
+    assert not [name for name in real_face("mediapipe_canonical_face_model").guides if "oculi" in name]
 
 
 def test_eyes_turn_with_the_face(face):

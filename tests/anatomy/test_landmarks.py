@@ -184,7 +184,9 @@ def test_unknown_names_are_left_out_with_a_warning():
         assert list(read_landmarks({"nose_tpi": [0, 0, 1], "nasion": [0, 1, 0]})) == ["nasion"]
 
 
-@pytest.mark.parametrize("value", [[1, 2], [1, 2, 3, 4], "here", None, [1, 2, float("nan")], {"x": 1}, [1, "a", 2], 3.0])
+@pytest.mark.parametrize(
+    "value", [[1, 2], [1, 2, 3, 4], "here", None, [1, 2, float("nan")], {"x": 1}, [1, "a", 2], 3.0]
+)
 def test_coordinates_have_to_be_three_finite_numbers(value):
     with pytest.raises(LandmarkError, match="'nasion' must have three finite coordinates"):
         read_landmarks({"nasion": value})

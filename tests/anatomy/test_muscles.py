@@ -426,7 +426,7 @@ def test_muscles_keep_their_own_copies_of_the_input():
 
 
 def test_the_base_class_knows_no_formulas():
-    for name in ("coordinates", "wrinkling_region", "envelope", "fold_direction", "force", "_height", "transformed"):
+    for name in ("coordinates", "wrinkling_region", "envelope", "fold_direction", "force", "height", "transformed"):
         with pytest.raises(NotImplementedError):
             getattr(Muscle(), name)(np.zeros((1, 3)))
 

@@ -42,7 +42,9 @@ def test_affine_functions_are_carried_exactly(refined_ball):
 
 def test_base_vertices_keep_their_values_to_the_last_bit(refined_ball):
     points, forest = refined_ball
-    values = np.random.default_rng(1).normal(size=(len(points), 2)) * 10.0 ** np.arange(-6, 6, 12 / len(points))[:, None]
+    values = (
+        np.random.default_rng(1).normal(size=(len(points), 2)) * 10.0 ** np.arange(-6, 6, 12 / len(points))[:, None]
+    )
     assert np.array_equal(carried(values, forest.corners, forest.barycentric)[: len(points)], values)
 
 

@@ -126,7 +126,9 @@ def test_compression_by_edges_is_that_of_the_refined_mesh(face):
     sim.express("surprise")
     for frame in sim.run(25):
         pass
-    bare = np.einsum("nc,nck->nk", sim.forest.barycentric, (sim.skin.points + sim.skin.displacement)[sim.forest.corners])
+    bare = np.einsum(
+        "nc,nck->nk", sim.forest.barycentric, (sim.skin.points + sim.skin.displacement)[sim.forest.corners]
+    )
     muscle = face.muscles["frontalis_major_l"]
     fields = sim.fields("frontalis_major_l")
     rest, normal = frame["rest"], sim._sites.normals

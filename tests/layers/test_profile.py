@@ -107,7 +107,9 @@ def test_shape_at_bulge_and_furrows(alpha):
 def test_shape_at_alpha_one_is_the_polynomial_of_eq_11():
     w, u, k0 = np.linspace(0.0, 6.0, 101), 3.0, 0.8
     s = (w - u) / u
-    np.testing.assert_allclose(profile.shape(w, u, k0, 1.0), 0.75 * k0 - k0 * (abs(s) + abs(s) ** 3), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(
+        profile.shape(w, u, k0, 1.0), 0.75 * k0 - k0 * (abs(s) + abs(s) ** 3), rtol=0, atol=1e-15
+    )
 
 
 @pytest.mark.parametrize("alpha", ALPHAS)
