@@ -259,7 +259,7 @@ class MuscleWrinkles:
         return self._height + height / self.accumulate
 
 
-SMALLEST = 0.4
+SMALLEST = 0.5
 """A wrinkle of less than this from bulge to furrow, mm, asks for no triangles."""
 
 
