@@ -19,7 +19,7 @@ from .geometry.refinement import Change, RedGreenForest
 from .geometry.transfer import carried
 from .layers.base import Layer, Moment, Relief, Sites
 from .layers.muscle_wrinkles import MuscleWrinkles
-from .mesh import MUSCLES, carried_point_data, to_polydata
+from .mesh import MUSCLES, carried_point_data, refilled, to_polydata
 from .motion.skin import Skin, SkinMaterial
 
 Array = npt.NDArray[np.float64]
@@ -176,7 +176,8 @@ class Simulation:
         for layer in self.layers:
             layer.attach(face)
             layer.follow(Change(slice(None), len(face.points)), self._sites)
-        self._carried: dict[str, np.ndarray] | None = None
+        self._template: pv.PolyData | None = None
+        self._levels = self.forest.level
         self._marks: tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]] | None = None
 
     def step(self) -> pv.PolyData:
@@ -246,7 +247,8 @@ class Simulation:
         self._sites = Sites(
             *(np.concatenate([getattr(old, name)[kept], getattr(created, name)]) for name in Sites.__dataclass_fields__)
         )
-        self._carried = None
+        self._template = None
+        self._levels = self.forest.level
         with self._timed("wrinkles"):
             for layer in self.layers:
                 layer.follow(change, created)
@@ -279,31 +281,32 @@ class Simulation:
         """Mark triangles for the next step; returns the largest Eq. 19 over the edges of each vertex."""
         r, sites, triangles = self.refinement, self._sites, self.forest.triangles
         n, m = len(normals), len(triangles)
-        spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
-        for relief in reliefs:
-            finer = relief.spacing < spacing
-            spacing[finer], across[finer] = relief.spacing[finer], relief.across[finer]
-            active |= relief.active
-        split, fine, largest = np.zeros(m, bool), np.zeros(m, bool), np.zeros(n)
+        spacing, across, active = _joined(reliefs, n)
+        split, fine, largest = np.empty(m, bool), np.empty(m, bool), np.zeros(n)
         kernels.judge(
-            triangles, normals, sites.normals, sites.points, spacing / r.samples, across, active, r.gamma_c,
-            r.hysteresis, split, fine, largest,
+            triangles, self._levels, self._level, normals, sites.normals, sites.points, spacing / r.samples, across,
+            active, r.gamma_c, r.hysteresis, split, fine, largest,
         )  # fmt: skip
         self._marks = (split, fine)
         return largest
 
     def _polydata(self, points: Array, normals: Array, split_gamma: Array) -> pv.PolyData:
-        if self._carried is None:
-            self._carried = carried_point_data(self.face.mesh, self._sites.corners, self._sites.barycentric)
-        data = {**self._carried, "Normals": normals, "split_gamma": split_gamma, "rest": self._sites.points}
-        data["level"] = self.forest.vertex_level
+        data = {"Normals": normals, "split_gamma": split_gamma}
         for layer in self.layers:
             data.update(layer.fields())
-        frame = to_polydata(points / self.face.unit, self.forest.triangles, data)
+        if self._template is None:
+            self._template = self._new_template(data)
+        return refilled(self._template, points / self.face.unit, data)
+
+    def _new_template(self, data: dict[str, np.ndarray]) -> pv.PolyData:
+        """A frame of the present triangles; only what `data` holds and the points change from one frame to the next."""
+        sites, source = self._sites, self.face.mesh.point_data
+        carried_data = carried_point_data(self.face.mesh, sites.corners, sites.barycentric)
+        data = {**carried_data, **data, "rest": sites.points, "level": self.forest.vertex_level}
+        frame = to_polydata(sites.points, self.forest.triangles, data)
         frame.field_data[MUSCLES] = list(self.muscles)
-        names = self.face.mesh.point_data
-        if names.active_texture_coordinates_name is not None:
-            frame.point_data.active_texture_coordinates_name = names.active_texture_coordinates_name
+        if source.active_texture_coordinates_name is not None:
+            frame.point_data.active_texture_coordinates_name = source.active_texture_coordinates_name
         frame.point_data.active_normals_name = "Normals"
         return frame
 
@@ -328,6 +331,18 @@ class Simulation:
         begin = time.perf_counter()
         yield
         self.seconds[what] += time.perf_counter() - begin
+
+
+def _joined(reliefs: list[Relief], n: int) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    """The finest spacing that any layer needs at each vertex, its direction, and where any layer is active."""
+    if len(reliefs) == 1:
+        return reliefs[0].spacing, reliefs[0].across, reliefs[0].active
+    spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
+    for relief in reliefs:
+        finer = relief.spacing < spacing
+        spacing[finer], across[finer] = relief.spacing[finer], relief.across[finer]
+        active |= relief.active
+    return spacing, across, active
 
 
 def _normalise(vectors: Array) -> None:

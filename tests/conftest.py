@@ -1,4 +1,4 @@
-"""What the tests share: the built-in face, the faces that are looked for beside the repository, and played expressions."""
+"""What the tests share: the built-in face, real faces beside the repository, and played expressions."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def real_face():
 
 @pytest.fixture(scope="session")
 def played(face):
-    """Expressions of the built-in face: 70 frames to full strength and hold, then released until nothing is left of them."""
+    """Expressions of the built-in face: 70 frames to full strength and hold, then 160 after release."""
     import facewrinkle as fw
 
     @lru_cache(maxsize=8)

@@ -37,9 +37,12 @@ def shape(path: Path) -> tuple[int, ...]:
     return pv.read_texture(path).to_array().shape[:2]
 
 
-def movie_frames(path: Path) -> list[np.ndarray]:
-    imageio = pytest.importorskip("imageio.v2")
-    return list(imageio.mimread(path, memtest=False))
+def movie_frames(path: Path, height: int, width: int) -> np.ndarray:
+    """The pictures of a movie of this size, decoded by ffmpeg itself."""
+    ffmpeg = pytest.importorskip("imageio_ffmpeg").get_ffmpeg_exe()
+    command = [ffmpeg, "-loglevel", "error", "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    raw = subprocess.run(command, capture_output=True, check=True).stdout
+    return np.frombuffer(raw, np.uint8).reshape(-1, height, width, 3)
 
 
 def series(path: Path) -> tuple[int, int]:
@@ -72,9 +75,8 @@ def test_express_writes_all_files(surprise):
 
 
 def test_express_movie_shows_face_and_closeup_there_and_back(surprise):
-    images = movie_frames(surprise / "surprise.mp4")
+    images = movie_frames(surprise / "surprise.mp4", SIZE, 2 * SIZE + 4)
     assert len(images) == STEPS
-    assert images[0].shape[:2] == (SIZE, 2 * SIZE + 4)
     away = [np.abs(image.astype(int) - images[0]).mean() for image in images]
     assert np.argmax(away) in range(FRAMES - 2, FRAMES + 2)
     assert away[-1] < 0.8 * max(away)
@@ -240,11 +242,14 @@ def test_interrupt_ends_without_traceback(tmp_path):
         deadline = time.monotonic() + 120.0
         while not (tmp_path / "surprise.mp4").exists() and time.monotonic() < deadline:
             time.sleep(0.1)
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "Traceback" not in out + err
-    assert err.strip().splitlines()[-1] == "facewrinkle: interrupted."
+        try:
+            while process.poll() is None and time.monotonic() < deadline:
+                process.send_signal(signal.SIGINT)  # again: Python drops it inside of callbacks
+                time.sleep(2.0)
+        finally:
+            process.kill()
+        out, err = process.communicate()
+    assert (process.returncode, out, err) == (130, "", "facewrinkle: interrupted.\n")
 
 
 # --- the other commands --------------------------------------------------------------------------

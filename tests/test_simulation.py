@@ -1,14 +1,14 @@
 """The loop: skin, refinement, wrinkles, frames.
 
-what                                    checked against
-arrays of a frame                       the names and shapes that the architecture promises; field data
-points                                  the carried skin plus W along the interpolated normals
-split_gamma                             Eq. 19 over all edges, in numpy
-point data of the mesh                  affine functions of the rest position, to 1e-12; nearest vertices for labels
-refinement                              the angles of the base triangles and their single bisections; the level cap; counts of the paper
-release                                 M0, bit for bit; a reset simulation; W exactly 0
-frames                                  themselves, later; a second simulation; the input's fingerprint
-ramps                                   the smoothstep of their share of the run
+what                    checked against
+arrays of a frame       the names and shapes that the architecture promises; field data
+points                  the carried skin plus W along the interpolated normals
+split_gamma             Eq. 19 over all edges, in numpy
+point data of the mesh  affine functions of the rest position, to 1e-12; nearest vertices for labels
+refinement              angles of base triangles and their bisections; the level cap; the paper's counts
+release                 M0, bit for bit; a reset simulation; W exactly 0
+frames                  themselves, later; a second simulation; the input's fingerprint
+ramps                   the smoothstep of their share of the run
 """
 
 from __future__ import annotations

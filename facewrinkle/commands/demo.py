@@ -16,8 +16,8 @@ from .express import record
 from .table1 import tabulate
 from .take import Take
 
-SIZE, FRAMES, TILE = 420, 32, 204
-ITERATIONS, DRAWINGS = 250, 25
+SIZE, FRAMES, TILE = 400, 24, 204
+ITERATIONS, DRAWINGS = 250, 20
 
 
 def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:

@@ -54,32 +54,48 @@ def carry(values, corners, barycentric, out):
 
 
 @njit(cache=True)
-def judge(triangles, normals, rest_normals, points, need, across, active, gamma_c, hysteresis, split, fine, largest):
-    """Eq. 19 (guarded where rest normals are nearly orthogonal) or too few vertices per half cycle: split. Neither:
-    fine.
+def judge(
+    triangles,
+    level,
+    max_level,
+    normals,
+    rest_normals,
+    points,
+    need,
+    across,
+    active,
+    gamma_c,
+    hysteresis,
+    split,
+    fine,
+    largest,
+):
+    """Mark triangles to split, by Eq. 19 (guarded where rest normals are nearly orthogonal) or because there are too few
+    vertices per half cycle, and triangles that are finer than they have to be.
     """
     for f in range(triangles.shape[0]):
+        a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        split[f] = False
         fine[f] = True
+        if not (active[a] or active[b] or active[c]):
+            continue
         for s in range(3):
             i, j = triangles[f, s], triangles[f, (s + 1) % 3]
             if not (active[i] or active[j]):
                 continue
-            rest = 0.0
-            now = 0.0
-            for k in range(3):
-                rest += rest_normals[i, k] * rest_normals[j, k]
-                now += normals[i, k] * normals[j, k]
+            rest = rest_normals[i, 0] * rest_normals[j, 0]
+            rest += rest_normals[i, 1] * rest_normals[j, 1] + rest_normals[i, 2] * rest_normals[j, 2]
+            now = normals[i, 0] * normals[j, 0] + normals[i, 1] * normals[j, 1] + normals[i, 2] * normals[j, 2]
             gamma = (rest - now) / max(abs(rest), 0.1)
             largest[i] = max(largest[i], gamma)
             largest[j] = max(largest[j], gamma)
             excess = 0.0
             for v in (i, j):
                 if need[v] < np.inf:
-                    span = 0.0
-                    for k in range(3):
-                        span += (points[j, k] - points[i, k]) * across[v, k]
+                    span = (points[j, 0] - points[i, 0]) * across[v, 0] + (points[j, 1] - points[i, 1]) * across[v, 1]
+                    span += (points[j, 2] - points[i, 2]) * across[v, 2]
                     excess = max(excess, abs(span) / need[v])
-            if gamma > gamma_c or excess > 1.0:
+            if level[f] < max_level and (gamma > gamma_c or excess > 1.0):
                 split[f] = True
             if gamma > hysteresis * gamma_c or 2.0 * excess > 0.8:
                 fine[f] = False

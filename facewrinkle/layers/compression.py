@@ -11,6 +11,7 @@ import numpy.typing as npt
 from . import _kernels as kernels
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
 
 
 def edge_compression(
@@ -48,11 +49,37 @@ def edge_compression(
     [0.1, 0.1, 0.1]
     """
     x0, x1 = np.ascontiguousarray(rest, dtype=np.float64), np.ascontiguousarray(deformed, dtype=np.float64)
-    n = len(x0)
-    entries = np.arange(n + 1, dtype=np.int32)
-    out = np.empty(n)
-    kernels.edge_epsilon(x0, x1, rings[0], rings[1], entries, np.ascontiguousarray(directions, dtype=np.float64), out)
-    return out
+    starts = np.arange(len(x0) + 1, dtype=np.int32)
+    weights = EdgeWeights(x0, rings, starts, np.ascontiguousarray(directions, dtype=np.float64))
+    return weights.epsilon(x1)
+
+
+class EdgeWeights:
+    """The weights of Eq. 9 for a mesh at rest, with any number of directions (entries) per vertex.
+
+    Parameters
+    ----------
+    rest : ndarray, shape (n, 3)
+    rings : tuple of ndarray
+        Neighbours of each vertex, as (indptr, indices).
+    starts : ndarray of int32, shape (n + 1,)
+        Entries of vertex i are ``starts[i] <= p < starts[i + 1]``.
+    directions : ndarray, shape (p, 3)
+        Unit directions at rest.
+    """
+
+    def __init__(self, rest: Array, rings: tuple[IntArray, IntArray], starts: IntArray, directions: Array) -> None:
+        self._rings, self._starts = rings, starts
+        counts = np.diff(starts).astype(np.int64) * np.diff(rings[0])
+        self._offsets = np.concatenate([[0], np.cumsum(counts)])
+        self._weights = np.empty(self._offsets[-1])
+        kernels.edge_weights(starts, self._offsets, rest, *rings, directions, self._weights)
+
+    def epsilon(self, deformed: Array) -> Array:
+        """Compression (p,) of all entries in the deformed mesh (n, 3)."""
+        out = np.zeros(self._starts[-1])
+        kernels.edge_epsilon(self._starts, self._offsets, self._weights, deformed, *self._rings, out)
+        return out
 
 
 class StrainField:
@@ -109,6 +136,10 @@ class StrainField:
 
 def along(tensors: Array, directions: Array) -> Array:
     """``m^T T m`` of symmetric tensors (n, 6) and directions (n, 3) or (3,)."""
+    return np.asarray((tensors * products(directions)).sum(axis=-1))
+
+
+def products(directions: Array) -> Array:
+    """What a direction (..., 3) multiplies the components of a symmetric tensor with, (..., 6)."""
     x, y, z = np.moveaxis(np.asarray(directions, dtype=np.float64), -1, 0)
-    products = np.stack(np.broadcast_arrays(x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y), axis=-1)
-    return np.asarray((tensors * products).sum(axis=-1))
+    return np.stack([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y], axis=-1)

@@ -15,7 +15,7 @@ from ..geometry.refinement import Change
 from ..geometry.topology import vertex_rings
 from . import _kernels as kernels
 from .base import Array, IntArray, Moment, Relief, Sites
-from .compression import StrainField, along
+from .compression import EdgeWeights, StrainField, along, products
 
 Compression = Literal["gradient", "edges"]
 COMPRESSIONS: tuple[Compression, ...] = ("gradient", "edges")
@@ -41,8 +41,8 @@ class Folds:
         lambda and gamma (sphincter: r and psi).
     direction : ndarray, shape (p, 3)
         Unit tangent across the folds.
-    rest : ndarray, shape (p,)
-        Its squared length in the rest metric.
+    products : ndarray, shape (p, 6)
+        Products of its components over its squared length in the rest metric.
     leading : ndarray of int32, shape (n,)
         The entry of the dominant muscle of each vertex, -1 for none.
     """
@@ -54,7 +54,7 @@ class Folds:
     cycle: Array
     coordinates: Array
     direction: Array
-    rest: Array
+    products: Array
     leading: IntArray
 
     @classmethod
@@ -91,17 +91,19 @@ class Folds:
         direction = direction - (direction * normal).sum(axis=1, keepdims=True) * normal
         direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
         tensors = np.einsum("pc,pck->pk", sites.barycentric[where], metric[sites.corners[where]])
-        rest = np.maximum(along(tensors, direction), 1e-6)
+        squares = products(direction) / np.maximum(along(tensors, direction), 1e-6)[:, None]
         starts = np.searchsorted(where, np.arange(len(sites.points) + 1)).astype(np.int32)
         leading = _leading(starts, np.abs(height), envelope)
-        return cls(starts, muscle_of.astype(np.int32), height, envelope, cycle, coordinates, direction, rest, leading)
+        return cls(
+            starts, muscle_of.astype(np.int32), height, envelope, cycle, coordinates, direction, squares, leading
+        )
 
     @classmethod
     def none(cls, n: int) -> Self:
         """No entries for n vertices."""
         e, i = np.empty(0), np.empty(0, np.int32)
         starts, leading = np.zeros(n + 1, np.int32), np.full(n, -1, np.int32)
-        return cls(starts, i, e, e, e, np.empty((0, 2)), np.empty((0, 3)), e, leading)
+        return cls(starts, i, e, e, e, np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 6)), leading)
 
     def followed(self, kept: slice | npt.NDArray[np.int64], new: Folds) -> Folds:
         """The entries of the vertices that live on, then those of the new ones."""
@@ -125,7 +127,7 @@ class Folds:
         return Folds(starts=starts, leading=leading, **{c: getattr(self, c)[entries] for c in OF_ENTRIES})
 
 
-OF_ENTRIES = ("muscle", "height", "envelope", "cycle", "coordinates", "direction", "rest")
+OF_ENTRIES = ("muscle", "height", "envelope", "cycle", "coordinates", "direction", "products")
 
 
 class MuscleWrinkles:
@@ -172,7 +174,8 @@ class MuscleWrinkles:
         self._folds = Folds.none(0)
         self._height = np.empty(0)
         self._steps = 0
-        self._rings: tuple[IntArray, IntArray] | None = None
+        self._edges: EdgeWeights | None = None
+        self._labels: dict[str, np.ndarray] = {}
         self._epsilon = np.empty(0)
 
     def follow(self, change: Change, created: Sites) -> None:
@@ -181,14 +184,15 @@ class MuscleWrinkles:
         self._folds = self._folds.followed(change.kept, new)
         self._epsilon = np.zeros(len(self._folds.muscle))
         self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
-        self._rings = None
+        self._edges = None
+        self._labels = {}
 
     def relief(self, moment: Moment) -> Relief:
         """See :class:`facewrinkle.layers.base.Layer`."""
         folds, n = self._folds, len(moment.bare)
         self._epsilon = self._compressed(moment)
-        height, spacing = np.zeros(n), np.full(n, np.inf)
-        across, active = np.zeros((n, 3)), np.zeros(n, bool)
+        height, spacing = np.empty(n), np.empty(n)
+        across, active = np.zeros((n, 3)), np.empty(n, bool)
         k0 = self._k0 * moment.rates
         kernels.amplitudes(
             folds.starts, folds.muscle, folds.height, folds.envelope, folds.cycle, folds.direction, self._epsilon,
@@ -201,20 +205,14 @@ class MuscleWrinkles:
 
     def fields(self) -> dict[str, np.ndarray]:
         """lambda, gamma and epsilon of the dominant muscle, its index, and W."""
-        folds, lead = self._folds, self._folds.leading
-        some = lead >= 0
-        out: dict[str, np.ndarray] = {}
-        for name, values in (
-            ("lambda", folds.coordinates[:, 0]),
-            ("gamma", folds.coordinates[:, 1]),
-            ("epsilon", self._epsilon),
-        ):
-            out[name] = np.zeros(len(lead))
-            out[name][some] = values[lead[some]]
-        out["W"] = self._height.copy()
-        out["muscle"] = np.full(len(lead), -1, np.int32)
-        out["muscle"][some] = folds.muscle[lead[some]]
-        return out
+        folds, some = self._folds, self._folds.leading >= 0
+        lead = folds.leading[some]
+        if not self._labels:
+            values = (folds.coordinates[lead, 0], folds.coordinates[lead, 1], folds.muscle[lead])
+            self._labels = {
+                name: _scattered(some, v, fill) for name, v, fill in zip(LABELS, values, (0.0, 0.0, -1), strict=True)
+            }
+        return {**self._labels, "epsilon": _scattered(some, self._epsilon[lead], 0.0), "W": self._height.copy()}
 
     def fields_of(self, index: int, rate: float) -> dict[str, np.ndarray]:
         """The same for one muscle: lambda, gamma, epsilon and W where its wrinkling region is, 0 elsewhere."""
@@ -236,17 +234,14 @@ class MuscleWrinkles:
     def _compressed(self, moment: Moment) -> Array:
         """epsilon of all entries."""
         folds, sites = self._folds, moment.sites
-        out = np.zeros(len(folds.muscle))
         if self.compression == "edges":
-            if self._rings is None:
-                self._rings = vertex_rings(moment.triangles, len(moment.bare))
-            rest = sites.points * self._rest_scale
-            kernels.edge_epsilon(rest, moment.bare, self._rings[0], self._rings[1], folds.starts, folds.direction, out)
-        else:
-            strain = self._strain.strain(moment.base)
-            kernels.strain_epsilon(
-                strain, sites.corners, sites.barycentric, folds.starts, folds.direction, folds.rest, out
-            )
+            if self._edges is None:
+                rings = vertex_rings(moment.triangles, len(moment.bare))
+                self._edges = EdgeWeights(sites.points * self._rest_scale, rings, folds.starts, folds.direction)
+            return self._edges.epsilon(moment.bare)
+        out = np.zeros(len(folds.muscle))
+        strain = self._strain.strain(moment.base)
+        kernels.strain_epsilon(folds.starts, sites.corners, sites.barycentric, strain, folds.products, out)
         return out
 
     def _accumulated(self, height: Array, rates: Array) -> Array:
@@ -261,6 +256,16 @@ class MuscleWrinkles:
 
 SMALLEST = 0.5
 """A wrinkle of less than this from bulge to furrow, mm, asks for no triangles."""
+
+
+LABELS = ("lambda", "gamma", "muscle")
+
+
+def _scattered(where: npt.NDArray[np.bool_], values: np.ndarray, fill: float) -> np.ndarray:
+    """`values` where it is told, `fill` elsewhere."""
+    out = np.full(len(where), fill, values.dtype)
+    out[where] = values
+    return out
 
 
 def _leading(starts: IntArray, size: Array, envelope: Array) -> IntArray:

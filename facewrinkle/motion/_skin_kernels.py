@@ -139,3 +139,30 @@ def keep_off_eye(u, points, vertices, centre, radii):
             u[i, 0] += push * x
             u[i, 1] += push * y
             u[i, 2] += push * z
+
+
+@njit(cache=True)
+def solve(indptr, indices, lower, inverse, row_order, column_order, right, scratch, out):
+    """Solve three systems of one pattern at once: their factors L (unit lower) and 1 / D lie side by side, (nnz, 3), (n, 3)."""
+    n = inverse.shape[0]
+    for i in range(n):
+        for k in range(3):
+            scratch[row_order[i], k] = right[i, k]
+    for j in range(n):
+        x, y, z = scratch[j, 0], scratch[j, 1], scratch[j, 2]
+        for p in range(indptr[j] + 1, indptr[j + 1]):
+            i = indices[p]
+            scratch[i, 0] -= lower[p, 0] * x
+            scratch[i, 1] -= lower[p, 1] * y
+            scratch[i, 2] -= lower[p, 2] * z
+    for j in range(n - 1, -1, -1):
+        x, y, z = scratch[j, 0] * inverse[j, 0], scratch[j, 1] * inverse[j, 1], scratch[j, 2] * inverse[j, 2]
+        for p in range(indptr[j] + 1, indptr[j + 1]):
+            i = indices[p]
+            x -= lower[p, 0] * scratch[i, 0]
+            y -= lower[p, 1] * scratch[i, 1]
+            z -= lower[p, 2] * scratch[i, 2]
+        scratch[j, 0], scratch[j, 1], scratch[j, 2] = x, y, z
+    for i in range(n):
+        for k in range(3):
+            out[i, k] = scratch[column_order[i], k]

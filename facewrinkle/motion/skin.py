@@ -202,16 +202,14 @@ class Skin:
         inertia = self._mass * (1.0 + 2.0 * m.damping * m.rate * h) / h**2
         direction = np.abs(self._rest / self._length[:, None])
         ties = np.abs(self._normals)
-        self._solvers = []
+        matrices = []
         for k in range(3):
             # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the normals.
             weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * m.stiffening)
             tie = self._along + (self._across - self._along) * ties[:, k] * ties.sum(axis=1)
             matrix = self._bending + _graph_laplacian(self._edges, weight, len(self._area)) + diags_array(inertia + tie)
-            options = {"SymmetricMode": True}
-            self._solvers.append(
-                splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-            )
+            matrices.append(matrix)
+        self._solver = _Factors(matrices)
 
     # --- use ----------------------------------------------------------------------------------
 
@@ -301,7 +299,7 @@ class Skin:
     def _minimised(self, target: Array, old: Array) -> Array:
         """L-BFGS with the prefactored matrix as the first guess of the curvature, and a backtracking line search."""
         gradient, trial = np.empty_like(old), np.empty_like(old)
-        u = target.copy()
+        u = old.copy()
         value = self._objective(u, target, old, gradient)
         enough = ENOUGH * self._residual(gradient)
         for _ in range(self.iterations):
@@ -309,7 +307,7 @@ class Skin:
             slope = float((direction * gradient).sum())
             if slope >= 0.0:
                 self._memory.clear()
-                direction = -self._solved(gradient)
+                direction = -self._solver.solved(gradient)
                 slope = float((direction * gradient).sum())
             if -slope < TOLERANCE * self._area.sum():
                 break
@@ -333,9 +331,6 @@ class Skin:
     def _residual(self, gradient: Array) -> float:
         return float(((gradient * gradient).sum(axis=1) / self._area).sum())
 
-    def _solved(self, right: Array) -> Array:
-        return np.stack([solver.solve(right[:, k]) for k, solver in enumerate(self._solvers)], axis=1)
-
     def _inverse_curvature(self, gradient: Array) -> Array:
         """The two loops of L-BFGS over the remembered steps."""
         q, shares = gradient.copy(), []
@@ -343,7 +338,7 @@ class Skin:
             share = float((step * q).sum()) / curvature
             q -= share * change
             shares.append(share)
-        q = self._solved(q)
+        q = self._solver.solved(q)
         for (step, change, curvature), share in zip(self._memory, reversed(shares), strict=True):
             q += (share - float((change * q).sum()) / curvature) * step
         return q
@@ -352,6 +347,30 @@ class Skin:
         curvature = float((step * change).sum())
         if curvature > 1e-12 * float((step * step).sum()):
             self._memory = [*self._memory[-(MEMORY - 1) :], (step, change, curvature)]
+
+
+class _Factors:
+    """Factors L D L^T of symmetric matrices of one pattern, one per coordinate, kept side by side."""
+
+    def __init__(self, matrices: list[csr_array]) -> None:
+        options = {"SymmetricMode": True}
+        factors = [
+            splu(m.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options) for m in matrices
+        ]
+        lower = [f.L.tocsc() for f in factors]
+        for part in lower:
+            part.sort_indices()
+        self._pattern = lower[0].indptr, lower[0].indices
+        self._lower = np.stack([part.data for part in lower], axis=1)
+        self._inverse = np.stack([1.0 / f.U.diagonal() for f in factors], axis=1)
+        self._order = factors[0].perm_r, factors[0].perm_c
+        self._scratch = np.empty_like(self._inverse)
+
+    def solved(self, right: Array) -> Array:
+        """The solutions (n, 3) for the right-hand sides (n, 3)."""
+        out = np.empty_like(right)
+        kernels.solve(*self._pattern, self._lower, self._inverse, *self._order, right, self._scratch, out)
+        return out
 
 
 TOLERANCE = 1e-15

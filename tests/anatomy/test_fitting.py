@@ -50,7 +50,7 @@ def test_real_faces_are_measured_right(real_face, stem, unit, points, triangles)
     skin = cKDTree(face.points)
     for name, muscle in face.muscles.items():
         if hasattr(muscle, "insertion"):  # in the skin, or a few mm below it
-            assert skin.query(np.atleast_2d(muscle.insertion).mean(axis=0))[0] * face.unit < 12.0, name
+            assert skin.query(np.atleast_2d(muscle.insertion).mean(axis=0))[0] * face.unit < 16.0, name
             assert skin.query(np.atleast_2d(muscle.attachment).mean(axis=0))[0] * face.unit < 32.0, name
     for name in face.landmarks:
         if name.startswith("eye") and name.endswith("centre"):
@@ -74,8 +74,7 @@ def test_a_real_face_moves_and_wrinkles(real_face):
     face = real_face("ict_face_narrow")
     sim = fw.Simulation(face)
     sim.express("surprise")
-    for frame in sim.run(30):
-        pass
+    frame = list(sim.run(30))[-1]
     assert sim.skin.displacement[:, 1].max() > 3.0  # mm
     assert np.abs(frame["W"]).max() > 0.1  # mm
     # A frame is in the unit of the mesh.

@@ -1,12 +1,12 @@
 """The three kinds of muscle.
 
-what                                        checked against
-coordinates (Eqs. 1-2, 12-14)               the same definitions point by point with acos, distances to lines and math
-wrinkling region                            the inequalities of those coordinates; points just inside and outside each border
-amplitude (Eqs. 3-6, 11, 13, 15-18)         H and At written out point by point; 0 outside; furrows counted along the fibre
-fold direction                              the gradient of the phase by differences
-force                                       Theta1 Theta2 written out; its direction; its jump at the borders of the area
-all of these                                themselves on the moved, turned, scaled, mirrored, relabelled muscle
+what                                 checked against
+coordinates (Eqs. 1-2, 12-14)        the same definitions point by point with acos, distances to lines and math
+wrinkling region                     the inequalities of those coordinates; points just inside and outside each border
+amplitude (Eqs. 3-6, 11, 13, 15-18)  H and At written out point by point; 0 outside; furrows counted along the fibre
+fold direction                       the gradient of the phase by differences
+force                                Theta1 Theta2 written out; its direction; its jump at the borders of the area
+all of these                         themselves on the moved, turned, scaled, mirrored, relabelled muscle
 """
 
 from __future__ import annotations
@@ -383,7 +383,7 @@ def test_order_and_company_of_points_do_not_matter(muscle):
 def test_the_angle_of_mirrored_sphincters_opens_outwards_on_both_sides():
     left = SphincterMuscle((30, 0, 0), 20.0, 15.0, (0, 0, 1), lateral=(1, 0, 0), vertical=(0, 1, 0))
     right = SphincterMuscle((-30, 0, 0), 20.0, 15.0, (0, 0, 1), lateral=(-1, 0, 0), vertical=(0, 1, 0))
-    x = np.random.default_rng(1).uniform(-20, 20, (200, 3)) + (30, 0, 0)
+    x = np.random.default_rng(1).uniform(-20, 20, (200, 3)) + np.array([30.0, 0.0, 0.0])
     mirrored = x * (-1, 1, 1)
     np.testing.assert_allclose(left.coordinates(x), right.coordinates(mirrored), atol=1e-14)
     np.testing.assert_allclose(left.force(x) * (-1, 1, 1), right.force(mirrored), atol=1e-14)

@@ -1,9 +1,9 @@
 """Vertex normals.
 
-what                    checked against
-vertex_normals          sums of cross products in numpy; the radii of a sphere, with convergence; turned and flipped meshes
-detail_normals          its definition in numpy; the smooth normals, exactly, where nothing is displaced
-vertex_areas            the area of the mesh; Heron's formula
+what            checked against
+vertex_normals  sums of cross products in numpy; the radii of a sphere, with convergence; turned and flipped meshes
+detail_normals  its definition in numpy; the smooth normals, exactly, where nothing is displaced
+vertex_areas    the area of the mesh; Heron's formula
 """
 
 from __future__ import annotations

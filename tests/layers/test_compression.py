@@ -1,12 +1,12 @@
 """Compression along muscles, by edges (Eqs. 8-9) and from the deformation gradient.
 
-what                                    checked against
-uniform scaling                         c, exactly, by both methods on curved meshes
-affine maps of a flat mesh              1 - |F m| of the map, for the gradient; the sums of Eq. 9 written out, for the edges
-a hexagon, a ring of many edges         the closed form of Eq. 9; its mean 2c/3
-the signed cosine of the print          0/0 on every symmetric ring
-turning                                 0
-bending a sheet round a cylinder        its known stretch, with the order of convergence
+what                              checked against
+uniform scaling                   c, exactly, by both methods on curved meshes
+affine maps of a flat mesh        1 - |F m| of the map, for the gradient; the sums of Eq. 9 written out, for the edges
+a hexagon, a ring of many edges   the closed form of Eq. 9; its mean 2c/3
+the signed cosine of the print    0/0 on every symmetric ring
+turning                           0
+bending a sheet round a cylinder  its known stretch, with the order of convergence
 """
 
 from __future__ import annotations

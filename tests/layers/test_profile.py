@@ -1,18 +1,19 @@
 """The cross-section of a wrinkle.
 
-what                                    checked against
-d (closed form of Eq. 7)                the integral of H in 40 digits; the values of the equations page; series at alpha = -1
-H (Eqs. 4, 15)                          the polynomial of Eq. 11 (alpha = 1); zero integral by Gauss quadrature, split at the kinks
-slopes of furrow and bulge              2^alpha (1 + alpha), by differences of H
-s0                                      the values of the equations page; H = 0 there
-u, w (Eqs. 5, 6, 16)                    furrows counted along the region; floor by hand; periodicity
-At (Eqs. 11, 13, 17)                    1 - (s + s^3)/2 and Hermite's cubic by their values and slopes
-A (Eq. 10)                              sin(pi epsilon / 2) point by point
+what                        checked against
+d (closed form of Eq. 7)    the integral of H in 40 digits; the values of the equations page; series at alpha = -1
+H (Eqs. 4, 15)              the polynomial of Eq. 11 (alpha = 1); zero integral by Gauss quadrature, split at the kinks
+slopes of furrow and bulge  2^alpha (1 + alpha), by differences of H
+s0                          the values of the equations page; H = 0 there
+u, w (Eqs. 5, 6, 16)        furrows counted along the region; floor by hand; periodicity
+At (Eqs. 11, 13, 17)        1 - (s + s^3)/2 and Hermite's cubic by their values and slopes
+A (Eq. 10)                  sin(pi epsilon / 2) point by point
 """
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import mpmath
 import numpy as np
@@ -165,7 +166,7 @@ def gauss_of_region(start, end, u, alpha):
     bounds = np.concatenate([[start], kinks[(kinks > start) & (kinks < end)], [end]])
     return sum(
         gauss(lambda l: profile.shape(profile.phase(l, start, u, alpha), u, 1.0, alpha), a, b, 2)
-        for a, b in zip(bounds[:-1], bounds[1:], strict=True)
+        for a, b in pairwise(bounds)
     )
 
 
