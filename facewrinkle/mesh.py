@@ -34,8 +34,8 @@ __all__ = [
     "carried_point_data",
     "prepare",
     "read_surface",
-    "refine",
     "refilled",
+    "refine",
     "to_polydata",
 ]
 
@@ -48,7 +48,7 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
         "split_gamma": "largest split criterion over the vertex's edges",
         "muscle": "index of the dominant muscle, -1 for none",
         "level": "level of refinement",
-        "rest": "position at rest (mm)",
+        "rest": "position at rest, in the unit of the mesh",
     }
 )
 """The point-data arrays of a frame and what they hold."""

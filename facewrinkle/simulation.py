@@ -132,7 +132,7 @@ class Simulation:
             if name not in self.muscles:
                 raise unknown_name("muscle", name, self.muscles)
             asked[self.muscles.index(name)] = check_range(f"the contraction rate of {name}", rate, 0.0, 1.0)
-        for k in np.flatnonzero(asked) if self.layers else ():
+        for k in np.flatnonzero(asked) if self.layers and self._level else ():
             self._check_wavelength(self.muscles[k], self._finest[k])
         self._asked = asked
 

@@ -62,10 +62,7 @@ class Atlas:
         """
         check_range("intensity", intensity, 0.0, 1.0, "An expression at 1 is at its strongest.")
         if isinstance(what, str):
-            if what not in self.expressions and what not in self.action_units:
-                raise unknown_name("expression", what, [*self.expressions, *self.action_units])
-            rates = self.expressions[what] if what in self.expressions else self.action_units[what]
-            return {name: intensity * rate for name, rate in rates.items()}
+            return {name: intensity * rate for name, rate in self.resolve(what, "expression").items()}
         total: dict[str, float] = {}
         for name, weight in what.items():
             check_range(name, weight, 0.0, 1.0)
@@ -73,19 +70,28 @@ class Atlas:
                 total[muscle] = max(total.get(muscle, 0.0), intensity * weight * rate)
         return total
 
-    def resolve(self, name: str) -> dict[str, float]:
-        """Contraction rates of one muscle, muscle pair, action unit or expression at full strength."""
+    def resolve(self, name: str, kind: str = "muscle") -> dict[str, float]:
+        """Contraction rates of one muscle, muscle pair, action unit or expression at full strength.
+
+        `kind` is what an error calls an unknown name.
+        """
         for table in (self.action_units, self.expressions):
             if name in table:
                 return dict(table[name])
         muscles = [n for n in (name, f"{name}_l", f"{name}_r") if n in self.muscles]
         if not muscles:
-            raise unknown_name("muscle", name, [*self.muscles, *self.action_units, *self.expressions])
+            raise unknown_name(kind, name, [*self.expressions, *self.action_units, *self.muscles])
         return dict.fromkeys(muscles, 1.0)
 
     def place(self, landmarks: Mapping[str, Array], frame: FaceFrame) -> dict[str, Muscle]:
         """All muscles on a face, in the unit of its landmarks."""
-        return {name: _placed(entry, landmarks, frame) for name, entry in self.muscles.items()}
+        placed = {}
+        for name, entry in self.muscles.items():
+            try:
+                placed[name] = _placed(entry, landmarks, frame)
+            except (KeyError, TypeError, ValueError) as error:
+                raise FaceWrinkleError(f"in the atlas: muscle {name!r}: {_said(error)}") from None
+        return placed
 
     def tissue_samples(self, landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Array, Array, Array]:
         """Positions (k, 3) of the tissue samples on both sides, their depths in mm (k,) and stiffness (k,)."""
@@ -115,6 +121,18 @@ def read_atlas(path: str | Path) -> Atlas:
         raise FaceWrinkleError(f"cannot read the atlas {str(path)!r}: {error.strerror or error}.") from None
     except tomllib.TOMLDecodeError as error:
         raise FaceWrinkleError(f"the atlas {str(path)!r} is not valid TOML: {error}.") from None
+    try:
+        return _expanded_atlas(content)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise FaceWrinkleError(f"the atlas {str(path)!r} does not have the form of an atlas: {_said(error)}") from None
+
+
+def _said(error: Exception) -> str:
+    return f"{error} is missing." if isinstance(error, KeyError) else str(error)
+
+
+def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
+    """Pairs and sides of what the file says once."""
     muscles = {
         f"{name}_{side}" if entry.get("paired", True) else name: {**entry, "side": side}
         for name, entry in content.get("muscles", {}).items()

@@ -17,8 +17,8 @@ from ..mesh import to_polydata
 from .atlas import Atlas, load_atlas
 from .eyes import Eyeball, lids_of, place_eyeballs
 from .guides import Guide
-from .jaw import jaw_guide
 from .head import Hairs
+from .jaw import jaw_guide
 from .landmarks import FaceFrame, frame_of
 from .muscles import JawMuscle, LidMuscle, Muscle
 from .skull import Tissue, tissue_of

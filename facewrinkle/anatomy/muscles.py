@@ -103,6 +103,10 @@ class Muscle:
     instead.
     """
 
+    def _check_common(self) -> None:
+        check_range("strength", self.strength, 0.0, 1e6)
+        check_range("normal_share", self.normal_share, 0.0, 1.0)
+
     @property
     def fold_pattern(self) -> Muscle:
         """The region on which this muscle's wrinkles are laid: `folds`, or the muscle itself."""
@@ -211,6 +215,7 @@ class LinearMuscle(Muscle):
     radius: float
 
     def __post_init__(self) -> None:
+        self._check_common()
         for name in ("attachment", "insertion"):
             object.__setattr__(self, name, _vector(name, getattr(self, name)))
         if not 0.0 < self.max_angle < 0.5 * np.pi:
@@ -318,6 +323,7 @@ class SheetMuscle(Muscle):
     thickness: float = 0.0
 
     def __post_init__(self) -> None:
+        self._check_common()
         for name in ("attachment", "insertion"):
             pair = np.array([_vector(name, p) for p in np.atleast_1d(np.asarray(getattr(self, name), dtype=object))])
             if pair.shape != (2, 3):
@@ -456,6 +462,7 @@ class SphincterMuscle(Muscle):
     thickness: float = 0.0
 
     def __post_init__(self) -> None:
+        self._check_common()
         centre, normal, lateral = (_vector(n, getattr(self, n)) for n in ("centre", "normal", "lateral"))
         normal = _unit(normal)
         across = lateral - (lateral @ normal) * normal
@@ -617,6 +624,7 @@ class JawMuscle(_WithoutFolds):
     angle: float
 
     def __post_init__(self) -> None:
+        self._check_common()
         object.__setattr__(self, "hinge", _vector("hinge", self.hinge))
         object.__setattr__(self, "axis", _unit(_vector("axis", self.axis)))
         check_range("angle", self.angle, 0.0, 0.6)

@@ -96,15 +96,19 @@ def ties(u, shift, normals, along, across, indptr, indices, bending, grad):
 
 
 @njit(cache=True)
-def keep_off_bone(u, points, foot, normals, nearest, slack, indptr, ring):
+def keep_off_bone(u, points, foot, normals, below, nearest, slack, indptr, ring):
     """Move vertices that entered the skull back onto it: not deeper than `slack` (0, or -inf where there is no bone).
 
-    `nearest` holds the skull vertex under each vertex, and is updated by walking from neighbour to neighbour.
+    `nearest` holds the skull vertex under each vertex, `below` that at rest; the walk goes from neighbour to neighbour,
+    from whichever of the two is nearer, and updates `nearest`.
     """
     for i in range(u.shape[0]):
         x, y, z = points[i, 0] + u[i, 0], points[i, 1] + u[i, 1], points[i, 2] + u[i, 2]
-        best = nearest[i]
+        best, own = nearest[i], below[i]
         d = (x - foot[best, 0]) ** 2 + (y - foot[best, 1]) ** 2 + (z - foot[best, 2]) ** 2
+        home = (x - foot[own, 0]) ** 2 + (y - foot[own, 1]) ** 2 + (z - foot[own, 2]) ** 2
+        if home < d:
+            d, best = home, own
         moved = True
         while moved:
             moved = False
@@ -143,7 +147,7 @@ def keep_off_eye(u, points, vertices, centre, radii):
 
 @njit(cache=True)
 def solve(indptr, indices, lower, inverse, row_order, column_order, right, scratch, out):
-    """Solve three systems of one pattern at once: their factors L (unit lower) and 1 / D lie side by side, (nnz, 3), (n, 3)."""
+    """Solve three systems of one pattern at once: factors L (unit lower, (nnz, 3)) and 1 / D (n, 3) lie side by side."""
     n = inverse.shape[0]
     for i in range(n):
         for k in range(3):

@@ -64,6 +64,11 @@ class SkinMaterial:
     smallest_area: float = 0.3
     lid_stiffness: float = 5000.0
 
+    def __post_init__(self) -> None:
+        for name, value in dataclasses.asdict(self).items():
+            smallest = 1e-6 if name in ("decay", "rate", "normal_ratio") else 0.0
+            check_range(name, value, smallest, 1e9)
+
 
 class Skin:
     """The skin of a face, moved by the contraction rates of its muscles.
@@ -100,6 +105,8 @@ class Skin:
     ) -> None:
         if not (np.isfinite(time_step) and time_step > 0.0):
             raise ParameterError(f"time_step must be a positive number of seconds, received {time_step!r}.")
+        if not iterations >= 1:
+            raise ParameterError(f"iterations must be at least 1, received {iterations!r}.")
         self.material = material or SkinMaterial()
         self.time_step = float(time_step)
         self.iterations = int(iterations)
@@ -174,15 +181,8 @@ class Skin:
         self._ring = vertex_rings(self._triangles, len(self.points))
         self._nearest = np.arange(len(self.points))
         self._slack = np.full(len(self.points), -np.inf)
-        kernels.keep_off_bone(
-            np.zeros_like(self.points),
-            self.points,
-            self._foot,
-            self._bone_normals,
-            self._nearest,
-            self._slack,
-            *self._ring,
-        )
+        self._bone = np.arange(len(self.points))
+        self._stop_at_bone(np.zeros_like(self.points))
         # And only skin that the bone lies straight below is stopped by it.
         below = (self.points - self._foot[self._nearest]) * self._bone_normals[self._nearest]
         depth = face.tissue.depth * face.unit
@@ -254,11 +254,15 @@ class Skin:
         old, h = self.displacement, self.time_step
         target = old + h * self.velocity
         u = self._minimised(target, old)
-        kernels.keep_off_bone(u, self.points, self._foot, self._bone_normals, self._nearest, self._slack, *self._ring)
+        self._stop_at_bone(u)
         for near, centre, radii in self._eyes:
             kernels.keep_off_eye(u, self.points, near, centre, radii)
         self.displacement, self.velocity = u, (u - old) / h
         return self.points + u
+
+    def _stop_at_bone(self, u: Array) -> None:
+        bone = self._foot, self._bone_normals, self._bone, self._nearest, self._slack
+        kernels.keep_off_bone(u, self.points, *bone, *self._ring)
 
     def energy(self) -> float:
         """Kinetic plus potential energy; without the work of the muscles, in units of the membrane stiffness times
@@ -373,7 +377,7 @@ class _Factors:
         return out
 
 
-TOLERANCE = 1e-15
+TOLERANCE = 1e-18
 """Predicted decrease of the energy per area at which a step has converged: displacements of less than 1e-6 mm."""
 ENOUGH = 0.05
 """Share of the squared residual that is left to the next step."""
