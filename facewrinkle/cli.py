@@ -6,9 +6,12 @@ The commands live in :mod:`facewrinkle.commands` and are imported when they are 
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from cyclopts import App, CycloptsError
 
@@ -47,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if sys.platform.startswith("linux"):  # VTK would look for a display first
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     tokens = list(sys.argv[1:] if arguments is None else arguments)
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), _interrupts() as interrupts:
         warnings.simplefilter("always", FaceWrinkleWarning)
         warnings.showwarning = _notice
         try:
@@ -55,14 +58,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except CycloptsError as error:
             hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
             return _complain(f"{_one_line(error)} Try: {hint} --help", USAGE)
-        except FaceWrinkleError as error:
-            return _complain(_one_line(error), FAILED)
         except KeyboardInterrupt:
             return _complain("interrupted.", INTERRUPTED)
         except BrokenPipeError:  # the reader, such as head, has gone
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return FAILED
+        except Exception as error:
+            if interrupts:  # VTK drops the interrupt inside its callbacks, and something else breaks
+                return _complain("interrupted.", INTERRUPTED)
+            if isinstance(error, FaceWrinkleError):
+                return _complain(_one_line(error), FAILED)
+            raise
     return 0
+
+
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """The Ctrl-C that came meanwhile; each raises KeyboardInterrupt as ever."""
+    seen: list[int] = []
+
+    def interrupted(number: int, _: object) -> None:
+        seen.append(number)
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield seen
+        return
+    before = signal.signal(signal.SIGINT, interrupted)
+    try:
+        yield seen
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _one_line(error: Exception) -> str:

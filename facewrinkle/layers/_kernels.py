@@ -33,48 +33,50 @@ def _two_builds(function: Any) -> Callable[..., None]:
 
 
 @njit(cache=True)
-def edge_weights(starts, offsets, rest, indptr, ring, directions, out):
-    """|cos theta| / (L sum |cos theta|) of Eq. 9 for vertex i, neighbour by neighbour, for its entries in turn.
+def edge_weights(starts, offsets, rest, indptr, ring, directions, lengths, out):
+    """Rest lengths L of the edges, and |cos theta| / (L sum |cos theta|) of Eq. 9 for each neighbour and entry in turn.
 
     Entry p of vertex i, starts[i] <= p < starts[i + 1], has its own direction; those of i begin at offsets[i].
     """
     for i in range(rest.shape[0]):
         first, last = starts[i], starts[i + 1]
-        count = last - first
+        for q in range(indptr[i], indptr[i + 1]):
+            j = ring[q]
+            x, y, z = rest[j, 0] - rest[i, 0], rest[j, 1] - rest[i, 1], rest[j, 2] - rest[i, 2]
+            lengths[q] = np.sqrt(x * x + y * y + z * z)
+            for p in range(first, last):
+                o = offsets[i] + (q - indptr[i]) * (last - first) + p - first
+                out[o] = abs(x * directions[p, 0] + y * directions[p, 1] + z * directions[p, 2]) / lengths[q]
         for p in range(first, last):
             total = 0.0
             for turn in range(2):
-                o = offsets[i] + p - first
                 for q in range(indptr[i], indptr[i + 1]):
-                    j = ring[q]
-                    x, y, z = rest[j, 0] - rest[i, 0], rest[j, 1] - rest[i, 1], rest[j, 2] - rest[i, 2]
-                    length = np.sqrt(x * x + y * y + z * z)
-                    cosine = abs(x * directions[p, 0] + y * directions[p, 1] + z * directions[p, 2]) / length
+                    o = offsets[i] + (q - indptr[i]) * (last - first) + p - first
                     if turn == 0:
-                        total += cosine
+                        total += out[o]
                     else:
-                        out[o] = (
-                            cosine / (length * total) if total > 0.0 else 1.0 / (length * (indptr[i + 1] - indptr[i]))
-                        )
-                    o += count
+                        out[o] = out[o] / (lengths[q] * total) if total > 0.0 else 0.0
 
 
 @_two_builds
-def edge_epsilon(starts, offsets, weights, deformed, indptr, ring, out):
-    """Eq. 9 as 1 - sum of weight times length, for the entries of each vertex."""
+def edge_epsilon(starts, offsets, weights, lengths, deformed, indptr, ring, out):
+    """Eq. 9 as the sum of weight times shortening, for the entries of each vertex."""
     for i in prange(starts.shape[0] - 1):
         first, last = starts[i], starts[i + 1]
         if first < last:
             for p in range(first, last):
-                out[p] = 1.0
+                out[p] = 0.0
             o = offsets[i]
-            x, y, z = deformed[i, 0], deformed[i, 1], deformed[i, 2]
             for q in range(indptr[i], indptr[i + 1]):
                 j = ring[q]
-                dx, dy, dz = deformed[j, 0] - x, deformed[j, 1] - y, deformed[j, 2] - z
-                length = np.sqrt(dx * dx + dy * dy + dz * dz)
+                x, y, z = (
+                    deformed[j, 0] - deformed[i, 0],
+                    deformed[j, 1] - deformed[i, 1],
+                    deformed[j, 2] - deformed[i, 2],
+                )
+                shorter = lengths[q] - np.sqrt(x * x + y * y + z * z)
                 for p in range(first, last):
-                    out[p] -= weights[o] * length
+                    out[p] += weights[o] * shorter
                     o += 1
 
 

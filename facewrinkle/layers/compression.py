@@ -72,13 +72,13 @@ class EdgeWeights:
         self._rings, self._starts = rings, starts
         counts = np.diff(starts).astype(np.int64) * np.diff(rings[0])
         self._offsets = np.concatenate([[0], np.cumsum(counts)])
-        self._weights = np.empty(self._offsets[-1])
-        kernels.edge_weights(starts, self._offsets, rest, *rings, directions, self._weights)
+        self._weights, self._lengths = np.empty(self._offsets[-1]), np.empty(len(rings[1]))
+        kernels.edge_weights(starts, self._offsets, rest, *rings, directions, self._lengths, self._weights)
 
     def epsilon(self, deformed: Array) -> Array:
         """Compression (p,) of all entries in the deformed mesh (n, 3)."""
         out = np.zeros(self._starts[-1])
-        kernels.edge_epsilon(self._starts, self._offsets, self._weights, deformed, *self._rings, out)
+        kernels.edge_epsilon(self._starts, self._offsets, self._weights, self._lengths, deformed, *self._rings, out)
         return out
 
 

@@ -186,7 +186,6 @@ def test_muscles_of_mirrored_landmarks_are_mirrored(face):
             np.testing.assert_allclose(other.unit_amplitude(x @ mirror), pattern.unit_amplitude(x @ mirror), atol=1e-9)
 
 
-@pytest.mark.xfail(reason="the folds round the mouth start at a zero of H on the left: they are not mirror symmetric")
 def test_the_mouth_folds_alike_on_both_sides(face):
     muscle = face.muscles["orbicularis_oris"]
     centre, frame = np.asarray(muscle.centre), face.frame

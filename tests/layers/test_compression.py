@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers._kernels import strain_epsilon
-from facewrinkle.layers.compression import StrainField, along, edge_compression
+from facewrinkle.layers.compression import StrainField, along, edge_compression, products
 
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
@@ -30,8 +30,8 @@ def gradient_compression(points, triangles, deformed, directions):
     corners = np.tile(np.arange(n, dtype=np.int32)[:, None], 3)
     weights = np.tile([1.0, 0.0, 0.0], (n, 1))
     out = np.full(n, np.nan)
-    rest = along(field.metric, directions)
-    strain_epsilon(field.strain(deformed), corners, weights, np.arange(n + 1, dtype=np.int32), directions, rest, out)
+    squares = products(directions) / along(field.metric, directions)[:, None]
+    strain_epsilon(np.arange(n + 1, dtype=np.int32), corners, weights, field.strain(deformed), squares, out)
     return out
 
 

@@ -27,7 +27,7 @@ from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.motion import _skin_kernels as kernels
 from facewrinkle.motion.skin import Skin, SkinMaterial
 
-FREE_FLIGHT = pytest.mark.xfail(strict=False, reason="a step that starts in free flight can end higher than it began")
+ON_BONE = {"disgust"}  # the nose is pulled onto the nasal bone
 LIDS = {name for name in fw.EXPRESSIONS if any("oculi" in m for m in fw.EXPRESSIONS[name])}
 
 
@@ -191,7 +191,7 @@ def test_reset_is_a_new_skin(coarse):
     assert np.array_equal(skin.displacement, fresh.displacement)
 
 
-@pytest.mark.parametrize("time_step", [1e-3, 0.02, 0.2, pytest.param(2.0, marks=FREE_FLIGHT)])
+@pytest.mark.parametrize("time_step", [1e-3, 0.02, 0.2, 2.0])
 def test_energy_does_not_grow_once_muscles_rest(face, time_step):
     skin = Skin(face, time_step)
     stirred(skin, np.random.default_rng(3))
@@ -219,8 +219,8 @@ def test_time_steps_reach_the_same_steady_state(face, steady, time_step):
         for _ in range(30):
             skin.step()
         difference = np.abs(skin.displacement - expected).max()
-        # Where a lid presses on the eyeball it is pushed out after the step; how far in it went depends on the step.
-        assert difference < (0.25 if name in LIDS else 1e-4), name
+        # Skin that presses on eyeball or bone is pushed out after the step; how far in it went depends on the step.
+        assert difference < (0.25 if name in LIDS else 0.01 if name in ON_BONE else 1e-4), name
 
 
 @pytest.mark.parametrize("time_step", [1e-4, 1e-3])
@@ -235,7 +235,7 @@ def test_a_steady_state_is_one_for_the_shortest_steps_too(face, steady, time_ste
         assert np.abs(skin.displacement - steady[name]).max() < 1e-4
 
 
-@pytest.mark.parametrize("time_step", [1e-4, 0.02, pytest.param(10.0, marks=FREE_FLIGHT)])
+@pytest.mark.parametrize("time_step", [1e-4, 0.02, 10.0])
 def test_any_time_step_is_stable(coarse, time_step):
     skin, rng = Skin(coarse, time_step), np.random.default_rng(11)
     for _ in range(30):
@@ -264,7 +264,6 @@ def test_long_runs_of_random_contractions(request, which, steps):
     assert np.abs(skin.displacement).max() < 1e-6
 
 
-@FREE_FLIGHT
 def test_steps_end_no_higher_than_they_began(real_face):
     """What implicit Euler minimises is at its end no more than at its beginning: that is why it is stable."""
     skin, rng = Skin(real_face("makehuman_head_male")), np.random.default_rng(0)
@@ -330,7 +329,7 @@ def test_skin_that_is_pressed_into_the_bone_comes_out(face):
 
     before = distance()
     assert np.median(before) < -1.5
-    kernels.keep_off_bone(u, skin.points, skin._foot, skin._bone_normals, skin._nearest, skin._slack, *skin._ring)
+    skin._stop_at_bone(u)
     # The wall is the tangent plane of the nearest vertex of the skull: a little inside of it where it is concave.
     after = distance()
     assert np.median(after) > -0.05
@@ -338,7 +337,7 @@ def test_skin_that_is_pressed_into_the_bone_comes_out(face):
     # At rest nothing is moved: u is 0 to the last bit.
     skin.reset()
     rest = np.zeros_like(u)
-    kernels.keep_off_bone(rest, skin.points, skin._foot, skin._bone_normals, skin._nearest, skin._slack, *skin._ring)
+    skin._stop_at_bone(rest)
     assert not rest.any()
 
 
