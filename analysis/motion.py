@@ -1,10 +1,10 @@
 """How far muscle-driven motion agrees with captured shapes.
 
-Each pair sets one contraction at full strength, waits until the skin rests, and compares the displacements with those of a
-captured expression on the same mesh: the cosine similarity of the flattened fields, plain and weighted by area, the ratio of
-their sizes, and the mean distance in mm over the vertices that either field moves.
+Each pair sets one contraction at full strength, waits until the skin rests, and compares the displacements with those of
+a captured expression on the same mesh: the cosine similarity of the flattened fields, plain and weighted by area, the
+ratio of their sizes, and the mean distance in mm over the vertices that either field moves.
 
-    python -m analysis.motion FACE.obj --landmarks FACE.landmarks.json --shapes SHAPES.npz --units cm --out output/motion
+    python -m analysis.motion FACE.obj --landmarks LANDMARKS.json --shapes SHAPES.npz --units cm --out output/motion
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def compared(ours: Array, captured: Array, area: Array, muscle: str = "", shape:
 
 
 def settled(skin: fw.Skin, rates: dict[str, float], steps: int = 15) -> Array:
-    """Displacement (n, 3) in mm with these contraction rates, once the skin rests; `skin` should have a long time step."""
+    """Displacement (n, 3) in mm with these contraction rates, once the skin, which should have long steps, rests."""
     skin.reset()
     skin.contract(rates)
     for _ in range(steps):

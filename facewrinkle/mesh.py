@@ -118,7 +118,7 @@ def to_polydata(
 
 
 def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str, np.ndarray]) -> pv.PolyData:
-    """A copy of a mesh with other points (n, 3) and other values in some of its arrays: faster than building it anew."""
+    """A copy of a mesh with other points (n, 3) and other values in some arrays: faster than building it anew."""
     mesh = template.copy()
     vtk_to_numpy(mesh.GetPoints().GetData())[:] = points
     data = mesh.GetPointData()

@@ -94,8 +94,8 @@ def fit_face(
     """
     if landmarks is None:
         raise LandmarkError(
-            "fit_face needs landmarks: a dictionary of coordinates or a JSON file. Required are both sides (or one, "
-            "if it is to be mirrored) of eye_inner, eye_outer, mouth, brow_mid, and nose_tip, upper_lip_mid, lower_lip_mid."
+            "fit_face needs landmarks: a dictionary of coordinates or a JSON file. Required are both sides (or one, if it "
+            "is to be mirrored) of eye_inner, eye_outer, mouth, brow_mid, and nose_tip, upper_lip_mid, lower_lip_mid."
         )
     source = read_surface(mesh)
     given = read_landmarks(landmarks)

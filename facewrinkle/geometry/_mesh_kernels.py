@@ -55,21 +55,9 @@ def carry(values, corners, barycentric, out):
 
 @njit(cache=True)
 def judge(
-    triangles,
-    level,
-    max_level,
-    normals,
-    rest_normals,
-    points,
-    need,
-    across,
-    active,
-    gamma_c,
-    hysteresis,
-    split,
-    fine,
-    largest,
-):
+    triangles, level, max_level, normals, rest_normals, points, need, across, active, gamma_c, hysteresis,
+    split, fine, largest,
+):  # fmt: skip
     """Mark triangles to split, by Eq. 19 (guarded where rest normals are nearly orthogonal) or because there are too few
     vertices per half cycle, and triangles that are finer than they have to be.
     """

@@ -80,7 +80,7 @@ class Folds:
                     muscle.half_cycles(x),
                     np.stack(muscle.coordinates(x), axis=1),
                     muscle.fold_direction(x),
-                )  # fmt: skip
+                )
             )
         if not parts:
             return cls.none(len(sites.points))

@@ -147,7 +147,7 @@ def keep_off_eye(u, points, vertices, centre, radii):
 
 @njit(cache=True)
 def solve(indptr, indices, lower, inverse, row_order, column_order, right, scratch, out):
-    """Solve three systems of one pattern at once: factors L (unit lower, (nnz, 3)) and 1 / D (n, 3) lie side by side."""
+    """Solve three systems of one pattern at once: factors L (unit lower, (nnz, 3)) and 1 / D (n, 3), side by side."""
     n = inverse.shape[0]
     for i in range(n):
         for k in range(3):
