@@ -22,7 +22,7 @@ test: lint  ## lint, types, tests and doctests
 	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --doctest-modules tests facewrinkle
 
 bench: $(READY)  ## time the hot paths
-	$(BIN)/python -m pytest benchmarks -q --benchmark-only --benchmark-group-by=group,func \
+	$(BIN)/python -m pytest benchmarks -q --benchmark-only --benchmark-group-by=group \
 		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
 
 lint: $(READY)  ## style, format and types

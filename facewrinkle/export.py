@@ -114,6 +114,7 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     writer.SetInputConnection(source.GetOutputPort())
     writer.SetFileName(str(path))
     writer.SetWriteAllTimeSteps(True)
+    writer.SetCompressionLevel(COMPRESSION)
     with pv.vtk_verbosity("off"):  # what goes wrong is raised below, once
         written = writer.Write()
     problem = source.problem or source.unfinished()
@@ -123,6 +124,10 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
         path.unlink(missing_ok=True)
         raise problem
     return path
+
+
+COMPRESSION = 1
+"""Of the HDF5 data, 0 to 9."""
 
 
 class _FrameSource(VTKPythonAlgorithmBase):

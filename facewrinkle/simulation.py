@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -95,7 +96,8 @@ class Simulation:
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         self.face = face
         self.refinement = refinement or Refinement()
-        self.layers: list[Layer] = [MuscleWrinkles()] if layers is None else list(layers)
+        # Layers keep the state of a simulation: each simulation has its own.
+        self.layers: list[Layer] = [MuscleWrinkles()] if layers is None else [copy(layer) for layer in layers]
         with self._timed("precompute"):
             self.skin = Skin(face, time_step, material)
             spacing = _spacing(face)

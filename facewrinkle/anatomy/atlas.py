@@ -57,7 +57,7 @@ class Atlas:
 
         Examples
         --------
-        >>> load_atlas().contractions("closing_eye", 0.5)
+        >>> load_atlas().contractions("AU46", 0.5)
         {'orbicularis_oculi_l': 0.5}
         """
         check_range("intensity", intensity, 0.0, 1.0, "An expression at 1 is at its strongest.")

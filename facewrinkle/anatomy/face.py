@@ -133,7 +133,7 @@ class Face:
         >>> import facewrinkle as fw
         >>> face = fw.default_face()
         >>> deeper = face.muscles["corrugator_l"].replaced(depth=3.0)
-        >>> face.with_muscles({"corrugator_l": deeper}).muscles["corrugator_l"].wrinkles.depth
+        >>> face.with_muscles({"corrugator_l": deeper}).muscles["corrugator_l"].fold_pattern.wrinkles.depth
         3.0
         """
         return dataclasses.replace(self, muscles={**self.muscles, **changes})

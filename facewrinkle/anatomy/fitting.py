@@ -29,8 +29,13 @@ OFF_MESH = 0.2
 NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 
 
-def default_face() -> Face:
+def default_face(atlas: Atlas | None = None) -> Face:
     """The built-in head: 4,517 triangles, in mm, +y up, looking along +z, the subject's left at +x.
+
+    Parameters
+    ----------
+    atlas : Atlas, optional
+        Other muscles than those that come with the package.
 
     Returns
     -------
@@ -40,13 +45,14 @@ def default_face() -> Face:
     --------
     >>> face = default_face()
     >>> face.mesh.n_cells, len(face.muscles)
-    (4517, 23)
+    (4517, 28)
     """
     head = load_head()
     mesh = to_polydata(head.points, head.triangles)
-    mesh.active_texture_coordinates = head.uv.copy()
+    mesh.active_texture_coordinates = head.uv.astype(np.float32)  # type: ignore[assignment]
     mesh.point_data["Colors"] = head.colour.copy()
-    face = Face.from_landmarks(mesh, {name: point.copy() for name, point in head.landmarks.items()}, unit=1.0)
+    landmarks = {name: point.copy() for name, point in head.landmarks.items()}
+    face = Face.from_landmarks(mesh, landmarks, 1.0, atlas)
     return dataclasses.replace(face, texture=head.texture, brows=head.brows)
 
 
@@ -92,12 +98,12 @@ def fit_face(
     >>> face.unit
     25.4
     """
+    source = read_surface(mesh)
     if landmarks is None:
         raise LandmarkError(
-            "fit_face needs landmarks: a dictionary of coordinates or a JSON file. Required are both sides (or one, if it "
-            "is to be mirrored) of eye_inner, eye_outer, mouth, brow_mid, and nose_tip, upper_lip_mid, lower_lip_mid."
+            "fit_face needs landmarks: a dictionary of coordinates or a JSON file. Required are both sides "
+            "(or one, to be mirrored) of eye_inner, eye_outer, mouth, brow_mid; nose_tip, upper_lip_mid, lower_lip_mid."
         )
-    source = read_surface(mesh)
     given = read_landmarks(landmarks)
     known = mirrored(given)
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN]) if known else None

@@ -31,8 +31,8 @@ def jaw_guide(
 ) -> Guide:
     """How far each vertex turns with the mandible.
 
-    Chin and jaw go with the bone, the face above the lips stays; in between the share is harmonic on the surface, so that
-    it is soft in the cheeks, and parts at the opening of the mouth.
+    Chin and jaw go with the bone, the face above the lips stays. In between the share is harmonic on the surface:
+    soft in the cheeks, and parted at the opening of the mouth.
     """
     size, hinge, axis = frame.pupil_distance, jaw.hinge, jaw.axis
     lips = 0.25 * sum(landmarks[n] for n in ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r"))

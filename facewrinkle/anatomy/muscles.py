@@ -155,10 +155,16 @@ class Muscle:
         raise NotImplementedError
 
     def replaced(self, **changes: object) -> Self:
-        """A copy with other values. Names of :class:`Wrinkles` (count, depth, alpha, ...) are accepted too."""
+        """A copy with other values.
+
+        Names of :class:`Wrinkles` (count, depth, alpha, ...) are accepted too; they change the wrinkles where they are
+        laid, on `folds` if there are any.
+        """
         of_wrinkles = {f.name for f in dataclasses.fields(Wrinkles)}
         inner = {k: changes.pop(k) for k in list(changes) if k in of_wrinkles}
-        if inner:
+        if inner and self.folds is not None:
+            changes["folds"] = self.folds.replaced(**inner)
+        elif inner:
             changes["wrinkles"] = dataclasses.replace(self.wrinkles, **inner)  # type: ignore[arg-type]
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
 

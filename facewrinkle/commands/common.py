@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -53,11 +52,7 @@ class FaceOptions:
         for name in ("landmarks", "units"):
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
-        face = default_face()
-        if self.atlas is None:
-            return face
-        placed = Face.from_landmarks(face.mesh, face.landmarks, face.unit, atlas)
-        return dataclasses.replace(placed, texture=face.texture, brows=face.brows)
+        return default_face(atlas)
 
 
 def _units(text: str | None) -> str | float | None:

@@ -58,8 +58,8 @@ def judge(
     triangles, level, max_level, normals, rest_normals, points, need, across, active, gamma_c, hysteresis,
     split, fine, largest,
 ):  # fmt: skip
-    """Mark triangles to split, by Eq. 19 (guarded where rest normals are nearly orthogonal) or because there are too few
-    vertices per half cycle, and triangles that are finer than they have to be.
+    """Mark triangles to split, by Eq. 19 (guarded where rest normals are nearly orthogonal) or for too few vertices per
+    half cycle, and triangles that are finer than they have to be.
     """
     for f in range(triangles.shape[0]):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
