@@ -21,7 +21,7 @@ import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.geometry.topology import unique_edges
-from facewrinkle.geometry.transfer import carried
+from facewrinkle.geometry.transfer import carried, displaced
 from facewrinkle.layers.base import Moment, Sites
 
 ROUNDS = {"8k": 100, "1M": 10, "1M dense": 10}
@@ -77,7 +77,7 @@ def squeezed(points):
 
 def ours(layer, moment, smooth):
     """As Simulation does it."""
-    return moment.bare + layer.relief(moment).height[:, None] * smooth
+    return displaced(moment.bare, layer.relief(moment).height, smooth)
 
 
 class Reference:
@@ -129,7 +129,7 @@ class Reference:
         columns = sites.corners[self.owner].ravel()
         rows = np.repeat(np.arange(len(self.owner)), 3)
         self.carry = csr_array((sites.barycentric[self.owner].ravel(), (rows, columns)), shape=(len(self.owner), n0))
-        self.squares = pairs(folds.direction, folds.direction) * [1, 1, 1, 2, 2, 2] / folds.rest[:, None]
+        self.squares = folds.products
 
     def strain_epsilon(self, moment):
         x = moment.base[self.sides]

@@ -8,6 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+LARGEST = 1e50
+"""Coordinates have to be smaller: products of six of them must not overflow."""
+
 
 class FaceWrinkleError(ValueError):
     """Input that facewrinkle cannot work with. The base of all its exceptions."""

@@ -1,4 +1,4 @@
-"""OBJ and OFF files as plain arrays, with the points numbered as in the file.
+"""OBJ and OFF files (PLY: :mod:`facewrinkle.ply`) as plain arrays, with the points numbered as in the file.
 
 VTK's OBJ reader splits every point at which two texture coordinates meet, so that the mesh falls apart and
 landmark files no longer fit; VTK has no OFF reader. Both formats are lists of numbers, and are read here line
@@ -30,8 +30,8 @@ class Polygons:
         The texture coordinates of each point; zero where the file gives none.
     seams : int
         The number of points that have further texture coordinates beside the first one, which is kept.
-    colors : (n, 3) float64 or None
-        Colours written behind the coordinates, as many modellers do.
+    colors : (n, 3) or (n, 4) array or None
+        Colours of the points, as the file writes them: OBJ behind the coordinates, PLY as properties.
     """
 
     points: np.ndarray
@@ -95,8 +95,8 @@ def read_obj(path: Path) -> Polygons:
                     corners += pairs
         except (ValueError, IndexError):
             raise _broken(path, number, words) from None
-    _check_range(path, faces, len(points))
-    coordinates, seams = _point_texture(np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
+    check_vertices(path, faces, len(points))
+    coordinates, seams = point_texture(np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
     return Polygons(
         _array(points, 3),
         faces,
@@ -118,13 +118,16 @@ def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int
         face.append(vertex)
         if len(parts) > 1 and parts[1]:
             coordinate = int(parts[1])
-            pairs.append((vertex, coordinate + (n_texture if coordinate < 0 else -1)))
+            coordinate += n_texture if coordinate < 0 else -1
+            if 0 <= coordinate < 2**31:
+                pairs.append((vertex, coordinate))
     if len(face) < 3:
         raise ValueError
     return face, pairs
 
 
-def _check_range(path: Path, faces: list[list[int]], n_points: int) -> None:
+def check_vertices(path: Path, faces: list[list[int]], n_points: int) -> None:
+    """Raise a MeshError if a face uses a vertex that does not exist."""
     for number, face in enumerate(faces, start=1):
         if min(face) < 0 or max(face) >= n_points:
             raise MeshError(
@@ -134,10 +137,10 @@ def _check_range(path: Path, faces: list[list[int]], n_points: int) -> None:
             )
 
 
-def _point_texture(corners: np.ndarray, texture: np.ndarray, n_points: int) -> tuple[np.ndarray | None, int]:
+def point_texture(corners: np.ndarray, texture: np.ndarray, n_points: int) -> tuple[np.ndarray | None, int]:
     """The first texture coordinates of each point, and how many points have several that differ."""
     if len(corners):  # modellers write texture numbers that lead nowhere; the geometry is sound without
-        corners = corners[(corners[:, 1] >= 0) & (corners[:, 1] < len(texture))]
+        corners = corners[corners[:, 1] < len(texture)]
     if not len(corners):
         return None, 0
     vertices, first = np.unique(corners[:, 0], return_index=True)
@@ -188,5 +191,5 @@ def read_off(path: Path) -> Polygons:
             f"{len(faces)}. "
             "The file is cut off: export it again."
         )
-    _check_range(path, faces, n_points)
+    check_vertices(path, faces, n_points)
     return Polygons(_array(points, 3), faces)

@@ -7,25 +7,28 @@ arrays of a frame."""
 from __future__ import annotations
 
 import logging
+import os
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from stat import S_ISDIR, S_ISREG
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
-from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
-from .errors import FaceWrinkleWarning, MeshError, ParameterError
+from .errors import LARGEST, FaceWrinkleWarning, MeshError, ParameterError
 from .formats import Polygons, read_obj, read_off
 from .geometry import topology
 from .geometry.refinement import RedGreenForest
 from .geometry.transfer import carried, nearest_carried
+from .ply import read_ply
 
 __all__ = [
     "ARRAYS",
@@ -58,6 +61,7 @@ MUSCLES = "muscles"
 
 TEXTURE = "Texture Coordinates"
 COLORS = "Colors"
+OF_VTK = (".stl", ".glb", ".gltf", ".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".hdf")
 READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf)"
 
 
@@ -94,8 +98,7 @@ def to_polydata(
     >>> mesh.n_points, mesh.n_cells, mesh.points.dtype.name, mesh.array_names
     (3, 1, 'float64', ['W'])
     """
-    points = np.array(points, dtype=np.float64)
-    triangles = np.array(triangles)
+    points, triangles = _numbers("points", points).astype(np.float64), _numbers("triangles", triangles)
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError(f"points must have the shape (n, 3), received {points.shape}.")
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
@@ -113,8 +116,29 @@ def to_polydata(
             raise MeshError(
                 f"point data {name!r} must have {len(points)} rows, one for each point, received {len(values)}."
             )
-        mesh.point_data[name] = values
+        if values.dtype.kind in "fiu" and values.ndim <= 2:
+            _add_array(mesh, name, values)
+        else:  # PyVista keeps what VTK has no type for
+            mesh.point_data[name] = values
     return mesh
+
+
+def _add_array(mesh: pv.PolyData, name: str, values: np.ndarray) -> None:
+    """What ``mesh.point_data[name] = values`` does, without its checks: a frame adds a dozen arrays."""
+    array = numpy_to_vtk(values, deep=True)
+    array.SetName(name)
+    mesh.GetPointData().AddArray(array)
+
+
+def _numbers(name: str, values: object) -> np.ndarray:
+    """A copy as an array of real numbers."""
+    try:
+        array = np.array(values)
+    except (TypeError, ValueError):  # rows of different lengths
+        array = np.array(None)
+    if array.dtype.kind not in "fiu":
+        raise MeshError(f"{name} must be an array of real numbers, received {type(values).__name__} of {array.dtype}.")
+    return array
 
 
 def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str, np.ndarray]) -> pv.PolyData:
@@ -222,7 +246,7 @@ def read_surface(source: object) -> pv.PolyData:
     12
     """
     if isinstance(source, str | Path):
-        return _read_file(Path(source).expanduser())
+        return _read_file(Path(os.path.expanduser(source)))  # Path.expanduser fails for unknown users
     if isinstance(source, vtkDataObject):
         return _from_dataset(source if isinstance(source, pv.DataObject) else pv.wrap(source), "the mesh")
     if hasattr(source, "vertices") and hasattr(source, "faces"):
@@ -235,27 +259,37 @@ def read_surface(source: object) -> pv.PolyData:
 
 
 def _read_file(path: Path) -> pv.PolyData:
-    if not path.exists():
-        raise MeshError(f"there is no file {str(path)!r}. Check the path; it is relative to {str(Path.cwd())!r}.")
-    if path.is_dir():
-        raise MeshError(f"{str(path)!r} is a folder, and a mesh file is needed.")
-    try:
-        empty = path.stat().st_size == 0
-        with path.open("rb"):
-            pass
-    except OSError as problem:
-        raise MeshError(f"{str(path)!r} cannot be opened: {problem.strerror}.") from None
-    if empty:
-        raise MeshError(f"{path.name} is empty (0 bytes). Export it again.")
+    _check_file(path)
     match path.suffix.lower():
         case ".obj":
             return _from_polygons(read_obj(path), path.name)
         case ".off":
             return _from_polygons(read_off(path), path.name)
         case ".ply":
-            return _read_ply(path)
-        case _:
+            return _from_polygons(read_ply(path), path.name)
+        case ending if ending in OF_VTK:
             return _from_dataset(_read_with_vtk(path), path.name)
+    ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
+    raise MeshError(f"{path.name}: there is no reader {ending}. Export the mesh as one of: {READABLE}.")
+
+
+def _check_file(path: Path) -> None:
+    try:
+        status = path.stat()
+        if S_ISREG(status.st_mode):  # to open a pipe would wait for ever
+            with path.open("rb"):
+                pass
+    except (FileNotFoundError, NotADirectoryError, ValueError):  # a null byte is a ValueError
+        raise MeshError(
+            f"there is no file {str(path)!r}. Check the path; it is relative to {str(Path.cwd())!r}."
+        ) from None
+    except OSError as problem:
+        raise MeshError(f"{str(path)!r} cannot be opened: {problem.strerror}.") from None
+    if not S_ISREG(status.st_mode):
+        what = "a folder" if S_ISDIR(status.st_mode) else "no ordinary file"
+        raise MeshError(f"{str(path)!r} is {what}, and a mesh file is needed.")
+    if status.st_size == 0:
+        raise MeshError(f"{path.name} is empty (0 bytes). Export it again.")
 
 
 @contextmanager
@@ -277,18 +311,11 @@ def _complaints() -> Iterator[list[str]]:
         root.removeFilter(collect)
 
 
-def _read_with_vtk(path: Path, **settings: bool) -> Any:
-    """What VTK makes of the file; `settings` are those of the VTK reader."""
+def _read_with_vtk(path: Path) -> Any:
     data = None
     with _complaints() as heard:
         try:
-            reader = pv.get_reader(str(path))
-            for name, value in settings.items():
-                getattr(reader.reader, name)(value)
-            data = reader.read()
-        except ValueError:
-            if not heard:  # the ending is unknown to VTK
-                raise _no_reader(path) from None
+            data = pv.get_reader(str(path)).read()
         except Exception as problem:  # every format fails in its own way
             heard.append(str(problem).splitlines()[-1])
     if data is None or _is_empty(data):
@@ -301,27 +328,10 @@ def _read_with_vtk(path: Path, **settings: bool) -> Any:
     return data
 
 
-def _no_reader(path: Path) -> MeshError:
-    ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
-    return MeshError(f"{path.name}: there is no reader {ending}. Export the mesh as one of: {READABLE}.")
-
-
 def _is_empty(data: Any) -> bool:
     if isinstance(data, pv.MultiBlock):
         return all(_is_empty(block) for block in data)
     return data is None or (isinstance(data, pv.DataSet) and data.n_points == 0)
-
-
-def _read_ply(path: Path) -> pv.PolyData:
-    """A PLY file. VTK splits points at texture seams; told not to, it keeps their last coordinates."""
-    split = _read_with_vtk(path)
-    if split.active_texture_coordinates is None:
-        return _from_dataset(split, path.name)
-    whole = _read_with_vtk(path, SetDuplicatePointsForFaceTexture=False)
-    whole.active_texture_coordinates = np.array(split.active_texture_coordinates[: whole.n_points])
-    if split.n_points > whole.n_points:
-        _warn_of_seams(path.name, split.n_points - whole.n_points)
-    return _from_dataset(whole, path.name)
 
 
 def _warn_of_seams(name: str, count: int) -> None:
@@ -349,10 +359,10 @@ def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
 
 
 def _from_trimesh(source: Any) -> pv.PolyData:
-    faces = np.asarray(source.faces)
+    faces = _numbers("faces", source.faces)
     if faces.ndim != 2 or faces.shape[1] != 3:
         raise MeshError(f"faces must have the shape (m, 3), received {faces.shape}. Triangulate the mesh first.")
-    mesh = to_polydata(np.asarray(source.vertices), faces)
+    mesh = to_polydata(source.vertices, faces)
     visual = getattr(source, "visual", None)
     texture = getattr(visual, "uv", None)
     if texture is not None and len(texture) == mesh.n_points:
@@ -386,6 +396,7 @@ def _from_dataset(data: Any, name: str) -> pv.PolyData:
             "points, lines or, in "
             "PLY, triangle strips), or reconstruct one with mesh.reconstruct_surface()."
         )
+    _check_cells(data, name)
     return _with_data(data, _triangles(data), np.arange(data.n_points))
 
 
@@ -422,6 +433,21 @@ def _faces_of_grid(grid: pv.UnstructuredGrid, name: str) -> pv.PolyData:
     mesh.faces = grid.cells[np.repeat(kept, np.diff(grid.cell_offsets) + 1)]
     mesh.point_data.update(grid.point_data)
     return mesh
+
+
+def _check_cells(mesh: pv.PolyData, name: str) -> None:
+    """Raise a MeshError for faces that would lead VTK out of its arrays, where it brings the interpreter down."""
+    for cells in (mesh.GetPolys(), mesh.GetStrips()):
+        ends, numbers = vtk_to_numpy(cells.GetOffsetsArray()), vtk_to_numpy(cells.GetConnectivityArray())
+        if (np.diff(ends) < 3).any() or (len(ends) and (ends[0] != 0 or ends[-1] != len(numbers))):
+            raise MeshError(
+                f"each face of {name} must have three points or more. The data are damaged: export it again."
+            )
+        if len(numbers) and (numbers.min() < 0 or numbers.max() >= mesh.n_points):
+            raise MeshError(
+                f"the faces of {name} must use points from 0 to {mesh.n_points - 1}, received {numbers.min()} to "
+                f"{numbers.max()}. The data are damaged: export it again."
+            )
 
 
 def _triangles(mesh: pv.PolyData) -> np.ndarray:
@@ -549,11 +575,11 @@ def _vectors(name: str, values: np.ndarray) -> np.ndarray:
 
 
 def _check_finite(points: np.ndarray) -> None:
-    broken = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    broken = np.flatnonzero(~(np.abs(points) < LARGEST).all(axis=1))
     if len(broken):
         raise MeshError(
-            f"{len(broken)} of {len(points)} points are NaN or infinite, the first is point {broken[0]}: "
-            f"{points[broken[0]]}. "
+            f"{len(broken)} of {len(points)} points are NaN, infinite or beyond {LARGEST:g}, the first is point "
+            f"{broken[0]}: {points[broken[0]]}. "
             "Delete them in a modeller, or export the mesh again."
         )
 

@@ -17,7 +17,7 @@ from .errors import ParameterError, check_range, unknown_name
 from .geometry import _mesh_kernels as kernels
 from .geometry.normals import detail_normals, vertex_normals
 from .geometry.refinement import Change, RedGreenForest
-from .geometry.transfer import carried
+from .geometry.transfer import carried, displaced
 from .layers.base import Layer, Moment, Relief, Sites
 from .layers.muscle_wrinkles import MuscleWrinkles
 from .mesh import MUSCLES, carried_point_data, refilled, to_polydata
@@ -271,13 +271,13 @@ class Simulation:
             _normalise(smooth)
             moment = Moment(self.skin.rates, sites, triangles, base, bare)
             reliefs = [layer.relief(moment) for layer in self.layers]
-            height = sum((r.height for r in reliefs), np.zeros(len(bare)))
-            displaced = bare + height[:, None] * smooth
-            normals = detail_normals(bare, displaced, triangles, smooth)
+            height = sum((r.height for r in reliefs[1:]), reliefs[0].height if reliefs else np.zeros(len(bare)))
+            moved = displaced(bare, height, smooth)
+            normals = detail_normals(bare, moved, triangles, smooth)
         with self._timed("refinement"):
             split_gamma = self._criterion(normals, reliefs)
         with self._timed("frame"):
-            return self._polydata(displaced, normals, split_gamma)
+            return self._polydata(moved, normals, split_gamma)
 
     def _criterion(self, normals: Array, reliefs: list[Relief]) -> Array:
         """Mark triangles for the next step; returns the largest Eq. 19 over the edges of each vertex."""

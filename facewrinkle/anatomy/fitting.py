@@ -127,9 +127,17 @@ def _unit(units: str | float | None, pupil_distance: float) -> float:
             raise unknown_name("unit", units, UNITS)
         unit = UNITS[units]
     else:
-        unit = float(units)
-        if not (np.isfinite(unit) and unit > 0.0):
+        try:
+            unit = float(units)
+        except (TypeError, ValueError, OverflowError):
+            unit = np.nan
+        if not 0.0 < unit < np.inf:
             raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
+    if not 1.0 <= pupil_distance * unit <= 10_000.0:
+        raise ParameterError(
+            f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart; 1 to 10000 is allowed, and an "
+            "adult's are 50 to 76. Leave units out to take the size from the face."
+        )
     if not 30.0 <= pupil_distance * unit <= 120.0:
         warnings.warn(
             f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart; an adult's are 50 to 76. "

@@ -6,6 +6,8 @@ Landmarks of a pair are named ``NAME_l_PART`` or ``NAME_l`` and ``..._r...`` aft
 from __future__ import annotations
 
 import json
+import os
+import reprlib
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -15,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import FaceWrinkleWarning, LandmarkError, unknown_name
+from ..errors import LARGEST, FaceWrinkleWarning, LandmarkError, unknown_name
 
 Array = npt.NDArray[np.float64]
 
@@ -118,12 +120,11 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
     lips = 0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"])
     mouth = 0.5 * (landmarks["mouth_l"] + landmarks["mouth_r"])
     spans = [landmarks[n] - landmarks[mirrored_name(n)] for n in ("eye_l_outer", "eye_l_inner", "mouth_l")]
-    left = np.sum(spans, axis=0)
-    left /= np.linalg.norm(left)
+    size = float(np.linalg.norm(np.ptp([*side.values(), mouth, landmarks["nose_tip"]], axis=0)))
+    left = _direction(np.sum(spans, axis=0), size)
     # The line from mouth to eyes is not upright: the corners of the mouth lie further forward than those of the eyes.
     up = centre - mouth
-    up = up - (up @ left) * left
-    up /= np.linalg.norm(up)
+    up = _direction(up - (up @ left) * left, size)
     forward = np.cross(left, up)
     forward, up = forward - LEAN * up, up + LEAN * forward
     axes = np.array([left, up / np.linalg.norm(up), forward / np.linalg.norm(forward)])
@@ -139,6 +140,23 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
     return FaceFrame(axes, centre, distance)
 
 
+def _direction(vector: Array, size: float) -> Array:
+    """The unit vector along a vector that must not be tiny beside the size of the face."""
+    length = float(np.linalg.norm(vector))
+    if not length > 1e-3 * size:
+        raise LandmarkError(
+            "the landmarks of eyes and mouth must span the face; those given lie on a line or at one place. "
+            "Check their coordinates."
+        )
+    return vector / length
+
+
+def _pairs(landmarks: Mapping[str, Array]) -> list[tuple[str, str]]:
+    """Names of the pairs, left and right, that are there."""
+    names = [(name.format("l"), name.format("r")) for name in PAIRED]
+    return [(left, right) for left, right in names if left in landmarks and right in landmarks]
+
+
 LEAN = 0.14
 """How far the line from mouth to eyes leans back against the face's vertical, as a slope; 0.11 to 0.19 on three mean
 faces.
@@ -152,7 +170,8 @@ def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
     mirrored.
     """
     found = dict(landmarks)
-    pairs = [(n, mirrored_name(n)) for n in found if "_l" in n and n != mirrored_name(n) and mirrored_name(n) in found]
+    pairs = _pairs(found)
+    pairs = [(a, b) for a, b in pairs if np.linalg.norm(found[a] - found[b]) > 0.0]
     if not pairs:
         return found
     normal = np.sum([(found[a] - found[b]) / np.linalg.norm(found[a] - found[b]) for a, b in pairs], axis=0)
@@ -188,11 +207,39 @@ def complete(given: Mapping[str, Array], template: Mapping[str, Array]) -> tuple
             f"missing landmarks: {', '.join(pairs)}. They cannot be estimated from the ones given "
             f"({', '.join(sorted(given)) or 'none'}); one of a pair is enough where the other side is mirrored."
         )
+    one_sided = [mirrored_name(n) for n in REQUIRED if mirrored_name(n) not in found]
+    if one_sided:
+        raise LandmarkError(
+            f"missing landmarks: {', '.join(one_sided)}. To mirror one side, a pair must be given whose two landmarks "
+            "lie apart: add both of one pair, such as mouth_l and mouth_r."
+        )
     frame = frame_of(found)
+    _check_sides(found, frame)
     base = frame_of(template)
     carried = fitted_map(template, found, base, frame)
     estimated = tuple(n for n in NAMES if n not in given)
     return {n: found[n] if n in found else carried(template[n]) for n in NAMES}, estimated
+
+
+def _check_sides(landmarks: Mapping[str, Array], frame: FaceFrame) -> None:
+    """Raise a LandmarkError for pairs and corners that are swapped or coincide, and for eyes out of place."""
+    left = frame.axes[0]
+    swapped = [f"{a} and {b}" for a, b in _pairs(landmarks) if (landmarks[a] - landmarks[b]) @ left <= 0.0]
+    if swapped:
+        raise LandmarkError(
+            f"landmarks that are swapped left for right or coincide: {'; '.join(swapped)}. Names with _l are the "
+            "subject's own left."
+        )
+    for s, outward in (("l", left), ("r", -left)):
+        inner, outer = landmarks[f"eye_{s}_inner"], landmarks[f"eye_{s}_outer"]
+        if (outer - inner) @ outward <= 0.0:
+            raise LandmarkError(f"eye_{s}_inner must lie nearer to the nose than eye_{s}_outer. Are they swapped?")
+        centre, width = landmarks.get(f"eye_{s}_centre"), float(np.linalg.norm(outer - inner))
+        if centre is not None and np.linalg.norm(centre - 0.5 * (inner + outer)) > width:
+            raise LandmarkError(
+                f"eye_{s}_centre must be the centre of the eyeball, within the width of the eye ({width:.3g}) from the "
+                f"middle of its corners; received {centre}. Leave it out to have it estimated."
+            )
 
 
 def fitted_map(template: Mapping[str, Array], found: Mapping[str, Array], base: FaceFrame, frame: FaceFrame) -> Any:
@@ -237,20 +284,20 @@ def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str
     >>> read_landmarks({"nose_tip": [0, 1, 2]})
     {'nose_tip': array([0., 1., 2.])}
     """
-    if isinstance(source, Mapping):
-        content: Any = source
-    else:
+    content: Any = source
+    if isinstance(source, str | Path):
         try:
-            content = json.loads(Path(source).read_text(encoding="utf-8"))
+            content = json.loads(Path(os.path.expanduser(source)).read_text(encoding="utf-8-sig"))
         except OSError as error:
             raise LandmarkError(f"cannot read the landmarks {str(source)!r}: {error.strerror or error}.") from None
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise LandmarkError(f"{str(source)!r} is not a JSON file of landmarks: {error}.") from None
     if isinstance(content, Mapping):
         content = content.get("landmarks", content)
     if not isinstance(content, Mapping):
         raise LandmarkError(
-            f"landmarks must be a dictionary of names and coordinates, received {type(content).__name__}."
+            "landmarks must be a dictionary of names and coordinates, or a JSON file of one, received "
+            f"{type(content).__name__}."
         )
     unknown = [str(unknown_name("landmark", n, NAMES)) for n in content if n not in NAMES]
     if unknown:
@@ -262,10 +309,12 @@ def _coordinates(name: str, value: Any) -> Array:
     xyz = value.get("xyz") if isinstance(value, Mapping) else value
     try:
         array = np.array(xyz, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.empty(0)
-    if array.shape != (3,) or not np.isfinite(array).all():
-        raise LandmarkError(f"landmark {name!r} must have three finite coordinates, received {xyz!r}.")
+    if array.shape != (3,) or not (np.abs(array) < LARGEST).all():
+        raise LandmarkError(
+            f"landmark {name!r} must have three finite coordinates below {LARGEST:g}, received {reprlib.repr(xyz)}."
+        )
     return array
 
 

@@ -54,6 +54,14 @@ def carry(values, corners, barycentric, out):
 
 
 @njit(cache=True)
+def displace(points, heights, directions, out):
+    """points + heights directions, row by row."""
+    for i in range(points.shape[0]):
+        for k in range(3):
+            out[i, k] = points[i, k] + heights[i] * directions[i, k]
+
+
+@njit(cache=True)
 def judge(
     triangles, level, max_level, normals, rest_normals, points, need, across, active, gamma_c, hysteresis,
     split, fine, largest,

@@ -26,3 +26,16 @@ def carried(values: Array, corners: npt.NDArray[np.int32], barycentric: Array) -
 def nearest_carried(values: np.ndarray, corners: npt.NDArray[np.int32], barycentric: Array) -> np.ndarray:
     """Values of the base vertex of the largest weight: for labels and other values that cannot be averaged."""
     return np.asarray(values[corners[np.arange(len(corners)), np.argmax(barycentric, axis=1)]])
+
+
+def displaced(points: Array, heights: Array, directions: Array) -> Array:
+    """Points (n, 3) moved by heights (n,) along directions (n, 3).
+
+    Examples
+    --------
+    >>> displaced(np.zeros((1, 3)), np.array([2.0]), np.array([[0.0, 0.0, 1.0]]))
+    array([[0., 0., 2.]])
+    """
+    out = np.empty_like(points)
+    kernels.displace(points, heights, directions, out)
+    return out

@@ -63,21 +63,22 @@ def edge_epsilon(starts, offsets, weights, lengths, deformed, indptr, ring, out)
     """Eq. 9 as the sum of weight times shortening, for the entries of each vertex."""
     for i in prange(starts.shape[0] - 1):
         first, last = starts[i], starts[i + 1]
-        if first < last:
-            for p in range(first, last):
-                out[p] = 0.0
-            o = offsets[i]
-            for q in range(indptr[i], indptr[i + 1]):
-                j = ring[q]
-                x, y, z = (
-                    deformed[j, 0] - deformed[i, 0],
-                    deformed[j, 1] - deformed[i, 1],
-                    deformed[j, 2] - deformed[i, 2],
-                )
-                shorter = lengths[q] - np.sqrt(x * x + y * y + z * z)
-                for p in range(first, last):
-                    out[p] += weights[o] * shorter
-                    o += 1
+        if first == last:
+            continue
+        o, step = offsets[i], last - first
+        x, y, z = deformed[i, 0], deformed[i, 1], deformed[i, 2]
+        e = 0.0
+        for p in range(first + 1, last):
+            out[p] = 0.0
+        for q in range(indptr[i], indptr[i + 1]):
+            j = ring[q]
+            dx, dy, dz = deformed[j, 0] - x, deformed[j, 1] - y, deformed[j, 2] - z
+            shorter = lengths[q] - np.sqrt(dx * dx + dy * dy + dz * dz)
+            e += weights[o] * shorter
+            for k in range(1, step):
+                out[first + k] += weights[o + k] * shorter
+            o += step
+        out[first] = e
 
 
 @njit(cache=True)

@@ -186,14 +186,15 @@ class MuscleWrinkles:
         self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
         self._edges = None
         self._labels = {}
+        n = len(self._height)
+        self._room = np.empty(n), np.empty(n), np.zeros((n, 3)), np.empty(n, bool)
 
     def relief(self, moment: Moment) -> Relief:
         """See :class:`facewrinkle.layers.base.Layer`."""
         folds, n = self._folds, len(moment.bare)
         self._epsilon = self._compressed(moment)
-        height, spacing = np.empty(n), np.empty(n)
-        across, active = np.zeros((n, 3)), np.empty(n, bool)
         k0 = self._k0 * moment.rates
+        height, spacing, across, active = self._room
         kernels.amplitudes(
             folds.starts, folds.muscle, folds.height, folds.envelope, folds.cycle, folds.direction, self._epsilon,
             k0, self._swing, SMALLEST, height, spacing, across, active,
