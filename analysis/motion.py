@@ -1,8 +1,8 @@
 """How far muscle-driven motion agrees with captured shapes.
 
 Each pair sets one contraction at full strength, waits until the skin rests, and compares the displacements with those
-of a captured expression on the same mesh: the cosine similarity of the flattened fields, plain and weighted by area, the
-ratio of their sizes, and the mean distance in mm over the vertices that either field moves.
+of a captured expression on the same mesh: the cosine similarity of the flattened fields, plain and weighted by area,
+the ratio of their sizes, and the mean distance in mm over the vertices that either field moves.
 
     python -m analysis.motion FACE.obj --landmarks LANDMARKS.json --shapes SHAPES.npz --units cm --out output/motion
 """

@@ -5,6 +5,7 @@ Every message says what is wrong, what is allowed, what was received, and how to
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterable
 from difflib import get_close_matches
 
@@ -56,8 +57,18 @@ def check_range(name: str, value: float, low: float, high: float, remedy: str = 
     """`value` as a float if it lies in [low, high]; a ParameterError otherwise (also for NaN)."""
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{name} must be a number, received {value!r}.") from None
+    except (TypeError, ValueError, OverflowError):
+        number = None
+    if number is None or isinstance(value, str | bytes):
+        raise ParameterError(f"{name} must be a number, received {reprlib.repr(value)}.")
     if not low <= number <= high:
         raise ParameterError(f"{name} must lie in [{low:g}, {high:g}], received {number:g}. {remedy}".rstrip())
     return number
+
+
+def check_whole(name: str, value: float, low: float, high: float, remedy: str = "") -> int:
+    """`value` as an int if it is a whole number in [low, high]; a ParameterError otherwise."""
+    number = check_range(name, value, low, high, remedy)
+    if number != int(number):
+        raise ParameterError(f"{name} must be a whole number, received {number:g}.")
+    return int(number)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from stat import S_ISDIR
 from tempfile import TemporaryFile
 from types import ModuleType
 from typing import Any
@@ -36,7 +38,7 @@ def output_folder(path: str | Path) -> Path:
     ...     output_folder(f"{parent}/pictures/smile").name
     'smile'
     """
-    folder = Path(path).expanduser()
+    folder = Path(os.path.expanduser(path))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with TemporaryFile(dir=folder):  # permission bits would not tell: root passes them
@@ -45,24 +47,34 @@ def output_folder(path: str | Path) -> Path:
         raise OutputError(
             f"{str(folder)!r} cannot be an output folder: a file stands there or on the way to it. Name another folder."
         ) from None
-    except OSError as problem:
+    except (OSError, ValueError) as problem:
         raise OutputError(
-            f"{str(folder)!r} cannot be written: {problem.strerror}. Name a folder that you may write to."
+            f"{str(folder)!r} cannot be written: {getattr(problem, 'strerror', problem)}. "
+            "Name a folder that you may write to."
         ) from None
     return folder
 
 
 def _output_file(path: str | Path, endings: Sequence[str]) -> Path:
-    path = Path(path).expanduser()
+    path = Path(os.path.expanduser(path))
     if path.suffix.lower() not in endings:
         raise OutputError(f"the file must end in {' or '.join(endings)}, received {path.name!r}.")
-    if path.is_dir():
-        raise OutputError(f"{str(path)!r} is a folder, and a file is to be written. Name a file in it.")
     output_folder(path.parent)
+    try:
+        folder = S_ISDIR(path.stat().st_mode)
+    except FileNotFoundError:
+        folder = False
+    except (OSError, ValueError) as problem:
+        raise OutputError(f"{str(path)!r} cannot be written: {problem}. Name another file.") from None
+    if folder:
+        raise OutputError(f"{str(path)!r} is a folder, and a file is to be written. Name a file in it.")
     return path
 
 
 # --- time series --------------------------------------------------------------------------------
+
+
+LATEST = float(np.finfo(np.float32).max)
 
 
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
@@ -104,7 +116,7 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     True
     """
     path = _output_file(path, (".vtkhdf", ".hdf"))
-    steps = [float(time) for time in times]
+    steps = [check_range("a time", time, -LATEST, LATEST) for time in times]
     stored = np.array(steps, dtype=np.float32)
     if not steps or not np.isfinite(stored).all() or not (np.diff(stored) > 0).all():
         raise ParameterError(f"times must be finite and increase (as float32), received {steps[:8]}.")
@@ -220,7 +232,7 @@ def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.
     with movie_writer(path, fps) as append:
         for image in images:
             append(image)
-    return Path(path).expanduser()
+    return Path(os.path.expanduser(path))
 
 
 @contextmanager

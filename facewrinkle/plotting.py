@@ -13,8 +13,8 @@ import pyvista as pv
 
 from ._features import Brows, MouthCavity, painted_eye
 from .anatomy.face import Face
-from .anatomy.landmarks import mirrored_name
-from .errors import ParameterError, unknown_name
+from .anatomy.landmarks import NAMES, mirrored_name
+from .errors import MeshError, OutputError, ParameterError, check_range, check_whole, unknown_name
 from .geometry.normals import vertex_normals
 from .mesh import ARRAYS, MUSCLES
 
@@ -40,6 +40,13 @@ class View:
     landmark: str = "nose_tip"
     offset: tuple[float, float, float] = (0.0, 0.1, -1.0)
     height: float = 3.7
+
+    def __post_init__(self) -> None:
+        if not np.hypot(self.direction[0], self.direction[2]) > 1e-6 * abs(self.direction[1]):
+            raise ParameterError(f"direction must not be zero or straight up or down, received {self.direction!r}.")
+        if self.landmark not in NAMES:
+            raise unknown_name("landmark", self.landmark, NAMES)
+        check_range("height", self.height, 1e-3, 1e3)
 
     def mirrored(self) -> View:
         """The same from the other side of the face."""
@@ -95,7 +102,7 @@ FIELD_COLOURS: dict[str, tuple[str, tuple[float, float] | None]] = {
     "W": ("RdBu_r", None),
     "epsilon": ("RdBu_r", None),
     "lambda": ("viridis", (0.0, 1.0)),
-    "gamma": ("PuOr", (-1.0, 1.0)),
+    "gamma": ("viridis", None),
     "split_gamma": ("YlOrRd", None),
     "muscle": ("Paired", None),
     "level": ("YlGnBu", None),
@@ -134,10 +141,12 @@ class Style:
     quick: bool = False
 
     def __post_init__(self) -> None:
-        if isinstance(self.view, str) and self.view not in VIEWS:
+        if not isinstance(self.view, View) and self.view not in VIEWS:
             raise unknown_name("view", self.view, VIEWS)
-        if len(self.size) != 2 or not all(int(s) == s and 16 <= s <= 8192 for s in self.size):
-            raise ParameterError(f"size must be width and height between 16 and 8192 pixels, received {self.size!r}.")
+        if not isinstance(self.size, Sequence) or len(self.size) != 2:
+            raise ParameterError(f"size must be width and height in pixels, received {self.size!r}.")
+        for pixels in self.size:
+            check_whole("size in pixels", pixels, 16, 8192)
 
 
 class Scene:
@@ -180,6 +189,11 @@ class Scene:
 
     def show(self, frame: pv.PolyData) -> None:
         """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in the place of the one before."""
+        if frame.n_points < self.face.mesh.n_points:
+            raise MeshError(
+                f"a frame of this face has {self.face.mesh.n_points} points or more, received {frame.n_points}. "
+                "Is it one of another face?"
+            )
         skin = _shaded(frame)
         options = SKIN | self._colouring(skin)
         if self.style.wireframe:
@@ -273,6 +287,8 @@ def closeup(frame: pv.PolyData, face: Face) -> str:
     >>> closeup(frame, face)
     'glabella'
     """
+    if "W" not in frame.point_data:
+        raise unknown_name("field", "W", frame.point_data)
     points, triangles, size = np.asarray(frame.points), np.asarray(frame.regular_faces), face.frame.pupil_distance
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     area = np.bincount(triangles.ravel(), np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1), 3), len(points))
@@ -309,8 +325,11 @@ def save_picture(image: Image, path: str | Path, colours: int | None = None) -> 
 
     picture = Pillow.fromarray(np.ascontiguousarray(image))
     if colours is not None:
-        picture = picture.quantize(colours)
-    picture.save(path, format="PNG", optimize=colours is not None)
+        picture = picture.quantize(check_whole("colours", colours, 1, 256))
+    try:
+        picture.save(path, format="PNG", optimize=colours is not None)
+    except (OSError, ValueError) as problem:
+        raise OutputError(f"{str(path)!r} cannot be written: {problem}. Name a file that you may write.") from None
     return Path(path)
 
 

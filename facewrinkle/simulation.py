@@ -13,13 +13,13 @@ import numpy.typing as npt
 import pyvista as pv
 
 from .anatomy.face import Face
-from .errors import ParameterError, check_range, unknown_name
+from .errors import ParameterError, check_range, check_whole, unknown_name
 from .geometry import _mesh_kernels as kernels
 from .geometry.normals import detail_normals, vertex_normals
 from .geometry.refinement import Change, RedGreenForest
 from .geometry.transfer import carried, displaced
 from .layers.base import Layer, Moment, Relief, Sites
-from .layers.muscle_wrinkles import MuscleWrinkles
+from .layers.muscle_wrinkles import MuscleWrinkles, zone
 from .mesh import MUSCLES, carried_point_data, refilled, to_polydata
 from .motion.skin import Skin, SkinMaterial
 
@@ -33,14 +33,15 @@ class Refinement:
     Attributes
     ----------
     gamma_c : float
-        Threshold of Eq. 19: 0.02 is a bend of 11 degrees along an edge.
+        Threshold of Eq. 19: 0.03 is a bend of 14 degrees along an edge.
     max_level : int, optional
         Triangles are split at most this often; 0 turns refinement off. Default: as often as nine in ten muscles need
         for about three vertices per half cycle, at least once: 2 on the built-in head, 3 on one with twice its edges.
     samples : float
         Vertices per half cycle that a wrinkle needs across its folds (the paper's criterion is blind at 1 and 2).
     hysteresis : float
-        In (0, 1): an edge is taken back when what it shows is below this share of what would split it.
+        In (0, 1): an edge is taken back when its bend is below this share of what would split it, and when twice its
+        length would still be short enough, by this share.
     """
 
     gamma_c: float = 0.03
@@ -51,7 +52,7 @@ class Refinement:
     def __post_init__(self) -> None:
         check_range("gamma_c", self.gamma_c, 1e-9, 2.0)
         if self.max_level is not None:
-            check_range("max_level", self.max_level, 0, 8, "Each level has four times as many triangles.")
+            check_whole("max_level", self.max_level, 0, 8, "Each level has four times as many triangles.")
         check_range("samples", self.samples, 1.0, 64.0)
         check_range("hysteresis", self.hysteresis, 1e-9, 1.0 - 1e-9)
 
@@ -64,7 +65,8 @@ class Simulation:
     face : Face
     refinement : Refinement, optional
     layers : sequence of Layer, optional
-        Default: one :class:`facewrinkle.MuscleWrinkles`. An empty list leaves the skin bare.
+        Default: one :class:`facewrinkle.MuscleWrinkles`. An empty list leaves the skin bare. Layers keep state, so the
+        simulation works with copies of its own; they are in `layers`.
     time_step : float
         Seconds per step.
     material : SkinMaterial, optional
@@ -93,6 +95,7 @@ class Simulation:
         time_step: float = 0.02,
         material: SkinMaterial | None = None,
     ) -> None:
+        check_range("time_step", time_step, 1e-9, 1e9)
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         self.face = face
         self.refinement = refinement or Refinement()
@@ -129,6 +132,11 @@ class Simulation:
         ParameterError
             For a rate outside [0, 1], or a muscle whose wrinkles are too fine for the level cap.
         """
+        if not isinstance(rates, Mapping):
+            raise ParameterError(
+                f"rates must be a dictionary of muscles and rates, received {rates!r}. Names of expressions and action "
+                "units are for express()."
+            )
         asked = np.zeros(len(self.muscles))
         for name, rate in rates.items():
             if name not in self.muscles:
@@ -199,12 +207,16 @@ class Simulation:
         with self._timed("skin"):
             base = self.skin.step()
         with self._timed("refinement"):
-            self._refine()
+            change, created = self._refined()
+        if change:
+            with self._timed("wrinkles"):
+                for layer in self.layers:
+                    layer.follow(change, created)
         self._steps += 1
         return self._frame(base)
 
     def run(self, frames: int, ramp: float = 0.6) -> Iterator[pv.PolyData]:
-        """Ramp smoothly from the present contraction to what was asked for, then hold it.
+        """Ramp smoothly from the present contraction to what was asked for when the run began, then hold it.
 
         Parameters
         ----------
@@ -218,42 +230,33 @@ class Simulation:
         PolyData
             See :meth:`step`.
         """
-        if not (1 <= frames < np.inf and int(frames) == frames):
-            raise ParameterError(f"frames must be a whole number >= 1, received {frames!r}.")
-        check_range("ramp", ramp, 0.0, 1.0)
+        frames, ramp = check_whole("frames", frames, 1, 1e9), check_range("ramp", ramp, 0.0, 1.0)
         start, target = self.skin.rates.copy(), self._asked
-        for i in range(int(frames)):
+        for i in range(frames):
             t = min((i + 1) / max(ramp * frames, 1.0), 1.0)
             t = t * t * (3.0 - 2.0 * t)
             yield self._advanced(target if t == 1.0 else (1.0 - t) * start + t * target)
 
     # --- one frame -----------------------------------------------------------------------------
 
-    def _refine(self) -> None:
-        """Split and take back what the last frame's criterion marked."""
-        if self._marks is None or self._level == 0:
-            return
-        split, fine = self._marks
-        split &= self.forest.level < self._level
+    def _refined(self) -> tuple[Change, Sites]:
+        """Split or take back what the last frame's criterion marked; what changed, and the new vertices."""
+        change = Change(slice(None), 0)
+        if self._marks is not None and self._level > 0:
+            split, fine = self._marks
+            if split.any():
+                change = self.forest.split(split)
+            elif fine.any():
+                change = self.forest.coarsen(fine)
         self._marks = None
-        if split.any():
-            self._follow(self.forest.split(split))
-        elif fine.any():
-            self._follow(self.forest.coarsen(fine))
-
-    def _follow(self, change: Change) -> None:
-        if not change:
-            return
         created = self._sites_from(self.forest.n_points - change.n_created)
-        old, kept = self._sites, change.kept
-        self._sites = Sites(
-            *(np.concatenate([getattr(old, name)[kept], getattr(created, name)]) for name in Sites.__dataclass_fields__)
-        )
-        self._template = None
-        self._levels = self.forest.level
-        with self._timed("wrinkles"):
-            for layer in self.layers:
-                layer.follow(change, created)
+        if change:
+            old, kept = self._sites, change.kept
+            joined = ([getattr(old, name)[kept], getattr(created, name)] for name in Sites.__dataclass_fields__)
+            self._sites = Sites(*map(np.concatenate, joined))
+            self._template = None
+            self._levels = self.forest.level
+        return change, created
 
     def _sites_from(self, first: int) -> Sites:
         """The places of the vertices from `first` on."""
@@ -277,7 +280,7 @@ class Simulation:
         with self._timed("refinement"):
             split_gamma = self._criterion(normals, reliefs)
         with self._timed("frame"):
-            return self._polydata(moved, normals, split_gamma)
+            return self._polydata(moved, normals, height, split_gamma)
 
     def _criterion(self, normals: Array, reliefs: list[Relief]) -> Array:
         """Mark triangles for the next step; returns the largest Eq. 19 over the edges of each vertex."""
@@ -292,10 +295,11 @@ class Simulation:
         self._marks = (split, fine)
         return largest
 
-    def _polydata(self, points: Array, normals: Array, split_gamma: Array) -> pv.PolyData:
-        data = {"Normals": normals, "split_gamma": split_gamma}
+    def _polydata(self, points: Array, normals: Array, height: Array, split_gamma: Array) -> pv.PolyData:
+        data: dict[str, np.ndarray] = {"Normals": normals, "split_gamma": split_gamma}
         for layer in self.layers:
             data.update(layer.fields())
+        data["W"] = height  # of all layers together
         if self._template is None:
             self._template = self._new_template(data)
         return refilled(self._template, points / self.face.unit, data)
@@ -304,7 +308,9 @@ class Simulation:
         """A frame of the present triangles; only what `data` holds and the points change from one frame to the next."""
         sites, source = self._sites, self.face.mesh.point_data
         carried_data = carried_point_data(self.face.mesh, sites.corners, sites.barycentric)
-        data = {**carried_data, **data, "rest": sites.points, "level": self.forest.vertex_level}
+        n = len(sites.points)
+        blank = {name: np.zeros(n) for name in ("lambda", "gamma", "epsilon")} | {"muscle": np.full(n, -1, np.int32)}
+        data = {**carried_data, **blank, **data, "rest": sites.points, "level": self.forest.vertex_level}
         frame = to_polydata(sites.points, self.forest.triangles, data)
         frame.field_data[MUSCLES] = list(self.muscles)
         if source.active_texture_coordinates_name is not None:
@@ -356,7 +362,7 @@ def _spacing(face: Face) -> Array:
     points, triangles = face.points, face.triangles
     out = np.zeros(len(face.muscles))
     for k, muscle in enumerate(face.muscles.values()):
-        inside = triangles[muscle.fold_pattern.wrinkling_region(points)[triangles].any(axis=1)]
+        inside = triangles[zone(muscle.fold_pattern, points, triangles)]
         if len(inside):
             edges = points[inside] - points[np.roll(inside, 1, axis=1)]
             out[k] = np.median(np.linalg.norm(edges, axis=2))

@@ -130,6 +130,6 @@ def as_text(rows: list[Row], iterations: int, machine: str) -> str:
         "",
         f"Seconds for {iterations} iterations; here on {machine}; in the paper for about 250 on a P4 of 2.8 GHz.",
         "Tp precomputation, Te skin, Ta refinement, Tw wrinkles and frames, Tr drawing; fps leaves out Tp.",
-        f"Tr here: off screen at {SIZE[0]} x {SIZE[1]} pixels, in software without a GPU; some frames, extrapolated.",
+        f"Tr here: off screen at {SIZE[0]} x {SIZE[1]} pixels; some frames, extrapolated.",
     ]
     return "\n".join(lines)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import FaceWrinkleError, UnknownNameError, check_range, unknown_name
+from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
 from .landmarks import FaceFrame, of_side
 from .muscles import JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
 
@@ -63,9 +63,11 @@ class Atlas:
         check_range("intensity", intensity, 0.0, 1.0, "An expression at 1 is at its strongest.")
         if isinstance(what, str):
             return {name: intensity * rate for name, rate in self.resolve(what, "expression").items()}
+        if not isinstance(what, Mapping):
+            raise ParameterError(f"an expression is a name or a dictionary of names and weights, received {what!r}.")
         total: dict[str, float] = {}
         for name, weight in what.items():
-            check_range(name, weight, 0.0, 1.0)
+            check_range(f"the weight of {name}", weight, 0.0, 1.0)
             for muscle, rate in self.resolve(name).items():
                 total[muscle] = max(total.get(muscle, 0.0), intensity * weight * rate)
         return total
@@ -163,9 +165,7 @@ def _point(entry: Mapping[str, Any], side: str, landmarks: Mapping[str, Array], 
     weights = {stem: weight for stem, weight in entry.items() if stem != "offset"}
     total = sum(weights.values())
     if abs(total - 1.0) > 1e-9:
-        raise FaceWrinkleError(
-            f"in the atlas: the weights of {dict(entry)} add up to {total:g}, they must add up to 1."
-        )
+        raise FaceWrinkleError(f"the weights of {dict(entry)} add up to {total:g}, they must add up to 1.")
     point = sum(weight * landmarks[of_side(stem, side)] for stem, weight in weights.items())
     return np.asarray(point) + _direction(entry.get("offset", (0.0, 0.0, 0.0)), side, frame) * frame.pupil_distance
 
@@ -176,8 +176,23 @@ def _direction(local: npt.ArrayLike, side: str, frame: FaceFrame) -> Array:
     return np.array([lateral if side == "l" else -lateral, up, forward]) @ frame.axes
 
 
+COMMON = {"kind", "side", "paired", "strength", "normal_share", "wrinkles", "folds"}
+KEYS = {
+    "linear": {"attachment", "insertion", "radius", "max_angle"},
+    "sheet": {"attachment", "insertion", "length", "width"},
+    "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
+    "jaw": {"hinge", "angle"},
+    "lid": {"share"},
+}
+"""What an entry may say, by kind."""
+
+
 def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: FaceFrame) -> Muscle:
     side, size = entry["side"], frame.pupil_distance
+    if entry["kind"] not in KEYS:
+        raise unknown_name("kind", entry["kind"], KEYS)
+    for key in set(entry) - COMMON - KEYS[entry["kind"]]:
+        raise unknown_name("key", key, sorted(COMMON | KEYS[entry["kind"]]))
     common: dict[str, Any] = {
         "wrinkles": Wrinkles(**entry.get("wrinkles", {})),
         "strength": entry.get("strength", 1.0),

@@ -51,13 +51,8 @@ NAMES: tuple[str, ...] = (*MIDLINE, *(name.format(side) for name in PAIRED for s
 
 # Geometry and expression hang on these; they cannot be guessed from the others (the mirrored one of a pair can).
 REQUIRED = (
-    "eye_l_inner",
-    "eye_l_outer",
-    "mouth_l",
-    "nose_tip",
-    "upper_lip_mid",
-    "lower_lip_mid",
-    "brow_l_mid",
+    *(name.format(side) for name in ("eye_{}_inner", "eye_{}_outer", "mouth_{}", "brow_{}_mid") for side in "lr"),
+    *("nose_tip", "upper_lip_mid", "lower_lip_mid"),
 )
 
 MEAN_PUPIL_DISTANCE = 63.0
@@ -200,18 +195,11 @@ def complete(given: Mapping[str, Array], template: Mapping[str, Array]) -> tuple
         If a landmark is missing that neither its mirror image nor the others give.
     """
     found = mirrored(given)
-    missing = [n for n in REQUIRED if n not in found]
+    missing = [n for n in REQUIRED if n not in found and mirrored_name(n) not in found]
     if missing:
-        pairs = [n if n == mirrored_name(n) else f"{n} or {mirrored_name(n)}" for n in missing]
         raise LandmarkError(
-            f"missing landmarks: {', '.join(pairs)}. They cannot be estimated from the ones given "
-            f"({', '.join(sorted(given)) or 'none'}); one of a pair is enough where the other side is mirrored."
-        )
-    one_sided = [mirrored_name(n) for n in REQUIRED if mirrored_name(n) not in found]
-    if one_sided:
-        raise LandmarkError(
-            f"missing landmarks: {', '.join(one_sided)}. To mirror one side, a pair must be given whose two landmarks "
-            "lie apart: add both of one pair, such as mouth_l and mouth_r."
+            f"missing landmarks: {', '.join(missing)}. They cannot be estimated from the ones given "
+            f"({', '.join(sorted(given)) or 'none'}). One of a pair is enough where another pair is whole."
         )
     frame = frame_of(found)
     _check_sides(found, frame)
@@ -249,7 +237,7 @@ def fitted_map(template: Mapping[str, Array], found: Mapping[str, Array], base: 
     shared = [n for n in NAMES if n in found]
     source = np.array([(template[n] - base.origin) @ base.axes.T / base.pupil_distance for n in shared])
     target = np.array([(found[n] - frame.origin) @ frame.axes.T / frame.pupil_distance for n in shared])
-    warp = RBFInterpolator(source, target - source, kernel="linear", degree=1 if len(shared) > 6 else 0)
+    warp = RBFInterpolator(source, target - source, kernel="linear", degree=1)
 
     def carry(point: Array) -> Array:
         local = ((point - base.origin) @ base.axes.T / base.pupil_distance)[None]

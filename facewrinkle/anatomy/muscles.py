@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ParameterError, check_range
+from ..errors import ParameterError, check_range, unknown_name
 from ..layers import profile
 
 Array = npt.NDArray[np.float64]
@@ -85,7 +85,7 @@ class Wrinkles:
         profile.half_cycle(1.0, self.start, self.count)
         profile.phase(0.0, 0.0, 1.0, self.alpha, self.ends)
         profile.attenuation(0.0, self.falloff)
-        check_range("depth", self.depth, 0.0, np.inf)
+        check_range("depth", self.depth, 0.0, 1e6)
         check_range("core", self.core, 0.0, 1.0)
 
 
@@ -160,7 +160,10 @@ class Muscle:
         Names of :class:`Wrinkles` (count, depth, alpha, ...) are accepted too; they change the wrinkles where they are
         laid, on `folds` if there are any.
         """
-        of_wrinkles = {f.name for f in dataclasses.fields(Wrinkles)}
+        own, of_wrinkles = ([f.name for f in dataclasses.fields(kind)] for kind in (self, Wrinkles))
+        for name in changes:
+            if name not in (*own, *of_wrinkles):
+                raise unknown_name("property of a muscle", name, (*own, *of_wrinkles))
         inner = {k: changes.pop(k) for k in list(changes) if k in of_wrinkles}
         if inner and self.folds is not None:
             changes["folds"] = self.folds.replaced(**inner)
@@ -338,8 +341,8 @@ class SheetMuscle(Muscle):
             object.__setattr__(self, name, pair)
         a, i = np.asarray(self.attachment), np.asarray(self.insertion)
         span, line = float(np.linalg.norm(i.mean(0) - a.mean(0))), float(np.linalg.norm(a[1] - a[0]))
-        object.__setattr__(self, "length", float(self.length or span))
-        object.__setattr__(self, "width", float(self.width or line))
+        object.__setattr__(self, "length", check_range("length", self.length, 0.0, np.inf) or span)
+        object.__setattr__(self, "width", check_range("width", self.width, 0.0, np.inf) or line)
         object.__setattr__(self, "thickness", float(self.thickness or max(self.length, self.width)))
         if not np.min([self.length, self.width, self.thickness, span]) > 0.0:  # also for NaN
             raise ParameterError("a sheet muscle needs a positive length, width and thickness, and two distinct lines.")
@@ -659,6 +662,14 @@ class LidMuscle(_WithoutFolds):
     side: str
     share: float = 0.25
 
+    def __post_init__(self) -> None:
+        self._check_common()
+        if self.side not in ("l", "r"):
+            raise ParameterError(f"side must be 'l' or 'r', received {self.side!r}.")
+        check_range("share", self.share, 0.0, 1.0)
+
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The muscle itself: it goes with the lids."""
-        return self
+        """The muscle itself, or that of the other side if `rotation` mirrors: it goes with the lids."""
+        if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
+            return self
+        return dataclasses.replace(self, side="r" if self.side == "l" else "l")

@@ -93,7 +93,7 @@ def express(
         view=view,
         fps=fps,
     )
-    stem = re.sub(r"[^\w.=-]+", "_", name)
+    stem = re.sub(r"[^\w.=-]+", "_", name)[:100]  # the names of files must not become too long
     folder = out or Path("output") / stem
     record(take, folder, stem, report, movie=movie, series=series)
     report.say(f"{time.perf_counter() - begin:.1f} s")
@@ -139,9 +139,4 @@ def _altered(face: Face, rates: dict[str, float], changes: dict[str, Any]) -> Fa
     """The face with other wrinkles over the muscles that act."""
     if not changes:
         return face
-    muscles = {}
-    for name in rates:
-        muscle = face.muscles[name]
-        folds = muscle.fold_pattern.replaced(**changes)
-        muscles[name] = folds if muscle.folds is None else muscle.replaced(folds=folds)
-    return face.with_muscles(muscles)
+    return face.with_muscles({name: face.muscles[name].replaced(**changes) for name in rates})

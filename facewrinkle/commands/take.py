@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
-from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import FaceWrinkleWarning, MissingPackageError, ParameterError, check_range
+from ..errors import FaceWrinkleWarning, MissingPackageError, check_range, check_whole
 from ..export import movie_writer, write_series
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..plotting import Image, Scene, Style, closeup, picture, side_by_side
@@ -54,8 +53,7 @@ class Take:
     fps: float = 25.0
 
     def __post_init__(self) -> None:
-        if self.frames < 1:
-            raise ParameterError(f"the number of frames must be >= 1, received {self.frames}.")
+        check_whole("the number of frames", self.frames, 1, 1e9)
         check_range("fps", self.fps, 1.0, 100.0)
         Style(self.size, self.view or "front")
 
@@ -74,7 +72,7 @@ class Take:
 
     def simulation(self) -> Simulation:
         """A simulation that has been asked for the expression."""
-        simulation = Simulation(self.face, self.refinement, [copy(self.layer)])  # a layer belongs to one simulation
+        simulation = Simulation(self.face, self.refinement, [self.layer])
         simulation.contract(self.rates)
         return simulation
 

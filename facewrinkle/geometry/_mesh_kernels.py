@@ -93,5 +93,5 @@ def judge(
                     excess = max(excess, abs(span) / need[v])
             if level[f] < max_level and (gamma > gamma_c or excess > 1.0):
                 split[f] = True
-            if gamma > hysteresis * gamma_c or 2.0 * excess > 0.8:
+            if gamma > hysteresis * gamma_c or 2.0 * excess > 1.0 - hysteresis:
                 fine[f] = False

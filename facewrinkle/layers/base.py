@@ -68,10 +68,9 @@ class Relief:
     height : ndarray, shape (n,)
         Along the normals, mm.
     spacing : ndarray, shape (n,)
-        Largest distance between vertices, in the unit of the face, that the relief needs here; infinite where it needs
-        nothing.
+        Half the wavelength of the finest relief here, in the unit of the face; infinite where it needs no triangles.
     across : ndarray, shape (n, 3)
-        Unit direction in which that distance is measured.
+        Unit direction in which the wavelength is measured.
     active : ndarray of bool, shape (n,)
         Where the relief may be; the mesh is refined nowhere else.
     """

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
-from ..errors import ParameterError, check_range
+from ..errors import ParameterError, check_range, check_whole
 from ..geometry.refinement import Change
 from ..geometry.topology import vertex_rings
 from . import _kernels as kernels
@@ -142,8 +142,8 @@ class MuscleWrinkles:
         Multiplies the depth of all wrinkles.
     accumulate : int
         0: stateless, ``W = H A At`` of this moment; it is exactly 0 after release. N > 0: as in the paper, 1/N of it
-        is added in each of the first N steps of a contraction; it stays behind the compression and never relaxes. For
-        comparison only.
+        is added in each of the first N steps of a contraction; it stays behind the compression and
+        never relaxes, until the simulation is reset. For comparison only.
 
     Examples
     --------
@@ -157,11 +157,9 @@ class MuscleWrinkles:
     def __init__(self, compression: Compression = "gradient", depth: float = 1.0, accumulate: int = 0) -> None:
         if compression not in COMPRESSIONS:
             raise ParameterError(f"compression must be one of {', '.join(COMPRESSIONS)}, received {compression!r}.")
-        if not (0 <= accumulate < np.inf and int(accumulate) == accumulate):
-            raise ParameterError(f"accumulate must be a whole number of steps >= 0, received {accumulate!r}.")
         self.compression = compression
-        self.depth = check_range("depth", depth, 0.0, np.inf)
-        self.accumulate = int(accumulate)
+        self.depth = check_range("depth", depth, 0.0, 1e6)
+        self.accumulate = check_whole("accumulate", accumulate, 0, 1e9)
 
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
@@ -170,7 +168,9 @@ class MuscleWrinkles:
         self._swing = np.array([2.0**m.wrinkles.alpha for m in self._muscles])
         self._strain = StrainField(face.points * face.unit, face.triangles)
         self._rest_scale = face.unit
-        self._zones = [_zone(m.wrinkling_region(face.points), face.triangles) for m in self._muscles]
+        self._zones = [zone(m, face.points, face.triangles) for m in self._muscles]
+        self._corners = [np.unique(face.triangles[z]) for z in self._zones]
+        self._unseen = np.empty(0, int)
         self._folds = Folds.none(0)
         self._height = np.empty(0)
         self._steps = 0
@@ -188,10 +188,12 @@ class MuscleWrinkles:
         self._labels = {}
         n = len(self._height)
         self._room = np.empty(n), np.empty(n), np.zeros((n, 3)), np.empty(n, bool)
+        seen = np.isin(np.arange(len(self._zones)), self._folds.muscle)
+        self._unseen = np.flatnonzero([z.any() for z in self._zones] & ~seen)
 
     def relief(self, moment: Moment) -> Relief:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        folds, n = self._folds, len(moment.bare)
+        folds = self._folds
         self._epsilon = self._compressed(moment)
         k0 = self._k0 * moment.rates
         height, spacing, across, active = self._room
@@ -199,10 +201,19 @@ class MuscleWrinkles:
             folds.starts, folds.muscle, folds.height, folds.envelope, folds.cycle, folds.direction, self._epsilon,
             k0, self._swing, SMALLEST, height, spacing, across, active,
         )  # fmt: skip
+        self._seed(k0, moment.sites, spacing, across, active)
         if self.accumulate:
             height = self._accumulated(height, moment.rates)
         self._height = height
         return Relief(height, spacing, across, active)
+
+    def _seed(self, k0: Array, sites: Sites, spacing: Array, across: Array, active: npt.NDArray[np.bool_]) -> None:
+        """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""
+        for k in self._unseen[k0[self._unseen] > 0.0]:
+            corners, muscle = self._corners[k], self._muscles[k]
+            spacing[corners] = np.minimum(spacing[corners], muscle.half_cycles(sites.points[corners]))
+            across[corners] = muscle.fold_direction(sites.points[corners])
+            active[corners] = True
 
     def fields(self) -> dict[str, np.ndarray]:
         """lambda, gamma and epsilon of the dominant muscle, its index, and W."""
@@ -280,10 +291,18 @@ def _leading(starts: IntArray, size: Array, envelope: Array) -> IntArray:
     return leading
 
 
-def _zone(inside: npt.NDArray[np.bool_], triangles: IntArray) -> npt.NDArray[np.bool_]:
-    """Base triangles that a wrinkling region may touch: those with a vertex in it, and two rings around them."""
-    for _ in range(2):
-        touched = inside[triangles].any(axis=1)
-        inside = inside.copy()
-        inside[triangles[touched]] = True
-    return np.asarray(inside[triangles].any(axis=1))
+def zone(muscle: Muscle, points: Array, triangles: IntArray) -> npt.NDArray[np.bool_]:
+    """Base triangles (m,) that a muscle's wrinkling region may touch.
+
+    Those with a corner, an edge's midpoint or the centroid in it, and the ring around them.
+    """
+    corners = points[triangles]
+    inside = muscle.wrinkling_region(points)
+    touched = inside[triangles].any(axis=1) | muscle.wrinkling_region(corners.mean(axis=1))
+    for side in range(3):
+        touched |= muscle.wrinkling_region(0.5 * (corners[:, side] + corners[:, side - 1]))
+    if not touched.any():
+        return touched
+    near = np.zeros(len(points), bool)
+    near[triangles[touched]] = True
+    return np.asarray(near[triangles].any(axis=1))

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ParameterError
+from ..errors import ParameterError, check_range, check_whole
 
 Array = npt.NDArray[np.float64]
 Ends = Literal["continuous", "paper"]
@@ -24,12 +24,13 @@ FALLOFFS: tuple[Falloff, ...] = ("paper", "smoothstep")
 
 
 def _check_alpha(alpha: float, low: float = 0.0) -> float:
-    if not (np.isfinite(alpha) and alpha >= low):
-        raise ParameterError(
-            f"alpha must be a finite number >= {low:g}, received {alpha!r}: below 0 furrows turn round and bulges "
-            "sharp. Use values between 1 (soft) and 4 (sharp); the default is 2."
-        )
-    return float(alpha)
+    return check_range(
+        "alpha",
+        alpha,
+        low,
+        100.0,
+        "Below 0 furrows turn round and bulges sharp. Use values between 1 (soft) and 4 (sharp); the default is 2.",
+    )
 
 
 def bulge_height(k0: float | Array, alpha: float) -> float | Array:
@@ -125,10 +126,8 @@ def half_cycle(length: float, lambda_w: float, n: int) -> float:
     >>> half_cycle(40.0, 0.25, 3)
     5.0
     """
-    if not (1 <= n < np.inf and int(n) == n):
-        raise ParameterError(f"the number of wrinkles must be a whole number >= 1, received {n!r}.")
-    if not 0.0 <= lambda_w < 1.0:
-        raise ParameterError(f"lambda_w must lie in [0, 1), received {lambda_w!r}: at 1 no wrinkling region is left.")
+    check_whole("the number of wrinkles", n, 1, 1e9)
+    check_range("lambda_w", lambda_w, 0.0, 1.0 - 1e-9, "At 1 no wrinkling region is left.")
     return (1.0 - lambda_w) * length / (2.0 * n)
 
 
@@ -156,7 +155,7 @@ def phase(l: npt.ArrayLike, start: float, u: float, alpha: float, ends: Ends = "
     """
     if ends not in ENDS:
         raise ParameterError(f"ends must be one of {', '.join(ENDS)}, received {ends!r}.")
-    shift = 0.0 if ends == "paper" else u * (1.0 - zero_crossing(float(alpha)))
+    shift = 0.0 if ends == "paper" else u * (1.0 - zero_crossing(_check_alpha(alpha)))
     return np.mod(np.asarray(l, dtype=np.float64) - start + shift, 2.0 * u)
 
 
