@@ -484,8 +484,7 @@ def test_a_layer_given_to_two_simulations_serves_both(face):
     first, second = fw.Simulation(face, layers=[layer]), fw.Simulation(face, layers=[layer])
     first.express("surprise")
     second.express("closing_eye")
-    for one, two in zip(first.run(20), second.run(20), strict=True):
-        pass
+    one, two = list(zip(first.run(20), second.run(20), strict=True))[-1]
     assert np.abs(one["W"]).max() > 0.1
     assert np.abs(two["W"]).max() > 0.1
     assert one.n_cells != two.n_cells
