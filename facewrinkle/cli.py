@@ -5,6 +5,7 @@ The commands live in :mod:`facewrinkle.commands` and are imported when they are 
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import sys
@@ -79,6 +80,7 @@ def _interrupts() -> Iterator[list[int]]:
 
     def interrupted(number: int, _: object) -> None:
         seen.append(number)
+        logging.disable()  # VTK, where it is in the middle of something, would complain at length
         raise KeyboardInterrupt
 
     if threading.current_thread() is not threading.main_thread():
@@ -89,6 +91,7 @@ def _interrupts() -> Iterator[list[int]]:
         yield seen
     finally:
         signal.signal(signal.SIGINT, before)
+        logging.disable(logging.NOTSET)
 
 
 def _one_line(error: Exception) -> str:

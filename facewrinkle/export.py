@@ -271,8 +271,12 @@ def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.n
         finally:
             if writer is not None:
                 writer.close()
-    except OSError as problem:
-        raise OutputError(f"{str(path)!r} cannot be written: {problem}.") from None
+    except BaseException as problem:
+        if writer is not None:  # half a movie is of no use
+            path.unlink(missing_ok=True)
+        if isinstance(problem, OSError):
+            raise OutputError(f"{str(path)!r} cannot be written: {problem}.") from None
+        raise
     if writer is None:
         raise ParameterError("a movie needs one picture at least, received none.")
 

@@ -141,12 +141,12 @@ class Style:
     quick: bool = False
 
     def __post_init__(self) -> None:
-        if not isinstance(self.view, View) and self.view not in VIEWS:
+        if not isinstance(self.view, View) and str(self.view) not in VIEWS:
             raise unknown_name("view", self.view, VIEWS)
         if not isinstance(self.size, Sequence) or len(self.size) != 2:
             raise ParameterError(f"size must be width and height in pixels, received {self.size!r}.")
         for pixels in self.size:
-            check_whole("size in pixels", pixels, 16, 8192)
+            check_whole("each of width and height in pixels", pixels, 16, 8192)
 
 
 class Scene:

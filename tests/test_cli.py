@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import logging
 import os
 import signal
 import subprocess
@@ -183,9 +184,9 @@ def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatc
         (["AU1=strong"], "the weight of AU1 must be a number, received 'strong'"),
         (["AU1=1.5"], "AU1 must lie in [0, 1], received 1.5"),
         (["AU1", "--intensity", "nan"], "intensity must lie in [0, 1]"),
-        (["AU1", "--frames", "0"], "the number of frames must be >= 1, received 0"),
+        (["AU1", "--frames", "0"], "the number of frames must lie in [1, 1e+09], received 0"),
         (["AU1", "--size", "big"], "the size must be pixels such as 800 or 800x600, received 'big'"),
-        (["AU1", "--size", "8"], "size must be width and height between"),
+        (["AU1", "--size", "8"], "width and height in pixels must lie in [16, 8192]"),
         (["AU1", "--view", "forhead"], "unknown view 'forhead'. Did you mean 'forehead'"),
         (["AU1", "--fps", "0"], "fps must lie in"),
         (["AU1", "--depth=-1"], "depth must lie in"),
@@ -349,3 +350,29 @@ def test_the_module_runs():
     result = subprocess.run([*PROGRAM, "info", "expressions"], capture_output=True, text=True)
     assert (result.returncode, result.stderr) == (0, "")
     assert "stretching_mouth" in result.stdout
+
+
+def test_long_mixtures_have_short_file_names(tmp_path, capsys):
+    name = ",".join(load_atlas().muscles)
+    assert len(name) > 255
+    assert main(["express", name, *FEW, "--no-movie", "--no-series", "--out", str(tmp_path)]) == 0
+    assert list(tmp_path.glob("*_closeup.png"))
+
+
+def test_a_view_without_a_name_is_refused_before_anything_is_written(tmp_path, capsys):
+    assert main(["express", "AU1", *FEW, "--view=", "--out", str(tmp_path / "new")]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not (tmp_path / "new").exists()
+
+
+def test_nothing_complains_after_an_interrupt(tmp_path, monkeypatch, capfd):
+    def interrupted(*_, **__):
+        try:
+            os.kill(os.getpid(), signal.SIGINT)
+        finally:
+            logging.error("Failure when calling method: ProcessRequest")  # as pyvista passes on what VTK says
+
+    monkeypatch.setattr("facewrinkle.commands.express.record", interrupted)
+    assert main(["express", "AU1", "--out", str(tmp_path)]) == 130
+    assert capfd.readouterr().err == "facewrinkle: interrupted.\n"
+    assert logging.getLogger().isEnabledFor(logging.ERROR)

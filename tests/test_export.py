@@ -109,9 +109,9 @@ def test_series_leaves_frames_as_they_are(tmp_path):
     ) == before
 
 
-@pytest.mark.parametrize("times", [[], [0.0, 0.0], [1.0, 0.0], [0.0, np.nan], [1.0, 1.0 + 1e-9]])
+@pytest.mark.parametrize("times", [[], [0.0, 0.0], [1.0, 0.0], [0.0, np.nan], [1.0, 1.0 + 1e-9], ["x"], [1e300]])
 def test_series_needs_increasing_times(tmp_path, times):
-    with pytest.raises(ParameterError, match="times must be finite and increase"):
+    with pytest.raises(ParameterError, match="times must be finite and increase|a time must"):
         write_series([frame(0)] * len(times), times, tmp_path / "series.vtkhdf")
     assert not list(tmp_path.iterdir())
 
@@ -283,3 +283,29 @@ def test_a_folder_that_refuses(tmp_path, monkeypatch, operation):
 def test_a_folder_that_nobody_can_write_to():
     with pytest.raises(OutputError, match="cannot be written"):
         output_folder("/proc/facewrinkle")
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "null\0"])
+def test_names_that_no_file_can_have(tmp_path, name):
+    for call in (
+        lambda: output_folder(tmp_path / name),
+        lambda: write_movie([], tmp_path / f"{name}.gif"),
+        lambda: write_series([], [0.0], tmp_path / f"{name}.vtkhdf"),
+    ):
+        with pytest.raises(OutputError, match="cannot be written"):
+            call()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("problem", [KeyboardInterrupt, RuntimeError])
+def test_half_a_movie_is_not_left_behind(tmp_path, problem):
+    pytest.importorskip("imageio_ffmpeg")
+
+    def images():
+        yield np.zeros((16, 16, 3), np.uint8)
+        raise problem
+
+    for ending in ("mp4", "gif"):
+        with pytest.raises(problem):
+            write_movie(images(), tmp_path / f"movie.{ending}")
+    assert not list(tmp_path.iterdir())

@@ -7,6 +7,7 @@ the damage."""
 from __future__ import annotations
 
 import json
+import os
 import re
 import time
 import warnings
@@ -278,7 +279,7 @@ BAD_FILES = {
     "words.off": ("OFF\n1 0 0\n0 0 zero\n", "line 3"),
     "bare.off": ("OFF\n", "cannot make sense"),
     "strip.ply": (STRIP_PLY, "4 points and no faces.*triangle strips"),
-    "noise.ply": ("noise", "cannot be read.*Export it without"),
+    "noise.ply": ("noise", "cannot be read: it has no header.*export it again"),
     "noise.stl": ("noise", "cannot be read.*Export it without"),
     "noise.vtk": ("noise", "cannot be read.*Export it without"),
     "noise.vtp": ("noise", "cannot be read.*Export it without"),
@@ -302,10 +303,34 @@ def test_bad_files(tmp_path, name, capfd):
 
 
 def test_no_file_and_a_folder(tmp_path):
+    for name in ("x" * 300 + ".obj", "~nobody-of-that-name/x.obj", "null\0.obj"):
+        with pytest.raises(MeshError, match="no file|cannot be opened"):
+            read_surface(name)
+    os.mkfifo(tmp_path / "pipe.obj")
+    with pytest.raises(MeshError, match="no ordinary file"):
+        read_surface(tmp_path / "pipe.obj")
     with pytest.raises(MeshError, match="there is no file .*Check the path"):
         read_surface(tmp_path / "missing.obj")
     with pytest.raises(MeshError, match="is a folder"):
         read_surface(tmp_path)
+
+
+def test_obj_with_texture_numbers_that_lead_nowhere(tmp_path):
+    path = tmp_path / "texture.obj"
+    path.write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.5\nf 1/{9**30} 2/-{9**30} 3/1\n")
+    np.testing.assert_array_equal(read_surface(path).active_texture_coordinates, [[0, 0], [0, 0], [0.5, 0.5]])
+
+
+@pytest.mark.parametrize(
+    ("faces", "message"),
+    [([2, 0, 1], "three points"), ([3, 0, 1, -4], "from 0 to 3"), ([4, 0, 1, 2, 10**6], "from 0 to 3")],
+)
+def test_faces_that_lead_out_of_the_points(faces, message):
+    mesh = pv.PolyData()
+    mesh.points = np.eye(4, 3)
+    mesh.faces = np.array([3, 0, 1, 2, *faces])
+    with pytest.raises(MeshError, match=message):
+        read_surface(mesh)
 
 
 # --- foreign meshes -----------------------------------------------------------------------------
@@ -409,11 +434,11 @@ def test_no_points_and_no_faces():
         prepare(pv.PolyData(np.eye(3)))
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e60])
 def test_points_that_are_not_finite(value):
     mesh = cap()
     mesh.points[[7, 20], 1] = value
-    with pytest.raises(MeshError, match=r"2 of 144 points are NaN or infinite.*first is point 7.*Delete them"):
+    with pytest.raises(MeshError, match=r"2 of 144 points are NaN, infinite or beyond.*first is point 7.*Delete them"):
         prepare(mesh)
 
 
@@ -660,3 +685,11 @@ def test_refine_splits_one_triangle_and_closes_around_it() -> None:
 
 def _is_inner(surface: pv.PolyData, edge: np.ndarray) -> bool:
     return int(np.isin(surface.regular_faces, edge).sum(axis=1).tolist().count(2)) == 2
+
+
+@pytest.mark.parametrize("vertices", [[["a", "b", "c"]], [[1, 2], [3]], np.eye(3) + 1j, None])
+def test_vertices_that_are_no_numbers(vertices):
+    with pytest.raises(MeshError, match="points must be an array of real numbers"):
+        read_surface(SimpleNamespace(vertices=vertices, faces=[[0, 1, 2]]))
+    with pytest.raises(MeshError, match="faces must be an array of real numbers"):
+        read_surface(SimpleNamespace(vertices=np.eye(3), faces=vertices))

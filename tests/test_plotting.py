@@ -9,7 +9,7 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.errors import MeshError, OutputError, ParameterError, UnknownNameError
 from facewrinkle.mesh import ARRAYS
 from facewrinkle.plotting import (
     CLOSE,
@@ -221,8 +221,8 @@ def test_unknown_views_fields_and_sizes(face, wrinkled):
         picture(wrinkled, face, Style((40, 40), scalars="epsilom"))
     with pytest.raises(ParameterError, match="one number per vertex; 'rest' has 3"):
         picture(wrinkled, face, Style((40, 40), scalars="rest"))
-    for size in ((8, 100), (100, 10**5), (100.5, 100), (100,)):
-        with pytest.raises(ParameterError, match="size must be width and height between 16 and 8192"):
+    for size in ((8, 100), (100, 10**5), (100.5, 100), (100,), 100, (np.nan, 100), ("a", "b")):
+        with pytest.raises(ParameterError, match="width and height in pixels"):
             Style(size=size)
 
 
@@ -261,3 +261,27 @@ def test_saved_pictures_are_read_back(tmp_path):
     np.testing.assert_array_equal(pv.read_texture(save_picture(image, tmp_path / "a.png")).to_array(), image)
     few = save_picture(np.where(image > 127, 255, 0).astype(np.uint8), tmp_path / "b.png", colours=256)
     np.testing.assert_array_equal(pv.read_texture(few).to_array()[..., :3] > 127, image > 127)
+
+
+def test_views_and_frames_that_cannot_be_drawn(face, tmp_path):
+    for direction in ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (np.nan, 0.0, 1.0)):
+        with pytest.raises(ParameterError, match="straight up"):
+            View(direction)
+    with pytest.raises(ParameterError, match="height must lie in"):
+        View((0.0, 0.0, 1.0), height=0.0)
+    with pytest.raises(UnknownNameError, match="'nose'. Did you mean 'nose_tip'"):
+        View((0.0, 0.0, 1.0), "nose")
+    with pytest.raises(MeshError, match="Is it one of another face"):
+        picture(pv.Sphere(), face, Style((40, 40)))
+    with pytest.raises(UnknownNameError, match="unknown field 'W'"):
+        closeup(face.mesh, face)
+
+
+def test_pictures_that_cannot_be_written(tmp_path):
+    image = np.zeros((4, 4, 3), np.uint8)
+    for name in ("x" * 300 + ".png", "missing/x.png", "null\0.png"):
+        with pytest.raises(OutputError, match="cannot be written"):
+            save_picture(image, tmp_path / name)
+    with pytest.raises(ParameterError, match="colours must lie in"):
+        save_picture(image, tmp_path / "x.png", colours=257)
+    assert not list(tmp_path.iterdir())

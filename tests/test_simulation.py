@@ -507,3 +507,18 @@ def test_regions_between_the_vertices_of_a_coarse_mesh_still_fold(face):
     sim.express("frowning")
     *_, frame = sim.run(60)
     assert np.abs(frame["W"]).max() > 0.2
+
+
+def test_input_of_another_kind_is_refused(face):
+    sim = fw.Simulation(face, fw.Refinement(max_level=0))
+    with pytest.raises(ParameterError, match=r"'surprise'.*are for express\(\)"):
+        sim.contract("surprise")
+    for frames in ("x", None, 1.5, 0, np.nan, 10**400):
+        with pytest.raises(ParameterError, match="frames must"):
+            next(sim.run(frames))
+    for step in ("x", None, 0.0, np.nan, 1e300, 1e-300):
+        with pytest.raises(ParameterError, match="time_step must"):
+            fw.Simulation(face, time_step=step)
+    for level in (1.5, "2", 10**400):
+        with pytest.raises(ParameterError, match="max_level must"):
+            fw.Refinement(max_level=level)

@@ -97,7 +97,14 @@ class Atlas:
 
     def tissue_samples(self, landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Array, Array, Array]:
         """Positions (k, 3) of the tissue samples on both sides, their depths in mm (k,) and stiffness (k,)."""
-        rows = [(_point(t["at"], s, landmarks, frame), t["depth"], t["stiffness"]) for t in self.tissue for s in "lr"]
+        try:
+            rows = [
+                (_point(t["at"], s, landmarks, frame), t["depth"], t["stiffness"]) for t in self.tissue for s in "lr"
+            ]
+        except (KeyError, TypeError, AttributeError) as error:
+            raise FaceWrinkleError(f"in the atlas: tissue: {_said(error)}") from None
+        if not rows:
+            raise FaceWrinkleError("in the atlas: there are no samples of tissue; one [[tissue]] at least is needed.")
         return tuple(np.array(column) for column in zip(*rows, strict=True))  # type: ignore[return-value]
 
 
@@ -121,7 +128,7 @@ def read_atlas(path: str | Path) -> Atlas:
         content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise FaceWrinkleError(f"cannot read the atlas {str(path)!r}: {error.strerror or error}.") from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # also for what is no text
         raise FaceWrinkleError(f"the atlas {str(path)!r} is not valid TOML: {error}.") from None
     try:
         return _expanded_atlas(content)

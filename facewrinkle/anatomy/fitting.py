@@ -98,6 +98,8 @@ def fit_face(
     >>> face.unit
     25.4
     """
+    if not isinstance(atlas, Atlas | None):
+        raise ParameterError(f"atlas must be an Atlas, such as read_atlas(path) gives, received {atlas!r}.")
     source = read_surface(mesh)
     if landmarks is None:
         raise LandmarkError(

@@ -195,7 +195,7 @@ def complete(given: Mapping[str, Array], template: Mapping[str, Array]) -> tuple
         If a landmark is missing that neither its mirror image nor the others give.
     """
     found = mirrored(given)
-    missing = [n for n in REQUIRED if n not in found and mirrored_name(n) not in found]
+    missing = [n for n in REQUIRED if n not in found]
     if missing:
         raise LandmarkError(
             f"missing landmarks: {', '.join(missing)}. They cannot be estimated from the ones given "

@@ -55,7 +55,7 @@ class Take:
     def __post_init__(self) -> None:
         check_whole("the number of frames", self.frames, 1, 1e9)
         check_range("fps", self.fps, 1.0, 100.0)
-        Style(self.size, self.view or "front")
+        Style(self.size, "front" if self.view is None else self.view)
 
     @cached_property
     def close(self) -> str:

@@ -291,3 +291,23 @@ def test_faulty_entries_are_refused_when_placed(tmp_path, face, old, new, messag
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(FaceWrinkleError, match="cannot read the atlas"):
         read_atlas(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize("text", ["", "tissue = 5", "[[tissue]]\ndepth = 1.0"])
+def test_tissue_has_to_be_there(face, tmp_path, text):
+    path = tmp_path / "atlas.toml"
+    path.write_text(text)
+    with pytest.raises(FaceWrinkleError, match="in the atlas: .*tissue"):
+        fw.fit_face(face.mesh, face.landmarks, atlas=read_atlas(path))
+
+
+def test_an_atlas_that_is_no_text(tmp_path):
+    (tmp_path / "atlas.toml").write_bytes(bytes(range(256)))
+    with pytest.raises(FaceWrinkleError, match="is not valid TOML"):
+        read_atlas(tmp_path / "atlas.toml")
+
+
+@pytest.mark.parametrize("what", [5, ["AU1"], None])
+def test_mixtures_are_names_or_dictionaries(what):
+    with pytest.raises(ParameterError, match="name or a dictionary"):
+        load_atlas().contractions(what)

@@ -274,3 +274,14 @@ def test_errors(face):
         fw.fit_face(pv.PolyData(face.points), face.landmarks)
     with pytest.raises(MeshError, match="no file"):
         fw.fit_face("none.obj", face.landmarks)
+
+
+@pytest.mark.parametrize("units", [[1], {}, b"mm", 1j, 1e-300, 1e300, 10**400])
+def test_units_that_are_none(face, units):
+    with pytest.raises(ParameterError, match="units"):
+        fw.fit_face(face.mesh, face.landmarks, units=units)
+
+
+def test_an_atlas_has_to_be_one(face):
+    with pytest.raises(ParameterError, match="atlas must be an Atlas.*'muscles.toml'"):
+        fw.fit_face(face.mesh, face.landmarks, atlas="muscles.toml")

@@ -214,3 +214,41 @@ def test_unreadable_files(tmp_path):
     ):
         with pytest.raises(FaceWrinkleError, match=message):
             read_landmarks(path)
+
+
+def test_landmarks_on_a_line_or_at_one_place_are_refused(marks):
+    for flat in (np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 1.0, 0])):
+        with pytest.raises(LandmarkError, match="lie on a line or at one place"):
+            complete({name: point * flat for name, point in marks.items()}, marks)
+
+
+def test_single_pairs_that_are_swapped_or_coincide_are_refused(marks):
+    for left, right in (("mouth_l", "mouth_r"), ("brow_l_mid", "brow_r_mid"), ("ala_l", "ala_r")):
+        swapped = {**marks, left: marks[right], right: marks[left]}
+        for given in (swapped, {**marks, left: marks[right]}):
+            with pytest.raises(LandmarkError, match=f"swapped left for right or coincide: {left} and {right}"):
+                complete(given, marks)
+    with pytest.raises(LandmarkError, match="eye_l_inner must lie nearer to the nose"):
+        complete({**marks, "eye_l_inner": marks["eye_l_outer"]}, marks)
+    with pytest.raises(LandmarkError, match="eye_l_centre must be the centre of the eyeball"):
+        complete({**marks, "eye_l_centre": marks["eye_l_centre"] + [0.0, 0.0, 60.0]}, marks)
+
+
+@pytest.mark.parametrize("source", [5, [], b"x", None, np.zeros((5, 3))])
+def test_what_is_no_dictionary_of_landmarks(source):
+    with pytest.raises(LandmarkError, match="must be a dictionary"):
+        read_landmarks(source)
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 100_000, '{"nose_tip": [' + "9" * 400 + ", 0, 0]}", '{"nose_tip": [1e60, 0, 0]}']
+)
+def test_json_that_is_out_of_bounds(tmp_path, text):
+    (tmp_path / "marks.json").write_text(text)
+    with pytest.raises(LandmarkError, match="not a JSON file|three finite coordinates"):
+        read_landmarks(tmp_path / "marks.json")
+
+
+def test_json_with_a_mark_of_byte_order(tmp_path):
+    (tmp_path / "marks.json").write_text('{"nose_tip": [0, 1, 2]}', encoding="utf-8-sig")
+    np.testing.assert_array_equal(read_landmarks(tmp_path / "marks.json")["nose_tip"], [0, 1, 2])

@@ -19,7 +19,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from facewrinkle.anatomy.muscles import LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
-from facewrinkle.errors import ParameterError
+from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.layers import profile
 
 STYLE = Wrinkles(count=3, start=0.25, depth=0.9, alpha=2.0, core=0.4)
@@ -443,8 +443,8 @@ BAD = {
     "words": (lambda: LinearMuscle("abc", (0, 5, 0), 0.5, 6.0), "attachment"),
     "lines of unequal points": (lambda: SheetMuscle([(0, 4), (1, 4, 0)], LINES[1]), "attachment"),
     "line is a number": (lambda: SheetMuscle(LINES[0], 5.0), "insertion"),
-    "length nan": (lambda: SheetMuscle(*LINES, length=math.nan), "positive"),
-    "width nan": (lambda: SheetMuscle(*LINES, width=math.nan), "positive"),
+    "length nan": (lambda: SheetMuscle(*LINES, length=math.nan), "length must lie in"),
+    "width nan": (lambda: SheetMuscle(*LINES, width=math.nan), "width must lie in"),
     "axis nan": (lambda: sphincter(semi_major=math.nan, thickness=3.0), "positive"),
     "lateral almost normal": (lambda: sphincter(lateral=(0.1, 0.2, 0.3), normal=(0.2, 0.4, 0.6)), "lateral"),
     "nan coordinate": (lambda: LinearMuscle((0, 0, 0), (0, math.nan, 0), 0.5, 6.0), "insertion"),
@@ -452,8 +452,8 @@ BAD = {
     "line is a point": (lambda: SheetMuscle([(0, 4, 0), (0, 4, 0)], LINES[1], width=3.0), "attachment line"),
     "line along the fibres": (lambda: SheetMuscle([(0, 40, 0), (0, 60, 0)], LINES[1]), "along the fibres"),
     "three points": (lambda: SheetMuscle([*LINES[0], (0, 0, 0)], LINES[1]), "pair"),
-    "negative length": (lambda: SheetMuscle(*LINES, length=-3.0), "positive"),
-    "negative width": (lambda: SheetMuscle(*LINES, width=-3.0), "positive"),
+    "negative length": (lambda: SheetMuscle(*LINES, length=-3.0), "length must lie in"),
+    "negative width": (lambda: SheetMuscle(*LINES, width=-3.0), "width must lie in"),
     "negative thickness": (lambda: SheetMuscle(*LINES, thickness=-3.0), "positive"),
     "axis 0": (lambda: sphincter(semi_major=0.0), "positive"),
     "minor axis negative": (lambda: sphincter(semi_minor=-1.0), "positive"),
@@ -486,3 +486,8 @@ def test_bad_parameters_are_refused(case):
     call, message = BAD[case]
     with pytest.raises(ParameterError, match=message):
         call()
+
+
+def test_unknown_properties_are_refused():
+    with pytest.raises(UnknownNameError, match="unknown property of a muscle 'dept'. Did you mean 'depth'"):
+        SheetMuscle(*LINES).replaced(dept=1.0)

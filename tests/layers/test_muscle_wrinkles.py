@@ -249,3 +249,11 @@ def test_folds_of_every_kind_of_muscle_can_be_laid_on_a_face(face):
 def test_errors(settings):
     with pytest.raises(ParameterError, match=next(iter(settings))):
         MuscleWrinkles(**settings)
+
+
+@pytest.mark.parametrize("value", ["x", None, [1], -1, np.nan, 1e300])
+def test_what_is_no_number_of_use_is_refused(value):
+    with pytest.raises(ParameterError, match="depth must"):
+        MuscleWrinkles(depth=value)
+    with pytest.raises(ParameterError, match="accumulate must"):
+        MuscleWrinkles(accumulate=value)

@@ -274,3 +274,14 @@ def test_parameters_out_of_range_are_refused(call):
         call()
     assert isinstance(caught.value, FaceWrinkleError)
     assert "received" in str(caught.value)
+
+
+@pytest.mark.parametrize("value", ["x", "1", None, [1], 1j, 10**400, 2000.0, np.nan])
+def test_what_is_no_number_of_use_is_refused(value):
+    with pytest.raises(ParameterError, match="alpha must"):
+        profile.phase(0.0, 0.0, 1.0, value)
+    with pytest.raises(ParameterError, match="lambda_w must"):
+        profile.half_cycle(1.0, value, 3)
+    if value != 2000.0:
+        with pytest.raises(ParameterError, match="number of wrinkles must"):
+            profile.half_cycle(1.0, 0.2, value)
