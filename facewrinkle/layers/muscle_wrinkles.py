@@ -166,11 +166,13 @@ class MuscleWrinkles:
         self._muscles = [muscle.fold_pattern for muscle in face.muscles.values()]
         self._k0 = self.depth * np.array([m.wrinkles.depth for m in self._muscles])
         self._swing = np.array([2.0**m.wrinkles.alpha for m in self._muscles])
-        self._strain = StrainField(face.points * face.unit, face.triangles)
         self._rest_scale = face.unit
         self._zones = [zone(m, face.points, face.triangles) for m in self._muscles]
         self._corners = [np.unique(face.triangles[z]) for z in self._zones]
         self._unseen = np.empty(0, int)
+        # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
+        needed = np.isin(face.triangles, np.concatenate(self._corners)).any(axis=1)
+        self._strain = StrainField(face.points * face.unit, face.triangles[needed])
         self._folds = Folds.none(0)
         self._height = np.empty(0)
         self._steps = 0
@@ -251,7 +253,7 @@ class MuscleWrinkles:
                 rings = vertex_rings(moment.triangles, len(moment.bare))
                 self._edges = EdgeWeights(sites.points * self._rest_scale, rings, folds.starts, folds.direction)
             return self._edges.epsilon(moment.bare)
-        out = np.zeros(len(folds.muscle))
+        out = np.empty(len(folds.muscle))
         strain = self._strain.strain(moment.base)
         kernels.strain_epsilon(folds.starts, sites.corners, sites.barycentric, strain, folds.products, out)
         return out
