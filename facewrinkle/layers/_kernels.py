@@ -145,9 +145,7 @@ def share_of(epsilon):
 
 
 @_two_builds
-def amplitudes(
-    starts, muscle, unit, envelope, cycle, direction, epsilon, k0, swing, smallest, height, spacing, across, active
-):
+def amplitudes(starts, muscle, unit, swing, cycle, direction, epsilon, k0, smallest, height, spacing, across, active):
     """Sum of k0 H At A over the entries of each vertex, and the finest half cycle that matters there."""
     for i in prange(starts.shape[0] - 1):
         total, finest, lead, on = 0.0, np.inf, -1, False
@@ -158,7 +156,7 @@ def amplitudes(
                 if epsilon[p] > 0.0:
                     deep = depth * share_of(epsilon[p])
                     total += deep * unit[p]
-                    if cycle[p] < finest and deep * swing[muscle[p]] * envelope[p] > smallest:
+                    if cycle[p] < finest and deep * swing[p] > smallest:
                         finest, lead = cycle[p], p
         height[i] = total
         spacing[i] = finest

@@ -33,8 +33,8 @@ class Folds:
     muscle : ndarray of int32, shape (p,)
     height : ndarray, shape (p,)
         H At at k0 = 1.
-    envelope : ndarray, shape (p,)
-        At.
+    swing : ndarray, shape (p,)
+        2^alpha At: from bulge to furrow at k0 = 1.
     cycle : ndarray, shape (p,)
         Half cycle u as a length.
     coordinates : ndarray, shape (p, 2)
@@ -50,7 +50,7 @@ class Folds:
     starts: IntArray
     muscle: IntArray
     height: Array
-    envelope: Array
+    swing: Array
     cycle: Array
     coordinates: Array
     direction: Array
@@ -76,7 +76,7 @@ class Folds:
                     where,
                     np.full(len(where), k),
                     muscle.height(x) * envelope[hit],
-                    envelope[hit],
+                    2.0**muscle.wrinkles.alpha * envelope[hit],
                     muscle.half_cycles(x),
                     np.stack(muscle.coordinates(x), axis=1),
                     muscle.fold_direction(x),
@@ -86,16 +86,16 @@ class Folds:
             return cls.none(len(sites.points))
         columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
         order = np.argsort(columns[0], kind="stable")
-        where, muscle_of, height, envelope, cycle, coordinates, direction = (c[order] for c in columns)
+        where, muscle_of, height, swing, cycle, coordinates, direction = (c[order] for c in columns)
         normal = sites.normals[where]
         direction = direction - (direction * normal).sum(axis=1, keepdims=True) * normal
         direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
         tensors = np.einsum("pc,pck->pk", sites.barycentric[where], metric[sites.corners[where]])
         squares = products(direction) / np.maximum(along(tensors, direction), 1e-6)[:, None]
         starts = np.searchsorted(where, np.arange(len(sites.points) + 1)).astype(np.int32)
-        leading = _leading(starts, np.abs(height), envelope)
+        leading = _leading(starts, np.abs(height), swing)
         return cls(
-            starts, muscle_of.astype(np.int32), height, envelope, cycle, coordinates, direction, squares, leading
+            starts, muscle_of.astype(np.int32), height, swing, cycle, coordinates, direction, squares, leading
         )
 
     @classmethod
@@ -127,7 +127,7 @@ class Folds:
         return Folds(starts=starts, leading=leading, **{c: getattr(self, c)[entries] for c in OF_ENTRIES})
 
 
-OF_ENTRIES = ("muscle", "height", "envelope", "cycle", "coordinates", "direction", "products")
+OF_ENTRIES = ("muscle", "height", "swing", "cycle", "coordinates", "direction", "products")
 
 
 class MuscleWrinkles:
@@ -165,7 +165,6 @@ class MuscleWrinkles:
         """See :class:`facewrinkle.layers.base.Layer`."""
         self._muscles = [muscle.fold_pattern for muscle in face.muscles.values()]
         self._k0 = self.depth * np.array([m.wrinkles.depth for m in self._muscles])
-        self._swing = np.array([2.0**m.wrinkles.alpha for m in self._muscles])
         self._rest_scale = face.unit
         self._zones = [zone(m, face.points, face.triangles) for m in self._muscles]
         self._corners = [np.unique(face.triangles[z]) for z in self._zones]
@@ -200,8 +199,8 @@ class MuscleWrinkles:
         k0 = self._k0 * moment.rates
         height, spacing, across, active = self._room
         kernels.amplitudes(
-            folds.starts, folds.muscle, folds.height, folds.envelope, folds.cycle, folds.direction, self._epsilon,
-            k0, self._swing, SMALLEST, height, spacing, across, active,
+            folds.starts, folds.muscle, folds.height, folds.swing, folds.cycle, folds.direction, self._epsilon,
+            k0, SMALLEST, height, spacing, across, active,
         )  # fmt: skip
         self._seed(k0, moment.sites, spacing, across, active)
         if self.accumulate:
@@ -282,11 +281,11 @@ def _scattered(where: npt.NDArray[np.bool_], values: np.ndarray, fill: float) ->
     return out
 
 
-def _leading(starts: IntArray, size: Array, envelope: Array) -> IntArray:
+def _leading(starts: IntArray, size: Array, swing: Array) -> IntArray:
     """Per vertex the entry of the largest |H At|; At decides where H crosses zero."""
     n = len(starts) - 1
     owner = np.repeat(np.arange(n), np.diff(starts))
-    order = np.lexsort((envelope, size, owner))
+    order = np.lexsort((swing, size, owner))
     last = np.flatnonzero(np.append(owner[1:] != owner[:-1], True)) if len(owner) else np.empty(0, int)
     leading = np.full(n, -1, np.int32)
     leading[owner[last]] = order[last]
