@@ -94,9 +94,7 @@ class Folds:
         squares = products(direction) / np.maximum(along(tensors, direction), 1e-6)[:, None]
         starts = np.searchsorted(where, np.arange(len(sites.points) + 1)).astype(np.int32)
         leading = _leading(starts, np.abs(height), swing)
-        return cls(
-            starts, muscle_of.astype(np.int32), height, swing, cycle, coordinates, direction, squares, leading
-        )
+        return cls(starts, muscle_of.astype(np.int32), height, swing, cycle, coordinates, direction, squares, leading)
 
     @classmethod
     def none(cls, n: int) -> Self:

@@ -1,0 +1,43 @@
+"""Motion against captured shapes: the measures against closed forms, the muscles against the shapes of a real face."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from analysis.motion import PAIRS, agreements, compared, read_shapes, table
+
+FACES = Path(__file__).parents[3] / "shared" / "faces"
+
+
+def test_a_field_agrees_with_itself_and_with_nothing_square_to_it():
+    rng = np.random.default_rng(0)
+    field, area = rng.normal(size=(50, 3)), rng.random(50)
+    same = compared(field, field, area)
+    assert (same.cosine, same.area_cosine, same.size, same.error) == pytest.approx((1.0, 1.0, 1.0, 0.0))
+    half = compared(0.5 * field, field, area)
+    assert (half.cosine, half.size) == pytest.approx((1.0, 0.5))
+    square = np.cross(field, rng.normal(size=3))
+    assert compared(square, field, area).cosine == pytest.approx(0.0, abs=1e-12)
+
+
+def test_shapes_of_another_mesh_are_refused(tmp_path):
+    np.savez(tmp_path / "shapes.npz", names=["a"], deltas=np.zeros((1, 4, 3)))
+    with pytest.raises(fw.FaceWrinkleError, match="the mesh has 5 points"):
+        read_shapes(tmp_path / "shapes.npz", 5, 1.0)
+
+
+@pytest.mark.skipif(not (FACES / "ict_face_expressions.npz").exists(), reason="the captured face is not there")
+def test_muscles_move_a_captured_face_as_it_moved():
+    face = fw.fit_face(FACES / "ict_face_narrow.obj", FACES / "ict_face_narrow.landmarks.json", units="cm")
+    shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
+    rows = [row for row, _ in agreements(face, shapes)]
+    assert [(row.muscle, row.shape) for row in rows] == list(PAIRS)
+    assert min(row.cosine for row in rows) >= 0.75
+    assert np.mean([row.cosine for row in rows]) >= 0.85
+    assert np.mean([row.area_cosine for row in rows]) >= 0.78
+    assert all(1 / 1.5 <= row.size <= 1.5 for row in rows)
+    assert table(rows).count("\n") == len(rows) + 1
