@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
+from ..geometry.laplacian import graph_laplacian
 from ..geometry.topology import unique_edges
 from .guides import Guide
 from .landmarks import FaceFrame
@@ -62,12 +62,8 @@ def _harmonic(
     """The harmonic function (n,) that is 0 and 1 where it is told; edges weigh by their inverse length."""
     n = len(points)
     edges, _ = unique_edges(triangles)
-    i, j = edges[:, 0], edges[:, 1]
-    weight = 1.0 / np.maximum(np.linalg.norm(points[i] - points[j], axis=1), 1e-12)
-    graph = csr_array(
-        (np.concatenate([weight, weight]), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)
-    )
-    laplacian = csr_array(diags_array(np.asarray(graph.sum(axis=1))) - graph)
+    length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
+    laplacian = graph_laplacian(edges, 1.0 / np.maximum(length, 1e-12), n)
     values = one.astype(np.float64)
     free = ~(zero | one)
     if free.any():

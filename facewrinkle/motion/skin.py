@@ -20,6 +20,7 @@ from scipy.sparse.linalg import splu
 
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range, unknown_name
+from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas, vertex_normals
 from ..geometry.topology import unique_edges, vertex_rings
 from . import _skin_kernels as kernels
@@ -135,7 +136,7 @@ class Skin:
         # Van Gelder: springs of this stiffness behave like a membrane of stiffness 1, whatever the triangles.
         self._stiffness = beside / self._length**2
         self._area = vertex_areas(points, self._triangles)
-        laplacian = _cotangent_laplacian(points, self._triangles)
+        laplacian = cotangent_laplacian(points, self._triangles)
         stiffness = np.full(len(points), self.material.bending)
         for guide in face.guides.values():  # lids have the thinnest skin of the body
             stiffness[guide.vertices] = np.minimum(
@@ -207,7 +208,7 @@ class Skin:
             # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the normals.
             weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * m.stiffening)
             tie = self._along + (self._across - self._along) * ties[:, k] * ties.sum(axis=1)
-            matrix = self._bending + _graph_laplacian(self._edges, weight, len(self._area)) + diags_array(inertia + tie)
+            matrix = self._bending + graph_laplacian(self._edges, weight, len(self._area)) + diags_array(inertia + tie)
             matrices.append(matrix)
         self._solver = _Factors(matrices)
 
@@ -385,23 +386,3 @@ ROUNDING = 1e-14
 FAR = 1e6
 MAX_HALVINGS = 12
 MEMORY = 5
-
-
-def _graph_laplacian(edges: npt.NDArray[np.int32], weight: Array, n: int) -> csr_array:
-    i, j = edges[:, 0], edges[:, 1]
-    graph = csr_array(
-        (np.concatenate([weight, weight]), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)
-    )
-    return csr_array(diags_array(np.asarray(graph.sum(axis=1))) - graph)
-
-
-def _cotangent_laplacian(points: Array, triangles: npt.NDArray[np.int32]) -> csr_array:
-    """Half-cotangent weights; those of needle-shaped triangles are bounded, so that they do not dominate."""
-    pairs, weights = [], []
-    for k in range(3):
-        o, i, j = triangles[:, k], triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3]
-        a, b = points[i] - points[o], points[j] - points[o]
-        cotangent = (a * b).sum(axis=1) / np.maximum(np.linalg.norm(np.cross(a, b), axis=1), 1e-12)
-        pairs.append(np.stack([i, j], axis=1))
-        weights.append(np.clip(0.5 * cotangent, -1.0, 4.0))
-    return _graph_laplacian(np.concatenate(pairs), np.concatenate(weights), len(points))

@@ -1,0 +1,36 @@
+"""Laplacians of triangle meshes, as sparse matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array, diags_array
+
+Array = npt.NDArray[np.float64]
+
+
+def graph_laplacian(edges: npt.NDArray[np.int32], weight: Array, n: int) -> csr_array:
+    """Laplacian (n, n) of the graph with these edges (e, 2) and weights (e,): rows sum to 0, positive semi-definite.
+
+    Examples
+    --------
+    >>> graph_laplacian(np.array([[0, 1]], np.int32), np.array([2.0]), 2).toarray()
+    array([[ 2., -2.],
+           [-2.,  2.]])
+    """
+    i, j = edges[:, 0], edges[:, 1]
+    ends = np.concatenate([i, j]), np.concatenate([j, i])
+    graph = csr_array((np.concatenate([weight, weight]), ends), shape=(n, n))
+    return csr_array(diags_array(np.asarray(graph.sum(axis=1))) - graph)
+
+
+def cotangent_laplacian(points: Array, triangles: npt.NDArray[np.int32]) -> csr_array:
+    """Half-cotangent weights; those of needle-shaped triangles are bounded, so that they do not dominate."""
+    pairs, weights = [], []
+    for k in range(3):
+        o, i, j = triangles[:, k], triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3]
+        a, b = points[i] - points[o], points[j] - points[o]
+        cotangent = (a * b).sum(axis=1) / np.maximum(np.linalg.norm(np.cross(a, b), axis=1), 1e-12)
+        pairs.append(np.stack([i, j], axis=1))
+        weights.append(np.clip(0.5 * cotangent, -1.0, 4.0))
+    return graph_laplacian(np.concatenate(pairs), np.concatenate(weights), len(points))
