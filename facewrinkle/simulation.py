@@ -132,16 +132,7 @@ class Simulation:
         ParameterError
             For a rate outside [0, 1], or a muscle whose wrinkles are too fine for the level cap.
         """
-        if not isinstance(rates, Mapping):
-            raise ParameterError(
-                f"rates must be a dictionary of muscles and rates, received {rates!r}. Names of expressions and action "
-                "units are for express()."
-            )
-        asked = np.zeros(len(self.muscles))
-        for name, rate in rates.items():
-            if name not in self.muscles:
-                raise unknown_name("muscle", name, self.muscles)
-            asked[self.muscles.index(name)] = check_range(f"the contraction rate of {name}", rate, 0.0, 1.0)
+        asked = self.skin.rates_of(rates)
         for k in np.flatnonzero(asked) if self.layers and self._level else ():
             self._check_wavelength(self.muscles[k], self._finest[k])
         self._asked = asked
@@ -203,8 +194,8 @@ class Simulation:
         return self._advanced(self._asked)
 
     def _advanced(self, rates: Array) -> pv.PolyData:
-        self.skin.set_rates(rates)
         with self._timed("skin"):
+            self.skin.set_rates(rates)
             base = self.skin.step()
         with self._timed("refinement"):
             change, created = self._refined()
@@ -263,7 +254,7 @@ class Simulation:
         forest = self.forest
         corners, weights = forest.corners[first:], forest.barycentric[first:]
         normals = carried(self._base_normals, corners, weights)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        _normalise(normals)
         return Sites(carried(self.face.points, corners, weights), normals, corners, weights, forest.host[first:])
 
     def _frame(self, base: Array) -> pv.PolyData:

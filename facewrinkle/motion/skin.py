@@ -137,11 +137,11 @@ class Skin:
         self._stiffness = beside / self._length**2
         self._area = vertex_areas(points, self._triangles)
         laplacian = cotangent_laplacian(points, self._triangles)
-        stiffness = np.full(len(points), self.material.bending)
+        full = self.material.bending
+        stiffness = np.full(len(points), full)
         for guide in face.guides.values():  # lids have the thinnest skin of the body
-            stiffness[guide.vertices] = np.minimum(
-                stiffness[guide.vertices], (1.0 - 0.97 * guide.hold) * stiffness.max()
-            )
+            thin = (1.0 - 0.97 * guide.hold) * full
+            stiffness[guide.vertices] = np.minimum(stiffness[guide.vertices], thin)
         bending = laplacian.T @ diags_array(stiffness / self._area) @ laplacian
         self._bending = csr_array(0.5 * (bending + bending.T))
 
@@ -184,7 +184,7 @@ class Skin:
         self._slack = np.full(len(self.points), -np.inf)
         self._bone = np.arange(len(self.points))
         self._stop_at_bone(np.zeros_like(self.points))
-        # And only skin that the bone lies straight below is stopped by it.
+        # Only skin that the bone lies straight below is stopped by it.
         below = (self.points - self._foot[self._nearest]) * self._bone_normals[self._nearest]
         depth = face.tissue.depth * face.unit
         self._slack[(below.sum(axis=1) > 0.25 * depth) & (np.abs(below).sum(axis=1) < 2.0 * depth)] = 0.0
@@ -197,7 +197,9 @@ class Skin:
             self._eyes.append((near, centre, np.minimum(distance[near], radius)))
 
     def _factor(self) -> None:
-        """One matrix per coordinate that bounds the curvature of the energy from above, factored once."""
+        """One matrix per coordinate that stands for the curvature of the energy, factored once; the line search covers
+        what it leaves out: springs beyond their threshold, and turned ones.
+        """
         m, h = self.material, self.time_step
         self._mass = self._area / (m.decay * m.rate) ** 2
         inertia = self._mass * (1.0 + 2.0 * m.damping * m.rate * h) / h**2
@@ -231,12 +233,27 @@ class Skin:
         UnknownNameError, ParameterError
             For a muscle that the face does not have, or a rate outside [0, 1].
         """
-        new = np.zeros(len(self.names))
+        self.set_rates(self.rates_of(rates))
+
+    def rates_of(self, rates: Mapping[str, float]) -> Array:
+        """Contraction rates (k,) in the order of `names`, checked; muscles that are not named get 0.
+
+        Raises
+        ------
+        UnknownNameError, ParameterError
+            For a muscle that the face does not have, or a rate outside [0, 1].
+        """
+        if not isinstance(rates, Mapping):
+            raise ParameterError(
+                f"rates must be a dictionary of muscles and rates, received {rates!r}. Names of expressions and action "
+                "units are for express()."
+            )
+        out = np.zeros(len(self.names))
         for name, rate in rates.items():
             if name not in self.names:
                 raise unknown_name("muscle", name, self.names)
-            new[self.names.index(name)] = check_range(f"the contraction rate of {name}", rate, 0.0, 1.0)
-        self.set_rates(new)
+            out[self.names.index(name)] = check_range(f"the contraction rate of {name}", rate, 0.0, 1.0)
+        return out
 
     def set_rates(self, rates: Array) -> None:
         """Set the contraction rates (k,) in the order of `names`, without checks."""
