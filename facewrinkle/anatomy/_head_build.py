@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from facewrinkle.anatomy.cage import subdivided
 from facewrinkle.anatomy.cage_mesh import FIXED, FREE, ON_LINE, Chart, ChartMesh, cross, mean_value_chart
+from facewrinkle.geometry.topology import boundary_loops
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -93,20 +94,9 @@ def _seat_lids(half: HalfCage, centre: Floats, radius: float) -> None:
 
 
 # ---------------------------------------------------------------------------------------------- the chart
-def boundary_loops(triangles: Ints) -> list[list[int]]:
-    """Boundary loops in the direction of the triangles' edges."""
-    sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    known = set(map(tuple, sides.tolist()))
-    follow = {a: b for a, b in known if (b, a) not in known}
-    loops = []
-    while follow:
-        start, here = follow.popitem()
-        loop = [start]
-        while here != start:
-            loop.append(here)
-            here = follow.pop(here)
-        loops.append(loop)
-    return sorted(loops, key=len)
+def _eye_and_rim(triangles: Ints) -> list[list[int]]:
+    """The two boundary loops of the half, the shorter one first."""
+    return sorted((loop.tolist() for loop in boundary_loops(triangles)), key=len)
 
 
 def charted(half: HalfCage, outline: list[tuple[str, list[float]]]) -> Floats:
@@ -114,7 +104,7 @@ def charted(half: HalfCage, outline: list[tuple[str, list[float]]]) -> Floats:
     triangles = half.fine_triangles()
     n = len(half.points)
     middle_vertices = np.flatnonzero(half.points[:, 0] == 0.0)
-    eye, outer = boundary_loops(triangles)
+    eye, outer = _eye_and_rim(triangles)
     top, bottom = half.of(outline[0][0]), half.of(outline[-1][0])
     outer = outer[outer.index(top) :] + outer[: outer.index(top)]
     if outer[1] in set(middle_vertices.tolist()):
@@ -209,7 +199,7 @@ def _corner_cut(triangles: Ints, corner: int) -> Ints:
 def half_mesh(half: HalfCage, data: dict[str, Any], plane: Floats) -> tuple[ChartMesh, Ints]:
     """The coarse mesh of the left half to start from, and its triangle at the middle of the neck rim."""
     fine = half.fine_triangles()
-    eye, outer = boundary_loops(fine)
+    eye, outer = _eye_and_rim(fine)
     mouth = [v for v in outer if v in set(half.grids[half.strip(LIP_STRIPS)].ravel().tolist())]
     size = wished_size(half.points, data, half.points[eye], half.points[mouth])
     corner = half.of("neck.mid")
