@@ -5,6 +5,7 @@ The commands live in :mod:`facewrinkle.commands` and are imported when they are 
 
 from __future__ import annotations
 
+import _thread
 import logging
 import os
 import signal
@@ -13,6 +14,7 @@ import threading
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import NoReturn
 
 from cyclopts import App, CycloptsError
 
@@ -75,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _interrupts() -> Iterator[list[int]]:
-    """The Ctrl-C that came meanwhile; each raises KeyboardInterrupt as ever."""
+    """The Ctrl-C that came meanwhile; each raises KeyboardInterrupt as ever, and again where Python had to drop it."""
     seen: list[int] = []
 
     def interrupted(number: int, _: object) -> None:
@@ -83,15 +85,33 @@ def _interrupts() -> Iterator[list[int]]:
         logging.disable()  # VTK, where it is in the middle of something, would complain at length
         raise KeyboardInterrupt
 
+    def dropped(unraisable: sys.UnraisableHookArgs) -> None:
+        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+            show(unraisable)
+            return
+        again = threading.Timer(0.01, _thread.interrupt_main)  # it fell into a finalizer: once more, outside of it
+        again.daemon = True
+        again.start()
+
     if threading.current_thread() is not threading.main_thread():
         yield seen
         return
     before = signal.signal(signal.SIGINT, interrupted)
+    show, sys.unraisablehook = sys.unraisablehook, dropped
     try:
         yield seen
     finally:
         signal.signal(signal.SIGINT, before)
+        sys.unraisablehook = show
         logging.disable(logging.NOTSET)
+
+
+def program() -> NoReturn:
+    """Run the command line and end the process with its code."""
+    code = main()
+    if code == INTERRUPTED:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # impatient second ones would break the tidying up
+    sys.exit(code)
 
 
 def _one_line(error: Exception) -> str:

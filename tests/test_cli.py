@@ -255,6 +255,23 @@ def test_interrupt_ends_without_traceback(tmp_path):
     assert err.splitlines()[-1] == "facewrinkle: interrupted."
 
 
+def test_interrupt_inside_a_finalizer_is_not_lost(monkeypatch, capsys):
+    class Finalized:
+        def __del__(self):
+            signal.raise_signal(signal.SIGINT)
+
+    def work(*_: object, **__: object) -> None:
+        Finalized()
+        for _ in range(200):  # the interrupt was dropped in there; it comes again
+            time.sleep(0.05)
+
+    monkeypatch.setattr("facewrinkle.cli.app", work)
+    hooks = signal.getsignal(signal.SIGINT), sys.unraisablehook
+    assert main(["info"]) == 130
+    assert capsys.readouterr().err == "facewrinkle: interrupted.\n"
+    assert (signal.getsignal(signal.SIGINT), sys.unraisablehook) == hooks
+
+
 # --- the other commands --------------------------------------------------------------------------
 
 
