@@ -112,16 +112,18 @@ def eye_corner(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta:
     0.813139
     """
     x, y = _plane(x, y)
-    return np.asarray(alpha * np.exp(beta * np.hypot(x, y) - t * _fan(x, y, gamma)))
+    return np.asarray(alpha * np.exp(beta * np.hypot(x, y) - t * fan(x, y, gamma)))
 
 
 def eye_corner_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: float) -> Array:
     """:func:`eye_corner` minus its baseline alpha exp(beta r); 0 at t = 0."""
     x, y = _plane(x, y)
-    return np.asarray(alpha * np.exp(beta * np.hypot(x, y)) * np.expm1(-t * _fan(x, y, gamma)))
+    return np.asarray(alpha * np.exp(beta * np.hypot(x, y)) * np.expm1(-t * fan(x, y, gamma)))
 
 
-def _fan(x: Array, y: Array, gamma: float) -> Array:
+def fan(x: npt.ArrayLike, y: npt.ArrayLike, gamma: float) -> Array:
+    """``sin(gamma arctan(y / x))`` of :func:`eye_corner`, with its check of gamma."""
+    x, y = _plane(x, y)
     if gamma % 2.0 != 0.0 and x.size and x.min() <= 0.0 <= x.max() and x.min() < x.max():
         raise ParameterError(
             f"gamma must be an even number where a pattern lies on both sides of x = 0, received {gamma:g}: the surface "
