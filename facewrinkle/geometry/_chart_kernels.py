@@ -84,7 +84,8 @@ def _pop(heap, keys, size):
 def _through(points, i, j, k, distance, angle):
     """Distance and angle at i of the straight line that comes through the edge j k, and how far beside the edge it is.
 
-    Both triangles, that of the source with the edge and that of the edge with i, are laid flat side by side.
+    Both triangles, that of the source with the edge and that of the edge with i, are laid flat side by side; j k i is a
+    triangle of the mesh in its own orientation, so the source has k to the right of j: angles fall from j to k.
     """
     e, r, s = points[k] - points[j], points[i] - points[j], points[i] - points[k]
     length = np.sqrt((e * e).sum())
@@ -93,20 +94,18 @@ def _through(points, i, j, k, distance, angle):
     uj, uk = distance[j], distance[k]
     sx = (uj * uj - uk * uk + length * length) / (2.0 * length)
     sy = -np.sqrt(max(uj * uj - sx * sx, 0.0))
-    turn = angle[k] - angle[j]
-    turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
     at_j, at_k, at_i = np.arctan2(-sy, -sx), np.arctan2(-sy, length - sx), np.arctan2(iy - sy, ix - sx)
-    beside = max(at_i - at_j, at_k - at_i, 0.0)  # seen from the source, j is on the left
+    beside = max(at_i - at_j, at_k - at_i, 0.0)
     wide = at_j - at_k
-    share = (at_j - at_i) / wide if wide > 1e-12 else 0.5
+    turn = angle[k] - angle[j]
+    turn -= 2.0 * np.pi * np.round((turn + wide) / (2.0 * np.pi))
     u = np.hypot(ix - sx, iy - sy)
-    if beside == 0.0:
-        return u, angle[j] + share * turn, 0.0
-    # Beside the edge the plane is continued: the angle turns as much as in the plane, in the sense of j to k.
-    sense = 1.0 if turn >= 0.0 else -1.0
-    if at_i > at_j:
-        return u, angle[j] - sense * (at_i - at_j), beside
-    return u, angle[k] + sense * (at_k - at_i), beside
+    if at_i > at_j:  # beside the edge the plane is continued
+        return u, angle[j] + at_i - at_j, beside
+    if at_i < at_k:
+        return u, angle[k] + at_i - at_k, beside
+    share = (at_j - at_i) / wide if wide > 1e-12 else 0.5
+    return u, angle[j] + share * turn, beside
 
 
 @njit(cache=True)
@@ -134,15 +133,11 @@ def polar(points, triangles, offsets, around, first, reach, distance, angle):
         for q in range(offsets[v], offsets[v + 1]):
             f = around[q]
             for c in range(3):
-                i, k = triangles[f, c], triangles[f, (c + 1) % 3]
-                if i == v:
+                i, j, k = triangles[f, c], triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
+                if i == v or done[i]:
                     continue
-                if k == v:
-                    k = triangles[f, (c + 2) % 3]
-                if done[i]:
-                    continue
-                if done[k]:
-                    u, a, beside = _through(points, i, v, k, distance, angle)
+                if done[j] and done[k]:
+                    u, a, beside = _through(points, i, j, k, distance, angle)
                 else:
                     edge = points[i] - points[v]
                     u, a, beside = distance[v] + np.sqrt((edge * edge).sum()), angle[v], OUTSIDE + distance[v]

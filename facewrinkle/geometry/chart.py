@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import coo_array, diags_array
+from scipy.sparse.linalg import spsolve
 
 from . import _chart_kernels as kernels
 from .normals import vertex_normals
+from .topology import unique_edges
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -154,3 +157,44 @@ def smoothly_carried(
     along = places[:, None] - points[corners]
     bent = values[corners] + 0.5 * np.einsum("kcx,kcxd->kcd", along, slopes[corners])
     return np.einsum("kc,kcd->kd", barycentric, bent)
+
+
+def smoothed(points: Array, triangles: IntArray, values: Array, length: float) -> Array:
+    """Values (n, d) at the vertices without what is shorter than about `length`; linear functions stay as they are.
+
+    Minimises the area integral of ``(c - values)^2 + length^4 |second derivatives of c|^2``, where a second derivative is
+    the jump of the slope across an edge. Vertices with NaN, and triangles that have one, are left out.
+
+    Examples
+    --------
+    >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    >>> t = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
+    >>> smoothed(p, t, np.array([[0.0], [1.0], [2.0], [3.0]]), 9.0).ravel().round(9).tolist()
+    [0.0, 1.0, 2.0, 3.0]
+    """
+    known = triangles[np.isfinite(values[triangles]).all(axis=(1, 2))]
+    if len(known) < 2:
+        return values
+    used, local = np.unique(known, return_inverse=True)
+    local, p = local.reshape(-1, 3).astype(np.int32), points[used]
+    edges, sides = unique_edges(local)
+    area = 0.5 * np.linalg.norm(np.cross(p[local[:, 1]] - p[local[:, 0]], p[local[:, 2]] - p[local[:, 0]]), axis=1)
+    area = np.maximum(area, 1e-12 * area.max())
+    rows, columns, weights = [], [], []
+    for s in range(3):  # |edge| times the slope out of the triangle, from the cotangents at both ends
+        a, b, o = local[:, s], local[:, (s + 1) % 3], local[:, (s + 2) % 3]
+        side = p[b] - p[a]
+        at_a = ((p[o] - p[a]) * side).sum(axis=1) / (2.0 * area)
+        at_b = ((p[o] - p[b]) * -side).sum(axis=1) / (2.0 * area)
+        rows.append(np.tile(sides[:, s], 3))
+        columns.append(np.concatenate([a, b, o]))
+        weights.append(np.concatenate([at_b, at_a, -at_a - at_b]))
+    shape = len(edges), len(used)
+    jump = coo_array((np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), shape=shape).tocsr()
+    around = np.bincount(sides.ravel(), np.repeat(area, 3), minlength=len(edges))
+    inner = np.bincount(sides.ravel(), minlength=len(edges)) == 2
+    stiff = diags_array(np.where(inner, 3.0 * length**4 / around, 0.0))
+    mass = diags_array(np.bincount(local.ravel(), np.repeat(area / 3.0, 3), minlength=len(used)))
+    out = values.copy()
+    out[used] = spsolve((mass + jump.T @ stiff @ jump).tocsc(), mass @ values[used]).reshape(len(used), -1)
+    return out

@@ -406,15 +406,18 @@ class EyePouch(Pattern):
         Bumps across and up the region.
     gamma : int
         The paper's height: even for bumps that stick out; the larger, the narrower.
+    trembling : float
+        Share of the height that trembles: 0 is a pouch that keeps still, 1 the paper's, which runs along.
     frequency : float
-        Of the trembling, Hz; 0 is a pouch that keeps still.
+        Of the trembling, Hz.
     alpha, beta : float
         Share of it along the two axes, in turns: the style of the trembling.
     """
 
     number: tuple[float, float] = (1.0, 0.6)
     gamma: int = 2
-    frequency: float = 0.0
+    trembling: float = 1.0
+    frequency: float = 6.0
     alpha: float = 1.0
     beta: float = 0.0
 
@@ -424,6 +427,7 @@ class EyePouch(Pattern):
         for bumps in self.number:
             check_range("number", bumps, 0.05, 1000.0)
         check_whole("gamma", self.gamma, 1, 64)
+        check_range("trembling", self.trembling, 0.0, 1.0)
         check_range("frequency", self.frequency, 0.0, 1e6)
         check_range("alpha", self.alpha, -1e3, 1e3)
         check_range("beta", self.beta, -1e3, 1e3)
@@ -438,7 +442,8 @@ class EyePouch(Pattern):
 
     def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
         """See :class:`Pattern`."""
-        return strength * patterns.eye_pouch_relief(x, y, t, self.alpha, self.beta, self.gamma)
+        still, running = (patterns.eye_pouch_relief(x, y, now, self.alpha, self.beta, self.gamma) for now in (0.0, t))
+        return strength * ((1.0 - self.trembling) * still + self.trembling * running)
 
     def waves(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
@@ -450,9 +455,11 @@ class EyePouch(Pattern):
         turns = np.stack([np.cos(x), np.sin(x), np.cos(y), np.sin(y)], axis=1)
 
         def heights(strength: float, t: float, out: Array) -> None:
-            a, b = self.alpha * t, self.beta * t
-            shift = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
-            kernels.pouch(where, weight, turns, *shift, self.gamma, strength, out)
+            for share, now in ((1.0 - self.trembling, 0.0), (self.trembling, t)):
+                a, b = self.alpha * now, self.beta * now
+                shift = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
+                if share > 0.0:
+                    kernels.pouch(where, weight, turns, *shift, self.gamma, share * strength, out)
 
         return heights
 
@@ -475,7 +482,9 @@ class Custom(Pattern):
 
     def __post_init__(self) -> None:
         if not callable(self.function):
-            raise ParameterError(f"a pattern of one's own must be a function of x, y and t, received {self.function!r}.")
+            raise ParameterError(
+                f"a pattern of one's own must be a function of x, y and t, received {self.function!r}."
+            )
         check_range("finest", self.finest, 1e-9, np.inf)
         for half in self.extent:
             check_range("extent", half, 1e-9, np.inf)

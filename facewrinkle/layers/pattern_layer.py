@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
-from ..errors import ParameterError, check_range, unknown_name
+from ..errors import ParameterError, check_range
 from ..geometry.normals import vertex_areas, vertex_normals
 from ..geometry.refinement import Change
 from .base import Array, Moment, Relief, Sites
@@ -75,6 +75,8 @@ class PatternLayer:
     t : float or callable, optional
         The paper's time where it moves the pattern on: a number or a function of the time in seconds. Default: the
         kind's own. Eye corners and dimples have theirs from `strength`.
+    begin : float
+        Time of the first moment, seconds.
     region : Region, optional
     name : str, optional
         For messages; default: that of the pattern.
@@ -111,6 +113,7 @@ class PatternLayer:
         depth: float = 1.0,
         strength: float | Driver | Compression = 1.0,
         t: float | Driver | None = None,
+        begin: float = 0.0,
         region: Region | None = None,
         name: str | None = None,
         **words: Any,
@@ -127,6 +130,7 @@ class PatternLayer:
         self.depth = check_range("depth", depth, -1e6, 1e6)
         self.strength = strength if callable(strength) else check_range("strength", strength, 0.0, 1.0)
         self.t = t if t is None or callable(t) else check_range("t", t, -1e6, 1e6)
+        self.begin = check_range("begin", begin, -1e9, 1e9)
 
     @classmethod
     def preset(cls, name: str, face: Face, **changes: Any) -> PatternLayer:
@@ -173,7 +177,7 @@ class PatternLayer:
         height = np.zeros(self._n)
         if strength > 0.0:
             for pattern, heights in zip(self.patterns, self._heights, strict=True):
-                heights(strength, self.t_at(pattern, moment.time), height)
+                heights(strength, self.t_at(pattern, moment.time + self.begin), height)
         self._height = height
         return Relief(height, *self._needs(strength, moment))
 
@@ -187,8 +191,9 @@ class PatternLayer:
         """How strong the pattern is at a moment, in [0, 1]."""
         if isinstance(self.strength, Compression):
             return self.strength(self._gauge.compression(moment.base))
-        value = self.strength(moment.time) if callable(self.strength) else self.strength
-        return check_range(f"the strength of {self.name} at {moment.time:g} s", value, 0.0, 1.0)
+        seconds = moment.time + self.begin
+        value = self.strength(seconds) if callable(self.strength) else self.strength
+        return check_range(f"the strength of {self.name} at {seconds:g} s", value, 0.0, 1.0)
 
     def t_at(self, pattern: Pattern, seconds: float) -> float:
         """The t of a pattern at a time in seconds."""
@@ -214,10 +219,11 @@ class PatternLayer:
         if len(self._where) == 0:
             self._seed(spacing, across, active)
             return spacing, across, active
-        t = self.t_at(self.patterns[0], moment.time)
+        seconds = moment.time + self.begin
+        t = self.t_at(self.patterns[0], seconds)
         if not abs(t - self._seen_t) < 0.1:  # also where it is NaN
             self._seen_t = t
-            self._finest = self._wavelengths(moment.time)
+            self._finest = self._wavelengths(seconds)
         half, direction = self._finest
         strong = strength * self._weight > FAINT
         spacing[self._where[strong]], across[self._where[strong]] = half[strong], direction[strong]
@@ -260,7 +266,7 @@ class PatternLayer:
         >>> PatternLayer("dimple", face.landmarks["malar_l"], size=8.0).level_needed(face)
         3
         """
-        twin = PatternLayer(self.patterns, region=self.region, depth=self.depth, t=self.t)
+        twin = PatternLayer(self.patterns, region=self.region, t=self.t, name=self.name)
         twin.attach(face)
         points, triangles = face.points, face.triangles
         corners = triangles[self._zone(twin._laid, triangles)]
@@ -271,7 +277,7 @@ class PatternLayer:
         if len(twin._where) == 0:
             edge = np.linalg.norm(points[twin._laid.corners[0]] - points[twin._laid.corners[1]])
             return int(np.clip(np.ceil(np.log2(edge / (SAMPLES * twin._laid.half.min()))), 1, 12))
-        half, _ = twin._wavelengths(0.0)
+        half, _ = twin._wavelengths(self.begin)
         strong = twin._weight > 0.5 * twin._weight.max()
         sides = points[corners] - np.roll(points[corners], 1, axis=1)
         edges = np.median(np.linalg.norm(sides, axis=2), axis=1)[twin._where]

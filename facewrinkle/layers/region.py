@@ -11,7 +11,16 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..errors import MeshError, ParameterError, check_range, check_whole, unknown_name
-from ..geometry.chart import Foot, foot, geodesic_chart, gradients, projected_chart, smoothly_carried, tangents
+from ..geometry.chart import (
+    Foot,
+    foot,
+    geodesic_chart,
+    gradients,
+    projected_chart,
+    smoothed,
+    smoothly_carried,
+    tangents,
+)
 from ..geometry.topology import vertex_rings
 from ..geometry.transfer import carried
 from .base import Array, IntArray, Sites
@@ -22,6 +31,8 @@ Coordinates = Literal["geodesic", "projected"]
 
 OUTLINES: dict[str, float] = {"ellipse": 2.0, "box": 6.0}
 """Exponents of the norm of (u, v) that is 1 at the border."""
+SMOOTH = 0.15
+"""Coordinates are smoothed over this share of the size of a region, against the unrest of uneven triangles."""
 COORDINATES: tuple[Coordinates, ...] = ("geodesic", "projected")
 
 
@@ -47,6 +58,8 @@ class Region:
         Share of the way from the border to the middle over which the pattern fades, in (0, 1].
     coordinates : {"geodesic", "projected"}
         Laid along the surface, or shone on it against its normal in the centre.
+    bow : float
+        How far the ends of the region's middle line lie above its middle, in half heights: a crescent.
     mirrored : bool
         Whether the first axis points to the left, seen from outside, in place of the right.
     valid : float
@@ -62,6 +75,7 @@ class Region:
     outline: Outline = "ellipse"
     border: float = 0.6
     coordinates: Coordinates = "geodesic"
+    bow: float = 0.0
     mirrored: bool = False
     valid: float = 1.0
     seed: int = 0
@@ -72,6 +86,7 @@ class Region:
         if self.coordinates not in COORDINATES:
             raise unknown_name("coordinates", self.coordinates, COORDINATES)
         check_range("border", self.border, 1e-6, 1.0)
+        check_range("bow", self.bow, -10.0, 10.0)
         check_range("valid", self.valid, 1e-9, 1.0, "It is the share of the vertices that carry the pattern.")
         check_whole("seed", self.seed, 0, 2**63)
         if self.centre is not None:
@@ -100,16 +115,18 @@ class Region:
         centre = foot(points, triangles, self._middle(points, weight))
         half = None if self.size is None else 0.5 * np.broadcast_to(np.asarray(self.size, dtype=np.float64), 2)
         self._check(points, centre, half)
-        chart = self._chart(points, triangles, centre, half, weight)
+        chart = self._chart(points, triangles, centre, half)
         if half is None:
             inside = np.isfinite(chart).all(axis=1) & (weight > 0.0)
             half = np.abs(chart[inside]).max(axis=0)
         chart = chart / half * [-1.0 if self.mirrored else 1.0, 1.0]
+        chart[:, 1] -= self.bow * chart[:, 0] ** 2
         known = np.isfinite(chart).all(axis=1)
         slopes = gradients(points, triangles, chart)
         share = valid_vertices(chart, self._inside(chart, weight), self.valid, self.seed)
         chart = np.where(known[:, None], chart, 0.0)
-        return LaidRegion(self, centre, half, points, chart, slopes, known, weight, share)
+        corners = triangles[centre.triangle]
+        return LaidRegion(self, centre, corners, half, points, chart, slopes, known, weight, share)
 
     def _middle(self, points: Array, weight: Array | None) -> Array:
         if self.centre is not None:
@@ -137,19 +154,16 @@ class Region:
                 f"{centre.point.round(3).tolist()}."
             )
 
-    def _chart(
-        self, points: Array, triangles: IntArray, centre: Foot, half: Array | None, weight: Array | None
-    ) -> Array:
-        if self.coordinates == "projected":
-            chart = projected_chart(points, centre, _vector("up", self.up))
-            facing = np.zeros(len(points), bool)
-            reach = np.inf if half is None else 1.5 * float(np.hypot(*half))
-            laid = geodesic_chart(points, triangles, centre, self.up, reach)  # leaves out the far side of the mesh
-            facing[np.isfinite(laid).all(axis=1)] = True
-            return np.where(facing[:, None], chart, np.nan)
-        edges = np.linalg.norm(np.diff(points[triangles][:, [0, 1, 2, 0]], axis=1), axis=2)
-        reach = np.inf if half is None else float(np.hypot(*half) + 2.0 * edges.max())
-        return geodesic_chart(points, triangles, centre, self.up, reach)
+    def _chart(self, points: Array, triangles: IntArray, centre: Foot, half: Array | None) -> Array:
+        size = np.inf if half is None else float(np.hypot(*half))
+        near = np.linalg.norm(points[triangles].mean(axis=1) - centre.point, axis=1) <= 1.2 * size
+        near[centre.triangle] = True
+        edges = np.linalg.norm(np.diff(points[triangles[near]][:, [0, 1, 2, 0]], axis=1), axis=2)
+        laid = geodesic_chart(points, triangles, centre, self.up, size + float(edges.max()))
+        if self.coordinates == "projected":  # only where the surface is near: not on its far side
+            return np.where(np.isfinite(laid), projected_chart(points, centre, _vector("up", self.up)), np.nan)
+        length = float(np.sqrt(half.prod())) if half is not None else float(np.median(edges))
+        return smoothed(points, triangles, laid, SMOOTH * length)
 
     def _inside(self, chart: Array, weight: Array | None) -> npt.NDArray[np.bool_]:
         """Base vertices of the region."""
@@ -166,6 +180,8 @@ class LaidRegion:
     ----------
     region : Region
     centre : Foot
+    corners : ndarray of int32, shape (3,)
+        Of the base triangle that the centre lies in.
     half : ndarray, shape (2,)
         Half its width and height, in the unit of the mesh.
     points : ndarray, shape (n0, 3)
@@ -182,6 +198,7 @@ class LaidRegion:
 
     region: Region
     centre: Foot
+    corners: IntArray
     half: Array
     points: Array
     chart: Array
@@ -195,17 +212,24 @@ class LaidRegion:
         """Height over width."""
         return float(self.half[1] / self.half[0])
 
+    @property
+    def base_window(self) -> Array:
+        """Window (n0,) at the base vertices."""
+        return np.where(self.known, self._window(self.chart, self.weight), 0.0)
+
+    def _window(self, uv: Array, weight: Array | None) -> Array:
+        """1 inside, 0 from the border on, with a continuous slope."""
+        if weight is not None:
+            return 1.0 - attenuation(weight, "smoothstep")
+        return attenuation(band(distance(uv, self.region.outline), 1.0 - self.region.border, 1.0), "smoothstep")
+
     def at(self, sites: Sites) -> tuple[npt.NDArray[np.int64], Array, Array, Array]:
         """What lies in the region: which of the sites, their (u, v), the gradients (k, 3, 2) of these, the window (k,)."""
         near = np.flatnonzero(self.known[sites.corners].all(axis=1))
         corners, barycentric = sites.corners[near], sites.barycentric[near]
         uv = smoothly_carried(self.points, self.chart, self.slopes, sites.points[near], corners, barycentric)
-        if self.weight is None:
-            away = distance(uv, self.region.outline)
-            window = attenuation(band(away, 1.0 - self.region.border, 1.0), "smoothstep")
-        else:
-            window = carried(self.weight[:, None], corners, barycentric)[:, 0]
-            window = 1.0 - attenuation(window, "smoothstep")
+        weight = None if self.weight is None else carried(self.weight[:, None], corners, barycentric)[:, 0]
+        window = self._window(uv, weight)
         inside = window > 0.0
         near, corners, barycentric = near[inside], corners[inside], barycentric[inside]
         share = carried(self.valid[:, None], corners, barycentric)[:, 0]
@@ -282,7 +306,9 @@ def _weights(select: npt.ArrayLike | str, face: Face, border: float) -> Array:
             f"a selection must have one value for each of the {len(face.points)} points, received {values.shape}."
         )
     if not np.isfinite(values).all() or values.min() < 0.0 or values.max() > 1.0:
-        raise MeshError("a selection must be vertices, bools, or weights in [0, 1]; NaN or values beyond were received.")
+        raise MeshError(
+            "a selection must be vertices, bools, or weights in [0, 1]; NaN or values beyond were received."
+        )
     if not (values > 0).any():
         raise MeshError("the selection holds no vertex.")
     if values.dtype.kind == "f":
