@@ -167,7 +167,7 @@ def _joined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
     for name, values in mesh.point_data.items():
         other = rest.point_data[name] if name in rest.point_data else np.zeros((rest.n_points, *values.shape[1:]))
         data[name] = np.concatenate([values, np.asarray(other, values.dtype)])
-    triangles = np.concatenate([mesh.regular_faces, rest.regular_faces + mesh.n_points])
+    triangles = np.concatenate([mesh.regular_faces, np.add(rest.regular_faces, mesh.n_points)])
     whole = to_polydata(np.concatenate([mesh.points, rest.points]), triangles, data)
     whole.point_data.active_normals_name = "Normals"
     whole.point_data.active_texture_coordinates_name = mesh.point_data.active_texture_coordinates_name

@@ -87,7 +87,7 @@ def _through(points, i, j, k, distance, angle):
     Both triangles, that of the source with the edge and that of the edge with i, are laid flat side by side; j k i is a
     triangle of the mesh in its own orientation, so the source has k to the right of j: angles fall from j to k.
     """
-    e, r, s = points[k] - points[j], points[i] - points[j], points[i] - points[k]
+    e, r = points[k] - points[j], points[i] - points[j]
     length = np.sqrt((e * e).sum())
     ix = (r * e).sum() / length
     iy = np.sqrt(max((r * r).sum() - ix * ix, 0.0))

@@ -151,8 +151,8 @@ def smoothly_carried(
 ) -> Array:
     """Values (k, d) at places on triangles without the kinks that linear interpolation has at the edges.
 
-    ``sum w_i (v_i + (x - x_i) . g_i / 2)`` with the gradients g (n, 3, d) at the vertices: half linear interpolation, half
-    the mean of the tangents. What one overshoots the other undershoots: quadratic functions are carried exactly.
+    ``sum w_i (v_i + (x - x_i) . g_i / 2)`` with the gradients g (n, 3, d) at the vertices: half linear interpolation,
+    half the mean of the tangents. What one overshoots the other undershoots: quadratic functions are carried exactly.
     """
     along = places[:, None] - points[corners]
     bent = values[corners] + 0.5 * np.einsum("kcx,kcxd->kcd", along, slopes[corners])
@@ -162,8 +162,8 @@ def smoothly_carried(
 def smoothed(points: Array, triangles: IntArray, values: Array, length: float) -> Array:
     """Values (n, d) at the vertices without what is shorter than about `length`; linear functions stay as they are.
 
-    Minimises the area integral of ``(c - values)^2 + length^4 |second derivatives of c|^2``, where a second derivative is
-    the jump of the slope across an edge. Vertices with NaN, and triangles that have one, are left out.
+    Minimises the area integral of ``(c - values)^2 + length^4 |second derivatives of c|^2``, where a second derivative
+    is the jump of the slope across an edge. Vertices with NaN, and triangles that have one, are left out.
 
     Examples
     --------

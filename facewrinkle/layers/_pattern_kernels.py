@@ -8,7 +8,7 @@ from numba import njit
 
 @njit(cache=True)
 def waves(where, weight, phase, amplitude, t, a, b, c, out):
-    """Add ``weight amplitude (a + b exp(c s))`` with s the sine of the phase ``p0 + p1 t + p2 t^2``; b s where c is 0."""
+    """Add ``weight amplitude (a + b exp(c s))``, s the sine of the phase ``p0 + p1 t + p2 t^2``; b s where c is 0."""
     for i in range(where.shape[0]):
         s = np.sin(phase[i, 0] + t * (phase[i, 1] + t * phase[i, 2]))
         out[where[i]] += weight[i] * amplitude[i] * (b * s if c == 0.0 else a + b * np.exp(c * s))

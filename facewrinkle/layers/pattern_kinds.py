@@ -1,7 +1,7 @@
 """The patterns in an artist's words: how many wrinkles, how sharp, in which style, on a region of any size.
 
-Each kind lays the plane of its formula (:mod:`facewrinkle.layers.patterns`) on a region, whose own coordinates (u, v) are
--1 to 1 from border to border, and scales its relief to 1 from bulge to furrow (a dimple or pouch: 1 deep or high).
+Each kind lays the plane of its formula (:mod:`facewrinkle.layers.patterns`) on a region, whose own coordinates (u, v)
+are -1 to 1 from border to border, and scales its relief to 1 from bulge to furrow (a dimple or pouch: 1 deep or high).
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class Pattern:
     """What all kinds share: they are asked for places in a plane, and for heights there.
 
     A kind has `plane`, which maps (u, v) to its own (x, y), given the region's height over its width; `relief`, the
-    height at a strength in [0, 1] and a t; `waves`, the gradient of its phase in (x, y); and `prepared`, a faster form of
-    `relief` for places that do not change.
+    height at a strength in [0, 1] and a t; `waves`, the gradient of its phase in (x, y); and `prepared`, a faster form
+    of `relief` for places that do not change.
     """
 
     def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
@@ -97,7 +97,7 @@ class Forehead(Pattern):
     sharpness : float
         The paper's alpha.
     bend : float
-        How much the arcs are bent: half the width of the region in the pattern's own units; the paper's pictures have 2.5.
+        How much the arcs are bent: half the width of the region in the pattern's units; in the paper 2.5.
     start : float
         The pattern's x at the lower border; the paper's pictures have 2. The larger, the more even the wrinkles.
     furrows : {"sharp", "paper"}
@@ -483,7 +483,7 @@ class Custom(Pattern):
     def __post_init__(self) -> None:
         if not callable(self.function):
             raise ParameterError(
-                f"a pattern of one's own must be a function of x, y and t, received {self.function!r}."
+                f"a pattern must have a name or be a function of x, y and t, received {self.function!r}."
             )
         check_range("finest", self.finest, 1e-9, np.inf)
         for half in self.extent:
@@ -502,8 +502,8 @@ class Custom(Pattern):
         heights = np.asarray(self.function(x, y, t), dtype=np.float64)
         if heights.shape != x.shape or not np.isfinite(heights).all():
             raise ParameterError(
-                f"the pattern's function must give one finite height per place, here {x.shape}; received {heights.shape} "
-                f"with {int(np.sum(~np.isfinite(heights)))} that are not finite."
+                f"the pattern's function must give one finite height per place, here {x.shape}; received "
+                f"{heights.shape} with {int(np.sum(~np.isfinite(heights)))} that are not finite."
             )
         return strength * heights
 

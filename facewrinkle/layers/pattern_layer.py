@@ -1,4 +1,4 @@
-"""Patterns as a layer: wrinkles, dimples and pouches laid on a region of any surface, and driven by time or by the skin."""
+"""Patterns as a layer: wrinkles, dimples and pouches on a region of any surface, driven by time or by the skin."""
 
 from __future__ import annotations
 

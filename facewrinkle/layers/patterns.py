@@ -1,8 +1,9 @@
 """Pattern functions: height fields over the plane that make wrinkles, dimples and pouches; formulas on arrays.
 
 Paper: Lin, Cheng, "Modeling Three Dimensional Animated, Detailed, and Emotional Facial Expressions", Section 3. Each
-is z = f(x, y, t) in local coordinates of a selected area; alpha, beta and gamma are parameters, t is time. What is laid on
-a surface is f minus its baseline (the functions whose names end in `_relief`), so that a pattern at rest does nothing.
+is z = f(x, y, t) in local coordinates of a selected area; alpha, beta and gamma are parameters, t is time. What is
+laid on a surface is f minus its baseline (the functions whose names end in `_relief`), so that a pattern at rest does
+nothing.
 """
 
 from __future__ import annotations
@@ -126,8 +127,8 @@ def fan(x: npt.ArrayLike, y: npt.ArrayLike, gamma: float) -> Array:
     x, y = _plane(x, y)
     if gamma % 2.0 != 0.0 and x.size and x.min() <= 0.0 <= x.max() and x.min() < x.max():
         raise ParameterError(
-            f"gamma must be an even number where a pattern lies on both sides of x = 0, received {gamma:g}: the surface "
-            f"would tear there. Use {2 * round(gamma / 2)}, or keep to x > 0."
+            f"gamma must be an even number where a pattern lies on both sides of x = 0, received {gamma:g}: the "
+            f"surface would tear there. Use {2 * round(gamma / 2)}, or keep to x > 0."
         )
     return np.asarray(np.sin(gamma * angle(x, y)))
 
@@ -257,7 +258,7 @@ def dimple_time(strength: float, sharpest: float) -> float:
 
 
 def dimple_relief(x: npt.ArrayLike, y: npt.ArrayLike, strength: float, sharpest: float) -> Array:
-    """:func:`dimple` normalised to [-strength, 0] over the unit disk: 0 on its rim and outside, -strength in its centre.
+    """:func:`dimple` normalised to [-strength, 0] over the unit disk: 0 on its rim and outside.
 
     Examples
     --------
@@ -320,8 +321,8 @@ def eye_pouch_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float,
 def sharpened(s: npt.ArrayLike, sharpness: float) -> Array:
     """A sine s in [-1, 1] with its furrows narrowed and its bulges widened: 1 from bulge to furrow, 0 on average.
 
-    ``(I0(k) - exp(-k s)) / (2 sinh k)`` with k = `sharpness`; s / 2 at 0. It is the forehead's ``exp(alpha sin)`` upside
-    down: as printed, ridges are sharp and valleys round, and skin folds the other way round.
+    ``(I0(k) - exp(-k s)) / (2 sinh k)`` with k = `sharpness`; s / 2 at 0. It is the forehead's ``exp(alpha sin)``
+    upside down: as printed, ridges are sharp and valleys round, and skin folds the other way round.
 
     Examples
     --------

@@ -63,8 +63,8 @@ def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
         raise unknown_name("preset", name, [*names(), *table()])
     if not face.landmarks:
         raise LandmarkError(
-            f"the preset {name!r} is placed by landmarks, and this surface has none. Use fit_face(mesh, landmarks), or a "
-            "PatternLayer with a centre, an up direction and a size."
+            f"the preset {name!r} is placed by landmarks, and this surface has none. Use fit_face(mesh, landmarks), or "
+            "a PatternLayer with a centre, an up direction and a size."
         )
     stem, side = (name, "") if name in table() else (name[:-2], name[-1])
     entry, frame = table()[stem], face.frame

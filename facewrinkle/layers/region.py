@@ -33,6 +33,8 @@ OUTLINES: dict[str, float] = {"ellipse": 2.0, "box": 6.0}
 """Exponents of the norm of (u, v) that is 1 at the border."""
 SMOOTH = 0.15
 """Coordinates are smoothed over this share of the size of a region, against the unrest of uneven triangles."""
+SHORTCUT = 0.8
+"""No way along a surface is shorter than the straight one: coordinates that say so lie beyond a fold and do not count."""
 COORDINATES: tuple[Coordinates, ...] = ("geodesic", "projected")
 
 
@@ -117,11 +119,11 @@ class Region:
         self._check(points, centre, half)
         chart = self._chart(points, triangles, centre, half)
         if half is None:
-            inside = np.isfinite(chart).all(axis=1) & (weight > 0.0)
+            inside = np.isfinite(chart).all(axis=1) & self._inside(chart, weight)
             half = np.abs(chart[inside]).max(axis=0)
         chart = chart / half * [-1.0 if self.mirrored else 1.0, 1.0]
         chart[:, 1] -= self.bow * chart[:, 0] ** 2
-        known = np.isfinite(chart).all(axis=1)
+        known: npt.NDArray[np.bool_] = np.asarray(np.isfinite(chart).all(axis=1))
         slopes = gradients(points, triangles, chart)
         share = valid_vertices(chart, self._inside(chart, weight), self.valid, self.seed)
         chart = np.where(known[:, None], chart, 0.0)
@@ -136,16 +138,16 @@ class Region:
     def _check(self, points: Array, centre: Foot, half: Array | None) -> None:
         if not np.any(tangents(centre.normal, _vector("up", self.up))[1]):
             raise ParameterError(
-                f"up must not point straight out of the surface; it is {np.asarray(self.up).tolist()}, and the normal in "
-                f"the centre is {centre.normal.round(3).tolist()}. Choose another up."
+                f"up must not point straight out of the surface; it is {np.asarray(self.up).tolist()}, and the normal "
+                f"in the centre is {centre.normal.round(3).tolist()}. Choose another up."
             )
         if half is None:
             return
         extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-        if 2.0 * half.max() > extent:
+        if 2.0 * float(half.max()) > extent:
             raise ParameterError(
-                f"the region is larger than the mesh: {2.0 * half.max():.3g} wide or high, and the mesh is {extent:.3g} "
-                "from corner to corner. Is the size in the unit of the mesh?"
+                f"the region is larger than the mesh: {2.0 * half.max():.3g} wide or high, and the mesh is "
+                f"{extent:.3g} from corner to corner. Is the size in the unit of the mesh?"
             )
         if centre.distance > half.max():
             raise ParameterError(
@@ -162,8 +164,12 @@ class Region:
         laid = geodesic_chart(points, triangles, centre, self.up, size + float(edges.max()))
         if self.coordinates == "projected":  # only where the surface is near: not on its far side
             return np.where(np.isfinite(laid), projected_chart(points, centre, _vector("up", self.up)), np.nan)
-        length = float(np.sqrt(half.prod())) if half is not None else float(np.median(edges))
-        return smoothed(points, triangles, laid, SMOOTH * length)
+        length = SMOOTH * (float(np.sqrt(half.prod())) if half is not None else float(np.median(edges)))
+        straight = SHORTCUT * np.linalg.norm(points - centre.point, axis=1)
+        laid[np.hypot(*laid.T) < straight] = np.nan
+        laid = smoothed(points, triangles, laid, length)
+        laid[np.hypot(*laid.T) < straight] = np.nan
+        return laid
 
     def _inside(self, chart: Array, weight: Array | None) -> npt.NDArray[np.bool_]:
         """Base vertices of the region."""
@@ -224,7 +230,7 @@ class LaidRegion:
         return attenuation(band(distance(uv, self.region.outline), 1.0 - self.region.border, 1.0), "smoothstep")
 
     def at(self, sites: Sites) -> tuple[npt.NDArray[np.int64], Array, Array, Array]:
-        """What lies in the region: which of the sites, their (u, v), the gradients (k, 3, 2) of these, the window (k,)."""
+        """What lies in the region: which of the sites, their (u, v) and the gradients (k, 3, 2), the window (k,)."""
         near = np.flatnonzero(self.known[sites.corners].all(axis=1))
         corners, barycentric = sites.corners[near], sites.barycentric[near]
         uv = smoothly_carried(self.points, self.chart, self.slopes, sites.points[near], corners, barycentric)
@@ -306,9 +312,7 @@ def _weights(select: npt.ArrayLike | str, face: Face, border: float) -> Array:
             f"a selection must have one value for each of the {len(face.points)} points, received {values.shape}."
         )
     if not np.isfinite(values).all() or values.min() < 0.0 or values.max() > 1.0:
-        raise MeshError(
-            "a selection must be vertices, bools, or weights in [0, 1]; NaN or values beyond were received."
-        )
+        raise MeshError("a selection must be vertices, bools, or weights in [0, 1]; others, or NaN, were received.")
     if not (values > 0).any():
         raise MeshError("the selection holds no vertex.")
     if values.dtype.kind == "f":
