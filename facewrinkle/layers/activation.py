@@ -13,7 +13,7 @@ from .compression import StrainField, along, products
 Array = npt.NDArray[np.float64]
 Marks = npt.NDArray[np.bool_]
 
-SLACK, TAUT = 0.015, 0.08
+SLACK, TAUT = 0.015, 0.05
 """Mean compression of a muscle's region below which its wrinkles are absent, and from which they are as deep as the
 compression at each place makes them.
 """
