@@ -22,6 +22,8 @@ _HOME = {
     "read_atlas": "anatomy.atlas",
     "Motion": "motion.base",
     "Still": "motion.base",
+    "Recorded": "motion.recorded",
+    "read_animation": "gltf",
     "Skin": "motion.skin",
     "SkinMaterial": "motion.skin",
     "MuscleWrinkles": "layers.muscle_wrinkles",

@@ -27,6 +27,7 @@ from .layers.muscle_wrinkles import MuscleWrinkles, zone
 from .layers.pattern_layer import PatternLayer
 from .mesh import MUSCLES, carried_point_data, refilled, to_polydata
 from .motion.base import Motion, Still
+from .motion.recorded import Recorded
 from .motion.skin import Skin, SkinMaterial
 
 Array = npt.NDArray[np.float64]
@@ -79,7 +80,7 @@ class Simulation:
         Seconds per step. Default: 0.02, or the time step of `motion`.
     material : SkinMaterial, optional
         Of the default skin.
-    motion : Motion, optional
+    motion : Motion or Recorded, optional
         What moves the base mesh. Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without
         anatomy keeps :class:`facewrinkle.Still`.
 
@@ -107,7 +108,7 @@ class Simulation:
         layers: Sequence[Layer] | None = None,
         time_step: float | None = None,
         material: SkinMaterial | None = None,
-        motion: Motion | None = None,
+        motion: Motion | Recorded | None = None,
     ) -> None:
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         self.face = face = face if isinstance(face, Face) else surface(face)
@@ -367,7 +368,7 @@ class Simulation:
         index = self.muscles.index(muscle)
         for layer in self.layers:
             if isinstance(layer, MuscleWrinkles):
-                return layer.fields_of(index, float(self.skin.rates[index]))
+                return layer.fields_of(index, float(layer.rates[index]))
         raise ParameterError("this simulation has no layer of muscle wrinkles; add a MuscleWrinkles() to its layers.")
 
     @contextmanager
@@ -389,15 +390,19 @@ def _joined(reliefs: list[Relief], n: int) -> tuple[Array, Array, npt.NDArray[np
     return spacing, across, active
 
 
-def _motion(face: Face, time_step: float | None, material: SkinMaterial | None, motion: Motion | None) -> Motion:
+def _motion(
+    face: Face, time_step: float | None, material: SkinMaterial | None, motion: Motion | Recorded | None
+) -> Motion:
     """The motion that was given, if it fits the face; the skin of a face with anatomy, or stillness, otherwise."""
+    step = check_range("time_step", 0.02 if time_step is None else time_step, 1e-9, 1e9)
     if motion is None:
-        step = check_range("time_step", 0.02 if time_step is None else time_step, 1e-9, 1e9)
         return Skin(face, step, material) if face.landmarks else Still(face, step)
     if material is not None:
         raise ParameterError(
             "a material is that of the default skin, and here a motion is given too. Leave one of them out."
         )
+    if isinstance(motion, Recorded):
+        return motion.on(face, step)
     if time_step not in (None, motion.time_step):
         raise ParameterError(
             f"time_step is {time_step!r}, and the motion has one of its own, {motion.time_step!r}. Leave it out here."
