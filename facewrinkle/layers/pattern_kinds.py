@@ -382,8 +382,11 @@ class Dimple(Pattern):
     def waves(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
         r = np.hypot(x, y)
-        steep = 2.0 / np.maximum(r, np.sqrt(self.sharpest)) / np.maximum(r, 1e-12)
-        return np.where(r > 0.0, steep * x, 2.0 / np.sqrt(self.sharpest)), steep * y
+        steep = 2.0 / np.maximum(r, np.sqrt(self.sharpest))
+        away = r > 1e-12
+        return steep * np.divide(x, r, out=np.ones_like(x), where=away), steep * np.divide(
+            y, r, out=0.0 * y, where=away
+        )
 
     def prepared(self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array) -> Heights:
         """See :class:`Pattern`."""

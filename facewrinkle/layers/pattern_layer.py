@@ -144,7 +144,8 @@ class PatternLayer:
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
         self._laid: LaidRegion = self.region.laid(face)
-        self._unit = face.unit
+        sides = face.points[self._laid.corners] - np.roll(face.points[self._laid.corners], 1, axis=0)
+        self._tiny = float(np.linalg.norm(sides, axis=1).max()) > self._laid.half.min()
         if isinstance(self.strength, Compression):
             self._gauge = _Gauge(face, self._laid, self.strength)
         self._n = 0
@@ -216,8 +217,9 @@ class PatternLayer:
         spacing, across, active = np.full(self._n, np.inf), np.zeros((self._n, 3)), np.zeros(self._n, bool)
         if strength == 0.0:
             return spacing, across, active
+        if self._tiny:
+            self._seed(moment.sites.points, spacing, across, active)
         if len(self._where) == 0:
-            self._seed(spacing, across, active)
             return spacing, across, active
         seconds = moment.time + self.begin
         t = self.t_at(self.patterns[0], seconds)
@@ -226,18 +228,20 @@ class PatternLayer:
             self._finest = self._wavelengths(seconds)
         half, direction = self._finest
         strong = strength * self._weight > FAINT
+        strong[strong] = half[strong] < spacing[self._where[strong]]
         spacing[self._where[strong]], across[self._where[strong]] = half[strong], direction[strong]
         active[self._where] = True
         return spacing, across, active
 
-    def _seed(self, spacing: Array, across: Array, active: npt.NDArray[np.bool_]) -> None:
-        """Ask for triangles where the whole region lies between the vertices."""
-        corners = self._laid.corners
-        points = self._laid.points
-        spacing[corners] = 2.0 * self._laid.half.min()
-        edge = points[corners[1]] - points[corners[0]]
-        across[corners] = edge / np.linalg.norm(edge)
-        active[corners] = True
+    def _seed(self, points: Array, spacing: Array, across: Array, active: npt.NDArray[np.bool_]) -> None:
+        """Ask for triangles about a region that may lie between the vertices: the closer to it the finer."""
+        laid = self._laid
+        towards = laid.centre.point - points
+        away = np.linalg.norm(towards, axis=1)
+        near = away <= 1.001 * away[laid.corners].max()
+        spacing[near] = np.maximum(3.0 * away[near], 2.0 * laid.half.min())
+        across[near] = towards[near] / np.maximum(away[near, None], 1e-300)
+        active[near] = True
 
     def _wavelengths(self, seconds: float) -> tuple[Array, Array]:
         """Half the wavelength on the surface, in the unit of the face, and the unit direction across."""
