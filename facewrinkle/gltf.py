@@ -104,7 +104,9 @@ def _animated(document: _Document, node: int, channels: list[Any]) -> tuple[pv.P
         check_seams(texture, kept, number, document.name)
     deltas = deltas[:, kept]
     weights, pose = _tracks(document, node, channels, len(deltas), still, skinned)
-    return mesh, Recorded(weights, names, deltas, np.array(mesh.points), pose)
+    if not len(deltas):
+        return mesh, Recorded(weights, (), deltas, np.array(mesh.points), pose)
+    return mesh, Recorded.of_shapes(deltas, weights, names=names, rest=mesh.points, pose=pose)
 
 
 def _tracks(
@@ -378,7 +380,7 @@ class _Document:
 
     def rest_weights(self, node: int, count: int) -> Array:
         """Weights of the shapes while no animation sets them."""
-        own = self.file.nodes[node].weights or self.file.meshes[self.file.nodes[node].mesh].weights
+        own = self.file.meshes[self.file.nodes[node].mesh].weights
         return np.array(own, dtype=np.float64) if own and len(own) == count else np.zeros(count)
 
     def world(self, node: int) -> Callable[[dict[tuple[int, str], Array]], Array]:
