@@ -6,6 +6,9 @@ import numpy as np
 from numba import njit
 
 
+SWEEPS = 2
+
+
 @njit(cache=True)
 def closest(points, triangles, query):
     """Triangle and barycentric coordinates of the point of a mesh that is closest to `query`."""
@@ -89,7 +92,7 @@ def _through(points, i, j, k, distance, angle):
 
     Both triangles, that of the source with the edge and that of the edge with i, are laid flat. j k i is a triangle of
     the mesh in its own orientation: a source beyond the edge sees k to the right of j. One on the near side does not
-    look through the edge at all, which is the worst that is taken.
+    look through the edge at all, and no line that does leads back or is longer than a detour by j: infinite.
     """
     e, r = points[k] - points[j], points[i] - points[j]
     length = np.sqrt((e * e).sum())
@@ -98,12 +101,13 @@ def _through(points, i, j, k, distance, angle):
     uj, uk = distance[j], distance[k]
     turn = _turned(angle[k] - angle[j])
     sx = (uj * uj - uk * uk + length * length) / (2.0 * length)
-    sy = np.sqrt(max(uj * uj - sx * sx, 0.0)) * (1.0 if turn > 0.0 else -1.0)
+    sy = -np.sqrt(max(uj * uj - sx * sx, 0.0))
     to_j, to_k, to_i = np.arctan2(-sy, -sx), np.arctan2(-sy, length - sx), np.arctan2(iy - sy, ix - sx)
     from_j, from_k = _turned(to_i - to_j), _turned(to_i - to_k)
     u = np.hypot(ix - sx, iy - sy)
-    if turn > 0.0:
-        return u, angle[j] + from_j, np.pi + abs(from_j)
+    longest = uj + np.sqrt((r * r).sum())
+    if turn > 0.0 or u < min(uj, uk) or u > longest * (1.0 + 1e-9):
+        return np.inf, 0.0, np.inf
     if from_j > 0.0:  # beside the edge the plane is continued
         return u, angle[j] + from_j, from_j
     if from_k < 0.0:
@@ -149,3 +153,17 @@ def polar(points, triangles, offsets, around, first, reach, distance, angle):
     for v in range(n):
         if not done[v]:
             distance[v] = np.inf
+    # Now that all neighbours are known, each vertex takes the edge that its line really crosses, nearest vertices first.
+    order = np.argsort(distance)
+    for _ in range(SWEEPS):
+        for v in order:
+            if not done[v]:
+                break
+            for q in range(offsets[v], offsets[v + 1]):
+                f = around[q]
+                c = 0 if triangles[f, 0] == v else 1 if triangles[f, 1] == v else 2
+                j, k = triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
+                if done[j] and done[k]:
+                    u, a, beside = _through(points, v, j, k, distance, angle)
+                    if beside < quality[v]:
+                        quality[v], distance[v], angle[v] = beside, u, a
