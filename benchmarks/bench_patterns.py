@@ -1,7 +1,7 @@
 """Patterns of a moment against plain numpy: all presets, in motion, on a real face of 50 thousand triangles.
 
-The reference evaluates the formulas in the regions from the same local coordinates and windows, with whole arrays. Goal:
-three times faster.
+The reference evaluates the formulas in the regions from the same local coordinates and windows, with whole arrays.
+Goal: three times faster.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ app.command("facewrinkle.commands.express:express", help="Write pictures, a movi
 app.command("facewrinkle.commands.play:play", help="Write pictures, a movie and a time series of a recorded animation.")
 app.command(
     "facewrinkle.commands.pattern:pattern",
-    help="Write pictures, a movie and a time series of a pattern on any surface.",
+    help="Write pictures, a movie and a time series of a wrinkle pattern.",
 )
 app.command("facewrinkle.commands.table1:table1", help="Measure the paper's Table 1 and print it beside the paper's.")
 app.command("facewrinkle.commands.info:info", help="List the muscles, action units and expressions.")

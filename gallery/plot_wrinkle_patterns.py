@@ -2,7 +2,7 @@
 Wrinkles where they are wanted
 ==============================
 
-The neutral face, and with wrinkles on forehead, eye corners and cheeks; then forehead wrinkles and a frown by themselves
+The neutral face, and with wrinkles on forehead, eye corners and cheeks; then forehead wrinkles and a frown alone
 (Lin, Cheng, Figs. 2 and 4).
 """
 

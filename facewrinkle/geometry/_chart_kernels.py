@@ -152,7 +152,7 @@ def polar(points, triangles, offsets, around, first, reach, distance, angle):
     for v in range(n):
         if not done[v]:
             distance[v] = np.inf
-    # Now that all neighbours are known, each vertex takes the edge that its line really crosses, nearest vertices first.
+    # Now that all neighbours are known, each vertex takes the edge that its line really crosses.
     order = np.argsort(distance)
     for _ in range(SWEEPS):
         for v in order:

@@ -153,6 +153,7 @@ class PatternLayer:
         self._where = np.empty(0, np.int64)
         self._height = np.empty(0)
         self._wave_t = np.nan
+        self._need: dict[float, tuple[Array, Array, npt.NDArray[np.bool_]]] = {}
 
     def follow(self, change: Change, created: Sites) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
