@@ -14,6 +14,7 @@ stacking             W is the sum of the layers; on skin, on recordings
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,6 +36,8 @@ from facewrinkle.layers.pattern_kinds import (
     pattern_of,
 )
 from facewrinkle.layers.region import distance
+
+FACES = Path(__file__).parents[3] / "shared" / "faces"
 
 
 @pytest.fixture(scope="module")
@@ -398,3 +401,37 @@ def test_simulations_have_layers_of_their_own(slab):
         b = second.step()
     assert a.n_points > b.n_points
     assert not hasattr(layer, "_laid")
+
+
+def test_dimples_and_crows_feet_come_and_go_with_a_captured_smile():
+    clip = FACES / "ict_face_narrow_anim.glb"
+    pytest.importorskip("pygltflib")
+    if not clip.exists():
+        pytest.skip(f"{clip.name} is not beside the repository")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fw.FaceWrinkleWarning)  # landmarks that we have no name for
+        mesh, recorded = fw.read_animation(clip)
+        face = fw.fit_face(mesh, FACES / "ict_face_narrow.landmarks.json")
+    names = ("dimple", "cheek", "eye_corner", "forehead")
+    layers = [layer for name in names for layer in presets.presets(name, face, strength="skin")]
+    sim = fw.Simulation(face, fw.Refinement(max_level=0), layers, time_step=0.1, motion=recorded)
+    depth = {name: [] for name in ("dimple_l", "dimple_r", "cheek_l", "eye_corner_l", "forehead")}
+    smile, brows = [], []
+    for _ in range(40):
+        frame = sim.step()
+        weights = recorded.weights(sim.time)
+        smile.append(weights["mouthSmile_L"])
+        brows.append(weights["browInnerUp_L"])
+        for name, values in depth.items():
+            values.append(-float(frame[f"pattern_{name}"].min()))
+    smile, brows = np.array(smile), np.array(brows)
+    at_rest = (smile == 0.0) & (brows == 0.0)
+    for name in ("dimple_l", "dimple_r", "cheek_l"):
+        values = np.array(depth[name])
+        assert np.corrcoef(values, smile)[0, 1] > 0.85
+        assert values.max() > 0.5
+    assert np.argmax(depth["forehead"]) in np.flatnonzero(brows > 0.5 * brows.max())
+    np.testing.assert_allclose(depth["dimple_l"], depth["dimple_r"], atol=0.1)
+    assert at_rest.sum() > 2
+    assert np.array(depth["dimple_l"])[at_rest].min() == 0.0
+    assert smile[np.argmax(depth["eye_corner_l"])] > 0.5 * smile.max()
