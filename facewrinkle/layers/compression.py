@@ -134,6 +134,32 @@ class StrainField:
         return out
 
 
+def principal(strain: Array, normals: Array) -> tuple[Array, Array]:
+    """Where the skin is compressed most: epsilon (n,) and the unit tangent (n, 3) in that direction.
+
+    Furrows form across this direction. `strain` (n, 6) is that of :meth:`StrainField.strain`, `normals` (n, 3) are unit
+    normals at rest; epsilon is negative where the skin is stretched in every direction.
+
+    Examples
+    --------
+    >>> strain = np.array([[0.0, 0.8**2 - 1.0, 0.0, 0.0, 0.0, 0.0]])
+    >>> epsilon, direction = principal(strain, np.array([[0.0, 0.0, 1.0]]))
+    >>> epsilon.round(12).tolist(), np.abs(direction).round(12).tolist()
+    ([0.2], [[0.0, 1.0, 0.0]])
+    """
+    least = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    first = np.cross(normals, least)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(normals, first)
+    xx, yy = along(strain, first), along(strain, second)
+    # m^T T m of the diagonal between the two is (xx + yy) / 2 + xy.
+    xy = along(strain, (first + second) / np.sqrt(2.0)) - 0.5 * (xx + yy)
+    angle = 0.5 * np.arctan2(-2.0 * xy, yy - xx)
+    direction = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    smallest = 0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy)
+    return 1.0 - np.sqrt(np.maximum(1.0 + smallest, 0.0)), direction
+
+
 def along(tensors: Array, directions: Array) -> Array:
     """``m^T T m`` of symmetric tensors (n, 6) and directions (n, 3) or (3,)."""
     return np.asarray((tensors * products(directions)).sum(axis=-1))

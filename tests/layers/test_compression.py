@@ -6,6 +6,7 @@ affine maps of a flat mesh        1 - |F m| of the map, for the gradient; the su
 a hexagon, a ring of many edges   the closed form of Eq. 9; its mean 2c/3
 the signed cosine of the print    0/0 on every symmetric ring
 turning                           0
+the principal compression         the singular values of affine maps; no tangent is compressed more
 bending a sheet round a cylinder  its known stretch, with the order of convergence
 """
 
@@ -19,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers._kernels import strain_epsilon
-from facewrinkle.layers.compression import StrainField, along, edge_compression, products
+from facewrinkle.layers.compression import StrainField, along, edge_compression, principal, products
 
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
@@ -243,3 +244,29 @@ def test_along_is_the_quadratic_form():
     t, m = rng.normal(size=(5, 6)), rng.normal(size=(5, 3))
     full = t[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]]
     np.testing.assert_allclose(along(t, m), np.einsum("ni,nij,nj->n", m, full, m), atol=1e-13)
+
+
+def test_principal_compression_of_a_flat_map_is_its_smallest_singular_value():
+    points, triangles = flat_cloud()
+    normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        matrix = np.eye(2) + 0.3 * rng.normal(size=(2, 2))
+        deformed = np.c_[points[:, :2] @ matrix.T, points[:, 2]]
+        epsilon, direction = principal(StrainField(points, triangles).strain(deformed), normals)
+        _, values, rows = np.linalg.svd(matrix)
+        np.testing.assert_allclose(epsilon, 1.0 - values[1], atol=1e-9)
+        np.testing.assert_allclose(np.abs(direction[:, :2] @ rows[1]), 1.0, atol=1e-6)
+
+
+def test_no_tangent_is_compressed_more_than_the_principal_one():
+    points, triangles, tangents = bowl()
+    normals = vertex_normals(points, triangles)
+    strain = StrainField(points, triangles).strain(points * [0.7, 1.1, 0.9] + 0.3 * np.sin(points[:, [1, 2, 0]]))
+    epsilon, direction = principal(strain, normals)
+    np.testing.assert_allclose((direction * normals).sum(axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(1.0 - np.sqrt(np.maximum(1.0 + along(strain, direction), 0.0)), epsilon, atol=1e-9)
+    other = np.cross(normals, tangents)
+    for angle in np.linspace(0.0, np.pi, 13):
+        m = np.cos(angle) * tangents + np.sin(angle) * other
+        assert (along(strain, m) >= along(strain, direction) - 1e-9).all()
