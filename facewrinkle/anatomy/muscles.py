@@ -116,8 +116,8 @@ class Muscle:
     normal_share: float = field(default=1.0, kw_only=True)
     """Share of the pull along the skin's normal that reaches the skin."""
     folds: Muscle | None = field(default=None, kw_only=True)
-    """Where the skin folds elsewhere than over the muscle, or not across its fibres: the muscle-like region on which the
-    wrinkles are laid instead. None, as in the paper: over the muscle and across its fibres.
+    """Where the skin folds elsewhere than over the muscle, or not across its fibres: the muscle-like region on which
+    the wrinkles are laid instead. None, as in the paper: over the muscle and across its fibres.
     """
 
     def _check_common(self) -> None:
