@@ -24,6 +24,7 @@ from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas, vertex_normals
 from ..geometry.topology import unique_edges, vertex_rings
 from . import _skin_kernels as kernels
+from .contacts import STIFFNESS, Contacts
 
 Array = npt.NDArray[np.float64]
 
@@ -117,7 +118,12 @@ class Skin:
         self._build_ties(face)
         self._build_muscles(face)
         self._build_contacts(face)
-        self._factor()
+        stiffness = self._stiffness_matrices()
+        resistance = np.mean([matrix.diagonal() for matrix in stiffness], axis=0)
+        self._contacts = Contacts(face, resistance, self._area)
+        self._stopped = np.flatnonzero(self._slack == 0.0)
+        self._bone_weight = STIFFNESS * resistance[self._stopped]
+        self._factor(stiffness)
         self.reset()
 
     # --- what the skin is made of -------------------------------------------------------------
@@ -189,30 +195,25 @@ class Skin:
         depth = face.tissue.depth * face.unit
         self._slack[(below.sum(axis=1) > 0.25 * depth) & (np.abs(below).sum(axis=1) < 2.0 * depth)] = 0.0
         self._bone = self._nearest.copy()
-        self._eyes = []
-        for eye in face.eyes:
-            centre, radius = eye.centre * face.unit, eye.radius * face.unit
-            distance = np.linalg.norm(self.points - centre, axis=1)
-            near = np.flatnonzero(distance < 2.0 * radius)
-            self._eyes.append((near, centre, np.minimum(distance[near], radius)))
 
-    def _factor(self) -> None:
-        """One matrix per coordinate that stands for the curvature of the energy, factored once; the line search covers
-        what it leaves out: springs beyond their threshold, and turned ones.
+    def _stiffness_matrices(self) -> list[csr_array]:
+        """One matrix per coordinate that stands for the curvature of the skin's energy; the line search covers what it
+        leaves out: springs beyond their threshold, and turned ones.
         """
-        m, h = self.material, self.time_step
-        self._mass = self._area / (m.decay * m.rate) ** 2
-        inertia = self._mass * (1.0 + 2.0 * m.damping * m.rate * h) / h**2
-        direction = np.abs(self._rest / self._length[:, None])
-        ties = np.abs(self._normals)
+        direction, ties = np.abs(self._rest / self._length[:, None]), np.abs(self._normals)
         matrices = []
         for k in range(3):
             # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the normals.
-            weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * m.stiffening)
+            weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * self.material.stiffening)
             tie = self._along + (self._across - self._along) * ties[:, k] * ties.sum(axis=1)
-            matrix = self._bending + graph_laplacian(self._edges, weight, len(self._area)) + diags_array(inertia + tie)
-            matrices.append(matrix)
-        self._solver = _Factors(matrices)
+            matrices.append(self._bending + graph_laplacian(self._edges, weight, len(tie)) + diags_array(tie))
+        return matrices
+
+    def _factor(self, stiffness: list[csr_array]) -> None:
+        m, h = self.material, self.time_step
+        self._mass = self._area / (m.decay * m.rate) ** 2
+        inertia = diags_array(self._mass * (1.0 + 2.0 * m.damping * m.rate * h) / h**2)
+        self._solver = _Factors([matrix + inertia for matrix in stiffness])
 
     # --- use ----------------------------------------------------------------------------------
 
@@ -273,8 +274,7 @@ class Skin:
         target = old + h * self.velocity
         u = self._minimised(target, old)
         self._stop_at_bone(u)
-        for near, centre, radii in self._eyes:
-            kernels.keep_off_eye(u, self.points, near, centre, radii)
+        self._contacts.keep_off_eyes(u)
         self.displacement, self.velocity = u, (u - old) / h
         return self.points + u
 
@@ -292,7 +292,7 @@ class Skin:
     # --- one step -----------------------------------------------------------------------------
 
     def _potential(self, u: Array, gradient: Array) -> float:
-        """Energy of springs, guard, bending and ties; its gradient is written to `gradient`."""
+        """Energy of springs, guard, bending, ties and contacts; its gradient is written to `gradient`."""
         m = self.material
         gradient[:] = 0.0
         energy = kernels.springs(
@@ -305,7 +305,11 @@ class Skin:
         energy += kernels.ties(
             u, self._shift, self._normals, self._along, self._across, b.indptr, b.indices, b.data, gradient
         )
-        return float(energy)
+        energy += kernels.bone(
+            u, self.points, self._stopped, self._foot, self._bone_normals, self._nearest, OFF_BONE, self._bone_weight,
+            gradient,
+        )  # fmt: skip
+        return float(energy) + self._contacts.energy(u, self._shift, gradient)
 
     def _objective(self, u: Array, target: Array, old: Array, gradient: Array) -> float:
         """What implicit Euler minimises: inertia, drag, potential, and the work of the muscles."""
@@ -401,5 +405,7 @@ ENOUGH = 0.05
 """Share of the squared residual that is left to the next step."""
 ROUNDING = 1e-14
 FAR = 1e6
+OFF_BONE = 0.15
+"""From so far above the bone on the skin is pushed off it, mm."""
 MAX_HALVINGS = 12
 MEMORY = 5
