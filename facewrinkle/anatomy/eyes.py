@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
-from ..geometry.topology import boundary_loops
+from ..geometry.topology import boundary_loops, unique_edges
 from .guides import Guide
 from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame
 
@@ -115,10 +117,14 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     overlap = np.minimum(OVERLAP, 0.2 * (top - bottom))
     angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * inside
     near = (offset @ eye.gaze > 0.0) & (distance < SHELL * eye.radius)
-    vertices = np.flatnonzero(near & (np.abs(angles) > 1e-4))
+    across = (
+        along * np.linalg.norm(landmarks[f"eye_{eye.side}_outer"] - landmarks[f"eye_{eye.side}_inner"]) / eye.radius
+    )
+    angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles)
+    hold = fade**2 * (1.0 - _smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3))) * inside
+    vertices = np.flatnonzero(near & ((np.abs(angles) > 1e-4) | (hold > 0.5)))
     if not len(vertices):
         return None
-    hold = fade**2 * (1.0 - _smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3)))
     # Turning about up x gaze by a positive angle lowers what looks along the gaze.
     axis = lateral * np.sign(np.cross(eye.up, eye.gaze) @ lateral)
     return Guide(vertices, angles[vertices], hold[vertices], eye.centre, axis)
@@ -126,6 +132,35 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
 
 OVERLAP = np.deg2rad(2.0)
 """How much farther than to the line where the lids meet the upper one turns, so that coarse margins leave no chink."""
+
+
+def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray) -> Array:
+    """The largest angles, not above these, that keep the skin from folding over where the two lids join.
+
+    What turns down (by a positive angle) must stay above what is connected to it from below, and keep a share of its
+    height over it; so every angle is bounded by the others through paths along the edges, and the least bound is a
+    shortest path.
+    """
+    edges, _ = unique_edges(triangles)
+    i, j = np.concatenate([edges, edges[:, ::-1]]).T
+    rise, aside = elevation[j] - elevation[i], np.abs(across[j] - across[i])
+    up = rise > -0.2 * aside
+    length = KEPT * np.maximum(rise, 0.0) + SHEAR * aside
+    n, base = len(angles), float(-angles.min()) + 1.0
+    # From one node more, as far from every vertex as its angle; the angles are made positive for it.
+    source = np.full(n, n)
+    graph = csr_array(
+        (
+            np.concatenate([length[up] + 1e-12, angles + base]),
+            (np.concatenate([i[up], source]), np.concatenate([j[up], np.arange(n)])),
+        ),
+        shape=(n + 1, n + 1),
+    )
+    return np.asarray(dijkstra(graph, indices=n)[:n] - base)
+
+
+KEPT, SHEAR = 0.9, 3.0
+"""By how much of its height over its neighbours skin may come down on them, and how far along them."""
 
 
 def _opening(

@@ -19,6 +19,7 @@ from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import splu
 
 from ..anatomy.face import Face
+from ..anatomy.guides import Guide, turned
 from ..errors import ParameterError, check_range, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas, vertex_normals
@@ -166,8 +167,17 @@ class Skin:
             name: (dataclasses.replace(guide, centre=guide.centre * face.unit), shares[name])
             for name, guide in face.guides.items()
         }
+        self._carried = {name: self._turns_of_triangles(guide, shares[name]) for name, guide in face.guides.items()}
         self._along = ties + plates
         self._across = m.normal_ratio * ties + plates
+
+    def _turns_of_triangles(self, guide: Guide, share: Array) -> tuple[npt.NDArray[np.int64], Array]:
+        """Triangles that a guide carries, and their angles."""
+        angles = np.zeros(len(self.points))
+        angles[guide.vertices] = share * guide.angles
+        mean = angles[self._triangles].mean(axis=1)
+        faces = np.flatnonzero(mean)
+        return faces, mean[faces]
 
     def _build_muscles(self, face: Face) -> None:
         """Force (k, n, 3) of each muscle at full contraction."""
@@ -222,7 +232,7 @@ class Skin:
         shape = self.points.shape
         self.displacement, self.velocity = np.zeros(shape), np.zeros(shape)
         self.rates = np.zeros(len(self.names))
-        self._shift, self._force = np.zeros(shape), np.zeros(shape)
+        self._shift, self._force, self._upright = np.zeros(shape), np.zeros(shape), self._facing
         self._nearest = self._bone.copy()
         self._memory: list[tuple[Array, Array, float]] = []
 
@@ -263,10 +273,13 @@ class Skin:
         self.rates = rates.copy()
         active = np.flatnonzero(rates)
         self._force = np.tensordot(rates[active], self._pull[active], axes=1)
-        self._shift = np.zeros_like(self.points)
+        self._shift, self._upright = np.zeros_like(self.points), self._facing.copy()
         for name, (guide, share) in self._guides.items():
             if (rate := rates[self.names.index(name)]) > 0.0:
                 self._shift[guide.vertices] += share[:, None] * guide.turned(self.points, rate)
+                # Triangles are guarded from turning over as they are carried.
+                faces, angles = self._carried[name]
+                self._upright[faces] += turned(self._upright[faces], guide.axis, rate * angles)
 
     def step(self) -> Array:
         """Advance by one time step; returns the positions (n, 3) in mm."""
@@ -299,7 +312,7 @@ class Skin:
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
         energy += kernels.guard(
-            u, self._triangles, self.points, self._facing, self._double_area, m.smallest_area, 4.0, gradient
+            u, self._triangles, self.points, self._upright, self._double_area, m.smallest_area, 4.0, gradient
         )
         b = self._bending
         energy += kernels.ties(
