@@ -168,7 +168,7 @@ class MuscleWrinkles:
         self._corners = [np.unique(face.triangles[z]) for z in self._zones]
         self._unseen = np.empty(0, int)
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
-        needed = np.isin(face.triangles, np.concatenate(self._corners)).any(axis=1)
+        needed = np.isin(face.triangles, np.concatenate([*self._corners, np.empty(0, int)])).any(axis=1)
         self._strain = StrainField(face.points * face.unit, face.triangles[needed])
         self._folds = Folds.none(0)
         self._height = np.empty(0)
@@ -188,7 +188,7 @@ class MuscleWrinkles:
         n = len(self._height)
         self._room = np.empty(n), np.empty(n), np.zeros((n, 3)), np.empty(n, bool)
         seen = np.isin(np.arange(len(self._zones)), self._folds.muscle)
-        self._unseen = np.flatnonzero([z.any() for z in self._zones] & ~seen)
+        self._unseen = np.flatnonzero(np.array([z.any() for z in self._zones], dtype=bool) & ~seen)
 
     def relief(self, moment: Moment) -> Relief:
         """See :class:`facewrinkle.layers.base.Layer`."""
