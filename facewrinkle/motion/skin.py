@@ -275,7 +275,10 @@ class Skin:
         self._force = np.tensordot(rates[active], self._pull[active], axes=1)
         self._shift, self._upright = np.zeros_like(self.points), self._facing.copy()
         for name, (guide, share) in self._guides.items():
-            if (rate := rates[self.names.index(name)]) > 0.0:
+            rate = rates[self.names.index(name)]
+            if guide.yields in self.names:
+                rate *= 1.0 - rates[self.names.index(guide.yields)]
+            if rate > 0.0:
                 self._shift[guide.vertices] += share[:, None] * guide.turned(self.points, rate)
                 # Triangles are guarded from turning over as they are carried.
                 faces, angles = self._carried[name]
