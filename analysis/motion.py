@@ -47,6 +47,8 @@ OTHERS: tuple[tuple[str, str], ...] = (
     ("depressor_labii_inferioris_l", "mouthLowerDown_L"),
     ("buccinator_l", "mouthDimple_L"),
     ("levator_palpebrae_l", "eyeWide_L"),
+    ("rectus_superior_l", "eyeLookUp_L"),
+    ("rectus_inferior_l", "eyeLookDown_L"),
     ("orbicularis_oculi_orbital_l", "eyeSquint_L"),
     ("orbicularis_oris", "mouthFunnel"),
     ("orbicularis_oris", "mouthPress_L"),

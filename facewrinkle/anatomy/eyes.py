@@ -197,7 +197,7 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     across = (
         along * np.linalg.norm(landmarks[f"eye_{eye.side}_outer"] - landmarks[f"eye_{eye.side}_inner"]) / eye.radius
     )
-    angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles)
+    angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, CLOSING_SHEAR)
     vertices = np.flatnonzero(near & ((np.abs(angles) > 1e-4) | (hold > 0.5)))
     if not len(vertices):
         return None
@@ -210,7 +210,7 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     guides = []
     for share, sign in ((FOLLOWS_UP, -1.0), (FOLLOWS_DOWN, 1.0)):
         most = np.where(is_upper, *share) * follow * LARGEST_TURN
-        bounded = sign * _without_folds(most, sign * elevation, across, triangles) / LARGEST_TURN
+        bounded = sign * _without_folds(most, sign * elevation, across, triangles, FOLLOWING_SHEAR) / LARGEST_TURN
         guides.append(replace(close, angles=bounded[vertices]))
     return Lids(close, *guides)
 
@@ -226,18 +226,18 @@ OVERLAP = np.deg2rad(2.0)
 """How much farther than to the line where the lids meet the upper one turns, so that coarse margins leave no chink."""
 
 
-def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray) -> Array:
+def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray, shear: float) -> Array:
     """The largest angles, not above these, that keep the skin from folding over where the two lids join.
 
     What turns down (by a positive angle) must stay above what is connected to it from below, and keep a share of its
-    height over it; so every angle is bounded by the others through paths along the edges, and the least bound is a
-    shortest path.
+    height over it; along it, `shear` times their distance is allowed. So every angle is bounded by the others through
+    paths along the edges, and the least bound is a shortest path.
     """
     edges, _ = unique_edges(triangles)
     i, j = np.concatenate([edges, edges[:, ::-1]]).T
     rise, aside = elevation[j] - elevation[i], np.abs(across[j] - across[i])
     up = rise > -0.2 * aside
-    length = KEPT * np.maximum(rise, 0.0) + SHEAR * aside
+    length = KEPT * np.maximum(rise, 0.0) + shear * aside
     n, base = len(angles), float(-angles.min()) + 1.0
     # From one node more, as far from every vertex as its angle; the angles are made positive for it.
     source = np.full(n, n)
@@ -251,7 +251,7 @@ def _without_folds(angles: Array, elevation: Array, across: Array, triangles: In
     return np.asarray(dijkstra(graph, indices=n)[:n] - base)
 
 
-KEPT, SHEAR = 0.9, 3.0
+KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
 """By how much of its height over its neighbours skin may come down on them, and how far along them."""
 
 

@@ -16,6 +16,8 @@ import numpy.typing as npt
 from ..anatomy.eyes import ROOM
 from ..anatomy.face import Face
 from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE
+from ..anatomy.teeth import ELLIPSE
+from ..anatomy.teeth import LIPS as BEHIND_LIPS
 from ..geometry.normals import vertex_normals
 from . import _skin_kernels as kernels
 
@@ -30,11 +32,6 @@ THICKNESS = 0.1
 
 TEETH = 8.0
 """Stiffness of the contact with the teeth per area, relative to the membrane stiffness of the skin, 1/mm^2."""
-
-HALF_AXES, BEHIND = (29.0, 46.0), 10.5
-"""Half width and depth of the dental arches, and how far they stand behind the front of the lips, mm, for a distance
-between the pupils of 63 mm.
-"""
 
 SLACK = 0.05
 """How far skin that touches at rest may enter before it is pushed, mm: rest is an equilibrium with some room."""
@@ -151,10 +148,10 @@ def _ball(points: Array, weight: Array, centre: Array, radius: float) -> Ball:
 def _dental_wall(face: Face, points: Array, weight: Array) -> DentalWall:
     scale = face.frame.pupil_distance * face.unit / MEAN_PUPIL_DISTANCE
     lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]) * face.unit
-    half = scale * np.array(HALF_AXES)
+    half = scale * np.array(ELLIPSE["upper"])
     local = (points - lips) @ face.frame.axes.T
     close = (np.linalg.norm(local, axis=1) < 50.0 * scale) & (np.abs(local[:, 1]) < 25.0 * scale)
-    local = local[:, [0, 2]] + [0.0, half[1] + BEHIND * scale]
+    local = local[:, [0, 2]] + [0.0, half[1] + BEHIND_LIPS * scale]
     vertices = np.flatnonzero(close & (local[:, 1] > 0.3 * half[1]))
     # What lies behind the wall at rest is not pushed out of it.
     radius = np.hypot(*(local[vertices] / half).T) - SLACK / half[1]

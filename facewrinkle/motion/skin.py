@@ -121,7 +121,7 @@ class Skin:
         self._build_contacts(face)
         stiffness = self._stiffness_matrices()
         resistance = np.mean([matrix.diagonal() for matrix in stiffness], axis=0)
-        self._contacts = Contacts(face, resistance, self._area)
+        self.contacts = Contacts(face, resistance, self._area)
         self._stopped = np.flatnonzero(self._slack == 0.0)
         self._bone_weight = STIFFNESS * resistance[self._stopped]
         self._factor(stiffness)
@@ -290,7 +290,7 @@ class Skin:
         target = old + h * self.velocity
         u = self._minimised(target, old)
         self._stop_at_bone(u)
-        self._contacts.keep_off_eyes(u)
+        self.contacts.keep_off_eyes(u)
         self.displacement, self.velocity = u, (u - old) / h
         return self.points + u
 
@@ -315,7 +315,7 @@ class Skin:
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
         energy += kernels.guard(
-            u, self._triangles, self.points, self._upright, self._double_area, m.smallest_area, 4.0, gradient
+            u, self._triangles, self.points, self._upright, self._double_area, m.smallest_area, GUARD, gradient
         )
         b = self._bending
         energy += kernels.ties(
@@ -325,7 +325,7 @@ class Skin:
             u, self.points, self._stopped, self._foot, self._bone_normals, self._nearest, OFF_BONE, self._bone_weight,
             gradient,
         )  # fmt: skip
-        return float(energy) + self._contacts.energy(u, self._shift, gradient)
+        return float(energy) + self.contacts.energy(u, self._shift, gradient)
 
     def _objective(self, u: Array, target: Array, old: Array, gradient: Array) -> float:
         """What implicit Euler minimises: inertia, drag, potential, and the work of the muscles."""
@@ -425,3 +425,5 @@ OFF_BONE = 0.15
 """From so far above the bone on the skin is pushed off it, mm."""
 MAX_HALVINGS = 12
 MEMORY = 5
+GUARD = 20.0
+"""Stiffness of the guard against triangles that turn over, relative to the membrane stiffness."""

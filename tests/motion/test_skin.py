@@ -433,8 +433,8 @@ def test_lids_close_and_open_again(face):
     skin.contract({"orbicularis_oculi_l": 1.0})
     for _ in range(60):
         x = skin.step()
-    assert gap(face, "l", x).max() < 0.1 * open_left.mean()
-    assert gap(face, "l", x).min() > -0.4 * open_left.mean()
+    assert gap(face, "l", x).max() < 0.5
+    assert gap(face, "l", x).min() > -1.0
     np.testing.assert_allclose(gap(face, "r", x), open_right, atol=0.1)
     skin.contract({})
     for _ in range(250):
