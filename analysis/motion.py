@@ -52,6 +52,8 @@ OTHERS: tuple[tuple[str, str], ...] = (
     ("orbicularis_oculi_palpebral_l", "eyeSquint_L"),
     ("AU22", "mouthFunnel"),
     ("AU24", "mouthPress_L+mouthPress_R"),
+    ("rectus_superior_l", "eyeLookUp_L"),
+    ("rectus_inferior_l", "eyeLookDown_L"),
 )
 """Muscles that the paper does not have, and action units; shapes joined by + are added."""
 
@@ -180,7 +182,8 @@ def fold_angles(face: fw.Face, shapes: dict[str, Array], pairs: Iterable[tuple[s
     for name, shape in pairs:
         if name not in face.muscles or not set(shape.split("+")) <= set(shapes):
             continue
-        epsilon, principal_direction = principal_compression(field.strain(points + joined(shapes, shape)), field.metric, normals)
+        strain = field.strain(points + joined(shapes, shape))
+        epsilon, principal_direction = principal_compression(strain, field.metric, normals)
         muscle = face.muscles[name]
         weight = muscle.fold_pattern.envelope(face.points) * area * np.maximum(epsilon, 0.0)
         if not weight.any():

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
 from .landmarks import FaceFrame, of_side
-from .muscles import JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
+from .muscles import EyeMuscle, JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
 
 Array = npt.NDArray[np.float64]
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
@@ -206,6 +206,7 @@ KEYS = {
     "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
     "jaw": {"hinge", "angle"},
     "lid": {"share"},
+    "eye": {"turn", "angle"},
 }
 """What an entry may say, by kind."""
 
@@ -238,6 +239,8 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         return JawMuscle(point(entry["hinge"]), frame.axes[0], np.deg2rad(entry["angle"]), **common)
     if entry["kind"] == "lid":
         return LidMuscle(side, entry["share"], **common)
+    if entry["kind"] == "eye":
+        return EyeMuscle(side, entry["turn"], np.deg2rad(entry["angle"]), **common)
     beta1, beta2 = np.deg2rad(entry["beta"])
     return SphincterMuscle(
         point(entry["centre"]),

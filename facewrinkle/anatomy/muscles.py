@@ -678,3 +678,55 @@ class LidMuscle(Muscle):
         if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
             return self
         return dataclasses.replace(self, side="r" if self.side == "l" else "l")
+
+
+TURNS = {"up": (0.0, 1.0), "down": (0.0, -1.0), "inwards": (-1.0, 0.0), "outwards": (1.0, 0.0)}
+"""Turns of an eye: shares of its angle outwards (to its own side) and upwards."""
+
+
+@dataclass(frozen=True, eq=False)
+class EyeMuscle(Muscle):
+    """A straight muscle of the eye, which turns the eyeball; the lids follow.
+
+    Parameters
+    ----------
+    side : {"l", "r"}
+    turn : {"up", "down", "inwards", "outwards"}
+    angle : float
+        Turn at full contraction, radians.
+    """
+
+    side: str
+    turn: str
+    angle: float
+
+    def __post_init__(self) -> None:
+        self._check_common()
+        if self.side not in ("l", "r"):
+            raise ParameterError(f"side must be 'l' or 'r', received {self.side!r}.")
+        if self.turn not in TURNS:
+            raise unknown_name("turn", self.turn, TURNS)
+        check_range("angle", self.angle, 1e-6, 1.0)
+
+    def rate(self, outwards: float, up: float) -> float:
+        """Its contraction rate, in [0, 1], in an eye that is turned by these angles, radians.
+
+        Raises
+        ------
+        ParameterError
+            If the eye is turned farther than the muscle can.
+        """
+        aside, above = TURNS[self.turn]
+        rate = (aside * outwards + above * up) / self.angle
+        if rate > 1.0 + 1e-9:
+            raise ParameterError(
+                f"an eye turns {self.turn} by {np.degrees(self.angle):.3g} degrees at most, asked for were "
+                f"{np.degrees(rate * self.angle):.3g}. Turn the head instead."
+            )
+        return min(max(rate, 0.0), 1.0)
+
+    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
+        """The muscle itself, or that of the other side if `rotation` mirrors: it goes with the eye."""
+        if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
+            return self
+        return dataclasses.replace(self, side="r" if self.side == "l" else "l")
