@@ -339,7 +339,7 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     mould.eliminate_zeros()
     eye = data["eye"]
     cage = np.array(list(data["points"].values()))
-    points = Mould(mould, share, twins)(cage, np.array(eye["centre"]), eye["radius"])
+    points = Mould(mould, share, twins.astype(np.int32))(cage, np.array(eye["centre"]), eye["radius"])
     named = landmarks(half, data, points, triangles)
     brow, weights = brow_hairs(data["brow"], points, triangles)
     half_count = len(triangles) // 2
