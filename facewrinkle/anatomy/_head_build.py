@@ -258,7 +258,7 @@ def half_mesh(half: HalfCage, data: dict[str, Any], plane: Floats, size: Floats)
     return ChartMesh(chart, plane[used], triangles, kind, line, kept, drawn), end
 
 
-def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Ints, Ints, Ints, Floats]:
+def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Ints, NDArray[np.int32], Ints, Floats]:
     """The left half's vertices that stay, those with twins, and triangles and chart of the mirrored mesh.
 
     The triangles at the two ends become one across the middle.
@@ -276,7 +276,7 @@ def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Ints, Ints, Ints, Floats]:
     rest = mesh.triangles[~(mesh.triangles == corner).any(axis=1)]
     bridge = np.array([[number[top], twin[side], number[side]]])
     triangles = np.vstack([number[rest], twin[rest][:, ::-1], bridge])
-    return keep, number[twins], triangles, np.vstack([plane[keep], plane[twins] * [-1.0, 1.0]])
+    return keep, number[twins].astype(np.int32), triangles, np.vstack([plane[keep], plane[twins] * [-1.0, 1.0]])
 
 
 def moulding(half: HalfCage, mesh: ChartMesh, keep: Ints) -> tuple[sparse.csr_array, Floats]:
@@ -360,7 +360,7 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
         "mould_size": np.array(mould.shape[1]),
         "mould_rows": mould.indptr.astype(np.int32),
         "lid_share": share,
-        "twins": twins.astype(np.int32),
+        "twins": twins,
         "brow_triangles": np.concatenate([brow, brow + half_count]),
         "brow_weights": np.concatenate([weights, weights[..., ::-1]]),
         "brow_heights": np.array(data["brow"]["heights"]),

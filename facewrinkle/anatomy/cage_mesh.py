@@ -200,16 +200,20 @@ class ChartMesh:
         self._evaluate()
 
     def _angle_after(self, edges: Ints, pair: Ints) -> Floats:
-        """Smallest angle (e,) that splitting an edge would leave: the chart's middle may lie askew in space."""
+        """Smallest angle (e,) that splitting an edge would leave, 0 where it would fold the surface.
+
+        The chart's middle of an edge may lie askew in space.
+        """
         middle = self.chart(self.plane[edges].mean(axis=1))[:, :3]
         least = np.full(len(edges), np.pi)
         for side in range(2):
             there = pair[:, side] >= 0
             cells = self.triangles[np.where(there, pair[:, side], pair[:, 0])]
-            tip = self.points[cells.sum(axis=1) - edges.sum(axis=1)]
+            before = _normals(self.points[cells])
             for end in edges.T:
-                found = _smallest(np.stack([self.points[end], middle, tip], axis=1))
-                least = np.where(there, np.minimum(least, found), least)
+                new = np.where((cells == end[:, None])[:, :, None], middle[:, None], self.points[cells])
+                turned = np.einsum("mi,mi->m", before, _normals(new)) < 0.5
+                least = np.where(there, np.minimum(least, np.where(turned, 0.0, _smallest(new))), least)
         return least
 
     def _split(self, a: int, b: int, sides: list[int]) -> None:
@@ -320,6 +324,9 @@ class ChartMesh:
         p = self.plane[new]
         if (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9).any():
             return False
+        before, after = (_normals(self.points[rows]) for rows in (self.triangles[pair], new))
+        if after[0] @ after[1] < min(0.0, before[0] @ before[1]):
+            return False
         self.triangles[pair] = new
         return True
 
@@ -350,7 +357,7 @@ class ChartMesh:
 
     def _move(self, step: Floats) -> None:
         """Take the steps, except where a triangle would turn over or grow a much smaller angle."""
-        before = self.smallest_angles()
+        before, normals = self.smallest_angles(), _normals(self.points[self.triangles])
         state = self.plane, self.points, self.size
         moves = (step != 0.0).any(axis=1)
         values = self.chart(self.plane[moves] + step[moves])
@@ -365,6 +372,7 @@ class ChartMesh:
             p = self.plane[self.triangles]
             now = self.smallest_angles()
             bad = (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9) | ((now < SLIM) & (now < before - 1e-9))
+            bad |= np.einsum("mi,mi->m", normals, _normals(self.points[self.triangles])) < 0.5
             bad &= moves[self.triangles].any(axis=1)
             if not bad.any():
                 return
