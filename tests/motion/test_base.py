@@ -176,7 +176,7 @@ def test_motions_that_do_not_fit_are_refused(face, cloth):
     with pytest.raises(ParameterError, match="time_step"):
         Still(face, 0.0)
     fewer = dataclasses.replace(face, muscles={"mentalis_l": face.muscles["mentalis_l"]})
-    with pytest.raises(ParameterError, match="all 28 muscles"):
+    with pytest.raises(ParameterError, match=f"all {len(face.muscles)} muscles"):
         fw.Simulation(face, motion=fw.Skin(fewer))
     sim = fw.Simulation(face, motion=Still(face))
     with pytest.raises(ParameterError, match="moved by a Still.*frontalis"):
