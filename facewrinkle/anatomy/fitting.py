@@ -45,7 +45,7 @@ def default_face(atlas: Atlas | None = None) -> Face:
     --------
     >>> face = default_face()
     >>> face.mesh.n_cells, len(face.muscles)
-    (4517, 28)
+    (4517, 36)
     """
     head = load_head()
     mesh = to_polydata(head.points, head.triangles)

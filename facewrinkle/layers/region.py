@@ -21,10 +21,10 @@ from ..geometry.chart import (
     smoothly_carried,
     tangents,
 )
+from ..geometry.profile import attenuation, band
 from ..geometry.topology import vertex_rings
 from ..geometry.transfer import carried
 from .base import Array, IntArray, Sites
-from .profile import attenuation, band
 
 Outline = Literal["ellipse", "box"]
 Coordinates = Literal["geodesic", "projected"]
