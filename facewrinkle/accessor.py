@@ -39,8 +39,8 @@ class FaceWrinkleAccessor:
     --------
     >>> import facewrinkle.accessor
     >>> import pyvista as pv
-    >>> ball = pv.Sphere(radius=40.0, theta_resolution=60, phi_resolution=60)
-    >>> dented = ball.facewrinkle.pattern("dimple", centre=(0, 0, 40), size=20.0, depth=3.0)
+    >>> ball = pv.Icosphere(radius=40.0, nsub=5)
+    >>> dented = ball.facewrinkle.pattern("dimple", centre=(0, 0, 40), size=30.0, depth=3.0)
     >>> round(float(dented["W"].min()), 1)
     -3.0
     """

@@ -155,12 +155,19 @@ class Forehead(Pattern):
 
 
 def _wave_heights(kind: Any, phase: Array, where: npt.NDArray[np.int64], weight: Array) -> Heights:
-    """Waves are proportional to their strength: as long as t stays, they are computed once."""
+    def fill(t: float, full: Array) -> None:
+        kernels.waves(weight, phase, float(t), *_scale(1.0, kind.sharpness, kind.furrows), full)
+
+    return _proportional(fill, where)
+
+
+def _proportional(fill: Callable[[float, Array], None], where: npt.NDArray[np.int64]) -> Heights:
+    """Waves are proportional to their strength: as long as t stays, `fill` computes them once."""
     full, last = np.empty(len(where)), [np.nan]
 
     def heights(strength: float, t: float, out: Array) -> None:
         if t != last[0]:
-            kernels.waves(weight, phase, float(t), *_scale(1.0, kind.sharpness, kind.furrows), full)
+            fill(t, full)
             last[0] = t
         kernels.add(where, full, strength, out)
 
@@ -278,15 +285,11 @@ class Frown(Pattern):
         if self.variant == "paper":
             phase = np.stack([x * y / self.beta + self.offset, x / self.beta, np.zeros_like(x)])
             return _wave_heights(self, phase, where, weight)
-        full, last = np.empty(len(where)), [np.nan]  # no polynomial in t
 
-        def heights(strength: float, t: float, out: Array) -> None:
-            if t != last[0]:
-                full[:] = weight * self.relief(x, y, 1.0, t, aspect)
-                last[0] = t
-            kernels.add(where, full, strength, out)
+        def fill(t: float, full: Array) -> None:  # no polynomial in t
+            full[:] = weight * self.relief(x, y, 1.0, t, aspect)
 
-        return heights
+        return _proportional(fill, where)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -40,7 +40,7 @@ class Compression:
 
     Examples
     --------
-    >>> Compression(low=0.05, full=0.25)(0.15)
+    >>> Compression(low=0.0, full=0.25)(0.125)
     0.5
     """
 
@@ -273,9 +273,10 @@ class PatternLayer:
         Examples
         --------
         >>> import facewrinkle as fw
-        >>> face = fw.default_face()
-        >>> PatternLayer("dimple", face.landmarks["malar_l"], size=8.0).level_needed(face)
-        3
+        >>> import pyvista as pv
+        >>> ball = fw.surface(pv.Icosphere(radius=40.0, nsub=3))
+        >>> [PatternLayer("dimple", (0, 0, 40), size=size).level_needed(ball) for size in (40.0, 10.0)]
+        [1, 2]
         """
         twin = PatternLayer(self.patterns, region=self.region, t=self.t, name=self.name)
         twin.attach(face)
