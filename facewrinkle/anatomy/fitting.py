@@ -191,8 +191,9 @@ def _unit(units: str | float | None, pupil_distance: float) -> float:
 
 
 def _closest(surface: Surface, point: Array) -> Array:
-    """The closest vertex: estimates are not worth more."""
-    return np.asarray(surface.points[np.argmin(((surface.points - point) ** 2).sum(axis=1))])
+    """The closest point of the surface."""
+    _, closest = surface.mesh.find_closest_cell(point, return_closest_point=True)
+    return np.asarray(closest, dtype=np.float64)
 
 
 def _check_on_mesh(given: Mapping[str, Array], points: Array, triangles: npt.NDArray[np.int32], size: float) -> None:
