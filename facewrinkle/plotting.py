@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ._features import Brows, MouthCavity, painted_eye
+from . import _shading
+from ._features import Brows, Lashes, Mouth, PaintedEye
 from .anatomy.face import Face
 from .anatomy.landmarks import NAMES, mirrored_name
 from .errors import MeshError, OutputError, ParameterError, check_range, check_whole, unknown_name
@@ -88,13 +89,13 @@ SAMPLES = 2
 
 SKIN: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.88, "specular": 0.13, "specular_power": 14.0}
 EYE: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
-HAIR: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.05}
+HAIR: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
 SKIN_COLOUR = (0.87, 0.67, 0.56)
 BACKGROUND = ("#20242a", "#3a4048")
 LIGHTS = (
-    ((-0.5, 0.52, 0.85), (1.0, 0.95, 0.88), 0.8),
-    ((0.9, 0.1, 0.7), (0.82, 0.9, 1.0), 0.32),
-    ((0.5, 0.5, -0.9), (1.0, 1.0, 1.0), 0.35),
+    ((-0.6, 0.6, 0.75), (1.0, 0.95, 0.88), 1.12),
+    ((0.9, 0.1, 0.6), (0.94, 0.97, 1.0), 0.2),
+    ((0.65, 0.45, -0.8), (1.0, 0.98, 0.95), 0.9),
 )
 """A warm key, a cool fill and a rim light: [right, up, towards the camera], colour, intensity."""
 
@@ -181,11 +182,12 @@ class Scene:
         _aim(self.plotter, face, self.style)
         self._texture = _texture(face)
         self._brows = None
+        pixel = _height(face, self.style) / window[1]
         if self.style.brows and self.style.scalars is None and face.brows is not None:
-            self._brows = Brows(face.brows, 0.0016 * face.frame.pupil_distance)
-        self._mouth = MouthCavity(face)
-        for eye in face.eyes if self.style.eyes else ():
-            self._add(painted_eye(eye), f"eye_{eye.side}", scalars="paint", rgb=True, **EYE)
+            self._brows = Brows(face.brows, face.frame.pupil_distance, pixel)
+        self._mouth = Mouth(face)
+        self._eyes = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
+        self._lashes = [Lashes(eye, face, pixel) for eye in face.eyes] if self._eyes and self.style.brows else []
 
     def show(self, frame: pv.PolyData) -> None:
         """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in the place of the one before."""
@@ -198,11 +200,21 @@ class Scene:
         options = SKIN | self._colouring(skin)
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
-        self._add(skin, "skin", **options)
+        self._add(skin, "skin", None if self.style.scalars else _shading.SKIN, **options)
         n = self.face.mesh.n_points  # base vertices come first in every frame
         points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
         if len(self._mouth.loop):
-            self._add(self._mouth.on(points), "mouth", color=MouthCavity.COLOUR, lighting=False)
+            self._add(self._mouth.pocket(points), "mouth", scalars="paint", rgb=True, lighting=False)
+            inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
+            for name, part in inside.items():
+                self._add(part, name, _shading.TEETH, scalars="paint", rgb=True)
+            for name in Mouth.INSIDE if not inside else ():
+                self.plotter.renderer.remove_actor(name, render=False)
+        for eye in self._eyes:
+            self._add(eye.on(points), f"eye_{eye.eye.side}", _shading.EYE, scalars="paint", rgb=True, **EYE)
+        for lashes in self._lashes:
+            if lashes.roots:
+                self._add(lashes.on(points), f"lashes_{lashes.eye.side}", scalars="paint", rgb=True, **HAIR)
         if self._brows is not None:
             hairs = self._brows.on(points, self.face.triangles, normals)
             self._add(hairs, "brows", scalars="paint", rgb=True, **HAIR)
@@ -228,9 +240,13 @@ class Scene:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _add(self, mesh: pv.PolyData, name: str, **options: Any) -> None:
+    def _add(self, mesh: pv.PolyData, name: str, surface: _shading.Surface | None = None, **options: Any) -> None:
         defaults = {"smooth_shading": True, "show_scalar_bar": False, "reset_camera": False, "render": False}
-        self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
+        if surface is not None and not self.style.quick:
+            options |= {"ambient": 1.0, "diffuse": 1.0}
+        actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
+        if surface is not None and not self.style.quick:
+            surface.on(actor, len(LIGHTS), "texture" in options)
 
     def _colouring(self, skin: pv.PolyData) -> dict[str, Any]:
         """What `add_mesh` needs to colour the skin: a field, the face's texture, its colours, or plain skin."""
@@ -412,14 +428,19 @@ def _stand(face: Face, view: View) -> tuple[Array, Array, Array, Array]:
     return focus, towards, right, np.cross(towards, right)
 
 
+def _height(face: Face, style: Style) -> float:
+    """What the picture shows from its lower to its upper border, in the unit of the mesh."""
+    view = VIEWS[style.view] if isinstance(style.view, str) else style.view
+    # The view angle is the vertical one: in an upright picture the width would be cut off.
+    return float(face.frame.pupil_distance * view.height * max(1.0, style.size[1] / style.size[0]))
+
+
 def _aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
     """Camera on the face, and lights that move with it."""
     view = VIEWS[style.view] if isinstance(style.view, str) else style.view
     size = face.frame.pupil_distance
     focus, towards, right, up = _stand(face, view)
-    # The view angle is the vertical one: in an upright picture the width would be cut off.
-    height = view.height * max(1.0, style.size[1] / style.size[0])
-    distance = size * height / (2.0 * np.tan(np.radians(VIEW_ANGLE / 2.0)))
+    distance = _height(face, style) / (2.0 * np.tan(np.radians(VIEW_ANGLE / 2.0)))
     camera = plotter.camera
     camera.position = focus + distance * towards
     camera.focal_point = focus
