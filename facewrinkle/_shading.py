@@ -70,8 +70,12 @@ class Surface:
         actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code)
 
 
+# Hair and furrows on the skin are dull.
 SKIN = Surface(
-    "0.060, 0.046, 0.040", "0.110, 0.112, 0.120", "0.24, 0.13, 0.09", "0.022 * pow(near, 9.0) + 0.05 * pow(near, 42.0)"
+    "0.060, 0.046, 0.040",
+    "0.110, 0.112, 0.120",
+    "0.24, 0.13, 0.09",
+    "smoothstep(-0.03, 0.2, albedo.g) * (0.022 * pow(near, 9.0) + 0.05 * pow(near, 42.0))",
 )
 EYE = Surface(
     "0.10, 0.09, 0.09",

@@ -13,7 +13,9 @@ import pyvista as pv
 
 from . import _shading
 from ._features import Brows, Lashes, Mouth, PaintedEye
+from .anatomy.complexion import painted
 from .anatomy.face import Face
+from .anatomy.fitting import carried_brows
 from .anatomy.landmarks import NAMES, mirrored_name
 from .errors import MeshError, OutputError, ParameterError, check_range, check_whole, unknown_name
 from .geometry.normals import vertex_normals
@@ -183,8 +185,12 @@ class Scene:
         self._texture = _texture(face)
         self._brows = None
         pixel = _height(face, self.style) / window[1]
-        if self.style.brows and self.style.scalars is None and face.brows is not None:
-            self._brows = Brows(face.brows, face.frame.pupil_distance, pixel)
+        self._paint = None
+        if face.texture is None and not _has_colours(face.mesh):
+            self._paint = painted(face.points, face.landmarks, face.frame)
+        brows = carried_brows(face) if face.brows is None and self._paint is not None else face.brows
+        if self.style.brows and self.style.scalars is None and brows is not None:
+            self._brows = Brows(brows, face.frame.pupil_distance, pixel)
         self._mouth = Mouth(face)
         self._eyes = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
         self._lashes = [Lashes(eye, face, pixel) for eye in face.eyes] if self._eyes and self.style.brows else []
@@ -254,10 +260,14 @@ class Scene:
             return _field(skin, self.style.scalars, self.style.size[1] * self._samples)
         if self._texture is not None and skin.active_texture_coordinates is not None:
             return {"texture": self._texture}
-        colours = skin.point_data.get("Colors")
-        if colours is not None and colours.dtype == np.uint8 and colours.ndim == 2:
+        if _has_colours(skin):
             return {"scalars": "Colors", "rgb": True}
-        return {"color": SKIN_COLOUR}
+        if self._paint is not None:
+            n = len(self._paint)
+            new = np.asarray(skin.point_data.get("rest", skin.points))[n:]
+            paint = np.concatenate([self._paint, painted(new, self.face.landmarks, self.face.frame)])
+            return {"scalars": paint, "rgb": True}
+        return {"color": SKIN_COLOUR}  # the texture is not for this mesh
 
 
 def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image:
@@ -361,6 +371,11 @@ def _shaded(frame: pv.PolyData) -> pv.PolyData:
     if "split_gamma" not in skin.point_data:
         skin.point_data["Normals"] = vertex_normals(frame.points, frame.regular_faces)
     return skin
+
+
+def _has_colours(mesh: pv.PolyData) -> bool:
+    colours = mesh.point_data.get("Colors")
+    return colours is not None and colours.dtype == np.uint8 and colours.ndim == 2
 
 
 def _texture(face: Face) -> pv.Texture | None:

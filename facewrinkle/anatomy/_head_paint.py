@@ -79,34 +79,45 @@ class Skin:
 
     def colours(self, plane: Floats) -> NDArray[np.uint8]:
         """Colours (q, 3) at places (q, 2) of the chart, those of the right half too, without fine detail."""
-        return _bytes(self._painted(self.chart(_left(plane)), np.ones(len(plane)), detail=0.0))
+        skin, sky, cover, _ = self._even(self.chart(np.stack([np.abs(plane[:, 0]), plane[:, 1]], axis=1)))
+        return _bytes(_cropped(shaded(skin, sky), np.tile(HAIR, (len(sky), 1)), sky, cover))
 
     def texture(self, middle: Floats, span: float) -> NDArray[np.uint8]:
         """The colour as a square image, first row at v = 1."""
         centres = (np.arange(TEXELS) + 0.5) / TEXELS - 0.5
         u, v = np.meshgrid(centres[TEXELS // 2 :], centres[::-1])
         values = self.chart(np.stack([u.ravel(), v.ravel()], axis=1) * span + middle, most=32)
-        left, right = (_bytes(self._painted(values, side)).reshape(TEXELS, -1, 3) for side in (1.0, -1.0))
+        skin, sky, cover, lip = self._even(values)
+        halves = []
+        for side in (-1.0, 1.0):
+            places = values[:, :3] * [side, 1.0, 1.0]
+            ragged = cover + 1.2 * noise(places, 9.0, 21) + 2.6 * noise(places, 0.42, 22)
+            hair = np.array(HAIR) * strands(places)[:, None]
+            halves.append(_cropped(shaded(skin * mottled(places, lip), sky), hair, sky, ragged))
+        right, left = (_bytes(half).reshape(TEXELS, -1, 3) for half in halves)
         return np.concatenate([right[:, ::-1], left], axis=1)
 
-    def _painted(self, values: Floats, side: Any, detail: float = 1.0) -> Floats:
-        """Colours (q, 3) from the chart's values on the left (side 1) or right (-1)."""
-        frame, marks, paint = frame_of(self.landmarks), self.landmarks, self.data["paint"]
-        left, sky, rings, lip = values[:, :3], values[:, 3], values[:, 4:-1], values[:, -1:]
-        places = left * np.stack(np.broadcast_arrays(side, 1.0, 1.0), axis=-1)
-        colour = complexion(left, marks, frame)
+    def _even(self, values: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """From the chart: colour (q, 3) of the skin, openness, distance inside the hairline, and lip (q, 1)."""
+        frame, paint = frame_of(self.landmarks), self.data["paint"]
+        places, sky, rings, lip = values[:, :3], values[:, 3], values[:, 4:-1], values[:, -1:]
+        skin = complexion(places, self.landmarks, frame)
         tint, strength = paint["brow"]
-        colour += (strength * _brow_shade(np.array(self.data["brow"]["line"]), left))[:, None] * (tint - colour)
+        skin += (strength * _brow_shade(np.array(self.data["brow"]["line"]), places))[:, None] * (tint - skin)
         for k, ring in enumerate(paint["rings"]):
-            colour += rings[:, k, None] * (np.array(ring[2]) - colour)
-        if detail:
-            colour *= mottled(places, lip)
-        shade = np.clip(sky, 0.0, 1.0)[:, None]
-        colour *= SHADE + (1.0 - SHADE) * shade
-        cover = hair_cover(left, marks, frame)
-        ragged = detail * (1.5 * noise(places, 9.0, 21) + 2.2 * noise(places * [1.0, 0.4, 0.4], 0.8, 22))
-        dense = _smooth((cover + ragged + 1.0) / 14.0)[:, None]
-        return colour + 0.93 * dense * (cropped(places, detail) * (0.5 + 0.5 * shade) - colour)
+            skin += rings[:, k, None] * (np.array(ring[2]) - skin)
+        return skin, np.clip(sky, 0.0, 1.0), hair_cover(places, self.landmarks, frame), lip
+
+
+def shaded(skin: Floats, sky: Floats) -> Floats:
+    """Colour (n, 3) where only a share (n,) of the light comes in."""
+    return skin * (SHADE + (1.0 - SHADE) * sky[:, None])
+
+
+def _cropped(skin: Floats, hair: Floats, sky: Floats, cover: Floats) -> Floats:
+    """Colour (n, 3) of skin under hair that grows denser from the hairline inwards."""
+    dense = _smooth((cover + 1.0) / 17.0)[:, None]
+    return skin + 0.93 * dense * (hair * (0.5 + 0.5 * sky[:, None]) - skin)
 
 
 LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
@@ -122,7 +133,7 @@ def mottled(places: Floats, lip: Floats) -> Floats:
     freckle = _smooth((noise(places, 1.3, 5) - 1.5) / 1.0) * _smooth(noise(places, 25.0, 6))
     pores = 0.7 * noise(places, 0.85, 7) + 0.5 * noise(places, 1.7, 8)
     shares = np.stack([0.008 * blood, 0.030 * blood, 0.024 * blood], axis=1)
-    shares += np.stack([0.014 * brown, 0.020 * brown, 0.028 * brown], axis=1)
+    shares += np.stack([0.010 * brown, 0.015 * brown, 0.021 * brown], axis=1)
     shares += freckle[:, None] * [0.05, 0.09, 0.11]
     skin = 1.0 - shares - 0.026 * pores[:, None] * [0.8, 1.0, 1.05]
     lines = noise(places * [1.0, 0.13, 0.2], 0.75, 9) + 0.6 * noise(places * [1.0, 0.25, 0.3], 1.9, 10)
@@ -130,11 +141,10 @@ def mottled(places: Floats, lip: Floats) -> Floats:
     return skin + lip * (red - skin)
 
 
-def cropped(places: Floats, detail: float) -> Floats:
-    """Colour (n, 3) of cropped hair: short strands that lie backwards and down."""
-    strands = 0.55 * noise(places * [1.0, 0.35, 0.35], 0.9, 31) + 0.45 * noise(places, 1.4, 32)
-    patches = noise(places, 12.0, 33)
-    return np.array(HAIR) * (1.0 + detail * (0.34 * strands + 0.1 * patches))[:, None]
+def strands(places: Floats) -> Floats:
+    """Factors (n,): light and dark of cropped hair."""
+    fine = 0.7 * noise(places * [1.0, 0.5, 1.0], 0.38, 31) + 0.3 * noise(places, 0.9, 32)
+    return 1.0 + 0.30 * fine + 0.06 * noise(places, 12.0, 33)
 
 
 def noise(places: Floats, size: float, seed: int) -> Floats:
@@ -183,10 +193,6 @@ def _sphere(count: int) -> Floats:
     turn = np.pi * (1.0 + 5.0**0.5) * np.arange(count)
     away = np.sqrt(1.0 - height**2)
     return np.stack([away * np.cos(turn), height, away * np.sin(turn)], axis=1)
-
-
-def _left(plane: Floats) -> Floats:
-    return np.stack([np.abs(plane[:, 0]), plane[:, 1]], axis=1)
 
 
 def _bytes(colours: Floats) -> NDArray[np.uint8]:

@@ -60,6 +60,25 @@ AROUND = 80.0
 """Radius at which an azimuth is a length, mm."""
 
 
+LIPS = (178.0, 104.0, 96.0)
+
+
+def painted(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> npt.NDArray[np.uint8]:
+    """Colour (n, 3) of a face that has none of its own: skin, lips and cropped hair, for its vertices at rest.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> painted(face.points, face.landmarks, face.frame).dtype
+    dtype('uint8')
+    """
+    colour = complexion(points, landmarks, frame)
+    colour += 0.7 * lips(points, landmarks, frame)[:, None] * (np.array(LIPS) - colour)
+    hair = 0.93 * _smooth(hair_cover(points, landmarks, frame) / 14.0)[:, None]
+    return np.asarray(np.rint(colour + hair * (np.array(HAIR) - colour)), dtype=np.uint8)
+
+
 def local(points: Array, frame: FaceFrame) -> Array:
     """Coordinates (n, 3) [left, up, forward] from the middle between the eyes, mm on a face of average size."""
     return np.asarray((points - frame.origin) @ frame.axes.T * (MEAN_PUPIL_DISTANCE / frame.pupil_distance))
