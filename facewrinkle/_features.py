@@ -24,8 +24,8 @@ IntArray = npt.NDArray[np.int32]
 PUPIL, IRIS = 9.0, 28.5
 """Angles from the middle of the eye, degrees."""
 
-RINGS = np.concatenate([np.linspace(0.0, 8.0, 5), np.linspace(8.5, 34.0, 30), np.linspace(36.0, 100.0, 18)])
-SPOKES = 120
+RINGS = np.concatenate([np.linspace(0.0, 8.0, 4), np.linspace(8.5, 34.0, 27), np.linspace(37.0, 97.0, 11)])
+SPOKES = 96
 
 COLOURS = {
     name: np.array(colour, dtype=np.float64)
@@ -217,7 +217,7 @@ class Lashes:
         Width of a pixel, in the unit of the mesh.
     """
 
-    KNOTS = 6
+    KNOTS = 5
 
     def __init__(self, eye: Eyeball, face: Face, pixel: float) -> None:
         self.eye = eye

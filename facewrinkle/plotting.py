@@ -180,6 +180,8 @@ class Scene:
         window = [self._samples * pixels for pixels in self.style.size]
         self.plotter = pv.Plotter(off_screen=True, window_size=window, lighting="none")
         self.plotter.disable_anti_aliasing()
+        self.plotter.renderer.SetUseOIT(False)  # hairs of one colour blend in any order
+        self._parts: dict[str, pv.PolyData] = {}
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         _aim(self.plotter, face, self.style)
         self._texture = _texture(face)
@@ -210,20 +212,20 @@ class Scene:
         n = self.face.mesh.n_points  # base vertices come first in every frame
         points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
         if len(self._mouth.loop):
-            self._add(self._mouth.pocket(points), "mouth", scalars="paint", rgb=True, lighting=False)
+            self._put(self._mouth.pocket(points), "mouth", lighting=False)
             inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
             for name, part in inside.items():
-                self._add(part, name, _shading.TEETH, scalars="paint", rgb=True)
-            for name in Mouth.INSIDE if not inside else ():
-                self.plotter.renderer.remove_actor(name, render=False)
+                self._put(part, name, _shading.TEETH)
+            for name in Mouth.INSIDE:
+                if name in self._parts:
+                    self.plotter.actors[name].visibility = name in inside
         for eye in self._eyes:
-            self._add(eye.on(points), f"eye_{eye.eye.side}", _shading.EYE, scalars="paint", rgb=True, **EYE)
+            self._put(eye.on(points), f"eye_{eye.eye.side}", _shading.EYE, **EYE)
         for lashes in self._lashes:
             if lashes.roots:
-                self._add(lashes.on(points), f"lashes_{lashes.eye.side}", scalars="paint", rgb=True, **HAIR)
+                self._put(lashes.on(points), f"lashes_{lashes.eye.side}", **HAIR)
         if self._brows is not None:
-            hairs = self._brows.on(points, self.face.triangles, normals)
-            self._add(hairs, "brows", scalars="paint", rgb=True, **HAIR)
+            self._put(self._brows.on(points, self.face.triangles, normals), "brows", **HAIR)
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
@@ -245,6 +247,18 @@ class Scene:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _put(self, part: pv.PolyData, name: str, surface: _shading.Surface | None = None, **options: Any) -> None:
+        """Draw a part with `paint` beside the skin, in the place of what it was."""
+        if "Normals" in part.point_data:
+            part.point_data.active_normals_name = "Normals"
+        if name in self._parts:
+            part.active_scalars_name = "paint"
+            self._parts[name].shallow_copy(part)
+        else:
+            self._parts[name] = part
+            self._add(part, name, surface, scalars="paint", rgb=True, smooth_shading=False, **options)
+            self.plotter.actors[name].prop.interpolation = "phong"
 
     def _add(self, mesh: pv.PolyData, name: str, surface: _shading.Surface | None = None, **options: Any) -> None:
         defaults = {"smooth_shading": True, "show_scalar_bar": False, "reset_camera": False, "render": False}
