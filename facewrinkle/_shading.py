@@ -31,6 +31,7 @@ EACH = """
     vec3 C = lightColor%(number)d;
     lit += albedo * clamp((slope + bleed) / (1.0 + bleed), 0.0, 1.0) * C;
     float near = max(dot(N, normalize(L + V)), 0.0);
+    float near2 = near * near, near8 = near2 * near2 * near2 * near2, near32 = near8 * near8 * near8 * near8;
     shine += C * clamp(4.0 * slope, 0.0, 1.0) * (%(shine)s);
   }
 """
@@ -52,7 +53,8 @@ class Surface:
     bleed : str
         How far past the edge of the light red, green and blue light come.
     shine : str
-        What is reflected, by `near`, the cosine between the normal and the half-way direction, and the light `C`.
+        What is reflected, by `near`, the cosine between the normal and the half-way direction, its powers (`near8`),
+        and the light `C`.
     """
 
     below: str
@@ -75,14 +77,14 @@ SKIN = Surface(
     "0.060, 0.046, 0.040",
     "0.110, 0.112, 0.120",
     "0.24, 0.13, 0.09",
-    "smoothstep(-0.03, 0.2, albedo.g) * (0.022 * pow(near, 9.0) + 0.05 * pow(near, 42.0))",
+    "smoothstep(-0.03, 0.2, albedo.g) * (0.022 * near8 + 0.05 * near32 * near8)",
 )
 EYE = Surface(
     "0.10, 0.09, 0.09",
     "0.22, 0.23, 0.25",
     "0.30, 0.22, 0.20",
-    "0.03 * pow(near, 30.0) + 2.2 * C.g * C.g * smoothstep(0.9960, 0.9990, near)",
+    "0.03 * near32 + 2.2 * C.g * C.g * smoothstep(0.9960, 0.9990, near)",
 )
 TEETH = Surface(
-    "0.05, 0.045, 0.04", "0.10, 0.10, 0.11", "0.25, 0.2, 0.15", "0.02 * pow(near, 8.0) + 0.25 * C.g * pow(near, 90.0)"
+    "0.05, 0.045, 0.04", "0.10, 0.10, 0.11", "0.25, 0.2, 0.15", "0.02 * near8 + 0.25 * C.g * near32 * near32 * near32"
 )
