@@ -89,7 +89,7 @@ VIEW_ANGLE = 15.0
 SAMPLES = 2
 """Pictures are drawn this many times larger and reduced: in software that takes half the time of multisampling."""
 
-SKIN: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.88, "specular": 0.13, "specular_power": 14.0}
+SKIN: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specular_power": 14.0}
 EYE: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
 SKIN_COLOUR = (0.87, 0.67, 0.56)
@@ -195,7 +195,11 @@ class Scene:
             self._brows = Brows(brows, face.frame.pupil_distance, pixel)
         self._mouth = Mouth(face)
         self._eyes = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
-        self._lashes = [Lashes(eye, face, pixel) for eye in face.eyes] if self._eyes and self.style.brows else []
+        self._lashes = (
+            [Lashes(eye, face, pixel) for eye in face.eyes]
+            if self._eyes and self.style.brows and self.style.scalars is None
+            else []
+        )
 
     def show(self, frame: pv.PolyData) -> None:
         """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in the place of the one before."""
