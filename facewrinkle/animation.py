@@ -68,8 +68,8 @@ def read_animation(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = fw.export.write_series(sim.run(5), [0.1, 0.2, 0.3, 0.4, 0.5], f"{folder}/surprise.vtkhdf")
     ...     mesh, recorded = read_animation(path)
-    >>> mesh.n_points, round(recorded.duration, 6)
-    (2363, 0.4)
+    >>> mesh.n_cells, round(recorded.duration, 6)
+    (4517, 0.4)
     """
     path = Path(os.path.expanduser(path))
     check_file(path)

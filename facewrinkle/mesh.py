@@ -386,7 +386,7 @@ def check_seams(texture: np.ndarray, kept: np.ndarray, number: np.ndarray, name:
     """Warn if points that `welded` made one have several texture coordinates (n, 2)."""
     seams = len(np.unique(number[(texture != texture[kept[number]]).any(axis=1)]))
     if seams:
-        warn_of_seams(name, seams)
+        warn_of_seams(name, seams, stacklevel=6)
 
 
 def _is_empty(data: Any) -> bool:
@@ -395,13 +395,13 @@ def _is_empty(data: Any) -> bool:
     return data is None or (isinstance(data, pv.DataSet) and data.n_points == 0)
 
 
-def warn_of_seams(name: str, count: int) -> None:
-    """Tell that points have further texture coordinates."""
+def warn_of_seams(name: str, count: int, stacklevel: int = 5) -> None:
+    """Warn that points have further texture coordinates."""
     warnings.warn(
         f"{name}: the texture has seams; where points have several texture coordinates, the first were kept "
         f"(points: {count}).",
         FaceWrinkleWarning,
-        stacklevel=5,
+        stacklevel=stacklevel,
     )
 
 

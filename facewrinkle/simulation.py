@@ -14,8 +14,10 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from .anatomy.eyes import gaze_of
 from .anatomy.face import Face
 from .anatomy.fitting import surface
+from .anatomy.muscles import EyeMuscle
 from .errors import ParameterError, check_range, check_whole, unknown_name
 from .geometry import _mesh_kernels as kernels
 from .geometry.normals import detail_normals, vertex_normals
@@ -164,6 +166,9 @@ class Simulation:
             driven by muscles.
         """
         asked = self.motion.rates_of(rates)
+        if len(asked):
+            looking = self._looking
+            asked[looking] = np.where(asked[looking] > 0.0, asked[looking], self._looked)
         for k in np.flatnonzero(asked) if self.layers and self._level else ():
             self._check_wavelength(self.muscles[k], self._finest[k])
         self._asked = asked
@@ -185,6 +190,40 @@ class Simulation:
         """Ask all muscles to relax."""
         self.contract({})
 
+    def look(self, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLike | None = None) -> None:
+        """Ask the eyes to look somewhere; the lids follow, and so do later expressions until asked otherwise.
+
+        Parameters
+        ----------
+        yaw, pitch : float
+            Degrees to the subject's left, and upwards; 0 and 0 is straight ahead.
+        at : (3,) array_like, optional
+            A point in the coordinates of the mesh that both eyes converge on, in place of the angles.
+
+        Raises
+        ------
+        ParameterError
+            For a direction that the eyes cannot turn to: the muscles that turn them reach 40 degrees to each side.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> sim = Simulation(fw.default_face())
+        >>> sim.look(yaw=20)
+        >>> frame = sim.step()
+        >>> round(float(np.degrees(np.arcsin(frame.field_data["gaze_l"][0, 0]))), 1)
+        20.0
+        """
+        asked = np.zeros(len(self.motion.names))
+        for eye in self.face.eyes:
+            out, up = gaze_of(eye, yaw, pitch, at)
+            for name, muscle in self.face.muscles.items():
+                if isinstance(muscle, EyeMuscle) and muscle.side == eye.side and name in self.motion.names:
+                    asked[self.motion.names.index(name)] = muscle.rate(out, up)
+        self._looked = asked[self._looking]
+        self._asked = self._asked.copy()
+        self._asked[self._looking] = self._looked
+
     def _check_wavelength(self, name: str, spacing: float) -> None:
         u = self.face.muscles[name].fold_pattern.half_wavelength
         if u < spacing:
@@ -202,6 +241,9 @@ class Simulation:
         self._asked = np.zeros(len(self.motion.names))
         self.motion.reset()
         face = self.face
+        eye_muscles = [isinstance(face.muscles.get(name), EyeMuscle) for name in self.motion.names]
+        self._looking: npt.NDArray[np.int64] = np.flatnonzero(eye_muscles)
+        self._looked = np.zeros(len(self._looking))
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
         self._base_normals = vertex_normals(face.points, face.triangles)
         self._sites = self._sites_from(0)
@@ -220,7 +262,8 @@ class Simulation:
         PolyData
             The wrinkled face of this moment, in the unit and coordinates of the face's mesh, with the point data of
             that mesh, "Normals", and "lambda", "gamma", "epsilon" (of the dominant muscle), "W" (mm), "split_gamma",
-            "muscle", "level" and "rest"; its field data "muscles" lists the muscles' names.
+            "muscle", "level" and "rest"; its field data "muscles" lists the muscles' names, "gaze_l" and "gaze_r" are
+            the directions in which the eyes look.
         """
         return self._advanced(self._asked)
 
@@ -328,7 +371,12 @@ class Simulation:
         data["W"] = height  # of all layers together
         if self._template is None:
             self._template = self._new_template(data)
-        return refilled(self._template, points / self.face.unit, data)
+        frame = refilled(self._template, points / self.face.unit, data)
+        if len(self._looking):
+            rates = dict(zip(self.motion.names, self.motion.rates.tolist(), strict=True))
+            for side, gaze in self.face.gazes(rates).items():
+                frame.field_data[f"gaze_{side}"] = gaze[None]
+        return frame
 
     def _new_template(self, data: dict[str, np.ndarray]) -> pv.PolyData:
         """A frame of the present triangles; only what `data` holds and the points change from one frame to the next."""

@@ -21,7 +21,7 @@ from .guides import Guide
 from .head import Hairs
 from .jaw import jaw_guide
 from .landmarks import FaceFrame, frame_of
-from .muscles import JawMuscle, LidMuscle, Muscle
+from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle
 from .skull import Tissue, tissue_of
 
 Array = npt.NDArray[np.float64]
@@ -128,15 +128,27 @@ class Face:
             lids = lids_of(eye, self.points, self.triangles, self.landmarks)
             if lids is None:
                 continue
-            found[f"orbicularis_oculi_{eye.side}"] = lids
-            upper = np.maximum(lids.angles, 0.0)
+            closing = f"orbicularis_oculi_{eye.side}"
+            found[closing] = lids.close
+            upper = np.maximum(lids.close.angles, 0.0)
             for name, muscle in self.muscles.items():
                 if isinstance(muscle, LidMuscle) and muscle.side == eye.side:
-                    found[name] = dataclasses.replace(lids, angles=-muscle.share * upper)
+                    found[name] = dataclasses.replace(lids.close, angles=-muscle.share * upper, yields=closing)
+                elif isinstance(muscle, EyeMuscle) and muscle.side == eye.side and muscle.turn in ("up", "down"):
+                    guide = lids.up if muscle.turn == "up" else lids.down
+                    found[name] = dataclasses.replace(guide, angles=muscle.angle * guide.angles, yields=closing)
         for name, muscle in self.muscles.items():
             if isinstance(muscle, JawMuscle):
                 found[name] = jaw_guide(muscle, self.points, self.triangles, self.landmarks, self.frame)
         return {name: guide for name, guide in found.items() if name in self.muscles}
+
+    def gazes(self, rates: Mapping[str, float]) -> dict[str, Array]:
+        """The unit directions (3,) in which the eyes look, by side, at contraction rates by muscle."""
+        turns = {eye.side: np.zeros(2) for eye in self.eyes}
+        for name, muscle in self.muscles.items():
+            if isinstance(muscle, EyeMuscle) and muscle.side in turns:
+                turns[muscle.side] += rates.get(name, 0.0) * muscle.angle * np.array(TURNS[muscle.turn])
+        return {eye.side: eye.turned(*turns[eye.side]) for eye in self.eyes}
 
     @property
     def skull(self) -> pv.PolyData:

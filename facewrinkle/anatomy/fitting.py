@@ -49,7 +49,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     --------
     >>> face = default_face()
     >>> face.mesh.n_cells, len(face.muscles)
-    (4517, 28)
+    (4517, 36)
     >>> default_face({"width": 1.0}).mesh.bounds[1] > face.mesh.bounds[1]
     True
     """
@@ -197,8 +197,9 @@ def _unit(units: str | float | None, pupil_distance: float) -> float:
 
 
 def _closest(surface: Surface, point: Array) -> Array:
-    """The closest vertex: estimates are not worth more."""
-    return np.asarray(surface.points[np.argmin(((surface.points - point) ** 2).sum(axis=1))])
+    """The closest point of the surface."""
+    _, closest = surface.mesh.find_closest_cell(point, return_closest_point=True)
+    return np.asarray(closest, dtype=np.float64)
 
 
 def _check_on_mesh(given: Mapping[str, Array], points: Array, triangles: npt.NDArray[np.int32], size: float) -> None:

@@ -80,22 +80,27 @@ def test_muscles_with_the_folds_of_others_give_way_on_the_built_in_face(face, ac
         assert sorted((lids, orbital)) == [0.0, 1.0]
 
 
-@pytest.mark.parametrize("expression, landmark", [("surprise", "forehead_mid"), ("frowning", "glabella")])
-def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(face, played, expression, landmark):
-    held, top = played(expression).held, played(expression).top
+@pytest.mark.parametrize("expression", ["surprise", "frowning"])
+def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(face, played, expression):
+    held = played(expression).held
     recorded = fw.Recorded.of_positions([face.points, held.bare], times=[0.0, 0.4])
     sim = fw.Simulation(face, motion=recorded)
     for _ in range(40):
         frame = sim.step()
     n = face.mesh.n_points
     np.testing.assert_allclose(sim.motion.step(), held.bare, atol=1e-12)
-    making = {name for name, rate in held.rates.items() if rate > 0.0}
+    making = [name for name, rate in held.rates.items() if rate > 0.0]
     rates = named(face, sim.layers[0].rates)
     assert min(rates[name] for name in making) == 1.0
-    near = np.linalg.norm(face.points - face.landmarks[landmark], axis=1) < 25.0
-    ours, theirs = np.asarray(frame["W"])[:n][near], np.asarray(top["W"])[:n][near]
-    assert np.ptp(theirs) > 0.8
-    np.testing.assert_allclose(ours, theirs, atol=0.05 * np.ptp(theirs))
+    ours = {name: sim.fields(name) for name in making}
+    for name in making:
+        np.testing.assert_allclose(ours[name]["epsilon"][:n], held.fields[name]["epsilon"][:n], atol=1e-9)
+    # Other muscles wake where the moving skin is squeezed over them; elsewhere the wrinkles are the same.
+    together = sum(own["W"] for own in ours.values())
+    alone = (np.abs(frame["W"] - together) < 1e-12)[:n]
+    replayed, made = together[:n][alone], sum(held.fields[name]["W"] / held.rates[name] for name in making)[:n][alone]
+    assert np.ptp(replayed) > 0.5
+    np.testing.assert_allclose(replayed, made, atol=1e-9)
 
 
 def test_a_face_without_muscles_has_nothing_to_wake(face):

@@ -166,7 +166,7 @@ def test_the_skin_of_a_moment_is_measured_where_the_mesh_is_refined(face):
 
 def test_motions_that_do_not_fit_are_refused(face, cloth):
     other = fw.surface(cloth)
-    with pytest.raises(ParameterError, match=rf"63 points, the face has {face.mesh.n_points}"):
+    with pytest.raises(ParameterError, match=f"63 points, the face has {len(face.points)}"):
         fw.Simulation(face, motion=Still(other))
     with pytest.raises(ParameterError, match="0.5.*one of its own, 0.02"):
         fw.Simulation(face, motion=Still(face), time_step=0.5)
@@ -176,7 +176,7 @@ def test_motions_that_do_not_fit_are_refused(face, cloth):
     with pytest.raises(ParameterError, match="time_step"):
         Still(face, 0.0)
     fewer = dataclasses.replace(face, muscles={"mentalis_l": face.muscles["mentalis_l"]})
-    with pytest.raises(ParameterError, match="all 28 muscles"):
+    with pytest.raises(ParameterError, match=f"all {len(face.muscles)} muscles"):
         fw.Simulation(face, motion=fw.Skin(fewer))
     sim = fw.Simulation(face, motion=Still(face))
     with pytest.raises(ParameterError, match="moved by a Still.*frontalis"):
