@@ -14,6 +14,7 @@ _HOME = {
     "Face": "anatomy.face",
     "default_face": "anatomy.fitting",
     "fit_face": "anatomy.fitting",
+    "Identity": "anatomy.identity",
     "surface": "anatomy.fitting",
     "LinearMuscle": "anatomy.muscles",
     "SheetMuscle": "anatomy.muscles",

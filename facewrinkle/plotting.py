@@ -41,8 +41,8 @@ class View:
 
     direction: tuple[float, float, float]
     landmark: str = "nose_tip"
-    offset: tuple[float, float, float] = (0.0, 0.1, -1.0)
-    height: float = 3.7
+    offset: tuple[float, float, float] = (0.0, 0.2, -1.6)
+    height: float = 4.5
 
     def __post_init__(self) -> None:
         if not np.hypot(self.direction[0], self.direction[2]) > 1e-6 * abs(self.direction[1]):

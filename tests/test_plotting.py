@@ -134,15 +134,18 @@ def test_views_look_at_skin(face, name):
     assert difference(empty[::2, ::2], centre).min() > 10
 
 
-def test_upright_and_wide_pictures_hold_the_whole_face(face):
+@pytest.mark.parametrize("view", ["front", "left_three_quarter", "left_profile"])
+def test_upright_and_wide_pictures_hold_the_whole_head_and_cut_the_neck(face, view):
+    points = np.asarray(face.mesh.points)
+    head = points[:, 1] > face.landmarks["menton"][1]
     for size in ((100, 200), (200, 100)):
-        with Scene(face, Style(size)) as scene:
+        with Scene(face, Style(size, view=view)) as scene:
             scene.draw(face.mesh)
-            row, column = on_screen(scene, np.asarray(face.mesh.points)).T
-        assert row.min() > 0
-        assert row.max() < size[1]
-        assert column.min() > 0
-        assert column.max() < size[0]
+            row, column = on_screen(scene, points).T
+        assert row[head].min() > 0
+        assert row[head].max() < size[1]
+        assert column[head].min() > 0
+        assert column[head].max() < size[0]
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import dataclasses
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from ..mesh import Surface, prepare, read_surface, to_polydata
 from .atlas import Atlas
 from .face import Face
 from .head import Hairs, load_head
+from .identity import Identity, head_of
 from .landmarks import MEAN_PUPIL_DISTANCE, complete, fitted_map, frame_of, mirrored, read_landmarks
 
 Array = npt.NDArray[np.float64]
@@ -30,11 +31,14 @@ OFF_MESH = 0.2
 NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 
 
-def default_face(atlas: Atlas | None = None) -> Face:
+def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
     """The built-in head: 4,517 triangles, in mm, +y up, looking along +z, the subject's left at +x.
 
     Parameters
     ----------
+    identity : Identity or dict, optional
+        Whose face it is: parameters in [-1, 1] by name, such as ``{"jaw": 0.5, "age": 1.0}``. Default: the mean head.
+        All have the same triangles and texture coordinates; skull, eyes and muscles follow the face.
     atlas : Atlas, optional
         Other muscles than those that come with the package.
 
@@ -47,8 +51,10 @@ def default_face(atlas: Atlas | None = None) -> Face:
     >>> face = default_face()
     >>> face.mesh.n_cells, len(face.muscles)
     (4517, 36)
+    >>> default_face({"width": 1.0}).mesh.bounds[1] > face.mesh.bounds[1]
+    True
     """
-    head = load_head()
+    head = head_of(Identity.of(identity))
     mesh = to_polydata(head.points, head.triangles)
     mesh.active_texture_coordinates = head.uv.astype(np.float32)  # type: ignore[assignment]
     mesh.point_data["Colors"] = head.colour.copy()
