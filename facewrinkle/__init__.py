@@ -22,6 +22,7 @@ _HOME = {
     "Skin": "motion.skin",
     "SkinMaterial": "motion.skin",
     "MuscleWrinkles": "layers.muscle_wrinkles",
+    "DrippingTear": "tears.drop",
     "Simulation": "simulation",
     "Refinement": "simulation",
     "refine": "mesh",
@@ -30,7 +31,7 @@ _HOME = {
     "FaceWrinkleWarning": "errors",
 }
 _TABLES = {"MUSCLES": "muscles", "ACTION_UNITS": "action_units", "EXPRESSIONS": "expressions"}
-_ROOMS = ("anatomy", "geometry", "layers", "motion", "errors", "mesh", "simulation", "plotting", "export")
+_ROOMS = ("anatomy", "geometry", "layers", "motion", "tears", "errors", "mesh", "simulation", "plotting", "export")
 
 __all__ = sorted([*_HOME, *_TABLES])
 
