@@ -23,6 +23,7 @@ _HOME = {
     "SkinMaterial": "motion.skin",
     "MuscleWrinkles": "layers.muscle_wrinkles",
     "DrippingTear": "tears.drop",
+    "SheddingTear": "tears.stream",
     "Simulation": "simulation",
     "Refinement": "simulation",
     "refine": "mesh",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
 
@@ -35,3 +36,279 @@ def farthest_behind(drop, skin, triangles, margin):
                 depth = a[2] + v * (b[2] - a[2]) + w * (c[2] - a[2])
                 out = max(out, depth + margin - drop[p, 2])
     return out
+
+
+@njit(cache=True)
+def _nearest_in(p, a, b, c, out):
+    """Nearest point of triangle abc to p (Ericson, Real-Time Collision Detection, 5.1.5) into `out`."""
+    ab, ac, ap = b - a, c - a, p - a
+    d1, d2 = (ab * ap).sum(), (ac * ap).sum()
+    if d1 <= 0.0 and d2 <= 0.0:
+        out[:] = a
+        return
+    bp = p - b
+    d3, d4 = (ab * bp).sum(), (ac * bp).sum()
+    if d3 >= 0.0 and d4 <= d3:
+        out[:] = b
+        return
+    cp = p - c
+    d5, d6 = (ab * cp).sum(), (ac * cp).sum()
+    if d6 >= 0.0 and d5 <= d6:
+        out[:] = c
+        return
+    vc, vb, va = d1 * d4 - d3 * d2, d5 * d2 - d1 * d6, d3 * d6 - d5 * d4
+    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        out[:] = a + d1 / (d1 - d3) * ab
+    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        out[:] = a + d2 / (d2 - d6) * ac
+    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        out[:] = b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)
+    else:
+        out[:] = a + vb / (va + vb + vc) * ab + vc / (va + vb + vc) * ac
+
+
+@njit(cache=True)
+def _walked(p, first, points, triangles, offsets, around, out):
+    """The triangle with the nearest point to p that a walk from triangle `first` finds; the point in `out`."""
+    here, found = first, np.empty(3)
+    _nearest_in(p, points[triangles[here, 0]], points[triangles[here, 1]], points[triangles[here, 2]], out)
+    best = ((out - p) ** 2).sum()
+    while True:
+        at = here
+        for k in range(3):
+            v = triangles[at, k]
+            for i in range(offsets[v], offsets[v + 1]):
+                t = around[i]
+                _nearest_in(p, points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]], found)
+                d = ((found - p) ** 2).sum()
+                if d < best * (1.0 - 1e-9):
+                    best, here = d, t
+                    out[:] = found
+        if here == at:
+            return here
+
+
+@njit(cache=True)
+def descend(points, triangles, normals, offsets, around, start, first, heading, down, step, inertia, flat, path):
+    """Steps down the surface from `start` on triangle `first` into `path`; how many points it has then.
+
+    It ends where the surface is level (its slope below `flat`), where it rises, or where it ends.
+    """
+    p, t, v = start.copy(), first, heading.copy()
+    path[0] = p
+    out, count = np.empty(3), 1
+    while count < len(path):
+        a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
+        areas = np.empty(3)
+        for k, (x, y) in enumerate(((b, c), (c, a), (a, b))):
+            e, f = x - p, y - p
+            n0, n1, n2 = e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]
+            areas[k] = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2) + 1e-300
+        n = (
+            areas[0] * normals[triangles[t, 0]]
+            + areas[1] * normals[triangles[t, 1]]
+            + areas[2] * normals[triangles[t, 2]]
+        )
+        n /= np.sqrt((n * n).sum()) + 1e-300
+        d = down - (down * n).sum() * n
+        slope = np.sqrt((d * d).sum())
+        if slope < flat:
+            break
+        v = (1.0 - inertia) * d / slope + inertia * v
+        v -= (v * n).sum() * n
+        v /= np.sqrt((v * v).sum()) + 1e-300
+        q = p + step * v
+        t = _walked(q, t, points, triangles, offsets, around, out)
+        moved = out - p
+        if ((out - q) ** 2).sum() > (0.5 * step) ** 2 or (moved * down).sum() < 0.02 * step:
+            break
+        p = out.copy()
+        path[count] = p
+        count += 1
+    return count
+
+
+@njit(cache=True)
+def along_course(points, course, lengths, normals, s, w):
+    """Arc length of the nearest point of a polyline, and the distance from it, positive to the right looking up."""
+    for i in range(len(points)):
+        best = np.inf
+        for k in range(len(course) - 1):
+            ex, ey, ez = (
+                course[k + 1, 0] - course[k, 0],
+                course[k + 1, 1] - course[k, 1],
+                course[k + 1, 2] - course[k, 2],
+            )
+            px, py, pz = points[i, 0] - course[k, 0], points[i, 1] - course[k, 1], points[i, 2] - course[k, 2]
+            square = ex * ex + ey * ey + ez * ez
+            u = (px * ex + py * ey + pz * ez) / square
+            if k > 0:
+                u = max(u, 0.0)
+            if k < len(course) - 2:  # the ends go on straight: heads and starts are round
+                u = min(u, 1.0)
+            dx, dy, dz = px - u * ex, py - u * ey, pz - u * ez
+            d = dx * dx + dy * dy + dz * dz
+            if d < best:
+                best = d
+                s[i] = lengths[k] + u * np.sqrt(square)
+                side = dx * (ey * normals[i, 2] - ez * normals[i, 1]) + dy * (ez * normals[i, 0] - ex * normals[i, 2])
+                side += dz * (ex * normals[i, 1] - ey * normals[i, 0])
+                w[i] = np.sqrt(d) if side >= 0.0 else -np.sqrt(d)
+
+
+@njit(cache=True)
+def make_disk(level, offsets, rings, border, tiny):
+    """Change `level` so that the vertices above 0 are connected and enclose none that are not."""
+    n = len(level)
+    label, queue = np.full(n, -1), np.empty(n, np.int64)
+    largest, kept, region = 0, -1, 0
+    for wet in (True, False):
+        for seed in range(n):
+            if label[seed] >= 0 or (level[seed] > 0.0) != wet:
+                continue
+            queue[0], size, at, open_ = seed, 1, 0, False
+            label[seed] = region
+            while at < size:
+                v = queue[at]
+                at += 1
+                open_ = open_ or border[v]
+                for i in range(offsets[v], offsets[v + 1]):
+                    j = rings[i]
+                    if label[j] < 0 and (level[j] > 0.0) == wet:
+                        label[j] = region
+                        queue[size] = j
+                        size += 1
+            if wet and size > largest:
+                largest, kept = size, region
+            if not wet and not open_:
+                for i in range(size):
+                    level[queue[i]] = tiny
+            region += 1
+        if wet:
+            for v in range(n):
+                if level[v] > 0.0 and label[v] != kept:
+                    level[v] = -tiny
+                    label[v] = -1
+    return largest
+
+
+@njit(cache=True)
+def clip(triangles, sides, edges, level, out, first, second, share):
+    """The part of a mesh where the linear function `level` is above 0.
+
+    Vertices of the part lie between `first` and `second` at `share`; writes its triangles into `out`, and returns
+    their number and that of the vertices.
+    """
+    n, m = len(level), 0
+    vertex, between, count = np.full(n, -1), np.full(len(edges), -1), 0
+    for t in range(len(triangles)):
+        wet = 0
+        for k in range(3):
+            if level[triangles[t, k]] > 0.0:
+                wet += 1
+        if wet == 0:
+            continue
+        ring, size = np.empty(4, np.int64), 0
+        for k in range(3):
+            v, w, e = triangles[t, k], triangles[t, (k + 1) % 3], sides[t, k]
+            if level[v] > 0.0:
+                if vertex[v] < 0:
+                    vertex[v] = count
+                    first[count], second[count], share[count] = v, v, 0.0
+                    count += 1
+                ring[size] = vertex[v]
+                size += 1
+            if (level[v] > 0.0) != (level[w] > 0.0):
+                if between[e] < 0:
+                    between[e] = count
+                    i, j = edges[e, 0], edges[e, 1]
+                    first[count], second[count] = i, j
+                    share[count] = min(max(level[i] / (level[i] - level[j]), 0.03), 0.97)
+                    count += 1
+                ring[size] = between[e]
+                size += 1
+        for k in range(1, size - 1):
+            out[m, 0], out[m, 1], out[m, 2] = ring[0], ring[k], ring[k + 1]
+            m += 1
+    return m, count
+
+
+@njit(cache=True)
+def limit_heights(base, normals, height, skin, triangles, cell):
+    """Lower heights so that no vertex goes more than half the way to the skin that it would meet.
+
+    Only skin met from outside counts; triangles are looked up in a grid of this cell size.
+    """
+    low, high = base[0].copy(), base[0].copy()
+    for i in range(len(base)):
+        for k in range(3):
+            x = base[i, k] + height[i] * normals[i, k]
+            low[k], high[k] = min(low[k], base[i, k], x), max(high[k], base[i, k], x)
+    shape = np.empty(3, np.int64)
+    for k in range(3):
+        shape[k] = int((high[k] - low[k]) / cell) + 1
+    start = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
+    for fill in range(2):
+        if fill:
+            for i in range(1, len(start)):
+                start[i] += start[i - 1]
+            where, content = start.copy(), np.empty(start[-1], np.int64)
+        for t in range(len(triangles)):
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            box, away = np.empty((3, 2), np.int64), False
+            for k in range(3):
+                below = min(skin[a, k], skin[b, k], skin[c, k])
+                above = max(skin[a, k], skin[b, k], skin[c, k])
+                if above < low[k] or below > high[k]:
+                    away = True
+                    break
+                box[k, 0] = int(max(below - low[k], 0.0) / cell)
+                box[k, 1] = int((min(above, high[k]) - low[k]) / cell)
+            if away:
+                continue
+            for x in range(box[0, 0], box[0, 1] + 1):
+                for y in range(box[1, 0], box[1, 1] + 1):
+                    for z in range(box[2, 0], box[2, 1] + 1):
+                        i = (x * shape[1] + y) * shape[2] + z
+                        if fill:
+                            content[where[i]] = t
+                            where[i] += 1
+                        else:
+                            start[i + 1] += 1
+    for i in range(len(base)):
+        p, d = base[i], normals[i]
+        reach = height[i]
+        box = np.empty((3, 2), np.int64)
+        for k in range(3):
+            x, y = p[k] - low[k], p[k] + reach * d[k] - low[k]
+            box[k, 0], box[k, 1] = int(max(min(x, y), 0.0) / cell), min(int(max(x, y) / cell), shape[k] - 1)
+        nearest = 2.0 * reach
+        for x in range(box[0, 0], box[0, 1] + 1):
+            for y in range(box[1, 0], box[1, 1] + 1):
+                for z in range(box[2, 0], box[2, 1] + 1):
+                    g = (x * shape[1] + y) * shape[2] + z
+                    for at in range(start[g], start[g + 1]):
+                        t = content[at]
+                        nearest = min(nearest, _met(p, d, skin, triangles[t]))
+        height[i] = min(reach, 0.5 * nearest)
+
+
+@njit(cache=True)
+def _met(p, d, skin, corners):
+    """Distance along the ray p + x d at which it enters a triangle from outside; infinite where it does not."""
+    a, b, c = skin[corners[0]], skin[corners[1]], skin[corners[2]]
+    e0, e1, e2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    f0, f1, f2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    n0, n1, n2 = e1 * f2 - e2 * f1, e2 * f0 - e0 * f2, e0 * f1 - e1 * f0
+    det = -(d[0] * n0 + d[1] * n1 + d[2] * n2)
+    if det <= 0.0:
+        return np.inf
+    q0, q1, q2 = p[0] - a[0], p[1] - a[1], p[2] - a[2]
+    x = (q0 * n0 + q1 * n1 + q2 * n2) / det
+    if x < 0.0:
+        return np.inf
+    g0, g1, g2 = q1 * d[2] - q2 * d[1], q2 * d[0] - q0 * d[2], q0 * d[1] - q1 * d[0]
+    u, v = (f0 * g0 + f1 * g1 + f2 * g2) / det, -(e0 * g0 + e1 * g1 + e2 * g2) / det
+    if u < -1e-9 or v < -1e-9 or u + v > 1.0 + 1e-9:
+        return np.inf
+    return x
