@@ -234,16 +234,19 @@ def clip(triangles, sides, edges, level, out, first, second, share):
 
 
 @njit(cache=True)
-def limit_heights(base, normals, height, skin, triangles, cell):
-    """Lower heights so that no vertex goes more than half the way to the skin that it would meet.
+def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, cell):
+    """Lower heights so that no vertex goes half the way to the skin that it would meet, nor to other skin near it.
 
-    Only skin met from outside counts; triangles are looked up in a grid of this cell size.
+    Other skin, such as the other lid of an eye that closes, is far from the vertex at rest. `centres` and `radii` are
+    those of the triangles at rest; they are looked up in a grid of this cell size.
     """
     low, high = base[0].copy(), base[0].copy()
     for i in range(len(base)):
         for k in range(3):
             x = base[i, k] + height[i] * normals[i, k]
             low[k], high[k] = min(low[k], base[i, k], x), max(high[k], base[i, k], x)
+    low -= 2.5 * height.max()
+    high += 2.5 * height.max()
     shape = np.empty(3, np.int64)
     for k in range(3):
         shape[k] = int((high[k] - low[k]) / cell) + 1
@@ -275,37 +278,43 @@ def limit_heights(base, normals, height, skin, triangles, cell):
                             where[i] += 1
                         else:
                             start[i + 1] += 1
+    least = 1e-7 * cell  # nearer is the triangle that the ray starts from
+    found = np.empty(3)
     for i in range(len(base)):
         p, d = base[i], normals[i]
         reach = height[i]
+        nearest, limit = 3.0 * reach, 2.5 * reach
         box = np.empty((3, 2), np.int64)
         for k in range(3):
-            x, y = p[k] - low[k], p[k] + reach * d[k] - low[k]
-            box[k, 0], box[k, 1] = int(max(min(x, y), 0.0) / cell), min(int(max(x, y) / cell), shape[k] - 1)
-        nearest = 2.0 * reach
+            box[k, 0], box[k, 1] = int((p[k] - limit - low[k]) / cell), int((p[k] + limit - low[k]) / cell)
         for x in range(box[0, 0], box[0, 1] + 1):
             for y in range(box[1, 0], box[1, 1] + 1):
                 for z in range(box[2, 0], box[2, 1] + 1):
                     g = (x * shape[1] + y) * shape[2] + z
                     for at in range(start[g], start[g + 1]):
                         t = content[at]
-                        nearest = min(nearest, _met(p, d, skin, triangles[t]))
-        height[i] = min(reach, 0.5 * nearest)
+                        nearest = min(nearest, _met(p, d, skin, triangles[t], least))
+                        q0, q1, q2 = rest[i, 0] - centres[t, 0], rest[i, 1] - centres[t, 1], rest[i, 2] - centres[t, 2]
+                        if q0 * q0 + q1 * q1 + q2 * q2 > (radii[t] + 4.0 * reach) ** 2:
+                            a, b, c = skin[triangles[t, 0]], skin[triangles[t, 1]], skin[triangles[t, 2]]
+                            _nearest_in(p, a, b, c, found)
+                            nearest = min(nearest, np.sqrt(((p - found) ** 2).sum()))
+        height[i] = min(reach, 0.45 * nearest)
 
 
 @njit(cache=True)
-def _met(p, d, skin, corners):
-    """Distance along the ray p + x d at which it enters a triangle from outside; infinite where it does not."""
+def _met(p, d, skin, corners, least):
+    """Distance along the ray p + x d at which it meets a triangle; infinite where it does not."""
     a, b, c = skin[corners[0]], skin[corners[1]], skin[corners[2]]
     e0, e1, e2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     f0, f1, f2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     n0, n1, n2 = e1 * f2 - e2 * f1, e2 * f0 - e0 * f2, e0 * f1 - e1 * f0
     det = -(d[0] * n0 + d[1] * n1 + d[2] * n2)
-    if det <= 0.0:
+    if det == 0.0:
         return np.inf
     q0, q1, q2 = p[0] - a[0], p[1] - a[1], p[2] - a[2]
     x = (q0 * n0 + q1 * n1 + q2 * n2) / det
-    if x < 0.0:
+    if x < least:
         return np.inf
     g0, g1, g2 = q1 * d[2] - q2 * d[1], q2 * d[0] - q0 * d[2], q0 * d[1] - q1 * d[0]
     u, v = (f0 * g0 + f1 * g1 + f2 * g2) / det, -(e0 * g0 + e1 * g1 + e2 * g2) / det

@@ -272,7 +272,9 @@ class DrippingTear:
         local[:, 2] = np.concatenate([axis[:1], np.repeat(axis[1:-1], n), axis[-1:]]) + self._shift(t)
         points = self._anchor(t, on) + local @ np.array([self._side, self.forward, self.down])
         points += self._kept_off(points, t, on) * self.forward
-        mesh = to_polydata(points, self._triangles, {"Normals": vertex_normals(points, self._triangles)})
+        normals, n = vertex_normals(points, self._triangles), len(points)
+        data = {"Normals": normals, "thickness": np.full(n, self.diameter), "under": np.tile(self.forward, (n, 1))}
+        mesh = to_polydata(points, self._triangles, data)
         mesh.point_data.active_normals_name = "Normals"
         return mesh
 

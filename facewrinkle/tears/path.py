@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from ..errors import ParameterError
 from ..geometry.topology import unique_edges
 from . import _kernels as kernels
-from .ground import Ground, barycentric, vectors
+from .ground import Ground, vectors
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -168,7 +168,7 @@ def joined(path: Array, others: Sequence[Array], distance: float) -> Array:
     return path
 
 
-def branch(ground: Ground, path: Array, step: float, width: float, smooth: Array) -> Array | None:
+def branch(ground: Ground, path: Array, step: float, width: float) -> Array | None:
     """The way of what spills over where a fold turns the stream most; None where no fold does.
 
     Parameters
@@ -176,15 +176,13 @@ def branch(ground: Ground, path: Array, step: float, width: float, smooth: Array
     ground : Ground
     path : ndarray, shape (k, 3)
     step, width : float
-    smooth : ndarray, shape (n, 3)
-        Vertex normals of the surface without its folds.
+        The surface without its folds is that of normals averaged over four widths.
     """
     if len(path) < 8:
         return None
-    cells, _ = ground.nearest(path)
-    weights = barycentric(path, ground.points[ground.triangles[cells]])
-    normal = np.einsum("kc,kci->ki", weights, smooth[ground.triangles[cells]])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    around = cKDTree(ground.points).query_ball_point(path, 4.0 * width)
+    normal = np.array([ground.normals[near].sum(axis=0) if near else -ground.down for near in around])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     straight = ground.down - (normal @ ground.down)[:, None] * normal
     straight /= np.maximum(np.linalg.norm(straight, axis=1, keepdims=True), 1e-9)
     along = np.gradient(path, axis=0)

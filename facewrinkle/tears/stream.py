@@ -21,7 +21,7 @@ from ..errors import MeshError, ParameterError, check_range, check_whole
 from ..geometry.least_squares import moving_least_squares
 from ..geometry.normals import detail_normals, vertex_normals
 from ..geometry.refinement import RedGreenForest
-from ..geometry.topology import boundary_loops, euler_characteristic, unique_edges, vertex_rings
+from ..geometry.topology import as_triangles, boundary_loops, euler_characteristic, unique_edges, vertex_rings
 from ..geometry.transfer import carried
 from ..mesh import to_polydata
 from . import _kernels as kernels
@@ -93,7 +93,7 @@ def thickness(
     """
     behind = (front - s) / shape.half
     taper = 0.5 + 0.5 * np.cos(np.pi * np.clip((behind - 1.0) / TAPER, 0.0, 1.0))
-    trail = shape.trail * (1.0 + wobble)
+    trail = shape.trail * (1.0 + wobble) * (DRAINED + (1.0 - DRAINED) * np.exp(-np.maximum(behind, 0.0) / 15.0))
     half = trail + (shape.half - trail) * taper
     cap = np.maximum(1.0 - behind, 0.0)
     start = np.maximum(1.0 - s / shape.trail, 0.0)
@@ -102,6 +102,9 @@ def thickness(
     height = (film + (shape.height - film) * taper**1.5) * np.maximum(level, 0.0)
     return level, height
 
+
+DRAINED = 0.65
+"""Share of its width that the trail keeps long after the head has passed."""
 
 TAPER = 2.6
 """Length over which the head narrows into the trail, in halves of its width."""
@@ -170,11 +173,9 @@ def solid(base: Array, top: Array, triangles: IntArray) -> tuple[Array, IntArray
     ((6, 3), (8, 3))
     """
     n = len(base)
-    a = triangles.ravel()
-    b = np.roll(triangles, -1, axis=1).ravel()
-    forth, back = a.astype(np.int64) * n + b, b.astype(np.int64) * n + a
-    outline = ~np.isin(forth, back)
-    a, b = a[outline], b[outline]
+    _, sides = unique_edges(triangles)
+    outline = np.bincount(sides.ravel())[sides] == 1
+    a, b = triangles[outline], np.roll(triangles, -1, axis=1)[outline]
     walls = np.concatenate([np.stack([a + n, b + n, b], axis=1), np.stack([a + n, b, a], axis=1)])
     all_triangles = np.concatenate([triangles, triangles[:, ::-1] + n, walls])
     return np.concatenate([top, base]), all_triangles.astype(np.int32)
@@ -205,6 +206,8 @@ class Base:
     corners, barycentric : ndarray, shape (n, 3)
         Of its vertices, in that mesh.
     triangles : ndarray of int32, shape (m, 3)
+    centres, radii : ndarray, shapes (k, 3) and (k,)
+        Of the mesh's triangles, at rest.
     s, w, wobble, rough : ndarray, shape (c, n)
         Position along each course and distance from it, and the noise there.
     """
@@ -217,6 +220,8 @@ class Base:
     sides: IntArray
     rings: tuple[IntArray, IntArray]
     border: npt.NDArray[np.bool_]
+    centres: Array
+    radii: Array
     s: Array
     w: Array
     wobble: Array
@@ -324,7 +329,7 @@ class SheddingTear:
                 f"width={width:g} and height={height * unit:g}. Is the unit of the surface right?"
             )
         share = check_range("trail", trail, 0.2, 1.0)
-        self.shape = Shape(half, height, half * share, max(0.07 * height, 2.0 * FILM / unit))
+        self.shape = Shape(half, height, half * share, max(0.06 * height, 2.0 * FILM / unit))
         self.begin = check_range("begin", begin, 0.0, 1e9)
         self.c = check_range("c", c, 1e-6, 1e9) / unit
         self._detail = check_range("detail", detail, 0.03, 1.0) * 2.0 * half
@@ -354,20 +359,43 @@ class SheddingTear:
         elif weight is not None:
             way = paths.painted(ground, self._weights(weight), width)
         else:
-            moved = self._moved(on)
-            first = ground.start(start, max(2.0 * width, 0.02 * ground.size))
-            at = ground.bound(first[None]).on(moved.points)[0]
-            way = self._at_rest(paths.descent(moved, at, 0.5 * self._detail, most), moved)
-            if paths.lengths(way)[-1] < 1.5 * width:
-                raise ParameterError(
-                    f"no water runs from {first.round(2)}: the surface is level there, or ends. Start elsewhere, or "
-                    "give a path."
-                )
+            way = self._found(start, most, on)
         if into is not None:
             way = paths.joined(way, [course.points for course in into.courses], 0.6 * width)
         way = paths.resampled(way, 0.5 * self._detail)
         way = way[paths.lengths(way) <= most]
+        if start is not None and into is None:
+            way = self._meandered(way)
         return paths.smoothed(ground, way, 0.2 * width) if len(way) > 2 else way
+
+    def _found(self, start: Any, most: float, on: Any) -> Array:
+        """The way down from a point, or from an eye: where its margin slopes inwards, from just below it."""
+        ground, width, moved = self._ground, 2.0 * self.shape.half, self._moved(on)
+        first = ground.start(start, max(2.0 * width, 0.02 * ground.size))
+        lowered = np.arange(6.0 if isinstance(start, str) else 1.0)[:, None] / ground.unit * ground.down
+        for begin in ground.nearest(first + lowered)[1]:
+            at = ground.bound(np.array([first, begin])).on(moved.points)
+            way = paths.descent(moved, at[1], 0.5 * self._detail, most)
+            if paths.lengths(way)[-1] > 1.5 * width:
+                return self._at_rest(np.concatenate([at[:1], way]), moved)
+        raise ParameterError(
+            f"no water runs from {first.round(2)}: the surface is level there, or ends. Start elsewhere, or give a path."
+        )
+
+    def _meandered(self, way: Array) -> Array:
+        """The way with the small turns that rough skin makes; its start stays."""
+        along = np.gradient(way, axis=0)
+        aside = np.cross(
+            along / np.linalg.norm(along, axis=1, keepdims=True), self._ground.bound(way).on(self._ground.normals)
+        )
+        grown = np.minimum(paths.lengths(way) / (4.0 * self.shape.half), 1.0)
+        swing = (
+            self.roughness
+            * self.shape.half
+            * grown
+            * _waves(self._random, len(way), 6.0 * self.shape.half / self._detail)
+        )
+        return way + swing[:, None] * aside
 
     def _weights(self, weight: Any) -> Any:
         if not isinstance(weight, str):
@@ -397,10 +425,9 @@ class SheddingTear:
         if not branches:
             return tuple(courses)
         moved = self._moved(on)
-        smooth = _without_folds(moved)
         main = self._ground.bound(way).on(moved.points) if moved is self._ground else moved.nearest(way)[1]
         for _ in range(branches):
-            found = paths.branch(moved, main, 0.5 * self._detail, 2.0 * self.shape.half, smooth)
+            found = paths.branch(moved, main, 0.5 * self._detail, 2.0 * self.shape.half)
             if found is None:
                 break
             spilled = paths.smoothed(self._ground, self._at_rest(found, moved), 0.4 * self.shape.half)
@@ -476,15 +503,18 @@ class SheddingTear:
         while (marked := inside & (longest > self._detail)).any() and forest.split(marked):
             inside, longest = near(carried(rest[used], forest.corners, forest.barycentric)[forest.triangles])
         kept, fine = np.unique(forest.triangles[inside], return_inverse=True)
-        fine = fine.reshape(-1, 3).astype(np.int32)
+        fine_triangles = as_triangles(fine.reshape(-1, 3))
         corners: IntArray = used[forest.corners[kept]].astype(np.int32)
         weights: Array = forest.barycentric[kept]
-        edges, sides = unique_edges(fine)
+        edges, sides = unique_edges(fine_triangles)
         border = np.zeros(len(kept), bool)
         border[edges[np.bincount(sides.ravel(), minlength=len(edges)) == 1]] = True
         fields = self._fields(carried(rest, corners, weights), vertex_normals(rest, triangles)[corners].sum(axis=1))
-        rings = vertex_rings(fine)
-        return Base((rest.copy(), triangles.copy()), corners, weights, fine, edges, sides, rings, border, *fields)
+        rings = vertex_rings(fine_triangles)
+        centres = rest[triangles].mean(axis=1)
+        around = centres, np.linalg.norm(rest[triangles] - centres[:, None], axis=2).max(axis=1)
+        of = rest.copy(), triangles.copy()
+        return Base(of, corners, weights, fine_triangles, edges, sides, rings, border, *around, *fields)
 
     def _fields(self, points: Array, normals: Array) -> tuple[Array, Array, Array, Array]:
         """s, w, wobble and roughness at points, for each course."""
@@ -550,11 +580,13 @@ class SheddingTear:
         bottom, up = laid(points), laid(normals)
         up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-12)
         height = np.maximum(height, FILM / ground.unit)
-        kernels.limit_heights(bottom, up, height, points, triangles, 2.0 * self.shape.half)
+        kernels.limit_heights(
+            bottom, laid(rest), up, height, points, triangles, base.centres, base.radii, 2.0 * self.shape.half
+        )
         top = bottom + height[:, None] * up
         shaded = detail_normals(bottom, top, faces, up)
         mesh_points, mesh_triangles = solid(bottom, top, faces)
-        data = {"Normals": np.concatenate([shaded, -up]), "thickness": np.tile(height * ground.unit, 2)}
+        data = {"Normals": np.concatenate([shaded, -up]), "thickness": np.tile(height, 2), "under": np.tile(up, (2, 1))}
         mesh = to_polydata(mesh_points, mesh_triangles, data)
         mesh.point_data.active_normals_name = "Normals"
         return mesh
@@ -583,17 +615,14 @@ class SheddingTear:
         return faces[:m], first, second, share, np.where(share == 0.0, height[first], 0.0)
 
 
-ROUGH = 2.0
+def _waves(random: np.random.Generator, n: int, scale: float) -> Array:
+    """Smooth random numbers (n,) between -1 and 1 that change over `scale` of them."""
+    waves = np.asarray(gaussian_filter1d(random.normal(size=n), scale, mode="nearest"))
+    return waves / max(float(np.abs(waves).max()), 1e-9)
+
+
+WOBBLE = 0.4
+"""Share of its width by which the trail narrows and widens."""
+
+ROUGH = 3.0
 """How much thicker than the film of the trail its highest bumps are."""
-
-
-def _without_folds(ground: Ground, rounds: int = 40) -> Array:
-    """Vertex normals (n, 3) of the surface, smoothed over many rings."""
-    edges, _ = unique_edges(ground.triangles)
-    i, j = np.concatenate([edges, edges[:, ::-1]]).T
-    normals = ground.normals.copy()
-    for _ in range(rounds):
-        summed = np.stack([np.bincount(i, x[j], minlength=len(normals)) for x in normals.T], axis=1)
-        normals += summed
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    return normals
