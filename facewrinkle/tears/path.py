@@ -169,7 +169,7 @@ def joined(path: Array, others: Sequence[Array], distance: float) -> Array:
 
 
 def branch(ground: Ground, path: Array, step: float, width: float) -> Array | None:
-    """The way of what spills over where a fold turns the stream most; None where no fold does.
+    """The way of what spills over where a fold first turns the stream aside; None where no fold does.
 
     Parameters
     ----------
@@ -189,13 +189,14 @@ def branch(ground: Ground, path: Array, step: float, width: float) -> Array | No
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     turned = np.einsum("ki,ki->k", along, straight)
     turned[[0, 1, 2, -1, -2, -3]] = 1.0
-    k = int(np.argmin(turned))
-    if turned[k] > np.cos(SPILL):
+    diverted = np.flatnonzero(turned < np.cos(SPILL))
+    if not len(diverted):
         return None
-    crossing = path[k] + np.linspace(0.0, 2.0 * width, 5)[1:, None] * straight[k]
+    k = int(diverted[0])
+    crossing = path[k] + np.linspace(0.0, 2.5 * width, 6)[1:, None] * straight[k]
     _, over = ground.nearest(crossing)
     way = descent(ground, over[-1], step, float(lengths(path)[-1]), straight[k])
-    free = cKDTree(path).query(way)[0] > 1.5 * width
+    free = cKDTree(path).query(way)[0] > 1.2 * width
     way = way[: int(np.argmin(free)) if not free.all() else len(way)]
     if len(way) * step < 3.0 * width:
         return None

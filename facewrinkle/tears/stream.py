@@ -379,7 +379,8 @@ class SheddingTear:
             if paths.lengths(way)[-1] > 1.5 * width:
                 return self._at_rest(np.concatenate([at[:1], way]), moved)
         raise ParameterError(
-            f"no water runs from {first.round(2)}: the surface is level there, or ends. Start elsewhere, or give a path."
+            f"no water runs from {first.round(2)}: the surface is level there, or ends. Start elsewhere, or give a "
+            "path."
         )
 
     def _meandered(self, way: Array) -> Array:
