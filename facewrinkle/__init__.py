@@ -32,7 +32,19 @@ _HOME = {
     "FaceWrinkleWarning": "errors",
 }
 _TABLES = {"MUSCLES": "muscles", "ACTION_UNITS": "action_units", "EXPRESSIONS": "expressions"}
-_ROOMS = ("anatomy", "geometry", "layers", "motion", "tears", "errors", "mesh", "simulation", "plotting", "export")
+_ROOMS = (
+    "anatomy",
+    "geometry",
+    "layers",
+    "motion",
+    "tears",
+    "errors",
+    "mesh",
+    "simulation",
+    "plotting",
+    "wet",
+    "export",
+)
 
 __all__ = sorted([*_HOME, *_TABLES])
 

@@ -103,7 +103,7 @@ def thickness(
     return level, height
 
 
-DRAINED = 0.65
+DRAINED = 0.72
 """Share of its width that the trail keeps long after the head has passed."""
 
 TAPER = 2.6
@@ -303,7 +303,7 @@ class SheddingTear:
         weight: npt.ArrayLike | str | None = None,
         width: float = 3.0,
         height: float = 0.9,
-        trail: float = 0.55,
+        trail: float = 0.62,
         begin: float = 0.0,
         s: float | None = None,
         c: float = 30.0,
@@ -369,10 +369,10 @@ class SheddingTear:
         return paths.smoothed(ground, way, 0.2 * width) if len(way) > 2 else way
 
     def _found(self, start: Any, most: float, on: Any) -> Array:
-        """The way down from a point, or from an eye: where its margin slopes inwards, from just below it."""
+        """The way down from a point; where it is level there, or slopes inwards as some lids do, from just below it."""
         ground, width, moved = self._ground, 2.0 * self.shape.half, self._moved(on)
         first = ground.start(start, max(2.0 * width, 0.02 * ground.size))
-        lowered = np.arange(6.0 if isinstance(start, str) else 1.0)[:, None] / ground.unit * ground.down
+        lowered = 0.35 * width * np.arange(6.0)[:, None] * ground.down
         for begin in ground.nearest(first + lowered)[1]:
             at = ground.bound(np.array([first, begin])).on(moved.points)
             way = paths.descent(moved, at[1], 0.5 * self._detail, most)
@@ -460,6 +460,12 @@ class SheddingTear:
                 "the tear would not be one piece without holes: its path runs around a hole of the surface, or over a "
                 "gap. Lead it elsewhere, or make it narrower."
             )
+
+    def meets(self, other: SheddingTear) -> bool:
+        """Whether its path comes within the width of another one's, beyond their starts."""
+        own, width = self.courses[0].points, 2.0 * self.shape.half
+        gap, where = cKDTree(other.courses[0].points).query(own[len(own) // 20 :])
+        return bool(((gap < 0.6 * width) & (where > 2)).any())
 
     # --- the surface below -----------------------------------------------------------------------
 
