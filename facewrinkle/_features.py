@@ -118,9 +118,11 @@ class MouthCavity:
     COLOUR = (66, 26, 24)
 
     def __init__(self, face: Face) -> None:
+        self.loop = np.empty(0, np.int64)
+        if not face.landmarks:
+            return
         centre = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
         size = face.frame.pupil_distance
-        self.loop = np.empty(0, np.int64)
         self._back = -0.2 * size * face.frame.axes[2]
         for loop in boundary_loops(face.triangles):
             near = np.linalg.norm(face.points[loop] - centre, axis=1)

@@ -404,7 +404,9 @@ def _pairs(muscles: Array, names: Sequence[str]) -> tuple[Array, list[str]]:
 def _stand(face: Face, view: View) -> tuple[Array, Array, Array, Array]:
     """What a view looks at, and the unit directions towards the camera, to the right and up in the picture."""
     size, axes = face.frame.pupil_distance, face.frame.axes
-    focus = face.landmarks[view.landmark] + np.asarray(view.offset) @ axes * size
+    focus = face.frame.origin  # of a surface without landmarks
+    if face.landmarks:
+        focus = face.landmarks[view.landmark] + np.asarray(view.offset) @ axes * size
     towards = np.asarray(view.direction) @ axes
     towards /= np.linalg.norm(towards)
     right = np.cross(axes[1], towards)

@@ -7,20 +7,27 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
 from .anatomy.face import Face
+from .anatomy.fitting import surface
 from .errors import ParameterError, check_range, check_whole, unknown_name
 from .geometry import _mesh_kernels as kernels
 from .geometry.normals import detail_normals, vertex_normals
 from .geometry.refinement import Change, RedGreenForest
 from .geometry.transfer import carried, displaced
 from .layers.base import Layer, Moment, Relief, Sites
+from .layers.compression import StrainField
 from .layers.muscle_wrinkles import MuscleWrinkles, zone
+from .layers.pattern_layer import PatternLayer
 from .mesh import MUSCLES, carried_point_data, refilled, to_polydata
+from .motion.base import Motion, Still
+from .motion.recorded import Recorded
 from .motion.skin import Skin, SkinMaterial
 
 Array = npt.NDArray[np.float64]
@@ -36,7 +43,8 @@ class Refinement:
         Threshold of Eq. 19: 0.03 is a bend of 14 degrees along an edge.
     max_level : int, optional
         Triangles are split at most this often; 0 turns refinement off. Default: as often as nine in ten muscles need
-        for about three vertices per half cycle, at least once: 2 on the built-in head, 3 on one with twice its edges.
+        for about three vertices per half cycle, at least once: 2 on the built-in head, 3 on one with twice its edges
+        and on surfaces without muscles.
     samples : float
         Vertices per half cycle that a wrinkle needs across its folds (the paper's criterion is blind at 1 and 2).
     hysteresis : float
@@ -58,21 +66,27 @@ class Refinement:
 
 
 class Simulation:
-    """A face that moves and wrinkles.
+    """A face, or any other surface, that moves and wrinkles.
 
     Parameters
     ----------
-    face : Face
+    face : Face, PolyData or path
+        A mesh or a file becomes a :func:`facewrinkle.surface` in mm, which has no muscles.
     refinement : Refinement, optional
     layers : sequence of Layer, optional
-        Default: one :class:`facewrinkle.MuscleWrinkles`. An empty list leaves the skin bare. Layers keep state, so the
-        simulation works with copies of its own; they are in `layers`.
-    time_step : float
-        Seconds per step.
+        Default: one :class:`facewrinkle.MuscleWrinkles` where there are muscles. An empty list leaves the skin bare.
+        Layers keep state, so the simulation works with copies of its own; they are in `layers`.
+    time_step : float, optional
+        Seconds per step. Default: 0.02, or the time step of `motion`.
     material : SkinMaterial, optional
+        Of the default skin.
+    motion : Motion or Recorded, optional
+        What moves the base mesh. Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without
+        anatomy keeps :class:`facewrinkle.Still`.
 
     Attributes
     ----------
+    motion : Motion
     seconds : dict of str to float
         Time spent so far on "precompute", "skin", "refinement", "wrinkles" and "frame".
 
@@ -89,24 +103,27 @@ class Simulation:
 
     def __init__(
         self,
-        face: Face,
+        face: Face | pv.DataSet | str | Path,
         refinement: Refinement | None = None,
         layers: Sequence[Layer] | None = None,
-        time_step: float = 0.02,
+        time_step: float | None = None,
         material: SkinMaterial | None = None,
+        motion: Motion | Recorded | None = None,
     ) -> None:
-        check_range("time_step", time_step, 1e-9, 1e9)
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
-        self.face = face
+        self.face = face = face if isinstance(face, Face) else surface(face)
         self.refinement = refinement or Refinement()
+        if layers is None:
+            layers = [MuscleWrinkles()] if face.muscles else []
         # Layers keep the state of a simulation: each simulation has its own.
-        self.layers: list[Layer] = [MuscleWrinkles()] if layers is None else [copy(layer) for layer in layers]
+        self.layers: list[Layer] = [copy(layer) for layer in layers]
         with self._timed("precompute"):
-            self.skin = Skin(face, time_step, material)
+            self.motion = _motion(face, time_step, material, motion)
             spacing = _spacing(face)
             if self.refinement.max_level is None:
-                self.refinement = replace(self.refinement, max_level=_level_for(face, spacing))
+                self.refinement = replace(self.refinement, max_level=_level_for(face, spacing, self.layers))
             self._level = int(self.refinement.max_level or 0)
+            self._check_patterns()
             self._finest = spacing / 2.0**self._level
             self.reset()
 
@@ -114,13 +131,28 @@ class Simulation:
 
     @property
     def muscles(self) -> tuple[str, ...]:
-        """Names of the muscles, in the order of their indices."""
-        return self.skin.names
+        """Names of the face's muscles, in the order of their indices."""
+        return tuple(self.face.muscles)
+
+    @property
+    def skin(self) -> Skin:
+        """The skin that the muscles pull.
+
+        Raises
+        ------
+        ParameterError
+            If something else moves the surface.
+        """
+        if not isinstance(self.motion, Skin):
+            raise ParameterError(
+                f"this simulation has no skin that muscles pull: a {type(self.motion).__name__} moves it."
+            )
+        return self.motion
 
     @property
     def time(self) -> float:
         """Seconds simulated so far."""
-        return self._steps * self.skin.time_step
+        return self._steps * self.motion.time_step
 
     def contract(self, rates: Mapping[str, float]) -> None:
         """Ask for contraction rates by muscle; muscles that are not named relax.
@@ -130,9 +162,10 @@ class Simulation:
         UnknownNameError
             For a muscle that the face does not have.
         ParameterError
-            For a rate outside [0, 1], or a muscle whose wrinkles are too fine for the level cap.
+            For a rate outside [0, 1], a muscle whose wrinkles are too fine for the level cap, or a motion that is not
+            driven by muscles.
         """
-        asked = self.skin.rates_of(rates)
+        asked = self.motion.rates_of(rates)
         for k in np.flatnonzero(asked) if self.layers and self._level else ():
             self._check_wavelength(self.muscles[k], self._finest[k])
         self._asked = asked
@@ -154,6 +187,15 @@ class Simulation:
         """Ask all muscles to relax."""
         self.contract({})
 
+    def _check_patterns(self) -> None:
+        """An error for patterns that would have less than a vertex per half wave."""
+        for layer in self.layers if self._level else ():
+            if isinstance(layer, PatternLayer) and (needed := layer.level_needed(self.face)) > self._level + 1:
+                raise ParameterError(
+                    f"the pattern {layer.name} is too fine for this mesh with max_level={self._level}. Ask for "
+                    f"max_level={needed}, for fewer wrinkles, or for a larger region."
+                )
+
     def _check_wavelength(self, name: str, spacing: float) -> None:
         u = self.face.muscles[name].fold_pattern.half_wavelength
         if u < spacing:
@@ -168,8 +210,8 @@ class Simulation:
     def reset(self) -> None:
         """Back to the unrefined face at rest, all muscles relaxed."""
         self._steps = 0
-        self._asked = np.zeros(len(self.skin.names))
-        self.skin.reset()
+        self._asked = np.zeros(len(self.motion.names))
+        self.motion.reset()
         face = self.face
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
         self._base_normals = vertex_normals(face.points, face.triangles)
@@ -195,8 +237,8 @@ class Simulation:
 
     def _advanced(self, rates: Array) -> pv.PolyData:
         with self._timed("skin"):
-            self.skin.set_rates(rates)
-            base = self.skin.step()
+            self.motion.set_rates(rates)
+            base = self.motion.step()
         with self._timed("refinement"):
             change, created = self._refined()
         if change:
@@ -222,7 +264,7 @@ class Simulation:
             See :meth:`step`.
         """
         frames, ramp = check_whole("frames", frames, 1, 1e9), check_range("ramp", ramp, 0.0, 1.0)
-        start, target = self.skin.rates.copy(), self._asked
+        start, target = self.motion.rates.copy(), self._asked
         for i in range(frames):
             t = min((i + 1) / max(ramp * frames, 1.0), 1.0)
             t = t * t * (3.0 - 2.0 * t)
@@ -263,7 +305,7 @@ class Simulation:
             bare = carried(base, sites.corners, sites.barycentric)
             smooth = carried(vertex_normals(base, self.face.triangles), sites.corners, sites.barycentric)
             _normalise(smooth)
-            moment = Moment(self.skin.rates, sites, triangles, base, bare)
+            moment = Moment(self.motion.rates, sites, triangles, base, bare, self.time, lambda: self._strain_field)
             reliefs = [layer.relief(moment) for layer in self.layers]
             height = sum((r.height for r in reliefs[1:]), reliefs[0].height if reliefs else np.zeros(len(bare)))
             moved = displaced(bare, height, smooth)
@@ -272,6 +314,10 @@ class Simulation:
             split_gamma = self._criterion(normals, reliefs)
         with self._timed("frame"):
             return self._polydata(moved, normals, height, split_gamma)
+
+    @cached_property
+    def _strain_field(self) -> StrainField:
+        return StrainField(self.face.points * self.face.unit, self.face.triangles)
 
     def _criterion(self, normals: Array, reliefs: list[Relief]) -> Array:
         """Mark triangles for the next step; returns the largest Eq. 19 over the edges of each vertex."""
@@ -322,7 +368,7 @@ class Simulation:
         index = self.muscles.index(muscle)
         for layer in self.layers:
             if isinstance(layer, MuscleWrinkles):
-                return layer.fields_of(index, float(self.skin.rates[index]))
+                return layer.fields_of(index, float(layer.rates[index]))
         raise ParameterError("this simulation has no layer of muscle wrinkles; add a MuscleWrinkles() to its layers.")
 
     @contextmanager
@@ -344,6 +390,35 @@ def _joined(reliefs: list[Relief], n: int) -> tuple[Array, Array, npt.NDArray[np
     return spacing, across, active
 
 
+def _motion(
+    face: Face, time_step: float | None, material: SkinMaterial | None, motion: Motion | Recorded | None
+) -> Motion:
+    """The motion that was given, if it fits the face; the skin of a face with anatomy, or stillness, otherwise."""
+    step = check_range("time_step", 0.02 if time_step is None else time_step, 1e-9, 1e9)
+    if motion is None:
+        return Skin(face, step, material) if face.landmarks else Still(face, step)
+    if material is not None:
+        raise ParameterError(
+            "a material is that of the default skin, and here a motion is given too. Leave one of them out."
+        )
+    if isinstance(motion, Recorded):
+        return motion.on(face, step)
+    if time_step not in (None, motion.time_step):
+        raise ParameterError(
+            f"time_step is {time_step!r}, and the motion has one of its own, {motion.time_step!r}. Leave it out here."
+        )
+    if motion.points.shape != face.points.shape:
+        raise ParameterError(
+            f"the motion moves {len(motion.points)} points, the face has {len(face.points)}. Make it from this face."
+        )
+    if motion.names not in ((), tuple(face.muscles)):
+        raise ParameterError(
+            f"the motion must be driven by all {len(face.muscles)} muscles of the face, in their order, or by none; "
+            f"its names are {', '.join(motion.names[:8])}. Make it from this face."
+        )
+    return motion
+
+
 def _normalise(vectors: Array) -> None:
     vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
 
@@ -360,11 +435,14 @@ def _spacing(face: Face) -> Array:
     return out
 
 
-def _level_for(face: Face, spacing: Array) -> int:
-    """The level at which nine in ten muscles have about three vertices per half cycle."""
+def _level_for(face: Face, spacing: Array, layers: Sequence[Layer]) -> int:
+    """The level at which nine in ten muscles have about three vertices per half cycle, and all patterns have them."""
+    needed = max((layer.level_needed(face) for layer in layers if isinstance(layer, PatternLayer)), default=0)
+    if not face.muscles:
+        return needed or 3
     cycles = np.array([muscle.fold_pattern.half_wavelength for muscle in face.muscles.values()])
     folding = np.isfinite(cycles) & (spacing > 0.0)
     if not folding.any():
-        return 1
-    needed = np.log2(spacing[folding] / (0.35 * cycles[folding]))
-    return int(np.clip(np.ceil(np.quantile(needed, 0.9)), 1, 4))
+        return max(needed, 1)
+    levels = np.log2(spacing[folding] / (0.35 * cycles[folding]))
+    return int(np.clip(np.ceil(np.quantile(levels, 0.9)), max(needed, 1), max(needed, 4)))

@@ -516,7 +516,7 @@ def test_input_of_another_kind_is_refused(face):
     for frames in ("x", None, 1.5, 0, np.nan, 10**400):
         with pytest.raises(ParameterError, match="frames must"):
             next(sim.run(frames))
-    for step in ("x", None, 0.0, np.nan, 1e300, 1e-300):
+    for step in ("x", 0.0, np.nan, 1e300, 1e-300):
         with pytest.raises(ParameterError, match="time_step must"):
             fw.Simulation(face, time_step=step)
     for level in (1.5, "2", 10**400):

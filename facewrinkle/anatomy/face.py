@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import MeshError
+from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
 from .atlas import Atlas, load_atlas
 from .eyes import Eyeball, lids_of, place_eyeballs
@@ -30,7 +31,8 @@ Array = npt.NDArray[np.float64]
 class Face:
     """A rest mesh with landmarks, skull, eyes and muscles; everything in the mesh's own unit and coordinates.
 
-    Make one with :func:`facewrinkle.default_face` or :func:`facewrinkle.fit_face`.
+    Make one with :func:`facewrinkle.default_face` or :func:`facewrinkle.fit_face`; :func:`facewrinkle.surface` makes
+    one without anatomy of any surface.
 
     Attributes
     ----------
@@ -51,6 +53,8 @@ class Face:
         Colour over the mesh's texture coordinates, first row at the top.
     brows : Hairs, optional
         Eyebrows, tied to the triangles of the mesh.
+    source_points : ndarray of int, shape (n,), optional
+        The number that each vertex has in the mesh that was given. Default: the same.
     """
 
     mesh: pv.PolyData
@@ -63,6 +67,7 @@ class Face:
     estimated: tuple[str, ...] = ()
     texture: npt.NDArray[np.uint8] | None = None
     brows: Hairs | None = None
+    source_points: npt.NDArray[np.int64] | None = None
 
     @classmethod
     def from_landmarks(
@@ -87,6 +92,16 @@ class Face:
         eyes = place_eyeballs(landmarks, frame, points, triangles)
         return cls(mesh, dict(landmarks), atlas.place(landmarks, frame), eyes, tissue, unit, atlas, estimated)
 
+    @classmethod
+    def without_anatomy(
+        cls, mesh: pv.PolyData, unit: float, source_points: npt.NDArray[np.int64] | None = None
+    ) -> Self:
+        """A clean triangle mesh as a face that has no landmarks, eyes, muscles or depth."""
+        points, triangles = np.array(mesh.points, dtype=np.float64), np.asarray(mesh.regular_faces, dtype=np.int32)
+        nothing = np.zeros(len(points))
+        tissue = Tissue(nothing, nothing, vertex_normals(points, triangles), points, nothing.astype(bool))
+        return cls(mesh, {}, {}, [], tissue, unit, load_atlas(), source_points=source_points)
+
     @property
     def points(self) -> Array:
         """Rest positions (n, 3)."""
@@ -99,7 +114,10 @@ class Face:
 
     @cached_property
     def frame(self) -> FaceFrame:
-        """Axes and size of the face."""
+        """Axes and size of the face; without landmarks those of the coordinates, and a fifth of the mesh's size."""
+        if not self.landmarks:
+            low, high = self.points.min(axis=0), self.points.max(axis=0)
+            return FaceFrame(np.eye(3), 0.5 * (low + high), 0.2 * float(np.linalg.norm(high - low)))
         return frame_of(self.landmarks)
 
     @cached_property

@@ -112,29 +112,69 @@ def fit_face(
     template = load_head().landmarks
     found, estimated = complete(given, template)
     frame = frame_of(found)
-    surface = prepare(source, near=near, forward=frame.axes[2])
-    _check_on_mesh(given, surface.points, surface.triangles, frame.pupil_distance)
+    clean = prepare(source, near=near, forward=frame.axes[2])
+    _check_on_mesh(given, clean.points, clean.triangles, frame.pupil_distance)
     for name in estimated:
         if name not in NOT_ON_SKIN:
-            found[name] = _closest(surface, found[name])
+            found[name] = _closest(clean, found[name])
     scale = _unit(units, frame.pupil_distance)
-    return Face.from_landmarks(surface.mesh, found, scale, atlas, estimated)
+    face = Face.from_landmarks(clean.mesh, found, scale, atlas, estimated)
+    return dataclasses.replace(face, source_points=clean.source_points)
+
+
+def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
+    """Any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.
+
+    Parameters
+    ----------
+    mesh : PolyData or path
+        Triangles, quads or polygons, any orientation. Not changed. Of several parts the largest is taken.
+    units : {"um", "mm", "cm", "dm", "m", "in"} or float
+        Unit of the mesh, or millimetres per unit.
+
+    Returns
+    -------
+    Face
+        In the mesh's own unit and coordinates.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is empty, damaged or non-manifold.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> import pyvista as pv
+    >>> cloth = surface(pv.Plane(i_size=3.0, j_size=2.0), units="cm")
+    >>> cloth.unit, cloth.muscles
+    (10.0, {})
+    >>> fw.Simulation(cloth).step().n_points == cloth.mesh.n_points
+    True
+    """
+    clean = prepare(mesh)
+    return Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
+
+
+def _scale(units: str | float) -> float:
+    """Millimetres per unit."""
+    if isinstance(units, str):
+        if units not in UNITS:
+            raise unknown_name("unit", units, UNITS)
+        return UNITS[units]
+    try:
+        unit = float(units)
+    except (TypeError, ValueError, OverflowError):
+        unit = np.nan
+    if not 0.0 < unit < np.inf:
+        raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
+    return unit
 
 
 def _unit(units: str | float | None, pupil_distance: float) -> float:
     if units is None:
         return MEAN_PUPIL_DISTANCE / pupil_distance
-    if isinstance(units, str):
-        if units not in UNITS:
-            raise unknown_name("unit", units, UNITS)
-        unit = UNITS[units]
-    else:
-        try:
-            unit = float(units)
-        except (TypeError, ValueError, OverflowError):
-            unit = np.nan
-        if not 0.0 < unit < np.inf:
-            raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
+    unit = _scale(units)
     if not 1.0 <= pupil_distance * unit <= 10_000.0:
         raise ParameterError(
             f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart; 1 to 10000 is allowed, and an "

@@ -48,14 +48,15 @@ class FaceOptions:
 
         atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
         if self.face is not None:
-            return fit_face(self.face, self.landmarks, _units(self.units), atlas)
+            return fit_face(self.face, self.landmarks, units_of(self.units), atlas)
         for name in ("landmarks", "units"):
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
         return default_face(atlas)
 
 
-def _units(text: str | None) -> str | float | None:
+def units_of(text: str | None) -> str | float | None:
+    """A unit by name, or as a number."""
     try:
         return text if text is None else float(text)
     except ValueError:

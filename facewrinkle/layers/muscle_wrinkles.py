@@ -14,6 +14,7 @@ from ..errors import ParameterError, check_range, check_whole
 from ..geometry.refinement import Change
 from ..geometry.topology import vertex_rings
 from . import _kernels as kernels
+from .activation import Activation
 from .base import Array, IntArray, Moment, Relief, Sites
 from .compression import EdgeWeights, StrainField, along, products
 
@@ -143,6 +144,12 @@ class MuscleWrinkles:
         is added in each of the first N steps of a contraction; it stays behind the compression and
         never relaxes, until the simulation is reset. For comparison only.
 
+    Attributes
+    ----------
+    rates : ndarray, shape (k,)
+        Contraction rates of the last moment. Where the motion has none (a recording), what stands for them, from the
+        measured compression: :class:`facewrinkle.layers.activation.Activation`.
+
     Examples
     --------
     >>> import facewrinkle as fw
@@ -168,8 +175,11 @@ class MuscleWrinkles:
         self._corners = [np.unique(face.triangles[z]) for z in self._zones]
         self._unseen = np.empty(0, int)
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
-        needed = np.isin(face.triangles, np.concatenate(self._corners)).any(axis=1)
+        needed = np.isin(face.triangles, np.concatenate([*self._corners, np.empty(0, int)])).any(axis=1)
         self._strain = StrainField(face.points * face.unit, face.triangles[needed])
+        self._activation: Activation | None = None
+        self.rates = np.zeros(len(self._muscles))
+        self._face = face
         self._folds = Folds.none(0)
         self._height = np.empty(0)
         self._steps = 0
@@ -188,13 +198,14 @@ class MuscleWrinkles:
         n = len(self._height)
         self._room = np.empty(n), np.empty(n), np.zeros((n, 3)), np.empty(n, bool)
         seen = np.isin(np.arange(len(self._zones)), self._folds.muscle)
-        self._unseen = np.flatnonzero([z.any() for z in self._zones] & ~seen)
+        self._unseen = np.flatnonzero(np.array([z.any() for z in self._zones], dtype=bool) & ~seen)
 
     def relief(self, moment: Moment) -> Relief:
         """See :class:`facewrinkle.layers.base.Layer`."""
         folds = self._folds
         self._epsilon = self._compressed(moment)
-        k0 = self._k0 * moment.rates
+        self.rates = moment.rates if len(moment.rates) else self._activated(moment.base)
+        k0 = self._k0 * self.rates
         height, spacing, across, active = self._room
         kernels.amplitudes(
             folds.starts, folds.muscle, folds.height, folds.swing, folds.cycle, folds.direction, self._epsilon,
@@ -202,9 +213,15 @@ class MuscleWrinkles:
         )  # fmt: skip
         self._seed(k0, moment.sites, spacing, across, active)
         if self.accumulate:
-            height = self._accumulated(height, moment.rates)
+            height = self._accumulated(height, self.rates)
         self._height = height
         return Relief(height, spacing, across, active)
+
+    def _activated(self, base: Array) -> Array:
+        """What stands for the rates (k,) of muscles that do not contract: how far the skin over them is compressed."""
+        if self._activation is None:
+            self._activation = Activation(self._face, self._muscles, self._zones, self._strain)
+        return self._activation.of(base)
 
     def _seed(self, k0: Array, sites: Sites, spacing: Array, across: Array, active: npt.NDArray[np.bool_]) -> None:
         """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""

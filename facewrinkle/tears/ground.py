@@ -122,9 +122,9 @@ def ground_of(surface: Face | pv.PolyData | Any, down: npt.ArrayLike | None = No
     unit : float
         Millimetres per unit of a surface that is no Face, which knows its own.
     """
-    face = surface if isinstance(surface, Face) else None
-    if face is not None:
-        points, triangles, unit = face.points, face.triangles, face.unit
+    face = surface if isinstance(surface, Face) and surface.landmarks else None
+    if isinstance(surface, Face):
+        points, triangles, unit = surface.points, surface.triangles, surface.unit
     else:
         mesh = read_surface(surface)
         points = np.asarray(mesh.points, dtype=np.float64)
@@ -178,6 +178,8 @@ def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
     if side not in SIDES:
         raise unknown_name("side", side, SIDES)
     side, along = SIDES[side], check_range("along", along, 0.0, 1.0)
+    if not face.eyes:
+        raise ParameterError("the face has no eyes: it was made without landmarks. Give a point in their place.")
     eye = next(eye for eye in face.eyes if eye.side == side)
     inner, outer = face.landmarks[f"eye_{side}_inner"], face.landmarks[f"eye_{side}_outer"]
     margin = lower_margin(eye, face.points, face.triangles, face.landmarks)
