@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+STRIDE = 5
+"""A polyline is looked through in steps of so many points first."""
+
 
 @njit(cache=True)
 def farthest_behind(drop, skin, triangles, margin):
@@ -129,22 +132,56 @@ def descend(points, triangles, normals, offsets, around, start, first, heading, 
 
 
 @njit(cache=True)
+def near_course(points, triangles, course, spacing, reach, near, longest):
+    """Which triangles may hold points within `reach` of a polyline with points `spacing` apart; their longest sides."""
+    low, high = course[0].copy(), course[0].copy()
+    for k in range(len(course)):
+        for i in range(3):
+            low[i], high[i] = min(low[i], course[k, i]), max(high[i], course[k, i])
+    centre = np.empty(3)
+    for t in range(len(triangles)):
+        square = 0.0
+        for s in range(3):
+            v, w = triangles[t, s], triangles[t, (s + 1) % 3]
+            x, y, z = points[v, 0] - points[w, 0], points[v, 1] - points[w, 1], points[v, 2] - points[w, 2]
+            square = max(square, x * x + y * y + z * z)
+        longest[t] = np.sqrt(square)
+        far = reach + 0.6 * longest[t] + 0.5 * spacing  # from the centroid no corner is farther than 0.58 sides
+        near[t] = False
+        away = False
+        for i in range(3):
+            centre[i] = (points[triangles[t, 0], i] + points[triangles[t, 1], i] + points[triangles[t, 2], i]) / 3.0
+            away = away or centre[i] < low[i] - far or centre[i] > high[i] + far
+        if away:
+            continue
+        for k in range(len(course)):
+            x, y, z = centre[0] - course[k, 0], centre[1] - course[k, 1], centre[2] - course[k, 2]
+            if x * x + y * y + z * z < far * far:
+                near[t] = True
+                break
+
+
+@njit(cache=True)
 def along_course(points, course, lengths, normals, s, w):
     """Arc length of the nearest point of a polyline, and the distance from it, positive to the right looking up."""
+    last = len(course) - 1
     for i in range(len(points)):
-        best = np.inf
-        for k in range(len(course) - 1):
-            ex, ey, ez = (
-                course[k + 1, 0] - course[k, 0],
-                course[k + 1, 1] - course[k, 1],
-                course[k + 1, 2] - course[k, 2],
-            )
+        best, close = np.inf, 0
+        for k in range(0, last + 1, STRIDE):
             px, py, pz = points[i, 0] - course[k, 0], points[i, 1] - course[k, 1], points[i, 2] - course[k, 2]
+            d = px * px + py * py + pz * pz
+            if d < best:
+                best, close = d, k
+        best = np.inf
+        for k in range(max(close - 2 * STRIDE, 0), min(close + 2 * STRIDE, last)):
+            a, b = course[k], course[k + 1]
+            ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            px, py, pz = points[i, 0] - a[0], points[i, 1] - a[1], points[i, 2] - a[2]
             square = ex * ex + ey * ey + ez * ez
             u = (px * ex + py * ey + pz * ez) / square
             if k > 0:
                 u = max(u, 0.0)
-            if k < len(course) - 2:  # the ends go on straight: heads and starts are round
+            if k < last - 1:  # the ends go on straight: heads and starts are round
                 u = min(u, 1.0)
             dx, dy, dz = px - u * ex, py - u * ey, pz - u * ez
             d = dx * dx + dy * dy + dz * dz
@@ -250,7 +287,7 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
     shape = np.empty(3, np.int64)
     for k in range(3):
         shape[k] = int((high[k] - low[k]) / cell) + 1
-    start = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
+    start, box = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64), np.empty((3, 2), np.int64)
     for fill in range(2):
         if fill:
             for i in range(1, len(start)):
@@ -258,7 +295,7 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
             where, content = start.copy(), np.empty(start[-1], np.int64)
         for t in range(len(triangles)):
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            box, away = np.empty((3, 2), np.int64), False
+            away = False
             for k in range(3):
                 below = min(skin[a, k], skin[b, k], skin[c, k])
                 above = max(skin[a, k], skin[b, k], skin[c, k])
@@ -284,7 +321,6 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
         p, d = base[i], normals[i]
         reach = height[i]
         nearest, limit = 3.0 * reach, 2.5 * reach
-        box = np.empty((3, 2), np.int64)
         for k in range(3):
             box[k, 0], box[k, 1] = int((p[k] - limit - low[k]) / cell), int((p[k] + limit - low[k]) / cell)
         for x in range(box[0, 0], box[0, 1] + 1):

@@ -7,7 +7,7 @@ moving least squares (:func:`rough_film`); and the part that is covered at a tim
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -201,10 +201,12 @@ class Base:
 
     Attributes
     ----------
-    of : tuple
-        The rest points and triangles of the mesh it was made of.
+    of, below : tuple
+        The rest points and triangles of the mesh it was made of, and of the part of it below the tear.
+    used : ndarray of int
+        The vertices of that part, in the mesh.
     corners, barycentric : ndarray, shape (n, 3)
-        Of its vertices, in that mesh.
+        Of the base's vertices, in that part.
     triangles : ndarray of int32, shape (m, 3)
     centres, radii : ndarray, shapes (k, 3) and (k,)
         Of the mesh's triangles, at rest.
@@ -213,6 +215,8 @@ class Base:
     """
 
     of: tuple[Array, IntArray]
+    below: tuple[Array, IntArray]
+    used: IntArray
     corners: IntArray
     barycentric: Array
     triangles: IntArray
@@ -495,33 +499,44 @@ class SheddingTear:
 
     def _base_of(self, rest: Array, triangles: IntArray) -> Base:
         """Step one: the triangles that the tear will pass over, subdivided linearly until they are small enough."""
-        way = np.concatenate([paths.resampled(course.points, self._detail) for course in self.courses])
-        tree, reach = cKDTree(way), self.shape.half + 0.5 * self._detail
+        spacing, reach = 0.5 * self.shape.half, self.shape.half + 0.5 * self._detail
+        way = np.concatenate([paths.resampled(course.points, spacing) for course in self.courses])
 
-        def near(corners: Array) -> tuple[npt.NDArray[np.bool_], Array]:
-            longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-            away, _ = tree.query(corners.mean(axis=1), distance_upper_bound=reach + float(longest.max()))
-            return away < reach + longest, longest
+        def near(points: Array, triangles: IntArray) -> tuple[npt.NDArray[np.bool_], Array]:
+            chosen, longest = np.empty(len(triangles), bool), np.empty(len(triangles))
+            kernels.near_course(points, triangles, way, spacing, reach, chosen, longest)
+            return chosen, longest
 
-        chosen, _ = near(rest[triangles])
+        chosen, _ = near(rest, triangles)
         used, local = np.unique(triangles[chosen], return_inverse=True)
-        forest = RedGreenForest(local.reshape(-1, 3), 8)
-        inside, longest = near(rest[used][forest.triangles])
-        while (marked := inside & (longest > self._detail)).any() and forest.split(marked):
-            inside, longest = near(carried(rest[used], forest.corners, forest.barycentric)[forest.triangles])
-        kept, fine = np.unique(forest.triangles[inside], return_inverse=True)
-        fine_triangles = as_triangles(fine.reshape(-1, 3))
-        corners: IntArray = used[forest.corners[kept]].astype(np.int32)
-        weights: Array = forest.barycentric[kept]
-        edges, sides = unique_edges(fine_triangles)
-        border = np.zeros(len(kept), bool)
-        border[edges[np.bincount(sides.ravel(), minlength=len(edges)) == 1]] = True
-        fields = self._fields(carried(rest, corners, weights), vertex_normals(rest, triangles)[corners].sum(axis=1))
-        rings = vertex_rings(fine_triangles)
         centres = rest[triangles].mean(axis=1)
         around = centres, np.linalg.norm(rest[triangles] - centres[:, None], axis=2).max(axis=1)
-        of = rest.copy(), triangles.copy()
-        return Base(of, corners, weights, fine_triangles, edges, sides, rings, border, *around, *fields)
+        below = rest[used], local.reshape(-1, 3)
+        kept = self._kept
+        if kept is not None and np.array_equal(kept.below[1], below[1]) and np.array_equal(kept.below[0], below[0]):
+            # The mesh has changed elsewhere.
+            return replace(kept, of=(rest.copy(), triangles.copy()), used=used, centres=around[0], radii=around[1])
+        return self._subdivided((rest.copy(), triangles.copy()), used, below, around, near)
+
+    def _subdivided(self, of: Any, used: Any, below: Any, around: Any, near: Any) -> Base:
+        """The triangles below the tear, until they are small enough."""
+        rest, forest = below[0], RedGreenForest(below[1], 8)
+        inside, longest = near(rest, forest.triangles)
+        while (marked := inside & (longest > self._detail)).any() and forest.split(marked):
+            inside, longest = near(carried(rest, forest.corners, forest.barycentric), forest.triangles)
+        kept, fine = np.unique(forest.triangles[inside], return_inverse=True)
+        triangles = as_triangles(fine.reshape(-1, 3))
+        corners, weights = forest.corners[kept], forest.barycentric[kept]
+        edges, sides = unique_edges(triangles)
+        border = np.zeros(len(kept), bool)
+        border[edges[np.bincount(sides.ravel(), minlength=len(edges)) == 1]] = True
+        s, w, wobble, rough = self._fields(
+            carried(rest, corners, weights), vertex_normals(rest, below[1])[corners].sum(axis=1)
+        )
+        return Base(
+            of, below, used, corners, weights, triangles, edges, sides, vertex_rings(triangles), border,
+            centres=around[0], radii=around[1], s=s, w=w, wobble=wobble, rough=rough,
+        )  # fmt: skip
 
     def _fields(self, points: Array, normals: Array) -> tuple[Array, Array, Array, Array]:
         """s, w, wobble and roughness at points, for each course."""
@@ -581,14 +596,14 @@ class SheddingTear:
         faces, first, second, share, height = part
 
         def laid(values: Array) -> Array:
-            fine = carried(values, base.corners, base.barycentric)
+            fine = carried(values[base.used], base.corners, base.barycentric)
             return np.asarray(fine[first] + share[:, None] * (fine[second] - fine[first]))
 
         bottom, up = laid(points), laid(normals)
         up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-12)
         height = np.maximum(height, FILM / ground.unit)
         kernels.limit_heights(
-            bottom, laid(rest), up, height, points, triangles, base.centres, base.radii, 2.0 * self.shape.half
+            bottom, laid(rest), up, height, points, triangles, base.centres, base.radii, 0.6 * self.shape.half
         )
         top = bottom + height[:, None] * up
         shaded = detail_normals(bottom, top, faces, up)
