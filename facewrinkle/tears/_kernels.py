@@ -329,31 +329,31 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
                     g = (x * shape[1] + y) * shape[2] + z
                     for at in range(start[g], start[g + 1]):
                         t = content[at]
-                        nearest = min(nearest, _met(p, d, skin, triangles[t], least))
+                        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+                        nearest = _met(p[0], p[1], p[2], d[0], d[1], d[2], skin, a, b, c, least, nearest)
                         q0, q1, q2 = rest[i, 0] - centres[t, 0], rest[i, 1] - centres[t, 1], rest[i, 2] - centres[t, 2]
                         if q0 * q0 + q1 * q1 + q2 * q2 > (radii[t] + 4.0 * reach) ** 2:
-                            a, b, c = skin[triangles[t, 0]], skin[triangles[t, 1]], skin[triangles[t, 2]]
-                            _nearest_in(p, a, b, c, found)
+                            _nearest_in(p, skin[a], skin[b], skin[c], found)
                             nearest = min(nearest, np.sqrt(((p - found) ** 2).sum()))
         height[i] = min(reach, 0.45 * nearest)
 
 
 @njit(cache=True)
-def _met(p, d, skin, corners, least):
-    """Distance along the ray p + x d at which it meets a triangle; infinite where it does not."""
-    a, b, c = skin[corners[0]], skin[corners[1]], skin[corners[2]]
-    e0, e1, e2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    f0, f1, f2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    n0, n1, n2 = e1 * f2 - e2 * f1, e2 * f0 - e0 * f2, e0 * f1 - e1 * f0
-    det = -(d[0] * n0 + d[1] * n1 + d[2] * n2)
+def _met(px, py, pz, dx, dy, dz, skin, i, j, k, least, most):
+    """Distance along the ray p + x d at which it meets the triangle of vertices i, j, k; `most` where it does not."""
+    ax, ay, az = skin[i, 0], skin[i, 1], skin[i, 2]
+    ex, ey, ez = skin[j, 0] - ax, skin[j, 1] - ay, skin[j, 2] - az
+    fx, fy, fz = skin[k, 0] - ax, skin[k, 1] - ay, skin[k, 2] - az
+    nx, ny, nz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
+    det = -(dx * nx + dy * ny + dz * nz)
     if det == 0.0:
-        return np.inf
-    q0, q1, q2 = p[0] - a[0], p[1] - a[1], p[2] - a[2]
-    x = (q0 * n0 + q1 * n1 + q2 * n2) / det
-    if x < least:
-        return np.inf
-    g0, g1, g2 = q1 * d[2] - q2 * d[1], q2 * d[0] - q0 * d[2], q0 * d[1] - q1 * d[0]
-    u, v = (f0 * g0 + f1 * g1 + f2 * g2) / det, -(e0 * g0 + e1 * g1 + e2 * g2) / det
+        return most
+    qx, qy, qz = px - ax, py - ay, pz - az
+    x = (qx * nx + qy * ny + qz * nz) / det
+    if x < least or x > most:
+        return most
+    gx, gy, gz = qy * dz - qz * dy, qz * dx - qx * dz, qx * dy - qy * dx
+    u, v = (fx * gx + fy * gy + fz * gz) / det, -(ex * gx + ey * gy + ez * gz) / det
     if u < -1e-9 or v < -1e-9 or u + v > 1.0 + 1e-9:
-        return np.inf
+        return most
     return x

@@ -319,7 +319,7 @@ class SheddingTear:
         into: SheddingTear | None = None,
         on: pv.PolyData | None = None,
         seed: int = 0,
-        detail: float = 0.14,
+        detail: float = 0.2,
         down: npt.ArrayLike | None = None,
         unit: float = 1.0,
     ) -> None:
