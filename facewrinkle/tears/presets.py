@@ -152,6 +152,6 @@ def surfaces(tears: Iterable[Tear], t: float, on: pv.PolyData | None = None) -> 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> [len(surfaces(preset("weeping", face), t)) for t in (0.0, 3.0)]
-    [1, 6]
+    [1, 5]
     """
     return [tear.surface(t, on) for tear in tears if tear.begin <= t <= tear.end]
