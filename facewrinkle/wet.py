@@ -122,13 +122,13 @@ def _shader(aspect: float, film: float) -> dict[str, dict[str, str]]:
     studio = f"""
 in float depthVSOutput;
 in vec3 underVSOutput;
-vec3 studio(vec3 r)
+vec3 studio(vec3 r, vec3 around)
 {{
   float box = smoothstep(0.0, 0.05, 0.16 - abs(dot(r, {vec(side)})));
   box *= smoothstep(0.0, 0.05, 0.24 - abs(dot(r, {vec(up)})));
   box *= step(0.0, dot(r, {vec(key)}));
   float strip = smoothstep(0.90, 0.97, dot(r, {vec(fill)}));
-  vec3 room = mix(vec3(0.05, 0.05, 0.06), vec3(0.5, 0.52, 0.55), smoothstep(-0.4, 0.9, r.y));
+  vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
   return room + 26.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
 }}
 """
@@ -146,8 +146,9 @@ vec3 studio(vec3 r)
   vec3 towards = {vec(key)} - dot({vec(key)}, skin) * skin;
   float lit = dot(tilt, normalize(towards + 1e-5));
   float wet = 1.0 - 0.12 * smoothstep(0.0, {film:.8f}, depthVSOutput);
-  colour *= wet - 0.30 * clamp(lit, 0.0, 1.0) + 0.75 * clamp(-lit, 0.0, 1.0);
-  colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface));
+  float bead = smoothstep(0.0, {4.0 * film:.8f}, depthVSOutput);
+  colour *= wet + bead * (0.75 * clamp(-lit, 0.0, 1.0) - 0.30 * clamp(lit, 0.0, 1.0));
+  colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour);
   gl_FragData[0] = vec4(min(colour, vec3(1.0)), 1.0);
 """
     return {
