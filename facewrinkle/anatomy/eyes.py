@@ -124,10 +124,12 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     return Guide(vertices, angles[vertices], hold[vertices], eye.centre, axis)
 
 
-def lower_margin(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]) -> IntArray | None:
-    """Vertices of the margin of the lower lid, from the inner to the outer canthus; None if the eye is closed."""
+def lid_margins(
+    eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
+) -> tuple[Array, Array] | None:
+    """Vertices of the upper and of the lower margin from inside outwards; None if the opening is closed."""
     opening = _opening(eye, points, triangles, landmarks)
-    return None if opening is None else np.asarray(opening[-1], dtype=np.int32)
+    return None if opening is None else (opening[-2], opening[-1])
 
 
 OVERLAP = np.deg2rad(2.0)

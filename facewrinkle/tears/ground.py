@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..anatomy.eyes import lower_margin
+from ..anatomy.eyes import lid_margins
 from ..anatomy.face import Face
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.normals import vertex_normals
@@ -182,12 +182,12 @@ def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
         raise ParameterError("the face has no eyes: it was made without landmarks. Give a point in their place.")
     eye = next(eye for eye in face.eyes if eye.side == side)
     inner, outer = face.landmarks[f"eye_{side}_inner"], face.landmarks[f"eye_{side}_outer"]
-    margin = lower_margin(eye, face.points, face.triangles, face.landmarks)
-    if margin is None:
+    margins = lid_margins(eye, face.points, face.triangles, face.landmarks)
+    if margins is None:
         _, found = ground_of(face).nearest((inner + along * (outer - inner))[None])
         return np.asarray(found[0])
     across = (outer - inner) / ((outer - inner) @ (outer - inner))
-    chain = face.points[margin]
+    chain = face.points[margins[1]]
     place = (chain - inner) @ across
     return np.array([np.interp(along, place, coordinate) for coordinate in chain.T])
 
