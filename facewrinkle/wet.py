@@ -124,12 +124,13 @@ in float depthVSOutput;
 in vec3 underVSOutput;
 vec3 studio(vec3 r, vec3 around)
 {{
-  float box = smoothstep(0.0, 0.05, 0.16 - abs(dot(r, {vec(side)})));
-  box *= smoothstep(0.0, 0.05, 0.24 - abs(dot(r, {vec(up)})));
+  float box = smoothstep(0.0, 0.05, 0.18 - abs(dot(r, {vec(side)})));
+  box *= smoothstep(0.0, 0.05, 0.34 - abs(dot(r, {vec(up)})));
   box *= step(0.0, dot(r, {vec(key)}));
   float strip = smoothstep(0.90, 0.97, dot(r, {vec(fill)}));
   vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
-  return room + 26.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
+  float glow = pow(clamp(dot(r, {vec(key)}), 0.0, 1.0), 5.0);
+  return room + 6.0 * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
 }}
 """
     light = f"""//VTK::Light::Impl
@@ -145,7 +146,7 @@ vec3 studio(vec3 r, vec3 around)
   vec3 tilt = surface - dot(surface, skin) * skin;
   vec3 towards = {vec(key)} - dot({vec(key)}, skin) * skin;
   float lit = dot(tilt, normalize(towards + 1e-5));
-  float wet = 1.0 - 0.12 * smoothstep(0.0, {film:.8f}, depthVSOutput);
+  float wet = 1.0 - 0.10 * smoothstep(0.0, {film:.8f}, depthVSOutput);
   float bead = smoothstep(0.0, {4.0 * film:.8f}, depthVSOutput);
   colour *= wet + bead * (0.75 * clamp(-lit, 0.0, 1.0) - 0.30 * clamp(lit, 0.0, 1.0));
   colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour);
