@@ -23,7 +23,7 @@ _HOME = {
     "Motion": "motion.base",
     "Still": "motion.base",
     "Recorded": "motion.recorded",
-    "read_animation": "gltf",
+    "read_animation": "animation",
     "Skin": "motion.skin",
     "SkinMaterial": "motion.skin",
     "MuscleWrinkles": "layers.muscle_wrinkles",

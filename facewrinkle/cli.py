@@ -32,6 +32,10 @@ app = App(
 app.command("facewrinkle.commands.express:express", help="Write pictures, a movie and a time series of an expression.")
 app.command("facewrinkle.commands.tear:tear", help="Write pictures, a movie and time series of a face that cries.")
 app.command("facewrinkle.commands.play:play", help="Write pictures, a movie and a time series of a recorded animation.")
+app.command(
+    "facewrinkle.commands.pattern:pattern",
+    help="Write pictures, a movie and a time series of a wrinkle pattern.",
+)
 app.command("facewrinkle.commands.table1:table1", help="Measure the paper's Table 1 and print it beside the paper's.")
 app.command("facewrinkle.commands.info:info", help="List the muscles, action units and expressions.")
 app.command(

@@ -7,7 +7,6 @@ arrays.
 from __future__ import annotations
 
 import base64
-import os
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -19,10 +18,10 @@ import numpy.typing as npt
 import pyvista as pv
 
 from .errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown_name
-from .mesh import GLTF, TEXTURE, check_file, check_seams, to_polydata, welded
+from .mesh import TEXTURE, check_file, check_seams, to_polydata, welded
 from .motion.recorded import Interpolation, Recorded, Track
 
-__all__ = ["read_animation"]
+__all__ = ["read_gltf"]
 
 Array = npt.NDArray[np.float64]
 
@@ -33,59 +32,11 @@ INTERPOLATION: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "
 TRIANGLES = 4
 
 
-def read_animation(
-    path: str | Path, mesh: str | None = None, animation: str | None = None
-) -> tuple[pv.PolyData, Recorded]:
-    """The mesh of a glTF file, and the recording that moves it.
-
-    Points that the file splits at seams of texture or shading, and that move alike, are one point here; it keeps the
-    first of its texture coordinates.
-
-    Parameters
-    ----------
-    path : path
-        .glb or .gltf, with morph targets, or with a node that moves.
-    mesh : str, optional
-        Name of a mesh or node. Default: the one that moves; of several, the one with the most points.
-    animation : str, optional
-        Default: the first that moves the mesh.
-
-    Returns
-    -------
-    mesh : PolyData
-        At rest, in the coordinates of the scene, with its texture coordinates (v upwards).
-    recorded : Recorded
-        Its shapes (named as in the file), their weights over time, and the motion of the node.
-
-    Raises
-    ------
-    MeshError
-        If the file cannot be read, or nothing in it moves; for meshes that are compressed (Draco, meshopt) or moved by
-        bones alone.
-    UnknownNameError
-        For a mesh or animation that is not there.
-    MissingPackageError
-        Without pygltflib (extra `export`).
-
-    Warns
-    -----
-    FaceWrinkleWarning
-        If there are several meshes that move, or bones, which are passed over.
-
-    Examples
-    --------
-    >>> mesh, recorded = read_animation("smile.glb")  # doctest: +SKIP
-    >>> face = facewrinkle.fit_face(mesh, "smile.landmarks.json")  # doctest: +SKIP
-    >>> simulation = facewrinkle.Simulation(face, motion=recorded)  # doctest: +SKIP
-    """
-    path = Path(os.path.expanduser(path))
-    check_file(path)
-    if path.suffix.lower() not in GLTF:
-        raise MeshError(f"{path.name}: animations are read from .glb and .gltf files, received {path.suffix!r}.")
+def read_gltf(path: Path, mesh: str | None = None, animation: str | None = None) -> tuple[pv.PolyData, Recorded]:
+    """The mesh of a glTF file at rest, and the recording that moves it; see :func:`facewrinkle.read_animation`."""
     document = _Document(path)
     node = document.chosen_node(mesh)
-    channels = document.channels(node, animation)
-    return _animated(document, node, channels)
+    return _animated(document, node, document.channels(node, animation))
 
 
 def _animated(document: _Document, node: int, channels: list[Any]) -> tuple[pv.PolyData, Recorded]:
@@ -104,7 +55,9 @@ def _animated(document: _Document, node: int, channels: list[Any]) -> tuple[pv.P
         check_seams(texture, kept, number, document.name)
     deltas = deltas[:, kept]
     weights, pose = _tracks(document, node, channels, len(deltas), still, skinned)
-    return mesh, Recorded(weights, names, deltas, np.array(mesh.points), pose)
+    if not len(deltas):
+        return mesh, Recorded(weights, (), deltas, np.array(mesh.points), pose)
+    return mesh, Recorded.of_shapes(deltas, weights, names=names, rest=mesh.points, pose=pose)
 
 
 def _tracks(
@@ -302,7 +255,7 @@ class _Document:
                 f"{', '.join(map(self._label, candidates))}; took the first, which has the most points. "
                 "Name another with mesh=.",
                 FaceWrinkleWarning,
-                stacklevel=3,
+                stacklevel=4,
             )
         return candidates[0]
 
@@ -324,7 +277,7 @@ class _Document:
                         f"{self.name}: the bones of {self._label(node)} are not supported and are passed over; its "
                         "shapes are played.",
                         FaceWrinkleWarning,
-                        stacklevel=3,
+                        stacklevel=4,
                     )
                 return found
         raise MeshError(
@@ -378,7 +331,7 @@ class _Document:
 
     def rest_weights(self, node: int, count: int) -> Array:
         """Weights of the shapes while no animation sets them."""
-        own = self.file.nodes[node].weights or self.file.meshes[self.file.nodes[node].mesh].weights
+        own = self.file.meshes[self.file.nodes[node].mesh].weights
         return np.array(own, dtype=np.float64) if own and len(own) == count else np.zeros(count)
 
     def world(self, node: int) -> Callable[[dict[tuple[int, str], Array]], Array]:

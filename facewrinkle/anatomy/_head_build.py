@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -10,17 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from facewrinkle.anatomy._head_paint import Skin, brow_hairs
 from facewrinkle.anatomy.cage import subdivided
-from facewrinkle.anatomy.cage_mesh import FIXED, FREE, ON_LINE, Chart, ChartMesh, cross, mean_value_chart
+from facewrinkle.anatomy.cage_mesh import FIXED, FREE, ON_LINE, Chart, ChartMesh, mean_value_chart
 from facewrinkle.geometry.topology import boundary_loops
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 LEVELS = 4
 TRIANGLES = 4517
 MIRROR = np.array([-1.0, 1.0, 1.0])
-TEXELS = 512
 SEAT = 0.25  # mm between eyeball and lid margin: more than the sag of a margin edge
 LID_STRIPS = {("eye_ring2", "eye_ring3")}
 LIP_STRIPS = {(f"mouth_ring{k}", f"mouth_ring{k + 1}") for k in (1, 2, 3)}
@@ -81,6 +83,15 @@ def ring_share(half: HalfCage, pairs: set[tuple[str, str]]) -> Floats:
         inner = [half.names[v].split(".")[0] in second for v in half.quads[q]]
         share[half.grids[q]] = blend[inner].sum(axis=0)
     return share
+
+
+def between(half: HalfCage, first: str, second: str, last: int) -> tuple[Bools, Floats]:
+    """Whether a fine point lies between two rings, up to their point `last`, and how far from the first (n,)."""
+    rows = half.strip({(first, second)})
+    numbers = np.array([[int(half.names[v].split(".")[1]) for v in quad] for quad in half.quads[rows]])
+    inside = np.zeros(len(half.points), dtype=bool)
+    inside[half.grids[rows[(numbers <= last).all(axis=1)]]] = True
+    return inside, ring_share(half, {(first, second)})
 
 
 def _seat_lids(half: HalfCage, centre: Floats, radius: float) -> None:
@@ -211,7 +222,7 @@ def half_mesh(half: HalfCage, data: dict[str, Any], plane: Floats) -> tuple[Char
     kind[np.isin(used, frozen)] = FIXED
     end = triangles[(start == corner).any(axis=1)][0]
     kept = {(int(min(a, b)), int(max(a, b))) for a in end for b in end if a != b}
-    chart = Chart(plane, fine, np.column_stack([half.points, size, tinted(half, data)]))
+    chart = Chart(plane, fine, np.column_stack([half.points, size]))
     return ChartMesh(chart, plane[used], triangles, kind, line, kept), end
 
 
@@ -258,46 +269,6 @@ def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Floats, Ints, Floats]:
 
 
 # ---------------------------------------------------------------------------------- what lies on the mesh
-def tinted(half: HalfCage, data: dict[str, Any]) -> Floats:
-    """Skin colour (n, 3) of the fine points, 0 to 255: typed spots, brow and rings over one another."""
-    paint = data["paint"]
-    colour = np.tile(np.array(paint["skin"], dtype=float), (len(half.points), 1))
-    for centre, reach, tint, strength in paint["spots"]:
-        away = np.linalg.norm(half.points - centre, axis=1)
-        share = strength * np.exp(-0.5 * (away / reach) ** 2)[:, None]
-        colour += share * (np.array(tint) - colour)
-    tint, strength = paint["brow"]
-    colour += (strength * _brow_shade(np.array(data["brow"]["line"]), half.points))[:, None] * (np.array(tint) - colour)
-    for first, second, tint, outer, inner, reach, last in paint["rings"]:
-        pair = (first, second)
-        over = np.zeros(len(half.points), dtype=bool)
-        strip = half.strip({pair})
-        numbers = np.array([[int(half.names[v].split(".")[1]) for v in quad] for quad in half.quads[strip]])
-        over[half.grids[strip[(numbers <= last).all(axis=1)]]] = True
-        ramp = np.minimum(ring_share(half, {pair}) / reach, 1.0)
-        share = np.where(over, outer + (inner - outer) * ramp * ramp * (3.0 - 2.0 * ramp), 0.0)[:, None]
-        colour += share * (np.array(tint) - colour)
-    return colour
-
-
-def _brow_shade(line: Floats, points: Floats) -> Floats:
-    """1 on the brow's centre line in the frontal view, fading to 0 within its width (n,)."""
-    stations = np.linspace(0.0, len(line) - 1.0, 8 * len(line))
-    x, y, width = (np.interp(stations, np.arange(len(line)), line[:, c]) for c in range(3))
-    away, nearest = cKDTree(np.stack([x, y], axis=1)).query(points[:, :2])
-    front = points[:, 2] > 50.0
-    return np.where(front, np.exp(-((away / (1.3 * width[nearest])) ** 2)), 0.0)
-
-
-def painted(chart: Chart, middle: Floats, span: float) -> NDArray[np.uint8]:
-    """The skin's colour as a square image, first row at v = 1; mirrored from the left half."""
-    centres = (np.arange(TEXELS) + 0.5) / TEXELS - 0.5
-    u, v = np.meshgrid(centres[TEXELS // 2 :], centres[::-1])
-    left = chart(np.stack([u.ravel(), v.ravel()], axis=1) * span + middle, most=32)[:, 4:]
-    image = np.rint(np.clip(left, 0, 255)).astype(np.uint8).reshape(TEXELS, -1, 3)
-    return np.concatenate([image[:, ::-1], image], axis=1)
-
-
 def closest_point(query: Floats, corners: Floats) -> Floats:
     """The point (3,) nearest to `query` on triangles (m, 3, 3)."""
     a, b, c = np.moveaxis(corners, 1, 0)
@@ -335,41 +306,6 @@ def landmarks(half: HalfCage, data: dict[str, Any], points: Floats, triangles: I
     return found
 
 
-def hairs(brow: dict[str, Any], points: Floats, triangles: Ints) -> tuple[Ints, Floats]:
-    """Left eyebrow: triangles (k, p) and weights (k, p, 3) of the points of its hairs.
-
-    Seen from the front the brow is a height field: the frontal projection of the skin near it is a chart.
-    """
-    line = np.array(brow["line"])
-    places = _combed(line, brow)
-    low, high = line[:, :2].min(axis=0) - 15.0, line[:, :2].max(axis=0) + 15.0
-    p = points[triangles][..., :2]
-    near = ((p > low) & (p < high)).all(axis=(1, 2)) & (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) > 0.0)
-    rows = np.flatnonzero(near)
-    cells, weights = Chart(points[:, :2], triangles[rows], points).locate(places.reshape(-1, 2))
-    return rows[cells].reshape(places.shape[:2]), weights.reshape(*places.shape[:2], 3)
-
-
-def _combed(line: Floats, brow: dict[str, Any]) -> Floats:
-    """Hairs (k, p, 2) in the frontal view: upright at the inner end, then along the brow."""
-    count, knots = brow["count"], len(brow["heights"])
-    random = np.random.default_rng(1).random((4, count))
-    stations = np.linspace(0.0, 1.0, len(line))
-    along = (np.arange(count) + random[0]) / count
-    across = 2.0 * random[1] - 1.0
-    x, y, width, lean, slope_x, slope_y = (
-        np.interp(along, stations, values) for values in (*line.T, *np.gradient(line[:, :2], axis=0).T)
-    )
-    tangent = np.arctan2(slope_y, slope_x)
-    root = np.stack([x - width * across * np.sin(tangent), y + width * across * np.cos(tangent)], axis=1)
-    start = tangent + np.radians(lean) * (1.0 - 0.5 * across) + 0.25 * (random[2] - 0.5)
-    bend = -np.radians(brow["bend"]) * (0.4 + 0.6 * across)
-    heading = start[:, None] + bend[:, None] * (np.arange(1, knots) - 0.5) / (knots - 1)
-    step = brow["length"] * (0.7 + 0.6 * random[3])[:, None] / (knots - 1)
-    path = np.stack([np.cos(heading) * step, np.sin(heading) * step], axis=2).cumsum(axis=1)
-    return np.concatenate([root[:, None], root[:, None] + path], axis=1)
-
-
 def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     """All arrays of the head, as they are stored."""
     half = half_surface(data)
@@ -378,17 +314,17 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     mesh.refine((TRIANGLES + 1) // 2)
     points, triangles, chart = whole_mesh(mesh, end)
     named = landmarks(half, data, points, triangles)
-    brow, weights = hairs(data["brow"], points, triangles)
+    brow, weights = brow_hairs(data["brow"], points, triangles)
     twins = len(triangles) // 2
     low, high = chart.min(axis=0), chart.max(axis=0)
     middle, span = 0.5 * (low + high), float((high - low).max())
-    colour = mesh.chart(np.abs(chart * [1.0, 0.0]) + chart * [0.0, 1.0])[:, 4:]
+    skin = Skin(half.points, half.fine_triangles(), plane, partial(between, half), data)
     return {
         "points": points,
         "triangles": triangles.astype(np.int32),
         "uv": 0.5 + (chart - middle) / span,
-        "texture": painted(mesh.chart, middle, span),
-        "colour": np.rint(np.clip(colour, 0, 255)).astype(np.uint8),
+        "texture": skin.texture(middle, span),
+        "colour": skin.colours(chart),
         "landmark_names": np.array(list(named)),
         "landmarks": np.stack(list(named.values())),
         "eye_radius": np.array(data["eye"]["radius"]),

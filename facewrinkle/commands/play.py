@@ -11,9 +11,9 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.fitting import fit_face
+from ..animation import read_animation
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder, write_series
-from ..gltf import read_animation
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..plotting import Style, closeup, picture, save_picture, side_by_side, stacked
 from ..simulation import Refinement, Simulation
@@ -49,7 +49,7 @@ def play(
     Parameters
     ----------
     file
-        .glb or .gltf file with morph targets (blend shapes) and an animation of their weights.
+        .glb or .gltf with morph targets (blend shapes) and an animation of their weights, or a .vtkhdf time series.
     landmarks
         JSON file with the coordinates of the landmarks of the face at rest.
     units

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-OUTSIDE = 4
-"""Triangles through which nothing came yet: a neighbour's distance plus the edge, the worst that is taken."""
+SWEEPS = 2
 
 
 @njit(cache=True)
@@ -81,31 +80,40 @@ def _pop(heap, keys, size):
 
 
 @njit(cache=True)
+def _turned(angle):
+    """An angle in [-pi, pi]."""
+    return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+
+
+@njit(cache=True)
 def _through(points, i, j, k, distance, angle):
     """Distance and angle at i of the straight line that comes through the edge j k, and how far beside the edge it is.
 
-    Both triangles, that of the source with the edge and that of the edge with i, are laid flat side by side; j k i is a
-    triangle of the mesh in its own orientation, so the source has k to the right of j: angles fall from j to k.
+    Both triangles, that of the source with the edge and that of the edge with i, are laid flat. j k i is a triangle of
+    the mesh in its own orientation: a source beyond the edge sees k to the right of j. One on the near side does not
+    look through the edge at all, and no line that does leads back or is longer than a detour by j: infinite.
     """
     e, r = points[k] - points[j], points[i] - points[j]
     length = np.sqrt((e * e).sum())
     ix = (r * e).sum() / length
     iy = np.sqrt(max((r * r).sum() - ix * ix, 0.0))
     uj, uk = distance[j], distance[k]
+    turn = _turned(angle[k] - angle[j])
     sx = (uj * uj - uk * uk + length * length) / (2.0 * length)
     sy = -np.sqrt(max(uj * uj - sx * sx, 0.0))
-    at_j, at_k, at_i = np.arctan2(-sy, -sx), np.arctan2(-sy, length - sx), np.arctan2(iy - sy, ix - sx)
-    beside = max(at_i - at_j, at_k - at_i, 0.0)
-    wide = at_j - at_k
-    turn = angle[k] - angle[j]
-    turn -= 2.0 * np.pi * np.round((turn + wide) / (2.0 * np.pi))
+    to_j, to_k, to_i = np.arctan2(-sy, -sx), np.arctan2(-sy, length - sx), np.arctan2(iy - sy, ix - sx)
+    from_j, from_k = _turned(to_i - to_j), _turned(to_i - to_k)
     u = np.hypot(ix - sx, iy - sy)
-    if at_i > at_j:  # beside the edge the plane is continued
-        return u, angle[j] + at_i - at_j, beside
-    if at_i < at_k:
-        return u, angle[k] + at_i - at_k, beside
-    share = (at_j - at_i) / wide if wide > 1e-12 else 0.5
-    return u, angle[j] + share * turn, beside
+    longest = uj + np.sqrt((r * r).sum())
+    if turn > 0.0 or u < min(uj, uk) or u > longest * (1.0 + 1e-9):
+        return np.inf, 0.0, np.inf
+    if from_j > 0.0:  # beside the edge the plane is continued
+        return u, angle[j] + from_j, from_j
+    if from_k < 0.0:
+        return u, angle[k] + from_k, -from_k
+    wide = from_k - from_j
+    share = -from_j / wide if wide > 1e-12 else 0.5
+    return u, angle[j] + share * turn, 0.0
 
 
 @njit(cache=True)
@@ -134,13 +142,9 @@ def polar(points, triangles, offsets, around, first, reach, distance, angle):
             f = around[q]
             for c in range(3):
                 i, j, k = triangles[f, c], triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
-                if i == v or done[i]:
+                if i == v or done[i] or not (done[j] and done[k]):
                     continue
-                if done[j] and done[k]:
-                    u, a, beside = _through(points, i, j, k, distance, angle)
-                else:
-                    edge = points[i] - points[v]
-                    u, a, beside = distance[v] + np.sqrt((edge * edge).sum()), angle[v], OUTSIDE + distance[v]
+                u, a, beside = _through(points, i, j, k, distance, angle)
                 if beside < quality[i] or (beside == quality[i] and u < distance[i]):
                     quality[i], distance[i], angle[i] = beside, u, a
                     _push(heap, keys, size, i, u)
@@ -148,3 +152,17 @@ def polar(points, triangles, offsets, around, first, reach, distance, angle):
     for v in range(n):
         if not done[v]:
             distance[v] = np.inf
+    # Now that all neighbours are known, each vertex takes the edge that its line really crosses.
+    order = np.argsort(distance)
+    for _ in range(SWEEPS):
+        for v in order:
+            if not done[v]:
+                break
+            for q in range(offsets[v], offsets[v + 1]):
+                f = around[q]
+                c = 0 if triangles[f, 0] == v else 1 if triangles[f, 1] == v else 2
+                j, k = triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
+                if done[j] and done[k]:
+                    u, a, beside = _through(points, v, j, k, distance, angle)
+                    if beside < quality[v]:
+                        quality[v], distance[v], angle[v] = beside, u, a

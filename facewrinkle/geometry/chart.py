@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import coo_array, diags_array
-from scipy.sparse.linalg import spsolve
+from scipy.sparse.linalg import splu
 
 from . import _chart_kernels as kernels
 from .normals import vertex_normals
@@ -195,6 +195,8 @@ def smoothed(points: Array, triangles: IntArray, values: Array, length: float) -
     inner = np.bincount(sides.ravel(), minlength=len(edges)) == 2
     stiff = diags_array(np.where(inner, 3.0 * length**4 / around, 0.0))
     mass = diags_array(np.bincount(local.ravel(), np.repeat(area / 3.0, 3), minlength=len(used)))
+    matrix = (mass + jump.T @ stiff @ jump).tocsc()
+    factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     out = values.copy()
-    out[used] = spsolve((mass + jump.T @ stiff @ jump).tocsc(), mass @ values[used]).reshape(len(used), -1)
+    out[used] = factors.solve(mass @ values[used])
     return out

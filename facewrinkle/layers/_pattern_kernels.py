@@ -1,24 +1,74 @@
-"""Inner loops of patterns: their heights at a moment from what was computed once per vertex."""
+"""Inner loops of patterns: their heights at a moment from what was computed once per vertex.
+
+Sine and exponential are series without branches, so that the compiler works on several vertices at once; they are exact
+to a few units of the last place of 1.
+"""
 
 from __future__ import annotations
+
+from math import factorial
 
 import numpy as np
 from numba import njit
 
+_SINE = tuple((-1.0) ** k / factorial(2 * k + 1) for k in range(14))
+_EXPONENTIAL = tuple(1.0 / factorial(k) for k in range(14))
+TURN = 2.0 * np.pi
+
+
+@njit(cache=True, inline="always")
+def _sine(x):
+    r = x - TURN * np.rint(x / TURN)
+    y = r * r
+    s = 0.0
+    for k in range(13, -1, -1):
+        s = s * y + _SINE[k]
+    return r * s
+
+
+@njit(cache=True, inline="always")
+def _exponential(x, halvings):
+    """exp(x) for abs(x) <= 2^halvings / 4: the series at x / 2^halvings, squared so many times."""
+    z = x / 2.0**halvings
+    e = 0.0
+    for k in range(13, -1, -1):
+        e = e * z + _EXPONENTIAL[k]
+    for _ in range(halvings):
+        e *= e
+    return e
+
 
 @njit(cache=True)
-def waves(where, weight, phase, amplitude, t, a, b, c, out):
-    """Add ``weight amplitude (a + b exp(c s))``, s the sine of the phase ``p0 + p1 t + p2 t^2``; b s where c is 0."""
-    for i in range(where.shape[0]):
-        s = np.sin(phase[i, 0] + t * (phase[i, 1] + t * phase[i, 2]))
-        out[where[i]] += weight[i] * amplitude[i] * (b * s if c == 0.0 else a + b * np.exp(c * s))
+def waves(weight, phase, t, a, b, c, out):
+    """``weight (a + b exp(c s))`` with s the sine of the phase ``p0 + p1 t + p2 t^2`` (3, n); b s where c is 0."""
+    halvings = max(0, int(np.ceil(np.log2(4.0 * abs(c) + 1e-300))))
+    for i in range(weight.shape[0]):
+        out[i] = _sine(phase[0, i] + t * (phase[1, i] + t * phase[2, i]))
+    shaped(weight, out, a, b, c, halvings, out)
 
 
 @njit(cache=True)
-def standing(where, weight, sine, amplitude, a, b, c, out):
-    """The same where the sine does not change."""
+def shaped(weight, sine, a, b, c, halvings, out):
+    """``weight (a + b exp(c s))`` of sines s; b s where c is 0."""
+    if c == 0.0:
+        for i in range(weight.shape[0]):
+            out[i] = weight[i] * b * sine[i]
+    else:
+        for i in range(weight.shape[0]):
+            out[i] = weight[i] * (a + b * _exponential(c * sine[i], halvings))
+
+
+@njit(cache=True)
+def standing(where, weight, sine, a, b, c, scratch, out):
+    """Add ``weight (a + b exp(c s))``, s given."""
+    shaped(weight, sine, a, b, c, max(0, int(np.ceil(np.log2(4.0 * abs(c) + 1e-300)))), scratch)
+    add(where, scratch, 1.0, out)
+
+
+@njit(cache=True)
+def add(where, heights, factor, out):
     for i in range(where.shape[0]):
-        out[where[i]] += weight[i] * amplitude[i] * (b * sine[i] if c == 0.0 else a + b * np.exp(c * sine[i]))
+        out[where[i]] += factor * heights[i]
 
 
 @njit(cache=True)

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
 from ..geometry.normals import vertex_normals
+from . import _kernels as kernels
 from .compression import StrainField, along, products
 
 Array = npt.NDArray[np.float64]
@@ -52,21 +53,26 @@ class Activation:
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         a, b, c = (face.points[face.triangles[hosts, k]] for k in range(3))
         area = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1), 4)
-        self._corners, self._weights = corners, weights
-        self._entries = [
+        entries = [
             _entries(muscle, np.flatnonzero(np.repeat(zone[hosts], 4)), where, normals, metric, area)
             for muscle, zone in zip(muscles, zones, strict=True)
         ]
-        self._acting = ~_doubled(self._entries, [muscle.wrinkles.depth for muscle in muscles])
+        doubled = _doubled(entries, [muscle.wrinkles.depth for muscle in muscles])
+        self._count = len(muscles)
+        acting = [(k, *entries[k][:3]) for k in np.flatnonzero(~doubled)]
+        owner = np.concatenate([e[1] for e in acting] or [np.empty(0, int)])
+        order = np.argsort(owner, kind="stable")
+        self._muscle = np.concatenate([np.full(len(e[1]), e[0]) for e in acting] or [np.empty(0, int)])[order]
+        self._share = np.concatenate([e[2] for e in acting] or [np.empty(0)])[order]
+        self._products = np.concatenate([e[3] for e in acting] or [np.empty((0, 6))])[order]
+        self._starts = np.searchsorted(owner[order], np.arange(len(where) + 1)).astype(np.int32)
+        self._corners, self._weights = corners, weights
 
     def of(self, deformed: Array) -> Array:
         """Activation (k,) of the muscles in the deformed base mesh (n0, 3), mm."""
-        strain = np.einsum("nc,nck->nk", self._weights, self._field.strain(deformed)[self._corners])
-        mean = np.zeros(len(self._entries))
-        for k in np.flatnonzero(self._acting):
-            where, share, squares, _ = self._entries[k]
-            stretch = np.sqrt(np.maximum(1.0 + (squares * strain[where]).sum(axis=1), 0.0))
-            mean[k] = (share * np.maximum(1.0 - stretch, 0.0)).sum()
+        epsilon, strain = np.empty(len(self._share)), self._field.strain(deformed)
+        kernels.strain_epsilon(self._starts, self._corners, self._weights, strain, self._products, epsilon)
+        mean = np.bincount(self._muscle, self._share * np.maximum(epsilon, 0.0), self._count)
         t = np.clip((mean - SLACK) / (TAUT - SLACK), 0.0, 1.0)
         return np.asarray(t * t * (3.0 - 2.0 * t))
 

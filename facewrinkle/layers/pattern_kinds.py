@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -33,8 +33,10 @@ class Pattern:
 
     A kind has `plane`, which maps (u, v) to its own (x, y), given the region's height over its width; `relief`, the
     height at a strength in [0, 1] and a t; `waves`, the gradient of its phase in (x, y); and `prepared`, a faster form
-    of `relief` for places that do not change.
+    of `relief` for places that do not change. `moving` tells whether its wavelengths change with t.
     """
+
+    moving: ClassVar[bool] = False
 
     def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
         """The (x, y) of places (k, 2) in the region."""
@@ -104,6 +106,7 @@ class Forehead(Pattern):
         "paper" has sharp ridges and round valleys, as printed.
     """
 
+    moving: ClassVar[bool] = True
     number: float = 4.0
     style: str | float = "m"
     sharpness: float = 1.2
@@ -147,16 +150,19 @@ class Forehead(Pattern):
         """See :class:`Pattern`."""
         th = patterns.angle(x, y)
         sine, swing = np.sin(th), np.sin(self.beta * th)
-        phase = np.stack([x * x + y * y - swing**2, 2.0 * sine * swing, -(sine**2)], axis=1)
+        phase = np.stack([x * x + y * y - swing**2, 2.0 * sine * swing, -(sine**2)])
         return _wave_heights(self, phase, where, weight)
 
 
 def _wave_heights(kind: Any, phase: Array, where: npt.NDArray[np.int64], weight: Array) -> Heights:
-    even = np.ones(len(where))
+    """Waves are proportional to their strength: as long as t stays, they are computed once."""
+    full, last = np.empty(len(where)), [np.nan]
 
     def heights(strength: float, t: float, out: Array) -> None:
-        shape = _scale(strength, kind.sharpness, kind.furrows)
-        kernels.waves(where, weight, phase, even, float(t), *shape, out)
+        if t != last[0]:
+            kernels.waves(weight, phase, float(t), *_scale(1.0, kind.sharpness, kind.furrows), full)
+            last[0] = t
+        kernels.add(where, full, strength, out)
 
     return heights
 
@@ -207,7 +213,7 @@ class Cheek(Pattern):
     def prepared(self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array) -> Heights:
         """See :class:`Pattern`."""
         r = np.hypot(x, y)
-        phase = np.stack([self.beta * (r - 2.0 * self.radius), np.ones_like(r), np.zeros_like(r)], axis=1)
+        phase = np.stack([self.beta * (r - 2.0 * self.radius), np.ones_like(r), np.zeros_like(r)])
         return _wave_heights(self, phase, where, weight)
 
 
@@ -230,6 +236,7 @@ class Frown(Pattern):
     furrows : {"sharp", "paper"}
     """
 
+    moving: ClassVar[bool] = True
     number: float = 2.0
     sharpness: float = 1.2
     spread: float = 0.3
@@ -268,10 +275,18 @@ class Frown(Pattern):
 
     def prepared(self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array) -> Heights:
         """See :class:`Pattern`."""
-        if self.variant == "fan":  # no polynomial in t
-            return super().prepared(x, y, aspect, where, weight)
-        phase = np.stack([x * y / self.beta + self.offset, x / self.beta, np.zeros_like(x)], axis=1)
-        return _wave_heights(self, phase, where, weight)
+        if self.variant == "paper":
+            phase = np.stack([x * y / self.beta + self.offset, x / self.beta, np.zeros_like(x)])
+            return _wave_heights(self, phase, where, weight)
+        full, last = np.empty(len(where)), [np.nan]  # no polynomial in t
+
+        def heights(strength: float, t: float, out: Array) -> None:
+            if t != last[0]:
+                full[:] = weight * self.relief(x, y, 1.0, t, aspect)
+                last[0] = t
+            kernels.add(where, full, strength, out)
+
+        return heights
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -337,7 +352,8 @@ class EyeCorner(Pattern):
 
     def prepared(self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array) -> Heights:
         """See :class:`Pattern`."""
-        sine, amplitude, k = patterns.fan(x, y, self.gamma_of(aspect)), self._amplitude(x, y), self.sharpness
+        sine, share, k = patterns.fan(x, y, self.gamma_of(aspect)), weight * self._amplitude(x, y), self.sharpness
+        scratch = np.empty(len(where))
 
         def heights(strength: float, t: float, out: Array) -> None:
             if k < 1e-6:
@@ -348,7 +364,7 @@ class EyeCorner(Pattern):
                 if self.furrows == "paper":
                     shape = -size, size, -strength * k
             if strength > 0.0:
-                kernels.standing(where, weight, sine, amplitude, *shape, out)
+                kernels.standing(where, share, sine, *shape, scratch, out)
 
         return heights
 
@@ -382,8 +398,11 @@ class Dimple(Pattern):
     def waves(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
         r = np.hypot(x, y)
-        steep = 2.0 / np.maximum(r, np.sqrt(self.sharpest)) / np.maximum(r, 1e-12)
-        return np.where(r > 0.0, steep * x, 2.0 / np.sqrt(self.sharpest)), steep * y
+        steep = 2.0 / np.maximum(r, np.sqrt(self.sharpest))
+        away = r > 1e-12
+        return steep * np.divide(x, r, out=np.ones_like(x), where=away), steep * np.divide(
+            y, r, out=0.0 * y, where=away
+        )
 
     def prepared(self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array) -> Heights:
         """See :class:`Pattern`."""

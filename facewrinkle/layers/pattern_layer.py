@@ -144,14 +144,16 @@ class PatternLayer:
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
         self._laid: LaidRegion = self.region.laid(face)
-        self._unit = face.unit
+        sides = face.points[self._laid.corners] - np.roll(face.points[self._laid.corners], 1, axis=0)
+        self._tiny = float(np.linalg.norm(sides, axis=1).max()) > self._laid.half.min()
         if isinstance(self.strength, Compression):
             self._gauge = _Gauge(face, self._laid, self.strength)
         self._n = 0
         self._uv, self._slopes, self._weight = np.empty((0, 2)), np.empty((0, 3, 2)), np.empty(0)
         self._where = np.empty(0, np.int64)
         self._height = np.empty(0)
-        self._seen_t = np.nan
+        self._wave_t = np.nan
+        self._need: dict[float, tuple[Array, Array, npt.NDArray[np.bool_]]] = {}
 
     def follow(self, change: Change, created: Sites) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
@@ -169,7 +171,7 @@ class PatternLayer:
         self._weight = np.concatenate([self._weight, weight])
         self._n += len(created.points)
         self._heights = self._prepared()
-        self._seen_t = np.nan
+        self._wave_t = np.nan
 
     def relief(self, moment: Moment) -> Relief:
         """See :class:`facewrinkle.layers.base.Layer`."""
@@ -212,32 +214,41 @@ class PatternLayer:
         return [pattern.prepared(x, y, aspect, self._where, weight) for pattern, x, y in self._planes()]
 
     def _needs(self, strength: float, moment: Moment) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-        """Half the finest wavelength at each vertex, across which direction, and where the pattern is."""
+        """Half the finest wavelength at each vertex, across which direction, and where the pattern is.
+
+        They are those of before as long as strength and t are about the same, and no vertices have come or gone.
+        """
+        seconds = moment.time + self.begin
+        t = self.t_at(self.patterns[0], seconds)
+        at = float(np.floor(2.0 * t)) if any(pattern.moving for pattern in self.patterns) else 0.0
+        if at != self._wave_t:
+            self._wave_t, self._waves, self._need = at, self._wavelengths(seconds), {}
+        step = float(np.ceil(4.0 * strength)) / 4.0
+        if step not in self._need:
+            self._need[step] = self._needed(step, moment.sites.points)
+        return self._need[step]
+
+    def _needed(self, strength: float, points: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
         spacing, across, active = np.full(self._n, np.inf), np.zeros((self._n, 3)), np.zeros(self._n, bool)
         if strength == 0.0:
             return spacing, across, active
-        if len(self._where) == 0:
-            self._seed(spacing, across, active)
-            return spacing, across, active
-        seconds = moment.time + self.begin
-        t = self.t_at(self.patterns[0], seconds)
-        if not abs(t - self._seen_t) < 0.1:  # also where it is NaN
-            self._seen_t = t
-            self._finest = self._wavelengths(seconds)
-        half, direction = self._finest
-        strong = strength * self._weight > FAINT
-        spacing[self._where[strong]], across[self._where[strong]] = half[strong], direction[strong]
+        if self._tiny:
+            self._seed(points, spacing, across, active)
+        half, direction = self._waves
+        finer = (strength * self._weight > FAINT) & (half < spacing[self._where])
+        spacing[self._where[finer]], across[self._where[finer]] = half[finer], direction[finer]
         active[self._where] = True
         return spacing, across, active
 
-    def _seed(self, spacing: Array, across: Array, active: npt.NDArray[np.bool_]) -> None:
-        """Ask for triangles where the whole region lies between the vertices."""
-        corners = self._laid.corners
-        points = self._laid.points
-        spacing[corners] = 2.0 * self._laid.half.min()
-        edge = points[corners[1]] - points[corners[0]]
-        across[corners] = edge / np.linalg.norm(edge)
-        active[corners] = True
+    def _seed(self, points: Array, spacing: Array, across: Array, active: npt.NDArray[np.bool_]) -> None:
+        """Ask for triangles about a region that may lie between the vertices: the closer to it the finer."""
+        laid = self._laid
+        towards = laid.centre.point - points
+        away = np.linalg.norm(towards, axis=1)
+        near = away <= 1.001 * away[laid.corners].max()
+        spacing[near] = np.maximum(3.0 * away[near], 2.0 * laid.half.min())
+        across[near] = towards[near] / np.maximum(away[near, None], 1e-300)
+        active[near] = True
 
     def _wavelengths(self, seconds: float) -> tuple[Array, Array]:
         """Half the wavelength on the surface, in the unit of the face, and the unit direction across."""

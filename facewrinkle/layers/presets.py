@@ -12,7 +12,7 @@ import numpy as np
 from ..anatomy.face import Face
 from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, of_side
 from ..errors import LandmarkError, unknown_name
-from .pattern_layer import PatternLayer
+from .pattern_layer import Compression, PatternLayer
 
 
 @lru_cache(maxsize=1)
@@ -44,7 +44,8 @@ def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
         One of :func:`names`.
     face : Face
     **changes
-        What is to be different: see :class:`facewrinkle.PatternLayer`; `size` in distances between the pupils.
+        What is to be different: see :class:`facewrinkle.PatternLayer`; `size` in distances between the pupils. With
+        ``strength="skin"`` the pattern comes out as the skin below is compressed across it.
 
     Raises
     ------
@@ -79,6 +80,10 @@ def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
         "name": name,
         **entry["words"],
     }
+    if changes.get("strength") == "skin":
+        skin = entry["skin"]
+        along = tuple((frame.axes.T @ np.asarray(skin["along"], dtype=np.float64)).tolist())
+        changes["strength"] = Compression(skin["low"], skin["full"], along)
     return PatternLayer(entry["pattern"], size=tuple(np.broadcast_to(size, 2)), **{**given, **changes})
 
 

@@ -34,7 +34,7 @@ OUTLINES: dict[str, float] = {"ellipse": 2.0, "box": 6.0}
 SMOOTH = 0.15
 """Coordinates are smoothed over this share of the size of a region, against the unrest of uneven triangles."""
 SHORTCUT = 0.8
-"""No way along a surface is shorter than the straight one: coordinates that say so lie beyond a fold and do not count."""
+"""No way along a surface is shorter than the straight one: coordinates that say so lie beyond a fold."""
 COORDINATES: tuple[Coordinates, ...] = ("geodesic", "projected")
 
 
@@ -328,6 +328,8 @@ def _weights(select: npt.ArrayLike | str, face: Face, border: float) -> Array:
 
 def _of_vertices(values: np.ndarray, face: Face) -> np.ndarray:
     """A selection over the vertices of the mesh that was given, as one over those of the face."""
+    if values.size == 0:
+        raise MeshError("the selection holds no vertex.")
     numbers = face.source_points
     given = len(face.points) if numbers is None else int(numbers.max()) + 1
     if values.dtype.kind in "iu" and values.ndim == 1:

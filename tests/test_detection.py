@@ -1,0 +1,47 @@
+"""An off-the-shelf detector takes the drawn head for a person's face: a floor, not a judge."""
+
+import cv2
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.plotting import Style, View, picture
+
+TILT = np.tan(np.radians(15.0))
+VIEWS = {
+    "front": (0.0, 0.0, 1.0),
+    "turned left": (TILT, 0.0, 1.0),
+    "turned right": (-TILT, 0.0, 1.0),
+    "from above": (0.0, TILT, 1.0),
+    "from below": (0.0, -TILT, 1.0),
+}
+
+
+def found(image: np.ndarray) -> tuple[int, list[tuple[float, float]]]:
+    """Number of faces, and the centres of eyes in the first of them as shares of its width and height."""
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    faces = detector("frontalface_default").detectMultiScale(grey, 1.1, 5, minSize=(120, 120))
+    if len(faces) == 0:
+        return 0, []
+    x, y, w, h = faces[0]
+    upper = grey[y : y + int(0.6 * h), x : x + w]
+    eyes = detector("eye").detectMultiScale(upper, 1.05, 5, minSize=(w // 10, w // 10))
+    return len(faces), sorted(((ex + ew / 2) / w, (ey + eh / 2) / h) for ex, ey, ew, eh in eyes)
+
+
+def detector(name: str) -> cv2.CascadeClassifier:
+    return cv2.CascadeClassifier(f"{cv2.data.haarcascades}haarcascade_{name}.xml")
+
+
+def check(face: fw.Face, view: str) -> None:
+    frame = fw.Simulation(face).step()
+    image = picture(frame, face, Style(size=(600, 600), view=View(VIEWS[view], height=4.6)))
+    faces, eyes = found(image)
+    assert faces == 1
+    assert len(eyes) == 2
+    assert eyes[0][0] < 0.5 < eyes[1][0]
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_one_face_and_two_eyes_are_found(view):
+    check(fw.default_face(), view)
