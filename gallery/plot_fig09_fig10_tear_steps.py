@@ -13,7 +13,7 @@ import pyvista as pv
 from scipy.interpolate import RegularGridInterpolator
 
 from facewrinkle.geometry.topology import euler_characteristic
-from facewrinkle.tears.stream import Shape, rough_film, solid, thickness
+from facewrinkle.tears.shape import Shape, rough_film, solid, thickness
 
 LENGTH, HALF = 12.0, 1.5
 shape = Shape(half=HALF, height=0.9, trail=1.0, film=0.12)

@@ -256,7 +256,8 @@ class DrippingTear:
         Returns
         -------
         PolyData
-            Closed, of genus 0, oriented outwards, with "Normals".
+            Closed, of genus 0, oriented outwards; with "Normals", and what :class:`facewrinkle.wet.TearScene` needs:
+            "thickness" and "under", the direction to the skin's outside.
 
         Raises
         ------

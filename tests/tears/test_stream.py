@@ -18,7 +18,7 @@ from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
 from facewrinkle.tears import path as paths
 from facewrinkle.tears.ground import ground_of
-from facewrinkle.tears.stream import Shape, rough_film, solid, thickness
+from facewrinkle.tears.shape import Shape, rough_film, solid, thickness
 
 SHAPE = Shape(half=1.5, height=0.9, trail=0.8, film=0.06)
 
