@@ -130,7 +130,7 @@ vec3 studio(vec3 r, vec3 around)
   float strip = smoothstep(0.90, 0.97, dot(r, {vec(fill)}));
   vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
   float glow = pow(clamp(dot(r, {vec(key)}), 0.0, 1.0), 5.0);
-  return room + 6.0 * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
+  return room + 3.0 * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
 }}
 """
     light = f"""//VTK::Light::Impl
