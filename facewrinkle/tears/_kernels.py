@@ -288,33 +288,36 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
     for k in range(3):
         shape[k] = int((high[k] - low[k]) / cell) + 1
     start, box = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64), np.empty((3, 2), np.int64)
+    inside, boxes, count = np.empty(len(triangles), np.int64), np.empty((len(triangles), 6), np.int64), 0
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        away = False
+        for k in range(3):
+            x, y, z = skin[a, k], skin[b, k], skin[c, k]
+            below, above = min(x, y, z), max(x, y, z)
+            if above < low[k] or below > high[k]:
+                away = True
+                break
+            boxes[count, 2 * k] = int(max(below - low[k], 0.0) / cell)
+            boxes[count, 2 * k + 1] = int((min(above, high[k]) - low[k]) / cell)
+        if not away:
+            inside[count] = t
+            count += 1
     for fill in range(2):
         if fill:
             for i in range(1, len(start)):
                 start[i] += start[i - 1]
             where, content = start.copy(), np.empty(start[-1], np.int64)
-        for t in range(len(triangles)):
-            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            away = False
-            for k in range(3):
-                below = min(skin[a, k], skin[b, k], skin[c, k])
-                above = max(skin[a, k], skin[b, k], skin[c, k])
-                if above < low[k] or below > high[k]:
-                    away = True
-                    break
-                box[k, 0] = int(max(below - low[k], 0.0) / cell)
-                box[k, 1] = int((min(above, high[k]) - low[k]) / cell)
-            if away:
-                continue
-            for x in range(box[0, 0], box[0, 1] + 1):
-                for y in range(box[1, 0], box[1, 1] + 1):
-                    for z in range(box[2, 0], box[2, 1] + 1):
-                        i = (x * shape[1] + y) * shape[2] + z
+        for i in range(count):
+            for x in range(boxes[i, 0], boxes[i, 1] + 1):
+                for y in range(boxes[i, 2], boxes[i, 3] + 1):
+                    for z in range(boxes[i, 4], boxes[i, 5] + 1):
+                        g = (x * shape[1] + y) * shape[2] + z
                         if fill:
-                            content[where[i]] = t
-                            where[i] += 1
+                            content[where[g]] = inside[i]
+                            where[g] += 1
                         else:
-                            start[i + 1] += 1
+                            start[g + 1] += 1
     least = 1e-7 * cell  # nearer is the triangle that the ray starts from
     found = np.empty(3)
     for i in range(len(base)):
