@@ -28,6 +28,8 @@ _HOME = {
     "Skin": "motion.skin",
     "SkinMaterial": "motion.skin",
     "MuscleWrinkles": "layers.muscle_wrinkles",
+    "DrippingTear": "tears.drop",
+    "SheddingTear": "tears.stream",
     "PatternLayer": "layers.pattern_layer",
     "Region": "layers.region",
     "Compression": "layers.pattern_layer",
@@ -39,7 +41,19 @@ _HOME = {
     "FaceWrinkleWarning": "errors",
 }
 _TABLES = {"MUSCLES": "muscles", "ACTION_UNITS": "action_units", "EXPRESSIONS": "expressions"}
-_ROOMS = ("anatomy", "geometry", "layers", "motion", "errors", "mesh", "simulation", "plotting", "export")
+_ROOMS = (
+    "anatomy",
+    "geometry",
+    "layers",
+    "motion",
+    "tears",
+    "errors",
+    "mesh",
+    "simulation",
+    "plotting",
+    "wet",
+    "export",
+)
 
 __all__ = sorted([*_HOME, *_TABLES])
 

@@ -25,6 +25,7 @@ from .layers.presets import names, presets, table
 from .mesh import read_surface, to_polydata
 from .motion.base import Still
 from .simulation import Refinement, Simulation
+from .tears.stream import SheddingTear
 
 
 @pv.register_dataset_accessor("facewrinkle", pv.PolyData)
@@ -114,6 +115,40 @@ class FaceWrinkleAccessor:
             face, rest = _nearest_part(self._mesh, centre, "mm" if units is None else units)
             layers = [PatternLayer(pattern, centre, up, size, **words)]
         return _joined(laid(face, layers, max_level), rest)
+
+    def tear(
+        self,
+        path: npt.ArrayLike | None = None,
+        start: npt.ArrayLike | None = None,
+        t: float | None = None,
+        **options: Any,
+    ) -> pv.PolyData:
+        """Water that runs down the mesh, along a path or from a start: a closed surface of its own.
+
+        Parameters
+        ----------
+        path, start :
+            See :class:`facewrinkle.SheddingTear`; in the coordinates of the mesh.
+        t : float, optional
+            Seconds. Default: when it has arrived.
+        **options
+            Of :class:`facewrinkle.SheddingTear`; `unit` is mm per unit of the mesh.
+
+        Returns
+        -------
+        PolyData
+
+        Examples
+        --------
+        >>> import facewrinkle.accessor
+        >>> import pyvista as pv
+        >>> ball = pv.Icosphere(radius=40.0, nsub=4)
+        >>> water = ball.facewrinkle.tear(start=(15.0, 37.0, 0.0), width=4.0)
+        >>> water.n_open_edges
+        0
+        """
+        stream = SheddingTear(self._mesh, path, start, **options)
+        return stream.surface(stream.end if t is None else t)
 
 
 def laid(face: Face, layers: list[PatternLayer], max_level: int) -> pv.PolyData:
