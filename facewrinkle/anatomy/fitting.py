@@ -6,6 +6,7 @@ import dataclasses
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +17,9 @@ from ..errors import FaceWrinkleWarning, LandmarkError, ParameterError, unknown_
 from ..mesh import Surface, prepare, read_surface, to_polydata
 from .atlas import Atlas
 from .face import Face
-from .head import load_head
+from .head import Hairs, load_head
 from .identity import Identity, head_of
-from .landmarks import MEAN_PUPIL_DISTANCE, complete, frame_of, mirrored, read_landmarks
+from .landmarks import MEAN_PUPIL_DISTANCE, complete, fitted_map, frame_of, mirrored, read_landmarks
 
 Array = npt.NDArray[np.float64]
 
@@ -177,6 +178,32 @@ def _scale(units: str | float) -> float:
     return unit
 
 
+def carried_brows(face: Face) -> Hairs:
+    """The eyebrows of the built-in head on another face, by their landmarks.
+
+    Examples
+    --------
+    >>> face = default_face()
+    >>> carried_brows(face).triangles.shape == face.brows.triangles.shape
+    True
+    """
+    head = load_head()
+    places = head.brows.polylines(head.points, head.triangles, np.zeros_like(head.points))
+    carry = fitted_map(head.landmarks, face.landmarks, frame_of(head.landmarks), face.frame)
+    flat = carry(places.reshape(-1, 3))
+    found: Any = face.mesh.find_closest_cell(flat, return_closest_point=True)
+    cells, on_skin = found
+    a, b, c = (face.points[face.triangles[cells, corner]] for corner in range(3))
+    ab, ac, ap = b - a, c - a, on_skin - a
+    gram = [(u * v).sum(axis=1) for u, v in ((ab, ab), (ab, ac), (ac, ac), (ab, ap), (ac, ap))]
+    size = np.maximum(gram[0] * gram[2] - gram[1] ** 2, 1e-300)
+    second = (gram[2] * gram[3] - gram[1] * gram[4]) / size
+    third = (gram[0] * gram[4] - gram[1] * gram[3]) / size
+    weights = np.stack([1.0 - second - third, second, third], axis=1)
+    scale = face.frame.pupil_distance / frame_of(head.landmarks).pupil_distance
+    return Hairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
+
+
 def _unit(units: str | float | None, pupil_distance: float) -> float:
     if units is None:
         return MEAN_PUPIL_DISTANCE / pupil_distance
@@ -198,8 +225,8 @@ def _unit(units: str | float | None, pupil_distance: float) -> float:
 
 def _closest(surface: Surface, point: Array) -> Array:
     """The closest point of the surface."""
-    _, closest = surface.mesh.find_closest_cell(point, return_closest_point=True)
-    return np.asarray(closest, dtype=np.float64)
+    found = cast(tuple[int, Array], surface.mesh.find_closest_cell(point, return_closest_point=True))
+    return np.asarray(found[1], dtype=np.float64)
 
 
 def _check_on_mesh(given: Mapping[str, Array], points: Array, triangles: npt.NDArray[np.int32], size: float) -> None:
