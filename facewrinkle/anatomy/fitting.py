@@ -50,7 +50,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     --------
     >>> face = default_face()
     >>> face.mesh.n_cells, len(face.muscles)
-    (4517, 36)
+    (4517, 44)
     >>> bool(default_face({"width": 1.0}).mesh.bounds[1] > face.mesh.bounds[1])
     True
     """
