@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Self
 
@@ -51,6 +51,8 @@ class Face:
         Colour over the mesh's texture coordinates, first row at the top.
     brows : Hairs, optional
         Eyebrows, tied to the triangles of the mesh.
+    confidences : dict of str to float
+        How far landmarks that were found by the shape of the mesh can be trusted, 0 to 1.
     """
 
     mesh: pv.PolyData
@@ -63,6 +65,7 @@ class Face:
     estimated: tuple[str, ...] = ()
     texture: npt.NDArray[np.uint8] | None = None
     brows: Hairs | None = None
+    confidences: dict[str, float] = field(default_factory=dict)
 
     @classmethod
     def from_landmarks(

@@ -65,40 +65,27 @@ def _compressed(values: Array) -> Array:
     return np.asarray(values / np.sqrt(1.0 + (values / STRONG) ** 2))
 
 
-@dataclass(frozen=True)
-class Likeness:
-    """How much a surface looks like the template.
-
-    Attributes
-    ----------
-    correlation : float
-        Of relief, the mean over its scales.
-    distance : float
-        Median difference of depth, in distances between the pupils.
-    covered : float
-        Share of the template that is seen.
+def likeness(found: Map, base: Map) -> float:
+    """How much a surface looks like the template, at most 1: correlation of relief, less where little is seen of a
+    quarter of the face or where depth differs.
     """
-
-    correlation: float
-    distance: float
-    covered: float
-
-    @property
-    def total(self) -> float:
-        return self.correlation * self.covered**0.5 - 4.0 * self.distance
+    if found.weight.sum() < 0.2 * base.weight.sum():
+        return -1.0
+    correlations = [_correlation(a, b, found.weight) for a, b in zip(found.relief, base.relief, strict=True)]
+    return float(np.mean(correlations)) * covered(found, base) ** 0.5 - 4.0 * distance(found, base)
 
 
-def likeness(found: Map, base: Map) -> Likeness:
-    """Of two maps over the same grid."""
-    weight = found.weight
-    total = weight.sum()
-    covered = float(total / base.weight.sum())
-    if covered < 0.2:
-        return Likeness(0.0, 1.0, covered)
-    correlations = [_correlation(a, b, weight) for a, b in zip(found.relief, base.relief, strict=True)]
-    difference = (found.depth - base.depth)[weight > 0.2]
-    distance = float(np.median(np.abs(difference - np.median(difference))))
-    return Likeness(float(np.mean(correlations)), distance, covered)
+def covered(found: Map, base: Map) -> float:
+    """Share of the template that is seen, in that quarter of the face that shows least."""
+    rows, columns = (length // 2 for length in base.weight.shape)
+    quarters = [np.s_[i, j] for i in (np.s_[:rows], np.s_[rows:]) for j in (np.s_[:columns], np.s_[-columns:])]
+    return float(min(found.weight[quarter].sum() / base.weight[quarter].sum() for quarter in quarters))
+
+
+def distance(found: Map, base: Map) -> float:
+    """Median difference of depth, in distances between the pupils."""
+    difference = (found.depth - base.depth)[found.weight > 0.2]
+    return float(np.median(np.abs(difference - np.median(difference)))) if difference.size else 1.0
 
 
 def _correlation(a: Array, b: Array, weight: Array) -> float:
@@ -120,7 +107,7 @@ def laid_on(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, steps: 
         tolerance = 0.25 * 0.85**step + 0.05
         difference = raw - base.depth
         near = (base.weight > 0.0) & (np.abs(difference) < 3.0 * tolerance)
-        slope_y, slope_x = np.gradient(raw, grid.step)
+        slope_y, slope_x = np.asarray(np.gradient(raw, grid.step))
         near &= np.isfinite(slope_x) & np.isfinite(slope_y)
         if near.sum() < 60:
             return pose
@@ -133,7 +120,7 @@ def laid_on(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, steps: 
         stiff = weight.sum() * np.array([*[1e-3] * 7, *[STIFF if step >= 4 else 1.0] * 2])
         held = np.array([*[0.0] * 7, *np.log(pose.stretch[1:])])
         change = -np.linalg.solve(scaled.T @ columns + np.diag(stiff), scaled.T @ d - stiff * held)
-        change *= min(1.0, 0.3 / float(np.abs(change).max()))
+        change *= min(1.0, 0.3 / max(float(np.abs(change).max()), 1e-12))
         pose = _moved(pose, change)
     return pose
 

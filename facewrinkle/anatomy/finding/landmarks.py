@@ -5,23 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...geometry.topology import components
 from ...mesh import read_surface, to_polydata
 from ..landmarks import NAMES, complete
-from .alignment import COARSE, FINE, SCALES, Likeness, Map, laid_on, likeness, seen, template_map
-from .depth import Pose, relief
+from .alignment import COARSE, FINE, laid_on, likeness, seen, template_map
+from .depth import Pose
+from .matching import Match, matched
 from .samples import spread
-from .search import candidates
+from .search import candidates, distinct
 from .template import template
-from .warp import Warp, evened, sampled, warped
 
 Array = npt.NDArray[np.float64]
 Triangles = npt.NDArray[np.int64]
@@ -40,9 +41,6 @@ OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_
 """Landmarks that cannot be read off the front view: carried over from the template by the others."""
 
 SAMPLES = 30_000
-SHRINK = 0.75
-"""Share of the warp that is believed: relief differs from face to face also where places do not."""
-
 Watch = Callable[[Iterable[tuple[float, Pose]], int], Iterable[tuple[float, Pose]]]
 
 
@@ -104,19 +102,22 @@ def find_landmarks(mesh: pv.DataSet | str | Path, watch: Watch | None = None) ->
     points, triangles = _surface(mesh)
     middle, diagonal = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.linalg.norm(np.ptp(points, axis=0)))
     points = (points - middle) / diagonal
-    pose, alike = _best_pose(points, triangles, watch)
-    face = _face_part(points, triangles, pose)
-    if len(face) < len(triangles):
-        pose = laid_on(points, face, pose)
-        alike = max(alike, likeness(seen(points, face, pose, FINE), template_map(FINE)), key=lambda a: a.total)
-    landmarks, confidences = _landmarks(points, face, pose)
-    trust = float(np.clip(alike.total, 0.0, 1.0))
-    hidden = [n for n in NAMES if n not in UNMEASURED and confidences[n] < 0.2]
+    match = max(
+        (matched(points, triangles, pose) for pose in _poses(points, triangles, watch)),
+        key=lambda match: match.confidence,
+    )
+    part = _face_part(points, triangles, match)
+    if len(part) < len(triangles):
+        alone = matched(points, part, laid_on(points, part, match.pose))
+        match, triangles = max((alone, part), (match, triangles), key=lambda pair: pair[0].confidence)
+    landmarks, confidences = _landmarks(points, triangles, match)
+    hidden = [name for name in NAMES if name not in UNMEASURED and confidences[name] < 0.2]
+    pose = match.pose
     return Found(
         {name: point * diagonal + middle for name, point in landmarks.items()},
-        {name: value * trust for name, value in confidences.items()},
+        {name: value * match.confidence for name, value in confidences.items()},
         (*UNMEASURED, *hidden),
-        trust,
+        match.confidence,
         Pose(pose.axes, pose.origin * diagonal + middle, pose.size * diagonal, pose.stretch),
     )
 
@@ -137,33 +138,30 @@ def _surface(mesh: object) -> tuple[Array, Triangles]:
     return points[used], renumbered.reshape(-1, 3)
 
 
-def _best_pose(points: Array, triangles: Triangles, watch: Watch | None) -> tuple[Pose, Likeness]:
+def _poses(points: Array, triangles: Triangles, watch: Watch | None) -> list[Pose]:
+    """The poses in which the surface looks most like a face: a few, none close to another."""
     tries = candidates(spread(points, triangles, SAMPLES))
-    base = template_map(COARSE)
     found: list[tuple[float, Pose]] = []
     for _, start in watch(tries, len(tries)) if watch else tries:
         pose = laid_on(points, triangles, start)
-        found.append((likeness(seen(points, triangles, pose, COARSE), base).total, pose))
+        found.append((likeness(seen(points, triangles, pose, COARSE), template_map(COARSE)), pose))
     if not found:
         raise LandmarkError(
             "nothing on the mesh looks like a face. Give landmarks, or check that it is the right mesh."
         )
     found.sort(key=lambda pair: -pair[0])
-    finals = [laid_on(points, triangles, pose) for _, pose in found[:3]]
-    judged = [(likeness(seen(points, triangles, pose, FINE), template_map(FINE)), pose) for pose in finals]
-    alike, pose = max(judged, key=lambda pair: pair[0].total)
-    return pose, alike
+    return [laid_on(points, triangles, pose) for _, pose in distinct(found, 3)]
 
 
-def _face_part(points: Array, triangles: Triangles, pose: Pose) -> Triangles:
+def _face_part(points: Array, triangles: Triangles, match: Match) -> Triangles:
     """The triangles of the part that most of what is seen belongs to, where that is most of the face."""
+    pose, view = match.pose, match.view
     welded = np.unique(np.round(pose.local(points), 6), axis=0, return_inverse=True)[1].reshape(-1)[triangles]
     whole = np.flatnonzero((welded != np.roll(welded, 1, axis=1)).all(axis=1))
     label = components(welded[whole])
     if label.max() == 0:
         return triangles
-    view = seen(points, triangles, pose, COARSE)
-    x, y = np.meshgrid(COARSE.x, COARSE.y)
+    x, y = np.meshgrid(FINE.x, FINE.y)
     shown = view.weight > 0.5
     where = np.column_stack([x[shown], y[shown], view.depth[shown]])
     used, first = np.unique(triangles[whole], return_index=True)
@@ -173,43 +171,19 @@ def _face_part(points: Array, triangles: Triangles, pose: Pose) -> Triangles:
     return triangles[whole[label == chosen]] if votes[chosen] > 0.6 * votes.sum() else triangles
 
 
-def _landmarks(points: Array, triangles: Triangles, pose: Pose) -> tuple[dict[str, Array], dict[str, float]]:
+def _landmarks(points: Array, triangles: Triangles, match: Match) -> tuple[dict[str, Array], dict[str, float]]:
     """All landmarks on the surface, and how like the template it is around each."""
-    view, base = seen(points, triangles, pose, FINE), template_map(FINE)
-    warp, trust = _warp(view, base)
     model = template().landmarks
     names = [name for name in NAMES if name not in OFF_FRONT]
     flat = np.array([model[name][:2] for name in names])
-    there = warp(flat)
-    height = map_coordinates(view.depth, FINE.index(there), order=1, mode="nearest")
-    read = dict(zip(names, pose.world(np.column_stack([there, height])), strict=True))
+    there = match.warp(flat)
+    height = map_coordinates(match.view.depth, FINE.index(there), order=1, mode="nearest")
+    read = dict(zip(names, match.pose.world(np.column_stack([there, height])), strict=True))
     landmarks, _ = complete(read, model)
     on_skin = [name for name in NAMES if not name.endswith("centre")]
     skin = to_polydata(points, triangles)
-    _, closest = skin.find_closest_cell(np.array([landmarks[n] for n in on_skin]), return_closest_point=True)
-    landmarks |= dict(zip(on_skin, np.asarray(closest, dtype=np.float64), strict=True))
-    local = map_coordinates(trust, FINE.index(np.array([model[n][:2] for n in NAMES])), order=1, mode="nearest")
+    closest: Any = skin.find_closest_cell(np.array([landmarks[n] for n in on_skin]), return_closest_point=True)
+    landmarks |= dict(zip(on_skin, np.asarray(closest[1], dtype=np.float64), strict=True))
+    local = map_coordinates(match.trust, FINE.index(np.array([model[n][:2] for n in NAMES])), order=1, mode="nearest")
     cap = dict.fromkeys(UNMEASURED, 0.3)
     return landmarks, {n: float(min(max(t, 0.0), cap.get(n, 1.0))) for n, t in zip(NAMES, local, strict=True)}
-
-
-def _warp(view: Map, base: Map) -> tuple[Warp, Array]:
-    """The warp, coarse relief first, and the correlation around every place after it."""
-    face, model = (evened(relief(m.depth, FINE, SCALES), m.weight > 0.05, FINE) for m in (view, base))
-    shown = np.clip(view.weight / np.maximum(base.weight, 1e-3), 0.0, 1.0)
-    warp = None
-    for channels in ([2], [1, 2], [0, 1, 2]):
-        warp = warped(face[channels], shown, model[channels], base.weight, FINE, warp)
-    assert warp is not None
-    warp = Warp(FINE, SHRINK * warp.shift)
-    field, sigma = warp.field(), 0.2 / FINE.step
-    weight = base.weight * sampled(shown, FINE, field)
-
-    def mean(values: Array) -> Array:
-        return np.asarray(gaussian_filter(weight * values, sigma))
-
-    pairs = [(sampled(a, FINE, field), b) for a, b in zip(face, model, strict=True)]
-    like = sum(mean(a * b) for a, b in pairs)
-    norm = sum(np.sqrt(mean(a * a) * mean(b * b)) for a, b in pairs)
-    share = gaussian_filter(weight, sigma) / np.maximum(gaussian_filter(base.weight, sigma), 1e-3)
-    return warp, np.asarray(like / np.maximum(norm, 1e-9) * np.clip(share, 0.0, 1.0))

@@ -66,13 +66,19 @@ def candidates(points: Array, count: int = 40) -> list[tuple[float, Pose]]:
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     found = [pose for size in SIZES * diagonal for pose in _at_size(points - middle, size)]
     found.sort(key=lambda pair: pair[0])
+    kept = distinct(found, count)
+    return [(cost, Pose(pose.axes, pose.origin + middle, pose.size, pose.stretch)) for cost, pose in kept]
+
+
+def distinct(found: list[tuple[float, Pose]], count: int) -> list[tuple[float, Pose]]:
+    """The first poses of a list that are not close to an earlier one."""
     kept: list[tuple[float, Pose]] = []
-    for cost, pose in found:
+    for value, pose in found:
         if not any(_alike(pose, other) for _, other in kept):
-            kept.append((cost, pose))
+            kept.append((value, pose))
             if len(kept) == count:
                 break
-    return [(cost, Pose(pose.axes, pose.origin + middle, pose.size, pose.stretch)) for cost, pose in kept]
+    return kept
 
 
 def _alike(a: Pose, b: Pose) -> bool:
