@@ -2,7 +2,8 @@
 
 Each pair sets one contraction at full strength, waits until the skin rests, and compares the displacements with those
 of a captured expression on the same mesh: the cosine similarity of the flattened fields, plain and weighted by area,
-the ratio of their sizes, and the mean distance in mm over the vertices that either field moves.
+the ratio of their sizes, and the mean distance in mm over the vertices that either field moves. A second table tells
+how far furrows run across the direction in which the captured skin is compressed most.
 
     python -m analysis.motion FACE.obj --landmarks LANDMARKS.json --shapes SHAPES.npz --units cm --out output/motion
 """
@@ -21,7 +22,8 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.export import output_folder
-from facewrinkle.geometry.normals import vertex_areas
+from facewrinkle.geometry.normals import vertex_areas, vertex_normals
+from facewrinkle.layers.compression import StrainField, principal_compression
 
 Array = npt.NDArray[np.float64]
 
@@ -47,11 +49,32 @@ OTHERS: tuple[tuple[str, str], ...] = (
     ("depressor_labii_inferioris_l", "mouthLowerDown_L"),
     ("buccinator_l", "mouthDimple_L"),
     ("levator_palpebrae_l", "eyeWide_L"),
-    ("orbicularis_oculi_orbital_l", "eyeSquint_L"),
-    ("orbicularis_oris", "mouthFunnel"),
-    ("orbicularis_oris", "mouthPress_L"),
+    ("orbicularis_oculi_palpebral_l", "eyeSquint_L"),
+    ("AU22", "mouthFunnel"),
+    ("AU24", "mouthPress_L+mouthPress_R"),
+    ("rectus_superior_l", "eyeLookUp_L"),
+    ("rectus_inferior_l", "eyeLookDown_L"),
 )
-"""Shapes without a muscle of their own, for information."""
+"""Muscles that the paper does not have, and action units; shapes joined by + are added."""
+
+FOLDS: tuple[tuple[str, str], ...] = (
+    ("frontalis_inner_l", "browInnerUp_L+browInnerUp_R"),
+    ("frontalis_major_l", "browInnerUp_L+browOuterUp_L"),
+    ("frontalis_outer_l", "browOuterUp_L"),
+    ("corrugator_l", "browDown_L+browDown_R"),
+    ("nasalis_l", "noseSneer_L+noseSneer_R"),
+    ("zygomaticus_major_l", "mouthSmile_L"),
+    ("zygomaticus_minor_l", "mouthUpperUp_L"),
+    ("levator_labii_superioris_l", "mouthUpperUp_L"),
+    ("risorius_l", "mouthStretch_L"),
+    ("buccinator_l", "mouthDimple_L"),
+    ("depressor_anguli_oris_l", "mouthFrown_L"),
+    ("depressor_labii_inferioris_l", "mouthLowerDown_L"),
+    ("mentalis_l", "mouthShrugLower"),
+    ("orbicularis_oculi_orbital_l", "cheekSquint_L"),
+    ("orbicularis_oris", "mouthPucker"),
+)
+"""Muscles whose furrows are compared with the compression in captured shapes."""
 
 
 @dataclass(frozen=True)
@@ -118,9 +141,60 @@ def agreements(
     area = vertex_areas(skin.points, face.triangles)
     out = []
     for muscle, shape in pairs:
-        if shape in shapes and (muscle in face.muscles or f"{muscle}_l" in face.muscles):
+        if set(shape.split("+")) <= set(shapes):
             ours = settled(skin, face.atlas.resolve(muscle))
-            out.append((compared(ours, shapes[shape], area, muscle, shape), ours))
+            out.append((compared(ours, joined(shapes, shape), area, muscle, shape), ours))
+    return out
+
+
+def joined(shapes: dict[str, Array], name: str) -> Array:
+    """The sum of the shapes whose names are joined by +."""
+    return np.asarray(sum(shapes[part] for part in name.split("+")))
+
+
+@dataclass(frozen=True)
+class FoldAngle:
+    """Furrows of one muscle in one captured shape.
+
+    Attributes
+    ----------
+    muscle, shape : str
+    epsilon : float
+        Largest compression there (mean over the furrows, weighted by their depth, area and that compression).
+    folds, fibres : float
+        Mean angle in degrees, weighted alike, between the direction of that compression and the one across the furrows,
+        and the one along the muscle's fibres, across which the paper lays them. Chance gives 45.
+    """
+
+    muscle: str
+    shape: str
+    epsilon: float
+    folds: float
+    fibres: float
+
+
+def fold_angles(face: fw.Face, shapes: dict[str, Array], pairs: Iterable[tuple[str, str]] = FOLDS) -> list[FoldAngle]:
+    """How far the furrows of each muscle run across the principal compression of the captured shape."""
+    points, triangles = face.points * face.unit, face.triangles
+    normals, area = vertex_normals(points, triangles), vertex_areas(points, triangles)
+    field = StrainField(points, triangles)
+    out = []
+    for name, shape in pairs:
+        if name not in face.muscles or not set(shape.split("+")) <= set(shapes):
+            continue
+        strain = field.strain(points + joined(shapes, shape))
+        epsilon, principal_direction = principal_compression(strain, field.metric, normals)
+        muscle = face.muscles[name]
+        weight = muscle.fold_pattern.envelope(face.points) * area * np.maximum(epsilon, 0.0)
+        if not weight.any():
+            continue
+        means = []
+        for across in (muscle.fold_pattern.fold_direction(face.points), muscle.fold_direction(face.points)):
+            tangent = across - (across * normals).sum(axis=1, keepdims=True) * normals
+            length = np.maximum(np.linalg.norm(tangent, axis=1), 1e-12)
+            cosine = np.abs((tangent * principal_direction).sum(axis=1)) / length
+            means.append(float(np.average(np.degrees(np.arccos(np.minimum(cosine, 1.0))), weights=weight)))
+        out.append(FoldAngle(name, shape, float(np.average(epsilon, weights=weight)), *means))
     return out
 
 
@@ -138,15 +212,22 @@ def read_shapes(path: Path, n_points: int, unit: float) -> dict[str, Array]:
 def table(rows: Iterable[Agreement]) -> str:
     """The numbers as text, with their means."""
     rows = list(rows)
-    lines = [f"{'muscle':30s}{'captured shape':18s}{'cosine':>7s}{'area':>7s}{'size':>7s}{'error':>7s}{'mm':>12s}"]
+    lines = [f"{'muscle':30s}{'captured shape':26s}{'cosine':>7s}{'area':>7s}{'size':>7s}{'error':>7s}{'mm':>12s}"]
     lines += [
-        f"{r.muscle:30s}{r.shape:18s}{r.cosine:7.2f}{r.area_cosine:7.2f}{r.size:7.2f}{r.error:7.2f}"
+        f"{r.muscle:30s}{r.shape:26s}{r.cosine:7.2f}{r.area_cosine:7.2f}{r.size:7.2f}{r.error:7.2f}"
         f"{r.largest:6.1f}/{r.captured:4.1f}"
         for r in rows
     ]
     if rows:
         means = [float(np.mean([getattr(r, name) for r in rows])) for name in ("cosine", "area_cosine")]
-        lines.append(f"{'mean':48s}{means[0]:7.2f}{means[1]:7.2f}")
+        lines.append(f"{'mean':56s}{means[0]:7.2f}{means[1]:7.2f}")
+    return "\n".join(lines)
+
+
+def fold_table(rows: Iterable[FoldAngle]) -> str:
+    """The angles as text."""
+    lines = [f"{'furrows of':30s}{'captured shape':30s}{'epsilon':>8s}{'angle':>7s}{'of fibres':>11s}"]
+    lines += [f"{r.muscle:30s}{r.shape:30s}{r.epsilon:8.2f}{r.folds:7.0f}{r.fibres:11.0f}" for r in rows]
     return "\n".join(lines)
 
 
@@ -182,9 +263,12 @@ def main() -> None:
     pairs, others = agreements(face, shapes), agreements(face, shapes, OTHERS)
     print(table(row for row, _ in pairs))
     print("\n" + table(row for row, _ in others))
+    angles = fold_angles(face, shapes)
+    print("\n" + fold_table(angles))
     if arguments.out is not None:
         folder = output_folder(arguments.out)
         rows = {"pairs": [asdict(row) for row, _ in pairs], "others": [asdict(row) for row, _ in others]}
+        rows["folds"] = [asdict(row) for row in angles]
         (folder / "motion.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
         for row, ours in pairs:
             draw(face, ours, shapes[row.shape], folder / f"{row.muscle}_{row.shape}.png")

@@ -90,6 +90,7 @@ class Reference:
         depth = layer._k0 * moment.rates
         heights = depth[folds.muscle] * folds.height
         self.heights = csr_array((heights, (self.owner, entries)), shape=(n, len(entries)))
+        self.steep = csr_array((depth[folds.muscle] * folds.steep, (self.owner, entries)), shape=(n, len(entries)))
         if layer.compression == "edges":
             self._weigh_edges(folds, sites, moment.triangles, entries)
         else:
@@ -140,8 +141,10 @@ class Reference:
         return 1.0 - np.sqrt(np.maximum(1.0 + change, 0.0))
 
     def displaced(self, moment, smooth):
-        share = np.sin(0.5 * np.pi * np.clip(self.epsilon(moment), 0.0, 1.0))
-        return moment.bare + (self.heights @ share)[:, None] * smooth
+        epsilon = np.clip(self.epsilon(moment), 0.0, 1.0)
+        share = np.sin(0.5 * np.pi * epsilon)
+        asked = self.steep @ np.divide(share, np.sqrt(epsilon), out=np.zeros_like(share), where=epsilon > 0.0)
+        return moment.bare + (self.heights @ share / np.maximum(asked, 1.0))[:, None] * smooth
 
 
 def pairs(u, v):

@@ -21,8 +21,13 @@ RINGS = np.array([0.0, 5, 10, 11.5, 14, 17, 20, 23, 25.5, 27.5, 29, 30.5, 32.5, 
 SPOKES = 96
 
 
-def painted_eye(eye: Eyeball) -> pv.PolyData:
-    """The front of an eyeball with `paint` (rgb): pupil, streaked iris, dark rim, sclera under the lid's shadow."""
+def painted_eye(eye: Eyeball, gaze: Array | None = None) -> pv.PolyData:
+    """The front of an eyeball with `paint` (rgb): pupil, streaked iris, dark rim, sclera under the lid's shadow.
+
+    It looks along the unit direction `gaze`; default: straight ahead.
+    """
+    lid = eye.up
+    eye = eye if gaze is None else eye.looking(gaze)
     side = np.cross(eye.up, eye.gaze)
     side /= np.linalg.norm(side)
     up = np.cross(eye.gaze, side)
@@ -38,7 +43,7 @@ def painted_eye(eye: Eyeball) -> pv.PolyData:
     quads = np.stack([here, here + SPOKES, after + SPOKES, after], axis=-1).reshape(-1, 4)
     ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * normals, quads)
     ball.point_data["Normals"] = normals
-    ball.point_data["paint"] = _paint(ring, spoke, height)
+    ball.point_data["paint"] = _paint(ring, spoke, normals @ lid)
     return ball
 
 
@@ -118,9 +123,11 @@ class MouthCavity:
     COLOUR = (66, 26, 24)
 
     def __init__(self, face: Face) -> None:
+        self.loop = np.empty(0, np.int64)
+        if not face.landmarks:
+            return
         centre = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
         size = face.frame.pupil_distance
-        self.loop = np.empty(0, np.int64)
         self._back = -0.2 * size * face.frame.axes[2]
         for loop in boundary_loops(face.triangles):
             near = np.linalg.norm(face.points[loop] - centre, axis=1)

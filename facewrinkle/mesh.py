@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -62,6 +63,7 @@ MUSCLES = "muscles"
 TEXTURE = "Texture Coordinates"
 COLORS = "Colors"
 OF_VTK = (".stl", ".glb", ".gltf", ".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".hdf")
+GLTF = (".glb", ".gltf")
 READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf)"
 
 
@@ -259,7 +261,7 @@ def read_surface(source: object) -> pv.PolyData:
 
 
 def _read_file(path: Path) -> pv.PolyData:
-    _check_file(path)
+    check_file(path)
     match path.suffix.lower():
         case ".obj":
             return _from_polygons(read_obj(path), path.name)
@@ -268,12 +270,14 @@ def _read_file(path: Path) -> pv.PolyData:
         case ".ply":
             return _from_polygons(read_ply(path), path.name)
         case ending if ending in OF_VTK:
-            return _from_dataset(_read_with_vtk(path), path.name)
+            surface = _from_dataset(_read_with_vtk(path), path.name)
+            return _sewn(surface, path.name) if ending in GLTF else surface
     ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
     raise MeshError(f"{path.name}: there is no reader {ending}. Export the mesh as one of: {READABLE}.")
 
 
-def _check_file(path: Path) -> None:
+def check_file(path: Path) -> None:
+    """Raise a MeshError if a file is not there, cannot be opened, or is empty."""
     try:
         status = path.stat()
         if S_ISREG(status.st_mode):  # to open a pipe would wait for ever
@@ -328,18 +332,76 @@ def _read_with_vtk(path: Path) -> Any:
     return data
 
 
+def _sewn(surface: pv.PolyData, name: str) -> pv.PolyData:
+    """A mesh from a glTF file without the seams of its points, without the morph targets that VTK makes point data of,
+    and with texture coordinates that go upwards.
+    """
+    data = surface.point_data
+    shapes = [key for key in data if re.fullmatch(r"target\d+_\w+", key)]
+    moved = [np.asarray(data[key]) for key in shapes if key.endswith("_position")]
+    for key in shapes:
+        data.remove(key)
+    texture = data.active_texture_coordinates_name
+    if texture is not None:
+        data[texture] = np.asarray(data[texture]) * np.array([1, -1], np.float32) + np.array([0, 1], np.float32)
+    triangles = np.asarray(surface.regular_faces)
+    kept, number = welded(np.asarray(surface.points), np.array(moved).reshape(-1, surface.n_points, 3), triangles)
+    if texture is not None:
+        check_seams(np.asarray(data[texture]), kept, number, name)
+    return _with_data(surface, number[triangles], kept) if len(kept) < surface.n_points else surface
+
+
+def welded(points: np.ndarray, shapes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """One point in place of all those that a seam of texture or shading splits it into.
+
+    They lie on borders, at the same place, and move alike; those of lips or lids that touch move differently.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+    shapes : (k, n, 3) float
+        Displacements of the mesh's morph targets.
+    triangles : (m, 3) int
+
+    Returns
+    -------
+    kept : (p,) int
+        Points that are kept, the first of each seam.
+    number : (n,) int
+        Which of the kept ones each point is.
+    """
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges, count = np.unique(edges, axis=0, return_counts=True)
+    border = np.unique(edges[count == 1])
+    first = np.arange(len(points))
+    if len(border):
+        rows = np.concatenate([points[None], shapes])[:, border].transpose(1, 0, 2).reshape(len(border), -1)
+        _, one, same = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        first[border] = border[one][same.ravel()]
+    kept, number = np.unique(first, return_inverse=True)
+    return kept, number.ravel()
+
+
+def check_seams(texture: np.ndarray, kept: np.ndarray, number: np.ndarray, name: str) -> None:
+    """Warn if points that `welded` made one have several texture coordinates (n, 2)."""
+    seams = len(np.unique(number[(texture != texture[kept[number]]).any(axis=1)]))
+    if seams:
+        warn_of_seams(name, seams, stacklevel=6)
+
+
 def _is_empty(data: Any) -> bool:
     if isinstance(data, pv.MultiBlock):
         return all(_is_empty(block) for block in data)
     return data is None or (isinstance(data, pv.DataSet) and data.n_points == 0)
 
 
-def _warn_of_seams(name: str, count: int) -> None:
+def warn_of_seams(name: str, count: int, stacklevel: int = 5) -> None:
+    """Warn that points have further texture coordinates."""
     warnings.warn(
         f"{name}: the texture has seams; where points have several texture coordinates, the first were kept "
         f"(points: {count}).",
         FaceWrinkleWarning,
-        stacklevel=5,
+        stacklevel=stacklevel,
     )
 
 
@@ -354,7 +416,7 @@ def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
     if polygons.colors is not None:
         mesh.point_data[COLORS] = polygons.colors
     if polygons.seams:
-        _warn_of_seams(name, polygons.seams)
+        warn_of_seams(name, polygons.seams)
     return _from_dataset(mesh, name)
 
 

@@ -184,8 +184,7 @@ class Scene:
         if self.style.brows and self.style.scalars is None and face.brows is not None:
             self._brows = Brows(face.brows, 0.0016 * face.frame.pupil_distance)
         self._mouth = MouthCavity(face)
-        for eye in face.eyes if self.style.eyes else ():
-            self._add(painted_eye(eye), f"eye_{eye.side}", scalars="paint", rgb=True, **EYE)
+        self._gazes: dict[str, Array] = {}
 
     def show(self, frame: pv.PolyData) -> None:
         """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in the place of the one before."""
@@ -199,6 +198,11 @@ class Scene:
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
         self._add(skin, "skin", **options)
+        for eye in self.face.eyes if self.style.eyes else ():
+            gaze = np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
+            if eye.side not in self._gazes or not np.array_equal(gaze, self._gazes[eye.side]):
+                self._gazes[eye.side] = gaze
+                self._add(painted_eye(eye, gaze), f"eye_{eye.side}", scalars="paint", rgb=True, **EYE)
         n = self.face.mesh.n_points  # base vertices come first in every frame
         points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
         if len(self._mouth.loop):
@@ -404,7 +408,9 @@ def _pairs(muscles: Array, names: Sequence[str]) -> tuple[Array, list[str]]:
 def _stand(face: Face, view: View) -> tuple[Array, Array, Array, Array]:
     """What a view looks at, and the unit directions towards the camera, to the right and up in the picture."""
     size, axes = face.frame.pupil_distance, face.frame.axes
-    focus = face.landmarks[view.landmark] + np.asarray(view.offset) @ axes * size
+    focus = face.frame.origin  # of a surface without landmarks
+    if face.landmarks:
+        focus = face.landmarks[view.landmark] + np.asarray(view.offset) @ axes * size
     towards = np.asarray(view.direction) @ axes
     towards /= np.linalg.norm(towards)
     right = np.cross(axes[1], towards)

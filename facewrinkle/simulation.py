@@ -7,20 +7,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from .anatomy.eyes import gaze_of
 from .anatomy.face import Face
+from .anatomy.fitting import surface
+from .anatomy.muscles import EyeMuscle
 from .errors import ParameterError, check_range, check_whole, unknown_name
 from .geometry import _mesh_kernels as kernels
 from .geometry.normals import detail_normals, vertex_normals
 from .geometry.refinement import Change, RedGreenForest
 from .geometry.transfer import carried, displaced
 from .layers.base import Layer, Moment, Relief, Sites
+from .layers.compression import StrainField
 from .layers.muscle_wrinkles import MuscleWrinkles, zone
 from .mesh import MUSCLES, carried_point_data, refilled, to_polydata
+from .motion.base import Motion, Still
+from .motion.recorded import Recorded
 from .motion.skin import Skin, SkinMaterial
 
 Array = npt.NDArray[np.float64]
@@ -36,7 +44,8 @@ class Refinement:
         Threshold of Eq. 19: 0.03 is a bend of 14 degrees along an edge.
     max_level : int, optional
         Triangles are split at most this often; 0 turns refinement off. Default: as often as nine in ten muscles need
-        for about three vertices per half cycle, at least once: 2 on the built-in head, 3 on one with twice its edges.
+        for about three vertices per half cycle, at least once: 2 on the built-in head, 3 on one with twice its edges
+        and on surfaces without muscles.
     samples : float
         Vertices per half cycle that a wrinkle needs across its folds (the paper's criterion is blind at 1 and 2).
     hysteresis : float
@@ -58,21 +67,27 @@ class Refinement:
 
 
 class Simulation:
-    """A face that moves and wrinkles.
+    """A face, or any other surface, that moves and wrinkles.
 
     Parameters
     ----------
-    face : Face
+    face : Face, PolyData or path
+        A mesh or a file becomes a :func:`facewrinkle.surface` in mm, which has no muscles.
     refinement : Refinement, optional
     layers : sequence of Layer, optional
-        Default: one :class:`facewrinkle.MuscleWrinkles`. An empty list leaves the skin bare. Layers keep state, so the
-        simulation works with copies of its own; they are in `layers`.
-    time_step : float
-        Seconds per step.
+        Default: one :class:`facewrinkle.MuscleWrinkles` where there are muscles. An empty list leaves the skin bare.
+        Layers keep state, so the simulation works with copies of its own; they are in `layers`.
+    time_step : float, optional
+        Seconds per step. Default: 0.02, or the time step of `motion`.
     material : SkinMaterial, optional
+        Of the default skin.
+    motion : Motion or Recorded, optional
+        What moves the base mesh. Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without
+        anatomy keeps :class:`facewrinkle.Still`.
 
     Attributes
     ----------
+    motion : Motion
     seconds : dict of str to float
         Time spent so far on "precompute", "skin", "refinement", "wrinkles" and "frame".
 
@@ -89,20 +104,22 @@ class Simulation:
 
     def __init__(
         self,
-        face: Face,
+        face: Face | pv.DataSet | str | Path,
         refinement: Refinement | None = None,
         layers: Sequence[Layer] | None = None,
-        time_step: float = 0.02,
+        time_step: float | None = None,
         material: SkinMaterial | None = None,
+        motion: Motion | Recorded | None = None,
     ) -> None:
-        check_range("time_step", time_step, 1e-9, 1e9)
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
-        self.face = face
+        self.face = face = face if isinstance(face, Face) else surface(face)
         self.refinement = refinement or Refinement()
+        if layers is None:
+            layers = [MuscleWrinkles()] if face.muscles else []
         # Layers keep the state of a simulation: each simulation has its own.
-        self.layers: list[Layer] = [MuscleWrinkles()] if layers is None else [copy(layer) for layer in layers]
+        self.layers: list[Layer] = [copy(layer) for layer in layers]
         with self._timed("precompute"):
-            self.skin = Skin(face, time_step, material)
+            self.motion = _motion(face, time_step, material, motion)
             spacing = _spacing(face)
             if self.refinement.max_level is None:
                 self.refinement = replace(self.refinement, max_level=_level_for(face, spacing))
@@ -114,13 +131,28 @@ class Simulation:
 
     @property
     def muscles(self) -> tuple[str, ...]:
-        """Names of the muscles, in the order of their indices."""
-        return self.skin.names
+        """Names of the face's muscles, in the order of their indices."""
+        return tuple(self.face.muscles)
+
+    @property
+    def skin(self) -> Skin:
+        """The skin that the muscles pull.
+
+        Raises
+        ------
+        ParameterError
+            If something else moves the surface.
+        """
+        if not isinstance(self.motion, Skin):
+            raise ParameterError(
+                f"this simulation has no skin that muscles pull: a {type(self.motion).__name__} moves it."
+            )
+        return self.motion
 
     @property
     def time(self) -> float:
         """Seconds simulated so far."""
-        return self._steps * self.skin.time_step
+        return self._steps * self.motion.time_step
 
     def contract(self, rates: Mapping[str, float]) -> None:
         """Ask for contraction rates by muscle; muscles that are not named relax.
@@ -130,9 +162,13 @@ class Simulation:
         UnknownNameError
             For a muscle that the face does not have.
         ParameterError
-            For a rate outside [0, 1], or a muscle whose wrinkles are too fine for the level cap.
+            For a rate outside [0, 1], a muscle whose wrinkles are too fine for the level cap, or a motion that is not
+            driven by muscles.
         """
-        asked = self.skin.rates_of(rates)
+        asked = self.motion.rates_of(rates)
+        if len(asked):
+            looking = self._looking
+            asked[looking] = np.where(asked[looking] > 0.0, asked[looking], self._looked)
         for k in np.flatnonzero(asked) if self.layers and self._level else ():
             self._check_wavelength(self.muscles[k], self._finest[k])
         self._asked = asked
@@ -154,6 +190,40 @@ class Simulation:
         """Ask all muscles to relax."""
         self.contract({})
 
+    def look(self, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLike | None = None) -> None:
+        """Ask the eyes to look somewhere; the lids follow, and so do later expressions until asked otherwise.
+
+        Parameters
+        ----------
+        yaw, pitch : float
+            Degrees to the subject's left, and upwards; 0 and 0 is straight ahead.
+        at : (3,) array_like, optional
+            A point in the coordinates of the mesh that both eyes converge on, in place of the angles.
+
+        Raises
+        ------
+        ParameterError
+            For a direction that the eyes cannot turn to: the muscles that turn them reach 40 degrees to each side.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> sim = Simulation(fw.default_face())
+        >>> sim.look(yaw=20)
+        >>> frame = sim.step()
+        >>> round(float(np.degrees(np.arcsin(frame.field_data["gaze_l"][0, 0]))), 1)
+        20.0
+        """
+        asked = np.zeros(len(self.motion.names))
+        for eye in self.face.eyes:
+            out, up = gaze_of(eye, yaw, pitch, at)
+            for name, muscle in self.face.muscles.items():
+                if isinstance(muscle, EyeMuscle) and muscle.side == eye.side and name in self.motion.names:
+                    asked[self.motion.names.index(name)] = muscle.rate(out, up)
+        self._looked = asked[self._looking]
+        self._asked = self._asked.copy()
+        self._asked[self._looking] = self._looked
+
     def _check_wavelength(self, name: str, spacing: float) -> None:
         u = self.face.muscles[name].fold_pattern.half_wavelength
         if u < spacing:
@@ -168,9 +238,12 @@ class Simulation:
     def reset(self) -> None:
         """Back to the unrefined face at rest, all muscles relaxed."""
         self._steps = 0
-        self._asked = np.zeros(len(self.skin.names))
-        self.skin.reset()
+        self._asked = np.zeros(len(self.motion.names))
+        self.motion.reset()
         face = self.face
+        eye_muscles = [isinstance(face.muscles.get(name), EyeMuscle) for name in self.motion.names]
+        self._looking: npt.NDArray[np.int64] = np.flatnonzero(eye_muscles)
+        self._looked = np.zeros(len(self._looking))
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
         self._base_normals = vertex_normals(face.points, face.triangles)
         self._sites = self._sites_from(0)
@@ -189,14 +262,15 @@ class Simulation:
         PolyData
             The wrinkled face of this moment, in the unit and coordinates of the face's mesh, with the point data of
             that mesh, "Normals", and "lambda", "gamma", "epsilon" (of the dominant muscle), "W" (mm), "split_gamma",
-            "muscle", "level" and "rest"; its field data "muscles" lists the muscles' names.
+            "muscle", "level" and "rest"; its field data "muscles" lists the muscles' names, "gaze_l" and "gaze_r" are
+            the directions in which the eyes look.
         """
         return self._advanced(self._asked)
 
     def _advanced(self, rates: Array) -> pv.PolyData:
         with self._timed("skin"):
-            self.skin.set_rates(rates)
-            base = self.skin.step()
+            self.motion.set_rates(rates)
+            base = self.motion.step()
         with self._timed("refinement"):
             change, created = self._refined()
         if change:
@@ -222,7 +296,7 @@ class Simulation:
             See :meth:`step`.
         """
         frames, ramp = check_whole("frames", frames, 1, 1e9), check_range("ramp", ramp, 0.0, 1.0)
-        start, target = self.skin.rates.copy(), self._asked
+        start, target = self.motion.rates.copy(), self._asked
         for i in range(frames):
             t = min((i + 1) / max(ramp * frames, 1.0), 1.0)
             t = t * t * (3.0 - 2.0 * t)
@@ -263,7 +337,7 @@ class Simulation:
             bare = carried(base, sites.corners, sites.barycentric)
             smooth = carried(vertex_normals(base, self.face.triangles), sites.corners, sites.barycentric)
             _normalise(smooth)
-            moment = Moment(self.skin.rates, sites, triangles, base, bare)
+            moment = Moment(self.motion.rates, sites, triangles, base, bare, self.time, lambda: self._strain_field)
             reliefs = [layer.relief(moment) for layer in self.layers]
             height = sum((r.height for r in reliefs[1:]), reliefs[0].height if reliefs else np.zeros(len(bare)))
             moved = displaced(bare, height, smooth)
@@ -272,6 +346,10 @@ class Simulation:
             split_gamma = self._criterion(normals, reliefs)
         with self._timed("frame"):
             return self._polydata(moved, normals, height, split_gamma)
+
+    @cached_property
+    def _strain_field(self) -> StrainField:
+        return StrainField(self.face.points * self.face.unit, self.face.triangles)
 
     def _criterion(self, normals: Array, reliefs: list[Relief]) -> Array:
         """Mark triangles for the next step; returns the largest Eq. 19 over the edges of each vertex."""
@@ -293,7 +371,12 @@ class Simulation:
         data["W"] = height  # of all layers together
         if self._template is None:
             self._template = self._new_template(data)
-        return refilled(self._template, points / self.face.unit, data)
+        frame = refilled(self._template, points / self.face.unit, data)
+        if len(self._looking):
+            rates = dict(zip(self.motion.names, self.motion.rates.tolist(), strict=True))
+            for side, gaze in self.face.gazes(rates).items():
+                frame.field_data[f"gaze_{side}"] = gaze[None]
+        return frame
 
     def _new_template(self, data: dict[str, np.ndarray]) -> pv.PolyData:
         """A frame of the present triangles; only what `data` holds and the points change from one frame to the next."""
@@ -322,7 +405,7 @@ class Simulation:
         index = self.muscles.index(muscle)
         for layer in self.layers:
             if isinstance(layer, MuscleWrinkles):
-                return layer.fields_of(index, float(self.skin.rates[index]))
+                return layer.fields_of(index, float(layer.rates[index]))
         raise ParameterError("this simulation has no layer of muscle wrinkles; add a MuscleWrinkles() to its layers.")
 
     @contextmanager
@@ -344,6 +427,35 @@ def _joined(reliefs: list[Relief], n: int) -> tuple[Array, Array, npt.NDArray[np
     return spacing, across, active
 
 
+def _motion(
+    face: Face, time_step: float | None, material: SkinMaterial | None, motion: Motion | Recorded | None
+) -> Motion:
+    """The motion that was given, if it fits the face; the skin of a face with anatomy, or stillness, otherwise."""
+    step = check_range("time_step", 0.02 if time_step is None else time_step, 1e-9, 1e9)
+    if motion is None:
+        return Skin(face, step, material) if face.landmarks else Still(face, step)
+    if material is not None:
+        raise ParameterError(
+            "a material is that of the default skin, and here a motion is given too. Leave one of them out."
+        )
+    if isinstance(motion, Recorded):
+        return motion.on(face, step)
+    if time_step not in (None, motion.time_step):
+        raise ParameterError(
+            f"time_step is {time_step!r}, and the motion has one of its own, {motion.time_step!r}. Leave it out here."
+        )
+    if motion.points.shape != face.points.shape:
+        raise ParameterError(
+            f"the motion moves {len(motion.points)} points, the face has {len(face.points)}. Make it from this face."
+        )
+    if motion.names not in ((), tuple(face.muscles)):
+        raise ParameterError(
+            f"the motion must be driven by all {len(face.muscles)} muscles of the face, in their order, or by none; "
+            f"its names are {', '.join(motion.names[:8])}. Make it from this face."
+        )
+    return motion
+
+
 def _normalise(vectors: Array) -> None:
     vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
 
@@ -361,7 +473,9 @@ def _spacing(face: Face) -> Array:
 
 
 def _level_for(face: Face, spacing: Array) -> int:
-    """The level at which nine in ten muscles have about three vertices per half cycle."""
+    """The level at which nine in ten muscles have about three vertices per half cycle; 3 without muscles."""
+    if not face.muscles:
+        return 3
     cycles = np.array([muscle.fold_pattern.half_wavelength for muscle in face.muscles.values()])
     folding = np.isfinite(cycles) & (spacing > 0.0)
     if not folding.any():

@@ -516,9 +516,39 @@ def test_input_of_another_kind_is_refused(face):
     for frames in ("x", None, 1.5, 0, np.nan, 10**400):
         with pytest.raises(ParameterError, match="frames must"):
             next(sim.run(frames))
-    for step in ("x", None, 0.0, np.nan, 1e300, 1e-300):
+    for step in ("x", 0.0, np.nan, 1e300, 1e-300):
         with pytest.raises(ParameterError, match="time_step must"):
             fw.Simulation(face, time_step=step)
     for level in (1.5, "2", 10**400):
         with pytest.raises(ParameterError, match="max_level must"):
             fw.Refinement(max_level=level)
+
+
+# --- gaze -----------------------------------------------------------------------------------------
+
+
+def test_eyes_look_where_they_are_asked_to_until_asked_again(face):
+    sim, target = fw.Simulation(face, layers=[]), np.array([-30.0, 60.0, 400.0])
+    ahead = sim.step()
+    for eye in face.eyes:
+        np.testing.assert_allclose(ahead.field_data[f"gaze_{eye.side}"][0], eye.gaze, atol=1e-12)
+    sim.look(at=target)
+    sim.express("happiness")
+    *_, frame = sim.run(10)
+    for eye in face.eyes:
+        way = target - eye.centre
+        np.testing.assert_allclose(frame.field_data[f"gaze_{eye.side}"][0], way / np.linalg.norm(way), atol=1e-9)
+    sim.express("AU63")
+    assert sim.step().field_data["gaze_l"][0] @ face.frame.axes[1] > 0.5
+    sim.look()
+    sim.relax()
+    *_, frame = sim.run(5)
+    np.testing.assert_allclose(frame.field_data["gaze_r"][0], face.eyes[1].gaze, atol=1e-12)
+
+
+def test_eyes_turn_no_farther_than_they_can(face):
+    sim = fw.Simulation(face, layers=[])
+    for what in ({"yaw": 41.0}, {"pitch": -50.0}, {"at": (0.0, 36.0, 100.0)}):
+        with pytest.raises(ParameterError, match="degrees at most"):
+            sim.look(**what)
+    assert not sim._asked.any()

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 from scipy.spatial import cKDTree
 
+from facewrinkle.anatomy._head_paint import Skin, brow_hairs
 from facewrinkle.anatomy.cage import subdivided
-from facewrinkle.anatomy.cage_mesh import FIXED, FREE, ON_LINE, Chart, ChartMesh, cross, mean_value_chart
+from facewrinkle.anatomy.cage_mesh import FIXED, FREE, ON_LINE, Chart, ChartMesh, mean_value_chart
+from facewrinkle.anatomy.head import MIRROR, Mould, both_sides, seated
 from facewrinkle.geometry.topology import boundary_loops
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
-LEVELS = 4
+LEVELS = 3
 TRIANGLES = 4517
-MIRROR = np.array([-1.0, 1.0, 1.0])
-TEXELS = 512
-SEAT = 0.25  # mm between eyeball and lid margin: more than the sag of a margin edge
+RADIUS = 100.0  # of the chart: about that of a head
 LID_STRIPS = {("eye_ring2", "eye_ring3")}
 LIP_STRIPS = {(f"mouth_ring{k}", f"mouth_ring{k + 1}") for k in (1, 2, 3)}
 FROZEN_STRIPS = LID_STRIPS | LIP_STRIPS | {("eye_ring1", "eye_ring2")}
@@ -29,18 +32,33 @@ FROZEN_STRIPS = LID_STRIPS | LIP_STRIPS | {("eye_ring1", "eye_ring2")}
 
 @dataclass
 class HalfCage:
-    """The left half of the limit surface: fine points, fine vertices over each cage quad, and the names."""
+    """The left half of the limit surface: fine points, fine vertices over each cage quad, and the names.
+
+    `limit` (n, c) maps the c cage points, the left half's and then the mirrored ones, to the points before the lids are
+    seated.
+    """
 
     names: list[str]
     quads: Ints
     points: Floats
     grids: Ints
+    limit: sparse.csr_array
 
     def of(self, name: str) -> int:
         """The fine vertex over a cage vertex."""
         row, corner = np.argwhere(self.quads == self.names.index(name))[0]
         i, j = ((0, 0), (-1, 0), (-1, -1), (0, -1))[corner]
         return int(self.grids[row, i, j])
+
+    def side(self, first: str, second: str) -> Ints:
+        """The fine vertices from one cage vertex to the next, without the first."""
+        ends = [self.names.index(first), self.names.index(second)]
+        row = int(np.flatnonzero(np.isin(self.quads, ends).sum(axis=1) == 2)[0])
+        g = self.grids[row]
+        lines = [
+            line for line in (g[:, 0], g[-1], g[:, -1], g[0]) if {self.of(first), self.of(second)} <= set(line.tolist())
+        ]
+        return lines[0][1:] if lines[0][0] == self.of(first) else lines[0][-2::-1]
 
     def strip(self, pairs: set[tuple[str, str]]) -> Ints:
         """Rows of the quads between rings, given as pairs of name stems."""
@@ -62,12 +80,13 @@ def half_surface(data: dict[str, Any]) -> HalfCage:
     partner = np.arange(len(points))
     partner[~on_middle] = len(points) + np.arange(np.count_nonzero(~on_middle))
     whole = subdivided(np.vstack([quads, partner[quads][:, ::-1]]), LEVELS)
-    fine = whole.limit @ np.vstack([points, points[~on_middle] * MIRROR])
     grids = whole.grids[: len(quads)]
     used, flat = np.unique(grids, return_inverse=True)
-    half = HalfCage(names, quads, fine[used], flat.reshape(grids.shape))
+    limit = whole.limit[used]
+    half = HalfCage(names, quads, limit @ both_sides(points), flat.reshape(grids.shape), limit)
     half.points[np.abs(half.points[:, 0]) < 1e-9, 0] = 0.0
-    _seat_lids(half, np.array(data["eye"]["centre"]), data["eye"]["radius"])
+    eye = data["eye"]
+    half.points[:] = seated(half.points, ring_share(half, LID_STRIPS), np.array(eye["centre"]), eye["radius"])
     return half
 
 
@@ -83,14 +102,13 @@ def ring_share(half: HalfCage, pairs: set[tuple[str, str]]) -> Floats:
     return share
 
 
-def _seat_lids(half: HalfCage, centre: Floats, radius: float) -> None:
-    """Bring the lids' inner margin onto the eyeball, and keep everything else outside it."""
-    depth = ring_share(half, LID_STRIPS)
-    away = half.points - centre
-    distance = np.linalg.norm(away, axis=1)
-    seated = radius + SEAT
-    wanted = np.maximum(distance + depth**2 * (seated - distance), seated)
-    half.points[:] = centre + away * (wanted / distance)[:, None]
+def between(half: HalfCage, first: str, second: str, last: int) -> tuple[Bools, Floats]:
+    """Whether a fine point lies between two rings, up to their point `last`, and how far from the first (n,)."""
+    rows = half.strip({(first, second)})
+    numbers = np.array([[int(half.names[v].split(".")[1]) for v in quad] for quad in half.quads[rows]])
+    inside = np.zeros(len(half.points), dtype=bool)
+    inside[half.grids[rows[(numbers <= last).all(axis=1)]]] = True
+    return inside, ring_share(half, {(first, second)})
 
 
 # ---------------------------------------------------------------------------------------------- the chart
@@ -99,54 +117,70 @@ def _eye_and_rim(triangles: Ints) -> list[list[int]]:
     return sorted((loop.tolist() for loop in boundary_loops(triangles)), key=len)
 
 
-def charted(half: HalfCage, outline: list[tuple[str, list[float]]]) -> Floats:
-    """A one-to-one chart of the half; its middle is the line x = 0, its rim the typed convex outline."""
+def charted(half: HalfCage, chart: dict[str, Any], size: Floats) -> Floats:
+    """A one-to-one chart of the half in the half disc: its middle is the line x = 0, the neck's rim the half circle.
+
+    A head hangs on its neck as on a string, and its face would be tiny. So what has a small wished size (n,) of edges
+    gets room, and then the disc is spread about a place in the face.
+    """
     triangles = half.fine_triangles()
     n = len(half.points)
     middle_vertices = np.flatnonzero(half.points[:, 0] == 0.0)
     eye, outer = _eye_and_rim(triangles)
-    top, bottom = half.of(outline[0][0]), half.of(outline[-1][0])
+    bottom, top = (half.of(name) for name in chart["rim"])
     outer = outer[outer.index(top) :] + outer[: outer.index(top)]
     if outer[1] in set(middle_vertices.tolist()):
         outer = [outer[0], *outer[:0:-1]]
     rim = outer[: outer.index(bottom) + 1]
     lower, upper = half.of("mouth_ring3.8"), half.of("mouth_ring3.0")
     mouth = outer[outer.index(lower) : outer.index(upper) + 1]
-    plane = _on_outline(half, rim, outline)
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(half.points[rim], axis=0), axis=1)))
+    turn = np.pi * along / along[-1]
     points = np.vstack([half.points, half.points[eye].mean(axis=0), half.points[mouth].mean(axis=0) * [0, 1, 1]])
     fill = [[n, b, a] for a, b in zip(eye, eye[1:] + eye[:1], strict=True)]
     fill += [[n + 1, b, a] for a, b in pairwise(mouth)]
     middle = np.setdiff1d(np.append(middle_vertices, n + 1), rim)
     fixed = [np.concatenate([rim, middle]), np.array(rim)]
-    values = [np.concatenate([plane[:, 0], np.zeros(len(middle))]), plane[:, 1]]
-    return mean_value_chart(points, np.vstack([triangles, fill]), fixed, values)[:n]
+    values = [np.concatenate([np.sin(turn), np.zeros(len(middle))]), np.cos(turn)]
+    values[0][[0, len(rim) - 1]] = 0.0
+    pull = np.sqrt(np.concatenate([size, [size[eye].mean(), size[mouth].mean()]]))
+    plane = mean_value_chart(points, np.vstack([triangles, fill]), fixed, values, pull)[:n]
+    centre = plane[middle_vertices[np.linalg.norm(half.points[middle_vertices] - chart["centre"], axis=1).argmin()]]
+    return _spread(plane, centre, chart["spread"])
 
 
-def _on_outline(half: HalfCage, rim: list[int], outline: list[tuple[str, list[float]]]) -> Floats:
-    """Chart places (r, 2) of the rim: the outline's corners, and by arc length in between."""
-    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(half.points[rim], axis=0), axis=1)))
-    stops = [along[rim.index(half.of(name))] for name, _ in outline]
-    corners = np.array([place for _, place in outline])
-    return np.stack([np.interp(along, stops, corners[:, c]) for c in range(2)], axis=1)
+def _spread(plane: Floats, centre: Floats, least: float) -> Floats:
+    """The unit disc (n, 2) spread about a centre: (1 + least) / least times wider there; radius RADIUS."""
+    off = plane - centre
+    distance = np.linalg.norm(off, axis=1)
+    way = off / np.maximum(distance, 1e-12)[:, None]
+    to_rim = np.sqrt((way @ centre) ** 2 + 1.0 - centre @ centre) - way @ centre
+    return RADIUS * (centre + off * ((1.0 + least) / (distance / to_rim + least))[:, None])
 
 
 # ----------------------------------------------------------------------------------------------- the mesh
-def wished_size(points: Floats, data: dict[str, Any], eye: Floats, mouth: Floats) -> Floats:
-    """Wished edge length (n,) in mm; `eye` and `mouth` are points along the margins."""
-    sizes = data["sizes"]
+def wished_size(half: HalfCage, data: dict[str, Any]) -> Floats:
+    """Wished edge length (n,) in mm of the fine points: small at the margins of eye and mouth and in typed boxes."""
+    sizes, points = data["sizes"], half.points
+    loop, outer = _eye_and_rim(half.fine_triangles())
+    lips = set(half.grids[half.strip(LIP_STRIPS)].ravel().tolist())
+    eye, mouth = points[loop], points[[v for v in outer if v in lips]]
     grow = sizes["growth"]
     size = np.full(len(points), float(sizes["largest"]))
     for margin, (edge, reach) in ((eye, sizes["eye"]), (mouth, sizes["mouth"])):
         away = cKDTree(margin).query(points)[0]
         size = np.minimum(size, edge + grow * np.maximum(0.0, away - reach))
-    for low, high, edge in sizes["boxes"]:
+    for low, high, edge, slope in sizes["boxes"]:
         away = np.linalg.norm(np.maximum(0.0, np.maximum(low - points, points - high)), axis=1)
-        size = np.minimum(size, edge + grow * away)
+        size = np.minimum(size, edge + slope * away)
     return size
 
 
 def strip_counts(half: HalfCage, size: Floats) -> Ints:
-    """How often to sample each side of each cage quad (m, 4): powers of two, equal along a strip of quads."""
+    """How often to sample each side of each cage quad (m, 4): powers of two, equal along a strip of quads.
+
+    Where a strip runs through lids or lips these decide, for their sampling stays as it is.
+    """
     q = half.quads
     sides = np.sort(np.stack([q, np.roll(q, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
     index = np.unique(sides, axis=0, return_inverse=True)[1].reshape(-1, 4)
@@ -164,7 +198,10 @@ def strip_counts(half: HalfCage, size: Floats) -> Ints:
     length = np.stack([np.linalg.norm(np.diff(half.points[k], axis=1), axis=2).sum(axis=1) for k in lines], axis=1)
     wished = np.stack([size[k].mean(axis=1) for k in lines], axis=1)
     strip = label[index]
-    ratio = np.bincount(strip.ravel(), (length / wished).ravel()) / np.maximum(np.bincount(strip.ravel()), 1)
+    weight = np.full(strip.shape, 1e-6)
+    weight[half.strip(FROZEN_STRIPS)] = 1.0
+    total = np.maximum(np.bincount(strip.ravel(), weight.ravel()), 1e-12)
+    ratio = np.bincount(strip.ravel(), (weight * length / wished).ravel()) / total
     counts = 2 ** np.clip(np.floor(np.log2(np.maximum(ratio / 0.85, 1.0))), 0, LEVELS).astype(np.int64)
     return counts[strip]
 
@@ -196,108 +233,62 @@ def _corner_cut(triangles: Ints, corner: int) -> Ints:
     return triangles
 
 
-def half_mesh(half: HalfCage, data: dict[str, Any], plane: Floats) -> tuple[ChartMesh, Ints]:
+def half_mesh(half: HalfCage, data: dict[str, Any], plane: Floats, size: Floats) -> tuple[ChartMesh, Ints]:
     """The coarse mesh of the left half to start from, and its triangle at the middle of the neck rim."""
     fine = half.fine_triangles()
-    eye, outer = _eye_and_rim(fine)
-    mouth = [v for v in outer if v in set(half.grids[half.strip(LIP_STRIPS)].ravel().tolist())]
-    size = wished_size(half.points, data, half.points[eye], half.points[mouth])
-    corner = half.of("neck.mid")
+    corner = half.of(data["chart"]["rim"][0])
     start = _corner_cut(sampled(half, strip_counts(half, size)), corner)
     used, flat = np.unique(start, return_inverse=True)
     triangles = flat.reshape(-1, 3)
-    kind, line = _kinds(half.points[used], plane[used], data["outline"])
-    frozen = half.grids[half.strip(FROZEN_STRIPS)]
-    kind[np.isin(used, frozen)] = FIXED
+    kind = np.where(half.points[used, 0] == 0.0, ON_LINE, FREE)  # the middle glides along itself
+    rim = [v for v in _eye_and_rim(fine)[1] if abs(np.linalg.norm(plane[v]) - RADIUS) < 1e-9]
+    number = {int(v): k for k, v in enumerate(used)}
+    creases: list[int] = []
+    drawn: dict[int, int] = {}
+    for chain in data["creases"]:
+        for first, second in pairwise(chain):
+            *between, last = half.side(first, second).tolist()
+            creases += [half.of(first), last]
+            drawn |= {number[v]: number[last] for v in between if v in number}
+    kind[np.isin(used, np.concatenate([half.grids[half.strip(FROZEN_STRIPS)].ravel(), rim, creases]))] = FIXED
+    line = np.tile([0.0, 1.0], (len(used), 1))
     end = triangles[(start == corner).any(axis=1)][0]
     kept = {(int(min(a, b)), int(max(a, b))) for a in end for b in end if a != b}
-    chart = Chart(plane, fine, np.column_stack([half.points, size, tinted(half, data)]))
-    return ChartMesh(chart, plane[used], triangles, kind, line, kept), end
+    chart = Chart(plane, fine, np.column_stack([half.points, size]))
+    return ChartMesh(chart, plane[used], triangles, kind, line, kept, drawn), end
 
 
-def _kinds(points: Floats, plane: Floats, outline: list[tuple[str, list[float]]]) -> tuple[Ints, Floats]:
-    """Which vertices may glide along which line: the middle, and the straight parts of the outline."""
-    kind = np.full(len(plane), FREE)
-    line = np.zeros((len(plane), 2))
-    middle = points[:, 0] == 0.0
-    kind[middle], line[middle] = ON_LINE, (0.0, 1.0)
-    corners = np.array([place for _, place in outline])
-    for a, b in pairwise(corners):
-        along = (b - a) / np.linalg.norm(b - a)
-        off = plane - a
-        reach = off @ along
-        inside = (reach > -1e-9) & (reach < np.linalg.norm(b - a) + 1e-9)
-        on = inside & (np.abs(off[:, 0] * along[1] - off[:, 1] * along[0]) < 1e-9)
-        kind[on], line[on] = ON_LINE, along
-    ends = np.linalg.norm(plane[:, None] - corners, axis=2).min(axis=1) < 1e-9
-    kind[ends] = FIXED
-    return kind, line
+def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Ints, NDArray[np.int32], Ints, Floats]:
+    """The left half's vertices that stay, those with twins, and triangles and chart of the mirrored mesh.
 
-
-def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Floats, Ints, Floats]:
-    """Points, triangles and chart of the mirrored mesh; the end triangles become one across the middle."""
-    points, plane = mesh.points.copy(), mesh.plane.copy()
-    middle = mesh.plane[:, 0] == 0.0
-    points[middle, 0] = 0.0
-    corner, *others = sorted(end.tolist(), key=lambda v: (points[v, 0] > 0, plane[v, 1]))
+    The triangles at the two ends become one across the middle.
+    """
+    plane = mesh.plane
+    middle = plane[:, 0] == 0.0
+    corner, *others = sorted(end.tolist(), key=lambda v: (not middle[v], plane[v, 1]))
     top, side = others
-    keep = np.setdiff1d(np.arange(len(points)), corner)
-    number = np.full(len(points), -1)
+    keep = np.setdiff1d(np.arange(len(plane)), corner)
+    number = np.full(len(plane), -1)
     number[keep] = np.arange(len(keep))
     twins = keep[~middle[keep]]
-    twin = number.copy()
+    twin = np.where(middle, number, -1)
     twin[twins] = len(keep) + np.arange(len(twins))
     rest = mesh.triangles[~(mesh.triangles == corner).any(axis=1)]
     bridge = np.array([[number[top], twin[side], number[side]]])
     triangles = np.vstack([number[rest], twin[rest][:, ::-1], bridge])
-    return (
-        np.vstack([points[keep], points[twins] * MIRROR]),
-        triangles,
-        np.vstack([plane[keep], plane[twins] * [-1.0, 1.0]]),
-    )
+    return keep, number[twins].astype(np.int32), triangles, np.vstack([plane[keep], plane[twins] * [-1.0, 1.0]])
+
+
+def moulding(half: HalfCage, mesh: ChartMesh, keep: Ints) -> tuple[sparse.csr_array, Floats]:
+    """The map (k, c) from cage points to the left half's vertices, and their share in the lids' inner sides (k,)."""
+    cells, weights = mesh.chart.locate(mesh.plane[keep])
+    rows = np.repeat(np.arange(len(keep)), 3)
+    corners = mesh.chart.triangles[cells].ravel()
+    pick = sparse.csr_array((weights.ravel(), (rows, corners)), shape=(len(keep), len(half.points)))
+    return sparse.csr_array(pick @ half.limit), pick @ ring_share(half, LID_STRIPS)
 
 
 # ---------------------------------------------------------------------------------- what lies on the mesh
-def tinted(half: HalfCage, data: dict[str, Any]) -> Floats:
-    """Skin colour (n, 3) of the fine points, 0 to 255: typed spots, brow and rings over one another."""
-    paint = data["paint"]
-    colour = np.tile(np.array(paint["skin"], dtype=float), (len(half.points), 1))
-    for centre, reach, tint, strength in paint["spots"]:
-        away = np.linalg.norm(half.points - centre, axis=1)
-        share = strength * np.exp(-0.5 * (away / reach) ** 2)[:, None]
-        colour += share * (np.array(tint) - colour)
-    tint, strength = paint["brow"]
-    colour += (strength * _brow_shade(np.array(data["brow"]["line"]), half.points))[:, None] * (np.array(tint) - colour)
-    for first, second, tint, outer, inner, reach, last in paint["rings"]:
-        pair = (first, second)
-        over = np.zeros(len(half.points), dtype=bool)
-        strip = half.strip({pair})
-        numbers = np.array([[int(half.names[v].split(".")[1]) for v in quad] for quad in half.quads[strip]])
-        over[half.grids[strip[(numbers <= last).all(axis=1)]]] = True
-        ramp = np.minimum(ring_share(half, {pair}) / reach, 1.0)
-        share = np.where(over, outer + (inner - outer) * ramp * ramp * (3.0 - 2.0 * ramp), 0.0)[:, None]
-        colour += share * (np.array(tint) - colour)
-    return colour
-
-
-def _brow_shade(line: Floats, points: Floats) -> Floats:
-    """1 on the brow's centre line in the frontal view, fading to 0 within its width (n,)."""
-    stations = np.linspace(0.0, len(line) - 1.0, 8 * len(line))
-    x, y, width = (np.interp(stations, np.arange(len(line)), line[:, c]) for c in range(3))
-    away, nearest = cKDTree(np.stack([x, y], axis=1)).query(points[:, :2])
-    front = points[:, 2] > 50.0
-    return np.where(front, np.exp(-((away / (1.3 * width[nearest])) ** 2)), 0.0)
-
-
-def painted(chart: Chart, middle: Floats, span: float) -> NDArray[np.uint8]:
-    """The skin's colour as a square image, first row at v = 1; mirrored from the left half."""
-    centres = (np.arange(TEXELS) + 0.5) / TEXELS - 0.5
-    u, v = np.meshgrid(centres[TEXELS // 2 :], centres[::-1])
-    left = chart(np.stack([u.ravel(), v.ravel()], axis=1) * span + middle, most=32)[:, 4:]
-    image = np.rint(np.clip(left, 0, 255)).astype(np.uint8).reshape(TEXELS, -1, 3)
-    return np.concatenate([image[:, ::-1], image], axis=1)
-
-
 def closest_point(query: Floats, corners: Floats) -> Floats:
     """The point (3,) nearest to `query` on triangles (m, 3, 3)."""
     a, b, c = np.moveaxis(corners, 1, 0)
@@ -335,64 +326,42 @@ def landmarks(half: HalfCage, data: dict[str, Any], points: Floats, triangles: I
     return found
 
 
-def hairs(brow: dict[str, Any], points: Floats, triangles: Ints) -> tuple[Ints, Floats]:
-    """Left eyebrow: triangles (k, p) and weights (k, p, 3) of the points of its hairs.
-
-    Seen from the front the brow is a height field: the frontal projection of the skin near it is a chart.
-    """
-    line = np.array(brow["line"])
-    places = _combed(line, brow)
-    low, high = line[:, :2].min(axis=0) - 15.0, line[:, :2].max(axis=0) + 15.0
-    p = points[triangles][..., :2]
-    near = ((p > low) & (p < high)).all(axis=(1, 2)) & (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) > 0.0)
-    rows = np.flatnonzero(near)
-    cells, weights = Chart(points[:, :2], triangles[rows], points).locate(places.reshape(-1, 2))
-    return rows[cells].reshape(places.shape[:2]), weights.reshape(*places.shape[:2], 3)
-
-
-def _combed(line: Floats, brow: dict[str, Any]) -> Floats:
-    """Hairs (k, p, 2) in the frontal view: upright at the inner end, then along the brow."""
-    count, knots = brow["count"], len(brow["heights"])
-    random = np.random.default_rng(1).random((4, count))
-    stations = np.linspace(0.0, 1.0, len(line))
-    along = (np.arange(count) + random[0]) / count
-    across = 2.0 * random[1] - 1.0
-    x, y, width, lean, slope_x, slope_y = (
-        np.interp(along, stations, values) for values in (*line.T, *np.gradient(line[:, :2], axis=0).T)
-    )
-    tangent = np.arctan2(slope_y, slope_x)
-    root = np.stack([x - width * across * np.sin(tangent), y + width * across * np.cos(tangent)], axis=1)
-    start = tangent + np.radians(lean) * (1.0 - 0.5 * across) + 0.25 * (random[2] - 0.5)
-    bend = -np.radians(brow["bend"]) * (0.4 + 0.6 * across)
-    heading = start[:, None] + bend[:, None] * (np.arange(1, knots) - 0.5) / (knots - 1)
-    step = brow["length"] * (0.7 + 0.6 * random[3])[:, None] / (knots - 1)
-    path = np.stack([np.cos(heading) * step, np.sin(heading) * step], axis=2).cumsum(axis=1)
-    return np.concatenate([root[:, None], root[:, None] + path], axis=1)
-
-
 def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     """All arrays of the head, as they are stored."""
     half = half_surface(data)
-    plane = charted(half, data["outline"])
-    mesh, end = half_mesh(half, data, plane)
+    size = wished_size(half, data)
+    plane = charted(half, data["chart"], size)
+    mesh, end = half_mesh(half, data, plane, size)
     mesh.refine((TRIANGLES + 1) // 2)
-    points, triangles, chart = whole_mesh(mesh, end)
+    keep, twins, triangles, chart = whole_mesh(mesh, mesh.renumbered[end])
+    mould, share = moulding(half, mesh, keep)
+    mould.data[np.abs(mould.data) < 1e-12] = 0.0
+    mould.eliminate_zeros()
+    eye = data["eye"]
+    cage = np.array(list(data["points"].values()))
+    points = Mould(mould, share, twins.astype(np.int32))(cage, np.array(eye["centre"]), eye["radius"])
     named = landmarks(half, data, points, triangles)
-    brow, weights = hairs(data["brow"], points, triangles)
-    twins = len(triangles) // 2
+    brow, weights = brow_hairs(data["brow"], points, triangles)
+    half_count = len(triangles) // 2
     low, high = chart.min(axis=0), chart.max(axis=0)
     middle, span = 0.5 * (low + high), float((high - low).max())
-    colour = mesh.chart(np.abs(chart * [1.0, 0.0]) + chart * [0.0, 1.0])[:, 4:]
+    skin = Skin(half.points, half.fine_triangles(), plane, partial(between, half), data)
     return {
         "points": points,
         "triangles": triangles.astype(np.int32),
         "uv": 0.5 + (chart - middle) / span,
-        "texture": painted(mesh.chart, middle, span),
-        "colour": np.rint(np.clip(colour, 0, 255)).astype(np.uint8),
+        "texture": skin.texture(middle, span),
+        "colour": skin.colours(chart),
         "landmark_names": np.array(list(named)),
         "landmarks": np.stack(list(named.values())),
-        "eye_radius": np.array(data["eye"]["radius"]),
-        "brow_triangles": np.concatenate([brow, brow + twins]),
+        "eye_radius": np.array(eye["radius"]),
+        "mould_weights": mould.data,
+        "mould_cage_points": mould.indices.astype(np.int16),
+        "mould_size": np.array(mould.shape[1]),
+        "mould_rows": mould.indptr.astype(np.int32),
+        "lid_share": share,
+        "twins": twins,
+        "brow_triangles": np.concatenate([brow, brow + half_count]),
         "brow_weights": np.concatenate([weights, weights[..., ::-1]]),
         "brow_heights": np.array(data["brow"]["heights"]),
     }

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
 from .landmarks import FaceFrame, of_side
-from .muscles import JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
+from .muscles import EyeMuscle, JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
 
 Array = npt.NDArray[np.float64]
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
@@ -142,8 +142,13 @@ def _said(error: Exception) -> str:
 
 def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
     """Pairs and sides of what the file says once."""
+    patterns = content.get("folds", {})
     muscles = {
-        f"{name}_{side}" if entry.get("paired", True) else name: {**entry, "side": side}
+        f"{name}_{side}" if entry.get("paired", True) else name: {
+            **entry,
+            **_named_folds(entry, patterns),
+            "side": side,
+        }
         for name, entry in content.get("muscles", {}).items()
         for side in ("lr" if entry.get("paired", True) else "l")
     }
@@ -158,6 +163,17 @@ def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
     for name, mixture in content.get("expressions", {}).items():
         atlas.expressions[name] = _expanded(atlas, mixture)
     return atlas
+
+
+def _named_folds(entry: Mapping[str, Any], patterns: Mapping[str, Any]) -> dict[str, Any]:
+    """The pattern of folds that a muscle names, with what the muscle itself says of its wrinkles."""
+    name = entry.get("folds")
+    if not isinstance(name, str):
+        return {}
+    if name not in patterns:
+        raise UnknownNameError(f"in the atlas: {unknown_name('pattern of folds', name, patterns)}")
+    pattern = patterns[name]
+    return {"folds": {**pattern, "wrinkles": {**pattern.get("wrinkles", {}), **entry.get("wrinkles", {})}}}
 
 
 def _expanded(atlas: Atlas, mixture: Mapping[str, float]) -> dict[str, float]:
@@ -190,6 +206,7 @@ KEYS = {
     "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
     "jaw": {"hinge", "angle"},
     "lid": {"share"},
+    "eye": {"turn", "angle"},
 }
 """What an entry may say, by kind."""
 
@@ -222,6 +239,8 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         return JawMuscle(point(entry["hinge"]), frame.axes[0], np.deg2rad(entry["angle"]), **common)
     if entry["kind"] == "lid":
         return LidMuscle(side, entry["share"], **common)
+    if entry["kind"] == "eye":
+        return EyeMuscle(side, entry["turn"], np.deg2rad(entry["angle"]), **common)
     beta1, beta2 = np.deg2rad(entry["beta"])
     return SphincterMuscle(
         point(entry["centre"]),

@@ -8,7 +8,7 @@ are flipped to Delaunay, and vertices glide.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,15 +22,20 @@ Bools = NDArray[np.bool_]
 
 FREE, ON_LINE, FIXED = 0, 1, 2
 SLIM = np.radians(28)  # angles below this must not shrink further
+SHORT = 0.72  # edges shorter than this share of the wished length collapse
 
 
-def mean_value_chart(points: Floats, triangles: Ints, fixed: list[Ints], values: list[Floats]) -> Floats:
-    """Planar coordinates (n, 2) in which every free vertex is a mean-value average of its neighbours.
+def mean_value_chart(
+    points: Floats, triangles: Ints, fixed: list[Ints], values: list[Floats], pull: Floats | None = None
+) -> Floats:
+    """Planar coordinates (n, 2) in which every free vertex is an average of its neighbours.
 
+    The weights are mean values, times the mean `pull` (n,) > 0 of both ends of an edge: what pulls more gets less room.
     `fixed[c]` are the vertices whose coordinate c is given, by `values[c]`. With all of a convex outline given,
     the chart is one-to-one.
     """
     n = len(points)
+    pull = np.ones(n) if pull is None else pull
     rows, columns, weights = [], [], []
     for k in range(3):
         i, j, l = triangles[:, k], triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3]
@@ -40,7 +45,7 @@ def mean_value_chart(points: Floats, triangles: Ints, fixed: list[Ints], values:
         half_tangent = sine / (length_a * length_b + np.einsum("ij,ij->i", a, b))
         rows += [i, i]
         columns += [j, l]
-        weights += [half_tangent / length_a, half_tangent / length_b]
+        weights += [half_tangent / length_a * (pull[i] + pull[j]), half_tangent / length_b * (pull[i] + pull[l])]
     matrix = sparse.csr_array((np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n))
     laplacian = (sparse.diags_array(matrix.sum(axis=1)) - matrix).tocsr()
     chart = np.empty((n, 2))
@@ -117,6 +122,8 @@ class ChartMesh:
         Unit direction in which an ON_LINE vertex may glide.
     kept : set of sorted vertex pairs
         More edges that are neither split nor flipped.
+    drawn : dict
+        Vertices to be drawn onto others before all else.
     """
 
     chart: Chart
@@ -125,8 +132,10 @@ class ChartMesh:
     kind: Ints
     line: Floats
     kept: set[tuple[int, int]]
+    drawn: dict[int, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self.renumbered = np.arange(len(self.plane))  # where the vertices of the start are now; -1 or any other if gone
         self._evaluate()
 
     def _evaluate(self) -> None:
@@ -134,14 +143,19 @@ class ChartMesh:
         self.points, self.size = values[:, :3], values[:, 3]
 
     def refine(self, count: int) -> None:
-        """Split, flip and smooth until there are `count` triangles."""
+        """Collapse what is too fine, then split, flip and smooth until there are `count` triangles."""
         self.flip()
+        for _ in range(4):
+            self.coarsen()
+            self.flip()
+            self.smooth(3)
+            self.flip()
         while len(self.triangles) < count:
             self.split(count)
             self.flip()
             self.smooth(6)
             self.flip()
-        for _ in range(10):
+        for _ in range(15):
             self.smooth(6)
             self.flip()
         self.polish()
@@ -167,7 +181,7 @@ class ChartMesh:
         edges, pair, _ = self._sides()
         length = np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1)
         ratio = length / self.size[edges].mean(axis=1)
-        ratio[self._keeps(edges)] = 0.0
+        ratio[self._keeps(edges) | (self._angle_after(edges, pair) < SLIM / 3)] = 0.0
         room = count - len(self.triangles)
         budget = max(1, room // 6)
         if room == 1:
@@ -185,6 +199,23 @@ class ChartMesh:
                 break
         self._evaluate()
 
+    def _angle_after(self, edges: Ints, pair: Ints) -> Floats:
+        """Smallest angle (e,) that splitting an edge would leave, 0 where it would fold the surface.
+
+        The chart's middle of an edge may lie askew in space.
+        """
+        middle = self.chart(self.plane[edges].mean(axis=1))[:, :3]
+        least = np.full(len(edges), np.pi)
+        for side in range(2):
+            there = pair[:, side] >= 0
+            cells = self.triangles[np.where(there, pair[:, side], pair[:, 0])]
+            before = _normals(self.points[cells])
+            for end in edges.T:
+                new = np.where((cells == end[:, None])[:, :, None], middle[:, None], self.points[cells])
+                turned = np.einsum("mi,mi->m", before, _normals(new)) < 0.5
+                least = np.where(there, np.minimum(least, np.where(turned, 0.0, _smallest(new))), least)
+        return least
+
     def _split(self, a: int, b: int, sides: list[int]) -> None:
         new = len(self.plane)
         along = self.plane[b] - self.plane[a]
@@ -195,6 +226,71 @@ class ChartMesh:
             old = self.triangles[t].copy()
             self.triangles[t] = np.where(old == b, new, old)
             self.triangles = np.vstack([self.triangles, np.where(old == a, new, old)])
+
+    def coarsen(self) -> None:
+        """Collapse the edges that are short for their wished length, the shortest first, until none is left."""
+        refused: set[tuple[int, int]] = set()
+        while True:
+            edges, pair, _ = self._sides()
+            length = np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1)
+            ratio = length / self.size[edges].mean(axis=1)
+            ratio[self._keeps(edges)] = np.inf
+            ratio[[self.drawn.get(a) == b or self.drawn.get(b) == a for a, b in edges.tolist()]] = 0.0
+            around = _fans(self.triangles, len(self.plane))
+            touched = np.zeros(len(self.plane), dtype=bool)
+            gone, done = np.zeros(len(self.triangles), dtype=bool), 0
+            for e in np.argsort(ratio, kind="stable"):
+                if ratio[e] > SHORT:
+                    break
+                for v, u in (edges[e].tolist(), edges[e].tolist()[::-1]):
+                    ring = np.unique(self.triangles[around[v]])
+                    if (v, u) in refused or touched[ring].any():
+                        continue
+                    if not self._collapses(v, u, around[v], around[u], border=bool(pair[e, 1] < 0)):
+                        refused.add((v, u))
+                        continue
+                    lost = around[v][(self.triangles[around[v]] == u).any(axis=1)]
+                    self.triangles[around[v]] = np.where(self.triangles[around[v]] == v, u, self.triangles[around[v]])
+                    gone[lost] = True
+                    touched[ring] = True
+                    done += 1
+                    break
+            self.triangles = self.triangles[~gone]
+            if not done:
+                self._drop_unused()
+                return
+
+    def _collapses(self, v: int, u: int, fan: Ints, other: Ints, border: bool) -> bool:
+        """Whether vertex v may be drawn onto its neighbour u: on its line if it glides on one, and nothing folds."""
+        if self.kind[v] == FIXED or any(v in edge for edge in self.kept):
+            return False
+        if self.kind[v] == ON_LINE:
+            off = self.plane[u] - self.plane[v]
+            if not border or abs(cross(off, self.line[v])) > 1e-9 * float(np.linalg.norm(off)):
+                return False
+        shared = np.intersect1d(np.unique(self.triangles[fan]), np.unique(self.triangles[other]))
+        if len(shared) != (3 if border else 4):
+            return False
+        stay = fan[(self.triangles[fan] != u).all(axis=1)]
+        new = np.where(self.triangles[stay] == v, u, self.triangles[stay])
+        p, q = self.plane[new], self.points[new]
+        if len(stay) == 0 or (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9).any():
+            return False
+        before = self.points[self.triangles[stay]]
+        turned = np.einsum("mi,mi->m", _normals(q), _normals(before))
+        return bool((_smallest(q) > SLIM / 2).all() and (turned > 0.5).all())
+
+    def _drop_unused(self) -> None:
+        """Renumber after vertices went."""
+        used = np.unique(self.triangles)
+        number = np.full(len(self.plane), -1)
+        number[used] = np.arange(len(used))
+        self.triangles = number[self.triangles]
+        self.plane, self.kind, self.line = self.plane[used], self.kind[used], self.line[used]
+        self.kept = {(int(number[a]), int(number[b])) for a, b in self.kept}
+        self.drawn = {int(number[a]): int(number[b]) for a, b in self.drawn.items() if number[a] >= 0}
+        self.renumbered = number[self.renumbered]
+        self._evaluate()
 
     def flip(self) -> None:
         """Flip edges until each is Delaunay in space, wherever the chart allows."""
@@ -228,31 +324,40 @@ class ChartMesh:
         p = self.plane[new]
         if (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9).any():
             return False
+        before, after = (_normals(self.points[rows]) for rows in (self.triangles[pair], new))
+        if after[0] @ after[1] < min(0.0, before[0] @ before[1]):
+            return False
         self.triangles[pair] = new
         return True
 
     def smooth(self, rounds: int) -> None:
-        """Move free vertices to the mean of their triangles' centroids, weighted by area over wished area."""
+        """Move free vertices to the mean of their triangles' centroids in space, weighted by area over wished area."""
         n = len(self.plane)
         moving = self.kind != FIXED
+        corners = self.triangles.ravel()
         for _ in range(rounds):
             p = self.points[self.triangles]
             area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
-            weight = area / self.size[self.triangles].mean(axis=1) ** 2
-            centre = self.plane[self.triangles].mean(axis=1) * weight[:, None]
-            total = np.zeros(n)
-            goal = np.zeros((n, 2))
-            for k in range(3):
-                np.add.at(total, self.triangles[:, k], weight)
-                np.add.at(goal, self.triangles[:, k], centre)
-            step = np.where(moving[:, None], goal / total[:, None] - self.plane, 0.0)
+            weight = np.repeat(area / self.size[self.triangles].mean(axis=1) ** 2, 3)
+            off = np.repeat(p.mean(axis=1), 3, axis=0) - self.points[corners]
+            flat = np.repeat(self.plane[self.triangles].mean(axis=1), 3, axis=0) - self.plane[corners]
+            goal = np.zeros((n, 3))
+            np.add.at(goal, corners, weight[:, None] * off)
+            goal /= np.bincount(corners, weight, n)[:, None]
+            # The step in the chart is the one whose image under the chart's differential is nearest.
+            square, mixed = np.zeros((n, 2, 2)), np.zeros((n, 2, 3))
+            np.add.at(square, corners, flat[:, :, None] * flat[:, None, :])
+            np.add.at(mixed, corners, flat[:, :, None] * off[:, None, :])
+            slope = np.linalg.pinv(square, hermitian=True) @ mixed
+            inverse = np.linalg.pinv(slope @ slope.transpose(0, 2, 1), hermitian=True)
+            step = np.where(moving[:, None], np.einsum("ncd,ndi,ni->nc", inverse, slope, goal), 0.0)
             glide = self.kind == ON_LINE
             step[glide] = np.einsum("nc,nc->n", step[glide], self.line[glide])[:, None] * self.line[glide]
             self._move(0.7 * step)
 
     def _move(self, step: Floats) -> None:
         """Take the steps, except where a triangle would turn over or grow a much smaller angle."""
-        before = self.smallest_angles()
+        before, normals = self.smallest_angles(), _normals(self.points[self.triangles])
         state = self.plane, self.points, self.size
         moves = (step != 0.0).any(axis=1)
         values = self.chart(self.plane[moves] + step[moves])
@@ -267,6 +372,7 @@ class ChartMesh:
             p = self.plane[self.triangles]
             now = self.smallest_angles()
             bad = (cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) <= 1e-9) | ((now < SLIM) & (now < before - 1e-9))
+            bad |= np.einsum("mi,mi->m", normals, _normals(self.points[self.triangles])) < 0.5
             bad &= moves[self.triangles].any(axis=1)
             if not bad.any():
                 return
@@ -274,8 +380,7 @@ class ChartMesh:
 
     def smallest_angles(self) -> Floats:
         """Smallest angle of every triangle (m,) in space, radians."""
-        a, b, c = np.moveaxis(self.points[self.triangles], 1, 0)
-        return np.minimum(np.minimum(angle(b - a, c - a), angle(c - b, a - b)), angle(a - c, b - c))
+        return _smallest(self.points[self.triangles])
 
     def polish(self, rounds: int = 30) -> None:
         """Move the vertices of the worst triangles wherever that widens their smallest angle."""
@@ -315,3 +420,22 @@ class ChartMesh:
 def angle(a: Floats, b: Floats) -> Floats:
     """Angles between vectors along the last axis, radians."""
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.einsum("...i,...i->...", a, b))
+
+
+def _smallest(corners: Floats) -> Floats:
+    """Smallest angle (m,) of triangles (m, 3, k), radians."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    return np.minimum(np.minimum(angle(b - a, c - a), angle(c - b, a - b)), angle(a - c, b - c))
+
+
+def _normals(corners: Floats) -> Floats:
+    """Unit normals (m, 3) of triangles (m, 3, 3)."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300))
+
+
+def _fans(triangles: Ints, n: int) -> list[Ints]:
+    """The triangles around each of n vertices."""
+    order = np.argsort(triangles.ravel(), kind="stable")
+    starts = np.searchsorted(triangles.ravel()[order], np.arange(1, n))
+    return np.split(order // 3, starts)

@@ -8,8 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
-from ..geometry.topology import boundary_loops
+from ..errors import ParameterError, check_range
+from ..geometry.topology import boundary_loops, unique_edges
 from .guides import Guide
 from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame
 
@@ -40,6 +43,33 @@ class Eyeball:
     gaze: Array
     up: Array
 
+    def turned(self, outwards: float, up: float) -> Array:
+        """The unit direction of the gaze after turns in radians, outwards (to the eye's own side) and up.
+
+        Examples
+        --------
+        >>> eye = Eyeball("l", np.zeros(3), 12.0, gaze=np.array([0.0, 0.0, 1.0]), up=np.array([0.0, 1.0, 0.0]))
+        >>> eye.turned(0.0, np.pi / 6).round(2).tolist()
+        [0.0, 0.5, 0.87]
+        """
+        ahead = np.cos(outwards) * self.gaze + np.sin(outwards) * self._outwards
+        return np.asarray(np.cos(up) * ahead + np.sin(up) * self.up)
+
+    def turn_to(self, direction: Array) -> tuple[float, float]:
+        """The turns outwards and up, in radians, after which the eye looks along a direction."""
+        ahead, aside, above = (float(direction @ axis) for axis in (self.gaze, self._outwards, self.up))
+        return float(np.arctan2(aside, ahead)), float(np.arctan2(above, np.hypot(ahead, aside)))
+
+    @property
+    def _outwards(self) -> Array:
+        left = np.cross(self.up, self.gaze)
+        return left if self.side == "l" else -left
+
+    def looking(self, gaze: Array) -> Eyeball:
+        """The eyeball turned so that it looks along a unit direction."""
+        up = self.up - (self.up @ gaze) * gaze
+        return replace(self, gaze=np.asarray(gaze), up=up / np.linalg.norm(up))
+
     def surface(self, resolution: int = 48) -> pv.PolyData:
         """The eyeball as a mesh whose pole is the middle of the iris; `angle` is the angle from it in radians."""
         ball = pv.Sphere(
@@ -52,6 +82,38 @@ class Eyeball:
         cosine = (ball.points - self.centre) @ self.gaze / self.radius
         ball.point_data["angle"] = np.arccos(np.clip(cosine, -1.0, 1.0))
         return ball
+
+
+def gaze_of(eye: Eyeball, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLike | None = None) -> tuple[float, float]:
+    """The turns outwards and up, in radians, of an eye that looks by angles in degrees, or at a point.
+
+    Parameters
+    ----------
+    eye : Eyeball
+    yaw, pitch : float
+        Degrees to the subject's left, and upwards.
+    at : (3,) array_like, optional
+        In place of them, in the unit of the mesh.
+
+    Raises
+    ------
+    ParameterError
+        For angles that are no numbers, both angles and a point, or a point in the eye.
+    """
+    if at is None:
+        left, up = (check_range(name, value, -90.0, 90.0) for name, value in (("yaw", yaw), ("pitch", pitch)))
+        return np.deg2rad(left if eye.side == "l" else -left), np.deg2rad(up)
+    try:
+        target = np.array(at, dtype=np.float64)
+    except (TypeError, ValueError):
+        target = np.empty(0)
+    if target.shape != (3,) or not np.isfinite(target).all() or yaw != 0.0 or pitch != 0.0:
+        raise ParameterError(
+            f"look needs either angles or a point at=(x, y, z), received yaw={yaw!r}, pitch={pitch!r}, at={at!r}."
+        )
+    if np.linalg.norm(target - eye.centre) <= 1.2 * eye.radius:
+        raise ParameterError(f"the eyes cannot look at {at!r}: the point lies in an eye.")
+    return eye.turn_to(target - eye.centre)
 
 
 def place_eyeballs(
@@ -89,7 +151,23 @@ MERIDIANS = np.linspace(0.04, 0.96, 24)
 """Where the margins are measured, from the inner (0) to the outer canthus (1)."""
 
 
-def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]) -> Guide | None:
+@dataclass(frozen=True, eq=False)
+class Lids:
+    """What the lids of an eye do, as guides.
+
+    Attributes
+    ----------
+    close : Guide
+    up, down : Guide
+        What they do while the eye turns up and down by one radian.
+    """
+
+    close: Guide
+    up: Guide
+    down: Guide
+
+
+def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]) -> Lids | None:
     """The lids of an eye, found from the skin around it; None if the opening is closed or cannot be seen.
 
     Closing turns the upper margin about the eyeball's centre down to a line just above the lower margin, and raises
@@ -115,17 +193,66 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     overlap = np.minimum(OVERLAP, 0.2 * (top - bottom))
     angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * inside
     near = (offset @ eye.gaze > 0.0) & (distance < SHELL * eye.radius)
-    vertices = np.flatnonzero(near & (np.abs(angles) > 1e-4))
+    hold = fade**2 * (1.0 - _smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3))) * inside
+    across = (
+        along * np.linalg.norm(landmarks[f"eye_{eye.side}_outer"] - landmarks[f"eye_{eye.side}_inner"]) / eye.radius
+    )
+    angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, CLOSING_SHEAR)
+    vertices = np.flatnonzero(near & ((np.abs(angles) > 1e-4) | (hold > 0.5)))
     if not len(vertices):
         return None
-    hold = fade**2 * (1.0 - _smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3)))
     # Turning about up x gaze by a positive angle lowers what looks along the gaze.
     axis = lateral * np.sign(np.cross(eye.up, eye.gaze) @ lateral)
-    return Guide(vertices, angles[vertices], hold[vertices], eye.centre, axis)
+    close = Guide(vertices, angles[vertices], hold[vertices], eye.centre, axis)
+    # The corners of the eye stay; in between both margins follow it.
+    height = top - bottom
+    follow = np.where(near, fade * inside, 0.0) * np.clip(height / (0.6 * height[vertices].max()), 0.0, 1.0)
+    guides = []
+    for share, sign in ((FOLLOWS_UP, -1.0), (FOLLOWS_DOWN, 1.0)):
+        most = np.where(is_upper, *share) * follow * LARGEST_TURN
+        bounded = sign * _without_folds(most, sign * elevation, across, triangles, FOLLOWING_SHEAR) / LARGEST_TURN
+        guides.append(replace(close, angles=bounded[vertices]))
+    return Lids(close, *guides)
+
+
+FOLLOWS_UP, FOLLOWS_DOWN = (0.45, 0.2), (0.9, 0.3)
+"""Turn of the upper and the lower lid relative to that of the eye (captured: 15 and 8 degrees up, 34 and 11 down)."""
+
+LARGEST_TURN = np.deg2rad(40.0)
+"""As far as an eye turns from straight ahead; people turn their heads well before."""
 
 
 OVERLAP = np.deg2rad(2.0)
 """How much farther than to the line where the lids meet the upper one turns, so that coarse margins leave no chink."""
+
+
+def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray, shear: float) -> Array:
+    """The largest angles, not above these, that keep the skin from folding over where the two lids join.
+
+    What turns down (by a positive angle) must stay above what is connected to it from below, and keep a share of its
+    height over it; along it, `shear` times their distance is allowed. So every angle is bounded by the others through
+    paths along the edges, and the least bound is a shortest path.
+    """
+    edges, _ = unique_edges(triangles)
+    i, j = np.concatenate([edges, edges[:, ::-1]]).T
+    rise, aside = elevation[j] - elevation[i], np.abs(across[j] - across[i])
+    up = rise > -0.2 * aside
+    length = KEPT * np.maximum(rise, 0.0) + shear * aside
+    n, base = len(angles), float(-angles.min()) + 1.0
+    # From one node more, as far from every vertex as its angle; the angles are made positive for it.
+    source = np.full(n, n)
+    graph = csr_array(
+        (
+            np.concatenate([length[up] + 1e-12, angles + base]),
+            (np.concatenate([i[up], source]), np.concatenate([j[up], np.arange(n)])),
+        ),
+        shape=(n + 1, n + 1),
+    )
+    return np.asarray(dijkstra(graph, indices=n)[:n] - base)
+
+
+KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
+"""By how much of its height over its neighbours skin may come down on them, and how far along them."""
 
 
 def _opening(

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import MeshError
+from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
 from .atlas import Atlas, load_atlas
 from .eyes import Eyeball, lids_of, place_eyeballs
@@ -20,7 +21,7 @@ from .guides import Guide
 from .head import Hairs
 from .jaw import jaw_guide
 from .landmarks import FaceFrame, frame_of
-from .muscles import JawMuscle, LidMuscle, Muscle
+from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle
 from .skull import Tissue, tissue_of
 
 Array = npt.NDArray[np.float64]
@@ -30,7 +31,8 @@ Array = npt.NDArray[np.float64]
 class Face:
     """A rest mesh with landmarks, skull, eyes and muscles; everything in the mesh's own unit and coordinates.
 
-    Make one with :func:`facewrinkle.default_face` or :func:`facewrinkle.fit_face`.
+    Make one with :func:`facewrinkle.default_face` or :func:`facewrinkle.fit_face`; :func:`facewrinkle.surface` makes
+    one without anatomy of any surface.
 
     Attributes
     ----------
@@ -53,6 +55,8 @@ class Face:
         Eyebrows, tied to the triangles of the mesh.
     confidences : dict of str to float
         How far landmarks that were found by the shape of the mesh can be trusted, 0 to 1.
+    source_points : ndarray of int, shape (n,), optional
+        The number that each vertex has in the mesh that was given. Default: the same.
     """
 
     mesh: pv.PolyData
@@ -66,6 +70,7 @@ class Face:
     texture: npt.NDArray[np.uint8] | None = None
     brows: Hairs | None = None
     confidences: dict[str, float] = field(default_factory=dict)
+    source_points: npt.NDArray[np.int64] | None = None
 
     @classmethod
     def from_landmarks(
@@ -90,6 +95,16 @@ class Face:
         eyes = place_eyeballs(landmarks, frame, points, triangles)
         return cls(mesh, dict(landmarks), atlas.place(landmarks, frame), eyes, tissue, unit, atlas, estimated)
 
+    @classmethod
+    def without_anatomy(
+        cls, mesh: pv.PolyData, unit: float, source_points: npt.NDArray[np.int64] | None = None
+    ) -> Self:
+        """A clean triangle mesh as a face that has no landmarks, eyes, muscles or depth."""
+        points, triangles = np.array(mesh.points, dtype=np.float64), np.asarray(mesh.regular_faces, dtype=np.int32)
+        nothing = np.zeros(len(points))
+        tissue = Tissue(nothing, nothing, vertex_normals(points, triangles), points, nothing.astype(bool))
+        return cls(mesh, {}, {}, [], tissue, unit, load_atlas(), source_points=source_points)
+
     @property
     def points(self) -> Array:
         """Rest positions (n, 3)."""
@@ -102,7 +117,10 @@ class Face:
 
     @cached_property
     def frame(self) -> FaceFrame:
-        """Axes and size of the face."""
+        """Axes and size of the face; without landmarks those of the coordinates, and a fifth of the mesh's size."""
+        if not self.landmarks:
+            low, high = self.points.min(axis=0), self.points.max(axis=0)
+            return FaceFrame(np.eye(3), 0.5 * (low + high), 0.2 * float(np.linalg.norm(high - low)))
         return frame_of(self.landmarks)
 
     @cached_property
@@ -113,15 +131,27 @@ class Face:
             lids = lids_of(eye, self.points, self.triangles, self.landmarks)
             if lids is None:
                 continue
-            found[f"orbicularis_oculi_{eye.side}"] = lids
-            upper = np.maximum(lids.angles, 0.0)
+            closing = f"orbicularis_oculi_{eye.side}"
+            found[closing] = lids.close
+            upper = np.maximum(lids.close.angles, 0.0)
             for name, muscle in self.muscles.items():
                 if isinstance(muscle, LidMuscle) and muscle.side == eye.side:
-                    found[name] = dataclasses.replace(lids, angles=-muscle.share * upper)
+                    found[name] = dataclasses.replace(lids.close, angles=-muscle.share * upper, yields=closing)
+                elif isinstance(muscle, EyeMuscle) and muscle.side == eye.side and muscle.turn in ("up", "down"):
+                    guide = lids.up if muscle.turn == "up" else lids.down
+                    found[name] = dataclasses.replace(guide, angles=muscle.angle * guide.angles, yields=closing)
         for name, muscle in self.muscles.items():
             if isinstance(muscle, JawMuscle):
                 found[name] = jaw_guide(muscle, self.points, self.triangles, self.landmarks, self.frame)
         return {name: guide for name, guide in found.items() if name in self.muscles}
+
+    def gazes(self, rates: Mapping[str, float]) -> dict[str, Array]:
+        """The unit directions (3,) in which the eyes look, by side, at contraction rates by muscle."""
+        turns = {eye.side: np.zeros(2) for eye in self.eyes}
+        for name, muscle in self.muscles.items():
+            if isinstance(muscle, EyeMuscle) and muscle.side in turns:
+                turns[muscle.side] += rates.get(name, 0.0) * muscle.angle * np.array(TURNS[muscle.turn])
+        return {eye.side: eye.turned(*turns[eye.side]) for eye in self.eyes}
 
     @property
     def skull(self) -> pv.PolyData:

@@ -57,7 +57,7 @@ def default_face(atlas: Atlas | None = None) -> Face:
     --------
     >>> face = default_face()
     >>> face.mesh.n_cells, len(face.muscles)
-    (4517, 28)
+    (4517, 36)
     """
     head = load_head()
     mesh = to_polydata(head.points, head.triangles)
@@ -133,14 +133,15 @@ def fit_face(
         estimated = tuple(name for name in search.estimated if name not in given)
     frame = frame_of(found)
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
-    surface = prepare(source, near=near, forward=frame.axes[2])
-    _check_on_mesh(given, surface.points, surface.triangles, frame.pupil_distance)
+    clean = prepare(source, near=near, forward=frame.axes[2])
+    _check_on_mesh(given, clean.points, clean.triangles, frame.pupil_distance)
     for name in found:
         if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
-            found[name] = _closest(surface, found[name])
+            found[name] = _closest(clean, found[name])
     scale = _unit(units, frame.pupil_distance)
-    face = Face.from_landmarks(surface.mesh, found, scale, atlas, estimated)
-    return face if search is None else dataclasses.replace(face, confidences=search.confidences)
+    face = Face.from_landmarks(clean.mesh, found, scale, atlas, estimated)
+    confidences = {} if search is None else search.confidences
+    return dataclasses.replace(face, source_points=clean.source_points, confidences=confidences)
 
 
 def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | None) -> Found:
@@ -191,17 +192,7 @@ def _drawn_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, si
 def _unit(units: str | float | None, pupil_distance: float) -> float:
     if units is None:
         return MEAN_PUPIL_DISTANCE / pupil_distance
-    if isinstance(units, str):
-        if units not in UNITS:
-            raise unknown_name("unit", units, UNITS)
-        unit = UNITS[units]
-    else:
-        try:
-            unit = float(units)
-        except (TypeError, ValueError, OverflowError):
-            unit = np.nan
-        if not 0.0 < unit < np.inf:
-            raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
+    unit = _scale(units)
     if not 1.0 <= pupil_distance * unit <= 10_000.0:
         raise ParameterError(
             f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart; 1 to 10000 is allowed, and an "

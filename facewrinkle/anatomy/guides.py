@@ -24,6 +24,8 @@ class Guide:
     centre, axis : ndarray, shape (3,)
     bone : bool
         Whether the bone itself turns, and the feet of all ties with it; else plates are added to the ties.
+    yields : str
+        Name of the muscle whose contraction takes the place of this one's: a lid that closes does not follow the eye.
     """
 
     vertices: npt.NDArray[np.int64]
@@ -32,11 +34,15 @@ class Guide:
     centre: Array
     axis: Array
     bone: bool = False
+    yields: str = ""
 
     def turned(self, points: Array, rate: float) -> Array:
         """Displacement (k, 3) of the feet at a contraction rate, for rest positions (n, 3) in the unit of `centre`."""
-        offset = points[self.vertices] - self.centre
-        angles = rate * self.angles
-        cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
-        axial = self.axis * (offset @ self.axis)[:, None]
-        return np.asarray((offset - axial) * (cos - 1.0) + np.cross(self.axis, offset) * sin)
+        return turned(points[self.vertices] - self.centre, self.axis, rate * self.angles)
+
+
+def turned(vectors: Array, axis: Array, angles: Array) -> Array:
+    """By how much vectors (k, 3) change when they turn by angles (k,) about an axis (Rodrigues)."""
+    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    axial = axis * (vectors @ axis)[:, None]
+    return np.asarray((vectors - axial) * (cos - 1.0) + np.cross(axis, vectors) * sin)

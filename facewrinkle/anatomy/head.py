@@ -15,11 +15,27 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 DATA = Path(__file__).parent / "data"
+MIRROR = np.array([-1.0, 1.0, 1.0])
+SEAT = 0.25  # mm between eyeball and lid margin: more than the sag of a margin edge
+
+
+def both_sides(points: Floats) -> Floats:
+    """Cage points of the left half, and after them the mirror images of those off the middle."""
+    return np.vstack([points, points[points[:, 0] != 0.0] * MIRROR])
+
+
+def seated(points: Floats, share: Floats, centre: Floats, radius: float) -> Floats:
+    """Points (n, 3) with the lids' inner margin (where `share` (n,) is 1) on the eyeball, and all others outside it."""
+    away = points - centre
+    distance = np.linalg.norm(away, axis=1)
+    wanted = np.maximum(distance + share**2 * (radius + SEAT - distance), radius + SEAT)
+    return np.asarray(centre + away * (wanted / distance)[:, None])
 
 
 @dataclass(frozen=True)
@@ -58,6 +74,32 @@ class Hairs:
 
 
 @dataclass(frozen=True)
+class Mould:
+    """The map from the cage's points to the head's vertices, which is linear but for the lids.
+
+    Parameters
+    ----------
+    weights : (k, c) sparse array
+        From the c cage points of :func:`both_sides` to the k vertices of the left half, which come first.
+    lids : (k,) float array
+        1 on the lids' inner margin, 0 on their front and everywhere else; see :func:`seated`.
+    twins : (n - k,) int array
+        Vertices of the left half whose mirror images are the other vertices.
+    """
+
+    weights: Any
+    lids: Floats
+    twins: NDArray[np.int32]
+
+    def __call__(self, cage: Floats, centre: Floats, radius: float) -> Floats:
+        """The head's points (n, 3) for the left half's cage points (c0, 3) and left eyeball."""
+        left = seated(self.weights @ both_sides(cage), self.lids, centre, radius)
+        middle = np.setdiff1d(np.arange(len(left)), self.twins)
+        left[middle, 0] = 0.0
+        return np.vstack([left, left[self.twins] * MIRROR])
+
+
+@dataclass(frozen=True)
 class Head:
     """The built-in head at rest: +y up, +z forward, the subject's left at +x, millimetres.
 
@@ -76,6 +118,7 @@ class Head:
     texture : (s, s, 3) uint8 array
         The same colour as an image over `uv`, first row at v = 1: the border of the lips is sharper in it.
     brows : Hairs
+    mould : Mould
     """
 
     points: Floats
@@ -86,6 +129,7 @@ class Head:
     colour: NDArray[np.uint8]
     texture: NDArray[np.uint8]
     brows: Hairs
+    mould: Mould
 
 
 @cache
@@ -122,6 +166,9 @@ def _unpacked(data: dict[str, NDArray[Any]]) -> Head:
     landmarks = dict(zip(data["landmark_names"].tolist(), data["landmarks"], strict=True))
     left, right = (Eye(name, landmarks[f"eye_{name}_centre"], float(data["eye_radius"])) for name in ("l", "r"))
     hairs = Hairs(data["brow_triangles"], data["brow_weights"], data["brow_heights"])
+    shape = len(data["lid_share"]), int(data["mould_size"])
+    columns = data["mould_cage_points"].astype(np.int32)
+    weights = csr_array((data["mould_weights"], columns, data["mould_rows"]), shape=shape)
     return Head(
         points=data["points"],
         triangles=data["triangles"],
@@ -131,6 +178,7 @@ def _unpacked(data: dict[str, NDArray[Any]]) -> Head:
         colour=data["colour"],
         texture=data["texture"],
         brows=hairs,
+        mould=Mould(weights, data["lid_share"], data["twins"]),
     )
 
 

@@ -9,16 +9,20 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import ParameterError, check_range, unknown_name
-from ..layers import profile
+from ..geometry import profile
+from ..geometry.blending import smoothstep
 
 Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
+Fronts = Literal["straight", "round"]
+
+FRONTS: tuple[Fronts, ...] = ("straight", "round")
 
 
 def _vector(name: str, value: npt.ArrayLike) -> Array:
@@ -63,9 +67,15 @@ class Wrinkles:
     core : float
         In [0, 1]: share of the half width (or of half the ring, for a sphincter) without lateral attenuation.
     ends : {"continuous", "paper"}
-        See :func:`facewrinkle.layers.profile.phase`.
+        See :func:`facewrinkle.geometry.profile.phase`.
     falloff : {"paper", "smoothstep"}
-        See :func:`facewrinkle.layers.profile.attenuation`.
+        See :func:`facewrinkle.geometry.profile.attenuation`.
+    fronts : {"straight", "round"}
+        Whether the furrows of a linear muscle run straight across its central fibre, as in the paper, or as arcs about
+        its attachment, everywhere across the compression that is measured.
+    taper : float
+        In [0, 1]: share of the region's length in which the furrows grow shallower towards its first and last one. 0 as
+        in the paper: all are alike.
 
     Examples
     --------
@@ -80,6 +90,8 @@ class Wrinkles:
     core: float = 0.5
     ends: profile.Ends = "continuous"
     falloff: profile.Falloff = "paper"
+    fronts: Fronts = "straight"
+    taper: float = 0.0
 
     def __post_init__(self) -> None:
         profile.half_cycle(1.0, self.start, self.count)
@@ -87,11 +99,16 @@ class Wrinkles:
         profile.attenuation(0.0, self.falloff)
         check_range("depth", self.depth, 0.0, 1e6)
         check_range("core", self.core, 0.0, 1.0)
+        check_range("taper", self.taper, 0.0, 1.0)
+        if self.fronts not in FRONTS:
+            raise ParameterError(f"fronts must be one of {', '.join(FRONTS)}, received {self.fronts!r}.")
 
 
 @dataclass(frozen=True, eq=False)
 class Muscle:
-    """What the three kinds share. Use :class:`LinearMuscle`, :class:`SheetMuscle` or :class:`SphincterMuscle`."""
+    """What all kinds share. By itself it neither pulls the skin nor folds it: :class:`LinearMuscle`,
+    :class:`SheetMuscle` and :class:`SphincterMuscle` do; the others move a bone or a lid.
+    """
 
     wrinkles: Wrinkles = field(default_factory=Wrinkles, kw_only=True)
     strength: float = field(default=1.0, kw_only=True)
@@ -99,8 +116,8 @@ class Muscle:
     normal_share: float = field(default=1.0, kw_only=True)
     """Share of the pull along the skin's normal that reaches the skin."""
     folds: Muscle | None = field(default=None, kw_only=True)
-    """Where the skin folds elsewhere than over the muscle, the muscle-like region on which the wrinkles are laid
-    instead.
+    """Where the skin folds elsewhere than over the muscle, or not across its fibres: the muscle-like region on which
+    the wrinkles are laid instead. None, as in the paper: over the muscle and across its fibres.
     """
 
     def _check_common(self) -> None:
@@ -114,15 +131,16 @@ class Muscle:
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """The muscle's two coordinates of (n, 3) points."""
-        raise NotImplementedError
+        n = len(_points(points))
+        return np.zeros(n), np.zeros(n)
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """Whether each of (n, 3) points lies in the wrinkling region."""
-        raise NotImplementedError
+        return np.zeros(len(_points(points)), dtype=bool)
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """The lateral attenuation At of (n, 3) points; exactly 0 outside the wrinkling region."""
-        raise NotImplementedError
+        return np.zeros(len(_points(points)))
 
     def unit_amplitude(self, points: npt.ArrayLike) -> Array:
         """``H At`` at k0 = 1 for (n, 3) points; exactly 0 outside the wrinkling region (Eq. 3)."""
@@ -131,7 +149,7 @@ class Muscle:
 
     def height(self, points: npt.ArrayLike) -> Array:
         """H at k0 = 1, periodic along the muscle."""
-        raise NotImplementedError
+        return np.zeros(len(_points(points)))
 
     def half_cycles(self, points: npt.ArrayLike) -> Array:
         """Half cycle u at (n, 3) points, as a length."""
@@ -139,16 +157,18 @@ class Muscle:
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions (n, 3) across the folds, along which compression is measured."""
-        raise NotImplementedError
+        return np.zeros_like(_points(points))
 
     def force(self, points: npt.ArrayLike) -> Array:
         """Pull (n, 3) at full contraction and strength 1; 0 outside the area of influence."""
-        raise NotImplementedError
+        return np.zeros_like(_points(points))
 
     @property
     def half_wavelength(self) -> float:
-        """Half cycle u as a length (for a sphincter: along its outer border, where it is longest)."""
-        raise NotImplementedError
+        """Half cycle u as a length (for a sphincter: along its outer border, where it is longest); infinite without
+        folds.
+        """
+        return float("inf")
 
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
         """The muscle after ``x -> scale * rotation @ x + translation``; `rotation` may mirror."""
@@ -170,6 +190,11 @@ class Muscle:
         elif inner:
             changes["wrinkles"] = dataclasses.replace(self.wrinkles, **inner)  # type: ignore[arg-type]
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
+
+    def _tapered(self, place: Array) -> Array:
+        """Share of the depth at `place` in the wrinkling region, from 0 to 1 along the muscle."""
+        reach = 0.5 * self.wrinkles.taper
+        return smoothstep(np.minimum(place, 1.0 - place) / reach) if reach > 0.0 else np.ones_like(place)
 
     def _profile(self, distance: Array, start: float, u: float) -> Array:
         """H at k0 = 1 of points at `distance` along the muscle."""
@@ -256,19 +281,30 @@ class LinearMuscle(Muscle):
         return along / self.radius, angle / self.max_angle
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
-        """lambda_w <= lambda <= 1 and gamma <= 1, in front of the attachment."""
-        lam, gamma = self.coordinates(points)
-        return (lam >= self.wrinkles.start) & (lam <= 1.0) & (gamma <= 1.0) & (lam > 0.0)
+        """lambda_w <= lambda <= 1 and gamma <= 1, in front of the attachment; where furrows are round, with r / R for
+        lambda.
+        """
+        along, angle, offset = self._polar(points)
+        lam = self._towards_folds(along, offset) / self.radius
+        return (lam >= self.wrinkles.start) & (lam <= 1.0) & (angle <= self.max_angle) & (along > 0.0)
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 11)."""
-        angle, style = self._polar(points)[1], self.wrinkles
+        along, angle, offset = self._polar(points)
+        style, lam = self.wrinkles, self._towards_folds(along, offset) / self.radius
         fade = profile.attenuation(profile.band(angle, style.core * self.max_angle, self.max_angle), style.falloff)
+        fade = fade * self._tapered((lam - style.start) / (1.0 - style.start))
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
     def height(self, points: npt.ArrayLike) -> Array:
         """H (Eqs. 4-6)."""
-        return self._profile(self._polar(points)[0], self.wrinkles.start * self.radius, self.half_wavelength)
+        along, _, offset = self._polar(points)
+        distance = self._towards_folds(along, offset)
+        return self._profile(distance, self.wrinkles.start * self.radius, self.half_wavelength)
+
+    def _towards_folds(self, along: Array, offset: Array) -> Array:
+        """What the furrows are lines of equal values of: l, or the distance r from the attachment."""
+        return along if self.wrinkles.fronts == "straight" else np.linalg.norm(offset, axis=1)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions towards the attachment."""
@@ -377,8 +413,10 @@ class SheetMuscle(Muscle):
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 13)."""
-        across, style, half = self._plane(points)[1], self.wrinkles, 0.5 * self.width
+        along, across, _ = self._plane(points)
+        style, half = self.wrinkles, 0.5 * self.width
         fade = profile.attenuation(profile.band(across, style.core * half, half), style.falloff)
+        fade = fade * self._tapered((along / self.length - style.start) / (1.0 - style.start))
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
     def height(self, points: npt.ArrayLike) -> Array:
@@ -520,11 +558,12 @@ class SphincterMuscle(Muscle):
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At on the inner and outer band (Eqs. 17-18)."""
-        r, _ = self.coordinates(points)
+        r, psi = self.coordinates(points)
         style = self.wrinkles
         width = 0.5 * (1.0 - style.core) * (1.0 - self.inner)
         fade = profile.attenuation(profile.band(-r, -self.inner - width, -self.inner), style.falloff)
         fade = fade * profile.attenuation(profile.band(r, 1.0 - width, 1.0), style.falloff)
+        fade = fade * self._tapered((psi + self.beta1) / (self.beta1 + self.beta2))
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
     @property
@@ -582,42 +621,8 @@ class SphincterMuscle(Muscle):
         )
 
 
-class _WithoutFolds(Muscle):
-    """A muscle that moves a bone or a lid: it neither pulls the skin nor folds it by itself."""
-
-    def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
-        """Zeros."""
-        n = len(_points(points))
-        return np.zeros(n), np.zeros(n)
-
-    def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
-        """Nowhere."""
-        return np.zeros(len(_points(points)), dtype=bool)
-
-    def envelope(self, points: npt.ArrayLike) -> Array:
-        """Zeros."""
-        return np.zeros(len(_points(points)))
-
-    def height(self, points: npt.ArrayLike) -> Array:
-        """Zeros."""
-        return np.zeros(len(_points(points)))
-
-    def fold_direction(self, points: npt.ArrayLike) -> Array:
-        """Zeros."""
-        return np.zeros_like(_points(points))
-
-    def force(self, points: npt.ArrayLike) -> Array:
-        """Zeros."""
-        return np.zeros_like(_points(points))
-
-    @property
-    def half_wavelength(self) -> float:
-        """Infinite: no folds."""
-        return float("inf")
-
-
 @dataclass(frozen=True, eq=False)
-class JawMuscle(_WithoutFolds):
+class JawMuscle(Muscle):
     """The depressors of the mandible, which turns about its hinge.
 
     Parameters
@@ -649,7 +654,7 @@ class JawMuscle(_WithoutFolds):
 
 
 @dataclass(frozen=True, eq=False)
-class LidMuscle(_WithoutFolds):
+class LidMuscle(Muscle):
     """The levator of the upper lid, which turns back over the eyeball and opens the eye wide.
 
     Parameters
@@ -670,6 +675,58 @@ class LidMuscle(_WithoutFolds):
 
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
         """The muscle itself, or that of the other side if `rotation` mirrors: it goes with the lids."""
+        if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
+            return self
+        return dataclasses.replace(self, side="r" if self.side == "l" else "l")
+
+
+TURNS = {"up": (0.0, 1.0), "down": (0.0, -1.0), "inwards": (-1.0, 0.0), "outwards": (1.0, 0.0)}
+"""Turns of an eye: shares of its angle outwards (to its own side) and upwards."""
+
+
+@dataclass(frozen=True, eq=False)
+class EyeMuscle(Muscle):
+    """A straight muscle of the eye, which turns the eyeball; the lids follow.
+
+    Parameters
+    ----------
+    side : {"l", "r"}
+    turn : {"up", "down", "inwards", "outwards"}
+    angle : float
+        Turn at full contraction, radians.
+    """
+
+    side: str
+    turn: str
+    angle: float
+
+    def __post_init__(self) -> None:
+        self._check_common()
+        if self.side not in ("l", "r"):
+            raise ParameterError(f"side must be 'l' or 'r', received {self.side!r}.")
+        if self.turn not in TURNS:
+            raise unknown_name("turn", self.turn, TURNS)
+        check_range("angle", self.angle, 1e-6, 1.0)
+
+    def rate(self, outwards: float, up: float) -> float:
+        """Its contraction rate, in [0, 1], in an eye that is turned by these angles, radians.
+
+        Raises
+        ------
+        ParameterError
+            If the eye is turned farther than the muscle can.
+        """
+        aside, above = TURNS[self.turn]
+        rate = (aside * outwards + above * up) / self.angle
+        if rate > 1.0 + 1e-9:
+            raise ParameterError(
+                f"an eye turns {self.turn} by {np.degrees(self.angle):.3g} degrees at most, asked for were "
+                f"{np.degrees(rate * self.angle):.3g}. Turn the head instead."
+            )
+        return min(max(rate, 0.0), 1.0)
+
+    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
+        """The muscle itself, or that of the other side if `rotation` mirrors: it goes with the eye."""
         if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
             return self
         return dataclasses.replace(self, side="r" if self.side == "l" else "l")

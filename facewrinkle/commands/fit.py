@@ -94,9 +94,10 @@ def _with_landmarks(scene: Scene, face: Face) -> Image:
         dots = pv.PolyData(where).glyph(geom=pv.Sphere(radius=0.022 * size), scale=False, orient=False)
         scene.plotter.add_mesh(dots, color=colour, ambient=0.6, reset_camera=False)
         mine = [i for i, name in enumerate(shown) if "r" not in name.split("_")[1:]]  # the other side's are the same
+        labels = ["_".join(part for part in shown[i].split("_") if part != "l") for i in mine]
         scene.plotter.add_point_labels(
-            where[mine], ["_".join(part for part in shown[i].split("_") if part != "l") for i in mine], font_size=20, text_color="white", shape=None,
-            show_points=False, always_visible=True, reset_camera=False,
+            where[mine], labels, font_size=20, text_color="white", shape=None, show_points=False, always_visible=True,
+            reset_camera=False,
         )  # fmt: skip
     return _taken(scene)
 

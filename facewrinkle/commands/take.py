@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -100,31 +100,16 @@ class Take:
         frames = report.progress(played(), "Frames", self.steps)
         with ExitStack() as stack:
             if movie is not None:
-                frames = self._filmed(frames, movie, stack)
+                frames = filmed(
+                    frames, movie, self.face, [Style(self.size, v) for v in ("front", self.close)], self.fps, stack
+                )
             if series is not None:
-                times = (1 + np.arange(self.steps)) * simulation.skin.time_step
+                times = (1 + np.arange(self.steps)) * simulation.motion.time_step
                 write_series(frames, times, series)
             else:
                 for _ in frames:
                     pass
         return peak[0]
-
-    def _filmed(self, frames: Iterator[pv.PolyData], path: Path, stack: ExitStack) -> Iterator[pv.PolyData]:
-        """The same frames; the whole face and the close-up are appended to a movie as they pass by."""
-        try:
-            append = stack.enter_context(movie_writer(path, self.fps))
-        except MissingPackageError as missing:
-            warnings.warn(f"no movie is written: {missing}", FaceWrinkleWarning, stacklevel=2)
-            path.unlink(missing_ok=True)  # of an earlier run
-            return frames
-        scenes = [stack.enter_context(Scene(self.face, Style(self.size, view))) for view in ("front", self.close)]
-
-        def passing() -> Iterator[pv.PolyData]:
-            for frame in frames:
-                append(side_by_side([scene.picture(frame) for scene in scenes]))
-                yield frame
-
-        return passing()
 
     def panels(self, view: str, peak: pv.PolyData, bare: pv.PolyData) -> list[Image]:
         """Neutral, expression without wrinkles, with wrinkles, and its triangles."""
@@ -136,3 +121,23 @@ class Take:
         """The fields in colour on the whole face, by name."""
         for name in FIELDS:
             yield name, picture(peak, self.face, Style(self.size, scalars=name))
+
+
+def filmed(
+    frames: Iterator[pv.PolyData], path: Path, face: Face, styles: Sequence[Style], fps: float, stack: ExitStack
+) -> Iterator[pv.PolyData]:
+    """The same frames; a picture in each style, side by side, is appended to a movie as they pass by."""
+    try:
+        append = stack.enter_context(movie_writer(path, fps))
+    except MissingPackageError as missing:
+        warnings.warn(f"no movie is written: {missing}", FaceWrinkleWarning, stacklevel=2)
+        path.unlink(missing_ok=True)  # of an earlier run
+        return frames
+    scenes = [stack.enter_context(Scene(face, style)) for style in styles]
+
+    def passing() -> Iterator[pv.PolyData]:
+        for frame in frames:
+            append(side_by_side([scene.picture(frame) for scene in scenes]))
+            yield frame
+
+    return passing()

@@ -1,5 +1,5 @@
 """What is laid on the moving surface."""
 
-from . import profile
+from ..geometry import profile
 
 __all__ = ["profile"]

@@ -145,10 +145,16 @@ def share_of(epsilon):
 
 
 @_two_builds
-def amplitudes(starts, muscle, unit, swing, cycle, direction, epsilon, k0, smallest, height, spacing, across, active):
-    """Sum of k0 H At A over the entries of each vertex, and the finest half cycle that matters there."""
+def amplitudes(
+    starts, muscle, unit, swing, steep, cycle, direction, epsilon, k0, smallest, height, share, spacing, across, active
+):
+    """Sum of k0 H At A over the entries of each vertex, and the finest half cycle that matters there.
+
+    From bulge to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the
+    entries together ask for more than that, all of them get the `share` that the skin suffices for.
+    """
     for i in prange(starts.shape[0] - 1):
-        total, finest, lead, on = 0.0, np.inf, -1, False
+        total, asked, finest, lead, on = 0.0, 0.0, np.inf, -1, False
         for p in range(starts[i], starts[i + 1]):
             depth = k0[muscle[p]]
             if depth > 0.0:
@@ -156,9 +162,11 @@ def amplitudes(starts, muscle, unit, swing, cycle, direction, epsilon, k0, small
                 if epsilon[p] > 0.0:
                     deep = depth * share_of(epsilon[p])
                     total += deep * unit[p]
+                    asked += deep * steep[p] / np.sqrt(epsilon[p])
                     if cycle[p] < finest and deep * swing[p] > smallest:
                         finest, lead = cycle[p], p
-        height[i] = total
+        share[i] = 1.0 / max(asked, 1.0)
+        height[i] = total * share[i]
         spacing[i] = finest
         active[i] = on
         if lead >= 0:

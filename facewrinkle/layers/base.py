@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
+from ..errors import ParameterError
 from ..geometry.refinement import Change
+from ..geometry.transfer import carried
+from .compression import StrainField, compression_along, principal_compression
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -44,12 +49,20 @@ class Moment:
     Attributes
     ----------
     rates : ndarray, shape (k,)
-        Contraction rates of the face's muscles.
+        Contraction rates of the face's muscles; empty where the motion is not driven by muscles.
     sites : Sites
         Of all vertices.
     triangles : ndarray of int32, shape (m, 3)
     base, bare : ndarray, shapes (n0, 3) and (n, 3)
         Positions of the base mesh and of the refined one, mm.
+    time : float
+        Seconds since the beginning.
+    strain_field : callable, optional
+        Gives the :class:`facewrinkle.layers.compression.StrainField` of the base mesh.
+
+    Notes
+    -----
+    How far the bare surface is compressed is measured when a layer first asks for it, once for all layers.
     """
 
     rates: Array
@@ -57,6 +70,35 @@ class Moment:
     triangles: IntArray
     base: Array
     bare: Array
+    time: float = 0.0
+    strain_field: Callable[[], StrainField] | None = None
+
+    @cached_property
+    def strain(self) -> Array:
+        """Change of the metric (n0, 6) at the base vertices: xx, yy, zz, yz, xz, xy; exactly 0 at rest."""
+        return self._field().strain(self.base)
+
+    def compression(self, directions: Array) -> Array:
+        """``1 - |F m|`` (n,) along directions (n, 3) or (3,), of which the part in the rest surface counts."""
+        return compression_along(*self._tensors, self.sites.normals, directions)
+
+    @cached_property
+    def principal_compression(self) -> tuple[Array, Array]:
+        """The largest compression over all tangents (n,), negative where all are stretched, and that unit tangent of
+        the rest surface (n, 3).
+        """
+        return principal_compression(*self._tensors, self.sites.normals)
+
+    @cached_property
+    def _tensors(self) -> tuple[Array, Array]:
+        """Change of the metric and rest metric (n, 6) at the sites."""
+        where = self.sites.corners, self.sites.barycentric
+        return carried(self.strain, *where), carried(self._field().metric, *where)
+
+    def _field(self) -> StrainField:
+        if self.strain_field is None:
+            raise ParameterError("a Moment measures compression only with a strain_field; it was made without.")
+        return self.strain_field()
 
 
 @dataclass(frozen=True, eq=False)

@@ -143,3 +143,89 @@ def products(directions: Array) -> Array:
     """What a direction (..., 3) multiplies the components of a symmetric tensor with, (..., 6)."""
     x, y, z = np.moveaxis(np.asarray(directions, dtype=np.float64), -1, 0)
     return np.stack([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y], axis=-1)
+
+
+def compression_along(strain: Array, metric: Array, normals: Array, directions: Array) -> Array:
+    """Compression ``1 - |F m|`` along directions at some places.
+
+    Parameters
+    ----------
+    strain, metric : ndarray, shape (n, 6)
+        Change of the metric and rest metric, as a :class:`StrainField` gives them.
+    normals : ndarray, shape (n, 3)
+        Unit normals at rest.
+    directions : ndarray, shape (n, 3) or (3,)
+        Of any length; their part along the normal does not count.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Negative where the surface is stretched; 0 where a direction has no part in the surface.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> field = StrainField(square, [[0, 1, 2]])
+    >>> up = np.tile([0.0, 0, 1], (3, 1))
+    >>> strain = field.strain(square * [0.8, 1, 1])
+    >>> compression_along(strain, field.metric, up, np.array([2.0, 0, 5])).round(12).tolist()
+    [0.2, 0.2, 0.2]
+    """
+    m = directions - (directions * normals).sum(axis=1, keepdims=True) * normals
+    squares = products(m)
+    length, change = (squares * metric).sum(axis=1), (squares * strain).sum(axis=1)
+    share = np.divide(change, length, out=np.zeros_like(change), where=length > 1e-12 * (directions**2).sum(axis=-1))
+    return np.asarray(1.0 - np.sqrt(np.maximum(1.0 + share, 0.0)))
+
+
+def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple[Array, Array]:
+    """The largest compression over all tangents, and the tangent of it.
+
+    The stretch |F m| is smallest where ``m^T S m / m^T G m`` is, S the change of the metric, G the rest metric: the
+    smaller root of a pencil of 2 x 2 matrices in each tangent plane.
+
+    Parameters
+    ----------
+    strain, metric : ndarray, shape (n, 6)
+        As a :class:`StrainField` gives them.
+    normals : ndarray, shape (n, 3)
+        Unit normals at rest.
+
+    Returns
+    -------
+    compression : ndarray, shape (n,)
+        Negative where all tangents are stretched.
+    tangents : ndarray, shape (n, 3)
+        Unit vectors; an arbitrary one where all directions are compressed alike.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> field = StrainField(square, [[0, 1, 2]])
+    >>> up = np.tile([0.0, 0, 1], (3, 1))
+    >>> most, where = principal_compression(field.strain(square * [1.1, 0.7, 1]), field.metric, up)
+    >>> most.round(12).tolist(), np.abs(where[0]).round(12).tolist()
+    ([0.3, 0.3, 0.3], [0.0, 1.0, 0.0])
+    """
+    first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    first -= (first * normals).sum(axis=1, keepdims=True) * normals
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(normals, first)
+    # Coordinates in which the rest metric is the unit matrix: Gram-Schmidt in it.
+    first = first / np.sqrt(along(metric, first))[:, None]
+    second = second - mixed(metric, first, second)[:, None] * first
+    second /= np.sqrt(along(metric, second))[:, None]
+    a, b, c = along(strain, first), along(strain, second), mixed(strain, first, second)
+    least = 0.5 * (a + b) - np.hypot(0.5 * (a - b), c)
+    angle = 0.5 * np.arctan2(2.0 * c, a - b) + 0.5 * np.pi
+    tangents = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    return 1.0 - np.sqrt(np.maximum(1.0 + least, 0.0)), tangents
+
+
+def mixed(tensors: Array, left: Array, right: Array) -> Array:
+    """``l^T T r`` of symmetric tensors (n, 6) and directions (n, 3)."""
+    x, y, z = left.T
+    u, v, w = right.T
+    parts = np.stack([x * u, y * v, z * w, y * w + z * v, x * w + z * u, x * v + y * u], axis=-1)
+    return np.asarray((tensors * parts).sum(axis=-1))

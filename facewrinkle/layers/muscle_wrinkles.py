@@ -11,9 +11,11 @@ import numpy.typing as npt
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
 from ..errors import ParameterError, check_range, check_whole
+from ..geometry.profile import anisotropy, deepest
 from ..geometry.refinement import Change
 from ..geometry.topology import vertex_rings
 from . import _kernels as kernels
+from .activation import Activation
 from .base import Array, IntArray, Moment, Relief, Sites
 from .compression import EdgeWeights, StrainField, along, products
 
@@ -35,6 +37,8 @@ class Folds:
         H At at k0 = 1.
     swing : ndarray, shape (p,)
         2^alpha At: from bulge to furrow at k0 = 1.
+    steep : ndarray, shape (p,)
+        The same, relative to the deepest fold of this wavelength that skin of fixed length allows at epsilon = 1, 1/mm.
     cycle : ndarray, shape (p,)
         Half cycle u as a length.
     coordinates : ndarray, shape (p, 2)
@@ -51,6 +55,7 @@ class Folds:
     muscle: IntArray
     height: Array
     swing: Array
+    steep: Array
     cycle: Array
     coordinates: Array
     direction: Array
@@ -58,8 +63,12 @@ class Folds:
     leading: IntArray
 
     @classmethod
-    def at(cls, sites: Sites, muscles: list[Muscle], zones: list[npt.NDArray[np.bool_]], metric: Array) -> Self:
-        """Evaluate the muscles at some places; `zones` tells the base triangles that each may touch."""
+    def at(
+        cls, sites: Sites, muscles: list[Muscle], zones: list[npt.NDArray[np.bool_]], metric: Array, unit: float
+    ) -> Self:
+        """Evaluate the muscles at some places; `zones` tells the base triangles that each may touch, `unit` the
+        millimetres per unit of the places.
+        """
         parts = []
         for k, (muscle, zone) in enumerate(zip(muscles, zones, strict=True)):
             inside = np.flatnonzero(zone[sites.host])
@@ -94,14 +103,17 @@ class Folds:
         squares = products(direction) / np.maximum(along(tensors, direction), 1e-6)[:, None]
         starts = np.searchsorted(where, np.arange(len(sites.points) + 1)).astype(np.int32)
         leading = _leading(starts, np.abs(height), swing)
-        return cls(starts, muscle_of.astype(np.int32), height, swing, cycle, coordinates, direction, squares, leading)
+        steep = swing / deepest(2.0 * unit * cycle, 1.0)
+        return cls(
+            starts, muscle_of.astype(np.int32), height, swing, steep, cycle, coordinates, direction, squares, leading
+        )
 
     @classmethod
     def none(cls, n: int) -> Self:
         """No entries for n vertices."""
         e, i = np.empty(0), np.empty(0, np.int32)
         starts, leading = np.zeros(n + 1, np.int32), np.full(n, -1, np.int32)
-        return cls(starts, i, e, e, e, np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 6)), leading)
+        return cls(starts, i, e, e, e, e, np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 6)), leading)
 
     def followed(self, kept: slice | npt.NDArray[np.int64], new: Folds) -> Folds:
         """The entries of the vertices that live on, then those of the new ones."""
@@ -125,7 +137,7 @@ class Folds:
         return Folds(starts=starts, leading=leading, **{c: getattr(self, c)[entries] for c in OF_ENTRIES})
 
 
-OF_ENTRIES = ("muscle", "height", "swing", "cycle", "coordinates", "direction", "products")
+OF_ENTRIES = ("muscle", "height", "swing", "steep", "cycle", "coordinates", "direction", "products")
 
 
 class MuscleWrinkles:
@@ -142,6 +154,16 @@ class MuscleWrinkles:
         0: stateless, ``W = H A At`` of this moment; it is exactly 0 after release. N > 0: as in the paper, 1/N of it
         is added in each of the first N steps of a contraction; it stays behind the compression and
         never relaxes, until the simulation is reset. For comparison only.
+    inextensible : bool
+        Whether wrinkles stay within what skin of fixed length can fold: 2 L sqrt(epsilon) / pi from bulge to furrow for
+        a wavelength L, for all muscles over a place together (:func:`facewrinkle.geometry.profile.deepest`). Without
+        it, the amplitude is that of the paper, which knows no bound.
+
+    Attributes
+    ----------
+    rates : ndarray, shape (k,)
+        Contraction rates of the last moment. Where the motion has none (a recording), what stands for them, from the
+        measured compression: :class:`facewrinkle.layers.activation.Activation`.
 
     Examples
     --------
@@ -152,12 +174,15 @@ class MuscleWrinkles:
     True
     """
 
-    def __init__(self, compression: Compression = "gradient", depth: float = 1.0, accumulate: int = 0) -> None:
+    def __init__(
+        self, compression: Compression = "gradient", depth: float = 1.0, accumulate: int = 0, inextensible: bool = True
+    ) -> None:
         if compression not in COMPRESSIONS:
             raise ParameterError(f"compression must be one of {', '.join(COMPRESSIONS)}, received {compression!r}.")
         self.compression = compression
         self.depth = check_range("depth", depth, 0.0, 1e6)
         self.accumulate = check_whole("accumulate", accumulate, 0, 1e9)
+        self.inextensible = bool(inextensible)
 
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
@@ -168,10 +193,13 @@ class MuscleWrinkles:
         self._corners = [np.unique(face.triangles[z]) for z in self._zones]
         self._unseen = np.empty(0, int)
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
-        needed = np.isin(face.triangles, np.concatenate(self._corners)).any(axis=1)
+        needed = np.isin(face.triangles, np.concatenate([*self._corners, np.empty(0, int)])).any(axis=1)
         self._strain = StrainField(face.points * face.unit, face.triangles[needed])
+        self._activation: Activation | None = None
+        self.rates = np.zeros(len(self._muscles))
+        self._face = face
         self._folds = Folds.none(0)
-        self._height = np.empty(0)
+        self._height, self._share = np.empty(0), np.empty(0)
         self._steps = 0
         self._edges: EdgeWeights | None = None
         self._labels: dict[str, np.ndarray] = {}
@@ -179,32 +207,42 @@ class MuscleWrinkles:
 
     def follow(self, change: Change, created: Sites) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        new = Folds.at(created, self._muscles, self._zones, self._strain.metric)
+        new = Folds.at(created, self._muscles, self._zones, self._strain.metric, self._rest_scale)
+        if not self.inextensible:
+            new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
         self._epsilon = np.zeros(len(self._folds.muscle))
         self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
+        self._share = np.ones(len(self._height))
         self._edges = None
         self._labels = {}
         n = len(self._height)
         self._room = np.empty(n), np.empty(n), np.zeros((n, 3)), np.empty(n, bool)
         seen = np.isin(np.arange(len(self._zones)), self._folds.muscle)
-        self._unseen = np.flatnonzero([z.any() for z in self._zones] & ~seen)
+        self._unseen = np.flatnonzero(np.array([z.any() for z in self._zones], dtype=bool) & ~seen)
 
     def relief(self, moment: Moment) -> Relief:
         """See :class:`facewrinkle.layers.base.Layer`."""
         folds = self._folds
         self._epsilon = self._compressed(moment)
-        k0 = self._k0 * moment.rates
+        self.rates = moment.rates if len(moment.rates) else self._activated(moment.base)
+        k0 = self._k0 * self.rates
         height, spacing, across, active = self._room
         kernels.amplitudes(
-            folds.starts, folds.muscle, folds.height, folds.swing, folds.cycle, folds.direction, self._epsilon,
-            k0, SMALLEST, height, spacing, across, active,
+            folds.starts, folds.muscle, folds.height, folds.swing, folds.steep, folds.cycle, folds.direction,
+            self._epsilon, k0, SMALLEST, height, self._share, spacing, across, active,
         )  # fmt: skip
         self._seed(k0, moment.sites, spacing, across, active)
         if self.accumulate:
-            height = self._accumulated(height, moment.rates)
+            height = self._accumulated(height, self.rates)
         self._height = height
         return Relief(height, spacing, across, active)
+
+    def _activated(self, base: Array) -> Array:
+        """What stands for the rates (k,) of muscles that do not contract: how far the skin over them is compressed."""
+        if self._activation is None:
+            self._activation = Activation(self._face, self._muscles, self._zones, self._strain)
+        return self._activation.of(base)
 
     def _seed(self, k0: Array, sites: Sites, spacing: Array, across: Array, active: npt.NDArray[np.bool_]) -> None:
         """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""
@@ -226,11 +264,13 @@ class MuscleWrinkles:
         return {**self._labels, "epsilon": _scattered(some, self._epsilon[lead], 0.0), "W": self._height.copy()}
 
     def fields_of(self, index: int, rate: float) -> dict[str, np.ndarray]:
-        """The same for one muscle: lambda, gamma, epsilon and W where its wrinkling region is, 0 elsewhere."""
+        """The same for one muscle: lambda, gamma, epsilon and its part of W where its wrinkling region is, 0
+        elsewhere.
+        """
         folds = self._folds
         entries = np.flatnonzero(folds.muscle == index)
         where = np.repeat(np.arange(len(folds.leading)), np.diff(folds.starts))[entries]
-        share = np.sin(0.5 * np.pi * np.clip(self._epsilon[entries], 0.0, 1.0))
+        share = anisotropy(self._epsilon[entries]) * self._share[where]
         columns = {
             "lambda": folds.coordinates[entries, 0],
             "gamma": folds.coordinates[entries, 1],

@@ -95,6 +95,118 @@ def ties(u, shift, normals, along, across, indptr, indices, bending, grad):
     return energy
 
 
+SOFT, DEEP = 0.1, 0.3
+"""Contacts stiffen up to the first depth, for a kink in the force would cost iterations; beyond the second their force
+is constant, so that nothing is thrown out that a muscle or the jaw has swept over within one step. Millimetres.
+"""
+
+
+@njit(cache=True)
+def contact(depth):
+    """Force and energy of a contact of stiffness 1 at a depth > 0."""
+    if depth < SOFT:
+        return 0.5 * depth * depth / SOFT, depth**3 / (6.0 * SOFT)
+    near = min(depth, DEEP)
+    force = near - 0.5 * SOFT
+    return force, 0.5 * near * (near - SOFT) + SOFT * SOFT / 6.0 + force * (depth - near)
+
+
+@njit(cache=True)
+def ball(u, points, vertices, centre, radii, weight, grad):
+    """Repulsion from a ball: half of `weight` times the square of what a vertex misses to its radius. Adds to grad."""
+    energy = 0.0
+    for p in range(vertices.shape[0]):
+        i = vertices[p]
+        x = points[i, 0] + u[i, 0] - centre[0]
+        y = points[i, 1] + u[i, 1] - centre[1]
+        z = points[i, 2] + u[i, 2] - centre[2]
+        square = x * x + y * y + z * z
+        if square >= radii[p] * radii[p] or square == 0.0:
+            continue
+        d = np.sqrt(square)
+        missing = radii[p] - d
+        force, stored = contact(missing)
+        energy += weight[p] * stored
+        c = -weight[p] * force / d
+        grad[i, 0] += c * x
+        grad[i, 1] += c * y
+        grad[i, 2] += c * z
+    return energy
+
+
+@njit(cache=True)
+def bone(u, points, vertices, foot, normals, nearest, off, weight, grad):
+    """Repulsion from the tangent planes of the `nearest` vertices of the skull, felt from `off` above. Adds to grad."""
+    energy = 0.0
+    for p in range(vertices.shape[0]):
+        i = vertices[p]
+        b = nearest[i]
+        missing = off
+        for k in range(3):
+            missing -= (points[i, k] + u[i, k] - foot[b, k]) * normals[b, k]
+        if missing <= 0.0:
+            continue
+        force, stored = contact(missing)
+        energy += weight[p] * stored
+        for k in range(3):
+            grad[i, k] -= weight[p] * force * normals[b, k]
+    return energy
+
+
+@njit(cache=True)
+def pairs(u, vertices, corners, shares, away, gap, allowed, weight, grad):
+    """Repulsion of vertices from the triangles they face: `gap` apart at rest along `away`. Adds to grad."""
+    energy = 0.0
+    for p in range(vertices.shape[0]):
+        i, a, b, c = vertices[p], corners[p, 0], corners[p, 1], corners[p, 2]
+        now = gap[p]
+        for k in range(3):
+            other = shares[p, 0] * u[a, k] + shares[p, 1] * u[b, k] + shares[p, 2] * u[c, k]
+            now += away[p, k] * (u[i, k] - other)
+        missing = allowed[p] - now
+        if missing <= 0.0:
+            continue
+        force, stored = contact(missing)
+        energy += weight[p] * stored
+        for k in range(3):
+            push = weight[p] * force * away[p, k]
+            grad[i, k] -= push
+            grad[a, k] += shares[p, 0] * push
+            grad[b, k] += shares[p, 1] * push
+            grad[c, k] += shares[p, 2] * push
+    return energy
+
+
+@njit(cache=True)
+def wall(u, shift, vertices, local, axes, half, allowed, weight, grad):
+    """Repulsion from an upright elliptic cylinder of the half axes `half` (2,), which goes with `shift`. Adds to grad.
+
+    `local` holds the rest positions (k, 2) along `axes` (2, 3) from the cylinder's middle, `allowed` the relative radii
+    that vertices keep.
+    """
+    energy = 0.0
+    for p in range(vertices.shape[0]):
+        i = vertices[p]
+        x, z = local[p, 0], local[p, 1]
+        for k in range(3):
+            way = u[i, k] - shift[i, k]
+            x += axes[0, k] * way
+            z += axes[1, k] * way
+        x /= half[0]
+        z /= half[1]
+        square = x * x + z * z
+        if square >= allowed[p] * allowed[p] or square == 0.0:
+            continue
+        r = np.sqrt(square)
+        missing = half[1] * (allowed[p] - r)
+        force, stored = contact(missing)
+        energy += weight[p] * stored
+        c = -weight[p] * force * half[1] / r
+        for k in range(3):
+            grad[i, k] += c * (x / half[0] * axes[0, k] + z / half[1] * axes[1, k])
+    return energy
+
+
 @njit(cache=True)
 def keep_off_bone(u, points, foot, normals, below, nearest, slack, indptr, ring):
     """Move vertices that entered the skull back onto it: not deeper than `slack` (0, or -inf where there is no bone).

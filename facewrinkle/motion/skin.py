@@ -19,11 +19,13 @@ from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import splu
 
 from ..anatomy.face import Face
+from ..anatomy.guides import Guide, turned
 from ..errors import ParameterError, check_range, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas, vertex_normals
 from ..geometry.topology import unique_edges, vertex_rings
 from . import _skin_kernels as kernels
+from .contacts import STIFFNESS, Contacts
 
 Array = npt.NDArray[np.float64]
 
@@ -117,7 +119,12 @@ class Skin:
         self._build_ties(face)
         self._build_muscles(face)
         self._build_contacts(face)
-        self._factor()
+        stiffness = self._stiffness_matrices()
+        resistance = np.mean([matrix.diagonal() for matrix in stiffness], axis=0)
+        self.contacts = Contacts(face, resistance, self._area)
+        self._stopped = np.flatnonzero(self._slack == 0.0)
+        self._bone_weight = STIFFNESS * resistance[self._stopped]
+        self._factor(stiffness)
         self.reset()
 
     # --- what the skin is made of -------------------------------------------------------------
@@ -160,8 +167,17 @@ class Skin:
             name: (dataclasses.replace(guide, centre=guide.centre * face.unit), shares[name])
             for name, guide in face.guides.items()
         }
+        self._carried = {name: self._turns_of_triangles(guide, shares[name]) for name, guide in face.guides.items()}
         self._along = ties + plates
         self._across = m.normal_ratio * ties + plates
+
+    def _turns_of_triangles(self, guide: Guide, share: Array) -> tuple[npt.NDArray[np.int64], Array]:
+        """Triangles that a guide carries, and their angles."""
+        angles = np.zeros(len(self.points))
+        angles[guide.vertices] = share * guide.angles
+        mean = angles[self._triangles].mean(axis=1)
+        faces = np.flatnonzero(mean)
+        return faces, mean[faces]
 
     def _build_muscles(self, face: Face) -> None:
         """Force (k, n, 3) of each muscle at full contraction."""
@@ -189,30 +205,25 @@ class Skin:
         depth = face.tissue.depth * face.unit
         self._slack[(below.sum(axis=1) > 0.25 * depth) & (np.abs(below).sum(axis=1) < 2.0 * depth)] = 0.0
         self._bone = self._nearest.copy()
-        self._eyes = []
-        for eye in face.eyes:
-            centre, radius = eye.centre * face.unit, eye.radius * face.unit
-            distance = np.linalg.norm(self.points - centre, axis=1)
-            near = np.flatnonzero(distance < 2.0 * radius)
-            self._eyes.append((near, centre, np.minimum(distance[near], radius)))
 
-    def _factor(self) -> None:
-        """One matrix per coordinate that stands for the curvature of the energy, factored once; the line search covers
-        what it leaves out: springs beyond their threshold, and turned ones.
+    def _stiffness_matrices(self) -> list[csr_array]:
+        """One matrix per coordinate that stands for the curvature of the skin's energy; the line search covers what it
+        leaves out: springs beyond their threshold, and turned ones.
         """
-        m, h = self.material, self.time_step
-        self._mass = self._area / (m.decay * m.rate) ** 2
-        inertia = self._mass * (1.0 + 2.0 * m.damping * m.rate * h) / h**2
-        direction = np.abs(self._rest / self._length[:, None])
-        ties = np.abs(self._normals)
+        direction, ties = np.abs(self._rest / self._length[:, None]), np.abs(self._normals)
         matrices = []
         for k in range(3):
             # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the normals.
-            weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * m.stiffening)
+            weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * self.material.stiffening)
             tie = self._along + (self._across - self._along) * ties[:, k] * ties.sum(axis=1)
-            matrix = self._bending + graph_laplacian(self._edges, weight, len(self._area)) + diags_array(inertia + tie)
-            matrices.append(matrix)
-        self._solver = _Factors(matrices)
+            matrices.append(self._bending + graph_laplacian(self._edges, weight, len(tie)) + diags_array(tie))
+        return matrices
+
+    def _factor(self, stiffness: list[csr_array]) -> None:
+        m, h = self.material, self.time_step
+        self._mass = self._area / (m.decay * m.rate) ** 2
+        inertia = diags_array(self._mass * (1.0 + 2.0 * m.damping * m.rate * h) / h**2)
+        self._solver = _Factors([matrix + inertia for matrix in stiffness])
 
     # --- use ----------------------------------------------------------------------------------
 
@@ -221,7 +232,7 @@ class Skin:
         shape = self.points.shape
         self.displacement, self.velocity = np.zeros(shape), np.zeros(shape)
         self.rates = np.zeros(len(self.names))
-        self._shift, self._force = np.zeros(shape), np.zeros(shape)
+        self._shift, self._force, self._upright = np.zeros(shape), np.zeros(shape), self._facing
         self._nearest = self._bone.copy()
         self._memory: list[tuple[Array, Array, float]] = []
 
@@ -262,10 +273,16 @@ class Skin:
         self.rates = rates.copy()
         active = np.flatnonzero(rates)
         self._force = np.tensordot(rates[active], self._pull[active], axes=1)
-        self._shift = np.zeros_like(self.points)
+        self._shift, self._upright = np.zeros_like(self.points), self._facing.copy()
         for name, (guide, share) in self._guides.items():
-            if (rate := rates[self.names.index(name)]) > 0.0:
+            rate = rates[self.names.index(name)]
+            if guide.yields in self.names:
+                rate *= 1.0 - rates[self.names.index(guide.yields)]
+            if rate > 0.0:
                 self._shift[guide.vertices] += share[:, None] * guide.turned(self.points, rate)
+                # Triangles are guarded from turning over as they are carried.
+                faces, angles = self._carried[name]
+                self._upright[faces] += turned(self._upright[faces], guide.axis, rate * angles)
 
     def step(self) -> Array:
         """Advance by one time step; returns the positions (n, 3) in mm."""
@@ -273,8 +290,7 @@ class Skin:
         target = old + h * self.velocity
         u = self._minimised(target, old)
         self._stop_at_bone(u)
-        for near, centre, radii in self._eyes:
-            kernels.keep_off_eye(u, self.points, near, centre, radii)
+        self.contacts.keep_off_eyes(u)
         self.displacement, self.velocity = u, (u - old) / h
         return self.points + u
 
@@ -292,20 +308,24 @@ class Skin:
     # --- one step -----------------------------------------------------------------------------
 
     def _potential(self, u: Array, gradient: Array) -> float:
-        """Energy of springs, guard, bending and ties; its gradient is written to `gradient`."""
+        """Energy of springs, guard, bending, ties and contacts; its gradient is written to `gradient`."""
         m = self.material
         gradient[:] = 0.0
         energy = kernels.springs(
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
         energy += kernels.guard(
-            u, self._triangles, self.points, self._facing, self._double_area, m.smallest_area, 4.0, gradient
+            u, self._triangles, self.points, self._upright, self._double_area, m.smallest_area, GUARD, gradient
         )
         b = self._bending
         energy += kernels.ties(
             u, self._shift, self._normals, self._along, self._across, b.indptr, b.indices, b.data, gradient
         )
-        return float(energy)
+        energy += kernels.bone(
+            u, self.points, self._stopped, self._foot, self._bone_normals, self._nearest, OFF_BONE, self._bone_weight,
+            gradient,
+        )  # fmt: skip
+        return float(energy) + self.contacts.energy(u, self._shift, gradient)
 
     def _objective(self, u: Array, target: Array, old: Array, gradient: Array) -> float:
         """What implicit Euler minimises: inertia, drag, potential, and the work of the muscles."""
@@ -401,5 +421,9 @@ ENOUGH = 0.05
 """Share of the squared residual that is left to the next step."""
 ROUNDING = 1e-14
 FAR = 1e6
+OFF_BONE = 0.15
+"""From so far above the bone on the skin is pushed off it, mm."""
 MAX_HALVINGS = 12
 MEMORY = 5
+GUARD = 20.0
+"""Stiffness of the guard against triangles that turn over, relative to the membrane stiffness."""

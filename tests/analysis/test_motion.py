@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from analysis.motion import PAIRS, agreements, compared, read_shapes, table
+from analysis.motion import FOLDS, OTHERS, PAIRS, agreements, compared, fold_angles, fold_table, read_shapes, table
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 
@@ -41,3 +41,32 @@ def test_muscles_move_a_captured_face_as_it_moved():
     assert np.mean([row.area_cosine for row in rows]) >= 0.78
     assert all(1 / 1.5 <= row.size <= 1.5 for row in rows)
     assert table(rows).count("\n") == len(rows) + 1
+    others = [row for row, _ in agreements(face, shapes, OTHERS)]
+    assert [(row.muscle, row.shape) for row in others] == list(OTHERS)
+    assert min(row.cosine for row in others) >= 0.7
+    assert np.mean([row.area_cosine for row in others]) >= 0.75
+
+
+def test_furrows_run_across_the_compression_of_a_map(face):
+    """Compressed along the fibres of a forehead's muscle everywhere: 0 degrees; across them: 90."""
+    muscle = face.muscles["frontalis_major_l"]
+    along = muscle.fold_direction(face.points[:1])[0]
+    beside = np.cross(along, face.frame.axes[2])
+    for axis, expected in ((along, 0.0), (beside / np.linalg.norm(beside), 90.0)):
+        field = -0.3 * (face.points @ axis)[:, None] * axis * face.unit
+        (angle,) = fold_angles(face, {"squeezed": field}, [("frontalis_major_l", "squeezed")])
+        assert angle.folds == pytest.approx(expected, abs=8.0)
+        assert angle.epsilon == pytest.approx(0.3, abs=0.05)
+
+
+@pytest.mark.skipif(not (FACES / "ict_face_expressions.npz").exists(), reason="the captured face is not there")
+def test_furrows_run_across_the_principal_compression_of_a_captured_face():
+    face = fw.fit_face(FACES / "ict_face_narrow.obj", FACES / "ict_face_narrow.landmarks.json", units="cm")
+    shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
+    rows = fold_angles(face, shapes)
+    assert [(row.muscle, row.shape) for row in rows] == list(FOLDS)
+    assert max(row.folds for row in rows) < 25.0
+    assert np.mean([row.folds for row in rows]) < 15.0
+    assert np.mean([row.fibres for row in rows]) > 30.0  # where the paper's furrows would lie
+    assert min(row.epsilon for row in rows) > 0.05  # and there is something to fold
+    assert fold_table(rows).count("\n") == len(rows)

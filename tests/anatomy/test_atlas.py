@@ -232,6 +232,29 @@ def test_one_entry_is_a_weighted_mean_and_an_offset(tmp_path, face):
         assert muscle.radius == pytest.approx(muscle.length)  # at least the distance between its ends
 
 
+def test_muscles_share_named_patterns_of_folds(tmp_path, face):
+    path = tmp_path / "atlas.toml"
+    pattern = """[folds.arcs]
+kind = "linear"
+attachment = { upper_lip_mid = 1.0 }
+insertion = { mouth = 1.0 }
+radius = 1.0
+max_angle = 40
+wrinkles = { count = 2, depth = 0.7, fronts = "round" }
+"""
+    second = MUSCLE.replace("[muscles.m]", "[muscles.k]") + 'folds = "arcs"\nwrinkles = { depth = 0.2 }\n'
+    path.write_text(MUSCLE + 'folds = "arcs"\n' + second + pattern, encoding="utf-8")
+    placed = read_atlas(path).place(face.landmarks, face.frame)
+    for side in "lr":
+        one, other = placed[f"m_{side}"].fold_pattern, placed[f"k_{side}"].fold_pattern
+        assert (one.wrinkles.depth, other.wrinkles.depth, other.wrinkles.count) == (0.7, 0.2, 2)
+        np.testing.assert_allclose(one.attachment, face.landmarks["upper_lip_mid"], atol=1e-12)
+        np.testing.assert_allclose(other.insertion, face.landmarks[f"mouth_{side}"], atol=1e-12)
+    path.write_text(MUSCLE + 'folds = "arsc"\n' + pattern, encoding="utf-8")
+    with pytest.raises(UnknownNameError, match="Did you mean 'arcs'"):
+        read_atlas(path)
+
+
 # --- files of one's own -------------------------------------------------------------------------
 
 MUSCLE = """[muscles.m]

@@ -79,6 +79,36 @@ def test_refine_reaches_the_count_and_keeps_the_topology(count: int) -> None:
     assert np.degrees(mesh.smallest_angles().min()) > 20.0
 
 
+def test_coarsening_reaches_the_wished_size_and_keeps_shape_and_lines() -> None:
+    plane, triangles = square(24)
+    z = 0.2 * np.sin(3.0 * plane[:, 0])
+    chart = Chart(plane, triangles, np.column_stack([plane, z, np.full(len(plane), 0.3)]))
+    on_x, on_y = np.isin(plane[:, 0], (0.0, 1.0)), np.isin(plane[:, 1], (0.0, 1.0))
+    kind = np.where(on_x & on_y, FIXED, np.where(on_x | on_y, ON_LINE, FREE))
+    line = np.where(on_x[:, None], (0.0, 1.0), (1.0, 0.0))
+    mesh = ChartMesh(chart, plane.copy(), triangles.copy(), kind, line, set(), {30: 31, 55: 56})
+    mesh.coarsen()
+    # An edge of 0.3 makes about 2 / (sqrt(3) / 2 * 0.3^2) = 26 triangles of the unit square; collapsing stops before.
+    assert 26 <= len(mesh.triangles) < 120
+    areas = signed_areas(mesh.plane, mesh.triangles)
+    assert areas.min() > 0.0
+    assert areas.sum() == pytest.approx(1.0, abs=1e-12)
+    assert {(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)} <= set(map(tuple, mesh.plane.tolist()))
+    assert (np.unique(mesh.triangles) == np.arange(len(mesh.plane))).all()
+    assert mesh.renumbered[30] == mesh.renumbered[55] == -1
+
+
+def test_what_pulls_more_gets_less_room() -> None:
+    plane, triangles = square(16)
+    rim = np.flatnonzero(((plane == 0.0) | (plane == 1.0)).any(axis=1))
+    points = np.column_stack([plane, np.zeros(len(plane))])
+    pull = np.where(plane[:, 0] < 0.5, 1.0, 9.0)
+    chart = mean_value_chart(points, triangles, [rim, rim], [plane[rim, 0], plane[rim, 1]], pull)
+    assert signed_areas(chart, triangles).min() > 0.0
+    inside = (plane[:, 0] == 0.5) & (np.abs(plane[:, 1] - 0.5) < 0.2)
+    assert (chart[inside, 0] > 0.55).all()
+
+
 def test_flips_give_the_delaunay_triangulation_in_the_plane() -> None:
     mesh = chart_mesh()
     random = np.random.default_rng(3)

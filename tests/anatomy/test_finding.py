@@ -28,9 +28,8 @@ from facewrinkle.anatomy.landmarks import NAMES, frame_of, read_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
 from facewrinkle.mesh import read_surface, to_polydata
 
-CENTRAL = ("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid") + tuple(
-    name.format(side) for name in ("eye_{}_inner", "mouth_{}") for side in "lr"
-)
+PAIRS = tuple(name.format(side) for name in ("eye_{}_inner", "mouth_{}") for side in "lr")
+CENTRAL = ("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid", *PAIRS)
 MORE = (*CENTRAL, "eye_l_outer", "eye_r_outer", "ala_l", "ala_r", "pogonion", "menton")
 
 

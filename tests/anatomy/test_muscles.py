@@ -18,9 +18,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from facewrinkle.anatomy.muscles import LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
+from facewrinkle.anatomy.muscles import (
+    JawMuscle,
+    LidMuscle,
+    LinearMuscle,
+    Muscle,
+    SheetMuscle,
+    SphincterMuscle,
+    Wrinkles,
+)
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.layers import profile
+from facewrinkle.geometry import profile
 
 STYLE = Wrinkles(count=3, start=0.25, depth=0.9, alpha=2.0, core=0.4)
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
@@ -425,10 +433,42 @@ def test_muscles_keep_their_own_copies_of_the_input():
     assert ring.lateral @ ring.normal == pytest.approx(0.0, abs=1e-15)
 
 
-def test_the_base_class_knows_no_formulas():
-    for name in ("coordinates", "wrinkling_region", "envelope", "fold_direction", "force", "height", "transformed"):
-        with pytest.raises(NotImplementedError):
-            getattr(Muscle(), name)(np.zeros((1, 3)))
+def test_what_moves_a_bone_neither_pulls_nor_folds():
+    x = np.random.default_rng(4).normal(scale=20.0, size=(30, 3))
+    for muscle in (Muscle(), JawMuscle((0, 0, 0), (1, 0, 0), 0.3), LidMuscle("l")):
+        assert not np.any(muscle.force(x))
+        assert not np.any(muscle.unit_amplitude(x))
+        assert not muscle.wrinkling_region(x).any()
+        assert muscle.half_wavelength == np.inf
+
+
+def test_round_furrows_are_arcs_about_the_attachment():
+    muscle = linear().replaced(fronts="round")
+    x = around(muscle)
+    r = np.linalg.norm(x - muscle.attachment, axis=1)
+    inside = muscle.wrinkling_region(x)
+    assert inside.sum() > 20
+    assert ((r[inside] >= 0.25 * 32.0) & (r[inside] <= 32.0)).all()
+    # Where the distance is equal, so is H; on the central fibre it is that of straight furrows.
+    fibre = (muscle.insertion - muscle.attachment) / muscle.length
+    onto = muscle.attachment + r[:, None] * fibre
+    np.testing.assert_allclose(muscle.height(x), linear().height(onto), atol=1e-9)
+    # H changes along the direction in which compression is measured, and not across it.
+    across = np.cross(muscle.fold_direction(x), [0.3, -0.5, 0.8])
+    np.testing.assert_allclose(muscle.height(x + 1e-5 * across), muscle.height(x), atol=1e-8)
+
+
+def test_tapered_furrows_are_deepest_in_the_middle(muscle):
+    x = around(muscle)
+    full, tapered = muscle.replaced(taper=0.0).unit_amplitude(x), muscle.replaced(taper=0.6).unit_amplitude(x)
+    first, second = muscle.coordinates(x)
+    if isinstance(muscle, SphincterMuscle):
+        place = (second + muscle.beta1) / (muscle.beta1 + muscle.beta2)
+    else:
+        place = (first - STYLE.start) / (1.0 - STYLE.start)
+    share = np.interp(place, [0.0, 0.3, 0.7, 1.0], [0.0, 1.0, 1.0, 0.0])
+    np.testing.assert_allclose(tapered, full * (3.0 * share**2 - 2.0 * share**3), atol=1e-12)
+    assert np.abs(tapered).max() > 0.0
 
 
 LINES = ([(-10, 40, 0), (10, 40, 0)], [(-10, 0, 0), (10, 0, 0)])

@@ -7,6 +7,7 @@ a hexagon, a ring of many edges   the closed form of Eq. 9; its mean 2c/3
 the signed cosine of the print    0/0 on every symmetric ring
 turning                           0
 bending a sheet round a cylinder  its known stretch, with the order of convergence
+the largest over all tangents     singular values of the map; a search over many tangents of a curved mesh
 """
 
 from __future__ import annotations
@@ -19,7 +20,14 @@ from scipy.spatial.transform import Rotation
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers._kernels import strain_epsilon
-from facewrinkle.layers.compression import StrainField, along, edge_compression, products
+from facewrinkle.layers.compression import (
+    StrainField,
+    along,
+    compression_along,
+    edge_compression,
+    principal_compression,
+    products,
+)
 
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
@@ -243,3 +251,53 @@ def test_along_is_the_quadratic_form():
     t, m = rng.normal(size=(5, 6)), rng.normal(size=(5, 3))
     full = t[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]]
     np.testing.assert_allclose(along(t, m), np.einsum("ni,nij,nj->n", m, full, m), atol=1e-13)
+
+
+def test_principal_compression_is_that_of_the_singular_values():
+    rng = np.random.default_rng(8)
+    points, triangles = flat_cloud()
+    for _ in range(20):
+        plane = np.eye(2) + rng.uniform(-0.45, 0.45, (2, 2))
+        deformed = np.c_[points[:, :2] @ plane.T, np.zeros(len(points))] @ TURN.T + [5.0, -3.0, 8.0]
+        field = StrainField(points @ TURN, triangles)
+        normals = np.tile([0.0, 0.0, 1.0] @ TURN, (len(points), 1))
+        most, tangents = principal_compression(field.strain(deformed), field.metric, normals)
+        _, stretches, directions = np.linalg.svd(plane)
+        np.testing.assert_allclose(most, 1.0 - stretches[1], atol=1e-12)
+        expected = np.append(directions[1], 0.0) @ TURN
+        np.testing.assert_allclose(np.abs(tangents @ expected), 1.0, atol=1e-9)
+
+
+def test_no_tangent_is_compressed_more_than_the_principal_one():
+    points, triangles, _ = bowl()
+    deformed = points * [0.9, 1.05, 0.7] + 0.2 * np.sin(points[:, [1, 2, 0]])
+    field, normals = StrainField(points, triangles), vertex_normals(points, triangles)
+    state = field.strain(deformed), field.metric, normals
+    most, tangents = principal_compression(*state)
+    np.testing.assert_allclose((tangents * normals).sum(axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(tangents, axis=1), 1.0, atol=1e-12)
+    np.testing.assert_allclose(compression_along(*state, tangents), most, atol=1e-12)
+    across = np.cross(normals, tangents)
+    angles = np.linspace(0.0, np.pi, 181)
+    every = [compression_along(*state, np.cos(a) * tangents + np.sin(a) * across) for a in angles]
+    assert (np.max(every, axis=0) <= most + 1e-12).all()
+    assert (np.min(every, axis=0) < most - 1e-3).all()
+
+
+def test_turning_and_rest_have_no_principal_compression():
+    points, triangles, _ = bowl()
+    field, normals = StrainField(points, triangles), vertex_normals(points, triangles)
+    assert not principal_compression(field.strain(points), field.metric, normals)[0].any()
+    turned = field.strain(points @ TURN.T + [100.0, -50.0, 3.0])
+    np.testing.assert_allclose(principal_compression(turned, field.metric, normals)[0], 0.0, atol=1e-11)
+
+
+def test_only_the_part_of_a_direction_in_the_surface_counts():
+    points, triangles, tangents = bowl()
+    field, normals = StrainField(points, triangles), vertex_normals(points, triangles)
+    state = field.strain(points * [0.8, 1.1, 1.0]), field.metric, normals
+    slanted = 3.0 * tangents - 7.0 * normals
+    np.testing.assert_allclose(compression_along(*state, slanted), compression_along(*state, tangents), atol=1e-12)
+    assert not compression_along(*state, normals).any()
+    one = compression_along(*state, np.array([1.0, 0.0, 0.0]))
+    assert np.array_equal(one, compression_along(*state, np.tile([1.0, 0.0, 0.0], (len(points), 1))))

@@ -2,7 +2,10 @@
 
 what                            checked against
 W                               the sum over the muscles of depth c H At sin(pi epsilon / 2), evaluated afresh at the
-                                rest positions of all vertices, epsilon from the metric in numpy
+                                rest positions of all vertices, epsilon from the metric in numpy; where they ask
+                                for more than 2 L sqrt(epsilon) / pi from bulge to furrow, in proportion less
+the bound                       bulges and furrows measured on the relief itself, for all expressions of the library
+without the bound               the paper's sum
 zeros                           exact: at rest, where epsilon <= 0, outside the regions, after release
 dominant muscle, lambda, gamma  the largest |H At| over all muscles; its coordinates
 compression by edges            Eqs. 8-9 on the refined mesh
@@ -18,6 +21,7 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import LinearMuscle, SphincterMuscle
 from facewrinkle.errors import ParameterError
+from facewrinkle.geometry.profile import deepest
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers.compression import StrainField, along, edge_compression
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
@@ -57,10 +61,17 @@ def evaluated(face, held):
 @pytest.mark.parametrize("name", PAPER)
 def test_w_is_the_sum_over_the_muscles_evaluated_at_rest(face, played, name):
     play = played(name)
-    total = np.zeros(play.top.n_points)
+    x = play.held.sites.points
+    total, asked, own_of = np.zeros(play.top.n_points), np.zeros(play.top.n_points), {}
     for muscle, (unit, epsilon) in evaluated(face, play.held).items():
-        depth = face.muscles[muscle].fold_pattern.wrinkles.depth * play.held.rates[muscle]
-        own = depth * unit * np.sin(0.5 * np.pi * np.clip(epsilon, 0.0, 1.0))
+        pattern = face.muscles[muscle].fold_pattern
+        depth = pattern.wrinkles.depth * play.held.rates[muscle] * np.sin(0.5 * np.pi * np.clip(epsilon, 0.0, 1.0))
+        own_of[muscle] = depth * unit, epsilon
+        deep = depth * 2.0**pattern.wrinkles.alpha * pattern.envelope(x)
+        some = deep > 0.0
+        asked[some] += deep[some] / deepest(2.0 * pattern.half_cycles(x[some]), epsilon[some])
+    for muscle, (wanted, epsilon) in own_of.items():
+        own = wanted / np.maximum(asked, 1.0)
         fields = play.held.fields[muscle]
         np.testing.assert_allclose(fields["W"], own, rtol=0, atol=1e-9)
         inside = fields["region"]
@@ -70,6 +81,60 @@ def test_w_is_the_sum_over_the_muscles_evaluated_at_rest(face, played, name):
         total += own
     np.testing.assert_allclose(play.top["W"], total, rtol=0, atol=1e-9)
     assert np.abs(total).max() > 0.1
+
+
+def deepest_share(sim, frame):
+    """The relief of each contracting muscle, from its lowest to its highest point within a wavelength along the fold
+    direction, as a share of what the largest compression there allows: the largest of all, and how many were measured.
+    """
+    rest, shares = frame["rest"], [0.0]
+    for index in np.flatnonzero(sim.skin.rates):
+        pattern, fields = sim.face.muscles[sim.muscles[index]].fold_pattern, sim.fields(sim.muscles[index])
+        for centre in np.flatnonzero(fields["region"] & (np.abs(fields["W"]) > 0.2))[::10]:
+            here = rest[centre : centre + 1]
+            wavelength, offset = 2.0 * pattern.half_cycles(here)[0], rest - here
+            along = np.abs(offset @ pattern.fold_direction(here)[0])
+            near = (np.linalg.norm(offset, axis=1) < 0.55 * wavelength) & (along < 0.5 * wavelength)
+            bound = deepest(2.0 * pattern.half_cycles(rest[near]).max(), fields["epsilon"][near].max())
+            shares.append(np.ptp(fields["W"][near]) / bound)
+    return max(shares), len(shares)
+
+
+def test_no_wrinkle_of_any_expression_is_deeper_than_skin_of_fixed_length_folds(face):
+    sim, measured = fw.Simulation(face), 0
+    for expression in fw.EXPRESSIONS:
+        sim.reset()
+        sim.express(expression)
+        share, count = deepest_share(sim, list(sim.run(30))[-1])
+        assert share <= 1.0, expression
+        measured += count
+    assert measured > 500
+
+
+@pytest.mark.parametrize("name", ["surprise", "frowning", "happiness"])
+def test_however_deep_wrinkles_are_asked_for_skin_sets_the_bound(face, name):
+    for inextensible in (True, False):
+        sim = fw.Simulation(face, layers=[MuscleWrinkles(depth=6.0, inextensible=inextensible)])
+        sim.express(name)
+        share, _ = deepest_share(sim, list(sim.run(30))[-1])
+        assert (share <= 1.0) == inextensible
+
+
+def test_the_bound_can_be_left_out(face):
+    frames = []
+    for inextensible in (True, False):
+        sim = fw.Simulation(face, layers=[MuscleWrinkles(depth=4.0, inextensible=inextensible)])
+        sim.express("surprise")
+        frames.append((list(sim.run(25))[-1], {m: sim.fields(m) for m in sim.muscles}))
+    (held, _), (free, fields) = frames
+    paper = np.zeros(free.n_points)
+    for name, muscle in face.muscles.items():
+        wrinkles, epsilon = muscle.fold_pattern.wrinkles, fields[name]["epsilon"]
+        share = np.sin(0.5 * np.pi * np.clip(epsilon, 0.0, 1.0))
+        rate = fw.EXPRESSIONS["surprise"].get(name, 0.0)
+        paper += 4.0 * wrinkles.depth * rate * muscle.fold_pattern.unit_amplitude(free["rest"]) * share
+    np.testing.assert_allclose(free["W"], paper, rtol=0, atol=1e-9)
+    assert np.ptp(free["W"]) > 1.5 * np.ptp(held["W"])
 
 
 @pytest.mark.parametrize("name", PAPER)

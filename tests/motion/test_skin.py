@@ -27,9 +27,6 @@ from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.motion import _skin_kernels as kernels
 from facewrinkle.motion.skin import Skin, SkinMaterial
 
-ON_BONE = {"disgust"}  # the nose is pulled onto the nasal bone
-LIDS = {name for name in fw.EXPRESSIONS if any("oculi" in m for m in fw.EXPRESSIONS[name])}
-
 
 @pytest.fixture(scope="module")
 def coarse(face):
@@ -219,8 +216,7 @@ def test_time_steps_reach_the_same_steady_state(face, steady, time_step):
         for _ in range(30):
             skin.step()
         difference = np.abs(skin.displacement - expected).max()
-        # Skin that presses on eyeball or bone is pushed out after the step; how far in it went depends on the step.
-        assert difference < (0.25 if name in LIDS else 0.01 if name in ON_BONE else 1e-4), name
+        assert difference < 1e-4, name
 
 
 @pytest.mark.parametrize("time_step", [1e-4, 1e-3])
@@ -437,8 +433,8 @@ def test_lids_close_and_open_again(face):
     skin.contract({"orbicularis_oculi_l": 1.0})
     for _ in range(60):
         x = skin.step()
-    assert gap(face, "l", x).max() < 0.1 * open_left.mean()
-    assert gap(face, "l", x).min() > -0.4 * open_left.mean()
+    assert gap(face, "l", x).max() < 0.5
+    assert gap(face, "l", x).min() > -1.0
     np.testing.assert_allclose(gap(face, "r", x), open_right, atol=0.1)
     skin.contract({})
     for _ in range(250):

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ParameterError, check_range, check_whole
+from .blending import smoothstep
 
 Array = npt.NDArray[np.float64]
 Ends = Literal["continuous", "paper"]
@@ -177,8 +178,10 @@ def attenuation(s: npt.ArrayLike, falloff: Falloff = "paper") -> Array:
     """
     if falloff not in FALLOFFS:
         raise ParameterError(f"falloff must be one of {', '.join(FALLOFFS)}, received {falloff!r}.")
+    if falloff == "smoothstep":
+        return 1.0 - smoothstep(s)
     s = np.clip(np.asarray(s, dtype=np.float64), 0.0, 1.0)
-    return 1.0 - 0.5 * (s + s**3) if falloff == "paper" else 1.0 - s * s * (3.0 - 2.0 * s)
+    return np.asarray(1.0 - 0.5 * (s + s**3))
 
 
 def band(x: npt.ArrayLike, inner: float, outer: float) -> Array:
@@ -205,3 +208,18 @@ def anisotropy(epsilon: npt.ArrayLike) -> Array:
     array([0., 0., 1.])
     """
     return np.sin(0.5 * np.pi * np.clip(np.asarray(epsilon, dtype=np.float64), 0.0, 1.0))
+
+
+def deepest(wavelength: npt.ArrayLike, epsilon: npt.ArrayLike) -> Array:
+    """From bulge to furrow, the most that skin of fixed length can fold where it is compressed by epsilon.
+
+    A wave of the length L on the skin whose arc is longer than its chord by the share epsilon measures
+    ``2 L sqrt(epsilon) / pi`` from its lowest to its highest point (a sine, to second order in its slope); 0 where the
+    skin is stretched. In the unit of `wavelength`.
+
+    Examples
+    --------
+    >>> deepest(10.0, [-0.1, 0.0, 0.25]).round(3)
+    array([0.   , 0.   , 3.183])
+    """
+    return np.asarray(2.0 / np.pi * np.asarray(wavelength) * np.sqrt(np.clip(epsilon, 0.0, 1.0)))

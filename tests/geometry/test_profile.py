@@ -23,7 +23,7 @@ from hypothesis import strategies as st
 from numpy.polynomial.legendre import leggauss
 
 from facewrinkle.errors import FaceWrinkleError, ParameterError
-from facewrinkle.layers import profile
+from facewrinkle.geometry import profile
 
 ALPHAS = [0.0, 0.25, 0.5, 1.0, 1.3, 2.0, 3.0, 4.0, 7.5, 12.0, 20.0]
 LN2 = math.log(2.0)
@@ -285,3 +285,18 @@ def test_what_is_no_number_of_use_is_refused(value):
     if value != 2000.0:
         with pytest.raises(ParameterError, match="number of wrinkles must"):
             profile.half_cycle(1.0, 0.2, value)
+
+
+@pytest.mark.parametrize(("wavelength", "epsilon"), [(10.0, 0.01), (4.0, 0.04), (63.0, 0.002)])
+def test_the_deepest_wave_is_as_long_as_the_skin(wavelength, epsilon):
+    """The arc of a sine of that depth over the compressed wavelength, by quadrature."""
+    half = 0.5 * float(profile.deepest(wavelength, epsilon))
+    x = np.linspace(0.0, wavelength * (1.0 - epsilon), 20001)
+    wave = half * np.sin(2.0 * np.pi * x / x[-1])
+    arc = np.hypot(np.diff(x), np.diff(wave)).sum()
+    # Of second order in the slope: the gap is of the order of epsilon^2.
+    assert abs(arc / wavelength - 1.0) < 2.0 * epsilon**2
+
+
+def test_stretched_skin_does_not_fold():
+    assert profile.deepest(10.0, [-0.3, 0.0]).tolist() == [0.0, 0.0]

@@ -1,0 +1,141 @@
+"""Whether expressions keep the skin sound: no triangle turned over, no lip in the other, no lid in the eye.
+
+Every expression and action unit is held at full intensity, alone and in pairs (contractions added, up to 1).
+
+    python -m analysis.folds [FACE.obj --landmarks LANDMARKS.json --units cm] [--every 7]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
+
+import facewrinkle as fw
+from facewrinkle.geometry.topology import vertex_rings
+
+Array = npt.NDArray[np.float64]
+
+
+class Orientation:
+    """Tells which triangles turned over, relative to how the skin around each of them turned.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        At rest.
+    triangles : ndarray of int, shape (m, 3)
+    """
+
+    def __init__(self, points: Array, triangles: npt.NDArray[np.int32]) -> None:
+        n = len(points)
+        start, ring = vertex_rings(triangles, n)
+        first = csr_array((np.ones(len(ring)), ring, start), shape=(n, n))
+        two = (first @ first + first).tocoo()
+        self._from, self._to = two.coords
+        self._triangles = triangles
+        self._rest = points[self._to] - points[self._from]
+        self._weight = 1.0 / np.maximum((self._rest**2).sum(axis=1), 1e-12)
+        self._normals = self._crossed(points)
+
+    def _crossed(self, points: Array) -> Array:
+        a, b, c = (points[self._triangles[:, k]] for k in range(3))
+        return np.asarray(np.cross(b - a, c - a))
+
+    def shares(self, points: Array) -> Array:
+        """Signed area (m,) of the triangles, relative to rest, along their carried rest normals.
+
+        Two rings around each triangle are fitted by a rotation (Kabsch), which carries its normal.
+        """
+        now, n = points[self._to] - points[self._from], len(points)
+        spread = np.empty((n, 3, 3))
+        for i in range(3):
+            for j in range(3):
+                spread[:, i, j] = np.bincount(self._from, self._weight * now[:, i] * self._rest[:, j], n)
+        left, _, right = np.linalg.svd(spread[self._triangles].sum(axis=1))
+        left[:, :, 2] *= np.sign(np.linalg.det(left) * np.linalg.det(right))[:, None]
+        carried = np.einsum("tij,tj->ti", left @ right, self._normals)
+        return np.asarray((self._crossed(points) * carried).sum(axis=1) / (self._normals**2).sum(axis=1))
+
+
+@dataclass(frozen=True)
+class Soundness:
+    """One mixture: triangles turned over, and how deep skin is in the eyes and lips in each other and the teeth, mm."""
+
+    names: tuple[str, ...]
+    turned_over: int
+    in_eyes: float
+    in_lips: float
+
+
+def mixtures(face: fw.Face, every: int = 1) -> Iterator[tuple[tuple[str, ...], dict[str, float]]]:
+    """Expressions and action units that differ, each alone, and every so many-th of their pairs."""
+    library: dict[str, dict[str, float]] = {}
+    for name, rates in {**face.atlas.expressions, **face.atlas.action_units}.items():
+        if rates not in library.values() and all(muscle in face.muscles for muscle in rates):
+            library[name] = rates
+    k = 0
+    for first, second in combinations_with_replacement(library, 2):
+        if first == second:
+            yield (first,), library[first]
+            continue
+        k += 1
+        if k % every == 0:
+            a, b = library[first], library[second]
+            yield (first, second), {m: min(a.get(m, 0.0) + b.get(m, 0.0), 1.0) for m in {**a, **b}}
+
+
+def soundness(face: fw.Face, every: int = 1, steps: int = 10) -> Iterator[Soundness]:
+    """All mixtures on a face, each after so many long steps from rest."""
+    skin = fw.Skin(face, time_step=0.1)
+    orientation = Orientation(skin.points, face.triangles)
+    rest = [np.linalg.norm(skin.points - eye.centre * face.unit, axis=1) for eye in face.eyes]
+    for names, rates in mixtures(face, every):
+        skin.reset()
+        skin.contract(rates)
+        for _ in range(steps):
+            x = skin.step()
+        eyes = [
+            np.minimum(d, eye.radius * face.unit) - np.linalg.norm(x - eye.centre * face.unit, axis=1)
+            for d, eye in zip(rest, face.eyes, strict=True)
+        ]
+        p = skin.contacts.lips
+        apart = ((x[p.vertices] - np.einsum("kc,kcj->kj", p.shares, x[p.corners])) * p.away).sum(axis=1)
+        yield Soundness(
+            names,
+            int((orientation.shares(x) <= 0.0).sum()),
+            float(max(e.max() for e in eyes)),
+            float(np.maximum(-apart, 0.0).max(initial=0.0)),
+        )
+
+
+def main() -> None:
+    """Print what is not sound, and a summary."""
+    parser = argparse.ArgumentParser(description="Check that expressions keep the skin sound.")
+    parser.add_argument("face", type=Path, nargs="?", default=None)
+    parser.add_argument("--landmarks", type=Path, default=None)
+    parser.add_argument("--units", default=None)
+    parser.add_argument("--every", type=int, default=1, help="check one in so many pairs")
+    arguments = parser.parse_args()
+    face = fw.default_face()
+    if arguments.face is not None:
+        face = fw.fit_face(arguments.face, arguments.landmarks, units=arguments.units)
+    rows = list(soundness(face, arguments.every))
+    for row in rows:
+        if row.turned_over or row.in_eyes > 0.1 or row.in_lips > 0.1:
+            what = f"{row.turned_over} turned over, {row.in_eyes:.2f} mm in the eyes, {row.in_lips:.2f} in the lips"
+            print(f"{' + '.join(row.names):40s}{what}")
+    print(
+        f"{len(rows)} mixtures; with triangles turned over: {sum(row.turned_over > 0 for row in rows)}; deepest in "
+        f"the eyes {max(row.in_eyes for row in rows):.3f} mm, in the lips {max(row.in_lips for row in rows):.3f} mm"
+    )
+
+
+if __name__ == "__main__":
+    main()

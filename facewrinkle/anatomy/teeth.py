@@ -1,0 +1,185 @@
+"""Teeth: the two dental arches of an adult, placed behind the lips by landmarks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..mesh import to_polydata
+from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Arch:
+    """The teeth and gum of one jaw at rest, in the unit of the mesh.
+
+    Attributes
+    ----------
+    jaw : {"upper", "lower"}
+        The upper arch is part of the skull, the lower one goes with the mandible.
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+        Counter-clockwise seen from outside.
+    paint : ndarray of uint8, shape (n, 3)
+        Colour.
+    """
+
+    jaw: str
+    points: Array
+    triangles: IntArray
+    paint: npt.NDArray[np.uint8]
+
+    def surface(self) -> pv.PolyData:
+        """The arch as a mesh with `paint` (rgb)."""
+        mesh = to_polydata(self.points, self.triangles)
+        mesh.point_data["paint"] = self.paint
+        return mesh
+
+
+WIDTHS = {"upper": (8.5, 6.5, 7.5, 7.0, 7.0, 10.0, 9.0), "lower": (5.0, 5.5, 7.0, 7.0, 7.0, 11.0, 10.5)}
+"""Of the crowns from the middle backwards, mm; like the heights below from Nelson, "Wheeler's Dental Anatomy"."""
+
+HEIGHTS = {"upper": (10.5, 9.0, 10.0, 8.5, 8.5, 7.5, 7.0), "lower": (9.0, 9.5, 11.0, 8.5, 8.0, 7.5, 7.0)}
+
+THICKNESS = (6.0, 6.0, 7.0, 8.0, 8.5, 10.5, 10.5)
+"""Of the crowns from lip to tongue at the gum, mm."""
+
+EDGE = (0.28, 0.28, 0.4, 0.75, 0.8, 0.85, 0.85)
+"""Thickness at the edge, relative to that at the gum."""
+
+ELLIPSE = {"upper": (29.0, 46.0), "lower": (27.0, 43.5)}
+"""Half width and depth of the arch's outer border, mm."""
+
+LIPS = 10.5
+"""From the front of the lips back to the upper incisors, mm; the lower ones stand OVERJET behind these."""
+
+OVERJET, OVERBITE = 2.5, 2.0
+BELOW = 2.0
+"""The edges of the upper incisors lie so far below the line where the lips meet, mm."""
+
+ENAMEL, ROOT, GUM = (np.array(c) for c in ((228.0, 216.0, 196.0), (206.0, 186.0, 158.0), (172.0, 92.0, 88.0)))
+AROUND, LEVELS = 14, 7
+
+
+def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Arch, Arch]:
+    """The upper and the lower arch behind the lips.
+
+    Parameters
+    ----------
+    landmarks : mapping of str to ndarray, shape (3,)
+        Middles of the lips and corners of the mouth.
+    frame : FaceFrame
+
+    Returns
+    -------
+    upper, lower : Arch
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> upper, lower = teeth_of(face.landmarks, face.frame)
+    >>> upper.surface().n_cells == len(upper.triangles)
+    True
+    """
+    scale = frame.pupil_distance / MEAN_PUPIL_DISTANCE
+    lips = 0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"])
+    arches = []
+    for jaw in ("upper", "lower"):
+        points, triangles, paint = _arch(jaw)
+        down, back = (BELOW, LIPS) if jaw == "upper" else (BELOW - OVERBITE, LIPS + OVERJET)
+        placed = lips + scale * (points - [0.0, down, back]) @ frame.axes
+        arches.append(Arch(jaw, placed, triangles.astype(np.int32), np.rint(paint).astype(np.uint8)))
+    return arches[0], arches[1]
+
+
+def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
+    """Points (left, up, forward), triangles and colours in mm; the incisors' edges meet the outer border at 0."""
+    sign = 1.0 if jaw == "upper" else -1.0
+    parts = [_gum(jaw)]
+    place = 0.0
+    for k, width in enumerate(WIDTHS[jaw]):
+        centre, outward = _on_border(jaw, np.array(place + 0.5 * width))
+        place += width
+        crown = _crown(width, HEIGHTS[jaw][k], THICKNESS[k], EDGE[k])
+        along = np.array([outward[2], 0.0, -outward[0]])
+        left = centre + crown[:, :1] * along + crown[:, 1:2] * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
+        share = np.clip(crown[:, 1:2] / HEIGHTS[jaw][k], 0.0, 1.0)
+        paint = ENAMEL + (ROOT - ENAMEL) * share**2
+        parts += [(left, _tube(AROUND, LEVELS), paint), (left * [-1, 1, 1], _tube(AROUND, LEVELS)[:, ::-1], paint)]
+    offsets = np.cumsum([0] + [len(points) for points, _, _ in parts])
+    points = np.concatenate([points for points, _, _ in parts]) * [1.0, sign, 1.0]
+    triangles = np.concatenate([t + offset for (_, t, _), offset in zip(parts, offsets, strict=False)])
+    return points, triangles[:, :: int(sign)], np.concatenate([paint for _, _, paint in parts])
+
+
+def _on_border(jaw: str, place: Array) -> tuple[Array, Array]:
+    """Points (..., 3) at arc lengths from the middle on the left outer border, and the outward directions."""
+    half, depth = ELLIPSE[jaw]
+    turn = np.linspace(0.0, 0.5 * np.pi, 400)
+    x, z = half * np.sin(turn), depth * (np.cos(turn) - 1.0)
+    at = np.interp(place, np.append(0.0, np.cumsum(np.hypot(np.diff(x), np.diff(z)))), turn)
+    zero = np.zeros_like(at)
+    outward = np.stack([depth * np.sin(at), zero, half * np.cos(at)], axis=-1)
+    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
+    return np.stack([half * np.sin(at), zero, depth * (np.cos(at) - 1.0)], axis=-1), outward
+
+
+def _crown(width: float, height: float, thickness: float, edge: float) -> Array:
+    """Points (along the arch, up from the edge, out) of a crown, ring by ring from its edge into the gum."""
+    level = np.linspace(0.0, 1.0, LEVELS)[:, None] ** 1.5
+    turn = 2.0 * np.pi * np.arange(AROUND) / AROUND
+    across, out = (np.sign(f) * np.abs(f) ** 0.7 for f in (np.sin(turn), np.cos(turn)))
+    round_off = 1.0 - 0.35 * np.exp(-level / 0.02)  # the edge is rounded
+    half = 0.5 * width * (0.98 - 0.13 * level**2 - 0.04 * (1.0 - level) ** 4) * round_off
+    deep = 0.5 * thickness * (edge + (1.0 - edge) * level**0.8) * round_off
+    bulge = 0.7 * np.sin(np.pi * np.minimum(1.3 * level, 1.0)) - 0.5
+    rise = 1.15 * height * level - 0.25 * np.exp(-level / 0.02) * (across**2 - 1.0)
+    # The outer face stays upright; the inner one leans to the edge.
+    rings = np.stack([half * across, rise, deep * (out - 1.0) + bulge], axis=-1)
+    return np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0)])
+
+
+def _gum(jaw: str) -> tuple[Array, IntArray, Array]:
+    """The gum over the roots of both sides: a ridge along the arch, scalloped around the crowns."""
+    ends = np.cumsum(WIDTHS[jaw])
+    place = np.linspace(0.0, ends[-1], 60)
+    which = np.minimum(np.searchsorted(ends, place), len(ends) - 1)
+    inside = (place - (ends - WIDTHS[jaw])[which]) / np.array(WIDTHS[jaw])[which]
+    height = np.interp(place, ends - 0.5 * np.array(WIDTHS[jaw]), HEIGHTS[jaw])
+    thick = np.interp(place, ends - 0.5 * np.array(WIDTHS[jaw]), THICKNESS)
+    border, outward = _on_border(jaw, place)
+    papilla = 1.6 * np.abs(2.0 * inside - 1.0) ** 3
+    # Profile [out, up]: under the tongue's side, over the crowns' necks, and up the outer side.
+    profile = [(-1.0, 12.0), (-1.05, 2.0), (-0.95, 0.3), (-0.04, -0.3), (0.04, 0.6), (0.09, 3.0), (0.12, 12.0)]
+    rows = [
+        border + (out * thick)[:, None] * outward + (height + up - papilla * (up < 1.0))[:, None] * [0.0, 1.0, 0.0]
+        for out, up in profile
+    ]
+    left = np.stack(rows, axis=1)
+    whole = np.concatenate([left[:0:-1] * [-1.0, 1.0, 1.0], left])
+    m, n = whole.shape[:2]
+    corner = (np.arange(m - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    triangles = np.concatenate(
+        [np.stack([corner, corner + n, corner + 1], axis=1), np.stack([corner + 1, corner + n, corner + n + 1], axis=1)]
+    )
+    return whole.reshape(-1, 3), triangles[:, ::-1], np.tile(GUM, (m * n, 1))
+
+
+def _tube(around: int, levels: int) -> IntArray:
+    """Triangles of rings of points joined up, and of the first closed by the last point."""
+    here = np.arange(around) + around * np.arange(levels - 1)[:, None]
+    after = (np.arange(around) + 1) % around + around * np.arange(levels - 1)[:, None]
+    sides = [
+        np.stack(c, axis=-1).reshape(-1, 3)
+        for c in ((here, after, here + around), (after, after + around, here + around))
+    ]
+    cap = np.stack([after[0], here[0], np.full(around, around * levels)], axis=1)
+    return np.asarray(np.vstack([*sides, cap]), dtype=np.int32)

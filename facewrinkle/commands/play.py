@@ -1,0 +1,153 @@
+"""``facewrinkle play``: a recorded animation with the wrinkles that its motion folds."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+
+from ..anatomy.fitting import fit_face
+from ..animation import read_animation
+from ..errors import ParameterError, check_range, check_whole
+from ..export import output_folder, write_series
+from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..plotting import Style, closeup, picture, save_picture, side_by_side, stacked
+from ..simulation import Refinement, Simulation
+from .common import Report, size_of, units_of
+from .take import filmed
+
+LONGEST = 100_000
+"""Steps; a clip of more is a mistake in its speed or in --fps."""
+
+
+def play(
+    file: Path,
+    /,
+    *,
+    landmarks: Path | None = None,
+    units: str | None = None,
+    mesh: str | None = None,
+    animation: str | None = None,
+    speed: float = 1.0,
+    fps: float = 25.0,
+    max_level: int | None = None,
+    depth: float = 1.0,
+    moments: int = 5,
+    size: str = "800",
+    view: str | None = None,
+    movie: bool = True,
+    series: bool = True,
+    out: Path | None = None,
+    quiet: bool = False,
+) -> None:
+    """Write pictures, a movie and a time series of a recorded animation.
+
+    Parameters
+    ----------
+    file
+        .glb or .gltf with morph targets (blend shapes) and an animation of their weights, or a .vtkhdf time series.
+    landmarks
+        JSON file with the coordinates of the landmarks of the face at rest.
+    units
+        Unit of the file: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
+    mesh
+        Which mesh of the file.
+    animation
+        Which animation of the file. Default: the first that moves the mesh.
+    speed
+        Seconds of the animation in one second.
+    fps
+        Steps, and pictures of the movie, in a second.
+    max_level
+        How often triangles may be split; 0 turns refinement off.
+    depth
+        Multiplies the depth of the wrinkles.
+    moments
+        Number of pictures at most, of the moments when wrinkles are deepest.
+    size
+        Pixels of each picture: 800, or 800x600.
+    view
+        View of the close-ups. Default: where the wrinkles are.
+    out
+        Folder to write to. Default: output/FILE.
+    quiet
+        Print nothing but errors.
+    """
+    begin = time.perf_counter()
+    report = Report(quiet)
+    count = check_whole("moments", moments, 1, 100)
+    step = 1.0 / check_range("fps", fps, 1.0, 100.0)
+    styles = [Style(size_of(size), "front"), Style(size_of(size), view or "cheeks")]
+    rest, recorded = read_animation(file, mesh, animation)
+    recorded = recorded.played(speed)
+    face = fit_face(rest, landmarks, units_of(units))
+    simulation = Simulation(face, Refinement(max_level=max_level), [MuscleWrinkles(depth=depth)], step, motion=recorded)
+    steps = max(int(np.ceil(recorded.duration / step - 1e-6)), 1)
+    if steps > LONGEST:
+        raise ParameterError(f"the clip would have {steps} steps, at most {LONGEST} are allowed. Raise --speed.")
+    folder = output_folder(out or Path("output") / file.stem)
+    film, cache = folder / f"{file.stem}.mp4", folder / f"{file.stem}.vtkhdf"
+    peaks: list[Peak] = []
+    frames = report.progress(_watched(simulation, steps, count, peaks), "Frames", steps)
+    with ExitStack() as stack:
+        if movie:
+            frames = filmed(frames, film, face, styles, fps, stack)
+        if series:
+            write_series(frames, (1 + np.arange(steps)) * step, cache)
+        else:
+            for _ in frames:
+                pass
+    columns, files = [], [path for path, wanted in ((film, movie), (cache, series)) if wanted and path.exists()]
+    for _, when, frame in peaks:
+        close = Style(size_of(size), view or closeup(frame, face))
+        pair = [picture(frame, face, style) for style in (styles[0], close)]
+        files.append(save_picture(side_by_side(pair), folder / f"{file.stem}_{when:.2f}s.png"))
+        columns.append(stacked(pair))
+    files.append(save_picture(side_by_side(columns), folder / f"{file.stem}.png"))
+    seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
+    report.table(
+        file.name,
+        {
+            "shapes": str(len(recorded.names)),
+            "clip": f"{recorded.duration:.2f} s, {steps} steps",
+            "triangles": f"{face.mesh.n_cells} → {max(frame.n_cells for *_, frame in peaks)}",
+            "deepest at": ", ".join(f"{when:.2f} s ({relief:.2f} mm)" for relief, when, _ in peaks),
+            "simulation": f"{1000.0 * seconds / steps:.1f} ms a frame",
+            f"files in {folder}": "\n".join(sorted(path.name for path in files)),
+        },
+    )
+    report.say(f"{time.perf_counter() - begin:.1f} s")
+
+
+Peak = tuple[float, float, pv.PolyData]
+"""From the deepest furrow to the highest bulge in mm, the time, and the frame."""
+
+
+def _watched(simulation: Simulation, steps: int, count: int, peaks: list[Peak]) -> Iterator[pv.PolyData]:
+    """The frames of a simulation; when they are through, `peaks` holds those where the wrinkles were deepest, in order:
+    at most `count`, and one at least.
+    """
+    before, last, rising = -1.0, None, True
+    for frame in simulation.run(steps):
+        now = float(np.ptp(frame["W"]))
+        if last is not None and rising and now < before:
+            peaks.append(last)
+        rising = now > before or (rising and now == before)
+        before, last = now, (now, simulation.time, frame)
+        peaks[:] = sorted(sorted(peaks, key=_depth)[-count:], key=_moment)
+        yield frame
+    if last is not None and (rising or not peaks):
+        peaks.append(last)
+    peaks[:] = sorted(sorted(peaks, key=_depth)[-count:], key=_moment)
+
+
+def _depth(peak: Peak) -> float:
+    return peak[0]
+
+
+def _moment(peak: Peak) -> float:
+    return peak[1]

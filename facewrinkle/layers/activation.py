@@ -1,0 +1,113 @@
+"""What stands for contraction rates where something else than muscles moves the skin: measured compression."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..anatomy.face import Face
+from ..anatomy.muscles import Muscle
+from ..geometry.normals import vertex_normals
+from . import _kernels as kernels
+from .compression import StrainField, along, products
+
+Array = npt.NDArray[np.float64]
+Marks = npt.NDArray[np.bool_]
+
+SLACK, TAUT = 0.015, 0.05
+"""Mean compression of a muscle's region below which its wrinkles are absent, and from which they are as deep as the
+compression at each place makes them.
+"""
+
+QUARTERS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6.0
+"""Centroids of the four parts of a triangle."""
+
+
+class Activation:
+    """How much the skin over each muscle is compressed along it: a number in [0, 1] like a contraction rate.
+
+    The mean of the compressed part over the muscle's wrinkling region, smoothed to 0 below `SLACK` and to 1 above
+    `TAUT`. It is measured at fixed places of the base mesh, so that refinement does not change it. Of muscles that
+    fold the same skin in the same direction only the one of the deepest wrinkles acts.
+
+    Parameters
+    ----------
+    face : Face
+    muscles : list of Muscle
+        Fold patterns of its muscles.
+    zones : list of ndarray of bool, shape (m0,)
+        Triangles that each may touch.
+    field : StrainField
+        Of the base mesh, where the zones are.
+    """
+
+    def __init__(self, face: Face, muscles: list[Muscle], zones: list[Marks], field: StrainField) -> None:
+        self._field = field
+        hosts = np.flatnonzero(np.any(zones, axis=0)) if zones else np.empty(0, int)
+        corners = np.repeat(face.triangles[hosts], 4, axis=0)
+        weights = np.tile(QUARTERS, (len(hosts), 1))
+        where, normals, metric = (
+            np.einsum("nc,nck->nk", weights, values[corners])
+            for values in (face.points, vertex_normals(face.points, face.triangles), field.metric)
+        )
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        a, b, c = (face.points[face.triangles[hosts, k]] for k in range(3))
+        area = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1), 4)
+        entries = [
+            _entries(muscle, np.flatnonzero(np.repeat(zone[hosts], 4)), where, normals, metric, area)
+            for muscle, zone in zip(muscles, zones, strict=True)
+        ]
+        doubled = _doubled(entries, [muscle.wrinkles.depth for muscle in muscles])
+        self._count = len(muscles)
+        acting = [(k, *entries[k][:3]) for k in np.flatnonzero(~doubled)]
+        owner = np.concatenate([e[1] for e in acting] or [np.empty(0, int)])
+        order = np.argsort(owner, kind="stable")
+        self._muscle = np.concatenate([np.full(len(e[1]), e[0]) for e in acting] or [np.empty(0, int)])[order]
+        self._share = np.concatenate([e[2] for e in acting] or [np.empty(0)])[order]
+        self._products = np.concatenate([e[3] for e in acting] or [np.empty((0, 6))])[order]
+        self._starts = np.searchsorted(owner[order], np.arange(len(where) + 1)).astype(np.int32)
+        self._corners, self._weights = corners, weights
+
+    def of(self, deformed: Array) -> Array:
+        """Activation (k,) of the muscles in the deformed base mesh (n0, 3), mm."""
+        epsilon, strain = np.empty(len(self._share)), self._field.strain(deformed)
+        kernels.strain_epsilon(self._starts, self._corners, self._weights, strain, self._products, epsilon)
+        mean = np.bincount(self._muscle, self._share * np.maximum(epsilon, 0.0), self._count)
+        t = np.clip((mean - SLACK) / (TAUT - SLACK), 0.0, 1.0)
+        return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]
+
+
+def _entries(
+    muscle: Muscle, near: npt.NDArray[np.int64], where: Array, normals: Array, metric: Array, area: Array
+) -> Entries:
+    """Places in a muscle's region: their numbers, shares in its mean, products of the direction across the folds over
+    its squared length in the rest metric, and that direction.
+    """
+    envelope = muscle.envelope(where[near])
+    inside, envelope = near[envelope > 0.0], envelope[envelope > 0.0]
+    share = envelope * area[inside]
+    direction = muscle.fold_direction(where[inside])
+    direction = direction - (direction * normals[inside]).sum(axis=1, keepdims=True) * normals[inside]
+    direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
+    squares = products(direction) / np.maximum(along(metric[inside], direction), 1e-6)[:, None]
+    return inside, share / max(share.sum(), 1e-300), squares, direction
+
+
+def _doubled(entries: list[Entries], depths: list[float]) -> Marks:
+    """Muscles (k,) whose folds are those of one with deeper wrinkles."""
+    doubled = np.zeros(len(entries), bool)
+    order = sorted(range(len(entries)), key=lambda k: -depths[k])
+    for place, deep in enumerate(order):
+        for shallow in () if doubled[deep] else order[place + 1 :]:
+            (ours, share, _, across), (theirs, other, _, direction) = entries[deep], entries[shallow]
+            _, p, q = np.intersect1d(ours, theirs, assume_unique=True, return_indices=True)
+            alike = np.abs((across[p] * direction[q]).sum(axis=1)) > PARALLEL
+            doubled[shallow] |= min(share[p[alike]].sum(), other[q[alike]].sum()) > SAME
+    return doubled
+
+
+PARALLEL, SAME = 0.98, 0.9
+"""Cosine between directions, and the share of both regions, from which on two muscles fold the same wrinkles."""

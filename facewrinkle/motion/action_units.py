@@ -1,0 +1,89 @@
+"""Which action units the shapes of face capture stand for.
+
+The shapes are those of Apple's ARKit (ARFaceAnchor.BlendShapeLocation, 52 names that most face capture writes), and the
+few beside them of ICT-FaceKit. The units follow from what the names' documentation and the Facial Action Coding System
+(Ekman, Friesen, Hager: FACS, 2002) describe; where a shape mixes two, the one that it is mostly.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Literal
+
+from ..errors import unknown_name
+
+ARKIT: Mapping[str, str] = MappingProxyType(
+    {
+        "browInnerUp": "AU1",
+        "browOuterUp": "AU2",
+        "browDown": "AU4",
+        "eyeWide": "AU5",
+        "cheekSquint": "AU6",
+        "cheekRaiser": "AU6",
+        "eyeSquint": "AU7",
+        "mouthClose": "AU8",
+        "noseSneer": "AU9",
+        "mouthUpperUp": "AU10",
+        "mouthSmile": "AU12",
+        "mouthDimple": "AU14",
+        "mouthFrown": "AU15",
+        "mouthLowerDown": "AU16",
+        "mouthShrugLower": "AU17",
+        "mouthShrugUpper": "AU17",
+        "mouthPucker": "AU18",
+        "tongueOut": "AU19",
+        "mouthStretch": "AU20",
+        "mouthFunnel": "AU22",
+        "mouthPress": "AU24",
+        "jawOpen": "AU26",
+        "mouthRollLower": "AU28",
+        "mouthRollUpper": "AU28",
+        "jawForward": "AU29",
+        "jawLeft": "AU30",
+        "jawRight": "AU30",
+        "cheekPuff": "AU34",
+        "eyeBlink": "AU45",
+        "eyeLookUp": "AU63",
+        "eyeLookDown": "AU64",
+    }
+)
+"""Action unit by shape, without its side."""
+
+_SIDE = re.compile(r"(.+?)_?(L|R|Left|Right)")
+
+
+def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None) -> dict[str, float]:
+    """Action units by the weights of shapes; the largest weight counts where several shapes are one unit.
+
+    Parameters
+    ----------
+    weights : mapping of str to float
+        Shapes such as "mouthSmile_L", "mouthSmileLeft" or "jawOpen"; others are passed over.
+    side : {"l", "r"}, optional
+        Only shapes of this side of the face, and those without a side.
+
+    Returns
+    -------
+    dict of str to float
+        Without units of weight 0.
+
+    Examples
+    --------
+    >>> units_of({"browInnerUp": 0.5, "eyeBlinkLeft": 1.0, "eyeBlink_R": 0.25, "hairLong": 1.0})
+    {'AU1': 0.5, 'AU45': 1.0}
+    >>> units_of({"eyeBlinkLeft": 1.0, "eyeBlink_R": 0.25}, side="r")
+    {'AU45': 0.25}
+    """
+    if side not in (None, "l", "r"):
+        raise unknown_name("side", side, ("l", "r"))
+    found: dict[str, float] = {}
+    for shape, weight in weights.items():
+        stem, own = shape, None
+        if shape not in ARKIT and (match := _SIDE.fullmatch(shape)):
+            stem, own = match[1], match[2][0].lower()
+        if stem in ARKIT and weight > 0.0 and (side is None or own in (None, side)):
+            unit = ARKIT[stem]
+            found[unit] = max(found.get(unit, 0.0), weight)
+    return found

@@ -1,0 +1,223 @@
+"""What the skin meets: eyeballs, the other lip, the teeth.
+
+Each contact is an energy that is zero until two surfaces meet and grows with the square of how far one has entered the
+other; the skin's steps minimise it together with everything else. So lids press on the eye and lips on each other and
+on the teeth in a balance of forces that does not depend on the time step, and no energy comes from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..anatomy.eyes import ROOM
+from ..anatomy.face import Face
+from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE
+from ..anatomy.teeth import ELLIPSE
+from ..anatomy.teeth import LIPS as BEHIND_LIPS
+from ..geometry.normals import vertex_normals
+from . import _skin_kernels as kernels
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+STIFFNESS = 2.5
+"""Of the contact of a vertex, relative to how stiffly the skin itself resists when that vertex alone is moved."""
+
+THICKNESS = 0.1
+"""Lips that are farther apart at rest than this touch when they are as near, mm."""
+
+TEETH = 8.0
+"""Stiffness of the contact with the teeth per area, relative to the membrane stiffness of the skin, 1/mm^2."""
+
+SLACK = 0.05
+"""How far skin that touches at rest may enter before it is pushed, mm: rest is an equilibrium with some room."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ball:
+    """An eyeball, mm: from how near to its centre on each vertex around it is pushed, how near it may come at all, and
+    the stiffness there.
+    """
+
+    vertices: IntArray
+    centre: Array
+    radii: Array
+    least: Array
+    weight: Array
+
+
+@dataclass(frozen=True, eq=False)
+class LipPairs:
+    """Vertices of one lip, and the places of the other lip that lie straight above or below.
+
+    Attributes
+    ----------
+    vertices : ndarray of int, shape (k,)
+    corners : ndarray of int, shape (k, 3)
+        The triangle that a vertex faces.
+    shares : ndarray, shape (k, 3)
+        Barycentric coordinates in it.
+    away : ndarray, shape (k, 3)
+        Unit direction in which the vertex parts from it.
+    gap, allowed : ndarray, shape (k,)
+        Their distance at rest, and the least that is allowed, mm.
+    weight : ndarray, shape (k,)
+    """
+
+    vertices: IntArray
+    corners: npt.NDArray[np.int32]
+    shares: Array
+    away: Array
+    gap: Array
+    allowed: Array
+    weight: Array
+
+
+@dataclass(frozen=True, eq=False)
+class DentalWall:
+    """The outer border of the dental arches, an upright elliptic cylinder of the half axes `half` (2,), mm.
+
+    Attributes
+    ----------
+    vertices : ndarray of int, shape (k,)
+        What lies before it.
+    axes : ndarray, shape (2, 3)
+        The subject's left, and forward.
+    local : ndarray, shape (k, 2)
+        Rest positions along them from the cylinder's middle.
+    allowed : ndarray, shape (k,)
+        From which relative radius inwards a vertex is pushed.
+    weight : ndarray, shape (k,)
+    """
+
+    vertices: IntArray
+    axes: Array
+    local: Array
+    half: Array
+    allowed: Array
+    weight: Array
+
+
+class Contacts:
+    """All contacts of a face; lengths in mm.
+
+    Parameters
+    ----------
+    face : Face
+    resistance : ndarray, shape (n,)
+        Of the skin, per mm, when one vertex alone is moved.
+    area : ndarray, shape (n,)
+        Of the skin around each vertex, mm^2.
+    """
+
+    def __init__(self, face: Face, resistance: Array, area: Array) -> None:
+        weight = STIFFNESS * resistance
+        self._points = face.points * face.unit
+        self.balls = [_ball(self._points, weight, eye.centre * face.unit, eye.radius * face.unit) for eye in face.eyes]
+        self.lips = _lip_pairs(face, self._points, weight)
+        self.teeth = _dental_wall(face, self._points, TEETH * area)
+
+    def energy(self, u: Array, shift: Array, gradient: Array) -> float:
+        """Energy at displacements `u` when bones have carried the ties by `shift`; adds to its gradient."""
+        energy = 0.0
+        for b in self.balls:
+            energy += kernels.ball(u, self._points, b.vertices, b.centre, b.radii, b.weight, gradient)
+        p, t = self.lips, self.teeth
+        energy += kernels.pairs(u, p.vertices, p.corners, p.shares, p.away, p.gap, p.allowed, p.weight, gradient)
+        energy += kernels.wall(u, shift, t.vertices, t.local, t.axes, t.half, t.allowed, t.weight, gradient)
+        return float(energy)
+
+    def keep_off_eyes(self, u: Array) -> None:
+        """Push out what a step that did not converge has left deep in an eyeball."""
+        for ball in self.balls:
+            kernels.keep_off_eye(u, self._points, ball.vertices, ball.centre, ball.least)
+
+
+def _ball(points: Array, weight: Array, centre: Array, radius: float) -> Ball:
+    """Room is kept for the chords between the vertices, where there is room at rest."""
+    distance = np.sqrt(((points - centre) ** 2).sum(axis=1))
+    near = np.flatnonzero(distance < 2.0 * radius)
+    radii = np.minimum(distance[near] - SLACK, radius / ROOM)
+    return Ball(near, centre, radii, np.minimum(radii - SLACK, radius), weight[near])
+
+
+def _dental_wall(face: Face, points: Array, weight: Array) -> DentalWall:
+    scale = face.frame.pupil_distance * face.unit / MEAN_PUPIL_DISTANCE
+    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]) * face.unit
+    half = scale * np.array(ELLIPSE["upper"])
+    local = (points - lips) @ face.frame.axes.T
+    close = (np.linalg.norm(local, axis=1) < 50.0 * scale) & (np.abs(local[:, 1]) < 25.0 * scale)
+    local = local[:, [0, 2]] + [0.0, half[1] + BEHIND_LIPS * scale]
+    vertices = np.flatnonzero(close & (local[:, 1] > 0.3 * half[1]))
+    # What lies behind the wall at rest is not pushed out of it.
+    radius = np.hypot(*(local[vertices] / half).T) - SLACK / half[1]
+    axes = np.ascontiguousarray(face.frame.axes[[0, 2]])
+    return DentalWall(vertices, axes, local[vertices].copy(), half, np.minimum(radius, 1.0), weight[vertices])
+
+
+def _lip_pairs(face: Face, points: Array, weight: Array) -> LipPairs:
+    """What faces what across the line where the lips meet, seen straight up and down at rest."""
+    left, up, _ = face.frame.axes
+    size = face.frame.pupil_distance * face.unit
+    landmarks = {name: point * face.unit for name, point in face.landmarks.items()}
+    lips = 0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"])
+    reach = 0.55 * abs((landmarks["mouth_l"] - landmarks["mouth_r"]) @ left)
+    thick = 0.75 * abs((landmarks["upper_lip_mid"] - landmarks["lower_lip_mid"]) @ up)
+    local = (points - lips) @ face.frame.axes.T
+    near = (
+        (np.abs(local[:, 0]) < reach) & (np.abs(local[:, 1]) < thick + 0.1 * size) & (np.abs(local[:, 2]) < 0.4 * size)
+    )
+    facing = vertex_normals(points, face.triangles) @ up
+    inside = np.flatnonzero(near[face.triangles].all(axis=1))
+    triangles = face.triangles[inside]
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    slope = np.cross(b - a, c - a) @ up
+    found = []
+    for sign in (1.0, -1.0):  # the upper lip looks down on triangles that look up, and the other way round
+        own = np.flatnonzero(near & (sign * facing < -0.2))
+        other = triangles[sign * slope > 1e-12]
+        found.append(_seen(local, own, other, sign, 0.25 * size))
+    vertices, corners, shares, gap, signs = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    allowed = np.minimum(gap - SLACK, THICKNESS)
+    return LipPairs(vertices, corners.astype(np.int32), shares, signs[:, None] * up, gap, allowed, weight[vertices])
+
+
+def _seen(
+    local: Array, own: IntArray, triangles: npt.NDArray[np.int32], sign: float, far: float
+) -> tuple[npt.NDArray[Any], ...]:
+    """For each vertex of `own` that sees one, the nearest of the triangles straight below (sign 1) or above it.
+
+    Vertices, corners, barycentric coordinates, distances and signs; coordinates are [left, up, forward].
+    """
+    flat = local[:, [0, 2]]
+    a, b, c = (flat[triangles[:, k]] for k in range(3))
+    vertices, corners, shares, gaps = [], [], [], []
+    for i in own:
+        offset = flat[i]
+        parts = np.stack(
+            [_doubled(b - offset, c - offset), _doubled(c - offset, a - offset), _doubled(a - offset, b - offset)],
+            axis=1,
+        )
+        total = parts.sum(axis=1)
+        share = parts / np.where(total == 0.0, 1.0, total)[:, None]
+        over = (share.min(axis=1) >= 0.0) & (total != 0.0) & ~(triangles == i).any(axis=1)
+        gap = sign * (local[i, 1] - (share * local[triangles, 1]).sum(axis=1))
+        over &= (gap >= 0.0) & (gap < far)
+        if over.any():
+            k = int(np.argmin(np.where(over, gap, np.inf)))
+            vertices.append(i)
+            corners.append(triangles[k])
+            shares.append(share[k])
+            gaps.append(gap[k])
+    return (
+        np.array(vertices, dtype=np.int64), np.array(corners, dtype=np.int64).reshape(-1, 3),
+        np.array(shares).reshape(-1, 3), np.array(gaps), np.full(len(gaps), sign),
+    )  # fmt: skip
+
+
+def _doubled(p: Array, q: Array) -> Array:
+    return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])

@@ -1,0 +1,90 @@
+"""Teeth: closed crowns in two symmetric arches behind the lips, that bite over one another and go with the face."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+import facewrinkle as fw
+from facewrinkle.anatomy.landmarks import frame_of
+from facewrinkle.anatomy.teeth import BELOW, OVERBITE, OVERJET, WIDTHS, Arch, teeth_of
+
+
+@pytest.fixture(scope="module")
+def face() -> fw.Face:
+    return fw.default_face()
+
+
+@pytest.fixture(scope="module")
+def arches(face: fw.Face) -> tuple[Arch, Arch]:
+    return teeth_of(face.landmarks, face.frame)
+
+
+def local(face: fw.Face, points: np.ndarray) -> np.ndarray:
+    """Left, up, forward from the middle of the lips."""
+    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+    return (points - lips) @ face.frame.axes.T
+
+
+def crowns(arch: Arch) -> list[np.ndarray]:
+    """Triangles of the closed parts."""
+    n, (i, j, _) = len(arch.points), arch.triangles.T
+    graph = csr_array((np.ones(2 * len(i)), (np.append(i, j), np.append(j, arch.triangles[:, 2]))), shape=(n, n))
+    regions = connected_components(graph, directed=False)[1][i]
+    parts = [arch.triangles[regions == region] for region in np.unique(regions)]
+    return sorted(parts, key=len)[:-1]
+
+
+def test_fourteen_crowns_in_each_jaw_that_enclose_their_volume(arches):
+    """Open at the root only: closed with the mean of the last ring, the volume is positive and that of a tooth."""
+    for arch in arches:
+        parts = crowns(arch)
+        assert len(parts) == 2 * len(WIDTHS[arch.jaw])
+        for triangles in parts:
+            a, b, c = np.moveaxis(arch.points[triangles], 1, 0)
+            edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+            twins = set(map(tuple, edges.tolist()))
+            rim = np.array([e for e in edges.tolist() if (e[1], e[0]) not in twins])
+            root = arch.points[rim[:, 0]].mean(axis=0)
+            volume = np.einsum("mi,mi->m", np.cross(a - root, b - root), c - root).sum()
+            assert 100.0 < volume / 6.0 < 1000.0
+
+
+def test_arches_are_mirror_symmetric(face, arches):
+    for arch in arches:
+        points = np.round(local(face, arch.points), 6) + 0.0
+        table = {tuple(p) for p in points.tolist()}
+        assert {tuple(p) for p in (points * [-1, 1, 1] + 0.0).tolist()} == table
+
+
+def test_upper_incisors_bite_over_the_lower_ones(face, arches):
+    upper, lower = (local(face, arch.points) for arch in arches)
+    middle = [np.abs(points[:, 0]) < 4.0 for points in (upper, lower)]
+    scale = face.frame.pupil_distance / 63.0
+    edge, other = upper[middle[0], 1].min(), lower[middle[1], 1].max()
+    assert edge == pytest.approx(-BELOW * scale, abs=0.3)
+    assert other - edge == pytest.approx(OVERBITE * scale, abs=0.3)
+    front = [
+        points[near & (np.abs(points[:, 1]) < 3.0), 2].max()
+        for points, near in zip((upper, lower), middle, strict=True)
+    ]
+    assert front[0] - front[1] == pytest.approx(OVERJET * scale, abs=0.5)
+
+
+def test_closed_lips_cover_them(face, arches):
+    """Straight ahead of every point there is skin."""
+    forward = face.frame.axes[2]
+    for arch in arches:
+        for point in arch.points[::7]:
+            assert len(face.mesh.ray_trace(point, point + 100.0 * forward)[0]) > 0
+
+
+def test_teeth_go_with_the_face(face, arches):
+    turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    moved = {name: 0.1 * turn @ point + [3.0, -2.0, 5.0] for name, point in face.landmarks.items()}
+    for arch, other in zip(arches, teeth_of(moved, frame_of(moved)), strict=True):
+        np.testing.assert_allclose(other.points, 0.1 * arch.points @ turn.T + [3.0, -2.0, 5.0], atol=1e-9)
+        assert (other.triangles == arch.triangles).all()

@@ -1,0 +1,107 @@
+"""What stands for contraction rates on a recording: the measured compression over each muscle.
+
+what                        checked against
+uniform scaling             the smoothstep of its compression, for every muscle that folds skin
+rest, stretching, turning   exactly or nearly 0
+parts and whole             never more than 1, and more for more compression
+two muscles, one fold       the one with the deeper wrinkles alone
+a contracted skin, replayed the wrinkles that the contraction itself made
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import facewrinkle as fw
+from facewrinkle.layers.activation import SLACK, TAUT, Activation
+from facewrinkle.layers.compression import StrainField
+from facewrinkle.layers.muscle_wrinkles import zone
+
+
+@pytest.fixture(scope="module")
+def activation(face):
+    return activation_of(face, [muscle.fold_pattern for muscle in face.muscles.values()])
+
+
+def activation_of(face, muscles):
+    zones = [zone(muscle, face.points, face.triangles) for muscle in muscles]
+    return Activation(face, muscles, zones, StrainField(face.points, face.triangles))
+
+
+def named(face, values):
+    return dict(zip(face.muscles, values, strict=True))
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 1.0, 2.0])
+def test_uniform_compression_wakes_all_muscles_alike(face, activation, share):
+    c = SLACK + share * (TAUT - SLACK)
+    found = named(face, activation.of((1.0 - c) * face.points))
+    t = min(share, 1.0)
+    folding = {name for name, rate in found.items() if rate > 0.0}
+    assert len(folding) >= 20
+    assert not {name for name in folding if name.startswith(("jaw", "levator_palpebrae"))}
+    for name in folding:
+        assert found[name] == pytest.approx(t * t * (3.0 - 2.0 * t), abs=1e-9)
+
+
+def test_rest_stretched_and_turned_skin_sleeps(face, activation):
+    turned = face.points @ Rotation.from_rotvec([0.4, -1.3, 0.8]).as_matrix().T + [100.0, 5.0, -40.0]
+    for deformed in (face.points, 1.2 * face.points, turned, (1.0 - 0.9 * SLACK) * face.points):
+        assert not activation.of(deformed).any()
+
+
+def test_more_compression_is_never_less_activation(face, activation):
+    before = np.zeros(len(face.muscles))
+    for c in np.linspace(0.0, 0.4, 21):
+        now = activation.of(face.points * [1.0, 1.0 - c, 1.0])
+        assert (now >= before - 1e-12).all()
+        assert now.max() <= 1.0
+        before = now
+    rates = named(face, before)
+    assert rates["frontalis_inner_l"] == 1.0  # along y
+    assert rates["corrugator_l"] < 0.2  # across it
+
+
+def test_of_two_muscles_with_one_fold_the_deeper_acts(face):
+    squeezed = 0.9 * face.points
+    pattern = face.muscles["frontalis_inner_l"].fold_pattern
+    deeper, shallower = pattern.replaced(depth=2.0), pattern.replaced(depth=0.7)
+    other = face.muscles["frontalis_inner_r"].fold_pattern
+    assert activation_of(face, [shallower, deeper, other]).of(squeezed).tolist() == [0.0, 1.0, 1.0]
+    assert activation_of(face, [deeper, shallower, other]).of(squeezed).tolist() == [1.0, 0.0, 1.0]
+
+
+def test_muscles_with_the_folds_of_others_give_way_on_the_built_in_face(face, activation):
+    rates = named(face, activation.of(0.9 * face.points))
+    for side in "lr":
+        lids, orbital = (rates[f"orbicularis_oculi{part}_{side}"] for part in ("", "_orbital"))
+        assert sorted((lids, orbital)) == [0.0, 1.0]
+
+
+@pytest.mark.parametrize("expression", ["surprise", "frowning"])
+def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(face, played, expression):
+    held = played(expression).held
+    recorded = fw.Recorded.of_positions([face.points, held.bare], times=[0.0, 0.4])
+    sim = fw.Simulation(face, motion=recorded)
+    for _ in range(40):
+        frame = sim.step()
+    n = face.mesh.n_points
+    np.testing.assert_allclose(sim.motion.step(), held.bare, atol=1e-12)
+    making = [name for name, rate in held.rates.items() if rate > 0.0]
+    rates = named(face, sim.layers[0].rates)
+    assert min(rates[name] for name in making) == 1.0
+    ours = {name: sim.fields(name) for name in making}
+    for name in making:
+        np.testing.assert_allclose(ours[name]["epsilon"][:n], held.fields[name]["epsilon"][:n], atol=1e-9)
+    # Other muscles wake where the moving skin is squeezed over them; elsewhere the wrinkles are the same.
+    together = sum(own["W"] for own in ours.values())
+    alone = (np.abs(frame["W"] - together) < 1e-12)[:n]
+    replayed, made = together[:n][alone], sum(held.fields[name]["W"] for name in making)[:n][alone]
+    assert np.ptp(replayed) > 0.5
+    np.testing.assert_allclose(replayed, made, atol=1e-9)
+
+
+def test_a_face_without_muscles_has_nothing_to_wake(face):
+    assert activation_of(face, []).of(0.5 * face.points).shape == (0,)

@@ -1,0 +1,196 @@
+"""Motions other than the skin, and surfaces that are no faces.
+
+what                         checked against
+a still surface              itself, bit for bit, in its own unit
+a motion of one's own        the points that it hands out; its time step; the moments that layers see
+motions that do not fit      the errors that name what is wrong
+compression of a moment      the scaling that the motion applies; computed once, and only when asked for
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
+from facewrinkle.layers.base import Relief
+from facewrinkle.motion.base import Still, Undriven
+
+
+class Squeezed(Undriven):
+    """Squeezes the mesh along x, by a hundredth more at each step, and turns it."""
+
+    def __init__(self, face, time_step=0.1):
+        self.points, self.time_step, self.taken = face.points * face.unit, time_step, 0
+
+    def reset(self):
+        self.taken = 0
+
+    def step(self):
+        self.taken += 1
+        return (self.points * [1.0 - 0.01 * self.taken, 1.0, 1.0])[:, [1, 2, 0]]
+
+
+class Probe:
+    """A layer that keeps the moments that it sees and measures `ask` of them."""
+
+    def __init__(self, ask=lambda moment: None):
+        self.ask, self.seen = ask, []
+
+    def attach(self, face):
+        self.face = face
+
+    def follow(self, change, created):
+        pass
+
+    def relief(self, moment):
+        self.seen.append((moment, self.ask(moment)))
+        n = len(moment.bare)
+        return Relief(np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
+
+    def fields(self):
+        return {}
+
+
+@pytest.fixture
+def cloth():
+    return pv.Plane(i_size=4.0, j_size=3.0, i_resolution=8, j_resolution=6)
+
+
+def test_any_surface_keeps_still(cloth, tmp_path):
+    cloth.save(tmp_path / "cloth.vtp")
+    for source, units in ((cloth, "mm"), (tmp_path / "cloth.vtp", "mm"), (fw.surface(cloth, "cm"), "cm")):
+        sim = fw.Simulation(source)
+        assert isinstance(sim.motion, Still)
+        assert sim.layers == []
+        assert sim.muscles == ()
+        assert sim.face.unit == {"mm": 1.0, "cm": 10.0}[units]
+        frames = [*sim.run(3), sim.step()]
+        for frame in frames:
+            assert np.array_equal(frame.points, sim.face.points)
+            assert np.array_equal(frame.regular_faces, sim.face.triangles)
+            assert not frame["W"].any()
+        assert sim.time == pytest.approx(0.08)
+
+
+def test_a_surface_has_no_anatomy_and_remembers_its_points():
+    apart = pv.merge([pv.Plane(), pv.Plane(center=(9.0, 0.0, 0.0), i_size=3.0)])
+    with pytest.warns(fw.FaceWrinkleWarning, match="separate parts"):
+        face = fw.surface(apart, 2.5)
+    assert (face.landmarks, face.muscles, face.eyes, face.guides) == ({}, {}, [], {})
+    assert np.array_equal(np.asarray(apart.points)[face.source_points], face.points)
+    assert np.array_equal(face.frame.axes, np.eye(3))
+    np.testing.assert_allclose(face.frame.origin, [9.0, 0.0, 0.0], atol=1e-6)
+    with pytest.raises(UnknownNameError, match="unit"):
+        fw.surface(pv.Plane(), "ell")
+    for units in (0.0, -1.0, np.nan, None):
+        with pytest.raises(ParameterError, match="units must"):
+            fw.surface(pv.Plane(), units)
+    with pytest.raises(MeshError, match="no file"):
+        fw.Simulation("nowhere.obj")
+
+
+def test_a_plain_surface_can_be_drawn():
+    from facewrinkle.plotting import Style, picture
+
+    frame = fw.Simulation(ball := fw.surface(pv.Sphere(radius=30.0))).step()
+    image = picture(frame, ball, Style((64, 64))).astype(int)
+    assert abs(image[32, 32] - image[0, 0]).max() > 60
+    assert abs(image[0, 0] - image[0, -1]).max() < 40
+
+
+def test_muscle_wrinkles_find_nothing_on_a_surface_without_muscles(cloth):
+    sim = fw.Simulation(cloth, layers=[fw.MuscleWrinkles()])
+    assert not sim.step()["W"].any()
+
+
+def test_a_motion_of_ones_own_moves_the_surface(cloth):
+    face = fw.surface(cloth, "cm")
+    probe = Probe()
+    sim = fw.Simulation(face, layers=[probe], motion=Squeezed(face))
+    frames = list(sim.run(4))
+    for number, frame in enumerate(frames, start=1):
+        expected = (face.points * [1.0 - 0.01 * number, 1.0, 1.0])[:, [1, 2, 0]]
+        np.testing.assert_allclose(frame.points, expected, atol=1e-14)
+    moments = [moment for moment, _ in sim.layers[0].seen]
+    np.testing.assert_allclose([moment.time for moment in moments], [0.1, 0.2, 0.3, 0.4])
+    assert all(len(moment.rates) == 0 for moment in moments)
+    sim.reset()
+    assert sim.time == 0.0
+    assert np.array_equal(sim.step().points, frames[0].points)
+
+
+def test_layers_measure_the_compression_of_a_moment(cloth, monkeypatch):
+    calls = []
+    from facewrinkle.layers import compression
+
+    strain = compression.StrainField.strain
+    monkeypatch.setattr(compression.StrainField, "strain", lambda *a: calls.append(1) or strain(*a))
+    face = fw.surface(cloth)
+    layers = [
+        Probe(),
+        Probe(lambda m: m.compression(np.array([1.0, 0.0, 0.0]))),
+        Probe(lambda m: m.principal_compression),
+    ]
+    sim = fw.Simulation(face, layers=layers, motion=Squeezed(face))
+    for number in range(1, 4):
+        sim.step()
+        assert len(calls) == number
+        (_, along_x), (_, (most, tangents)) = (layer.seen[-1] for layer in sim.layers[1:])
+        np.testing.assert_allclose(along_x, 0.01 * number, atol=1e-12)
+        np.testing.assert_allclose(most, 0.01 * number, atol=1e-12)
+        np.testing.assert_allclose(np.abs(tangents), np.tile([1.0, 0.0, 0.0], (len(most), 1)), atol=1e-6)
+    del calls[:]
+    fw.Simulation(face, layers=[Probe()], motion=Squeezed(face)).step()
+    assert calls == []
+
+
+def test_the_skin_of_a_moment_is_measured_where_the_mesh_is_refined(face):
+    sim = fw.Simulation(
+        face, layers=[fw.MuscleWrinkles(), Probe(lambda m: (m.principal_compression[0], m.sites.points))]
+    )
+    sim.express("surprise")
+    *_, frame = sim.run(20)
+    most, where = sim.layers[1].seen[-1][1]
+    assert frame.n_points > face.mesh.n_points
+    assert most.shape == (frame.n_points,)
+    # Where muscles fold, the skin is compressed along them; no tangent is compressed more than the principal one.
+    folded = np.asarray(frame["W"]) != 0.0
+    assert (most[folded] >= np.asarray(frame["epsilon"])[folded] - 0.02).all()
+    assert np.array_equal(where, frame["rest"])
+
+
+def test_motions_that_do_not_fit_are_refused(face, cloth):
+    other = fw.surface(cloth)
+    with pytest.raises(ParameterError, match=f"63 points, the face has {len(face.points)}"):
+        fw.Simulation(face, motion=Still(other))
+    with pytest.raises(ParameterError, match="0.5.*one of its own, 0.02"):
+        fw.Simulation(face, motion=Still(face), time_step=0.5)
+    assert fw.Simulation(face, motion=Still(face, 0.5), time_step=0.5).motion.time_step == 0.5
+    with pytest.raises(ParameterError, match="material"):
+        fw.Simulation(face, motion=Still(face), material=fw.SkinMaterial())
+    with pytest.raises(ParameterError, match="time_step"):
+        Still(face, 0.0)
+    fewer = dataclasses.replace(face, muscles={"mentalis_l": face.muscles["mentalis_l"]})
+    with pytest.raises(ParameterError, match=f"all {len(face.muscles)} muscles"):
+        fw.Simulation(face, motion=fw.Skin(fewer))
+    sim = fw.Simulation(face, motion=Still(face))
+    with pytest.raises(ParameterError, match="moved by a Still.*frontalis"):
+        sim.express("surprise")
+    sim.relax()
+    with pytest.raises(ParameterError, match="no skin.*Still"):
+        _ = sim.skin
+
+
+def test_a_skin_can_be_given(face):
+    skin = fw.Skin(face, 0.01)
+    sim, usual = fw.Simulation(face, motion=skin), fw.Simulation(face, time_step=0.01)
+    assert sim.skin is skin
+    for each in (sim, usual):
+        each.express("AU4")
+    for ours, theirs in zip(sim.run(5), usual.run(5), strict=True):
+        assert np.array_equal(ours.points, theirs.points)

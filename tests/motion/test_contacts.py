@@ -1,0 +1,113 @@
+"""What the skin meets.
+
+what                    checked against
+force of a contact      differences of its energy; zero, soft, linear and constant parts
+balls, pairs, walls     differences of their energies; their geometry written out
+lips                    rays from each lip to the other at rest; parted lips are left alone
+teeth                   the ellipse of the arches; what goes with the jaw meets the lower teeth
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.anatomy.teeth import teeth_of
+from facewrinkle.motion import _skin_kernels as kernels
+from facewrinkle.motion.skin import Skin
+
+
+@pytest.fixture(scope="module")
+def skin(face):
+    return Skin(face)
+
+
+def held(skin, rates, steps=30):
+    skin.reset()
+    skin.contract(rates)
+    for _ in range(steps):
+        x = skin.step()
+    return x
+
+
+def test_the_force_of_a_contact_is_the_slope_of_its_energy():
+    h = 1e-6
+    for depth in (0.01, 0.05, kernels.SOFT, 0.2, kernels.DEEP, 1.0, 5.0):
+        rise = (kernels.contact(depth + h)[1] - kernels.contact(depth - h)[1]) / (2 * h)
+        assert rise == pytest.approx(kernels.contact(depth)[0], rel=1e-4)
+    force = [kernels.contact(d)[0] for d in (1e-9, 0.15, 0.25, kernels.DEEP, 7.0)]
+    assert force[0] < 1e-12
+    assert force[2] - force[1] == pytest.approx(0.1)  # stiffness 1
+    assert force[3] == force[4]
+
+
+def test_contacts_push_along_the_slope_of_their_energy(skin):
+    rng, contacts = np.random.default_rng(2), skin.contacts
+    shift = rng.normal(size=skin.points.shape)
+    u = 3.0 * rng.normal(size=skin.points.shape)
+    gradient = np.zeros_like(u)
+    assert contacts.energy(u, shift, gradient) > 0.0
+    h = 1e-6
+    for _ in range(5):
+        way = rng.normal(size=u.shape)
+        ends = [contacts.energy(u + sign * h * way, shift, np.zeros_like(u)) for sign in (1.0, -1.0)]
+        assert (ends[0] - ends[1]) / (2 * h) == pytest.approx(float((gradient * way).sum()), rel=1e-5)
+
+
+def test_at_rest_nothing_touches(skin):
+    gradient = np.zeros_like(skin.points)
+    assert skin.contacts.energy(np.zeros_like(gradient), np.zeros_like(gradient), gradient) == 0.0
+    assert not gradient.any()
+
+
+def test_lips_face_each_other_along_the_height(face, skin):
+    p, up = skin.contacts.lips, face.frame.axes[1]
+    assert len(p.vertices) > 20
+    other = np.einsum("kc,kcj->kj", p.shares, skin.points[p.corners])
+    np.testing.assert_allclose(skin.points[p.vertices] - other, p.gap[:, None] * p.away, atol=1e-9)
+    sides = p.away @ up
+    np.testing.assert_allclose(np.abs(sides), 1.0)
+    middle = face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]
+    assert (skin.points[p.vertices[sides > 0]] @ up > 0.5 * middle @ up - 2.0).all()  # upper lip
+    assert not set(p.vertices[sides > 0]) & set(p.vertices[sides < 0])
+
+
+def lip_gap(skin, x):
+    p = skin.contacts.lips
+    return ((x[p.vertices] - np.einsum("kc,kcj->kj", p.shares, x[p.corners])) * p.away).sum(axis=1)
+
+
+def test_lips_that_are_pressed_together_stop_each_other(face):
+    """The chin pushes the lower lip up: free, it would pass far through the upper one."""
+    free, stopped = Skin(face), Skin(face)
+    p = free.contacts.lips
+    p.weight[:] = 0.0
+    rates = dict.fromkeys(("mentalis_l", "mentalis_r", "depressor_anguli_oris_l", "depressor_anguli_oris_r"), 1.0)
+    assert lip_gap(free, held(free, rates)).min() < -1.0
+    x = held(stopped, rates)
+    assert lip_gap(stopped, x).min() > -0.1
+    assert lip_gap(stopped, x).min() < 0.2  # they do touch
+
+
+def test_lips_stay_before_the_teeth(face):
+    skin = Skin(face)
+    t = skin.contacts.teeth
+    upper, _ = teeth_of(face.landmarks, face.frame)
+    # The arch that is drawn lies within the wall, but for the bulge of its crowns.
+    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+    middle = lips + ((skin.points[t.vertices[0]] - lips) @ t.axes.T - t.local[0]) @ t.axes
+    radius = np.hypot(*(((upper.points - middle) @ t.axes.T) / t.half).T)
+    assert 0.95 < radius.max() < 1.05
+    for rates in ({"risorius_l": 1.0, "risorius_r": 1.0}, {"risorius_l": 1.0, "risorius_r": 1.0, "jaw": 0.5}):
+        held(skin, rates)
+        carried = t.local + (skin.displacement - skin._shift)[t.vertices] @ t.axes.T
+        depth = (np.minimum(np.hypot(*(t.local / t.half).T), 1.0) - np.hypot(*(carried / t.half).T)) * t.half[1]
+        assert depth.max() < 0.3
+
+
+def test_parted_lips_do_not_feel_each_other(face):
+    skin = Skin(face)
+    x = held(skin, fw.ACTION_UNITS["AU27"])
+    touching = lip_gap(skin, x) < skin.contacts.lips.allowed
+    assert touching.mean() < 0.1

@@ -1,0 +1,65 @@
+"""Time series as animations; glTF is in test_gltf.py.
+
+what                     checked against
+a series that we wrote   the frames that went into it, times and all; the face that it is played on
+what cannot be played    the errors that name it
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.errors import MeshError
+from facewrinkle.export import write_series
+
+TIMES = [0.1, 0.3, 0.4, 0.9]
+
+
+def test_a_series_is_played_back(face, tmp_path):
+    sim = fw.Simulation(face, fw.Refinement(max_level=0), layers=[])
+    sim.express("frowning")
+    frames = list(sim.run(4))
+    path = write_series([fw.Simulation(face, layers=[]).step(), *frames], [0.0, *TIMES], tmp_path / "frown.vtkhdf")
+    mesh, recorded = fw.read_animation(path)
+    assert np.array_equal(mesh.points, face.points)
+    assert np.array_equal(mesh.regular_faces, face.triangles)
+    assert recorded.track.times.tolist() == [0.0, *TIMES]
+    for time, frame in zip(TIMES, frames, strict=True):
+        np.testing.assert_allclose(recorded.positions(time, face.points), frame.points, atol=1e-12)
+    halfway = 0.5 * (frames[0].points + frames[1].points)
+    np.testing.assert_allclose(recorded.positions(0.2, face.points), halfway, atol=1e-12)
+    # On the face itself, with the wrinkles that the series was written without.
+    *_, top = fw.Simulation(face, motion=recorded, time_step=0.3).run(40)
+    assert np.ptp(top["W"]) > 0.2
+    assert top.n_points > face.mesh.n_points
+
+
+def test_a_series_of_any_surface(tmp_path):
+    waves = [pv.Plane(i_resolution=3, j_resolution=3) for _ in range(3)]
+    for height, wave in enumerate(waves):
+        wave.points[:, 2] = 0.1 * height
+    mesh, recorded = fw.read_animation(write_series(waves, [1.0, 2.0, 3.0], tmp_path / "waves.vtkhdf"))
+    frame = fw.Simulation(mesh, motion=recorded, time_step=0.5).step()
+    np.testing.assert_allclose(frame.points[:, 2], 0.05, atol=1e-7)
+
+
+def test_series_that_cannot_be_played_are_refused(tmp_path):
+    one, other = pv.Sphere(theta_resolution=8), pv.Sphere(theta_resolution=9)
+    turned = one.copy()
+    turned.flip_faces(inplace=True)
+    for frames, message in (
+        ([one], "one moment"),
+        ([one, other], "changes at step 1.*max_level=0"),
+        ([one, one, turned], "changes at step 2"),
+    ):
+        for frame in frames:
+            frame.clear_data()
+        path = write_series(frames, np.arange(len(frames)) * 1.0, tmp_path / "bad.vtkhdf")
+        with pytest.raises(MeshError, match=message):
+            fw.read_animation(path)
+    (tmp_path / "bad.vtkhdf").write_bytes(b"nothing")
+    with pytest.raises(MeshError, match="cannot be read"):
+        fw.read_animation(tmp_path / "bad.vtkhdf")

@@ -1,0 +1,516 @@
+"""glTF files with animations, written here byte by byte.
+
+what                        checked against
+points, shapes, weights     the arrays that went into the file: float, sparse, strided, quantised, in other files
+interpolation               linear, step; scipy's Hermite spline
+nodes                       products of scipy's rotations, scales and shifts, at rest and while they move
+seams                       a sheet whose halves meet at a seam; lips that touch and part
+which mesh, which animation the choice among several
+what cannot be read         the errors that name it
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import struct
+import sys
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+from scipy.spatial.transform import Rotation, Slerp
+
+import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageError, UnknownNameError
+
+pytest.importorskip("pygltflib")
+
+KINDS = {"f4": 5126, "u2": 5123, "u4": 5125, "u1": 5121, "i1": 5120, "i2": 5122}
+TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+
+
+class File:
+    """A glTF file in the making: arrays become accessors, the rest is `content`."""
+
+    def __init__(self):
+        self.blob = bytearray()
+        self.content = {
+            "asset": {"version": "2.0"},
+            "accessors": [],
+            "bufferViews": [],
+            "meshes": [],
+            "nodes": [],
+            "scenes": [{"nodes": [0]}],
+            "scene": 0,
+        }
+
+    def view(self, data, **more):
+        self.blob += b"\0" * (-len(self.blob) % 4)
+        self.content["bufferViews"].append({"buffer": 0, "byteOffset": len(self.blob), "byteLength": len(data), **more})
+        self.blob += data
+        return len(self.content["bufferViews"]) - 1
+
+    def array(self, values, kind="f4", view=None, **more):
+        values = np.atleast_1d(np.asarray(values))
+        values = values.reshape(len(values), -1)
+        index = self.view(values.astype("<" + kind).tobytes()) if view is None else view
+        accessor = {"componentType": KINDS[kind], "count": len(values), "type": TYPES[values.shape[1]], **more}
+        if index is not False:
+            accessor["bufferView"] = index
+        self.content["accessors"].append(accessor)
+        return len(self.content["accessors"]) - 1
+
+    def mesh(self, points, triangles, shapes=(), names=None, texture=None, **more):
+        attributes = {"POSITION": self.array(points)}
+        if texture is not None:
+            attributes["TEXCOORD_0"] = self.array(texture)
+        primitive = {"attributes": attributes, "indices": self.array(np.ravel(triangles), "u2"), **more}
+        if len(shapes):
+            primitive["targets"] = [{"POSITION": self.array(shape)} for shape in shapes]
+        mesh = {"name": f"mesh{len(self.content['meshes'])}", "primitives": [primitive]}
+        if names:
+            mesh["extras"] = {"targetNames": names}
+        self.content["meshes"].append(mesh)
+        return len(self.content["meshes"]) - 1
+
+    def node(self, **what):
+        self.content["nodes"].append(what)
+        return len(self.content["nodes"]) - 1
+
+    def animate(self, *channels, name=None):
+        """Channels of (node, path, times, values) or (..., interpolation)."""
+        animation = {"samplers": [], "channels": []} | ({"name": name} if name else {})
+        for node, path, times, values, *kind in channels:
+            flat = np.asarray(values, float)
+            flat = flat.reshape(-1, 1) if path == "weights" else flat.reshape(-1, 4 if path == "rotation" else 3)
+            sampler = {"input": self.array(times), "output": self.array(flat)}
+            animation["samplers"].append(sampler | ({"interpolation": kind[0]} if kind else {}))
+            target = {"node": node, "path": path}
+            animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": target})
+        self.content.setdefault("animations", []).append(animation)
+
+    def glb(self, path):
+        self.content["buffers"] = [{"byteLength": len(self.blob)}]
+        text = json.dumps(self.content).encode()
+        text += b" " * (-len(text) % 4)
+        blob = bytes(self.blob) + b"\0" * (-len(self.blob) % 4)
+        chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
+        path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+        return path
+
+    def gltf(self, path, uri):
+        self.content["buffers"] = [{"byteLength": len(self.blob), "uri": uri}]
+        path.write_text(json.dumps(self.content))
+        return path
+
+
+def sheet(n=4, seed=3):
+    """A bumpy n x n sheet and two shapes, all exactly representable as float32."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    points = np.c_[x.ravel(), y.ravel(), rng.integers(-8, 8, n * n) / 32.0]
+    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    triangles = np.r_[np.c_[corner, corner + 1, corner + n + 1], np.c_[corner, corner + n + 1, corner + n]]
+    return points, triangles, rng.integers(-64, 64, (2, n * n, 3)) / 128.0
+
+
+POINTS, TRIANGLES, SHAPES = sheet()
+ASIDE = np.array([9.0, 0.0, 0.0])
+TIMES = np.array([0.0, 0.5, 2.0])
+WEIGHTS = np.array([[0.0, 0.25], [1.0, 0.5], [0.5, 0.0]])
+
+
+def moved(recorded, mesh, time):
+    return recorded.positions(time, np.asarray(mesh.points))
+
+
+def summed(weights, points=POINTS, shapes=SHAPES):
+    return points + np.einsum("k,knd->nd", weights, shapes)
+
+
+@pytest.fixture
+def simple():
+    file = File()
+    file.node(mesh=file.mesh(POINTS, TRIANGLES, SHAPES, ["smile", "jawOpen"]), name="head")
+    file.animate((0, "weights", TIMES, WEIGHTS), name="speech")
+    return file
+
+
+# --- what a file holds --------------------------------------------------------------------------
+
+
+def test_shapes_and_weights(simple, tmp_path):
+    mesh, recorded = fw.read_animation(str(simple.glb(tmp_path / "a.glb")))
+    assert np.array_equal(mesh.points, POINTS)
+    assert np.array_equal(mesh.regular_faces, TRIANGLES)
+    assert recorded.names == ("smile", "jawOpen")
+    assert (recorded.duration, recorded.pose) == (2.0, None)
+    for time, weights in zip(TIMES, WEIGHTS, strict=True):
+        np.testing.assert_allclose(moved(recorded, mesh, time), summed(weights), atol=1e-14)
+    np.testing.assert_allclose(moved(recorded, mesh, 1.25), summed(0.5 * (WEIGHTS[1] + WEIGHTS[2])), atol=1e-14)
+    sim = fw.Simulation(mesh, motion=recorded, time_step=0.5)
+    np.testing.assert_allclose(sim.step().points, summed(WEIGHTS[1]), atol=1e-14)
+
+
+def test_buffers_in_other_files(simple, tmp_path):
+    (tmp_path / "with space.bin").write_bytes(simple.blob)
+    data = "data:application/octet-stream;base64," + base64.b64encode(simple.blob).decode()
+    for uri in ("with%20space.bin", data):
+        mesh, recorded = fw.read_animation(simple.gltf(tmp_path / "a.gltf", uri))
+        np.testing.assert_allclose(moved(recorded, mesh, 0.5), summed(WEIGHTS[1]), atol=1e-14)
+    with pytest.raises(MeshError, match="no file.*gone.bin"):
+        fw.read_animation(simple.gltf(tmp_path / "a.gltf", "gone.bin"))
+
+
+def test_sparse_shapes(tmp_path):
+    file = File()
+    thin = np.zeros_like(SHAPES)
+    thin[:, [2, 7]] = SHAPES[:, [2, 7]]
+    mesh = file.mesh(POINTS, TRIANGLES, SHAPES)
+    targets = file.content["meshes"][mesh]["primitives"][0]["targets"]
+    for target, shape in zip(targets, SHAPES, strict=True):
+        indices = {"bufferView": file.view(np.array([2, 7], "<u2").tobytes()), "componentType": 5123}
+        values = {"bufferView": file.view(shape[[2, 7]].astype("<f4").tobytes())}
+        sparse = {"count": 2, "indices": indices, "values": values}
+        target["POSITION"] = file.array(POINTS, view=False, sparse=sparse)
+    file.node(mesh=mesh)
+    file.animate((0, "weights", TIMES, WEIGHTS))
+    surface, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
+    np.testing.assert_allclose(moved(recorded, surface, 0.5), summed(WEIGHTS[1], shapes=thin), atol=1e-14)
+    assert recorded.names == ("shape_0", "shape_1")
+
+
+def test_interleaved_and_quantised_numbers(tmp_path):
+    file = File()
+    mesh = file.mesh(POINTS, TRIANGLES, SHAPES)
+    primitive = file.content["meshes"][mesh]["primitives"][0]
+    rows = np.c_[POINTS, -POINTS].astype("<f4")
+    strided = file.view(rows.tobytes(), byteStride=24)
+    primitive["attributes"]["POSITION"] = file.array(POINTS, view=strided)
+    whole = np.rint(SHAPES[1] * 127).astype(int)
+    padded = np.c_[whole, np.zeros(len(whole), int)].astype("<i1")
+    tight = file.view(padded.tobytes(), byteStride=4)
+    primitive["targets"][1]["POSITION"] = file.array(whole, "i1", view=tight, normalized=True)
+    file.content["extensionsRequired"] = file.content["extensionsUsed"] = ["KHR_mesh_quantization"]
+    file.node(mesh=mesh)
+    file.animate((0, "weights", TIMES, WEIGHTS))
+    surface, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
+    assert np.array_equal(surface.points, POINTS)
+    np.testing.assert_allclose(recorded.deltas[1], whole / 127.0, atol=1e-15)
+
+
+def test_parts_of_a_mesh_are_joined(tmp_path):
+    file = File()
+    mesh = file.mesh(POINTS, TRIANGLES, SHAPES)
+    other = file.content["meshes"][file.mesh(POINTS + ASIDE, TRIANGLES, -SHAPES)]["primitives"][0]
+    file.content["meshes"].pop()
+    file.content["meshes"][mesh]["primitives"].append(other)
+    file.node(mesh=mesh)
+    file.animate((0, "weights", TIMES, WEIGHTS))
+    surface, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
+    both = np.vstack([summed(WEIGHTS[1]), POINTS + ASIDE + summed(WEIGHTS[1], 0.0, -SHAPES)])
+    assert surface.n_cells == 2 * len(TRIANGLES)
+    np.testing.assert_allclose(moved(recorded, surface, 0.5), both, atol=1e-14)
+
+
+def test_steps_and_cubics(simple, tmp_path):
+    slopes = np.array([[0.5, -1.0], [2.0, 0.25], [0.0, 1.0]])
+    cubic = np.stack([slopes, WEIGHTS, slopes], axis=1)
+    spline = CubicHermiteSpline(TIMES, WEIGHTS, slopes)
+    simple.animate((0, "weights", TIMES, WEIGHTS, "STEP"), name="step")
+    simple.animate((0, "weights", TIMES, cubic, "CUBICSPLINE"), name="cubic")
+    path = simple.glb(tmp_path / "a.glb")
+    for time in (0.0, 0.3, 0.5, 1.1, 1.9, 2.0):
+        _, recorded = fw.read_animation(path, animation="step")
+        latest = np.searchsorted(TIMES, time, side="right") - 1
+        assert np.array_equal(list(recorded.weights(time).values()), WEIGHTS[latest])
+        _, recorded = fw.read_animation(path, animation="cubic")
+        np.testing.assert_allclose(list(recorded.weights(time).values()), spline(time), atol=1e-12)
+
+
+# --- nodes --------------------------------------------------------------------------------------
+
+
+def test_a_mesh_stands_where_its_nodes_put_it(tmp_path):
+    file, turn, other = File(), Rotation.from_rotvec([0.2, -0.7, 1.1]), Rotation.from_rotvec([1.0, 0.1, 0.0])
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = other.as_matrix() @ np.diag([2.0, 0.5, 1.5]), [1.0, -2.0, 3.0]
+    file.node(children=[1], translation=[5.0, 0.0, 1.0], rotation=turn.as_quat().tolist(), scale=[2.0, 2.0, 3.0])
+    file.node(children=[2], matrix=matrix.T.ravel().tolist())
+    file.node(mesh=file.mesh(POINTS, TRIANGLES, SHAPES))
+    file.animate((2, "weights", TIMES, WEIGHTS))
+    mesh, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
+
+    def placed(points):
+        inner = points @ matrix[:3, :3].T + matrix[:3, 3]
+        return np.add(turn.apply(inner * [2.0, 2.0, 3.0]), [5.0, 0.0, 1.0])
+
+    np.testing.assert_allclose(mesh.points, placed(POINTS), atol=1e-12)
+    np.testing.assert_allclose(moved(recorded, mesh, 0.5), placed(summed(WEIGHTS[1])), atol=1e-12)
+
+
+def test_mirroring_nodes_keep_the_outside_out(simple, tmp_path):
+    simple.content["nodes"][0]["scale"] = [-1.0, 1.0, 1.0]
+    mesh, _ = fw.read_animation(simple.glb(tmp_path / "a.glb"))
+    assert np.array_equal(mesh.regular_faces, TRIANGLES[:, ::-1])
+    assert mesh.compute_normals(cell_normals=True).cell_data["Normals"][:, 2].min() > 0.0
+
+
+def test_a_head_that_turns_while_it_speaks(tmp_path):
+    file = File()
+    turns = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.0, 1.2, 0.3], [0.5, 0.0, 0.0]])
+    file.node(children=[1], translation=[0.0, 1.0, 0.0])
+    file.node(mesh=file.mesh(POINTS, TRIANGLES, SHAPES), scale=[2.0, 2.0, 2.0])
+    when = np.array([0.0, 1.0, 3.0])
+    shifts = np.array([[0.0, 1.0, 0.0], [0.0, 3.0, 0.0], [4.0, 1.0, 0.0]])
+    quaternions = turns.as_quat() * [[1.0], [-1.0], [1.0]]  # the other quaternion of the same turn
+    file.animate((1, "weights", TIMES, WEIGHTS), (1, "rotation", when, quaternions), (0, "translation", when, shifts))
+    mesh, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
+    assert recorded.duration == 3.0
+    slerp = Slerp(when, turns)
+    for time in (0.0, 0.4, 1.0, 1.5, 2.5, 3.0):
+        weights = [np.interp(time, TIMES, column) for column in WEIGHTS.T]
+        shift = [np.interp(time, when, column) for column in shifts.T]
+        expected = slerp(time).apply(2.0 * summed(weights)) + shift
+        np.testing.assert_allclose(moved(recorded, mesh, time), expected, atol=2e-6)  # quaternions are float32
+
+
+def test_a_node_that_moves_without_shapes(tmp_path):
+    file = File()
+    file.node(mesh=file.mesh(POINTS, TRIANGLES))
+    file.animate((0, "translation", [1.0, 2.0], [[0.0, 0.0, 0.0], [0.0, 0.0, 4.0]]))
+    mesh, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
+    assert (recorded.names, recorded.duration) == ((), 1.0)
+    sim = fw.Simulation(mesh, motion=recorded, time_step=0.5)
+    np.testing.assert_allclose(sim.step().points, np.add(POINTS, [0.0, 0.0, 2.0]), atol=1e-14)
+
+
+def test_weights_at_rest_stand_in_where_only_the_node_moves(tmp_path):
+    file = File()
+    mesh = file.mesh(POINTS, TRIANGLES, SHAPES)
+    file.content["meshes"][mesh]["weights"] = [0.5, 0.25]
+    file.node(mesh=mesh)
+    file.animate((0, "translation", [0.0, 1.0], np.zeros((2, 3))))
+    surface, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
+    np.testing.assert_allclose(moved(recorded, surface, 0.5), summed([0.5, 0.25]), atol=1e-14)
+
+
+@pytest.mark.parametrize("kind", ["LINEAR", "STEP", "CUBICSPLINE"])
+def test_weights_are_held_while_the_node_moves_on(tmp_path, kind):
+    file = File()
+    file.node(mesh=file.mesh(POINTS, TRIANGLES, SHAPES))
+    values = WEIGHTS[:2] if kind != "CUBICSPLINE" else np.stack([np.ones((2, 2)), WEIGHTS[:2], np.ones((2, 2))], axis=1)
+    file.animate(
+        (0, "weights", [1.0, 2.0], values, kind), (0, "translation", [0.0, 3.0], [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
+    )
+    mesh, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
+    for time, weights in (
+        (0.0, WEIGHTS[0]),
+        (0.6, WEIGHTS[0]),
+        (1.0, WEIGHTS[0]),
+        (2.0, WEIGHTS[1]),
+        (2.7, WEIGHTS[1]),
+    ):
+        np.testing.assert_allclose(moved(recorded, mesh, time), np.add(summed(weights), [time, 0.0, 0.0]), atol=1e-12)
+
+
+# --- seams --------------------------------------------------------------------------------------
+
+
+def test_points_of_a_seam_become_one(tmp_path):
+    # Two halves of the sheet that meet in the column x = 2, which each has for itself, with other texture coordinates.
+    n = len(POINTS)
+    column = np.flatnonzero(POINTS[:, 0] == 2.0)
+    right = (POINTS[TRIANGLES][:, :, 0].mean(axis=1) > 2.0)[:, None]
+    twin = np.arange(n)
+    twin[column] = n + np.arange(len(column))
+    split = np.where(right, twin[TRIANGLES], TRIANGLES)
+    points, shapes = np.vstack([POINTS, POINTS[column]]), np.concatenate([SHAPES, SHAPES[:, column]], axis=1)
+    texture = np.vstack([POINTS[:, :2] / 4.0, POINTS[column][:, :2] / 4.0 + [0.25, 0.0]])
+    file = File()
+    file.node(mesh=file.mesh(points, split, shapes, texture=texture))
+    file.animate((0, "weights", TIMES, WEIGHTS))
+    path = file.glb(tmp_path / "a.glb")
+    with pytest.warns(FaceWrinkleWarning, match=r"seams.*\(points: 4\)"):
+        mesh, recorded = fw.read_animation(path)
+    assert np.array_equal(mesh.points, POINTS)
+    assert np.array_equal(mesh.regular_faces, TRIANGLES)
+    assert mesh.n_open_edges == 12
+    np.testing.assert_allclose(mesh.active_texture_coordinates, texture[:n] * [1.0, -1.0] + [0.0, 1.0])
+    np.testing.assert_allclose(moved(recorded, mesh, 0.5), summed(WEIGHTS[1]), atol=1e-14)
+    # The mesh alone, read by VTK, is the same.
+    with pytest.warns(FaceWrinkleWarning, match="seams"):
+        alone = fw.read_surface(path)
+    np.testing.assert_allclose(alone.points, POINTS, atol=1e-7)
+    assert alone.n_open_edges == 12
+    np.testing.assert_allclose(alone.active_texture_coordinates, mesh.active_texture_coordinates, atol=1e-7)
+    assert [name for name in alone.point_data if "target" in name] == []
+    # The frames of a simulation on it show no gap.
+    frame = fw.Simulation(mesh, motion=recorded, time_step=0.5).step()
+    assert frame.n_open_edges == 12
+
+
+def test_lips_that_touch_and_part_stay_two(tmp_path):
+    upper, lower = POINTS, POINTS * [1.0, -1.0, 1.0]  # they share the row y = 0
+    both = np.vstack([upper, lower])
+    triangles = np.vstack([TRIANGLES, TRIANGLES[:, ::-1] + len(POINTS)])
+    opening = np.zeros((1, len(both), 3))
+    opening[0, len(POINTS) :, 1] = -1.0
+    for shapes, n in ((opening, 2 * len(POINTS)), (0.0 * opening, 2 * len(POINTS) - 4)):
+        file = File()
+        file.node(mesh=file.mesh(both, triangles, shapes))
+        file.animate((0, "weights", [0.0, 1.0], [[0.0], [1.0]]))
+        mesh, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
+        assert mesh.n_points == recorded.n_points == n
+
+
+# --- which mesh, which animation ----------------------------------------------------------------
+
+
+def test_among_several_meshes_the_largest_that_moves_is_taken(tmp_path):
+    file = File()
+    big, triangles, _ = sheet(6)
+    file.node(children=[1, 2, 3])
+    file.node(mesh=file.mesh(big, triangles), name="hat")
+    file.node(mesh=file.mesh(POINTS, TRIANGLES, SHAPES), name="head")
+    file.node(mesh=file.mesh(*sheet(3)[:2], sheet(3)[2]), name="teeth")
+    file.animate((2, "weights", TIMES, WEIGHTS), (3, "weights", TIMES, WEIGHTS))
+    path = file.glb(tmp_path / "a.glb")
+    with pytest.warns(FaceWrinkleWarning, match="2 meshes.*mesh1, mesh2.*mesh="):
+        mesh, _ = fw.read_animation(path)
+    assert mesh.n_points == len(POINTS)
+    for name, n in (("teeth", 9), ("mesh2", 9), ("mesh1", 16)):
+        assert fw.read_animation(path, mesh=name)[0].n_points == n
+    with pytest.raises(UnknownNameError, match="'tooth'.*mesh"):
+        fw.read_animation(path, mesh="tooth")
+    with pytest.raises(MeshError, match="no animation.*mesh0"):
+        fw.read_animation(path, mesh="hat")
+
+
+def test_animations_are_chosen_by_name(simple, tmp_path):
+    simple.animate((0, "weights", [0.0, 7.0], WEIGHTS[:2]), name="song")
+    path = simple.glb(tmp_path / "a.glb")
+    assert fw.read_animation(path)[1].duration == 2.0
+    assert fw.read_animation(path, animation="song")[1].duration == 7.0
+    with pytest.raises(UnknownNameError, match="'sing'.*'song'"):
+        fw.read_animation(path, animation="sing")
+
+
+def test_bones_are_passed_over_with_a_warning(simple, tmp_path):
+    simple.node(name="bone")
+    simple.content["skins"] = [{"joints": [1]}]
+    simple.content["nodes"][0] |= {"skin": 0, "translation": [3.0, 0.0, 0.0]}
+    simple.animate((1, "rotation", [0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]]), name="nod")
+    path = simple.glb(tmp_path / "a.glb")
+    with pytest.warns(FaceWrinkleWarning, match="bones of mesh0"):
+        mesh, _ = fw.read_animation(path)
+    assert np.array_equal(mesh.points, POINTS)  # the node of a mesh with bones does not move it
+    with pytest.raises(MeshError, match="no animation.*bones are not supported"):
+        fw.read_animation(path, animation="nod")
+
+
+# --- what cannot be read ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "extension, name", [("KHR_draco_mesh_compression", "Draco"), ("EXT_meshopt_compression", "meshopt")]
+)
+def test_compression_is_refused(simple, tmp_path, extension, name):
+    simple.content["extensionsRequired"] = simple.content["extensionsUsed"] = [extension]
+    with pytest.raises(MeshError, match=f"{name}.*without compression"):
+        fw.read_animation(simple.glb(tmp_path / "a.glb"))
+
+
+def broken_accessor(file):
+    file.content["accessors"][0]["count"] = 10_000
+
+
+def broken_view(file):
+    file.content["accessors"][0]["bufferView"] = 99
+
+
+def broken_triangles(file):
+    file.content["accessors"][1]["count"] -= 1
+
+
+def far_triangles(file):
+    file.content["accessors"][0]["count"] = 3
+
+
+def lost_shapes(file):
+    file.content["meshes"][0]["primitives"][0]["targets"] = [{"NORMAL": 0}, {"NORMAL": 0}]
+
+
+def strips(file):
+    file.content["meshes"][0]["primitives"][0]["mode"] = 5
+
+
+def few_weights(file):
+    file.content["accessors"][-1]["count"] -= 1
+
+
+def no_animation(file):
+    del file.content["animations"]
+
+
+def no_mesh(file):
+    file.content["nodes"] = [{}]
+
+
+def backwards(file):
+    start = file.content["bufferViews"][-2]["byteOffset"]
+    file.blob[start : start + 12] = np.array([2.0, 1.0, 0.0], "<f4").tobytes()
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        (broken_accessor, "damaged"),
+        (broken_view, "accessor 0 leads nowhere"),
+        (broken_triangles, "points that do not exist"),
+        (far_triangles, "damaged|do not exist"),
+        (lost_shapes, "morph target must displace points"),
+        (strips, "Export it as triangles"),
+        (few_weights, "3 times and 5 numbers for 2"),
+        (no_animation, "holds no animation.*fit_face"),
+        (no_mesh, "holds no mesh"),
+        (backwards, "increasing"),
+    ],
+)
+def test_broken_files_are_refused(simple, tmp_path, change, message):
+    change(simple)
+    with pytest.raises(fw.FaceWrinkleError, match=message):
+        fw.read_animation(simple.glb(tmp_path / "a.glb"))
+
+
+def test_points_that_are_not_finite_are_refused(tmp_path):
+    file, shapes = File(), SHAPES.copy()
+    shapes[1, 3, 2] = np.nan
+    file.node(mesh=file.mesh(POINTS, TRIANGLES, shapes))
+    file.animate((0, "weights", TIMES, WEIGHTS))
+    with pytest.raises(fw.FaceWrinkleError, match=r"finite; entry \[1, 3, \d\] is nan"):
+        fw.read_animation(file.glb(tmp_path / "a.glb"))
+
+
+def test_other_files_are_refused(simple, tmp_path):
+    whole = simple.glb(tmp_path / "a.glb").read_bytes()
+    for data in (whole[:200], b"glTF" + b"\0" * 40, b"not a file of this kind", b"{"):
+        for name in ("b.glb", "b.gltf"):
+            (tmp_path / name).write_bytes(data)
+            with pytest.raises(MeshError, match=f"{name} cannot be read.*damaged"):
+                fw.read_animation(tmp_path / name)
+    (tmp_path / "a.obj").write_text("v 0 0 0\n")
+    with pytest.raises(MeshError, match="animations are read from"):
+        fw.read_animation(tmp_path / "a.obj")
+    with pytest.raises(MeshError, match="no file"):
+        fw.read_animation(tmp_path / "none.glb")
+    (tmp_path / "c.glb").write_bytes(b"")
+    with pytest.raises(MeshError, match="empty"):
+        fw.read_animation(tmp_path / "c.glb")
+
+
+def test_without_the_package_the_error_tells_what_to_install(simple, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pygltflib", None)
+    with pytest.raises(MissingPackageError, match=r"pygltflib.*facewrinkle\[export\]"):
+        fw.read_animation(simple.glb(tmp_path / "a.glb"))

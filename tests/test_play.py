@@ -1,0 +1,162 @@
+"""``facewrinkle play`` from outside: what it prints, what it writes, and with which code it ends."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+from vtkmodules.vtkIOHDF import vtkHDFReader
+
+import facewrinkle as fw
+from facewrinkle.anatomy.landmarks import write_landmarks
+from facewrinkle.cli import main
+from facewrinkle.commands.play import _watched
+
+SMALL = ["--size", "64", "--max-level", "1"]
+
+
+@pytest.fixture(scope="module")
+def clip(face, played, tmp_path_factory):
+    """The built-in face as a GLB that raises and lowers its brows in 0.4 s, in cm, and its landmarks."""
+    pygltflib = pytest.importorskip("pygltflib")
+    folder = tmp_path_factory.mktemp("clip")
+    arrays = [
+        (face.points / 10.0, "VEC3", 5126),
+        (face.triangles.reshape(-1, 1), "SCALAR", 5125),
+        (played("surprise").held.displacement / 10.0, "VEC3", 5126),
+        (np.array([[0.0], [0.2], [0.4]]), "SCALAR", 5126),
+        (np.array([[0.0], [1.0], [0.0]]), "SCALAR", 5126),
+    ]
+    blob, views, accessors = b"", [], []
+    for values, kind, component in arrays:
+        data = values.astype("<u4" if component == 5125 else "<f4").tobytes()
+        views.append(pygltflib.BufferView(buffer=0, byteOffset=len(blob), byteLength=len(data)))
+        accessors.append(
+            pygltflib.Accessor(bufferView=len(views) - 1, componentType=component, count=len(values), type=kind)
+        )
+        blob += data
+    shape = pygltflib.Primitive(attributes=pygltflib.Attributes(POSITION=0), indices=1, targets=[{"POSITION": 2}])
+    target = pygltflib.AnimationChannelTarget(node=0, path="weights")
+    file = pygltflib.GLTF2(
+        scene=0,
+        scenes=[pygltflib.Scene(nodes=[0])],
+        nodes=[pygltflib.Node(mesh=0)],
+        meshes=[pygltflib.Mesh(primitives=[shape], extras={"targetNames": ["browsUp"]})],
+        animations=[
+            pygltflib.Animation(
+                samplers=[pygltflib.AnimationSampler(input=3, output=4)],
+                channels=[pygltflib.AnimationChannel(sampler=0, target=target)],
+            )
+        ],
+        accessors=accessors,
+        bufferViews=views,
+        buffers=[pygltflib.Buffer(byteLength=len(blob))],
+    )
+    file.set_binary_blob(blob)
+    file.save_binary(str(folder / "brows.glb"))
+    landmarks = {name: point / 10.0 for name, point in face.landmarks.items()}
+    write_landmarks(landmarks, folder / "brows.json")
+    return folder / "brows.glb", folder / "brows.json"
+
+
+def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, capsys):
+    file, landmarks = map(str, clip)
+    assert main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path), *SMALL]) == 0
+    said = capsys.readouterr().out
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "brows.mp4", "brows.vtkhdf", "brows.png", "brows_0.20s.png",
+    }  # fmt: skip
+    assert pv.read_texture(tmp_path / "brows.png").to_array().shape[:2] == (132, 64)
+    for line in ("0.40 s, 10 steps", "0.20 s (", "4517 →"):
+        assert line in said
+    # The last frame of the series is the face at rest, in the file's unit and place.
+    reader = vtkHDFReader()
+    reader.SetFileName(str(tmp_path / "brows.vtkhdf"))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == 10
+    rest, _ = fw.read_animation(file)
+    for step, expected in ((9, 0.0), (4, 1.0)):
+        reader.SetStep(step)
+        reader.Update()
+        frame = pv.wrap(reader.GetOutput())
+        assert (np.ptp(frame["W"]) > 0.5) == (expected > 0.0)
+        if not expected:
+            np.testing.assert_allclose(frame.points[: rest.n_points], rest.points, atol=1e-6)
+
+
+def test_play_options(clip, tmp_path, capsys):
+    file, landmarks = map(str, clip)
+    options = ["--speed", "0.5", "--fps", "10", "--no-movie", "--no-series", "--depth", "0", "--view", "forehead"]
+    assert main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path / "a"), *SMALL, *options]) == 0
+    said = capsys.readouterr().out
+    assert "0.80 s, 8 steps" in said
+    assert "(0.00 mm)" in said
+    assert {path.suffix for path in (tmp_path / "a").iterdir()} == {".png"}
+    assert (
+        main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path / "b"), *SMALL, *options, "--quiet"]) == 0
+    )
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        (["--landmarks", "none.json"], "none.json"),
+        (["--moments", "0"], "moments must lie"),
+        (["--fps", "0"], "fps must lie"),
+        (["--speed", "-1"], "speed must lie"),
+        (["--speed", "1e-6"], "Raise --speed"),
+        (["--view", "behind"], "unknown view"),
+        (["--units", "ell"], "unknown unit"),
+        (["--animation", "song"], "unknown animation"),
+        (["--mesh", "hat"], "unknown mesh"),
+    ],
+)
+def test_bad_input_is_one_line_and_nothing_is_written(clip, options, message, tmp_path, capsys):
+    file, landmarks = map(str, clip)
+    given = ["play", file, "--landmarks", landmarks, "--out", str(tmp_path / "out"), *options]
+    if "--landmarks" in options:
+        del given[2:4]
+    assert main(given) == 1
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_without_animation_is_refused(tmp_path, capsys):
+    (tmp_path / "a.obj").write_text("v 0 0 0\n")
+    assert main(["play", str(tmp_path / "a.obj")]) == 1
+    assert "animations are read from .glb, .gltf and .vtkhdf" in capsys.readouterr().err
+
+
+class Waves:
+    """A simulation whose frames have the given reliefs."""
+
+    def __init__(self, reliefs):
+        self.reliefs, self.time = reliefs, 0.0
+
+    def run(self, steps):
+        for relief in self.reliefs[:steps]:
+            self.time += 1.0
+            yield {"W": np.array([0.0, relief])}
+
+
+@pytest.mark.parametrize(
+    "reliefs, count, times",
+    [
+        ([0, 1, 0, 3, 1, 2, 0], 5, [2, 4, 6]),
+        ([0, 1, 0, 3, 1, 2, 0], 2, [4, 6]),
+        ([0, 1, 0, 3, 1, 2, 0], 1, [4]),
+        ([0, 1, 1, 1, 0], 5, [4]),
+        ([0, 1, 2, 3], 5, [4]),
+        ([3, 2, 1], 5, [1]),
+        ([0, 0, 0], 5, [3]),
+        ([2], 5, [1]),
+    ],
+)
+def test_moments_are_those_of_the_deepest_wrinkles(reliefs, count, times):
+    peaks = []
+    assert len(list(_watched(Waves(reliefs), len(reliefs), count, peaks))) == len(reliefs)
+    assert [when for _, when, _ in peaks] == times
+    assert [relief for relief, _, _ in peaks] == [reliefs[when - 1] for when in times]
