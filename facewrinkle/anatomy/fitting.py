@@ -189,6 +189,55 @@ def _drawn_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, si
     return {name: point + size * field(point[None] / size)[0] for name, point in landmarks.items()}
 
 
+def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
+    """Any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.
+
+    Parameters
+    ----------
+    mesh : PolyData or path
+        Triangles, quads or polygons, any orientation. Not changed. Of several parts the largest is taken.
+    units : {"um", "mm", "cm", "dm", "m", "in"} or float
+        Unit of the mesh, or millimetres per unit.
+
+    Returns
+    -------
+    Face
+        In the mesh's own unit and coordinates.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is empty, damaged or non-manifold.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> import pyvista as pv
+    >>> cloth = surface(pv.Plane(i_size=3.0, j_size=2.0), units="cm")
+    >>> cloth.unit, cloth.muscles
+    (10.0, {})
+    >>> fw.Simulation(cloth).step().n_points == cloth.mesh.n_points
+    True
+    """
+    clean = prepare(mesh)
+    return Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
+
+
+def _scale(units: str | float) -> float:
+    """Millimetres per unit."""
+    if isinstance(units, str):
+        if units not in UNITS:
+            raise unknown_name("unit", units, UNITS)
+        return UNITS[units]
+    try:
+        unit = float(units)
+    except (TypeError, ValueError, OverflowError):
+        unit = np.nan
+    if not 0.0 < unit < np.inf:
+        raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
+    return unit
+
+
 def _unit(units: str | float | None, pupil_distance: float) -> float:
     if units is None:
         return MEAN_PUPIL_DISTANCE / pupil_distance
