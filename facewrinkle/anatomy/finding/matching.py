@@ -17,6 +17,9 @@ Array = npt.NDArray[np.float64]
 SHRINK = 0.75
 """Share of the warp that is believed: relief differs from face to face also where places do not."""
 
+STAGES = ([2], [1, 2], [0, 1, 2])
+"""Channels that lead the warp, one stage after the other."""
+
 AROUND = 0.2
 """Size of the surroundings that are compared, in distances between the pupils."""
 
@@ -58,13 +61,13 @@ def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose) -> Matc
     face, model = (_channels(view), _channels(base))
     shown = np.clip(view.weight / np.maximum(base.weight, 1e-3), 0.0, 1.0)
     warp = None
-    for channels in ([2], [1, 2], [0, 1, 2]):
+    for channels in STAGES:
         warp = warped(face[channels], shown, model[channels], base.weight, FINE, warp)
     assert warp is not None
     warp = Warp(FINE, SHRINK * warp.shift)
     field = warp.field()
     weight = base.weight * sampled(shown, FINE, field)
-    alike = _correlation(np.array([sampled(channel, FINE, field) for channel in face]), model, weight)
+    alike = _correlation(np.array([sampled(channel, FINE, field) for channel in face[:3]]), model[:3], weight)
     mean = float((alike * weight).sum() / max(weight.sum(), 1e-9))
     likeness = (mean - UNLIKE) / (ALIKE - UNLIKE) - 3.0 * distance(view, base)
     confidence = float(np.clip(likeness * min(1.0, covered(view, base) / ENOUGH), 0.0, 1.0))
