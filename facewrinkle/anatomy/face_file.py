@@ -77,7 +77,7 @@ def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
     """
     source = Path(os.path.expanduser(path))
     try:
-        with np.load(source, allow_pickle=False) as stored:
+        with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             data = {name: stored[name] for name in stored.files}
         return _face(data, source.name, atlas)
     except OSError as problem:

@@ -137,11 +137,13 @@ def test_warp_finds_a_warp_that_was_put_in():
 def _parts_added(mesh, marks):
     """Eyes, teeth and a cap of hair as other parts."""
     size, frame = frame_of(marks).pupil_distance, frame_of(marks)
-    eyes = [pv.Sphere(0.19 * size, marks[f"eye_{s}_centre"]) for s in "lr"]
+    eyes = [pv.Sphere(radius=0.19 * size, center=marks[f"eye_{s}_centre"]) for s in "lr"]
     mouth = 0.5 * (marks["mouth_l"] + marks["mouth_r"])
-    teeth = pv.Cube(mouth, 0.5 * size, 0.1 * size, 0.1 * size).triangulate()
+    teeth = pv.Cube(center=mouth, x_length=0.5 * size, y_length=0.1 * size, z_length=0.1 * size).triangulate()
     crown = frame.origin + size * (0.35 * frame.axes[1] - 0.9 * frame.axes[2])
-    hair = pv.Sphere(1.35 * size, crown).clip(-frame.axes[1], crown + 0.35 * size * frame.axes[1], invert=False)
+    hair = pv.Sphere(radius=1.35 * size, center=crown).clip(
+        normal=frame.axes[1], origin=crown + 0.35 * size * frame.axes[1], invert=False
+    )
     return pv.merge([mesh, *eyes, teeth, hair.extract_surface(algorithm="dataset_surface").triangulate()])
 
 
@@ -220,9 +222,9 @@ def _half(face):
 
 def _back(face):
     """A head without its face."""
-    skull = pv.Sphere(100.0, (0, 0, 0), theta_resolution=60, phi_resolution=60)
+    skull = pv.Sphere(radius=100.0, theta_resolution=60, phi_resolution=60)
     skull.points *= [0.75, 1.1, 0.95]
-    return skull.clip((0, 0, 1), (0, 0, 40.0)).extract_surface(algorithm="dataset_surface").triangulate()
+    return skull.clip(normal=(0, 0, 1), origin=(0, 0, 40.0)).extract_surface(algorithm="dataset_surface").triangulate()
 
 
 @pytest.mark.parametrize(
@@ -236,7 +238,7 @@ def _back(face):
     ],
 )
 def test_what_is_no_face_is_refused(face, thing):
-    with pytest.raises(LandmarkError, match=r"no face was found.*likeness 0\.[0-4].*give landmarks.*eye_l_inner"):
+    with pytest.raises(LandmarkError, match=r"no face was found.*give landmarks.*eye_l_inner"):
         fw.fit_face(thing(face))
 
 
@@ -247,7 +249,7 @@ def test_what_cannot_be_searched():
         find_landmarks(to_polydata(np.diag([1.0, 1.0, np.nan]), np.array([[0, 1, 2]])))
     with pytest.raises(MeshError, match="no triangles with an area"):
         find_landmarks(to_polydata(np.outer(np.arange(3.0), [1, 1, 1]), np.array([[0, 1, 2]])))
-    with pytest.raises(LandmarkError, match="nothing on the mesh|no face was found"):
+    with pytest.raises(LandmarkError, match="no face was found"):
         fw.fit_face(to_polydata(np.eye(3), np.array([[0, 1, 2]])))
 
 

@@ -31,18 +31,21 @@ OFF = 0.35
 
 @dataclass(frozen=True, eq=False)
 class Map:
-    """What is seen over a grid: depth with closed holes, relief (c, rows, columns), and how much places count."""
+    """What is seen over a grid: depth with closed holes, relief (c, rows, columns), how much places count, and how
+    far there is a surface (0 to 1).
+    """
 
     depth: Array
     relief: Array
     weight: Array
+    known: Array
 
 
 @cache
 def template_map(grid: Grid) -> Map:
     """The built-in head."""
     depth, weight = template().depth(grid)
-    return Map(depth, _compressed(relief(depth, grid, SCALES)), weight)
+    return Map(depth, _compressed(relief(depth, grid, SCALES)), weight, (weight > 0.0).astype(np.float64))
 
 
 def seen(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, grid: Grid) -> Map:
@@ -52,8 +55,8 @@ def seen(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, grid: Grid
     offset = _offset(raw, base)
     raw[np.abs(raw - base.depth - offset) > OFF] = np.nan
     depth, known = closed(raw, grid)
-    weight = base.weight * gaussian_filter(known.astype(float), SCALES[0] / grid.step) ** 2
-    return Map(depth, _compressed(relief(depth, grid, SCALES)), weight)
+    sure = gaussian_filter(known.astype(float), SCALES[0] / grid.step) ** 2
+    return Map(depth, _compressed(relief(depth, grid, SCALES)), base.weight * sure, sure)
 
 
 def _offset(raw: Array, base: Map) -> float:

@@ -41,6 +41,11 @@ OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_
 """Landmarks that cannot be read off the front view: carried over from the template by the others."""
 
 SAMPLES = 30_000
+
+NO_FACE = (
+    "no face was found on the mesh: nothing on it looks like one. If it is a face, give landmarks; required are, on "
+    "one side at least, eye_l_inner, eye_l_outer, mouth_l, brow_l_mid; nose_tip, upper_lip_mid, lower_lip_mid."
+)
 Watch = Callable[[Iterable[tuple[float, Pose]], int], Iterable[tuple[float, Pose]]]
 
 
@@ -110,7 +115,10 @@ def find_landmarks(mesh: pv.DataSet | str | Path, watch: Watch | None = None) ->
     if len(part) < len(triangles):
         alone = matched(points, part, laid_on(points, part, match.pose))
         match, triangles = max((alone, part), (match, triangles), key=lambda pair: pair[0].confidence)
-    landmarks, confidences = _landmarks(points, triangles, match)
+    try:
+        landmarks, confidences = _landmarks(points, triangles, match)
+    except LandmarkError:  # the template's landmarks fell into disorder
+        raise LandmarkError(NO_FACE) from None
     hidden = [name for name in NAMES if name not in UNMEASURED and confidences[name] < 0.2]
     pose = match.pose
     return Found(

@@ -14,11 +14,16 @@ from .warp import Warp, evened, sampled, warped
 
 Array = npt.NDArray[np.float64]
 
-SHRINK = 0.75
+SHRINK = 0.7
 """Share of the warp that is believed: relief differs from face to face also where places do not."""
 
-STAGES = ([2], [1, 2], [0, 1, 2])
-"""Channels that lead the warp, one stage after the other."""
+STAGES = ([2, 3], [1, 2, 3], [0, 1, 2, 3])
+"""Channels that lead the warp, one stage after the other: relief by size, and depth."""
+
+SHALLOW, EDGE = 0.8, 0.5
+"""Depth that counts as much as relief does, and how much deeper the map is where there is no surface: what is seen of
+the template must not be warped off it.
+"""
 
 AROUND = 0.2
 """Size of the surroundings that are compared, in distances between the pupils."""
@@ -58,7 +63,7 @@ class Match:
 def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose) -> Match:
     """The warp to the surface in this pose, coarse relief first, and how alike the two are then."""
     view, base = seen(points, triangles, pose, FINE), template_map(FINE)
-    face, model = (_channels(view), _channels(base))
+    face, model = _channels(view, base), _channels(base, base)
     shown = np.clip(view.weight / np.maximum(base.weight, 1e-3), 0.0, 1.0)
     warp = None
     for channels in STAGES:
@@ -67,7 +72,7 @@ def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose) -> Matc
     warp = Warp(FINE, SHRINK * warp.shift)
     field = warp.field()
     weight = base.weight * sampled(shown, FINE, field)
-    alike = _correlation(np.array([sampled(channel, FINE, field) for channel in face[:3]]), model[:3], weight)
+    alike = _correlation(np.array([sampled(channel, FINE, field) for channel in face[:-1]]), model[:-1], weight)
     mean = float((alike * weight).sum() / max(weight.sum(), 1e-9))
     likeness = (mean - UNLIKE) / (ALIKE - UNLIKE) - 3.0 * distance(view, base)
     confidence = float(np.clip(likeness * min(1.0, covered(view, base) / ENOUGH), 0.0, 1.0))
@@ -76,8 +81,13 @@ def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose) -> Matc
     return Match(pose, view, warp, alike * np.clip(share, 0.0, 1.0), confidence)
 
 
-def _channels(view: Map) -> Array:
-    return evened(relief(view.depth, FINE, SCALES), (view.weight > 0.05).astype(np.float64), FINE)
+def _channels(view: Map, base: Map) -> Array:
+    """Relief by size, evened out, and depth."""
+    even = evened(relief(view.depth, FINE, SCALES), (view.weight > 0.05).astype(np.float64), FINE)
+    inside = view.weight > 0.2
+    offset = np.median((view.depth - base.depth)[inside]) if inside.any() else 0.0
+    depth = np.maximum(view.depth - EDGE * (1.0 - view.known) - offset, -1.0)
+    return np.concatenate([even, depth[None] / SHALLOW])
 
 
 def _correlation(face: Array, model: Array, weight: Array) -> Array:

@@ -143,13 +143,18 @@ def _directions(nose: Array, around: Array, size: float) -> Array:
     near = around[np.linalg.norm(around - nose, axis=1) < 0.8 * size]
     ahead = nose - near.mean(axis=0)
     length = np.linalg.norm(ahead)
-    base = _frame(ahead / length if length > 0.0 else np.array([0.0, 0.0, 1.0]))
-    frames = []
-    for tilt, count in TILTS:
-        for turn in 2.0 * np.pi * np.arange(count) / count:
-            across = np.array([np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), np.cos(tilt)])
-            frames.append(_frame(across @ base))
-    return np.array(frames)
+    return _tilted() @ _frame(ahead / length if length > 0.0 else np.array([0.0, 0.0, 1.0]))
+
+
+@cache
+def _tilted() -> Array:
+    """Frames whose last rows are z and directions around it."""
+    directions = [
+        (np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), np.cos(tilt))
+        for tilt, count in TILTS
+        for turn in 2.0 * np.pi * np.arange(count) / count
+    ]
+    return np.array([_frame(np.array(direction)) for direction in directions])
 
 
 def _frame(ahead: Array) -> Array:

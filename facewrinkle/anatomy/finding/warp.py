@@ -105,18 +105,18 @@ def warped(
     stiff = STIFFNESS * base.bending + SYMMETRY * base.lopsided + 1e-4 * sparse.identity(2 * k)
     for _ in range(steps):
         field = Warp(grid, shift).field()
-        w = (weight * sampled(seen, grid, field)).ravel()
-        w /= weight.sum()
-        matrix, right = stiff.copy(), -(stiff @ shift.T.ravel())
+        w = (weight * sampled(seen, grid, field) / weight.sum()).ravel()
+        # The sums over the channels of a Gauss-Newton step: slopes times slopes, and slopes times differences.
+        pull, metric = np.zeros((2, w.size)), np.zeros((2, 2, w.size))
         for channel, target, (slope_y, slope_x) in zip(faces, template, gradients, strict=True):
             difference = (sampled(channel, grid, field) - target).ravel()
+            slope = np.array([sampled(s, grid, field).ravel() for s in (slope_x, slope_y)])
             robust = w / (1.0 + difference**2)
-            slopes = [sampled(s, grid, field).ravel() for s in (slope_x, slope_y)]
-            jacobian = sparse.hstack([sparse.diags_array(s) @ base.values for s in slopes]).tocsr()
-            weighted = sparse.diags_array(robust) @ jacobian
-            matrix = matrix + weighted.T @ jacobian
-            right = right - weighted.T @ difference
-        change = splu(sparse.csc_array(matrix)).solve(right).reshape(2, k).T
+            pull += robust * slope * difference
+            metric += robust * slope[:, None] * slope
+        right = np.concatenate([base.values.T @ p for p in pull]) + stiff @ shift.T.ravel()
+        blocks = [[base.values.T @ sparse.diags_array(m) @ base.values for m in row] for row in metric]
+        change = splu(sparse.csc_array(sparse.block_array(blocks) + stiff)).solve(-right).reshape(2, k).T
         shift = shift + change * min(1.0, 0.1 / max(float(np.abs(change).max()), 1e-12))
     return Warp(grid, shift)
 
