@@ -128,7 +128,7 @@ def fit_face(
     if any(name not in known for name in REQUIRED):
         search = _searched(source, given, watch)
         known = search.landmarks
-    found, estimated = complete(known, load_head().landmarks)
+    found, estimated = complete(given if search is None else known, load_head().landmarks)
     if search is not None:
         estimated = tuple(name for name in search.estimated if name not in given)
     frame = frame_of(found)

@@ -14,8 +14,10 @@ from .warp import Warp, evened, sampled, warped
 
 Array = npt.NDArray[np.float64]
 
-SHRINK = 0.7
-"""Share of the warp that is believed: relief differs from face to face also where places do not."""
+DOUBT = 0.04
+"""Shifts smaller than this, in distances between the pupils, are believed less and less: relief differs from face to
+face also where places do not.
+"""
 
 STAGES = ([2, 3], [1, 2, 3], [0, 1, 2, 3])
 """Channels that lead the warp, one stage after the other: relief by size, and depth."""
@@ -69,7 +71,8 @@ def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose) -> Matc
     for channels in STAGES:
         warp = warped(face[channels], shown, model[channels], base.weight, FINE, warp)
     assert warp is not None
-    warp = Warp(FINE, SHRINK * warp.shift)
+    square = (warp.shift**2).sum(axis=1, keepdims=True)
+    warp = Warp(FINE, warp.shift * square / (square + DOUBT**2))
     field = warp.field()
     weight = base.weight * sampled(shown, FINE, field)
     alike = _correlation(np.array([sampled(channel, FINE, field) for channel in face[:-1]]), model[:-1], weight)
