@@ -18,6 +18,7 @@ _HOME = {
     "Found": "anatomy.finding",
     "read_face": "anatomy.face_file",
     "write_face": "anatomy.face_file",
+    "Identity": "anatomy.identity",
     "surface": "anatomy.fitting",
     "LinearMuscle": "anatomy.muscles",
     "SheetMuscle": "anatomy.muscles",
@@ -31,6 +32,11 @@ _HOME = {
     "Skin": "motion.skin",
     "SkinMaterial": "motion.skin",
     "MuscleWrinkles": "layers.muscle_wrinkles",
+    "DrippingTear": "tears.drop",
+    "SheddingTear": "tears.stream",
+    "PatternLayer": "layers.pattern_layer",
+    "Region": "layers.region",
+    "Compression": "layers.pattern_layer",
     "Simulation": "simulation",
     "Refinement": "simulation",
     "refine": "mesh",
@@ -39,7 +45,19 @@ _HOME = {
     "FaceWrinkleWarning": "errors",
 }
 _TABLES = {"MUSCLES": "muscles", "ACTION_UNITS": "action_units", "EXPRESSIONS": "expressions"}
-_ROOMS = ("anatomy", "geometry", "layers", "motion", "errors", "mesh", "simulation", "plotting", "export")
+_ROOMS = (
+    "anatomy",
+    "geometry",
+    "layers",
+    "motion",
+    "tears",
+    "errors",
+    "mesh",
+    "simulation",
+    "plotting",
+    "wet",
+    "export",
+)
 
 __all__ = sorted([*_HOME, *_TABLES])
 

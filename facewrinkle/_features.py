@@ -2,148 +2,391 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
+from scipy.spatial.transform import Rotation
 
-from .anatomy.eyes import Eyeball
+from .anatomy.eyes import Eyeball, lid_margins
 from .anatomy.face import Face
 from .anatomy.head import Hairs
+from .anatomy.muscles import JawMuscle
+from .anatomy.teeth import teeth_of
+from .geometry.normals import vertex_normals
 from .geometry.topology import boundary_loops
+from .mesh import to_polydata
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
-PUPIL, IRIS = 10.5, 29.0
+PUPIL, IRIS = 9.0, 28.5
 """Angles from the middle of the eye, degrees."""
 
-RINGS = np.array([0.0, 5, 10, 11.5, 14, 17, 20, 23, 25.5, 27.5, 29, 30.5, 32.5, 36, 42, 50, 60, 72, 85, 100])
+RINGS = np.concatenate([np.linspace(0.0, 8.0, 4), np.linspace(8.5, 34.0, 27), np.linspace(37.0, 97.0, 11)])
 SPOKES = 96
 
-
-def painted_eye(eye: Eyeball, gaze: Array | None = None) -> pv.PolyData:
-    """The front of an eyeball with `paint` (rgb): pupil, streaked iris, dark rim, sclera under the lid's shadow.
-
-    It looks along the unit direction `gaze`; default: straight ahead.
-    """
-    lid = eye.up
-    eye = eye if gaze is None else eye.looking(gaze)
-    side = np.cross(eye.up, eye.gaze)
-    side /= np.linalg.norm(side)
-    up = np.cross(eye.gaze, side)
-    turn = np.arange(SPOKES) * (2.0 * np.pi / SPOKES)
-    ring, spoke = (grid.ravel() for grid in np.meshgrid(RINGS, turn, indexing="ij"))
-    away = np.sin(np.radians(ring))
-    height = away * np.sin(spoke)
-    normals = (
-        np.cos(np.radians(ring))[:, None] * eye.gaze + (away * np.cos(spoke))[:, None] * side + height[:, None] * up
-    )
-    here = np.arange(SPOKES) + SPOKES * np.arange(len(RINGS) - 1)[:, None]
-    after = (np.arange(SPOKES) + 1) % SPOKES + SPOKES * np.arange(len(RINGS) - 1)[:, None]
-    quads = np.stack([here, here + SPOKES, after + SPOKES, after], axis=-1).reshape(-1, 4)
-    ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * normals, quads)
-    ball.point_data["Normals"] = normals
-    ball.point_data["paint"] = _paint(ring, spoke, normals @ lid)
-    return ball
+COLOURS = {
+    name: np.array(colour, dtype=np.float64)
+    for name, colour in {
+        "iris": (98, 116, 122),
+        "collar": (128, 104, 72),
+        "limbus": (34, 38, 42),
+        "sclera": (212, 204, 199),
+        "corner": (202, 148, 138),
+        "caruncle": (196, 120, 108),
+        "tears": (226, 186, 180),
+    }.items()
+}
 
 
-def _paint(angle: Array, spoke: Array, height: Array) -> npt.NDArray[np.uint8]:
-    """Colours (n, 3) of points at an angle from the middle, on a spoke, at a height above the middle (in radii)."""
-    across = np.clip((angle - PUPIL) / (IRIS - PUPIL), 0.0, 1.0)
-    streaks = 1.0 + 0.10 * np.sin(23.0 * spoke) * np.sin(9.0 * spoke + 4.0 * across) + 0.06 * np.sin(47.0 * spoke)
-    iris = np.array([92.0, 116.0, 128.0]) * (streaks * (0.72 + 0.45 * across - 0.25 * across**4))[:, None]
-    iris += (1.0 - across)[:, None] ** 2 * [30.0, 16.0, -8.0]  # a warmer ring around the pupil
-    sclera = np.tile([226.0, 218.0, 210.0], (len(angle), 1))
-    sclera -= np.clip((angle - 40.0) / 45.0, 0.0, 1.0)[:, None] * [10.0, 42.0, 44.0]  # redder towards the corners
-    rim = np.array([34.0, 40.0, 46.0])
-    paint = _mixed(iris, rim, (angle - 25.0) / 3.5)
-    paint = _mixed(paint, sclera, (angle - IRIS) / 3.5)
-    paint = _mixed(np.tile([9.0, 9.0, 11.0], (len(angle), 1)), paint, (angle - PUPIL) / 1.0)
-    shadow = 1.0 - 0.55 * _smooth((height - 0.12) / 0.4)
-    return np.clip(paint * shadow[:, None], 0.0, 255.0).astype(np.uint8)
-
-
-class Brows:
-    """Tapered ribbons for the hairs of the eyebrows, in the unit of the mesh.
+class PaintedEye:
+    """The front of an eyeball: pupil, streaked iris, dark rim, sclera; darker under the lids, wherever these are.
 
     Parameters
     ----------
-    hairs : Hairs
-    width : float
-        Of a hair at its root.
+    eye : Eyeball
+    face : Face
     """
 
-    STRANDS = 3
-    """Ribbons per hair, shifted and shortened at random: the brow is dense and its hairs are thin."""
-
-    def __init__(self, hairs: Hairs, width: float) -> None:
-        self.hairs = hairs
-        self.width = width
-        k, p = hairs.triangles.shape
-        random = np.random.default_rng(7)
-        share = np.linspace(0.0, 1.0, p)[:, None]
-        shape = (k, self.STRANDS, 1, 1)
-        self._length = random.uniform(0.55, 1.0, shape)
-        self._aside = width * (
-            random.uniform(-7.0, 7.0, shape) * (1.0 - 0.5 * share) + random.normal(0.0, 3.0, shape) * share**2
+    def __init__(self, eye: Eyeball, face: Face) -> None:
+        self.eye = eye
+        self._margins = lid_margins(eye, face.points, face.triangles, face.landmarks)
+        self._corners = [face.landmarks[f"eye_{eye.side}_{end}"] for end in ("inner", "outer")]
+        self._ring, self._spoke = (
+            grid.ravel() for grid in np.meshgrid(RINGS, np.arange(SPOKES) * (2.0 * np.pi / SPOKES), indexing="ij")
         )
-        self._half = 0.5 * width * (1.0 - 0.8 * share**2)
-        tint = np.array([64.0, 46.0, 36.0]) * random.uniform(0.7, 1.25, shape)
-        paint = tint * (1.0 - share**2) + np.array([118.0, 88.0, 70.0]) * share**2
-        self._paint = np.repeat(paint.reshape(-1, 3), 2, axis=0).astype(np.uint8)
-        corner = 2 * p * np.arange(k * self.STRANDS)[:, None] + 2 * np.arange(p - 1)
+        self._paint = _eye_paint(self._ring, self._spoke)
+        here = np.arange(SPOKES) + SPOKES * np.arange(len(RINGS) - 1)[:, None]
+        after = (np.arange(SPOKES) + 1) % SPOKES + SPOKES * np.arange(len(RINGS) - 1)[:, None]
+        self._quads = np.stack([here, here + SPOKES, after + SPOKES, after], axis=-1).reshape(-1, 4)
+
+    def on(self, points: Array, gaze: Array | None = None) -> pv.PolyData:
+        """The eyeball, with `paint` (rgb), between lids whose vertices are where they are now (n, 3).
+
+        Normals are those of the cornea, which is more curved than the ball.
+        """
+        eye = self.eye
+        gaze = eye.gaze if gaze is None else gaze
+        side = np.cross(eye.up, gaze)
+        side /= np.linalg.norm(side)
+        axes = np.stack([side, np.cross(gaze, side), gaze])
+        share = 1.0 - _smooth((self._ring - 25.0) / 9.0)
+        directions = _directions(self._ring, self._spoke) @ axes
+        ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * directions, self._quads)
+        ball.point_data["Normals"] = _directions(self._ring * (1.0 + 0.5 * share), self._spoke) @ axes
+        paint = self._between_lids(directions, points)
+        ball.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8)
+        return ball
+
+    def _between_lids(self, directions: Array, points: Array) -> Array:
+        """The paint, with the lids' shadows, the wet lower margin and the flesh of the inner corner."""
+        inner, outer = (corner - self.eye.centre for corner in self._corners)
+        near = np.degrees(np.arccos(np.clip(directions @ inner / np.linalg.norm(inner), -1.0, 1.0)))
+        paint = _mixed(self._paint, np.broadcast_to(COLOURS["caruncle"], self._paint.shape), 1.25 - near / 11.0)
+        if self._margins is None:
+            return paint
+        lateral = (outer - inner) / np.linalg.norm(outer - inner)
+        up = self.eye.up - (self.eye.up @ lateral) * lateral
+        up /= np.linalg.norm(up)
+        forward = self.eye.gaze - (self.eye.gaze @ lateral) * lateral
+        place = directions @ lateral
+        height = np.degrees(np.arctan2(directions @ up, directions @ forward))
+        from_margin = []
+        for chain in self._margins:
+            offset = (points[chain] - self.eye.centre) / self.eye.radius
+            order = np.argsort(offset @ lateral, kind="stable")
+            elevation = np.degrees(np.arctan2(offset @ up, offset @ forward))
+            from_margin.append(np.interp(place, (offset @ lateral)[order], elevation[order]))
+        below, above = from_margin[0] - height, height - from_margin[1]
+        wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))[:, None]
+        paint = paint + wet * (COLOURS["tears"] - paint)
+        shade = 0.62 * np.exp(-np.maximum(below, 0.0) / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
+        return np.asarray(paint * (1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]))
+
+
+def _directions(ring: Array, spoke: Array) -> Array:
+    """Unit vectors (n, 3) [aside, up, ahead] at angles from the middle, degrees, on spokes, radians."""
+    away = np.sin(np.radians(ring))
+    return np.stack([away * np.cos(spoke), away * np.sin(spoke), np.cos(np.radians(ring))], axis=1)
+
+
+def _eye_paint(angle: Array, spoke: Array) -> Array:
+    """Colours (n, 3) of points at an angle from the middle, degrees, on a spoke, radians."""
+    across = np.clip((angle - PUPIL) / (IRIS - PUPIL), 0.0, 1.0)
+    wave = 0.5 * np.sin(7.0 * across + 3.0 * np.sin(5.0 * spoke))
+    fibres = 0.55 * np.sin(29.0 * spoke + wave) * np.sin(11.0 * spoke + 4.0 * across) + 0.45 * np.sin(
+        47.0 * spoke - wave
+    )
+    collar = np.exp(-(((across - 0.28 - 0.05 * np.sin(9.0 * spoke)) / 0.16) ** 2))[:, None]
+    # Light from above gathers in the lower half of the iris.
+    glow = 0.86 + 0.24 * np.clip(-np.sin(spoke), -0.6, 1.0) * across
+    iris = COLOURS["iris"] + 0.75 * collar * (COLOURS["collar"] - COLOURS["iris"])
+    iris = iris * ((1.0 + 0.20 * fibres) * (0.66 + 0.55 * across - 0.18 * across**4) * glow)[:, None]
+    vein = _smooth((np.sin(13.0 * spoke + 3.0 * np.sin(0.11 * angle + 4.0 * spoke)) - 0.93) / 0.07)
+    red = _smooth((angle - 36.0) / 50.0) + 0.25 * vein * _smooth((angle - 38.0) / 14.0)
+    sclera = COLOURS["sclera"] + np.clip(red, 0.0, 1.0)[:, None] * (COLOURS["corner"] - COLOURS["sclera"])
+    paint = _mixed(iris, np.broadcast_to(COLOURS["limbus"], iris.shape), 0.9 * (angle - 23.5) / 4.0)
+    paint = _mixed(paint, sclera, (angle - IRIS + 1.2) / 4.2)
+    return _mixed(np.tile([8.0, 8.0, 10.0], (len(angle), 1)), paint, (angle - PUPIL) / 1.3)
+
+
+class Ribbons:
+    """Hairs as ribbons that are drawn at least a pixel wide, the thinner the more transparent.
+
+    Parameters
+    ----------
+    half : ndarray, shape (count, knots)
+        Half the width of the hairs at their points, in the unit of the mesh.
+    tint : ndarray, shape (count, 3)
+    pixel : float
+        Width of a pixel, in the unit of the mesh.
+    """
+
+    def __init__(self, half: Array, tint: Array, pixel: float) -> None:
+        count, knots = half.shape
+        self.half = np.maximum(half, 0.5 * pixel)[..., None]
+        paint = np.empty((count, knots, 2, 4))
+        paint[..., :3] = tint[:, None, None]
+        paint[..., 3] = 255.0 * (half / self.half[..., 0])[..., None]
+        self._paint = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8).reshape(-1, 4)
+        corner = 2 * knots * np.arange(count)[:, None] + 2 * np.arange(knots - 1)
         self._quads = np.stack([corner, corner + 1, corner + 3, corner + 2], axis=-1).reshape(-1, 4)
 
-    def on(self, points: Array, triangles: IntArray, normals: Array) -> pv.PolyData:
-        """The ribbons, with `paint` (rgb), on the skin as it is now: its points and vertex normals (n, 3)."""
-        lines = self.hairs.polylines(points, triangles, normals)
-        up = np.einsum("kpc,kpci->kpi", self.hairs.weights, normals[triangles[self.hairs.triangles]])
-        along = np.gradient(lines, axis=1)
-        side = np.cross(along, up)
-        side /= np.maximum(np.linalg.norm(side, axis=2, keepdims=True), 1e-12)
-        lines, up, side = (array[:, None] for array in (lines, up, side))
-        strands = lines[..., :1, :] + self._length * (lines - lines[..., :1, :]) + self._aside * side
-        half = self._half * side
-        ribbons = np.stack([strands - half, strands + half], axis=3)
+    def along(self, lines: Array, side: Array, normals: Array) -> pv.PolyData:
+        """The ribbons, with `paint` (rgba), along lines (count, knots, 3); unit `side` lies across, in the ribbon."""
+        ribbons = np.stack([lines - self.half * side, lines + self.half * side], axis=2)
         mesh = pv.PolyData.from_regular_faces(ribbons.reshape(-1, 3), self._quads)
-        mesh.point_data["Normals"] = np.broadcast_to(up[:, :, :, None], ribbons.shape).reshape(-1, 3)
+        mesh.point_data["Normals"] = np.broadcast_to(normals[:, :, None], ribbons.shape).reshape(-1, 3)
         mesh.point_data["paint"] = self._paint
         return mesh
 
 
-class MouthCavity:
-    """The dark pocket behind parted lips: nothing else would stand between the camera and the back of the head.
+class Brows:
+    """The eyebrows' hairs, which follow the skin.
+
+    Parameters
+    ----------
+    hairs : Hairs
+    size : float
+        Distance between the pupils.
+    pixel : float
+        Width of a pixel, in the unit of the mesh.
+    """
+
+    STRANDS = 3
+    """Drawn per hair, shifted and shortened at random: the brow is dense and its hairs are thin."""
+
+    def __init__(self, hairs: Hairs, size: float, pixel: float) -> None:
+        self.hairs = hairs
+        width = 0.0017 * size
+        k, p = hairs.triangles.shape
+        random = np.random.default_rng(7)
+        share = np.linspace(0.0, 1.0, p)[:, None]
+        shape = (k, self.STRANDS, 1, 1)
+        self._length = random.uniform(0.55, 1.05, shape)
+        self._aside = width * (
+            random.uniform(-8.0, 8.0, shape) * (1.0 - 0.5 * share) + random.normal(0.0, 3.5, shape) * share**2
+        )
+        half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share[:, 0] ** 2), (k * self.STRANDS, p))
+        tint = np.array([78.0, 56.0, 47.0]) * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
+        self._ribbons = Ribbons(half, tint, pixel)
+
+    def on(self, points: Array, triangles: IntArray, normals: Array) -> pv.PolyData:
+        """The hairs, with `paint` (rgba), on the skin as it is now: its points and vertex normals (n, 3)."""
+        lines = self.hairs.polylines(points, triangles, normals)
+        up = np.einsum("kpc,kpci->kpi", self.hairs.weights, normals[triangles[self.hairs.triangles]])
+        side = _unit(np.cross(np.gradient(lines, axis=1), up))
+        lines, up, side = (array[:, None] for array in (lines, up, side))
+        strands = lines[..., :1, :] + self._length * (lines - lines[..., :1, :]) + self._aside * side
+        shape = (-1, *strands.shape[2:])
+        return self._ribbons.along(
+            strands.reshape(shape), *(np.broadcast_to(a, strands.shape).reshape(shape) for a in (side, up))
+        )
+
+
+class Lashes:
+    """Eyelashes on both margins of the lids, which go with them.
+
+    Parameters
+    ----------
+    eye : Eyeball
+    face : Face
+    pixel : float
+        Width of a pixel, in the unit of the mesh.
+    """
+
+    KNOTS = 5
+
+    def __init__(self, eye: Eyeball, face: Face, pixel: float) -> None:
+        self.eye = eye
+        self.roots: list[tuple[IntArray, Array]] = []
+        self._paths: list[Array] = []
+        margins = lid_margins(eye, face.points, face.triangles, face.landmarks)
+        size, random = face.frame.pupil_distance, np.random.default_rng(11)
+        half, tint = [], []
+        for chain, count, length, sign in zip(margins or (), (130, 70), (0.105, 0.06), (1.0, -1.0), strict=False):
+            along = (np.arange(count) + random.uniform(0.1, 0.9, count)) / count
+            along = 0.1 + 0.88 * along
+            self.roots.append((np.asarray(chain, np.int32), _between(face.points[chain], along)))
+            t = np.linspace(0.0, 1.0, self.KNOTS)
+            reach = size * length * random.uniform(0.5, 1.0, count) * (0.55 + 0.45 * np.sin(np.pi * along**1.3))
+            fan = -0.45 + 1.25 * along + random.normal(0.0, 0.12, count)
+            out = 0.8 * t - 0.25 * t**2
+            rise = sign * ((-0.05 if sign > 0.0 else 0.25) * t + (0.62 if sign > 0.0 else 0.1) * t**2)
+            path = np.stack([fan[:, None] * t, rise + 0.0 * fan[:, None], out + 0.0 * fan[:, None]], axis=2)
+            root = np.array([0.0, 0.0, (0.014 if sign > 0.0 else 0.016) * size])
+            self._paths.append(root + reach[:, None, None] * path)
+            thick = 0.00085 if sign > 0.0 else 0.0005
+            half.append(np.broadcast_to(thick * size * (1.0 - 0.9 * t**1.5), (count, self.KNOTS)))
+            tint.append(np.tile([30.0, 23.0, 20.0] if sign > 0.0 else [62.0, 45.0, 38.0], (count, 1)))
+        if self.roots:
+            self._ribbons = Ribbons(np.concatenate(half), np.concatenate(tint), pixel)
+
+    def on(self, points: Array) -> pv.PolyData:
+        """The lashes, with `paint` (rgba), on lids whose vertices are where they are now (n, 3)."""
+        lines, sides, outs = [], [], []
+        for (chain, weights), path in zip(self.roots, self._paths, strict=True):
+            root = weights @ points[chain]
+            out = _unit(root - self.eye.centre)
+            along = _unit(np.gradient(root, axis=0))
+            up = _unit(np.cross(out, along) * np.sign((np.cross(out, along) @ self.eye.up).sum()))
+            along -= (along * out).sum(axis=1, keepdims=True) * out
+            line = root[:, None] + np.einsum("kpc,kci->kpi", path, np.stack([along, up, out], axis=1))
+            side = _unit(np.cross(np.gradient(line, axis=1), self.eye.gaze))
+            lines.append(line)
+            sides.append(side)
+            outs.append(np.broadcast_to(out[:, None], line.shape))
+        return self._ribbons.along(*(np.concatenate(part) for part in (lines, sides, outs)))
+
+
+def _between(points: Array, along: Array) -> Array:
+    """Weights (k, n) of points in order that give the places at shares of the length of a smooth curve through them."""
+    from scipy.interpolate import make_interp_spline
+
+    place = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    return np.asarray(make_interp_spline(place / place[-1], np.eye(len(points)), k=3)(along))
+
+
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))
+
+
+class Mouth:
+    """What shows between parted lips: the dark inside, teeth, gums and tongue.
 
     Parameters
     ----------
     face : Face
-        Where its mesh has no opening at the mouth, there is no pocket (`loop` is empty).
+        Where its mesh has no opening at the mouth, there is nothing (`loop` is empty).
     """
 
-    COLOUR = (66, 26, 24)
+    INSIDE = ("upper_teeth", "lower_teeth", "tongue")
 
     def __init__(self, face: Face) -> None:
         self.loop = np.empty(0, np.int64)
         if not face.landmarks:
             return
         centre = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
-        size = face.frame.pupil_distance
-        self._back = -0.2 * size * face.frame.axes[2]
+        self._size, self._axes = face.frame.pupil_distance, face.frame.axes
         for loop in boundary_loops(face.triangles):
             near = np.linalg.norm(face.points[loop] - centre, axis=1)
-            if near.max() < 0.8 * size and np.linalg.norm(face.points[loop].mean(axis=0) - centre) < 0.3 * size:
+            if (
+                near.max() < 0.8 * self._size
+                and np.linalg.norm(face.points[loop].mean(axis=0) - centre) < 0.3 * self._size
+            ):
                 self.loop = np.asarray(loop, dtype=np.int64)
+        if not len(self.loop):
+            return
+        self._ends = self._middles(face)
+        self._rest = self._gap(face.points)
+        self.teeth = teeth_of(face.landmarks, face.frame)
+        self._bones = [self._shaded(arch.points, arch.paint, centre) for arch in self.teeth]
+        self._normals = [vertex_normals(arch.points, arch.triangles) for arch in self.teeth]
+        ball = pv.Sphere(radius=1.0, theta_resolution=24, phi_resolution=16)
+        self._tongue = centre + (ball.points * [0.30, 0.15, 0.42] - [0.0, 0.15, 0.62]) * self._size @ self._axes
+        self._tongue_triangles = np.asarray(ball.regular_faces, np.int32)
+        tint = np.tile([176.0, 92.0, 88.0], (len(self._tongue), 1))
+        self._tongue_paint = self._shaded(self._tongue, tint, centre)
+        self._jaw = _jaw_bone(face)
 
-    def on(self, points: Array) -> pv.PolyData:
-        """The pocket behind the lips as they are now: positions (n, 3) of the face's vertices."""
+    def _middles(self, face: Face) -> tuple[int, int]:
+        """The two vertices of the opening in the middle of the lips: nearest to the midline on either side of it."""
+        aside = np.abs((face.points[self.loop] - face.frame.origin) @ self._axes[0])
+        n, first = len(self.loop), int(np.argmin(aside))
+        across = [(first + step) % n for step in range(n // 4, n - n // 4)]
+        return int(self.loop[first]), int(self.loop[min(across, key=lambda at: float(aside[at]))])
+
+    def _gap(self, points: Array) -> float:
+        return float(abs((points[self._ends[0]] - points[self._ends[1]]) @ self._axes[1]))
+
+    def _shaded(self, points: Array, paint: npt.NDArray[Any], centre: Array) -> npt.NDArray[np.uint8]:
+        """Paint, darker the farther back it is."""
+        back = (centre - points) @ self._axes[2] / self._size - 0.16
+        return np.rint(paint * (0.05 + 0.87 * np.exp(-np.maximum(back, 0.0) / 0.12))[:, None]).astype(np.uint8)
+
+    def parted(self, points: Array) -> bool:
+        """Whether the lips are farther apart than at rest."""
+        return len(self.loop) > 0 and self._gap(points) - self._rest > 0.012 * self._size
+
+    def pocket(self, points: Array) -> pv.PolyData:
+        """The dark inside, with `paint` (rgb), behind the lips as they are now: the face's vertices (n, 3)."""
         rim = points[self.loop]
-        n, middle = len(rim), rim.mean(axis=0)
-        pocket = np.vstack([rim, middle + 0.9 * (rim - middle) + self._back, middle + self._back])
+        n, middle, size = len(rim), rim.mean(axis=0), self._size
+        local = (rim - middle) @ self._axes.T
+        turn = np.arctan2(local[:, 1] / max(float(np.abs(local[:, 1]).max()), 0.02 * size), local[:, 0] / (0.4 * size))
+        oval = np.stack([np.cos(turn), 0.65 * np.sin(turn), np.zeros(n)], axis=1)
+        rings = [rim]
+        for half, depth in ((0.38, 0.12), (0.47, 0.3), (0.45, 0.85)):
+            rings.append(middle + (half * oval - [0.0, 0.0, depth]) * size @ self._axes)
         here = np.arange(n)
         after = (here + 1) % n
-        sides = [np.stack(corners, axis=1) for corners in ((here, here + n, after), (after, here + n, after + n))]
-        cap = np.stack([here + n, np.full(n, 2 * n), after + n], axis=1)
-        return pv.PolyData.from_regular_faces(pocket, np.vstack([*sides, cap]))
+        faces = []
+        for k in (0, n, 2 * n):
+            faces += [np.stack(c, axis=1) + k for c in ((here, here + n, after), (after, here + n, after + n))]
+        faces.append(np.stack([here + 3 * n, np.full(n, 4 * n), after + 3 * n], axis=1))
+        rings.append(rings[-1].mean(axis=0)[None])
+        pocket = to_polydata(np.vstack(rings), np.vstack(faces))
+        tints = [(84, 38, 36), (50, 20, 19), (26, 9, 9), (12, 4, 5), (12, 4, 5)]
+        pocket.point_data["paint"] = np.repeat(np.array(tints, np.uint8), [n, n, n, n, 1], axis=0)
+        return pocket
+
+    def inside(self, points: Array) -> dict[str, pv.PolyData]:
+        """Teeth and tongue by name, with `paint` (rgb): the lower ones go with the mandible."""
+        turn, hinge = self._turn(points)
+        parts = {}
+        for arch, paint, normals in zip(self.teeth, self._bones, self._normals, strict=True):
+            moves = arch.jaw == "lower"
+            mesh = to_polydata((arch.points - hinge) @ turn.T + hinge if moves else arch.points, arch.triangles)
+            mesh.point_data["Normals"] = normals @ turn.T if moves else normals
+            mesh.point_data["paint"] = paint
+            parts[f"{arch.jaw}_teeth"] = mesh
+        tongue = to_polydata((self._tongue - hinge) @ turn.T + hinge, self._tongue_triangles)
+        tongue.point_data["Normals"] = vertex_normals(tongue.points, self._tongue_triangles)
+        tongue.point_data["paint"] = self._tongue_paint
+        return parts | {"tongue": tongue}
+
+    def _turn(self, points: Array) -> tuple[Array, Array]:
+        """Rotation of the mandible about a point of its hinge, as the skin over it tells."""
+        if self._jaw is None:
+            return np.eye(3), np.zeros(3)
+        vertices, before, hinge, axis = self._jaw
+        now = points[vertices] - hinge
+        flat, turned = (offset - np.outer(offset @ axis, axis) for offset in (before, now))
+        angle = np.arctan2((np.cross(flat, turned) @ axis).sum(), (flat * turned).sum())
+        return Rotation.from_rotvec(angle * axis).as_matrix(), hinge
+
+
+def _jaw_bone(face: Face) -> tuple[npt.NDArray[np.int64], Array, Array, Array] | None:
+    """Vertices that go wholly with the mandible, their offsets from its hinge at rest, the hinge, and its axis."""
+    for name, muscle in face.muscles.items():
+        if isinstance(muscle, JawMuscle) and name in face.guides:
+            guide = face.guides[name]
+            vertices = guide.vertices[guide.angles > 0.98 * muscle.angle]
+            if len(vertices):
+                return vertices, face.points[vertices] - muscle.hinge, muscle.hinge, muscle.axis
+    return None
 
 
 def _smooth(t: Array) -> Array:

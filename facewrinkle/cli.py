@@ -1,4 +1,4 @@
-"""The command line: ``facewrinkle express``, ``play``, ``fit``, ``table1``, ``info`` and ``demo``.
+"""The command line: ``facewrinkle express``, ``play``, ``tear``, ``fit``, ``table1``, ``info`` and ``demo``.
 
 The commands live in :mod:`facewrinkle.commands` and are imported when they are called: ``--help`` stays quick.
 """
@@ -31,7 +31,12 @@ app = App(
 )
 app.command("facewrinkle.commands.express:express", help="Write pictures, a movie and a time series of an expression.")
 app.command("facewrinkle.commands.fit:fit", help="Find a face on a mesh and place its anatomy under it.")
+app.command("facewrinkle.commands.tear:tear", help="Write pictures, a movie and time series of a face that cries.")
 app.command("facewrinkle.commands.play:play", help="Write pictures, a movie and a time series of a recorded animation.")
+app.command(
+    "facewrinkle.commands.pattern:pattern",
+    help="Write pictures, a movie and a time series of a wrinkle pattern.",
+)
 app.command("facewrinkle.commands.table1:table1", help="Measure the paper's Table 1 and print it beside the paper's.")
 app.command("facewrinkle.commands.info:info", help="List the muscles, action units and expressions.")
 app.command(

@@ -45,6 +45,10 @@ class FaceWrinkleWarning(UserWarning):
     """Input that was mended, or a result that is an estimate."""
 
 
+class FitWarning(FaceWrinkleWarning):
+    """Points that do not determine the polynomial asked for; a simpler one was fitted."""
+
+
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameError:
     """The error for `name`, with the nearest known names as a suggestion."""
     known = list(known)

@@ -11,8 +11,11 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ._features import Brows, MouthCavity, painted_eye
+from . import _shading
+from ._features import Brows, Lashes, Mouth, PaintedEye
+from .anatomy.complexion import painted
 from .anatomy.face import Face
+from .anatomy.fitting import carried_brows
 from .anatomy.landmarks import NAMES, mirrored_name
 from .errors import MeshError, OutputError, ParameterError, check_range, check_whole, unknown_name
 from .geometry.normals import vertex_normals
@@ -38,8 +41,8 @@ class View:
 
     direction: tuple[float, float, float]
     landmark: str = "nose_tip"
-    offset: tuple[float, float, float] = (0.0, 0.1, -1.0)
-    height: float = 3.7
+    offset: tuple[float, float, float] = (0.0, 0.2, -1.6)
+    height: float = 4.5
 
     def __post_init__(self) -> None:
         if not np.hypot(self.direction[0], self.direction[2]) > 1e-6 * abs(self.direction[1]):
@@ -86,15 +89,15 @@ VIEW_ANGLE = 15.0
 SAMPLES = 2
 """Pictures are drawn this many times larger and reduced: in software that takes half the time of multisampling."""
 
-SKIN: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.88, "specular": 0.13, "specular_power": 14.0}
+SKIN: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specular_power": 14.0}
 EYE: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
-HAIR: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.05}
+HAIR: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
 SKIN_COLOUR = (0.87, 0.67, 0.56)
 BACKGROUND = ("#20242a", "#3a4048")
 LIGHTS = (
-    ((-0.5, 0.52, 0.85), (1.0, 0.95, 0.88), 0.8),
-    ((0.9, 0.1, 0.7), (0.82, 0.9, 1.0), 0.32),
-    ((0.5, 0.5, -0.9), (1.0, 1.0, 1.0), 0.35),
+    ((-0.6, 0.6, 0.75), (1.0, 0.95, 0.88), 1.12),
+    ((0.9, 0.1, 0.6), (0.94, 0.97, 1.0), 0.2),
+    ((0.65, 0.45, -0.8), (1.0, 0.98, 0.95), 0.9),
 )
 """A warm key, a cool fill and a rim light: [right, up, towards the camera], colour, intensity."""
 
@@ -177,14 +180,26 @@ class Scene:
         window = [self._samples * pixels for pixels in self.style.size]
         self.plotter = pv.Plotter(off_screen=True, window_size=window, lighting="none")
         self.plotter.disable_anti_aliasing()
+        self.plotter.renderer.SetUseOIT(False)  # hairs of one colour blend in any order
+        self._parts: dict[str, pv.PolyData] = {}
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         _aim(self.plotter, face, self.style)
         self._texture = _texture(face)
         self._brows = None
-        if self.style.brows and self.style.scalars is None and face.brows is not None:
-            self._brows = Brows(face.brows, 0.0016 * face.frame.pupil_distance)
-        self._mouth = MouthCavity(face)
-        self._gazes: dict[str, Array] = {}
+        pixel = _height(face, self.style) / window[1]
+        self._paint = None
+        if face.landmarks and face.texture is None and not _has_colours(face.mesh):
+            self._paint = painted(face.points, face.landmarks, face.frame)
+        brows = carried_brows(face) if face.brows is None and self._paint is not None else face.brows
+        if self.style.brows and self.style.scalars is None and brows is not None:
+            self._brows = Brows(brows, face.frame.pupil_distance, pixel)
+        self._mouth = Mouth(face)
+        self._eyes = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
+        self._lashes = (
+            [Lashes(eye, face, pixel) for eye in face.eyes]
+            if self._eyes and self.style.brows and self.style.scalars is None
+            else []
+        )
 
     def show(self, frame: pv.PolyData) -> None:
         """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in the place of the one before."""
@@ -197,19 +212,25 @@ class Scene:
         options = SKIN | self._colouring(skin)
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
-        self._add(skin, "skin", **options)
-        for eye in self.face.eyes if self.style.eyes else ():
-            gaze = np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
-            if eye.side not in self._gazes or not np.array_equal(gaze, self._gazes[eye.side]):
-                self._gazes[eye.side] = gaze
-                self._add(painted_eye(eye, gaze), f"eye_{eye.side}", scalars="paint", rgb=True, **EYE)
+        self._add(skin, "skin", None if self.style.scalars else _shading.SKIN, **options)
         n = self.face.mesh.n_points  # base vertices come first in every frame
         points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
         if len(self._mouth.loop):
-            self._add(self._mouth.on(points), "mouth", color=MouthCavity.COLOUR, lighting=False)
+            self._put(self._mouth.pocket(points), "mouth", lighting=False)
+            inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
+            for name, part in inside.items():
+                self._put(part, name, _shading.TEETH)
+            for name in Mouth.INSIDE:
+                if name in self._parts:
+                    self.plotter.actors[name].visibility = name in inside
+        for eye in self._eyes:
+            gaze = np.array(frame.field_data.get(f"gaze_{eye.eye.side}", eye.eye.gaze), dtype=np.float64).ravel()
+            self._put(eye.on(points, gaze), f"eye_{eye.eye.side}", _shading.EYE, **EYE)
+        for lashes in self._lashes:
+            if lashes.roots:
+                self._put(lashes.on(points), f"lashes_{lashes.eye.side}", **HAIR)
         if self._brows is not None:
-            hairs = self._brows.on(points, self.face.triangles, normals)
-            self._add(hairs, "brows", scalars="paint", rgb=True, **HAIR)
+            self._put(self._brows.on(points, self.face.triangles, normals), "brows", **HAIR)
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
@@ -232,9 +253,25 @@ class Scene:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _add(self, mesh: pv.PolyData, name: str, **options: Any) -> None:
+    def _put(self, part: pv.PolyData, name: str, surface: _shading.Surface | None = None, **options: Any) -> None:
+        """Draw a part with `paint` beside the skin, in the place of what it was."""
+        if "Normals" in part.point_data:
+            part.point_data.active_normals_name = "Normals"
+        if name in self._parts:
+            part.active_scalars_name = "paint"
+            self._parts[name].shallow_copy(part)
+        else:
+            self._parts[name] = part
+            self._add(part, name, surface, scalars="paint", rgb=True, smooth_shading=False, **options)
+            self.plotter.actors[name].prop.interpolation = "phong"
+
+    def _add(self, mesh: pv.PolyData, name: str, surface: _shading.Surface | None = None, **options: Any) -> None:
         defaults = {"smooth_shading": True, "show_scalar_bar": False, "reset_camera": False, "render": False}
-        self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
+        if surface is not None and not self.style.quick:
+            options |= {"ambient": 1.0, "diffuse": 1.0}
+        actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
+        if surface is not None and not self.style.quick:
+            surface.on(actor, len(LIGHTS), "texture" in options)
 
     def _colouring(self, skin: pv.PolyData) -> dict[str, Any]:
         """What `add_mesh` needs to colour the skin: a field, the face's texture, its colours, or plain skin."""
@@ -242,10 +279,14 @@ class Scene:
             return _field(skin, self.style.scalars, self.style.size[1] * self._samples)
         if self._texture is not None and skin.active_texture_coordinates is not None:
             return {"texture": self._texture}
-        colours = skin.point_data.get("Colors")
-        if colours is not None and colours.dtype == np.uint8 and colours.ndim == 2:
+        if _has_colours(skin):
             return {"scalars": "Colors", "rgb": True}
-        return {"color": SKIN_COLOUR}
+        if self._paint is not None:
+            n = len(self._paint)
+            new = np.asarray(skin.point_data.get("rest", skin.points))[n:]
+            paint = np.concatenate([self._paint, painted(new, self.face.landmarks, self.face.frame)])
+            return {"scalars": paint, "rgb": True}
+        return {"color": SKIN_COLOUR}  # the texture is not for this mesh
 
 
 def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image:
@@ -351,6 +392,11 @@ def _shaded(frame: pv.PolyData) -> pv.PolyData:
     return skin
 
 
+def _has_colours(mesh: pv.PolyData) -> bool:
+    colours = mesh.point_data.get("Colors")
+    return colours is not None and colours.dtype == np.uint8 and colours.ndim == 2
+
+
 def _texture(face: Face) -> pv.Texture | None:
     if face.texture is None:
         return None
@@ -418,14 +464,19 @@ def _stand(face: Face, view: View) -> tuple[Array, Array, Array, Array]:
     return focus, towards, right, np.cross(towards, right)
 
 
+def _height(face: Face, style: Style) -> float:
+    """What the picture shows from its lower to its upper border, in the unit of the mesh."""
+    view = VIEWS[style.view] if isinstance(style.view, str) else style.view
+    # The view angle is the vertical one: in an upright picture the width would be cut off.
+    return float(face.frame.pupil_distance * view.height * max(1.0, style.size[1] / style.size[0]))
+
+
 def _aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
     """Camera on the face, and lights that move with it."""
     view = VIEWS[style.view] if isinstance(style.view, str) else style.view
     size = face.frame.pupil_distance
     focus, towards, right, up = _stand(face, view)
-    # The view angle is the vertical one: in an upright picture the width would be cut off.
-    height = view.height * max(1.0, style.size[1] / style.size[0])
-    distance = size * height / (2.0 * np.tan(np.radians(VIEW_ANGLE / 2.0)))
+    distance = _height(face, style) / (2.0 * np.tan(np.radians(VIEW_ANGLE / 2.0)))
     camera = plotter.camera
     camera.position = focus + distance * towards
     camera.focal_point = focus

@@ -26,6 +26,7 @@ from .geometry.transfer import carried, displaced
 from .layers.base import Layer, Moment, Relief, Sites
 from .layers.compression import StrainField
 from .layers.muscle_wrinkles import MuscleWrinkles, zone
+from .layers.pattern_layer import PatternLayer
 from .mesh import MUSCLES, carried_point_data, refilled, to_polydata
 from .motion.base import Motion, Still
 from .motion.recorded import Recorded
@@ -122,8 +123,9 @@ class Simulation:
             self.motion = _motion(face, time_step, material, motion)
             spacing = _spacing(face)
             if self.refinement.max_level is None:
-                self.refinement = replace(self.refinement, max_level=_level_for(face, spacing))
+                self.refinement = replace(self.refinement, max_level=_level_for(face, spacing, self.layers))
             self._level = int(self.refinement.max_level or 0)
+            self._check_patterns()
             self._finest = spacing / 2.0**self._level
             self.reset()
 
@@ -223,6 +225,15 @@ class Simulation:
         self._looked = asked[self._looking]
         self._asked = self._asked.copy()
         self._asked[self._looking] = self._looked
+
+    def _check_patterns(self) -> None:
+        """An error for patterns that would have less than a vertex per half wave."""
+        for layer in self.layers if self._level else ():
+            if isinstance(layer, PatternLayer) and (needed := layer.level_needed(self.face)) > self._level + 1:
+                raise ParameterError(
+                    f"the pattern {layer.name} is too fine for this mesh with max_level={self._level}. Ask for "
+                    f"max_level={needed}, for fewer wrinkles, or for a larger region."
+                )
 
     def _check_wavelength(self, name: str, spacing: float) -> None:
         u = self.face.muscles[name].fold_pattern.half_wavelength
@@ -472,13 +483,14 @@ def _spacing(face: Face) -> Array:
     return out
 
 
-def _level_for(face: Face, spacing: Array) -> int:
-    """The level at which nine in ten muscles have about three vertices per half cycle; 3 without muscles."""
+def _level_for(face: Face, spacing: Array, layers: Sequence[Layer]) -> int:
+    """The level at which nine in ten muscles have about three vertices per half cycle, and all patterns have them."""
+    needed = max((layer.level_needed(face) for layer in layers if isinstance(layer, PatternLayer)), default=0)
     if not face.muscles:
-        return 3
+        return needed or 3
     cycles = np.array([muscle.fold_pattern.half_wavelength for muscle in face.muscles.values()])
     folding = np.isfinite(cycles) & (spacing > 0.0)
     if not folding.any():
-        return 1
-    needed = np.log2(spacing[folding] / (0.35 * cycles[folding]))
-    return int(np.clip(np.ceil(np.quantile(needed, 0.9)), 1, 4))
+        return max(needed, 1)
+    levels = np.log2(spacing[folding] / (0.35 * cycles[folding]))
+    return int(np.clip(np.ceil(np.quantile(levels, 0.9)), max(needed, 1), max(needed, 4)))

@@ -188,6 +188,18 @@ def test_express_with_another_atlas(tmp_path):
     assert face.brows is not None
 
 
+def test_express_on_somebody(tmp_path):
+    face = FaceOptions(identity="jaw=0.5, age=1").load()
+    expected = fw.default_face(fw.Identity(jaw=0.5, age=1.0))
+    assert np.array_equal(face.points, expected.points)
+    assert not np.array_equal(face.points, fw.default_face().points)
+    for text, message in (("jaw", "like jaw=0.5"), ("jaw=2", "jaw must lie"), ("yaw=1", "unknown parameter")):
+        with pytest.raises(fw.FaceWrinkleError, match=message):
+            FaceOptions(identity=text).load()
+    with pytest.raises(fw.FaceWrinkleError, match="built-in head"):
+        FaceOptions(identity="jaw=1", face=tmp_path / "mesh.obj").load()
+
+
 def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatch, capsys):
     def missing(*_: object) -> None:
         raise MissingPackageError("movies need the package imageio, which is not installed.")

@@ -45,3 +45,10 @@ def check(face: fw.Face, view: str) -> None:
 @pytest.mark.parametrize("view", VIEWS)
 def test_one_face_and_two_eyes_are_found(view):
     check(fw.default_face(), view)
+
+
+@pytest.mark.parametrize(
+    "identity", [{"age": 1.0}, {"sex": -1.0, "lips": 0.7}, {"jaw": 1.0, "width": 0.6, "brow": 1.0}]
+)
+def test_other_identities_are_faces_too(identity):
+    check(fw.default_face(identity=identity), "front")

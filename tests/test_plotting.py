@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 import gc
 
 import numpy as np
 import pytest
 import pyvista as pv
+from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
+from facewrinkle._features import Lashes, Mouth, PaintedEye
+from facewrinkle.anatomy.eyes import lid_margins
 from facewrinkle.errors import MeshError, OutputError, ParameterError, UnknownNameError
 from facewrinkle.mesh import ARRAYS
 from facewrinkle.plotting import (
@@ -110,9 +114,11 @@ def test_stale_normals_are_not_trusted(face):
 
 @pytest.mark.parametrize("name", [name for name in VIEWS if name.startswith("left")])
 def test_views_of_the_two_sides_mirror_each_other(face, name):
-    """With a light at the camera; the head is symmetric, the brows' hairs are random."""
+    """With a light at the camera; the head is symmetric, the pores of its skin, hairs and irises are not."""
+    half = face.texture[:, : face.texture.shape[1] // 2]
+    even = dataclasses.replace(face, texture=np.concatenate([half, half[:, ::-1]], axis=1))
     left, right = (
-        picture(face.mesh, face, Style(SMALL, view, quick=True, brows=False))
+        picture(face.mesh, even, Style(SMALL, view, quick=True, brows=False, eyes=False))
         for view in (name, name.replace("left", "right"))
     )
     assert (difference(left, right[:, ::-1]) > 20).mean() < 0.01
@@ -128,15 +134,18 @@ def test_views_look_at_skin(face, name):
     assert difference(empty[::2, ::2], centre).min() > 10
 
 
-def test_upright_and_wide_pictures_hold_the_whole_face(face):
+@pytest.mark.parametrize("view", ["front", "left_three_quarter", "left_profile"])
+def test_upright_and_wide_pictures_hold_the_whole_head_and_cut_the_neck(face, view):
+    points = np.asarray(face.mesh.points)
+    head = points[:, 1] > face.landmarks["menton"][1]
     for size in ((100, 200), (200, 100)):
-        with Scene(face, Style(size)) as scene:
+        with Scene(face, Style(size, view=view)) as scene:
             scene.draw(face.mesh)
-            row, column = on_screen(scene, np.asarray(face.mesh.points)).T
-        assert row.min() > 0
-        assert row.max() < size[1]
-        assert column.min() > 0
-        assert column.max() < size[0]
+            row, column = on_screen(scene, points).T
+        assert row[head].min() > 0
+        assert row[head].max() < size[1]
+        assert column[head].min() > 0
+        assert column[head].max() < size[0]
 
 
 @pytest.mark.parametrize(
@@ -242,6 +251,89 @@ def test_parted_lips_show_the_dark_of_the_mouth(face):
         row, column = on_screen(scene, gap[None])[0].astype(int)
     red, _, blue = image[row - 8 : row + 9, column].astype(int).T
     assert (red >= blue).all()
+
+
+def test_teeth_show_behind_an_open_mouth_and_go_with_the_jaw(face):
+    opened = held(face, "AU27")
+    mouth = Mouth(face)
+    base = np.asarray(opened.points)[: face.mesh.n_points]
+    assert not mouth.parted(face.points)
+    assert mouth.parted(base)
+    jaw, guide = face.muscles["jaw"], face.guides["jaw"]
+    turned = face.points.copy()
+    turned[guide.vertices] += guide.turned(face.points, 0.7)
+    expected = Rotation.from_rotvec(0.7 * jaw.angle * jaw.axis)
+    upper, lower = (mouth.inside(turned)[name].points for name in ("upper_teeth", "lower_teeth"))
+    np.testing.assert_allclose(upper, mouth.teeth[0].points, atol=1e-4)
+    np.testing.assert_allclose(lower, expected.apply(mouth.teeth[1].points - jaw.hinge) + jaw.hinge, atol=0.1)
+    parts = mouth.inside(base)
+    with Scene(face, Style((240, 240), "mouth")) as scene:
+        images = [scene.picture(frame).astype(int) for frame in (opened, face.mesh)]
+        # The edges of the lower incisors, where the lip does not hide them.
+        tips = parts["lower_teeth"].points
+        tips = tips[(np.abs(tips[:, 0]) < 6.0) & (tips[:, 2] > tips[:, 2].max() - 8.0)]
+        rows, columns = on_screen(scene, tips[tips[:, 1] > tips[:, 1].max() - 1.0]).astype(int).T
+        assert not any(scene.plotter.actors[name].visibility for name in Mouth.INSIDE)
+    white = [(np.ptp(image, axis=2) < 50) & (image.min(axis=2) > 90) for image in images]
+    assert white[0][rows, columns].mean() > 0.25
+    assert not white[1][rows, columns].any()
+
+
+def blink(face: fw.Face) -> np.ndarray:
+    """Base points with both eyes closed."""
+    return np.asarray(held(face, "AU43").points)[: face.mesh.n_points]
+
+
+def test_lashes_stay_on_the_margins_of_the_lids(face):
+    """Within the thickness of a lid, open and closed; the upper ones come down with theirs."""
+    open_eyes, closed = face.points, blink(face)
+    for eye in face.eyes:
+        lashes = Lashes(eye, face, 0.1)
+        margins = lid_margins(eye, face.points, face.triangles, face.landmarks)
+        heights = []
+        for points in (open_eyes, closed):
+            tips = lashes.on(points).points.reshape(-1, Lashes.KNOTS, 2, 3).mean(axis=2)
+            counts = [len(weights) for _, weights in lashes.roots]
+            for hairs, chain in zip(np.split(tips, counts[:1]), margins, strict=True):
+                fine = np.concatenate(
+                    [np.linspace(a, b, 30) for a, b in zip(points[chain][:-1], points[chain][1:], strict=True)]
+                )
+                gap = np.linalg.norm(hairs[:, 0, None] - fine, axis=2).min(axis=1)
+                assert gap.max() < 2.0
+                length = np.linalg.norm(np.diff(hairs, axis=1), axis=2).sum(axis=1)
+                assert 0.5 < length.min() < length.max() < 10.0
+                # Outside of the eyeball along all their length.
+                assert np.linalg.norm(hairs - eye.centre, axis=2).min() > eye.radius
+            heights.append(tips[: counts[0], 0, 1].mean())
+        assert heights[0] - heights[1] > 4.0
+
+
+def test_pupil_is_where_the_eye_looks(face):
+    for eye in face.eyes:
+        painted = PaintedEye(eye, face)
+        for gaze in (eye.gaze, np.array([0.48, 0.0, np.sqrt(1.0 - 0.48**2)])):
+            ball = painted.on(face.points, gaze)
+            dark = np.asarray(ball["paint"]).max(axis=1) < 12
+            dark &= (ball.points - eye.centre) @ gaze > 0.96 * eye.radius
+            assert dark.sum() > 100
+            middle = ball.points[dark].mean(axis=0) - eye.centre
+            assert middle @ gaze / np.linalg.norm(middle) > np.cos(np.radians(1.0))
+            np.testing.assert_allclose(np.linalg.norm(ball.points - eye.centre, axis=1), eye.radius, rtol=1e-5)
+
+
+def test_eye_is_darker_under_the_upper_lid_wherever_it_is(face):
+    eye = face.eyes[0]
+    painted = PaintedEye(eye, face)
+    first, second = (painted.on(points)["paint"].astype(int) for points in (face.points, blink(face)))
+    assert second.mean() < 0.85 * first.mean()
+    upper = lid_margins(eye, face.points, face.triangles, face.landmarks)[0]
+    ball = painted.on(face.points)
+    top = face.points[upper][:, 1].max()
+    white = (ball.points[:, 0] - eye.centre[0] > 6.5) & (ball.points[:, 0] - eye.centre[0] < 8.5)
+    height = ball.points[:, 1]
+    near, far = white & (np.abs(height - top + 3.0) < 1.0), white & (np.abs(height - eye.centre[1]) < 1.0)
+    assert near.any()
+    assert first[near].mean() < 0.9 * first[far].mean()
 
 
 def test_pictures_side_by_side_and_stacked():

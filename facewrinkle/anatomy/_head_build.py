@@ -345,7 +345,7 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     half_count = len(triangles) // 2
     low, high = chart.min(axis=0), chart.max(axis=0)
     middle, span = 0.5 * (low + high), float((high - low).max())
-    skin = Skin(half.points, half.fine_triangles(), plane, partial(between, half), data)
+    skin = Skin(half.points, half.fine_triangles(), plane, partial(between, half), data, named)
     return {
         "points": points,
         "triangles": triangles.astype(np.int32),

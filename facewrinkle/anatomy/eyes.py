@@ -222,6 +222,14 @@ LARGEST_TURN = np.deg2rad(40.0)
 """As far as an eye turns from straight ahead; people turn their heads well before."""
 
 
+def lid_margins(
+    eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
+) -> tuple[Array, Array] | None:
+    """Vertices of the upper and of the lower margin from inside outwards; None if the opening is closed."""
+    opening = _opening(eye, points, triangles, landmarks)
+    return None if opening is None else (opening[-2], opening[-1])
+
+
 OVERLAP = np.deg2rad(2.0)
 """How much farther than to the line where the lids meet the upper one turns, so that coarse margins leave no chink."""
 

@@ -6,7 +6,7 @@ import dataclasses
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,8 +17,9 @@ from ..errors import FaceWrinkleWarning, LandmarkError, ParameterError, unknown_
 from ..mesh import Surface, prepare, read_surface, to_polydata
 from .atlas import Atlas
 from .face import Face
-from .head import load_head
-from .landmarks import MEAN_PUPIL_DISTANCE, REQUIRED, complete, frame_of, mirrored, read_landmarks
+from .head import Hairs, load_head
+from .identity import Identity, head_of
+from .landmarks import MEAN_PUPIL_DISTANCE, REQUIRED, complete, fitted_map, frame_of, mirrored, read_landmarks
 
 if TYPE_CHECKING:
     from .finding import Found
@@ -41,11 +42,14 @@ ELSEWHERE = 0.5
 NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 
 
-def default_face(atlas: Atlas | None = None) -> Face:
+def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
     """The built-in head: 4,517 triangles, in mm, +y up, looking along +z, the subject's left at +x.
 
     Parameters
     ----------
+    identity : Identity or dict, optional
+        Whose face it is: parameters in [-1, 1] by name, such as ``{"jaw": 0.5, "age": 1.0}``. Default: the mean head.
+        All have the same triangles and texture coordinates; skull, eyes and muscles follow the face.
     atlas : Atlas, optional
         Other muscles than those that come with the package.
 
@@ -57,9 +61,11 @@ def default_face(atlas: Atlas | None = None) -> Face:
     --------
     >>> face = default_face()
     >>> face.mesh.n_cells, len(face.muscles)
-    (4517, 36)
+    (4517, 44)
+    >>> bool(default_face({"width": 1.0}).mesh.bounds[1] > face.mesh.bounds[1])
+    True
     """
-    head = load_head()
+    head = head_of(Identity.of(identity))
     mesh = to_polydata(head.points, head.triangles)
     mesh.active_texture_coordinates = head.uv.astype(np.float32)  # type: ignore[assignment]
     mesh.point_data["Colors"] = head.colour.copy()
@@ -238,6 +244,32 @@ def _scale(units: str | float) -> float:
     return unit
 
 
+def carried_brows(face: Face) -> Hairs:
+    """The eyebrows of the built-in head on another face, by their landmarks.
+
+    Examples
+    --------
+    >>> face = default_face()
+    >>> carried_brows(face).triangles.shape == face.brows.triangles.shape
+    True
+    """
+    head = load_head()
+    places = head.brows.polylines(head.points, head.triangles, np.zeros_like(head.points))
+    carry = fitted_map(head.landmarks, face.landmarks, frame_of(head.landmarks), face.frame)
+    flat = carry(places.reshape(-1, 3))
+    found: Any = face.mesh.find_closest_cell(flat, return_closest_point=True)
+    cells, on_skin = found
+    a, b, c = (face.points[face.triangles[cells, corner]] for corner in range(3))
+    ab, ac, ap = b - a, c - a, on_skin - a
+    gram = [(u * v).sum(axis=1) for u, v in ((ab, ab), (ab, ac), (ac, ac), (ab, ap), (ac, ap))]
+    size = np.maximum(gram[0] * gram[2] - gram[1] ** 2, 1e-300)
+    second = (gram[2] * gram[3] - gram[1] * gram[4]) / size
+    third = (gram[0] * gram[4] - gram[1] * gram[3]) / size
+    weights = np.stack([1.0 - second - third, second, third], axis=1)
+    scale = face.frame.pupil_distance / frame_of(head.landmarks).pupil_distance
+    return Hairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
+
+
 def _unit(units: str | float | None, pupil_distance: float) -> float:
     if units is None:
         return MEAN_PUPIL_DISTANCE / pupil_distance
@@ -258,8 +290,9 @@ def _unit(units: str | float | None, pupil_distance: float) -> float:
 
 
 def _closest(surface: Surface, point: Array) -> Array:
-    """The closest vertex: estimates are not worth more."""
-    return np.asarray(surface.points[np.argmin(((surface.points - point) ** 2).sum(axis=1))])
+    """The closest point of the surface."""
+    found = cast(tuple[int, Array], surface.mesh.find_closest_cell(point, return_closest_point=True))
+    return np.asarray(found[1], dtype=np.float64)
 
 
 def _check_on_mesh(given: Mapping[str, Array], points: Array, triangles: npt.NDArray[np.int32], size: float) -> None:

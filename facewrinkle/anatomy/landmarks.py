@@ -239,9 +239,10 @@ def fitted_map(template: Mapping[str, Array], found: Mapping[str, Array], base: 
     target = np.array([(found[n] - frame.origin) @ frame.axes.T / frame.pupil_distance for n in shared])
     warp = RBFInterpolator(source, target - source, kernel="linear", degree=1)
 
-    def carry(point: Array) -> Array:
-        local = ((point - base.origin) @ base.axes.T / base.pupil_distance)[None]
-        return (local + warp(local))[0] * frame.pupil_distance @ frame.axes + frame.origin
+    def carry(points: Array) -> Array:
+        local = np.atleast_2d((points - base.origin) @ base.axes.T / base.pupil_distance)
+        there = (local + warp(local)) * frame.pupil_distance @ frame.axes + frame.origin
+        return np.asarray(there.reshape(points.shape))
 
     return carry
 

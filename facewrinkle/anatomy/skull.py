@@ -70,13 +70,15 @@ def tissue_of(
     rim, holes = _distances_to_loops(points, triangles)
     ties = np.exp(weights @ np.log(stiffness)) * (1.0 + RIM * np.exp(-((rim / (0.15 * size)) ** 2)))
     smooth = _smoother(points, triangles, 0.12 * size)
-    normals = smooth(vertex_normals(points, triangles))
+    facing = vertex_normals(points, triangles)
+    normals = smooth(facing)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     foot = smooth(points - depth[:, None] * normals)
     # Smoothing cuts corners where the face is concave: the bone stays below the skin by a third of the tissue at least.
     above = ((points - foot) * normals).sum(axis=1)
     foot -= np.maximum(depth / 3.0 - above, 0.0)[:, None] * normals
     solid = ((vertex_normals(foot, triangles) * normals).sum(axis=1) > 0.7) & (holes > 0.25 * size)
+    solid &= (facing * normals).sum(axis=1) > 0.5
     return Tissue(depth, ties, normals, foot, solid)
 
 

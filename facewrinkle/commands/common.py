@@ -35,6 +35,8 @@ class FaceOptions:
         JSON file with the coordinates of landmarks of --face. Default: found by its shape.
     units
         Unit of --face: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
+    identity
+        Whose face the built-in head has: parameters from -1 to 1, such as jaw=0.5,age=1. See facewrinkle.Identity.
     atlas
         TOML file with other muscles, action units and expressions.
     """
@@ -42,6 +44,7 @@ class FaceOptions:
     face: Path | None = None
     landmarks: Path | None = None
     units: str | None = None
+    identity: str | None = None
     atlas: Path | None = None
 
     def load(self) -> Face:
@@ -55,11 +58,13 @@ class FaceOptions:
                     raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
             return read_face(self.face, atlas)
         if self.face is not None:
+            if self.identity is not None:
+                raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
             return fit_face(self.face, self.landmarks, units_of(self.units), atlas)
         for name in ("landmarks", "units"):
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
-        return default_face(atlas)
+        return default_face(person(self.identity) if self.identity else None, atlas=atlas)
 
 
 def units_of(text: str | None) -> str | float | None:
@@ -74,6 +79,24 @@ def units_of(text: str | None) -> str | float | None:
         return text if text is None else float(text)
     except ValueError:
         return text
+
+
+def person(text: str) -> dict[str, float]:
+    """Parameters of an identity by name from "jaw=0.5,age=1".
+
+    Examples
+    --------
+    >>> person("jaw=0.5, age=1")
+    {'jaw': 0.5, 'age': 1.0}
+    """
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        name, _, value = (piece.strip() for piece in part.partition("="))
+        try:
+            found[name] = float(value)
+        except ValueError:
+            raise ParameterError(f"the identity must be like jaw=0.5,age=1; received {part.strip()!r}.") from None
+    return found
 
 
 def mixture(text: str, atlas: Atlas) -> dict[str, float]:

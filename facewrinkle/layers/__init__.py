@@ -1,5 +1,6 @@
 """What is laid on the moving surface."""
 
 from ..geometry import profile
+from . import patterns
 
-__all__ = ["profile"]
+__all__ = ["patterns", "profile"]

@@ -45,11 +45,15 @@ ARKIT: Mapping[str, str] = MappingProxyType(
         "jawRight": "AU30",
         "cheekPuff": "AU34",
         "eyeBlink": "AU45",
+        "eyeLookOut_l": "AU61",
+        "eyeLookIn_r": "AU61",
+        "eyeLookIn_l": "AU62",
+        "eyeLookOut_r": "AU62",
         "eyeLookUp": "AU63",
         "eyeLookDown": "AU64",
     }
 )
-"""Action unit by shape, without its side."""
+"""Action unit by shape, without its side where that does not matter."""
 
 _SIDE = re.compile(r"(.+?)_?(L|R|Left|Right)")
 
@@ -75,6 +79,8 @@ def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None
     {'AU1': 0.5, 'AU45': 1.0}
     >>> units_of({"eyeBlinkLeft": 1.0, "eyeBlink_R": 0.25}, side="r")
     {'AU45': 0.25}
+    >>> units_of({"eyeLookOutLeft": 0.5, "eyeLookInRight": 0.25})
+    {'AU61': 0.5}
     """
     if side not in (None, "l", "r"):
         raise unknown_name("side", side, ("l", "r"))
@@ -83,6 +89,7 @@ def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None
         stem, own = shape, None
         if shape not in ARKIT and (match := _SIDE.fullmatch(shape)):
             stem, own = match[1], match[2][0].lower()
+        stem = f"{stem}_{own}" if f"{stem}_{own}" in ARKIT else stem
         if stem in ARKIT and weight > 0.0 and (side is None or own in (None, side)):
             unit = ARKIT[stem]
             found[unit] = max(found.get(unit, 0.0), weight)

@@ -98,7 +98,7 @@ def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(face, played, ex
     # Other muscles wake where the moving skin is squeezed over them; elsewhere the wrinkles are the same.
     together = sum(own["W"] for own in ours.values())
     alone = (np.abs(frame["W"] - together) < 1e-12)[:n]
-    replayed, made = together[:n][alone], sum(held.fields[name]["W"] for name in making)[:n][alone]
+    replayed, made = together[:n][alone], sum(held.fields[name]["W"] / held.rates[name] for name in making)[:n][alone]
     assert np.ptp(replayed) > 0.5
     np.testing.assert_allclose(replayed, made, atol=1e-9)
 

@@ -1,0 +1,209 @@
+"""``mesh.facewrinkle``: what can be laid on any PolyData, beside PyVista's own filters.
+
+PyVista finds this module through the entry point group ``pyvista.accessors`` and imports it when ``mesh.facewrinkle``
+is first used; importing it by hand does the same.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from .anatomy.face import Face
+from .anatomy.fitting import fit_face, surface
+from .errors import FaceWrinkleWarning, ParameterError, check_range, check_whole
+from .geometry.chart import foot
+from .geometry.topology import components
+from .layers.pattern_layer import Compression, PatternLayer
+from .layers.presets import names, presets, table
+from .mesh import read_surface, to_polydata
+from .motion.base import Still
+from .simulation import Refinement, Simulation
+from .tears.stream import SheddingTear
+
+
+@pv.register_dataset_accessor("facewrinkle", pv.PolyData)
+class FaceWrinkleAccessor:
+    """The namespace ``mesh.facewrinkle``. Each method returns a new mesh and leaves `mesh` as it is.
+
+    Parameters
+    ----------
+    mesh : PolyData
+
+    Examples
+    --------
+    >>> import facewrinkle.accessor
+    >>> import pyvista as pv
+    >>> ball = pv.Icosphere(radius=40.0, nsub=5)
+    >>> dented = ball.facewrinkle.pattern("dimple", centre=(0, 0, 40), size=30.0, depth=3.0)
+    >>> round(float(dented["W"].min()), 1)
+    -3.0
+    """
+
+    def __init__(self, mesh: pv.PolyData) -> None:
+        self._mesh = mesh
+
+    def pattern(
+        self,
+        pattern: Any,
+        centre: npt.ArrayLike | None = None,
+        up: npt.ArrayLike = (0.0, 1.0, 0.0),
+        size: float | tuple[float, float] | None = None,
+        *,
+        landmarks: Mapping[str, npt.ArrayLike] | str | Path | None = None,
+        time: float = 0.0,
+        units: str | float | None = None,
+        max_level: int = 6,
+        **words: Any,
+    ) -> pv.PolyData:
+        """Lay a pattern on the mesh.
+
+        Parameters
+        ----------
+        pattern : str, Pattern, callable f(x, y, t), or sequence of these
+            See :class:`facewrinkle.PatternLayer`. With `landmarks`, the name of a preset
+            (:func:`facewrinkle.layers.presets.names`), on both sides where it names none.
+        centre, up, size :
+            See :class:`facewrinkle.layers.region.Region`; in the coordinates and unit of the mesh. Of a mesh of several
+            parts, the one that is nearest to the centre takes the pattern.
+        landmarks : mapping, path, optional
+            Of a face; see :func:`facewrinkle.fit_face`.
+        time : float
+            Seconds; what is a function of time, or trembles, is taken at this moment.
+        units : str or float, optional
+            Unit of the mesh, or mm per unit. Default: mm, or by the size of the face.
+        max_level : int
+            Triangles are split at most this often.
+        **words
+            Of the layer, the pattern and the region.
+
+        Returns
+        -------
+        PolyData
+            The mesh with the pattern, refined where it needs triangles, with the point data of the mesh, "Normals", "W"
+            (mm) and what else a frame has.
+
+        Raises
+        ------
+        ParameterError
+            If the mesh is too coarse for the pattern with `max_level`, or the strength is that of compressed skin.
+
+        Warns
+        -----
+        FaceWrinkleWarning
+            If the mesh is refined.
+        """
+        check_range("time", time, -1e9, 1e9)
+        check_whole("max_level", max_level, 0, 8, "Each level has four times as many triangles.")
+        if isinstance(words.get("strength"), Compression):
+            raise ParameterError("nothing compresses a mesh that keeps still; give a number or a function as strength.")
+        words["begin"] = time
+        if landmarks is not None:
+            face, rest = fit_face(self._mesh, landmarks, units), None
+            chosen = {"up": up} if tuple(np.asarray(up)) != (0.0, 1.0, 0.0) else {}
+            chosen |= {name: value for name, value in (("centre", centre), ("size", size)) if value is not None}
+            layers = presets(pattern, face, **chosen, **words)
+        else:
+            if isinstance(pattern, str) and pattern in names() and pattern not in table():
+                raise ParameterError(f"the preset {pattern!r} is placed by landmarks: give those of the face.")
+            face, rest = _nearest_part(self._mesh, centre, "mm" if units is None else units)
+            layers = [PatternLayer(pattern, centre, up, size, **words)]
+        return _joined(laid(face, layers, max_level), rest)
+
+    def tear(
+        self,
+        path: npt.ArrayLike | None = None,
+        start: npt.ArrayLike | None = None,
+        t: float | None = None,
+        **options: Any,
+    ) -> pv.PolyData:
+        """Water that runs down the mesh, along a path or from a start: a closed surface of its own.
+
+        Parameters
+        ----------
+        path, start :
+            See :class:`facewrinkle.SheddingTear`; in the coordinates of the mesh.
+        t : float, optional
+            Seconds. Default: when it has arrived.
+        **options
+            Of :class:`facewrinkle.SheddingTear`; `unit` is mm per unit of the mesh.
+
+        Returns
+        -------
+        PolyData
+
+        Examples
+        --------
+        >>> import facewrinkle.accessor
+        >>> import pyvista as pv
+        >>> ball = pv.Icosphere(radius=40.0, nsub=4)
+        >>> water = ball.facewrinkle.tear(start=(15.0, 37.0, 0.0), width=4.0)
+        >>> water.n_open_edges
+        0
+        """
+        stream = SheddingTear(self._mesh, path, start, **options)
+        return stream.surface(stream.end if t is None else t)
+
+
+def laid(face: Face, layers: list[PatternLayer], max_level: int) -> pv.PolyData:
+    """A still face with layers on it, refined as they need it."""
+    needed = max(layer.level_needed(face) for layer in layers)
+    if needed > max_level:
+        raise ParameterError(
+            f"the mesh is too coarse to carry the pattern {layers[0].name}: its triangles would have to be split "
+            f"{needed} times, and max_level={max_level} is allowed. Ask for max_level={needed}, for fewer wrinkles, or "
+            "for a larger region."
+        )
+    simulation = Simulation(face, Refinement(max_level=needed), layers, motion=Still(face, 1e-9))
+    frame, cells = simulation.step(), -1
+    while frame.n_cells != cells:
+        frame, cells = simulation.step(), frame.n_cells
+    if cells > len(face.triangles):
+        warnings.warn(
+            f"the mesh was too coarse to carry the pattern {layers[0].name}: it was refined from {len(face.triangles)} "
+            f"to {cells} triangles.",
+            FaceWrinkleWarning,
+            stacklevel=3,
+        )
+    return frame
+
+
+def _nearest_part(
+    mesh: pv.PolyData, centre: npt.ArrayLike | None, units: str | float
+) -> tuple[Face, pv.PolyData | None]:
+    """The connected part nearest to a point as a face, and the others."""
+    source = read_surface(mesh)
+    triangles = np.asarray(source.regular_faces, dtype=np.int32)
+    label = components(triangles) if len(triangles) else np.zeros(0, np.int32)
+    if centre is None or np.shape(centre) != (3,) or len(triangles) == 0 or label.max() == 0:
+        return surface(source, units), None
+    points = np.asarray(source.points, dtype=np.float64)
+    own = label == label[foot(points, triangles, centre).triangle]
+    data = dict(source.point_data)
+    part = to_polydata(points, triangles[own], data)
+    part.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
+    kept, numbers = np.unique(triangles[~own], return_inverse=True)
+    rest = to_polydata(points[kept], numbers.reshape(-1, 3), {name: array[kept] for name, array in data.items()})
+    return surface(part, units), rest
+
+
+def _joined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
+    """Both meshes as one; arrays that `rest` lacks are 0 there."""
+    if rest is None:
+        return mesh
+    rest = rest.compute_normals(cell_normals=False, split_vertices=False)
+    data = {}
+    for name, values in mesh.point_data.items():
+        other = rest.point_data[name] if name in rest.point_data else np.zeros((rest.n_points, *values.shape[1:]))
+        data[name] = np.concatenate([values, np.asarray(other, values.dtype)])
+    triangles = np.concatenate([mesh.regular_faces, np.add(rest.regular_faces, mesh.n_points)])
+    whole = to_polydata(np.concatenate([mesh.points, rest.points]), triangles, data)
+    whole.point_data.active_normals_name = "Normals"
+    whole.point_data.active_texture_coordinates_name = mesh.point_data.active_texture_coordinates_name
+    return whole

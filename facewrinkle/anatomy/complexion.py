@@ -1,0 +1,172 @@
+"""The colour of skin by where it lies on a face: red, yellow and grey zones, eye sockets, lips, and cropped hair.
+
+Everything is placed by landmarks, so it goes on any mesh. Colours are bytes (0 to 255) as numbers; lengths are mm on a
+face whose pupils are 63 mm apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame, of_side
+
+Array = npt.NDArray[np.float64]
+
+SKIN = (211.0, 169.0, 142.0)
+
+ZONES: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, float], float], ...] = (
+    # landmark, offset [outwards, up, forward], reach, colour, strength
+    ("forehead_mid", (0, 0, 0), 30, (222, 180, 148), 0.55),
+    ("brow_mid", (8, 14, 0), 20, (220, 176, 146), 0.4),
+    ("glabella", (0, -4, 0), 9, (210, 152, 128), 0.35),
+    ("malar", (0, -9, 2), 15, (205, 130, 110), 0.4),
+    ("malar", (-14, -2, 4), 11, (207, 138, 118), 0.25),
+    ("malar", (14, 6, -14), 16, (208, 142, 120), 0.3),
+    ("nose_tip", (0, 1, 0), 10, (203, 122, 102), 0.5),
+    ("ala", (3, 5, -1), 7, (196, 110, 92), 0.5),
+    ("subnasale", (0, -4, 0), 8, (206, 142, 122), 0.35),
+    ("pogonion", (0, 0, 0), 12, (206, 142, 120), 0.4),
+    ("eye_centre", (0, 5, 12), 11, (182, 124, 106), 0.5),
+    ("eye_centre", (2, -11, 10), 9, (186, 132, 122), 0.4),
+    ("eye_inner", (-1, 2, 0), 5, (158, 104, 98), 0.5),
+    ("eye_outer", (2, -1, 0), 6, (176, 118, 104), 0.35),
+    ("zygion", (9, -12, -16), 17, (204, 122, 102), 0.5),
+    ("gonion", (0, -40, 0), 34, (204, 158, 128), 0.45),
+)
+
+BEARD = ((142.0, 118.0, 110.0), 0.2)
+
+HAIR = (50.0, 38.0, 31.0)
+
+HAIRLINE = np.array(
+    # azimuth from the front about the middle of the head in degrees, height over the eyes in mm
+    [
+        *((0, 62), (10, 62.5), (20, 64), (29, 63), (36, 57), (42, 46), (48, 32), (55, 24), (61, 18), (64, 8)),
+        *((66, -8), (69, -19), (76, -20), (80, -14), (82, 4), (86, 15), (95, 20), (106, 15), (113, 2), (118, -22)),
+        *((124, -40), (134, -52), (150, -62), (168, -67), (180, -68)),
+    ],
+    dtype=np.float64,
+)
+"""Of the scalp: over the forehead, down the temple and before the ear, around the ear to the nape."""
+
+BEHIND = 12.0
+"""From the zygion back to the axis about which the azimuth turns, mm."""
+
+AROUND = 80.0
+"""Radius at which an azimuth is a length, mm."""
+
+
+LIPS = (178.0, 104.0, 96.0)
+
+
+def painted(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> npt.NDArray[np.uint8]:
+    """Colour (n, 3) of a face that has none of its own: skin, lips and cropped hair, for its vertices at rest.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> painted(face.points, face.landmarks, face.frame).dtype
+    dtype('uint8')
+    """
+    colour = complexion(points, landmarks, frame)
+    colour += 0.7 * lips(points, landmarks, frame)[:, None] * (np.array(LIPS) - colour)
+    hair = 0.93 * _smooth(hair_cover(points, landmarks, frame) / 14.0)[:, None]
+    return np.asarray(np.rint(colour + hair * (np.array(HAIR) - colour)), dtype=np.uint8)
+
+
+def local(points: Array, frame: FaceFrame) -> Array:
+    """Coordinates (n, 3) [left, up, forward] from the middle between the eyes, mm on a face of average size."""
+    return np.asarray((points - frame.origin) @ frame.axes.T * (MEAN_PUPIL_DISTANCE / frame.pupil_distance))
+
+
+def complexion(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
+    """Colour (n, 3) of the skin at points of a face, without lips and hair.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> marks = face.landmarks
+    >>> cheek, brow = complexion(np.array([marks["malar_l"], marks["forehead_mid"]]), marks, face.frame)
+    >>> bool(cheek[0] / cheek[1] > brow[0] / brow[1])
+    True
+    """
+    where = local(points, frame)
+    colour = np.tile(SKIN, (len(points), 1))
+    for stem, offset, reach, tint, strength in ZONES:
+        cover = np.zeros(len(points))
+        for side, sign in (("l", 1.0), ("r", -1.0)):
+            centre = local(landmarks[of_side(stem, side)], frame) + np.array(offset) * [sign, 1.0, 1.0]
+            cover = np.maximum(cover, np.exp(-0.5 * ((where - centre) ** 2).sum(axis=1) / reach**2))
+        colour += strength * cover[:, None] * (np.array(tint) - colour)
+    shade, strength = BEARD
+    colour += strength * beard(where, landmarks, frame)[:, None] * (np.array(shade) - colour)
+    return colour
+
+
+def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
+    """How much (0 to 1) local points lie where a beard would grow: jaw, chin, over the upper lip."""
+    mouth, nose, jaw, chin, ear = (
+        local(landmarks[name], frame) for name in ("mouth_l", "subnasale", "gonion_l", "menton", "zygion_l")
+    )
+    x, y, z = np.abs(where[:, 0]), where[:, 1], where[:, 2]
+    # From the nose over the corner of the mouth to the ear, and under the jaw.
+    top = np.interp(
+        x, [0.0, 14.0, mouth[0] + 10.0, jaw[0], 90.0], [nose[1] + 1.0, nose[1], mouth[1] + 2.0, ear[1], ear[1]]
+    )
+    bottom = np.interp(z, [jaw[2], chin[2]], [jaw[1] - 14.0, chin[1] - 12.0])
+    return np.asarray(_smooth((top - y) / 14.0) * _smooth((y - bottom) / 12.0) * _smooth((z - jaw[2] + 14.0) / 14.0))
+
+
+def lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
+    """How much (0 to 1) points lie on the red of the lips, as far as four landmarks tell."""
+    where = local(points, frame)
+    upper, lower = (local(landmarks[name], frame) for name in ("upper_lip_mid", "lower_lip_mid"))
+    corner = 0.5 * (local(landmarks["mouth_l"], frame) + local(landmarks["mouth_r"], frame) * [-1.0, 1.0, 1.0])
+    share = np.abs(where[:, 0]) / corner[0]
+    bow = 1.0 - np.clip(share, 0.0, 1.0) ** 2.2
+    middle = corner[1] + (0.55 * upper[1] + 0.45 * lower[1] - corner[1]) * bow
+    above = (upper[1] - middle) * bow
+    below = (middle - lower[1]) * bow
+    height = where[:, 1] - middle
+    off = np.where(height > 0.0, height - above, -height - below)
+    front = _smooth((where[:, 2] - corner[2] + 8.0) / 6.0)
+    return np.asarray(front * _smooth(0.5 - off / 3.0) * _smooth((1.06 - share) / 0.1))
+
+
+def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
+    """Signed distance (n,) of points from the hairline along the head, mm; positive where hair grows.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> marks = face.landmarks
+    >>> crown = marks["trichion"] + [0, 60, -60]
+    >>> hair_cover(np.array([crown, marks["nose_tip"]]), marks, face.frame) > 0
+    array([ True, False])
+    """
+    where = local(points, frame)
+    ear, top = local(landmarks["zygion_l"], frame), local(landmarks["trichion"], frame)
+    azimuth = np.degrees(np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + BEHIND))
+    line = HAIRLINE.copy()
+    share = _smooth((line[:, 0] - 30.0) / 30.0)
+    line[:, 1] += (1.0 - share) * (top[1] - line[0, 1]) + share * (ear[1] + 16.0)
+    flat = np.radians(azimuth) * AROUND
+    line[:, 0] = np.radians(line[:, 0]) * AROUND
+    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T)))
+    dense = np.linspace(0.0, along[-1], 600)
+    curve = np.stack([np.interp(dense, along, line[:, c]) for c in range(2)], axis=1)
+    away = cKDTree(curve).query(np.stack([flat, where[:, 1]], axis=1))[0]
+    below = where[:, 1] < np.interp(flat, *line.T)
+    return np.asarray(np.where(below, -away, away))
+
+
+def _smooth(t: Array) -> Array:
+    t = np.clip(t, 0.0, 1.0)
+    return np.asarray(t * t * (3.0 - 2.0 * t))

@@ -1,0 +1,179 @@
+"""Whose face it is: a dozen parameters in an artist's words that move the cage of the built-in head."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ParameterError, check_range, unknown_name
+from .head import DATA, MIRROR, Eye, Head, cage_data, load_head
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Identity:
+    """A person: every parameter in [-1, 1], 0 is the mean head.
+
+    Parameters
+    ----------
+    width : float
+        From a narrow to a wide head.
+    length : float
+        From a short to a long face.
+    jaw : float
+        From a narrow to a square jaw.
+    chin : float
+        From a receding to a strong chin.
+    nose_length, nose_width : float
+        From a short to a long, and a narrow to a broad nose.
+    brow : float
+        From a flat to a heavy ridge above the eyes.
+    eye_spacing : float
+        From close to wide-set eyes.
+    lips : float
+        From thin to full lips.
+    cheeks : float
+        From hollow to full cheeks.
+    age : float
+        From younger to older: brows, cheeks and jowls sag, lips get thinner, folds deeper.
+    sex : float
+        From feminine to masculine.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside [-1, 1].
+
+    Examples
+    --------
+    >>> Identity(jaw=0.5, age=1.0).jaw
+    0.5
+    """
+
+    width: float = 0.0
+    length: float = 0.0
+    jaw: float = 0.0
+    chin: float = 0.0
+    nose_length: float = 0.0
+    nose_width: float = 0.0
+    brow: float = 0.0
+    eye_spacing: float = 0.0
+    lips: float = 0.0
+    cheeks: float = 0.0
+    age: float = 0.0
+    sex: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in dataclasses.asdict(self).items():
+            object.__setattr__(self, name, check_range(name, value, -1.0, 1.0, "0 is the mean head."))
+
+    @classmethod
+    def of(cls, what: Identity | Mapping[str, float] | None) -> Self | Identity:
+        """An identity from parameters by name; the mean one from None.
+
+        Raises
+        ------
+        UnknownNameError
+            For a name that is no parameter; the nearest names are suggested.
+        ParameterError
+            For a value outside [-1, 1], or what is no dictionary.
+
+        Examples
+        --------
+        >>> Identity.of({"nose_length": -0.5}).nose_length
+        -0.5
+        """
+        if isinstance(what, Identity):
+            return what
+        if what is not None and not isinstance(what, Mapping):
+            raise ParameterError(f"an identity is an Identity or a dictionary of names and numbers, received {what!r}.")
+        known = [f.name for f in dataclasses.fields(cls)]
+        for name in what or {}:
+            if name not in known:
+                raise unknown_name("parameter of an identity", name, known)
+        return cls(**(what or {}))
+
+    @classmethod
+    def random(cls, seed: int | None = None, spread: float = 0.7) -> Self:
+        """Somebody: all parameters at random in [-spread, spread]; the same for the same seed.
+
+        Examples
+        --------
+        >>> Identity.random(7) == Identity.random(7), Identity.random(7) == Identity.random(8)
+        (True, False)
+        """
+        check_range("spread", spread, 0.0, 1.0)
+        values = np.random.default_rng(seed).uniform(-spread, spread, len(dataclasses.fields(cls)))
+        return cls(*values.tolist())
+
+
+@cache
+def _moves() -> dict[str, Any]:
+    """What the parameters do, as typed."""
+    data: dict[str, Any] = json.loads((DATA / "identity.json").read_text(encoding="utf-8"))
+    return data
+
+
+def head_of(identity: Identity) -> Head:
+    """The built-in head of a person: the same triangles and texture coordinates, moved with its landmarks and eyes."""
+    mean = load_head()
+    weights = {name: value for name, value in dataclasses.asdict(identity).items() if value != 0.0}
+    if not weights:
+        return mean
+    data = cage_data()
+    cage = np.array(list(data["points"].values()))
+    left = mean.eyes[0]
+    shift, eye_shift = _shifts(weights, list(data["points"]), cage, left.centre)
+    centre = left.centre + eye_shift
+    points = mean.mould(cage + shift, centre, left.radius)
+    landmarks = {name: _carried(mean, place, points) for name, place in mean.landmarks.items()}
+    eyes = (Eye("l", centre, left.radius), Eye("r", centre * MIRROR, left.radius))
+    landmarks |= {f"eye_{eye.name}_centre": eye.centre for eye in eyes}
+    return dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes)
+
+
+def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Array) -> tuple[Array, Array]:
+    """Displacements (c, 3) of the left half's cage points and (3,) of the left eyeball."""
+    typed = _moves()
+    places = np.vstack([cage, eye])
+    shift = np.zeros_like(places)
+    for name, weight in weights.items():
+        move = typed["parameters"][name]
+        shift += weight * np.array(move["stretch"]) * (places - typed["origin"])
+        for handle, reach, offset in move["handles"]:
+            at = cage[names.index(handle)]
+            for side in (1.0, -1.0) if at[0] != 0.0 else (1.0,):
+                mirror = np.array([side, 1.0, 1.0])
+                near = np.exp(-((np.linalg.norm(places - at * mirror, axis=1) / reach) ** 2))
+                shift += weight * near[:, None] * (offset * mirror)
+    # The eyeball and what lies on it move in one piece, or the lids would not fit.
+    inner, outer = typed["socket"]
+    free = np.clip((np.linalg.norm(places - eye, axis=1) - inner) / (outer - inner), 0.0, 1.0)[:, None]
+    shift += (1.0 - free * free * (3.0 - 2.0 * free)) * (shift[-1] - shift)
+    for name, weight in weights.items():
+        for point, offset in typed["parameters"][name]["points"].items():
+            shift[names.index(point)] += weight * np.array(offset)
+    shift[:-1][cage[:, 0] == 0.0, 0] = 0.0
+    return shift[:-1], shift[-1]
+
+
+def _carried(head: Head, place: Array, points: Array) -> Array:
+    """Where a place on the skin of a head lies when its vertices are at other points."""
+    corners = head.points[head.triangles]
+    near = np.argsort(np.linalg.norm(corners.mean(axis=1) - place, axis=1))[:40]
+    a, b, c = np.moveaxis(corners[near], 1, 0)
+    normal = np.cross(b - a, c - a)
+    size = np.einsum("mi,mi->m", normal, normal)
+    faces = [np.cross(v - u, place - u) for u, v in ((b, c), (c, a), (a, b))]
+    weights = np.stack([np.einsum("mi,mi->m", f, normal) / size for f in faces], axis=1)
+    off = np.abs(np.einsum("mi,mi->m", place - a, normal)) / np.sqrt(size)
+    best = int(np.argmin(off + 1e3 * np.maximum(-weights.min(axis=1), 0.0)))
+    return np.asarray(np.clip(weights[best], 0.0, 1.0) @ points[head.triangles[near[best]]])

@@ -1,0 +1,198 @@
+"""``facewrinkle tear``: pictures, a movie and time series of a face that cries."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..errors import FaceWrinkleWarning, MissingPackageError, ParameterError, check_range, check_whole
+from ..export import movie_writer, output_folder, write_series
+from ..plotting import Image, Style, save_picture, side_by_side
+from ..simulation import Simulation
+from ..tears.presets import PRESETS, Tear, preset, surfaces
+from ..wet import TearScene
+from .common import FaceOptions, Report, mixture, size_of
+
+Kind = Literal["dripping", "shedding", "one_tear", "weeping", "joy"]
+MOMENTS = 4
+"""Pictures in a row, as in the paper's Figs. 11 and 12."""
+
+
+def tear(
+    kind: Kind,
+    /,
+    *,
+    source: FaceOptions | None = None,
+    expression: str | None = None,
+    intensity: float = 0.8,
+    speed: float | None = None,
+    roughness: float | None = None,
+    seed: int = 0,
+    seconds: float = 4.0,
+    size: str = "800",
+    view: str = "cheeks",
+    fps: float = 25.0,
+    plain: bool = False,
+    movie: bool = True,
+    series: bool = True,
+    out: Path | None = None,
+    quiet: bool = False,
+) -> None:
+    """Write pictures, a movie and time series of a face that cries.
+
+    Parameters
+    ----------
+    kind
+        Tears that drip or are shed, as in the paper; or one tear, weeping, tears of joy.
+    expression
+        An expression, action unit or muscle, or a mixture such as AU1=0.7,AU4. Default: one that goes with the tears.
+    intensity
+        How strong the expression is, 0 to 1.
+    speed
+        Of tears that are shed, mm/s.
+    roughness
+        Of the skin, 0 to 1: how much water it holds back.
+    seed
+        Another number, other tears.
+    seconds
+        Length of the movie.
+    size
+        Pixels of each picture: 800, or 800x600.
+    view
+        View of the close-up.
+    fps
+        Frames in a second.
+    plain
+        Draw the tears of the movie without refraction: quicker.
+    out
+        Folder to write to. Default: output/tear_KIND.
+    quiet
+        Print nothing but errors.
+    """
+    begin = time.perf_counter()
+    report = Report(quiet)
+    face = (source or FaceOptions()).load()
+    rates = face.atlas.contractions(mixture(expression or PRESETS[kind].expression, face.atlas), intensity)
+    given = {name: value for name, value in (("c", speed), ("roughness", roughness)) if value is not None}
+    if given and kind == "dripping":
+        raise ParameterError("--speed and --roughness belong to tears that are shed; those that drip fall freely.")
+    frames = check_whole("seconds times fps", round(check_range("seconds", seconds, 0.1, 1e4) * fps), MOMENTS, 1e6)
+    style = Style(size_of(size), view)
+    play = Play(face, rates, preset(kind, face, seed, **given), frames, check_range("fps", fps, 1.0, 100.0))
+    folder, stem = output_folder(out or Path("output") / f"tear_{kind}"), f"tear_{kind}"
+    files = play.record(folder, stem, style, report, movie=movie, series=series, plain=plain)
+    report.table(
+        stem,
+        {
+            "tears": f"{len(play.tears)}, {play.triangles} triangles at most",
+            "tears alone": f"{1000.0 * play.seconds / frames:.1f} ms a frame",
+            f"files in {folder}": "\n".join(sorted(path.name for path in files)),
+        },
+    )
+    report.say(f"{time.perf_counter() - begin:.1f} s")
+
+
+@dataclass(eq=False)
+class Play:
+    """A face that makes an expression and cries.
+
+    Attributes
+    ----------
+    face : Face
+    rates : dict of str to float
+    tears : list of Tear
+    frames : int
+    fps : float
+    """
+
+    face: Face
+    rates: dict[str, float]
+    tears: list[Tear]
+    frames: int
+    fps: float
+
+    def __post_init__(self) -> None:
+        self.seconds, self.triangles = 0.0, 0
+
+    @cached_property
+    def times(self) -> list[float]:
+        """Of the frames, s."""
+        return [i / self.fps for i in range(self.frames)]
+
+    def moments(self) -> list[int]:
+        """Frames that show most of the tears: evenly spread over the time in which there are some."""
+        wet = [i for i, t in enumerate(self.times) if any(tear.begin <= t <= tear.end for tear in self.tears)]
+        return [wet[round(k)] for k in np.linspace(0.1, 0.95, MOMENTS) * (len(wet) - 1)]
+
+    def played(self) -> Iterator[tuple[pv.PolyData, list[pv.PolyData]]]:
+        """Frames, and the tears on them."""
+        simulation = Simulation(self.face)
+        simulation.contract(self.rates)
+        for t, frame in zip(self.times, simulation.run(self.frames, ramp=0.3), strict=True):
+            begin = time.perf_counter()
+            tears = surfaces(self.tears, t, frame)
+            self.seconds += time.perf_counter() - begin
+            self.triangles = max(self.triangles, sum(tear.n_cells for tear in tears))
+            yield frame, tears
+
+    def record(
+        self, folder: Path, stem: str, style: Style, report: Report, *, movie: bool, series: bool, plain: bool
+    ) -> list[Path]:
+        """Play it, and write what belongs to it; returns the files."""
+        files: list[Path] = []
+        shown: list[tuple[float, pv.PolyData]] = []
+        rows: list[list[Image]] = [[], []]
+        film = folder / f"{stem}.mp4"
+        with ExitStack() as stack:
+            append = self._film(film, stack) if movie else None
+            quick = [stack.enter_context(TearScene(self.face, one, not plain)) for one in _both(style)]
+            still = [stack.enter_context(TearScene(self.face, one)) for one in _both(style)] if plain else quick
+
+            def passing() -> Iterator[pv.PolyData]:
+                moments = self.moments()
+                for i, (frame, tears) in enumerate(report.progress(self.played(), "Frames", self.frames)):
+                    if series and tears:
+                        shown.append((self.times[i], pv.merge(tears) if len(tears) > 1 else tears[0]))
+                    if append is not None:
+                        append(side_by_side([scene.picture(frame, tears) for scene in quick]))
+                    if i in moments:
+                        for row, scene in zip(rows, still, strict=True):
+                            row.extend([scene.picture(frame, tears)] * moments.count(i))
+                    yield frame
+
+            if series:
+                files.append(write_series(passing(), self.times, folder / f"{stem}.vtkhdf"))
+            else:
+                for _ in passing():
+                    pass
+        if append is not None:
+            files.append(film)
+        if shown:
+            times, meshes = zip(*shown, strict=True)
+            files.append(write_series(meshes, times, folder / f"{stem}_tears.vtkhdf"))
+        for row, suffix in zip(rows, ("", "_closeup"), strict=True):
+            files.append(save_picture(side_by_side(row), folder / f"{stem}{suffix}.png"))
+        return files
+
+    def _film(self, path: Path, stack: ExitStack) -> Callable[[np.ndarray], None] | None:
+        """What appends to the movie; None, with a notice, without the packages for movies."""
+        try:
+            return stack.enter_context(movie_writer(path, self.fps))
+        except MissingPackageError as missing:
+            warnings.warn(f"no movie is written: {missing}", FaceWrinkleWarning, stacklevel=2)
+            path.unlink(missing_ok=True)  # of an earlier run
+            return None
+
+
+def _both(style: Style) -> tuple[Style, Style]:
+    return Style(style.size), style

@@ -1,0 +1,168 @@
+"""Inner loops of charts: the closest point of a mesh, and polar coordinates that run over its triangles."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+SWEEPS = 2
+
+
+@njit(cache=True)
+def closest(points, triangles, query):
+    """Triangle and barycentric coordinates of the point of a mesh that is closest to `query`."""
+    best, found = np.inf, 0
+    weights, w = np.empty(3), np.empty(3)
+    for f in range(triangles.shape[0]):
+        a, b, c = points[triangles[f, 0]], points[triangles[f, 1]], points[triangles[f, 2]]
+        distance = _closest_in(a, b, c, query, w)
+        if distance < best:
+            best, found = distance, f
+            weights[:] = w
+    return found, weights, np.sqrt(best)
+
+
+@njit(cache=True)
+def _closest_in(a, b, c, p, w):
+    """Squared distance of p from a triangle; the weights of the closest point go to w."""
+    ab, ac, ap = b - a, c - a, p - a
+    d00, d01, d11 = (ab * ab).sum(), (ab * ac).sum(), (ac * ac).sum()
+    d20, d21 = (ap * ab).sum(), (ap * ac).sum()
+    determinant = d00 * d11 - d01 * d01
+    if determinant > 0.0:
+        v, u = (d11 * d20 - d01 * d21) / determinant, (d00 * d21 - d01 * d20) / determinant
+        if v >= 0.0 and u >= 0.0 and v + u <= 1.0:
+            w[0], w[1], w[2] = 1.0 - v - u, v, u
+            rest = ap - v * ab - u * ac
+            return (rest * rest).sum()
+    best = np.inf
+    corners = (a, b, c)
+    for s in range(3):  # on the border
+        start, side = corners[s], corners[(s + 1) % 3] - corners[s]
+        length = (side * side).sum()
+        t = 0.0 if length == 0.0 else min(max(((p - start) * side).sum() / length, 0.0), 1.0)
+        rest = p - start - t * side
+        distance = (rest * rest).sum()
+        if distance < best:
+            best = distance
+            w[:] = 0.0
+            w[s], w[(s + 1) % 3] = 1.0 - t, t
+    return best
+
+
+@njit(cache=True)
+def _push(heap, keys, size, vertex, key):
+    i = size
+    while i > 0 and keys[(i - 1) // 2] > key:
+        heap[i], keys[i] = heap[(i - 1) // 2], keys[(i - 1) // 2]
+        i = (i - 1) // 2
+    heap[i], keys[i] = vertex, key
+
+
+@njit(cache=True)
+def _pop(heap, keys, size):
+    """Take the smallest away; what remains has size - 1 entries."""
+    top, key = heap[0], keys[0]
+    vertex, last = heap[size - 1], keys[size - 1]
+    i, n = 0, size - 1
+    while True:
+        child = 2 * i + 1
+        if child >= n:
+            break
+        if child + 1 < n and keys[child + 1] < keys[child]:
+            child += 1
+        if keys[child] >= last:
+            break
+        heap[i], keys[i] = heap[child], keys[child]
+        i = child
+    heap[i], keys[i] = vertex, last
+    return top, key
+
+
+@njit(cache=True)
+def _turned(angle):
+    """An angle in [-pi, pi]."""
+    return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+
+
+@njit(cache=True)
+def _through(points, i, j, k, distance, angle):
+    """Distance and angle at i of the straight line that comes through the edge j k, and how far beside the edge it is.
+
+    Both triangles, that of the source with the edge and that of the edge with i, are laid flat. j k i is a triangle of
+    the mesh in its own orientation: a source beyond the edge sees k to the right of j. One on the near side does not
+    look through the edge at all, and no line that does leads back or is longer than a detour by j: infinite.
+    """
+    e, r = points[k] - points[j], points[i] - points[j]
+    length = np.sqrt((e * e).sum())
+    ix = (r * e).sum() / length
+    iy = np.sqrt(max((r * r).sum() - ix * ix, 0.0))
+    uj, uk = distance[j], distance[k]
+    turn = _turned(angle[k] - angle[j])
+    sx = (uj * uj - uk * uk + length * length) / (2.0 * length)
+    sy = -np.sqrt(max(uj * uj - sx * sx, 0.0))
+    to_j, to_k, to_i = np.arctan2(-sy, -sx), np.arctan2(-sy, length - sx), np.arctan2(iy - sy, ix - sx)
+    from_j, from_k = _turned(to_i - to_j), _turned(to_i - to_k)
+    u = np.hypot(ix - sx, iy - sy)
+    longest = uj + np.sqrt((r * r).sum())
+    if turn > 0.0 or u < min(uj, uk) or u > longest * (1.0 + 1e-9):
+        return np.inf, 0.0, np.inf
+    if from_j > 0.0:  # beside the edge the plane is continued
+        return u, angle[j] + from_j, from_j
+    if from_k < 0.0:
+        return u, angle[k] + from_k, -from_k
+    wide = from_k - from_j
+    share = -from_j / wide if wide > 1e-12 else 0.5
+    return u, angle[j] + share * turn, 0.0
+
+
+@njit(cache=True)
+def polar(points, triangles, offsets, around, first, reach, distance, angle):
+    """Fill in distances and angles from those of the triangle `first`, nearest vertices first, up to `reach`.
+
+    `around[offsets[v]:offsets[v + 1]]` are the triangles at v. A vertex takes its values through the edge that the
+    straight line to it crosses or, where none is known yet, misses by least.
+    """
+    n = points.shape[0]
+    quality, done = np.full(n, np.inf), np.zeros(n, np.bool_)
+    heap, keys = np.empty(8 * triangles.shape[0] + 8, np.int64), np.empty(8 * triangles.shape[0] + 8)
+    size = 0
+    for c in range(3):
+        v = triangles[first, c]
+        quality[v] = -1.0
+        _push(heap, keys, size, v, distance[v])
+        size += 1
+    while size > 0:
+        v, key = _pop(heap, keys, size)
+        size -= 1
+        if done[v] or key > distance[v] or key > reach:
+            continue
+        done[v] = True
+        for q in range(offsets[v], offsets[v + 1]):
+            f = around[q]
+            for c in range(3):
+                i, j, k = triangles[f, c], triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
+                if i == v or done[i] or not (done[j] and done[k]):
+                    continue
+                u, a, beside = _through(points, i, j, k, distance, angle)
+                if beside < quality[i] or (beside == quality[i] and u < distance[i]):
+                    quality[i], distance[i], angle[i] = beside, u, a
+                    _push(heap, keys, size, i, u)
+                    size += 1
+    for v in range(n):
+        if not done[v]:
+            distance[v] = np.inf
+    # Now that all neighbours are known, each vertex takes the edge that its line really crosses.
+    order = np.argsort(distance)
+    for _ in range(SWEEPS):
+        for v in order:
+            if not done[v]:
+                break
+            for q in range(offsets[v], offsets[v + 1]):
+                f = around[q]
+                c = 0 if triangles[f, 0] == v else 1 if triangles[f, 1] == v else 2
+                j, k = triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
+                if done[j] and done[k]:
+                    u, a, beside = _through(points, v, j, k, distance, angle)
+                    if beside < quality[v]:
+                        quality[v], distance[v], angle[v] = beside, u, a

@@ -1,0 +1,202 @@
+"""Charts: flat coordinates laid on a curved surface about a point, in the lengths of the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_array, diags_array
+from scipy.sparse.linalg import splu
+
+from . import _chart_kernels as kernels
+from .normals import vertex_normals
+from .topology import unique_edges
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Foot:
+    """The point of a mesh that is closest to some point.
+
+    Attributes
+    ----------
+    triangle : int
+    barycentric : ndarray, shape (3,)
+    point, normal : ndarray, shape (3,)
+        The place, and the unit normal there.
+    distance : float
+    """
+
+    triangle: int
+    barycentric: Array
+    point: Array
+    normal: Array
+    distance: float
+
+
+def foot(points: Array, triangles: IntArray, query: npt.ArrayLike) -> Foot:
+    """The point of a mesh closest to `query` (3,).
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
+    >>> foot(corners, np.array([[0, 1, 2]], np.int32), [1.0, 2.0, 3.0]).point
+    array([1., 2., 0.])
+    """
+    triangle, weights, distance = kernels.closest(points, triangles, np.asarray(query, dtype=np.float64))
+    corners = points[triangles[triangle]]
+    normal = weights @ vertex_normals(points, triangles)[triangles[triangle]]
+    return Foot(int(triangle), weights, weights @ corners, normal / np.linalg.norm(normal), float(distance))
+
+
+def geodesic_chart(points: Array, triangles: IntArray, centre: Foot, up: npt.ArrayLike, reach: float) -> Array:
+    """Where each vertex lies as seen from `centre`: the logarithmic map of the surface.
+
+    Distance and direction of the straightest line from the centre run outwards over the triangles, two known corners
+    giving the third: exact on surfaces that can be unrolled.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int32, shape (m, 3)
+    centre : Foot
+    up : array_like, shape (3,)
+        Its part in the surface at the centre is the second axis.
+    reach : float
+        Vertices further away than this are left out, except some next to it.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        Right and up, in the unit of `points`; NaN where nothing reaches.
+
+    Notes
+    -----
+    After Melvaer and Reimers, "Geodesic polar coordinates on polygonal meshes" (2012).
+
+    Examples
+    --------
+    >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    >>> t = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
+    >>> geodesic_chart(p, t, foot(p, t, [0.25, 0.25, 0.0]), [0, 1, 0], 9.0)[3].round(12)
+    array([0.75, 0.75])
+    """
+    corners = triangles[centre.triangle]
+    # A corner or an edge would be seen under no angle: start a little inside, and shift what comes out.
+    start = (1.0 - 1e-3) * centre.point + 1e-3 * points[corners].mean(axis=0)
+    right, upward = tangents(np.cross(*np.diff(points[corners], axis=0)), up)
+    rays, shift = points[corners] - start, start - centre.point
+    distance, angle = np.full(len(points), np.inf), np.zeros(len(points))
+    distance[corners] = np.linalg.norm(rays, axis=1)
+    angle[corners] = np.arctan2(rays @ upward, rays @ right)
+    order = np.argsort(triangles, axis=None, kind="stable")
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=len(points)))])
+    kernels.polar(points, triangles, offsets, order // 3, centre.triangle, reach, distance, angle)
+    distance[np.isinf(distance)] = np.nan
+    return np.stack([distance * np.cos(angle) + shift @ right, distance * np.sin(angle) + shift @ upward], axis=1)
+
+
+def projected_chart(points: Array, centre: Foot, up: npt.ArrayLike) -> Array:
+    """Coordinates (n, 2), right and up, in the tangent plane at the centre: a pattern shone on the surface."""
+    right, upward = tangents(centre.normal, up)
+    return np.asarray((points - centre.point) @ np.stack([right, upward], axis=1))
+
+
+def tangents(normal: Array, up: npt.ArrayLike) -> tuple[Array, Array]:
+    """Unit tangents to the right and upwards, seen against `normal`; zero vectors where `up` is parallel to it.
+
+    Examples
+    --------
+    >>> [t.tolist() for t in tangents(np.array([0.0, 0.0, 2.0]), [0.0, 3.0, 1.0])]
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    """
+    normal = normal / np.linalg.norm(normal)
+    up = np.asarray(up, dtype=np.float64)
+    upward = up - (up @ normal) * normal
+    length = np.linalg.norm(upward)
+    upward = upward / length if length > 1e-9 * np.linalg.norm(up) else np.zeros(3)
+    return np.cross(upward, normal), upward
+
+
+def gradients(points: Array, triangles: IntArray, values: Array) -> Array:
+    """Gradients (n, 3, d) in the surface of values (n, d) given at the vertices: those of the triangles, by area.
+
+    Triangles in which a value is NaN do not count; vertices without others have zero gradients.
+
+    Examples
+    --------
+    >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> gradients(p, np.array([[0, 1, 2]], np.int32), 3.0 * p[:, :1])[1].ravel()
+    array([3., 0., 0.])
+    """
+    known = triangles[np.isfinite(values[triangles]).all(axis=(1, 2))]
+    a, b = points[known[:, 1]] - points[known[:, 0]], points[known[:, 2]] - points[known[:, 0]]
+    normal = np.cross(a, b)
+    double = np.linalg.norm(normal, axis=1, keepdims=True)
+    dual_a, dual_b = np.cross(b, normal) / double**2, np.cross(normal, a) / double**2
+    da, db = values[known[:, 1]] - values[known[:, 0]], values[known[:, 2]] - values[known[:, 0]]
+    slope = dual_a[:, :, None] * da[:, None] + dual_b[:, :, None] * db[:, None]
+    out, total = np.zeros((len(points), 3, values.shape[1])), np.full(len(points), 1e-300)
+    for corner in range(3):
+        np.add.at(out, known[:, corner], slope * double[:, :, None])
+        np.add.at(total, known[:, corner], double[:, 0])
+    return np.asarray(out / total[:, None, None])
+
+
+def smoothly_carried(
+    points: Array, values: Array, slopes: Array, places: Array, corners: IntArray, barycentric: Array
+) -> Array:
+    """Values (k, d) at places on triangles without the kinks that linear interpolation has at the edges.
+
+    ``sum w_i (v_i + (x - x_i) . g_i / 2)`` with the gradients g (n, 3, d) at the vertices: half linear interpolation,
+    half the mean of the tangents. What one overshoots the other undershoots: quadratic functions are carried exactly.
+    """
+    along = places[:, None] - points[corners]
+    bent = values[corners] + 0.5 * np.einsum("kcx,kcxd->kcd", along, slopes[corners])
+    return np.einsum("kc,kcd->kd", barycentric, bent)
+
+
+def smoothed(points: Array, triangles: IntArray, values: Array, length: float) -> Array:
+    """Values (n, d) at the vertices without what is shorter than about `length`; linear functions stay as they are.
+
+    Minimises the area integral of ``(c - values)^2 + length^4 |second derivatives of c|^2``, where a second derivative
+    is the jump of the slope across an edge. Vertices with NaN, and triangles that have one, are left out.
+
+    Examples
+    --------
+    >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    >>> t = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
+    >>> smoothed(p, t, np.array([[0.0], [1.0], [2.0], [3.0]]), 9.0).ravel().round(9).tolist()
+    [0.0, 1.0, 2.0, 3.0]
+    """
+    known = triangles[np.isfinite(values[triangles]).all(axis=(1, 2))]
+    if len(known) < 2:
+        return values
+    used, local = np.unique(known, return_inverse=True)
+    local, p = local.reshape(-1, 3).astype(np.int32), points[used]
+    edges, sides = unique_edges(local)
+    area = 0.5 * np.linalg.norm(np.cross(p[local[:, 1]] - p[local[:, 0]], p[local[:, 2]] - p[local[:, 0]]), axis=1)
+    area = np.maximum(area, 1e-12 * area.max())
+    rows, columns, weights = [], [], []
+    for s in range(3):  # |edge| times the slope out of the triangle, from the cotangents at both ends
+        a, b, o = local[:, s], local[:, (s + 1) % 3], local[:, (s + 2) % 3]
+        side = p[b] - p[a]
+        at_a = ((p[o] - p[a]) * side).sum(axis=1) / (2.0 * area)
+        at_b = ((p[o] - p[b]) * -side).sum(axis=1) / (2.0 * area)
+        rows.append(np.tile(sides[:, s], 3))
+        columns.append(np.concatenate([a, b, o]))
+        weights.append(np.concatenate([at_b, at_a, -at_a - at_b]))
+    shape = len(edges), len(used)
+    jump = coo_array((np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), shape=shape).tocsr()
+    around = np.bincount(sides.ravel(), np.repeat(area, 3), minlength=len(edges))
+    inner = np.bincount(sides.ravel(), minlength=len(edges)) == 2
+    stiff = diags_array(np.where(inner, 3.0 * length**4 / around, 0.0))
+    mass = diags_array(np.bincount(local.ravel(), np.repeat(area / 3.0, 3), minlength=len(used)))
+    matrix = (mass + jump.T @ stiff @ jump).tocsc()
+    factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    out = values.copy()
+    out[used] = factors.solve(mass @ values[used])
+    return out

@@ -1,0 +1,130 @@
+"""Moving least squares: a smooth function through or near scattered values (Lin and Cheng, Section 4.2)."""
+
+from __future__ import annotations
+
+import warnings
+from itertools import combinations_with_replacement
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import FitWarning, ParameterError, check_range, check_whole
+
+Array = npt.NDArray[np.float64]
+
+BLOCK = 2**20
+"""Numbers held at once in the largest array."""
+
+DEGENERATE = 1e-9
+"""Singular values below this share of the largest one count as none."""
+
+LEAST = 1e-12
+"""Smallest weight beside the largest one: next to a point, the others still say which degree they determine."""
+
+
+def monomials(offset: Array, degree: int) -> Array:
+    """The basis b (..., m) of the polynomials of total degree `degree` at offsets (..., d): m = (d + r)! / (d! r!).
+
+    Examples
+    --------
+    >>> monomials(np.array([2.0, 3.0]), 2)
+    array([1., 2., 3., 4., 6., 9.])
+    """
+    d = offset.shape[-1]
+    columns = [np.ones(offset.shape[:-1])]
+    for r in range(1, degree + 1):
+        columns += [offset[..., list(which)].prod(axis=-1) for which in combinations_with_replacement(range(d), r)]
+    return np.stack(columns, axis=-1)
+
+
+def moving_least_squares(
+    x: npt.ArrayLike, points: npt.ArrayLike, values: npt.ArrayLike, degree: int = 1, epsilon: float = 0.0
+) -> Array:
+    """Values f(x) of the polynomials that fit the values f_i at p_i best, seen from each x with its own weights.
+
+    The paper's normal equations ``f(x) = b(x)^T A^-1 sum_i w_i b(p_i) f_i``, ``A = sum_i w_i b b^T``,
+    ``w_i = 1/(|x - p_i|^2 + epsilon^2)``, are solved as the least-squares problem that they stand for, in a basis
+    centred at x (and scaled): as printed they lose all digits far from the origin.
+
+    Parameters
+    ----------
+    x : array_like, shape (q, d)
+    points : array_like, shape (n, d)
+    values : array_like, shape (n,)
+    degree : int
+        r. Only 0 stays between the smallest and the largest value.
+    epsilon : float
+        A length; 0 interpolates: f(p_i) = f_i.
+
+    Returns
+    -------
+    ndarray, shape (q,)
+
+    Raises
+    ------
+    ParameterError
+        For shapes that do not fit, numbers that are not finite, a negative epsilon, or a degree that is no whole
+        number from 0 to 8.
+
+    Warns
+    -----
+    FitWarning
+        Where the points do not determine a polynomial of this degree (too few, or on a line): a lower one is fitted.
+
+    Examples
+    --------
+    >>> points = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]
+    >>> moving_least_squares([[0.25, 0.5]], points, [1.0, 3.0, 2.0, 4.0])
+    array([2.])
+    """
+    where, points, values = (np.asarray(a, dtype=np.float64) for a in (x, points, values))
+    degree, epsilon = check_whole("degree", degree, 0, 8), check_range("epsilon", epsilon, 0.0, 1e50)
+    if where.ndim != 2 or points.ndim != 2 or where.shape[1] != points.shape[1] or values.shape != points.shape[:1]:
+        raise ParameterError(
+            f"x must be (q, d), points (n, d) and values (n,), received {where.shape}, {points.shape}, {values.shape}."
+        )
+    if not len(points) or not all(np.isfinite(a).all() for a in (where, points, values)):
+        raise ParameterError("x, points and values must be finite, and there must be one point at least.")
+    out, lowered = np.empty(len(where)), 0
+    size = max(BLOCK // (len(points) * monomials(points[0], degree).size), 1)
+    for first in range(0, len(where), size):
+        block = slice(first, first + size)
+        out[block], low = _fitted(where[block], points, values, degree, epsilon)
+        lowered += low
+    if lowered:
+        warnings.warn(
+            f"the points do not determine a polynomial of degree {degree} at {lowered} of {len(where)} places; one of "
+            "a lower degree was fitted there. Give more points, not all on a line, or ask for a lower degree.",
+            FitWarning,
+            stacklevel=2,
+        )
+    return out
+
+
+def _fitted(where: Array, points: Array, values: Array, degree: int, epsilon: float) -> tuple[Array, int]:
+    """Values at (q, d), and at how many of these places the degree had to be lowered."""
+    offset = points - where[:, None]
+    square = (offset**2).sum(axis=2)
+    hit = np.asarray((square == 0.0) & (epsilon == 0.0))
+    on_point = np.asarray(hit.any(axis=1))
+    weight = np.where(on_point[:, None], hit, 1.0) / np.where(hit, 1.0, square + epsilon**2)
+    weight = np.maximum(weight / weight.max(axis=1, keepdims=True), np.where(on_point[:, None], 0.0, LEAST))
+    out = (weight * values).sum(axis=1) / weight.sum(axis=1)  # degree 0, and the data themselves
+    open_ = np.flatnonzero(~on_point)
+    scale = np.sqrt(square.max(axis=1, initial=0.0))
+    lowered = 0
+    for r in range(degree, 0, -1):
+        if not len(open_):
+            break
+        basis = monomials(offset[open_] / scale[open_, None, None], r)
+        root = np.sqrt(weight[open_])
+        u, sigma, v = np.linalg.svd(basis * root[..., None], full_matrices=False)
+        least = DEGENERATE if len(points) >= basis.shape[2] else np.inf
+        enough = np.array(sigma[:, -1] > least * sigma[:, 0], dtype=bool, ndmin=1)
+        inverse = np.where(enough[:, None], 1.0 / np.where(enough[:, None], sigma, 1.0), 0.0)
+        right = np.einsum("qnk,qn->qk", u, root * values)
+        constant = np.einsum("qk,qk->q", v[:, :, 0], inverse * right)  # at its centre a polynomial is its constant
+        out[open_[enough]] = constant[enough]
+        lowered = max(lowered, int((~enough).sum()))
+        open_ = open_[~enough]
+    return out, lowered

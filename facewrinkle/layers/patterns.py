@@ -1,0 +1,373 @@
+"""Pattern functions: height fields over the plane that make wrinkles, dimples and pouches; formulas on arrays.
+
+Paper: Lin, Cheng, "Modeling Three Dimensional Animated, Detailed, and Emotional Facial Expressions", Section 3. Each
+is z = f(x, y, t) in local coordinates of a selected area; alpha, beta and gamma are parameters, t is time. What is
+laid on a surface is f minus its baseline (the functions whose names end in `_relief`), so that a pattern at rest does
+nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ParameterError, check_range, check_whole, unknown_name
+
+Array = npt.NDArray[np.float64]
+Function = Callable[[npt.ArrayLike, npt.ArrayLike, float], Array]
+Variant = Literal["paper", "fan"]
+
+VARIANTS: tuple[Variant, ...] = ("paper", "fan")
+SMALLEST_T = 0.01
+"""The eye pouch grows beyond all bounds as t falls to 0; the earliest t that is taken."""
+
+
+def angle(x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
+    """arctan(y / x) in [-pi/2, pi/2]: the same on both sides of the origin, and 0 in it.
+
+    Examples
+    --------
+    >>> angle([1.0, -1.0, 0.0, 0.0], [1.0, -1.0, 2.0, 0.0]) / np.pi
+    array([0.25, 0.25, 0.5 , 0.  ])
+    """
+    x, y = _plane(x, y)
+    turned = np.where((x < 0.0) | ((x == 0.0) & np.signbit(x) & (y != 0.0)), -1.0, 1.0)
+    return np.asarray(np.arctan2(turned * y, np.abs(x)))
+
+
+def forehead(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
+    """Forehead wrinkles: ``exp(alpha sin(x^2 + y^2 - (t sin th - sin(beta th))^2))`` with ``th = arctan(y / x)``.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Local coordinates; x points up the forehead. Use x of about 2 to 4.2, y of -2.5 to 2.5, away from the origin.
+    t : float
+        Time: it runs the wrinkles through their cycle.
+    alpha : float
+        Depth: from peak to valley it is 2 sinh(alpha).
+    beta : float
+        Style: 0 to 3 plain arcs, 4 to 5 M-shaped, 8 and more broken.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Examples
+    --------
+    >>> round(float(forehead(1.0, 0.0, 1.2, alpha=0.5, beta=4.0)), 6)
+    1.523081
+    """
+    return np.asarray(np.exp(forehead_exponent(x, y, t, alpha, beta)))
+
+
+def forehead_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
+    """:func:`forehead` minus its baseline 1; 0 at alpha = 0.
+
+    Examples
+    --------
+    >>> forehead_relief(1.0, 0.5, 1.2, alpha=0.0, beta=4.0)
+    array(0.)
+    """
+    return np.asarray(np.expm1(forehead_exponent(x, y, t, alpha, beta)))
+
+
+def forehead_exponent(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
+    """The logarithm of :func:`forehead`."""
+    x, y = _plane(x, y)
+    th = angle(x, y)
+    return np.asarray(alpha * np.sin((x * x + y * y) - (t * np.sin(th) - np.sin(beta * th)) ** 2))
+
+
+def eye_corner(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: float) -> Array:
+    """Wrinkles that fan out from the corner of an eye: ``alpha exp(beta r - t sin(gamma arctan(y / x)))``.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Local coordinates about the corner; x points outwards.
+    t : float
+        Amplitude of the wrinkles.
+    alpha : float
+        Depth.
+    beta : float
+        Below 0 they decay outwards.
+    gamma : float
+        Number: gamma / 2 on one side. On both sides of x = 0 it has to be even, or the surface tears there.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Raises
+    ------
+    ParameterError
+        If `gamma` is not even and points lie on both sides of x = 0.
+
+    Examples
+    --------
+    >>> round(float(eye_corner(1.0, 0.0, 0.6, alpha=2.0, beta=-0.9, gamma=8)), 6)
+    0.813139
+    """
+    x, y = _plane(x, y)
+    return np.asarray(alpha * np.exp(beta * np.hypot(x, y) - t * fan(x, y, gamma)))
+
+
+def eye_corner_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: float) -> Array:
+    """:func:`eye_corner` minus its baseline alpha exp(beta r); 0 at t = 0."""
+    x, y = _plane(x, y)
+    return np.asarray(alpha * np.exp(beta * np.hypot(x, y)) * np.expm1(-t * fan(x, y, gamma)))
+
+
+def fan(x: npt.ArrayLike, y: npt.ArrayLike, gamma: float) -> Array:
+    """``sin(gamma arctan(y / x))`` of :func:`eye_corner`, with its check of gamma."""
+    x, y = _plane(x, y)
+    if gamma % 2.0 != 0.0 and x.size and x.min() <= 0.0 <= x.max() and x.min() < x.max():
+        raise ParameterError(
+            f"gamma must be an even number where a pattern lies on both sides of x = 0, received {gamma:g}: the "
+            f"surface would tear there. Use {2 * round(gamma / 2)}, or keep to x > 0."
+        )
+    return np.asarray(np.sin(gamma * angle(x, y)))
+
+
+def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
+    """Wrinkles in arcs about the origin: ``alpha sin(beta r + t)``; their baseline is 0.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Local coordinates.
+    t : float
+        Phase, radians.
+    alpha : float
+        Depth: half of peak to valley.
+    beta : float
+        Number: beta / 2 pi of them per unit length.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Examples
+    --------
+    >>> round(float(cheek(1.0, 0.0, 0.3, alpha=0.5, beta=5.0)), 6)
+    -0.416134
+    """
+    x, y = _plane(x, y)
+    return np.asarray(alpha * np.sin(beta * np.hypot(x, y) + t))
+
+
+def frown(
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    t: float,
+    alpha: float,
+    beta: float,
+    variant: Variant = "paper",
+    offset: float = 0.0,
+) -> Array:
+    """Frown lines: ``alpha sin((x / beta) (y + t))``; their baseline is 0.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Local coordinates; the lines run along y.
+    t : float
+        The larger, the more parallel they are.
+    alpha : float
+        Depth: half of peak to valley.
+    beta : float
+        Distance: 2 pi beta / (y + t) from line to line.
+    variant : {"paper", "fan"}
+        "paper" draws together upwards; "fan", ``alpha sin(x / (beta (y + t)))``, spreads.
+    offset : float
+        Added to the phase, radians: 0 as printed, pi/2 symmetric about x = 0.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Raises
+    ------
+    UnknownNameError
+        For an unknown variant.
+    ParameterError
+        If beta is 0, or y + t is not above 0 all over a fan.
+
+    Examples
+    --------
+    >>> frown(1.0, 0.5, 1.0, alpha=1.0, beta=3.0 / np.pi)
+    array(1.)
+    """
+    x, y = _plane(x, y)
+    if beta == 0.0:
+        raise ParameterError("beta must not be 0: it is the distance of the wrinkles.")
+    if variant not in VARIANTS:
+        raise unknown_name("variant of frown", variant, VARIANTS)
+    if variant == "paper":
+        return np.asarray(alpha * np.sin(x / beta * (y + t) + offset))
+    if y.size and not (y + t).min() > 0.0:
+        raise ParameterError(f"y + t must be above 0 all over a fan, received {(y + t).min():g}. Use a larger t.")
+    return np.asarray(alpha * np.sin(x / (beta * (y + t)) + offset))
+
+
+def dimple(x: npt.ArrayLike, y: npt.ArrayLike, t: float) -> Array:
+    """A dimple: ``log(x^2 + y^2 + t)``, deeper as t falls towards 0.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Local coordinates about its centre.
+    t : float
+        Above 0; :func:`dimple_time` gives the t of a strength.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Raises
+    ------
+    ParameterError
+        If t is not above 0.
+
+    Examples
+    --------
+    >>> round(float(dimple(1.0, 0.0, 0.05)), 6)
+    0.04879
+    """
+    _positive(t)
+    x, y = _plane(x, y)
+    return np.asarray(np.log(x * x + y * y + t))
+
+
+def dimple_time(strength: float, sharpest: float) -> float:
+    """The t at which a dimple is `strength` times as deep as at t = `sharpest`; infinite at rest.
+
+    Between its centre and r = 1 a dimple is ``log(1 + 1 / t)`` deep: ``t = 1 / expm1(strength log1p(1 / sharpest))``.
+
+    Examples
+    --------
+    >>> dimple_time(1.0, 0.05), dimple_time(0.0, 0.05)
+    (0.05, inf)
+    """
+    depth = check_range("strength", strength, 0.0, 10.0) * np.log1p(1.0 / _positive(sharpest))
+    return float(1.0 / np.expm1(depth)) if depth > 0.0 else np.inf
+
+
+def dimple_relief(x: npt.ArrayLike, y: npt.ArrayLike, strength: float, sharpest: float) -> Array:
+    """:func:`dimple` normalised to [-strength, 0] over the unit disk: 0 on its rim and outside.
+
+    Examples
+    --------
+    >>> dimple_relief([0.0, 1.0, 2.0], [0.0, 0.0, 0.0], strength=0.5, sharpest=0.05).round(12)
+    array([-0.5,  0. ,  0. ])
+    """
+    x, y = _plane(x, y)
+    t = dimple_time(strength, sharpest)
+    if not np.isfinite(t):
+        return np.zeros_like(x)
+    q = np.minimum(x * x + y * y, 1.0)
+    return np.asarray(np.log1p((q - 1.0) / (1.0 + t)) / np.log1p(1.0 / sharpest))
+
+
+def eye_pouch(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: int) -> Array:
+    """A trembling pouch: ``(cos(x + alpha t) + cos(y + beta t))^gamma / t``.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Local coordinates.
+    t : float
+        Time, at least 0.01: the formula is singular at 0.
+    alpha, beta : float
+        Style of the trembling: how fast the bumps run along x and y.
+    gamma : int
+        Height, at least 0; even for bumps that all stick out.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Raises
+    ------
+    ParameterError
+        If t is below 0.01 or gamma is no whole number (the cosines are negative in places).
+
+    Examples
+    --------
+    >>> round(float(eye_pouch(0.0, 0.0, 2.0, alpha=1.0, beta=1.0, gamma=2)), 6)
+    0.346356
+    """
+    check_range("t", t, SMALLEST_T, np.inf, "The eye pouch grows beyond all bounds as t falls to 0.")
+    return np.asarray((2.0 ** check_whole("gamma", gamma, 0, 64) / t) * eye_pouch_relief(x, y, t, alpha, beta, gamma))
+
+
+def eye_pouch_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: int) -> Array:
+    """``((cos(x + alpha t) + cos(y + beta t)) / 2)^gamma``: :func:`eye_pouch` at its largest 1, and without the decay.
+
+    Examples
+    --------
+    >>> eye_pouch_relief([0.0, np.pi], [0.0, 0.0], 0.0, alpha=1.0, beta=1.0, gamma=2)
+    array([1., 0.])
+    """
+    x, y = _plane(x, y)
+    power = check_whole("gamma", gamma, 0, 64, "An even number makes bumps that stick out.")
+    return np.asarray((0.5 * (np.cos(x + alpha * t) + np.cos(y + beta * t))) ** power)
+
+
+def sharpened(s: npt.ArrayLike, sharpness: float) -> Array:
+    """A sine s in [-1, 1] with its furrows narrowed and its bulges widened: 1 from bulge to furrow, 0 on average.
+
+    ``(I0(k) - exp(-k s)) / (2 sinh k)`` with k = `sharpness`; s / 2 at 0. It is the forehead's ``exp(alpha sin)``
+    upside down: as printed, ridges are sharp and valleys round, and skin folds the other way round.
+
+    Examples
+    --------
+    >>> sharpened([-1.0, 0.0, 1.0], 0.0)
+    array([-0.5,  0. ,  0.5])
+    >>> bool(np.isclose(np.ptp(sharpened([-1.0, 1.0], 2.0)), 1.0))
+    True
+    """
+    s = np.asarray(s, dtype=np.float64)
+    k = check_range("sharpness", sharpness, 0.0, 20.0)
+    if k < 1e-6:
+        return 0.5 * s
+    return np.asarray((np.i0(k) - np.exp(-k * s)) / (2.0 * np.sinh(k)))
+
+
+def primary(*functions: Function) -> Function:
+    """The primary function P = p1 + p2 + ...: the sum of patterns.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+
+    Examples
+    --------
+    >>> both = primary(lambda x, y, t: cheek(x, y, t, 1.0, 1.0), lambda x, y, t: frown(x, y, t, 1.0, 1.0))
+    >>> round(float(both(1.0, 0.0, 0.0)), 6)
+    0.841471
+    """
+    if not functions:
+        raise ParameterError("a primary function is a sum of one pattern or more, received none.")
+
+    def summed(x: npt.ArrayLike, y: npt.ArrayLike, t: float) -> Array:
+        return np.asarray(sum(np.asarray(f(x, y, t), np.float64) for f in functions), np.float64)
+
+    return summed
+
+
+def _plane(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:
+    """x and y as finite arrays of one shape."""
+    x, y = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
+    if not (np.isfinite(x).all() and np.isfinite(y).all()):
+        raise ParameterError("x and y must be finite; NaN or infinite coordinates were received.")
+    return x, y
+
+
+def _positive(t: float) -> float:
+    return check_range("t", t, np.finfo(float).tiny, np.inf, "A dimple is deeper as t falls towards 0, but never 0.")

@@ -1,0 +1,100 @@
+"""Patterns where they belong on a face, found by its landmarks."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from ..anatomy.face import Face
+from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, of_side
+from ..errors import LandmarkError, unknown_name
+from .pattern_layer import Compression, PatternLayer
+
+
+@lru_cache(maxsize=1)
+def table() -> dict[str, dict[str, Any]]:
+    """The presets as data, by name without a side."""
+    return tomllib.loads(files(__package__).joinpath("data", "patterns.toml").read_text(encoding="utf-8"))
+
+
+def names() -> tuple[str, ...]:
+    """All presets; those of a side end in _l or _r, the subject's own.
+
+    Examples
+    --------
+    >>> names()[:3]
+    ('forehead', 'eye_corner_l', 'eye_corner_r')
+    """
+    out: list[str] = []
+    for name, entry in table().items():
+        out += [name] if entry["landmark"] in MIDLINE else [f"{name}_l", f"{name}_r"]
+    return tuple(out)
+
+
+def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
+    """A pattern where it belongs on a face.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`names`.
+    face : Face
+    **changes
+        What is to be different: see :class:`facewrinkle.PatternLayer`; `size` in distances between the pupils. With
+        ``strength="skin"`` the pattern comes out as the skin below is compressed across it.
+
+    Raises
+    ------
+    UnknownNameError
+        For an unknown preset.
+    LandmarkError
+        If the face has no landmarks.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> preset("frown", fw.default_face(), depth=2.0).depth
+    2.0
+    """
+    if name not in names():
+        raise unknown_name("preset", name, [*names(), *table()])
+    if not face.landmarks:
+        raise LandmarkError(
+            f"the preset {name!r} is placed by landmarks, and this surface has none. Use fit_face(mesh, landmarks), or "
+            "a PatternLayer with a centre, an up direction and a size."
+        )
+    stem, side = (name, "") if name in table() else (name[:-2], name[-1])
+    entry, frame = table()[stem], face.frame
+    outward = np.array([-1.0 if side == "r" else 1.0, 1.0, 1.0])
+    to_place = frame.axes.T * frame.pupil_distance
+    size = np.asarray(changes.pop("size", entry["size"]), dtype=np.float64) * frame.pupil_distance
+    given: dict[str, Any] = {
+        "centre": face.landmarks[of_side(entry["landmark"], side)] + to_place @ (outward * entry["offset"]),
+        "up": frame.axes.T @ (outward * entry.get("up", [0.0, 1.0, 0.0])),
+        "depth": entry["depth"] * frame.pupil_distance * face.unit / MEAN_PUPIL_DISTANCE,
+        "mirrored": side == "r",
+        "name": name,
+        **entry["words"],
+    }
+    if changes.get("strength") == "skin":
+        skin = entry["skin"]
+        along = tuple((frame.axes.T @ np.asarray(skin["along"], dtype=np.float64)).tolist())
+        changes["strength"] = Compression(skin["low"], skin["full"], along)
+    return PatternLayer(entry["pattern"], size=tuple(np.broadcast_to(size, 2)), **{**given, **changes})
+
+
+def presets(name: str, face: Face, **changes: Any) -> list[PatternLayer]:
+    """The same for both sides where `name` leaves the side out.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> [layer.name for layer in presets("dimple", fw.default_face())]
+    ['dimple_l', 'dimple_r']
+    """
+    sides = [f"{name}_l", f"{name}_r"] if f"{name}_l" in names() else [name]
+    return [preset(side, face, **changes) for side in sides]

@@ -1,0 +1,8 @@
+"""Tears that drip (`drop`) and tears that flow down the skin (`stream`), after Lin and Cheng, Section 4."""
+
+from .drop import DrippingTear
+from .ground import lid_point
+from .presets import PRESETS, Preset, preset, surfaces
+from .stream import SheddingTear
+
+__all__ = ["PRESETS", "DrippingTear", "Preset", "SheddingTear", "lid_point", "preset", "surfaces"]

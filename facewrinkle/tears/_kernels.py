@@ -1,0 +1,362 @@
+"""Inner loops of the tears."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+STRIDE = 5
+"""A polyline is looked through in steps of so many points first."""
+
+
+@njit(cache=True)
+def farthest_behind(drop, skin, triangles, margin):
+    """How far the drop's points (k, 3) must move along the third axis to lie `margin` before the skin, at least 0."""
+    lowest, highest = drop[0].copy(), drop[0].copy()
+    for p in range(len(drop)):
+        for k in range(3):
+            lowest[k] = min(lowest[k], drop[p, k])
+            highest[k] = max(highest[k], drop[p, k])
+    out = 0.0
+    for t in range(len(triangles)):
+        a, b, c = skin[triangles[t, 0]], skin[triangles[t, 1]], skin[triangles[t, 2]]
+        if (
+            max(a[0], b[0], c[0]) < lowest[0]
+            or min(a[0], b[0], c[0]) > highest[0]
+            or max(a[1], b[1], c[1]) < lowest[1]
+            or min(a[1], b[1], c[1]) > highest[1]
+            or max(a[2], b[2], c[2]) + margin < lowest[2] + out
+        ):
+            continue
+        det = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        if det == 0.0:
+            continue
+        for p in range(len(drop)):
+            x, y = drop[p, 0] - a[0], drop[p, 1] - a[1]
+            v = (x * (c[1] - a[1]) - y * (c[0] - a[0])) / det
+            w = (y * (b[0] - a[0]) - x * (b[1] - a[1])) / det
+            if v >= 0.0 and w >= 0.0 and v + w <= 1.0:
+                depth = a[2] + v * (b[2] - a[2]) + w * (c[2] - a[2])
+                out = max(out, depth + margin - drop[p, 2])
+    return out
+
+
+@njit(cache=True)
+def _nearest_in(p, a, b, c, out):
+    """Nearest point of triangle abc to p (Ericson, Real-Time Collision Detection, 5.1.5) into `out`."""
+    ab, ac, ap = b - a, c - a, p - a
+    d1, d2 = (ab * ap).sum(), (ac * ap).sum()
+    if d1 <= 0.0 and d2 <= 0.0:
+        out[:] = a
+        return
+    bp = p - b
+    d3, d4 = (ab * bp).sum(), (ac * bp).sum()
+    if d3 >= 0.0 and d4 <= d3:
+        out[:] = b
+        return
+    cp = p - c
+    d5, d6 = (ab * cp).sum(), (ac * cp).sum()
+    if d6 >= 0.0 and d5 <= d6:
+        out[:] = c
+        return
+    vc, vb, va = d1 * d4 - d3 * d2, d5 * d2 - d1 * d6, d3 * d6 - d5 * d4
+    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        out[:] = a + d1 / (d1 - d3) * ab
+    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        out[:] = a + d2 / (d2 - d6) * ac
+    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        out[:] = b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)
+    else:
+        out[:] = a + vb / (va + vb + vc) * ab + vc / (va + vb + vc) * ac
+
+
+@njit(cache=True)
+def _walked(p, first, points, triangles, offsets, around, out):
+    """The triangle with the nearest point to p that a walk from triangle `first` finds; the point in `out`."""
+    here, found = first, np.empty(3)
+    _nearest_in(p, points[triangles[here, 0]], points[triangles[here, 1]], points[triangles[here, 2]], out)
+    best = ((out - p) ** 2).sum()
+    while True:
+        at = here
+        for k in range(3):
+            v = triangles[at, k]
+            for i in range(offsets[v], offsets[v + 1]):
+                t = around[i]
+                _nearest_in(p, points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]], found)
+                d = ((found - p) ** 2).sum()
+                if d < best * (1.0 - 1e-9):
+                    best, here = d, t
+                    out[:] = found
+        if here == at:
+            return here
+
+
+@njit(cache=True)
+def descend(points, triangles, normals, offsets, around, start, first, heading, down, step, inertia, flat, path):
+    """Steps down the surface from `start` on triangle `first` into `path`; how many points it has then.
+
+    It ends where the surface is level (its slope below `flat`), where it rises, or where it ends.
+    """
+    p, t, v = start.copy(), first, heading.copy()
+    path[0] = p
+    out, count = np.empty(3), 1
+    while count < len(path):
+        a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
+        areas = np.empty(3)
+        for k, (x, y) in enumerate(((b, c), (c, a), (a, b))):
+            e, f = x - p, y - p
+            n0, n1, n2 = e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]
+            areas[k] = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2) + 1e-300
+        n = (
+            areas[0] * normals[triangles[t, 0]]
+            + areas[1] * normals[triangles[t, 1]]
+            + areas[2] * normals[triangles[t, 2]]
+        )
+        n /= np.sqrt((n * n).sum()) + 1e-300
+        d = down - (down * n).sum() * n
+        slope = np.sqrt((d * d).sum())
+        if slope < flat:
+            break
+        v = (1.0 - inertia) * d / slope + inertia * v
+        v -= (v * n).sum() * n
+        v /= np.sqrt((v * v).sum()) + 1e-300
+        q = p + step * v
+        t = _walked(q, t, points, triangles, offsets, around, out)
+        moved = out - p
+        if ((out - q) ** 2).sum() > (0.5 * step) ** 2 or (moved * down).sum() < 0.02 * step:
+            break
+        p = out.copy()
+        path[count] = p
+        count += 1
+    return count
+
+
+@njit(cache=True)
+def near_course(points, triangles, course, spacing, reach, near, longest):
+    """Which triangles may hold points within `reach` of a polyline with points `spacing` apart; their longest sides."""
+    low, high = course[0].copy(), course[0].copy()
+    for k in range(len(course)):
+        for i in range(3):
+            low[i], high[i] = min(low[i], course[k, i]), max(high[i], course[k, i])
+    centre = np.empty(3)
+    for t in range(len(triangles)):
+        square = 0.0
+        for s in range(3):
+            v, w = triangles[t, s], triangles[t, (s + 1) % 3]
+            x, y, z = points[v, 0] - points[w, 0], points[v, 1] - points[w, 1], points[v, 2] - points[w, 2]
+            square = max(square, x * x + y * y + z * z)
+        longest[t] = np.sqrt(square)
+        far = reach + 0.6 * longest[t] + 0.5 * spacing  # from the centroid no corner is farther than 0.58 sides
+        near[t] = False
+        away = False
+        for i in range(3):
+            centre[i] = (points[triangles[t, 0], i] + points[triangles[t, 1], i] + points[triangles[t, 2], i]) / 3.0
+            away = away or centre[i] < low[i] - far or centre[i] > high[i] + far
+        if away:
+            continue
+        for k in range(len(course)):
+            x, y, z = centre[0] - course[k, 0], centre[1] - course[k, 1], centre[2] - course[k, 2]
+            if x * x + y * y + z * z < far * far:
+                near[t] = True
+                break
+
+
+@njit(cache=True)
+def along_course(points, course, lengths, normals, s, w):
+    """Arc length of the nearest point of a polyline, and the distance from it, positive to the right looking up."""
+    last = len(course) - 1
+    for i in range(len(points)):
+        best, close = np.inf, 0
+        for k in range(0, last + 1, STRIDE):
+            px, py, pz = points[i, 0] - course[k, 0], points[i, 1] - course[k, 1], points[i, 2] - course[k, 2]
+            d = px * px + py * py + pz * pz
+            if d < best:
+                best, close = d, k
+        best = np.inf
+        for k in range(max(close - 2 * STRIDE, 0), min(close + 2 * STRIDE, last)):
+            a, b = course[k], course[k + 1]
+            ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            px, py, pz = points[i, 0] - a[0], points[i, 1] - a[1], points[i, 2] - a[2]
+            square = ex * ex + ey * ey + ez * ez
+            u = (px * ex + py * ey + pz * ez) / square
+            if k > 0:
+                u = max(u, 0.0)
+            if k < last - 1:  # the ends go on straight: heads and starts are round
+                u = min(u, 1.0)
+            dx, dy, dz = px - u * ex, py - u * ey, pz - u * ez
+            d = dx * dx + dy * dy + dz * dz
+            if d < best:
+                best = d
+                s[i] = lengths[k] + u * np.sqrt(square)
+                side = dx * (ey * normals[i, 2] - ez * normals[i, 1]) + dy * (ez * normals[i, 0] - ex * normals[i, 2])
+                side += dz * (ex * normals[i, 1] - ey * normals[i, 0])
+                w[i] = np.sqrt(d) if side >= 0.0 else -np.sqrt(d)
+
+
+@njit(cache=True)
+def make_disk(level, offsets, rings, border, tiny):
+    """Change `level` so that the vertices above 0 are connected and enclose none that are not."""
+    n = len(level)
+    label, queue = np.full(n, -1), np.empty(n, np.int64)
+    largest, kept, region = 0, -1, 0
+    for wet in (True, False):
+        for seed in range(n):
+            if label[seed] >= 0 or (level[seed] > 0.0) != wet:
+                continue
+            queue[0], size, at, open_ = seed, 1, 0, False
+            label[seed] = region
+            while at < size:
+                v = queue[at]
+                at += 1
+                open_ = open_ or border[v]
+                for i in range(offsets[v], offsets[v + 1]):
+                    j = rings[i]
+                    if label[j] < 0 and (level[j] > 0.0) == wet:
+                        label[j] = region
+                        queue[size] = j
+                        size += 1
+            if wet and size > largest:
+                largest, kept = size, region
+            if not wet and not open_:
+                for i in range(size):
+                    level[queue[i]] = tiny
+            region += 1
+        if wet:
+            for v in range(n):
+                if level[v] > 0.0 and label[v] != kept:
+                    level[v] = -tiny
+                    label[v] = -1
+    return largest
+
+
+@njit(cache=True)
+def clip(triangles, sides, edges, level, out, first, second, share):
+    """The part of a mesh where the linear function `level` is above 0.
+
+    Vertices of the part lie between `first` and `second` at `share`; writes its triangles into `out`, and returns
+    their number and that of the vertices.
+    """
+    n, m = len(level), 0
+    vertex, between, count = np.full(n, -1), np.full(len(edges), -1), 0
+    for t in range(len(triangles)):
+        wet = 0
+        for k in range(3):
+            if level[triangles[t, k]] > 0.0:
+                wet += 1
+        if wet == 0:
+            continue
+        ring, size = np.empty(4, np.int64), 0
+        for k in range(3):
+            v, w, e = triangles[t, k], triangles[t, (k + 1) % 3], sides[t, k]
+            if level[v] > 0.0:
+                if vertex[v] < 0:
+                    vertex[v] = count
+                    first[count], second[count], share[count] = v, v, 0.0
+                    count += 1
+                ring[size] = vertex[v]
+                size += 1
+            if (level[v] > 0.0) != (level[w] > 0.0):
+                if between[e] < 0:
+                    between[e] = count
+                    i, j = edges[e, 0], edges[e, 1]
+                    first[count], second[count] = i, j
+                    share[count] = min(max(level[i] / (level[i] - level[j]), 0.03), 0.97)
+                    count += 1
+                ring[size] = between[e]
+                size += 1
+        for k in range(1, size - 1):
+            out[m, 0], out[m, 1], out[m, 2] = ring[0], ring[k], ring[k + 1]
+            m += 1
+    return m, count
+
+
+@njit(cache=True)
+def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, cell):
+    """Lower heights so that no vertex goes half the way to the skin that it would meet, nor to other skin near it.
+
+    Other skin, such as the other lid of an eye that closes, is far from the vertex at rest. `centres` and `radii` are
+    those of the triangles at rest; they are looked up in a grid of this cell size.
+    """
+    low, high = base[0].copy(), base[0].copy()
+    for i in range(len(base)):
+        for k in range(3):
+            x = base[i, k] + height[i] * normals[i, k]
+            low[k], high[k] = min(low[k], base[i, k], x), max(high[k], base[i, k], x)
+    low -= 2.5 * height.max()
+    high += 2.5 * height.max()
+    shape = np.empty(3, np.int64)
+    for k in range(3):
+        shape[k] = int((high[k] - low[k]) / cell) + 1
+    start, box = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64), np.empty((3, 2), np.int64)
+    inside, boxes, count = np.empty(len(triangles), np.int64), np.empty((len(triangles), 6), np.int64), 0
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        away = False
+        for k in range(3):
+            x, y, z = skin[a, k], skin[b, k], skin[c, k]
+            below, above = min(x, y, z), max(x, y, z)
+            if above < low[k] or below > high[k]:
+                away = True
+                break
+            boxes[count, 2 * k] = int(max(below - low[k], 0.0) / cell)
+            boxes[count, 2 * k + 1] = int((min(above, high[k]) - low[k]) / cell)
+        if not away:
+            inside[count] = t
+            count += 1
+    for fill in range(2):
+        if fill:
+            for i in range(1, len(start)):
+                start[i] += start[i - 1]
+            where, content = start.copy(), np.empty(start[-1], np.int64)
+        for i in range(count):
+            for x in range(boxes[i, 0], boxes[i, 1] + 1):
+                for y in range(boxes[i, 2], boxes[i, 3] + 1):
+                    for z in range(boxes[i, 4], boxes[i, 5] + 1):
+                        g = (x * shape[1] + y) * shape[2] + z
+                        if fill:
+                            content[where[g]] = inside[i]
+                            where[g] += 1
+                        else:
+                            start[g + 1] += 1
+    least = 1e-7 * cell  # nearer is the triangle that the ray starts from
+    found = np.empty(3)
+    for i in range(len(base)):
+        p, d = base[i], normals[i]
+        reach = height[i]
+        nearest, limit = 3.0 * reach, 2.5 * reach
+        for k in range(3):
+            box[k, 0], box[k, 1] = int((p[k] - limit - low[k]) / cell), int((p[k] + limit - low[k]) / cell)
+        for x in range(box[0, 0], box[0, 1] + 1):
+            for y in range(box[1, 0], box[1, 1] + 1):
+                for z in range(box[2, 0], box[2, 1] + 1):
+                    g = (x * shape[1] + y) * shape[2] + z
+                    for at in range(start[g], start[g + 1]):
+                        t = content[at]
+                        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+                        nearest = _met(p[0], p[1], p[2], d[0], d[1], d[2], skin, a, b, c, least, nearest)
+                        q0, q1, q2 = rest[i, 0] - centres[t, 0], rest[i, 1] - centres[t, 1], rest[i, 2] - centres[t, 2]
+                        if q0 * q0 + q1 * q1 + q2 * q2 > (radii[t] + 4.0 * reach) ** 2:
+                            _nearest_in(p, skin[a], skin[b], skin[c], found)
+                            nearest = min(nearest, np.sqrt(((p - found) ** 2).sum()))
+        height[i] = min(reach, 0.45 * nearest)
+
+
+@njit(cache=True)
+def _met(px, py, pz, dx, dy, dz, skin, i, j, k, least, most):
+    """Distance along the ray p + x d at which it meets the triangle of vertices i, j, k; `most` where it does not."""
+    ax, ay, az = skin[i, 0], skin[i, 1], skin[i, 2]
+    ex, ey, ez = skin[j, 0] - ax, skin[j, 1] - ay, skin[j, 2] - az
+    fx, fy, fz = skin[k, 0] - ax, skin[k, 1] - ay, skin[k, 2] - az
+    nx, ny, nz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
+    det = -(dx * nx + dy * ny + dz * nz)
+    if det == 0.0:
+        return most
+    qx, qy, qz = px - ax, py - ay, pz - az
+    x = (qx * nx + qy * ny + qz * nz) / det
+    if x < least or x > most:
+        return most
+    gx, gy, gz = qy * dz - qz * dy, qz * dx - qx * dz, qx * dy - qy * dx
+    u, v = (fx * gx + fy * gy + fz * gz) / det, -(ex * gx + ey * gy + ez * gz) / det
+    if u < -1e-9 or v < -1e-9 or u + v > 1.0 + 1e-9:
+        return most
+    return x

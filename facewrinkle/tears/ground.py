@@ -1,0 +1,215 @@
+"""What a tear stands on: a face, or any other surface, with its way down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..anatomy.eyes import lid_margins
+from ..anatomy.face import Face
+from ..errors import MeshError, ParameterError, check_range, unknown_name
+from ..geometry.normals import vertex_normals
+from ..mesh import read_surface, to_polydata
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Points bound to triangles: corners (n, 3) and barycentric coordinates (n, 3)."""
+
+    corners: IntArray
+    weights: Array
+
+    def on(self, points: Array) -> Array:
+        """Where they are when the vertices are at these points."""
+        return np.asarray(np.einsum("nk,nki->ni", self.weights, points[self.corners]))
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """A surface at rest, as arrays.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int32, shape (m, 3)
+    down, forward : ndarray, shape (3,)
+        Unit directions, orthogonal: where things fall to, and away from the surface.
+    unit : float
+        Millimetres per unit.
+    face : Face, optional
+    """
+
+    points: Array
+    triangles: IntArray
+    down: Array
+    forward: Array
+    unit: float
+    face: Face | None = None
+
+    @cached_property
+    def normals(self) -> Array:
+        """Unit vertex normals (n, 3)."""
+        return vertex_normals(self.points, self.triangles)
+
+    @cached_property
+    def mesh(self) -> pv.PolyData:
+        """For searches."""
+        return to_polydata(self.points, self.triangles)
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+
+    def nearest(self, points: Array) -> tuple[IntArray, Array]:
+        """Triangles (n,) and points (n, 3) of the surface that are nearest to points (n, 3)."""
+        cells, found = self.mesh.find_closest_cell(np.atleast_2d(points), return_closest_point=True)  # type: ignore[misc]
+        return np.atleast_1d(cells).astype(np.int32), np.atleast_2d(np.asarray(found, dtype=np.float64))
+
+    def bound(self, points: Array) -> Place:
+        """The places nearest to points (n, 3)."""
+        cells, found = self.nearest(points)
+        return Place(self.triangles[cells], barycentric(found, self.points[self.triangles[cells]]))
+
+    def start(self, start: Any, allowed: float) -> Array:
+        """A point (3,) on the surface, from one near it or the side ("l" or "r") of an eye.
+
+        Raises
+        ------
+        UnknownNameError
+            For another name.
+        ParameterError
+            For coordinates that are no finite triple, or farther from the surface than `allowed`.
+        """
+        if isinstance(start, str):
+            if start not in SIDES:
+                raise unknown_name("side", start, SIDES)
+            return lid_point(self._of_face(), SIDES[start])
+        point = vectors("start", start)[0]
+        _, found = self.nearest(point[None])
+        gap = float(np.linalg.norm(found[0] - point))
+        if gap > allowed:
+            raise ParameterError(
+                f"start must lie on the surface, received {point}, which is {gap:.3g} away from it (at most "
+                f"{allowed:.3g} is allowed). Are point and surface in the same unit and coordinates?"
+            )
+        return np.asarray(found[0])
+
+    def _of_face(self) -> Face:
+        if self.face is None:
+            raise ParameterError("the side of an eye can only be named on a Face; on another surface give a point.")
+        return self.face
+
+
+def ground_of(surface: Face | pv.PolyData | Any, down: npt.ArrayLike | None = None, unit: float = 1.0) -> Ground:
+    """The ground that a face or any other surface is.
+
+    Parameters
+    ----------
+    surface : Face, or what :func:`facewrinkle.read_surface` takes
+    down : array_like, shape (3,), optional
+        Default: down the face; -y on other surfaces.
+    unit : float
+        Millimetres per unit of a surface that is no Face, which knows its own.
+    """
+    face = surface if isinstance(surface, Face) and surface.landmarks else None
+    if isinstance(surface, Face):
+        points, triangles, unit = surface.points, surface.triangles, surface.unit
+    else:
+        mesh = read_surface(surface)
+        points = np.asarray(mesh.points, dtype=np.float64)
+        triangles = np.ascontiguousarray(mesh.regular_faces, dtype=np.int32)
+        if not len(triangles) or not np.isfinite(points).all():
+            raise MeshError("a surface for tears needs triangles and finite points.")
+        unit = check_range("unit", unit, 1e-9, 1e9)
+    if face is None:
+        return Ground(points, triangles, *directions(down), unit)
+    fall, ahead = directions(-face.frame.axes[1] if down is None else down, face.frame.axes[2])
+    return Ground(points, triangles, fall, ahead, unit, face)
+
+
+def directions(down: npt.ArrayLike | None, forward: Array | None = None) -> tuple[Array, Array]:
+    """Unit vectors down (default -y) and, orthogonal to it, forward (default +z)."""
+    fall = vectors("down", (0.0, -1.0, 0.0) if down is None else down)[0]
+    length = float(np.linalg.norm(fall))
+    if not length > 0.0:
+        raise ParameterError("down must not be zero.")
+    fall = fall / length
+    ahead = np.array([0.0, 0.0, 1.0]) if forward is None else forward
+    if np.linalg.norm(np.cross(ahead, fall)) < 1e-3:
+        ahead = np.array([1.0, 0.0, 0.0])
+    ahead = ahead - (ahead @ fall) * fall
+    return fall, ahead / np.linalg.norm(ahead)
+
+
+def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
+    """A point of the margin of the lower lid.
+
+    Parameters
+    ----------
+    face : Face
+    side : {"l", "r"}
+        The subject's own left or right.
+    along : float
+        From the inner (0) to the outer (1) corner of the eye.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Where the eye is closed, on the skin between its corners.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> bool(lid_point(face, "l")[0] > lid_point(face, "r")[0])
+    True
+    """
+    if side not in SIDES:
+        raise unknown_name("side", side, SIDES)
+    side, along = SIDES[side], check_range("along", along, 0.0, 1.0)
+    if not face.eyes:
+        raise ParameterError("the face has no eyes: it was made without landmarks. Give a point in their place.")
+    eye = next(eye for eye in face.eyes if eye.side == side)
+    inner, outer = face.landmarks[f"eye_{side}_inner"], face.landmarks[f"eye_{side}_outer"]
+    margins = lid_margins(eye, face.points, face.triangles, face.landmarks)
+    if margins is None:
+        _, found = ground_of(face).nearest((inner + along * (outer - inner))[None])
+        return np.asarray(found[0])
+    across = (outer - inner) / ((outer - inner) @ (outer - inner))
+    chain = face.points[margins[1]]
+    place = (chain - inner) @ across
+    return np.array([np.interp(along, place, coordinate) for coordinate in chain.T])
+
+
+def vectors(name: str, values: npt.ArrayLike) -> Array:
+    """Finite points (n, 3); a ParameterError for anything else."""
+    try:
+        array = np.atleast_2d(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.ndim != 2 or array.shape[1] != 3 or not len(array) or not np.isfinite(array).all():
+        raise ParameterError(f"{name} must be finite coordinates, three for each point, received {values!r}.")
+    return array
+
+
+def barycentric(points: Array, corners: Array) -> Array:
+    """Barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3), on or beside which they lie."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    p = points - corners[:, 0]
+    aa, ab, bb = (np.einsum("ni,ni->n", x, y) for x, y in ((a, a), (a, b), (b, b)))
+    pa, pb = np.einsum("ni,ni->n", p, a), np.einsum("ni,ni->n", p, b)
+    det = np.maximum(aa * bb - ab * ab, 1e-300)
+    v, w = (bb * pa - ab * pb) / det, (aa * pb - ab * pa) / det
+    weights = np.clip(np.stack([1.0 - v - w, v, w], axis=1), 0.0, 1.0)
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))

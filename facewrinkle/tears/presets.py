@@ -1,0 +1,157 @@
+"""Ways to cry: several tears that belong together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..errors import ParameterError, check_whole, unknown_name
+from .drop import DrippingTear
+from .ground import lid_point
+from .stream import SheddingTear
+
+Tear = DrippingTear | SheddingTear
+
+
+@dataclass(frozen=True)
+class Run:
+    """One tear of a preset.
+
+    Attributes
+    ----------
+    side : {"l", "r"}
+    along : float
+        Where on the lower lid, from the inner (0) to the outer (1) corner.
+    drips : bool
+        Whether it drips or is shed.
+    options : mapping
+        Of :class:`DrippingTear` or :class:`SheddingTear`.
+    """
+
+    side: str
+    along: float
+    drips: bool = False
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A way to cry: the tears, and the expression that goes with them."""
+
+    expression: str
+    runs: Sequence[Run]
+
+
+def _shed(side: str, along: float, **options: Any) -> Run:
+    return Run(side, along, False, {"hold": 60.0, **options})
+
+
+PRESETS: Mapping[str, Preset] = MappingProxyType(
+    {
+        "one_tear": Preset("sadness", [_shed("l", 0.4, c=22.0)]),
+        "weeping": Preset(
+            "sadness",
+            [
+                _shed("l", 0.35, c=30.0, width=3.2),
+                _shed("r", 0.4, c=26.0, width=3.0, begin=0.5),
+                _shed("r", 0.7, c=34.0, width=2.4, begin=1.6),
+                _shed("l", 0.72, c=38.0, width=2.6, begin=2.2),
+                Run("r", 0.5, True, {"size": 3.4, "begin": 1.2}),
+                Run("l", 0.55, True, {"size": 3.0, "begin": 2.6}),
+            ],
+        ),
+        "joy": Preset(
+            "happiness",
+            [
+                _shed("l", 0.86, c=18.0, width=2.4, length=45.0),
+                _shed("r", 0.82, c=20.0, width=2.2, length=38.0, begin=0.4),
+            ],
+        ),
+        "dripping": Preset(
+            "sadness",
+            [
+                Run("l", 0.45, True, {"size": 3.4}),
+                Run("r", 0.5, True, {"size": 3.2, "begin": 0.5}),
+                Run("l", 0.5, True, {"size": 3.0, "begin": 1.1}),
+                Run("r", 0.42, True, {"size": 3.5, "begin": 1.6}),
+            ],
+        ),
+        "shedding": Preset("sadness", [_shed("l", 0.5), _shed("r", 0.45, begin=0.4)]),
+    }
+)
+"""Tears of joy, weeping, one tear; and the paper's two kinds, from both eyes."""
+
+
+def preset(name: str, face: Face, seed: int = 0, **options: Any) -> list[Tear]:
+    """The tears of a preset on a face, each a little different for each seed.
+
+    Parameters
+    ----------
+    name : str
+        One of :data:`PRESETS`.
+    face : Face
+    seed : int
+    **options
+        For all its tears, in place of the preset's own: options of :class:`DrippingTear` if they all drip, otherwise of
+        :class:`SheddingTear` (those that drip are left as they are).
+
+    Raises
+    ------
+    UnknownNameError
+        For another name.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> tears = preset("one_tear", fw.default_face())
+    >>> len(tears), tears[0].begin
+    (1, 0.0)
+    """
+    if name not in PRESETS:
+        raise unknown_name("preset of tears", name, PRESETS)
+    if not isinstance(face, Face):
+        raise ParameterError(f"a preset needs a Face, such as default_face() or fit_face() gives, received {face!r}.")
+    random = np.random.default_rng(check_whole("seed", seed, 0, 2**63))
+    runs = PRESETS[name].runs
+    all_drip = all(run.drips for run in runs)
+    tears: list[Tear] = []
+    for run in runs:
+        along = float(np.clip(run.along + random.uniform(-0.06, 0.06), 0.0, 1.0))
+        start, larger = lid_point(face, run.side, along), random.uniform(0.92, 1.08)
+        given = {**run.options, **(options if run.drips == all_drip else {})}
+        if run.drips:
+            given.setdefault("size", 3.0)
+            tears.append(DrippingTear(face, start, **{**given, "size": larger * given["size"]}))
+        else:
+            given.setdefault("width", 3.0)
+            given = {**given, "width": larger * given["width"], "seed": int(random.integers(2**31))}
+            tears.append(_merged(face, start, given, tears))
+    return tears
+
+
+def _merged(face: Face, start: Any, options: dict[str, Any], before: Sequence[Tear]) -> SheddingTear:
+    """A tear that joins the first of those before that it meets."""
+    tear = SheddingTear(face, start=start, **options)
+    for other in before:
+        if isinstance(other, SheddingTear) and tear.meets(other):
+            return SheddingTear(face, start=start, into=other, **options)
+    return tear
+
+
+def surfaces(tears: Iterable[Tear], t: float, on: pv.PolyData | None = None) -> list[pv.PolyData]:
+    """The surfaces of those tears that there are at time t.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> [len(surfaces(preset("weeping", face), t)) for t in (0.0, 3.0)]
+    [1, 5]
+    """
+    return [tear.surface(t, on) for tear in tears if tear.begin <= t <= tear.end]

@@ -1,0 +1,171 @@
+"""The shape of a tear that is shed, as formulas: how thick it is, its noise, and the closed solid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import gaussian_filter1d
+
+from ..geometry.least_squares import moving_least_squares
+from ..geometry.topology import unique_edges
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Sizes of a tear, in the unit of the surface.
+
+    Attributes
+    ----------
+    half : float
+        Half the width of the head.
+    height : float
+        Of the head.
+    trail, film : float
+        Half the width, and the thickness, of the trail.
+    """
+
+    half: float
+    height: float
+    trail: float
+    film: float
+
+    def scaled(self, factor: float) -> Shape:
+        """All of it larger or smaller."""
+        return Shape(self.half * factor, self.height * factor, self.trail * factor, self.film * factor)
+
+
+def thickness(
+    s: Array, w: Array, front: float, shape: Shape, wobble: Array | float = 0.0, rough: Array | float = 0.0
+) -> tuple[Array, Array]:
+    """Where the tear is, and how thick.
+
+    The head is round in front and tapers into the trail; across, its profile is a parabola.
+
+    Parameters
+    ----------
+    s, w : ndarray, shape (n,)
+        Position along the path and distance from it.
+    front : float
+        Length that is covered.
+    shape : Shape
+    wobble, rough : ndarray, shape (n,)
+        Change of the trail's width, and what is added to its thickness, as shares.
+
+    Returns
+    -------
+    level : ndarray, shape (n,)
+        Above 0 inside the outline, 1 on the path.
+    height : ndarray, shape (n,)
+        0 outside of the outline.
+
+    Examples
+    --------
+    >>> level, height = thickness(np.array([9.0, 3.0, 11.0]), np.zeros(3), 10.0, Shape(1.0, 0.8, 0.5, 0.05))
+    >>> height.round(3).tolist()
+    [0.8, 0.05, 0.0]
+    """
+    behind = (front - s) / shape.half
+    taper = 0.5 + 0.5 * np.cos(np.pi * np.clip((behind - 1.0) / TAPER, 0.0, 1.0))
+    trail = shape.trail * (1.0 + wobble) * (DRAINED + (1.0 - DRAINED) * np.exp(-np.maximum(behind, 0.0) / 15.0))
+    half = trail + (shape.half - trail) * taper
+    cap = np.maximum(1.0 - behind, 0.0)
+    start = np.maximum(1.0 - s / shape.trail, 0.0)
+    level = 1.0 - (w / half) ** 2 - cap**2 - start**2
+    film = shape.film * (1.0 + rough)
+    height = (film + (shape.height - film) * taper**1.5) * np.maximum(level, 0.0)
+    return level, height
+
+
+DRAINED = 0.72
+"""Share of its width that the trail keeps long after the head has passed."""
+
+TAPER = 2.6
+"""Length over which the head narrows into the trail, in halves of its width."""
+
+
+def rough_film(
+    length: float, half: float, roughness: float, degree: int, random: np.random.Generator
+) -> tuple[Array, float]:
+    """Noise on the top surface over a grid of (s, w): bumps of height 0 to 1 at some places, 0 at the others.
+
+    Parameters
+    ----------
+    length, half : float
+        The grid spans [0, length] and [-half, half].
+    roughness : float
+        Share of the places that are raised, 0 to 1: rough skin holds more water back.
+    degree : int
+        Of the moving least squares. Above 0 they dip, and are cut off at 0: the tear must not enter the skin.
+
+    Returns
+    -------
+    noise : ndarray, shape (i, j)
+        At least 0.
+    spacing : float
+        Of the grid.
+    """
+    spacing = half / 4.0
+    grid_s, grid_w = np.arange(0.0, length + spacing, spacing), spacing * np.arange(-4, 5)
+    apart = 2.5 * spacing
+    s, w = np.meshgrid(np.arange(0.0, length + apart, apart), apart * np.arange(-2, 3), indexing="ij")
+    places = np.stack([s.ravel(), w.ravel()], axis=1) + random.uniform(-0.35, 0.35, (s.size, 2)) * apart
+    raised = random.random(s.size) < roughness
+    values = np.where(raised, random.uniform(0.3, 1.0, s.size), 0.0)
+    noise = np.empty((len(grid_s), len(grid_w)))
+    rows = 32
+    for first in range(0, len(grid_s), rows):  # far away points hardly count
+        part = grid_s[first : first + rows]
+        near = (places[:, 0] > part[0] - 6.0 * apart) & (places[:, 0] < part[-1] + 6.0 * apart)
+        x = np.stack(np.meshgrid(part, grid_w, indexing="ij"), axis=-1).reshape(-1, 2)
+        fitted = moving_least_squares(x, places[near], values[near], degree, 0.4 * apart)
+        noise[first : first + rows] = fitted.reshape(len(part), -1)
+    return np.maximum(noise, 0.0), spacing
+
+
+def waves(random: np.random.Generator, n: int, scale: float) -> Array:
+    """Smooth random numbers (n,) between -1 and 1 that change over `scale` of them.
+
+    Examples
+    --------
+    >>> float(np.abs(waves(np.random.default_rng(0), 50, 5.0)).max())
+    1.0
+    """
+    smooth = np.asarray(gaussian_filter1d(random.normal(size=n), scale, mode="nearest"))
+    return smooth / max(float(np.abs(smooth).max()), 1e-9)
+
+
+def solid(base: Array, top: Array, triangles: IntArray) -> tuple[Array, IntArray]:
+    """The closed surface between a base and a top with the same triangles, joined by walls along the outline.
+
+    Parameters
+    ----------
+    base, top : ndarray, shape (n, 3)
+    triangles : ndarray of int32, shape (m, 3)
+        Of a disk, each used vertex once.
+
+    Returns
+    -------
+    points : ndarray, shape (2 n, 3)
+        Those of the top, then those of the base.
+    triangles : ndarray of int32, shape (2 m + 2 b, 3)
+        Oriented outwards where those of the base face towards the top.
+
+    Examples
+    --------
+    >>> flat = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> points, triangles = solid(flat, flat + [0.0, 0.0, 1.0], np.array([[0, 1, 2]], np.int32))
+    >>> points.shape, triangles.shape
+    ((6, 3), (8, 3))
+    """
+    n = len(base)
+    _, sides = unique_edges(triangles)
+    outline = np.bincount(sides.ravel())[sides] == 1
+    a, b = triangles[outline], np.roll(triangles, -1, axis=1)[outline]
+    walls = np.concatenate([np.stack([a + n, b + n, b], axis=1), np.stack([a + n, b, a], axis=1)])
+    all_triangles = np.concatenate([triangles, triangles[:, ::-1] + n, walls])
+    return np.concatenate([top, base]), all_triangles.astype(np.int32)

@@ -1,0 +1,42 @@
+"""
+Dimples that a smile brings out
+===============================
+
+Dimples on both cheeks (Lin, Cheng, Fig. 6). They are not there until someone smiles: how deep they are is measured from
+the skin under them, which the smile compresses.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import facewrinkle as fw
+from facewrinkle.layers.presets import presets
+from facewrinkle.plotting import Style, picture, side_by_side
+
+face = fw.default_face()
+sim = fw.Simulation(face, layers=presets("dimple", face, strength="skin"))
+
+# %%
+# Neutral, half-way and smiling.
+sim.express("AU12", 0.8)
+frames = list(sim.run(24))
+images = [
+    picture(frame, face, Style(size=(420, 420), view="left_mouth")) for frame in (frames[0], frames[9], frames[-1])
+]
+figure, axes = plt.subplots(figsize=(12, 4))
+axes.imshow(side_by_side(images))
+axes.set_axis_off()
+figure.tight_layout()
+
+# %%
+# The depth over time.
+depth = [-float(frame["W"].min()) for frame in frames]
+figure, axes = plt.subplots(figsize=(6, 2.5))
+axes.plot(depth)
+axes.set_xlabel("frame")
+axes.set_ylabel("depth (mm)")
+figure.tight_layout()
+print(f"{depth[0]:.2f} mm at rest, {depth[-1]:.2f} mm in the smile")
+assert depth[0] == 0.0
+assert depth[-1] > 1.0
+assert (np.diff(depth) > -0.05).all()

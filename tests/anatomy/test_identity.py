@@ -1,0 +1,176 @@
+"""Identities: parameters do what they say, faces stay whole, and expressions work on everybody."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.anatomy.cage_mesh import angle
+from facewrinkle.anatomy.face import Face
+from facewrinkle.anatomy.head import MIRROR, Head, load_head
+from facewrinkle.anatomy.identity import Identity, head_of
+from facewrinkle.errors import ParameterError, UnknownNameError
+
+NAMES = [field.name for field in dataclasses.fields(Identity)]
+SINGLES = [Identity(**{name: value}) for name in NAMES for value in (-1.0, 1.0)]
+CROWD = [Identity.random(seed, 0.7) for seed in range(12)]
+
+
+def gap(head: Head, first: str, second: str, axis: int) -> float:
+    return float(abs(head.landmarks[first][axis] - head.landmarks[second][axis]))
+
+
+def smallest_angles(head: Head) -> np.ndarray:
+    a, b, c = np.moveaxis(head.points[head.triangles], 1, 0)
+    return np.degrees(np.min([angle(b - a, c - a), angle(c - b, a - b), angle(a - c, b - c)], axis=0))
+
+
+def normals(head: Head) -> np.ndarray:
+    a, b, c = np.moveaxis(head.points[head.triangles], 1, 0)
+    normal = np.cross(b - a, c - a)
+    return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+
+def test_zero_is_the_stored_head() -> None:
+    assert head_of(Identity()) is load_head()
+    assert head_of(Identity.of(None)) is head_of(Identity.of({"jaw": 0.0}))
+    nearly = head_of(Identity(jaw=1e-9))
+    np.testing.assert_allclose(nearly.points, load_head().points, atol=1e-7)
+    for name, place in nearly.landmarks.items():
+        np.testing.assert_allclose(place, load_head().landmarks[name], atol=1e-5)
+
+
+@pytest.mark.parametrize("identity", [*SINGLES, *CROWD], ids=str)
+def test_heads_stay_whole_and_symmetric(identity: Identity) -> None:
+    mean, head = load_head(), head_of(identity)
+    assert (head.triangles == mean.triangles).all()
+    assert (head.uv == mean.uv).all()
+    # No triangle turns over, nor gets much more slender than it was.
+    assert np.einsum("mi,mi->m", normals(mean), normals(head)).min() > 0.0
+    assert smallest_angles(head).min() > 7.0
+    assert np.percentile(smallest_angles(head), 1) > 20.0
+    table = set(map(tuple, (head.points + 0.0).round(9).tolist()))
+    assert table == set(map(tuple, (head.points * MIRROR + 0.0).round(9).tolist()))
+
+
+@pytest.mark.parametrize("identity", [*SINGLES, *CROWD], ids=str)
+def test_lids_rest_on_the_eyeballs(identity: Identity) -> None:
+    head = head_of(identity)
+    for eye in head.eyes:
+        away = np.linalg.norm(head.points - eye.centre, axis=1) - eye.radius
+        assert away.min() > 0.0
+        near = (away[head.triangles] < 8.0).any(axis=1)
+        i, j = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9))
+        weights = np.stack([i, j, 1 - i - j], axis=-1)[i + j <= 1.0]
+        samples = np.einsum("wc,mci->mwi", weights, head.points[head.triangles[near]])
+        assert np.linalg.norm(samples - eye.centre, axis=2).min() > eye.radius
+        # The margins, where the lids end, keep to the ball as on the mean head.
+        margin = np.linalg.norm(load_head().points - load_head().eyes[0].centre, axis=1) - eye.radius < 0.3
+        if eye.name == "l":
+            assert away[margin].max() < 0.6
+
+
+@pytest.mark.parametrize(
+    "name, first, second, axis",
+    [
+        ("width", "zygion_l", "zygion_r", 0),
+        ("length", "sellion", "menton", 1),
+        ("jaw", "gonion_l", "gonion_r", 0),
+        ("chin", "pogonion", "subnasale", 2),
+        ("nose_length", "nose_tip", "sellion", 2),
+        ("nose_width", "ala_l", "ala_r", 0),
+        ("brow", "brow_l_mid", "eye_l_outer", 2),
+        ("eye_spacing", "eye_l_inner", "eye_r_inner", 0),
+        ("lips", "upper_lip_mid", "lower_lip_mid", 1),
+        ("cheeks", "malar_l", "eye_l_centre", 2),
+    ],
+)
+def test_parameters_do_what_they_say(name: str, first: str, second: str, axis: int) -> None:
+    less, more = (gap(head_of(Identity(**{name: value})), first, second, axis) for value in (-1.0, 1.0))
+    if name == "chin":  # it lies behind the base of the nose
+        less, more = -less, -more
+    middle = gap(load_head(), first, second, axis) * (-1.0 if name == "chin" else 1.0)
+    assert less < middle - 0.4
+    assert middle + 0.4 < more
+
+
+def test_age_draws_the_face_down_and_sex_makes_it_larger() -> None:
+    young, old = (head_of(Identity(age=value)).landmarks for value in (-1.0, 1.0))
+    for name in ("brow_l_outer", "brow_l_mid", "nose_tip"):
+        assert old[name][1] < young[name][1] - 2.0
+    her, him = (head_of(Identity(sex=value)) for value in (-1.0, 1.0))
+    assert (np.ptp(him.points, axis=0) > 1.02 * np.ptp(her.points, axis=0)).all()
+
+
+def test_effects_add_up() -> None:
+    mean = load_head().points
+    far = np.linalg.norm(mean - load_head().eyes[0].centre, axis=1) > 30.0
+    far &= np.linalg.norm(mean - load_head().eyes[1].centre, axis=1) > 30.0
+    one, two = (head_of(Identity(**{name: 0.6})).points - mean for name in ("jaw", "age"))
+    both = head_of(Identity(jaw=0.6, age=0.6)).points - mean
+    np.testing.assert_allclose(both[far], (one + two)[far], atol=1e-9)
+
+
+@pytest.mark.parametrize("identity", [Identity(age=1.0, sex=1.0), Identity(width=-1.0, sex=-1.0, lips=1.0), CROWD[3]])
+def test_expressions_work_on_everybody(identity: Identity) -> None:
+    face = fw.default_face(identity)
+    n = face.mesh.n_points
+    simulation = fw.Simulation(face, refinement=fw.Refinement(max_level=0))
+    simulation.express("AU43")
+    for _ in range(40):
+        frame = simulation.step()
+    opening = [np.ptp(points[near_margin(face)][:, 1]) for points in (face.points, np.asarray(frame.points)[:n])]
+    assert opening[1] < 0.55 * opening[0]
+    simulation.express("happiness")
+    for _ in range(40):
+        frame = simulation.step()
+    moved = np.asarray(frame.points)[:n] - face.points
+    corner = np.linalg.norm(face.points - face.landmarks["mouth_l"], axis=1).argmin()
+    assert moved[corner, 1] > 4.0
+    assert np.ptp(np.asarray(frame["W"])) > 0.5
+    assert np.abs(moved[face.points[:, 2] < -40.0]).max() < 1.0
+
+
+def near_margin(face: Face) -> np.ndarray:
+    """Vertices in the middle of the margins of the left eye's lids."""
+    eye = next(eye for eye in face.eyes if eye.side == "l")
+    away = np.linalg.norm(face.points - eye.centre, axis=1) - eye.radius
+    return (away < 0.045 * eye.radius) & (np.abs(face.points[:, 0] - eye.centre[0]) < 4.0)
+
+
+def test_anatomy_follows_the_face() -> None:
+    wide, mean = fw.default_face({"width": 1.0, "eye_spacing": 1.0}), fw.default_face()
+    assert wide.eyes[0].centre[0] > mean.eyes[0].centre[0] + 3.0
+    assert wide.muscles["corrugator_l"].insertion[0] > mean.muscles["corrugator_l"].insertion[0] + 1.0
+    assert np.abs(wide.skull.points).max(axis=0)[0] > np.abs(mean.skull.points).max(axis=0)[0] + 3.0
+    for face in (wide, mean):
+        skin = face.mesh
+        for name, place in face.landmarks.items():
+            if not name.endswith("centre"):
+                closest = skin.find_closest_cell(place, return_closest_point=True)[1]
+                assert np.linalg.norm(closest - place) < 1e-3
+
+
+def test_random_identities_are_reproducible_and_within_their_spread() -> None:
+    assert Identity.random(3, 0.4) == Identity.random(3, 0.4)
+    values = np.array([dataclasses.astuple(Identity.random(seed, 0.4)) for seed in range(20)])
+    assert np.abs(values).max() <= 0.4
+    assert values.std(axis=0).min() > 0.1
+
+
+@pytest.mark.parametrize("value", [1.01, -2.0, np.nan, "wide", None])
+def test_values_out_of_range_are_refused(value: object) -> None:
+    with pytest.raises(ParameterError, match="jaw must"):
+        fw.default_face({"jaw": value})  # type: ignore[dict-item]
+
+
+def test_unknown_parameters_are_refused() -> None:
+    with pytest.raises(UnknownNameError, match="nose_width"):
+        fw.default_face({"nose_widht": 0.1})
+    with pytest.raises(ParameterError, match="dictionary"):
+        fw.default_face(0.5)  # type: ignore[arg-type]
+    with pytest.raises(ParameterError, match="spread"):
+        Identity.random(1, 2.0)

@@ -1,0 +1,93 @@
+"""Moving least squares: reproduction of polynomials, interpolation, the printed equations as oracle, degeneracy."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from facewrinkle.errors import FaceWrinkleWarning, FitWarning, ParameterError
+from facewrinkle.geometry.least_squares import monomials, moving_least_squares
+
+
+def cloud(n, d, seed=0):
+    return np.random.default_rng(seed).uniform(-1.0, 1.0, (n, d))
+
+
+def test_size_of_the_basis():
+    for d in (1, 2, 3):
+        for r in range(5):
+            assert monomials(np.zeros((7, d)), r).shape == (7, math.comb(d + r, r))
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+@pytest.mark.parametrize("origin", [0.0, 1e3])
+@pytest.mark.parametrize("epsilon", [0.0, 0.3])
+def test_reproduces_polynomials_of_its_degree(d, degree, origin, epsilon):
+    points, x = cloud(60, d), cloud(40, d, 1)
+    coefficients = np.random.default_rng(2).normal(size=math.comb(d + degree, degree))
+    values, truth = (monomials(a, degree) @ coefficients for a in (points, x))
+    found = moving_least_squares(x + origin, points + origin, values, degree, epsilon)
+    # Coordinates at 1000 are themselves only known to 1e-13.
+    assert np.abs(found - truth).max() < 1e-10
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+def test_interpolates_without_epsilon(degree):
+    points = cloud(50, 2)
+    values = np.sin(5.0 * points[:, 0]) + points[:, 1] ** 3
+    assert np.array_equal(moving_least_squares(points, points, values, degree), values)
+    for step in (1e-7, 1e-12):  # without a warning: warnings are errors here
+        near = moving_least_squares(points + step, points, values, degree)
+        assert np.abs(near - values).max() < 100.0 * step + 1e-9
+    assert np.abs(moving_least_squares(points, points, values, degree, 0.5) - values).max() > 0.01
+
+
+def test_equals_the_printed_equations_near_the_origin():
+    points, x, values, epsilon = cloud(30, 2), cloud(20, 2, 1), cloud(30, 1, 2)[:, 0], 0.2
+    b, at = monomials(points, 2), monomials(x, 2)
+    weight = 1.0 / (((x[:, None] - points) ** 2).sum(axis=2) + epsilon**2)
+    a = np.einsum("qn,ni,nj->qij", weight, b, b)
+    c = np.linalg.solve(a, np.einsum("qn,ni,n->qi", weight, b, values)[..., None])[..., 0]
+    assert moving_least_squares(x, points, values, 2, epsilon) == pytest.approx((at * c).sum(axis=1), abs=1e-11)
+
+
+def test_degree_zero_stays_between_the_values_and_higher_degrees_do_not():
+    points, x = cloud(30, 2), cloud(400, 2, 1) * 1.5
+    values = (np.arange(30) % 5 == 0).astype(float)
+    flat = moving_least_squares(x, points, values, 0)
+    assert flat.min() >= 0.0
+    assert flat.max() <= 1.0
+    assert moving_least_squares(x, points, values, 1).min() < 0.0
+
+
+def test_points_on_a_line_fall_back_to_a_lower_degree():
+    t = np.linspace(0.0, 1.0, 9)
+    points = np.stack([t, 2.0 * t], axis=1)
+    with pytest.warns(FitWarning, match="at 2 of 2 places"):
+        found = moving_least_squares([[0.3, 0.6], [0.5, 0.0]], points, np.full(9, 4.0), 2)
+    assert found == pytest.approx([4.0, 4.0])
+    assert issubclass(FitWarning, FaceWrinkleWarning)
+    with pytest.warns(FitWarning):
+        assert moving_least_squares([[0.3]], [[0.0], [1.0]], [1.0, 2.0], 5) == pytest.approx(1.3)  # linear is left
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        moving_least_squares([[0.3, 0.6]], points, np.full(9, 4.0), 0)
+
+
+@pytest.mark.parametrize(
+    "x, points, values, options",
+    [
+        ([[0.0]], [[0.0, 1.0]], [1.0], {}),
+        ([[0.0]], [[0.0]], [1.0, 2.0], {}),
+        ([[np.nan]], [[0.0]], [1.0], {}),
+        ([[0.0]], np.empty((0, 1)), [], {}),
+        ([[0.0]], [[0.0]], [1.0], {"degree": -1}),
+        ([[0.0]], [[0.0]], [1.0], {"degree": 1.5}),
+        ([[0.0]], [[0.0]], [1.0], {"epsilon": -1.0}),
+    ],
+)
+def test_refuses(x, points, values, options):
+    with pytest.raises(ParameterError):
+        moving_least_squares(x, points, values, **options)

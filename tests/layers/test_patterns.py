@@ -1,0 +1,205 @@
+"""Pattern functions: formulas.
+
+what             checked against
+values           the table of the design, digit by digit; the formulas in 40 digits (mpmath) at random places
+baselines        0 at rest, exactly; formula minus baseline
+angle            its limits on the axes; the same on both sides of the origin
+seams            odd gamma: the jump that it would make, refused; even gamma: none
+dimple           depth in proportion to the strength, its t inverted
+sharpened        integral over a cycle; its extremes; curvature of furrow and bulge
+"""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+
+from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.layers import patterns as p
+
+X, Y = np.array([1, 1, 2, 3, 0.3, -1]), np.array([0, 0.5, 1, -1, 0.4, 0.5])
+TABLE = {
+    "forehead": [
+        1.5230813585346823, 1.550825541985224, 0.6083130075094528, 0.8887118978645719, 0.6337289972799867,
+        1.550825541985224,
+    ],
+    "eye_corner": [
+        0.8131393194811982, 1.0095216357493173, 0.369075518319004, 0.1603586012846395, 0.7402124766128878,
+        0.5295946325547023,
+    ],
+    "cheek": [
+        -0.4161337211119506, -0.19148780971882598, -0.44239210203695883, -0.1962853581198931, 0.16749407507795255,
+        -0.19148780971882598,
+    ],
+    "dimple": [
+        0.04879016416943204, 0.26236426446749106, 1.6193882432872684, 2.307572634505085, -1.2039728043259361,
+        0.26236426446749106,
+    ],
+}  # fmt: skip
+PARAMETERS = {
+    "forehead": {"t": 1.2, "alpha": 0.5, "beta": 4.0},
+    "eye_corner": {"t": 0.6, "alpha": 2.0, "beta": -0.9, "gamma": 8},
+    "cheek": {"t": 0.3, "alpha": 0.5, "beta": 5.0},
+    "dimple": {"t": 0.05},
+}
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_values_of_the_table(name):
+    np.testing.assert_allclose(getattr(p, name)(X, Y, **PARAMETERS[name]), TABLE[name], rtol=0, atol=1e-12)
+
+
+def exact(name, x, y):
+    """The formulas as they stand in the paper, in 40 digits."""
+    m, x, y = mpmath, mpmath.mpf(x), mpmath.mpf(y)
+    th, r = m.atan(y / x), m.sqrt(x * x + y * y)
+    return {
+        "forehead": lambda: m.exp(m.mpf("0.7") * m.sin(r**2 - (m.mpf("1.3") * m.sin(th) - m.sin(5 * th)) ** 2)),
+        "eye_corner": lambda: 2 * m.exp(-r / 2 - m.mpf("0.9") * m.sin(6 * th)),
+        "cheek": lambda: 3 * m.sin(4 * r + m.mpf("0.25")),
+        "frown": lambda: 2 * m.sin(x / m.mpf("0.5") * (y + 3)),
+        "fan": lambda: 2 * m.sin(x / (m.mpf("0.5") * (y + 6))),
+        "dimple": lambda: m.log(r**2 + m.mpf("0.02")),
+        "eye_pouch": lambda: (m.cos(x + 2 * m.mpf("0.4")) + m.cos(y + 3 * m.mpf("0.4"))) ** 4 / m.mpf("0.4"),
+    }[name]()
+
+
+@pytest.mark.parametrize(
+    ("name", "formula"),
+    [
+        ("forehead", lambda x, y: p.forehead(x, y, 1.3, alpha=0.7, beta=5)),
+        ("eye_corner", lambda x, y: p.eye_corner(x, y, 0.9, alpha=2, beta=-0.5, gamma=6)),
+        ("cheek", lambda x, y: p.cheek(x, y, 0.25, alpha=3, beta=4)),
+        ("frown", lambda x, y: p.frown(x, y, 3, alpha=2, beta=0.5)),
+        ("fan", lambda x, y: p.frown(x, y, 6, alpha=2, beta=0.5, variant="fan")),
+        ("dimple", lambda x, y: p.dimple(x, y, 0.02)),
+        ("eye_pouch", lambda x, y: p.eye_pouch(x, y, 0.4, alpha=2, beta=3, gamma=4)),
+    ],
+)
+def test_formulas_in_forty_digits(name, formula):
+    x, y = np.random.default_rng(5).uniform(-3, 3, (2, 40))
+    with mpmath.workdps(40):
+        expected = [float(exact(name, a, b)) for a, b in zip(x, y, strict=True)]
+    np.testing.assert_allclose(formula(x, y), expected, rtol=1e-12, atol=1e-12)
+
+
+def test_at_rest_nothing_is_left():
+    x, y = np.random.default_rng(0).uniform(-4, 4, (2, 500))
+    assert not p.forehead_relief(x, y, 2.0, 0.0, 9.0).any()
+    assert not p.eye_corner_relief(x, y, 0.0, 3.0, -1.0, 8).any()
+    assert not p.cheek(x, y, 1.0, 0.0, 5.0).any()
+    assert not p.frown(x, y, 1.0, 0.0, 5.0).any()
+    assert not p.dimple_relief(x, y, 0.0, 0.05).any()
+
+
+def test_reliefs_are_the_formulas_minus_their_baselines():
+    x, y = np.random.default_rng(1).uniform(-3, 3, (2, 300))
+    np.testing.assert_allclose(p.forehead_relief(x, y, 1.0, 0.6, 4), p.forehead(x, y, 1.0, 0.6, 4) - 1.0, atol=1e-14)
+    baseline = 2.0 * np.exp(-0.7 * np.hypot(x, y))
+    corner = p.eye_corner(x, y, 0.8, 2.0, -0.7, 6)
+    np.testing.assert_allclose(p.eye_corner_relief(x, y, 0.8, 2.0, -0.7, 6), corner - baseline, atol=1e-14)
+    pouch = p.eye_pouch(x, y, 0.5, 1.0, 2.0, 6)
+    np.testing.assert_allclose(p.eye_pouch_relief(x, y, 0.5, 1.0, 2.0, 6), pouch * 0.5 / 2.0**6, atol=1e-14)
+    inside = np.hypot(x, y) < 1.0
+    span = np.log(1 + 0.05) - np.log(0.05)
+    dent = (p.dimple(x, y, 0.05) - np.log(1 + 0.05)) / span
+    np.testing.assert_allclose(p.dimple_relief(x, y, 1.0, 0.05), np.where(inside, dent, 0.0), atol=1e-14)
+
+
+def test_forehead_wrinkles_are_two_sinh_alpha_deep():
+    x = np.linspace(4.0, 6.0, 20001)
+    for alpha in (0.3, 1.0, 2.0):
+        assert np.ptp(p.forehead(x, 0.0, 0.0, alpha, 4.0)) == pytest.approx(2 * np.sinh(alpha), rel=1e-6)
+
+
+def test_angle_is_the_arctangent_of_the_quotient():
+    x, y = np.random.default_rng(2).normal(size=(2, 300))
+    np.testing.assert_allclose(p.angle(x, y), np.arctan(y / x), atol=1e-15)
+    assert p.angle(0.0, 1.0) == np.pi / 2
+    assert p.angle(0.0, -1.0) == -np.pi / 2
+
+
+@pytest.mark.parametrize("gamma", [3, 7, 2.5])
+def test_odd_gamma_is_refused_where_it_tears(gamma):
+    y = np.linspace(0.5, 2.0, 50)
+    right, left = p.fan(np.full(50, 1e-9), y, gamma), p.fan(np.full(50, -1e-9), y, gamma)
+    assert np.abs(right - left).min() > 1.0  # what would happen
+    with pytest.raises(ParameterError, match="even number.*tear"):
+        p.eye_corner(np.array([-1.0, 1.0]), np.zeros(2), 0.5, 1.0, -1.0, gamma)
+
+
+@pytest.mark.parametrize("gamma", [2, 4, 8])
+def test_even_gamma_leaves_no_seam(gamma):
+    y = np.concatenate([np.linspace(-2, -0.5, 50), np.linspace(0.5, 2, 50)])
+    step = 1e-7
+    values = [p.eye_corner(np.full(100, k * step), y, 0.5, 1.0, -1.0, gamma) for k in (-2, -1, 0, 1, 2)]
+    jumps = np.diff(values, axis=0)
+    assert np.abs(jumps).max() < 20 * gamma * step
+    np.testing.assert_allclose(jumps[0], jumps[3], atol=1e-10)  # nor a kink
+
+
+def test_frown_variants():
+    y = np.linspace(0.0, 2.0, 5)
+    crest = {"paper": np.pi / 2 * 0.4 / (y + 3.0), "fan": np.pi / 2 * 0.4 * (y + 3.0)}
+    for variant, x in crest.items():
+        np.testing.assert_allclose(p.frown(x, y, 3.0, 1.0, 0.4, variant), 1.0, atol=1e-14)
+    both = [p.frown(s * 0.7, y, 3.0, 1.0, 0.4, "fan", offset=np.pi / 2) for s in (1, -1)]
+    np.testing.assert_allclose(*both, atol=1e-14)
+
+
+def test_depth_of_a_dimple_is_its_strength():
+    for strength in (0.1, 0.5, 1.0):
+        assert p.dimple_relief(0.0, 0.0, strength, 0.03) == pytest.approx(-strength, abs=1e-14)
+        t = p.dimple_time(strength, 0.03)
+        assert np.log1p(1 / t) / np.log1p(1 / 0.03) == pytest.approx(strength, abs=1e-13)
+    r = np.linspace(0, 3, 400)
+    steps = np.diff(p.dimple_relief(r, 0.0, 1.0, 0.03))
+    assert (steps >= 0).all()
+    assert not p.dimple_relief(r[r >= 1], 0.0, 1.0, 0.03).any()
+
+
+def test_an_even_pouch_sticks_out():
+    x, y = np.random.default_rng(3).uniform(-9, 9, (2, 2000))
+    for gamma in (2, 4):
+        assert p.eye_pouch(x, y, 0.7, 1.0, 2.0, gamma).min() >= 0.0
+    assert p.eye_pouch(x, y, 0.7, 1.0, 2.0, 3).min() < -1.0
+
+
+@pytest.mark.parametrize("k", [0.0, 1e-7, 0.5, 2.0, 6.0])
+def test_sharpened_waves_keep_their_volume(k):
+    s = np.sin(2 * np.pi * (np.arange(4000) + 0.5) / 4000)
+    h = p.sharpened(s, k)
+    assert abs(h.mean()) < 1e-12
+    assert p.sharpened(1.0, k) - p.sharpened(-1.0, k) == pytest.approx(1.0, abs=1e-12)
+    assert (np.diff(p.sharpened(np.linspace(-1, 1, 99), k)) > 0).all()
+    if k >= 0.5:  # narrow furrows, wide bulges: below the middle for less than half of the cycle
+        assert (h < p.sharpened([-1.0, 1.0], k).mean()).mean() < 0.5
+
+
+def test_primary_is_a_sum():
+    x, y = np.random.default_rng(4).normal(size=(2, 20))
+    one, two = (lambda x, y, t: p.cheek(x, y, t, 1.0, 3.0)), (lambda x, y, t: p.dimple(x, y, t))
+    np.testing.assert_allclose(p.primary(one, two)(x, y, 0.4), one(x, y, 0.4) + two(x, y, 0.4), atol=1e-15)
+    with pytest.raises(ParameterError, match="none"):
+        p.primary()
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "says"),
+    [
+        (lambda: p.dimple(X, Y, 0.0), ParameterError, "never 0"),
+        (lambda: p.dimple(X, Y, np.nan), ParameterError, "t must lie"),
+        (lambda: p.dimple_time(1.0, -1.0), ParameterError, "t must lie"),
+        (lambda: p.eye_pouch(X, Y, 0.0, 1, 1, 2), ParameterError, "t must lie in \\[0.01"),
+        (lambda: p.eye_pouch(X, Y, 1.0, 1, 1, 2.5), ParameterError, "whole number"),
+        (lambda: p.forehead([np.nan], [0.0], 1.0, 1.0, 1.0), ParameterError, "finite"),
+        (lambda: p.frown(X, Y, 0.5, 1.0, 1.0, "fan"), ParameterError, "larger t"),
+        (lambda: p.frown(X, Y, 0.5, 1.0, 0.0), ParameterError, "beta must not be 0"),
+        (lambda: p.frown(X, Y, 2.0, 1.0, 1.0, "fen"), UnknownNameError, "'fan'"),
+        (lambda: p.sharpened(X, -1.0), ParameterError, "sharpness"),
+    ],
+)
+def test_errors(call, error, says):
+    with pytest.raises(error, match=says):
+        call()

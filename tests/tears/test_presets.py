@@ -1,0 +1,85 @@
+"""Ways to cry: every preset gives closed tears outside the skin, on all faces, moving or recorded."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
+from facewrinkle.tears import PRESETS, preset, surfaces
+
+FACES = Path(__file__).parents[3] / "shared" / "faces"
+
+
+def assert_tear(mesh, skin, unit=1.0):
+    triangles = np.asarray(mesh.regular_faces)
+    assert not boundary_loops(triangles)
+    assert euler_characteristic(triangles) == 2
+    assert is_oriented(triangles)
+    assert mesh.volume > 0.0
+    assert mesh.compute_implicit_distance(skin)["implicit_distance"].min() * unit >= -1e-6
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_on_the_built_in_face(face, name):
+    tears = preset(name, face)
+    assert len(tears) == len(PRESETS[name].runs)
+    for t in (0.0, 1.3, 2.9):
+        for mesh in surfaces(tears, t):
+            assert_tear(mesh, face.mesh)
+    assert PRESETS[name].expression in fw.EXPRESSIONS
+
+
+@pytest.mark.parametrize("stem", ["ict_face_narrow", "makehuman_head_male"])
+def test_weeping_on_real_faces(real_face, stem):
+    face = real_face(stem)
+    tears = preset("weeping", face)
+    meshes = surfaces(tears, 3.0)
+    assert len(meshes) >= 4
+    for mesh in meshes:
+        assert_tear(mesh, face.mesh, face.unit)
+
+
+def test_weeping_on_a_captured_clip():
+    """Tears on the wrinkled, refined frames of a face whose captured shapes are played: it smiles, blinks, frowns."""
+    path = FACES / "ict_face_narrow_anim.glb"
+    if not path.exists():
+        pytest.skip(f"{path.name} is not beside the repository")
+    mesh, recorded = fw.read_animation(path)
+    face = fw.fit_face(mesh, FACES / "ict_face_narrow.landmarks.json")
+    tears, step = preset("weeping", face), 0.08
+    simulation, cells = fw.Simulation(face, motion=recorded, time_step=step), set()
+    for i in range(48):
+        frame = simulation.step()
+        cells.add(frame.n_cells)
+        if i % 6 == 5:
+            for tear in surfaces(tears, i * step, frame):
+                assert_tear(tear, frame, face.unit)
+    assert len(cells) > 3
+
+
+def test_another_seed_gives_other_tears(face, fingerprint):
+    first, again, other = (surfaces(preset("one_tear", face, seed), 1.0)[0] for seed in (0, 0, 1))
+    assert fingerprint(first) == fingerprint(again) != fingerprint(other)
+
+
+def test_a_later_tear_runs_into_the_first(face):
+    first = fw.SheddingTear(face, start="l")
+    second = fw.SheddingTear(face, start=first.courses[0].points[40] + [1.0, 0.0, 0.0], seed=3)
+    assert second.meets(first)
+    assert not first.meets(fw.SheddingTear(face, start="r"))
+
+
+def test_options_override_the_preset(face):
+    slow, quick = (preset("shedding", face, c=c)[0] for c in (10.0, 40.0))
+    assert quick.covered(0.5) - quick.covered(0.0) == pytest.approx(4.0 * (slow.covered(0.5) - slow.covered(0.0)))
+
+
+def test_refuses(face):
+    with pytest.raises(UnknownNameError, match="weeping"):
+        preset("weepin", face)
+    with pytest.raises(ParameterError, match="needs a Face"):
+        preset("weeping", pv.Sphere())

@@ -1,0 +1,338 @@
+"""Tears that are shed.
+
+path         steepest descent against the meridians of a sphere, given and painted paths, and what is refused
+thickness    the outline, the round head, and what h = s + c t covers
+rough_film   never below the top surface
+SheddingTear closed, of genus 0, oriented and outside the skin (VTK's signed distance) on rest, moving, wrinkled and
+             refined faces, and on surfaces that are no faces
+"""
+
+import numpy as np
+import pytest
+import pyvista as pv
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import facewrinkle as fw
+from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
+from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
+from facewrinkle.tears import path as paths
+from facewrinkle.tears.ground import ground_of
+from facewrinkle.tears.shape import Shape, rough_film, solid, thickness
+
+SHAPE = Shape(half=1.5, height=0.9, trail=0.8, film=0.06)
+
+
+def assert_ball(mesh):
+    triangles = np.asarray(mesh.regular_faces)
+    assert not boundary_loops(triangles)
+    assert euler_characteristic(triangles) == 2
+    assert is_oriented(triangles)
+    assert len(np.unique(triangles)) == mesh.n_points
+    assert mesh.volume > 0.0
+
+
+def assert_outside(tear, skin, unit=1.0):
+    distance = tear.compute_implicit_distance(skin)["implicit_distance"]
+    assert distance.min() * unit >= -1e-6
+
+
+def meridian(azimuth, radius=50.0):
+    polar = np.linspace(0.3, 2.8, 30)
+    x, y = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth)
+    return radius * np.stack([x, np.cos(polar), y], axis=1)
+
+
+@pytest.fixture(scope="module")
+def sphere():
+    return pv.Icosphere(radius=50.0, nsub=4)
+
+
+@pytest.fixture(scope="module")
+def tear(face):
+    return fw.SheddingTear(face, start="l")
+
+
+# --- the way ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("azimuth", [0.1, 2.0, 4.5])
+def test_water_runs_down_the_meridian_of_a_sphere(sphere, azimuth):
+    start = meridian(azimuth)[0]
+    way = paths.descent(ground_of(sphere), start, 0.5, 500.0)
+    angle = np.arctan2(way[:, 2], way[:, 0])
+    turned = np.remainder(angle - azimuth + np.pi, 2.0 * np.pi) - np.pi
+    assert np.abs(turned)[: len(way) * 9 // 10].max() < 0.05
+    assert (np.diff(way[:, 1]) < 0.0).all()
+    assert way[-1, 1] < -49.5  # to where it is level
+    assert paths.lengths(way)[-1] == pytest.approx(50.0 * (np.pi - 0.3), rel=0.04)
+
+
+def test_descent_stays_on_the_surface_and_ends_with_it(face):
+    ground = ground_of(face)
+    for side in "lr":
+        way = paths.descent(ground, ground.start(side, 1.0), 0.3, 300.0)
+        _, near = ground.nearest(way)
+        assert np.linalg.norm(near - way, axis=1).max() < 1e-9
+        assert (np.diff(way @ ground.down) > 0.0).all()
+        assert len(way) * 0.3 < 300.0  # it comes to an end
+
+
+def test_path_through_points(face):
+    marks = [face.landmarks[name] for name in ("malar_l", "mouth_l", "pogonion")]
+    way = paths.through(ground_of(face), marks, 2.0)
+    for mark in marks:
+        assert np.linalg.norm(way - mark, axis=1).min() < 1.0
+
+
+def test_painted_path_follows_the_paint(sphere):
+    azimuth = np.arctan2(sphere.points[:, 2], sphere.points[:, 0])
+    paint = np.exp(-(((azimuth - 1.0) / 0.15) ** 2)) * (np.abs(sphere.points[:, 1]) < 40.0)
+    paint[paint < 0.05] = 0.0
+    way = paths.painted(ground_of(sphere), paint, 4.0)
+    assert way[0, 1] > 33.0
+    assert way[-1, 1] < -33.0
+    assert np.abs(np.arctan2(way[:, 2], way[:, 0]) - 1.0).max() < 0.3
+
+
+def test_streams_merge(face):
+    first = fw.SheddingTear(face, start="l", roughness=0.0)
+    beside = first.courses[0].points[10] + [4.0, 0.0, 0.0]
+    toward = [beside, first.courses[0].points[60] + [1.0, 0.0, 0.0], first.courses[0].points[90] + [6.0, 0.0, 0.0]]
+    second = fw.SheddingTear(face, path=toward, into=first)
+    end = first.courses[0].points[-1]
+    assert np.linalg.norm(second.courses[0].points[-1] - end) < 2.0
+    assert_ball(second.surface(second.end))
+
+
+def test_a_fold_turns_the_stream_and_some_of_it_spills_over():
+    """A plane that leans, with a dam across that slopes aside."""
+    plane = pv.Plane(i_size=80.0, j_size=80.0, i_resolution=160, j_resolution=160).triangulate()
+    x, y = plane.points[:, 0], plane.points[:, 1]
+    dam = 2.2 * np.exp(-(((y + 0.7 * x + 5.0) / 2.0) ** 2))
+    plane.points = np.stack([x, y, 0.35 * y + dam], axis=1)
+    options = {"start": (0.0, 25.0, 8.75), "width": 3.0, "down": (0.0, 0.0, -1.0), "roughness": 0.0, "length": 80.0}
+    plain = fw.SheddingTear(plane, **options)
+    way = plain.courses[0].points
+    below = way[np.abs(way[:, 1] + 10.0) < 3.0]
+    assert np.abs(below[:, 0]).min() > 4.0  # diverted along the dam
+    divided = fw.SheddingTear(plane, branches=2, **options)
+    assert len(divided.courses) > 1
+    for t in np.linspace(divided.begin, divided.end, 6):
+        mesh = divided.surface(t)
+        assert_ball(mesh)
+        assert_outside(mesh, plane)
+    over = divided.courses[1].points
+    assert np.abs(over[len(over) // 2, 0] - over[0, 0]) < 12.0
+    assert over[-1, 1] < -20.0
+
+
+# --- shape ------------------------------------------------------------------------------------------
+
+
+def test_what_is_covered_is_h():
+    s = np.linspace(-5.0, 80.0, 4000)
+    for front in (10.0, 33.3, 70.0):
+        level, height = thickness(s, np.zeros_like(s), front, SHAPE)
+        assert s[level > 0.0].max() == pytest.approx(front, abs=0.03)
+        assert s[level > 0.0].min() == pytest.approx(0.0, abs=0.03)
+        assert s[np.argmax(height)] == pytest.approx(front - SHAPE.half, abs=0.1)
+        assert height.max() == pytest.approx(SHAPE.height, rel=1e-3)
+    assert (height[level <= 0.0] == 0.0).all()
+
+
+def test_the_head_is_round_in_front():
+    w, s = np.meshgrid(np.linspace(-2.0, 2.0, 401), np.linspace(48.5, 50.5, 201))
+    level, _ = thickness(s.ravel(), w.ravel(), 50.0, SHAPE)
+    away = np.hypot(s.ravel() - 48.5, w.ravel())
+    assert ((level > 0.0) == (away < SHAPE.half)).mean() > 0.999
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+def test_noise_is_only_ever_raised(degree):
+    noise, spacing = rough_film(40.0, 1.5, 0.3, degree, np.random.default_rng(1))
+    assert noise.min() >= 0.0
+    assert 0.2 < noise.max() < 1.6
+    assert noise.std() > 0.05
+    assert noise.shape[0] * spacing >= 40.0
+    smooth, _ = rough_film(40.0, 1.5, 0.0, degree, np.random.default_rng(1))
+    assert smooth.max() < 1e-12
+    rougher, _ = rough_film(40.0, 1.5, 0.8, degree, np.random.default_rng(1))
+    assert rougher.mean() > noise.mean()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(1, 6), st.integers(1, 6), st.floats(0.01, 2.0))
+def test_solid_over_a_grid(i, j, height):
+    plane = pv.Plane(i_resolution=i, j_resolution=j).triangulate()
+    base = np.asarray(plane.points, dtype=float)
+    points, triangles = solid(base, base + np.array([0.0, 0.0, height]), np.asarray(plane.regular_faces, np.int32))
+    mesh = pv.PolyData.from_regular_faces(points, triangles)
+    assert_ball(mesh)
+    assert mesh.volume == pytest.approx(height, rel=1e-5)
+
+
+# --- the tear ---------------------------------------------------------------------------------------
+
+
+def test_closed_and_outside_at_all_times(face, tear):
+    for t in np.linspace(tear.begin, tear.end, 15):
+        mesh = tear.surface(t)
+        assert_ball(mesh)
+        assert_outside(mesh, face.mesh)
+
+
+def test_same_seed_same_tear_and_other_seed_another(face, tear, fingerprint):
+    assert fingerprint(fw.SheddingTear(face, start="l").surface(1.0)) == fingerprint(tear.surface(1.0))
+    assert fingerprint(fw.SheddingTear(face, start="l", seed=4).surface(1.0)) != fingerprint(tear.surface(1.0))
+
+
+def test_it_is_joined_to_the_skin(face, tear):
+    mesh = tear.surface(2.0)
+    bottom = pv.PolyData(np.asarray(mesh.points)[mesh.n_points // 2 :])
+    assert np.abs(bottom.compute_implicit_distance(face.mesh)["implicit_distance"]).max() < 1e-9
+
+
+def test_covered_length_grows_and_the_trail_stays(tear):
+    times = np.linspace(tear.begin, tear.end, 30)
+    covered = [tear.covered(t) for t in times]
+    assert (np.diff(covered) >= 0.0).all()
+    run = times < tear.end - 1.0  # then it has arrived, and holds
+    assert np.diff(np.array(covered)[run]) == pytest.approx(np.full(run.sum() - 1, 30.0 * (times[1] - times[0])))
+    course = tear.courses[0].points
+    for t in times[::6]:
+        mesh = tear.surface(t)
+        _, near = mesh.find_closest_cell(course, return_closest_point=True)
+        wet = np.linalg.norm(near - course, axis=1) < 1e-3
+        along = tear.courses[0].lengths
+        inside = (along > 1.5) & (along < tear.covered(t) - 0.5)
+        assert wet[inside].mean() > 0.98
+        assert not wet[along > tear.covered(t) + 0.5].any()
+
+
+@pytest.mark.parametrize("expression", ["happiness", "sadness", "closing_eye"])
+def test_it_rides_on_the_wrinkled_refined_face(face, expression):
+    sim = fw.Simulation(face)
+    sim.express(expression)
+    tears = [fw.SheddingTear(face, start=side, c=60.0) for side in "lr"]
+    for i, frame in enumerate(sim.run(40)):
+        if i % 8 == 7:
+            for tear in tears:
+                mesh = tear.surface(2.0 * i / 40.0, frame)
+                assert_ball(mesh)
+                assert_outside(mesh, frame)
+                bottom = pv.PolyData(np.asarray(mesh.points)[mesh.n_points // 2 :])
+                assert np.abs(bottom.compute_implicit_distance(frame)["implicit_distance"]).max() < 1e-9
+    assert frame.n_cells > face.mesh.n_cells
+
+
+def test_a_frame_of_a_rigid_motion_moves_the_tear_with_it(face, tear):
+    moved = face.mesh.copy()
+    moved.points = np.asarray(face.points) @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    still, turned = tear.surface(1.0), tear.surface(1.0, moved)
+    assert turned.points == pytest.approx(
+        np.asarray(still.points) @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), abs=1e-9
+    )
+
+
+def test_it_never_meets_the_lid_that_closes(face):
+    """The upper lid comes down over the tear's start: its thickness gives way."""
+    sim = fw.Simulation(face)
+    sim.express("closing_eye")
+    *_, frame = sim.run(30)
+    tear = fw.SheddingTear(face, start="l", height=1.5)
+    assert_outside(tear.surface(0.0, frame), frame)
+
+
+def test_water_on_a_sphere_and_a_vase(sphere):
+    turned = pv.ParametricEllipsoid(30.0, 30.0, 60.0, u_res=80, v_res=80).triangulate().clean()
+    radius = 1.0 + 0.25 * np.cos(turned.points[:, 2] / 12.0)
+    vase = turned.copy()
+    vase.points = turned.points * np.stack([radius, radius, np.ones_like(radius)], axis=1)
+    for surface, down, start in ((sphere, (0, -1, 0), (20.0, 45.0, 0.0)), (vase, (0, 0, -1), (21.0, 0.0, 45.0))):
+        water = fw.SheddingTear(
+            surface, start=ground_of(surface).nearest(np.array([start]))[1][0], width=5.0, down=down
+        )
+        for t in np.linspace(water.begin, water.end, 5):
+            mesh = water.surface(t)
+            assert_ball(mesh)
+            assert_outside(mesh, surface)
+        assert water.length > 60.0
+
+
+@pytest.mark.parametrize("stem", ["ict_face_narrow", "makehuman_head_male"])
+def test_on_real_faces(real_face, stem):
+    face = real_face(stem)
+    for side in "lr":
+        tear = fw.SheddingTear(face, start=side)
+        assert tear.length * face.unit > 40.0
+        for t in np.linspace(tear.begin, tear.end, 4):
+            mesh = tear.surface(t)
+            assert_ball(mesh)
+            assert_outside(mesh, face.mesh, face.unit)
+
+
+# --- what is refused ----------------------------------------------------------------------------------
+
+
+def test_refuses_paths(face, sphere):
+    nose, chin, brow = (face.landmarks[name] for name in ("nose_tip", "pogonion", "glabella"))
+    with pytest.raises(ParameterError, match="give one of path, start and weight"):
+        fw.SheddingTear(face)
+    with pytest.raises(ParameterError, match="must lie on the surface; its point 1"):
+        fw.SheddingTear(face, path=[nose, nose + np.array([0.0, -20.0, 60.0])])
+    with pytest.raises(ParameterError, match="two points at least"):
+        fw.SheddingTear(face, path=[nose])
+    ring, across = meridian(0.0)[10:16], meridian(0.5)[10:16]
+    with pytest.raises(ParameterError, match="cross itself"):
+        fw.SheddingTear(sphere, path=[ring[0], ring[-1], across[0], across[-1], ring[0]], width=3.0)
+    with pytest.raises(ParameterError, match="finite"):
+        fw.SheddingTear(face, path=[brow, [np.nan, 0.0, 0.0], chin])
+    eye = face.landmarks["eye_l_centre"]
+    lids = eye + np.array([[0.0, 6.0, 12.0], [0.0, -8.0, 12.0]])
+    with pytest.raises(ParameterError, match="leaves the surface|off|lie on"):
+        fw.SheddingTear(face, path=lids, width=1.0)
+
+
+def test_refuses_the_back_of_the_head(real_face):
+    head = real_face("makehuman_head_male")
+    back = head.points[np.argmin(head.points @ head.frame.axes[2])]
+    _, below = head.mesh.find_closest_cell(back - 20.0 / head.unit * head.frame.axes[1], return_closest_point=True)
+    with pytest.raises(ParameterError, match="wrong side"):
+        fw.SheddingTear(head, path=[back, below])
+
+
+def test_refuses_starts_weights_and_sizes(face, sphere):
+    with pytest.raises(ParameterError, match="start must lie on the surface"):
+        fw.SheddingTear(face, start=(0.0, 0.0, 400.0))
+    with pytest.raises(UnknownNameError):
+        fw.SheddingTear(face, start="x")
+    with pytest.raises(ParameterError, match="no water runs"):
+        fw.SheddingTear(sphere, start=(0.0, -50.0, 0.0))
+    with pytest.raises(ParameterError, match="painted weights must be"):
+        fw.SheddingTear(face, weight=np.ones(3))
+    with pytest.raises(ParameterError, match="nothing is painted"):
+        fw.SheddingTear(face, weight=np.zeros(face.mesh.n_points))
+    with pytest.raises(ParameterError, match="no painted weights 'paint'"):
+        fw.SheddingTear(face, weight="paint")
+    for options in ({"width": 100.0}, {"height": 100.0}):
+        with pytest.raises(ParameterError, match=r"smaller than 0\.15 of the surface"):
+            fw.SheddingTear(face, start="l", **options)
+    for name, value in [
+        ("width", -1.0),
+        ("c", 0.0),
+        ("roughness", 2.0),
+        ("trail", np.nan),
+        ("degree", 9),
+        ("seed", -1),
+    ]:
+        with pytest.raises(ParameterError, match=name):
+            fw.SheddingTear(face, start="l", **{name: value})
+
+
+def test_refuses_times_and_frames(tear):
+    for t in (-1.0, tear.end + 1.0, np.nan):
+        with pytest.raises(ParameterError, match="t must lie in"):
+            tear.surface(t)
+    with pytest.raises(MeshError, match="another surface"):
+        tear.surface(1.0, pv.Sphere())

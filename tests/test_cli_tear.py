@@ -1,0 +1,86 @@
+"""``facewrinkle tear`` from outside: what it writes, and what it refuses."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+from vtkmodules.vtkIOHDF import vtkHDFReader
+
+import facewrinkle as fw
+from facewrinkle.anatomy.landmarks import write_landmarks
+from facewrinkle.cli import main
+
+SIZE = 96
+FEW = ["--size", str(SIZE), "--seconds", "0.8", "--fps", "10"]
+
+
+def steps(path):
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    out = []
+    for step in range(reader.GetNumberOfSteps()):
+        reader.SetStep(step)
+        reader.Update()
+        mesh = pv.PolyData()
+        mesh.copy_from(pv.wrap(reader.GetOutput()))
+        out.append(mesh)
+    return out
+
+
+@pytest.fixture(scope="module")
+def weeping(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("tear") / "new"
+    assert main(["tear", "weeping", *FEW, "--plain", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_it_writes_pictures_movie_and_series(weeping):
+    names = {"tear_weeping.png", "tear_weeping_closeup.png", "tear_weeping.mp4"}
+    assert {p.name for p in weeping.iterdir()} == names | {"tear_weeping.vtkhdf", "tear_weeping_tears.vtkhdf"}
+    image = pv.read_texture(weeping / "tear_weeping.png").to_array()
+    assert image.shape[:2] == (SIZE, 4 * SIZE + 3 * 4)
+
+
+def test_series_hold_the_face_and_closed_tears_that_grow(weeping):
+    faces, tears = steps(weeping / "tear_weeping.vtkhdf"), steps(weeping / "tear_weeping_tears.vtkhdf")
+    assert len(faces) == len(tears) == 8
+    assert all(face.n_points >= fw.default_face().mesh.n_points for face in faces)
+    assert all(tear.n_open_edges == 0 for tear in tears)
+    volume = np.array([tear.volume for tear in tears])
+    assert volume[-1] > volume[0] > 0.0
+
+
+def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsys):
+    face = fw.default_face()
+    face.mesh.save(tmp_path / "face.ply")
+    write_landmarks(face.landmarks, tmp_path / "face.json")
+    source = ["--face", str(tmp_path / "face.ply"), "--landmarks", str(tmp_path / "face.json")]
+    folder = tmp_path / "out"
+    options = ["--expression", "AU4", "--no-movie", "--no-series", "--view", "left_eye", "--out", str(folder)]
+    assert main(["tear", "dripping", *FEW, *source, *options]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert {path.name for path in folder.iterdir()} == {"tear_dripping.png", "tear_dripping_closeup.png"}
+    assert "triangles" in out
+
+
+@pytest.mark.parametrize(
+    "arguments, code, message",
+    [
+        (["weepin"], 2, "weeping"),
+        (["shedding", "--view", "behind"], 1, "view"),
+        (["shedding", "--expression", "sadnes"], 1, "sadness"),
+        (["dripping", "--roughness", "0.5"], 1, "--speed and --roughness belong"),
+        (["shedding", "--roughness", "2"], 1, "roughness must lie in"),
+        (["shedding", "--seconds", "0"], 1, "seconds must lie in"),
+        (["shedding", "--landmarks", "x.json"], 1, "--landmarks belongs to a mesh"),
+        (["shedding", "--seed", "-1"], 1, "seed must lie in"),
+    ],
+)
+def test_bad_input_is_one_line_and_nothing_is_written(arguments, code, message, tmp_path, capsys):
+    assert main(["tear", *arguments, "--out", str(tmp_path / "folder")]) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+    assert err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
