@@ -1,4 +1,4 @@
-"""The command line: ``facewrinkle express``, ``play``, ``tear``, ``table1``, ``info`` and ``demo``.
+"""The command line: ``facewrinkle express``, ``play``, ``tear``, ``fit``, ``table1``, ``info`` and ``demo``.
 
 The commands live in :mod:`facewrinkle.commands` and are imported when they are called: ``--help`` stays quick.
 """
@@ -30,6 +30,7 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 app.command("facewrinkle.commands.express:express", help="Write pictures, a movie and a time series of an expression.")
+app.command("facewrinkle.commands.fit:fit", help="Find a face on a mesh and place its anatomy under it.")
 app.command("facewrinkle.commands.tear:tear", help="Write pictures, a movie and time series of a face that cries.")
 app.command("facewrinkle.commands.play:play", help="Write pictures, a movie and a time series of a recorded animation.")
 app.command(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Self
 
@@ -53,6 +53,8 @@ class Face:
         Colour over the mesh's texture coordinates, first row at the top.
     brows : Hairs, optional
         Eyebrows, tied to the triangles of the mesh.
+    confidences : dict of str to float
+        How far landmarks that were found by the shape of the mesh can be trusted, 0 to 1.
     source_points : ndarray of int, shape (n,), optional
         The number that each vertex has in the mesh that was given. Default: the same.
     """
@@ -67,6 +69,7 @@ class Face:
     estimated: tuple[str, ...] = ()
     texture: npt.NDArray[np.uint8] | None = None
     brows: Hairs | None = None
+    confidences: dict[str, float] = field(default_factory=dict)
     source_points: npt.NDArray[np.int64] | None = None
 
     @classmethod

@@ -6,7 +6,7 @@ import dataclasses
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,11 @@ from .atlas import Atlas
 from .face import Face
 from .head import Hairs, load_head
 from .identity import Identity, head_of
-from .landmarks import MEAN_PUPIL_DISTANCE, complete, fitted_map, frame_of, mirrored, read_landmarks
+from .landmarks import MEAN_PUPIL_DISTANCE, REQUIRED, complete, fitted_map, frame_of, mirrored, read_landmarks
+
+if TYPE_CHECKING:
+    from .finding import Found
+    from .finding.landmarks import Watch
 
 Array = npt.NDArray[np.float64]
 
@@ -27,6 +31,13 @@ UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4
 
 OFF_MESH = 0.2
 """A landmark farther from the mesh than this many distances between the pupils is an error."""
+
+REFUSED, DOUBTED = 0.50, 0.65
+"""Confidence below which what was found is no face, and below which it is to be checked."""
+
+ELSEWHERE = 0.5
+"""A given landmark that lies farther than this from where it was found, in distances between the pupils, is an error.
+"""
 
 NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 
@@ -68,21 +79,25 @@ def fit_face(
     landmarks: Mapping[str, npt.ArrayLike] | str | Path | None = None,
     units: str | float | None = None,
     atlas: Atlas | None = None,
+    watch: Watch | None = None,
 ) -> Face:
-    """Place skull, eyes and muscles under a mesh whose landmarks are given.
+    """Place skull, eyes and muscles under a mesh.
 
     Parameters
     ----------
     mesh : PolyData or path
         Triangles, quads or polygons in any unit and orientation. Not changed. Where there are several parts, the one
         that the landmarks lie on is the face.
-    landmarks : dict, str or Path
+    landmarks : dict, str or Path, optional
         Coordinates by name (see :data:`facewrinkle.anatomy.landmarks.NAMES`), or a JSON file. Missing ones are
-        mirrored or estimated where that is sound.
+        mirrored or estimated where that is sound; otherwise they are found by the shape of the mesh
+        (:func:`find_landmarks`). Those that are given are kept as they are.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float, optional
         Unit of the mesh, or millimetres per unit. Default: such that the pupils are 63 mm apart, as an adult's are.
     atlas : Atlas, optional
         Other muscles than those that come with the package.
+    watch : callable, optional
+        Shows the progress of the search, see :func:`find_landmarks`.
 
     Returns
     -------
@@ -94,7 +109,13 @@ def fit_face(
     MeshError
         If the mesh cannot carry a face.
     LandmarkError
-        If landmarks are missing that cannot be estimated, lie off the mesh, or are swapped left for right.
+        If no face is found where landmarks are missing; if landmarks lie off the mesh, are swapped left for right, or
+        lie elsewhere than the face.
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        If what was found may be no face.
 
     Examples
     --------
@@ -108,25 +129,70 @@ def fit_face(
     if not isinstance(atlas, Atlas | None):
         raise ParameterError(f"atlas must be an Atlas, such as read_atlas(path) gives, received {atlas!r}.")
     source = read_surface(mesh)
-    if landmarks is None:
-        raise LandmarkError(
-            "fit_face needs landmarks: a dictionary of coordinates or a JSON file. Required are both sides "
-            "(or one, to be mirrored) of eye_inner, eye_outer, mouth, brow_mid; nose_tip, upper_lip_mid, lower_lip_mid."
-        )
-    given = read_landmarks(landmarks)
-    known = mirrored(given)
-    near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN]) if known else None
-    template = load_head().landmarks
-    found, estimated = complete(given, template)
+    given = read_landmarks(landmarks) if landmarks is not None else {}
+    known, search = mirrored(given), None
+    if any(name not in known for name in REQUIRED):
+        search = _searched(source, given, watch)
+        known = search.landmarks
+    found, estimated = complete(given if search is None else known, load_head().landmarks)
+    if search is not None:
+        estimated = tuple(name for name in search.estimated if name not in given)
     frame = frame_of(found)
+    near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2])
     _check_on_mesh(given, clean.points, clean.triangles, frame.pupil_distance)
-    for name in estimated:
-        if name not in NOT_ON_SKIN:
+    for name in found:
+        if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
             found[name] = _closest(clean, found[name])
     scale = _unit(units, frame.pupil_distance)
     face = Face.from_landmarks(clean.mesh, found, scale, atlas, estimated)
-    return dataclasses.replace(face, source_points=clean.source_points)
+    confidences = {} if search is None else search.confidences
+    return dataclasses.replace(face, source_points=clean.source_points, confidences=confidences)
+
+
+def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | None) -> Found:
+    """The landmarks that the shape shows, moved onto those that are given; an error where it shows no face."""
+    from .finding import find_landmarks
+
+    found = find_landmarks(source, watch)
+    if found.confidence < REFUSED:
+        missing = [name for name in REQUIRED if name not in mirrored(given)]
+        raise LandmarkError(
+            f"no face was found on the mesh: likeness {found.confidence:.2f}, at least {REFUSED:.2f} is needed. If it "
+            f"is a face, give landmarks; required are, on one side at least, {', '.join(missing)}."
+        )
+    if found.confidence < DOUBTED:
+        warnings.warn(
+            f"what was found may be no face: likeness {found.confidence:.2f}, faces have {DOUBTED:.2f} and more. Check "
+            "the landmarks, and give those that are wrong.",
+            FaceWrinkleWarning,
+            stacklevel=3,
+        )
+    if not given:
+        return found
+    names = list(given)
+    shift = np.array([given[name] - found.landmarks[name] for name in names]) / found.pose.size
+    far = [f"{n} ({d:.2g})" for n, d in zip(names, np.linalg.norm(shift, axis=1), strict=True) if d > ELSEWHERE]
+    if far:
+        raise LandmarkError(
+            "landmarks elsewhere than on the face that was found, with their distance from there in distances between "
+            f"the pupils: {', '.join(far)}; at most {ELSEWHERE:g} is allowed. Are they swapped left for right, or in "
+            "another unit? If the face was not found, give all landmarks that are required."
+        )
+    return dataclasses.replace(
+        found,
+        landmarks=_drawn_to(found.landmarks, names, shift, found.pose.size) | dict(given),
+        confidences=found.confidences | dict.fromkeys(given, 1.0),
+    )
+
+
+def _drawn_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, size: float) -> dict[str, Array]:
+    """Landmarks moved along with those whose shift is known, the less the farther they are from them."""
+    from scipy.interpolate import RBFInterpolator
+
+    at = np.array([landmarks[name] for name in names]) / size
+    field = RBFInterpolator(at, shift, kernel="inverse_multiquadric", epsilon=2.0, degree=-1)
+    return {name: point + size * field(point[None] / size)[0] for name, point in landmarks.items()}
 
 
 def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:

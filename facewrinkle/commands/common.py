@@ -15,6 +15,7 @@ from rich.table import Table
 
 from ..anatomy.atlas import Atlas, load_atlas, read_atlas
 from ..anatomy.face import Face
+from ..anatomy.face_file import SUFFIX, read_face
 from ..errors import ParameterError, UnknownNameError, unknown_name
 
 T = TypeVar("T")
@@ -28,9 +29,10 @@ class FaceOptions:
     Parameters
     ----------
     face
-        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format. Default: the built-in head.
+        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format; or a .face file of `facewrinkle fit`. Default: the
+        built-in head.
     landmarks
-        JSON file with the coordinates of the landmarks of --face.
+        JSON file with the coordinates of landmarks of --face. Default: found by its shape.
     units
         Unit of --face: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
     identity
@@ -50,6 +52,11 @@ class FaceOptions:
         from ..anatomy.fitting import default_face, fit_face
 
         atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
+        if self.face is not None and self.face.suffix == SUFFIX:
+            for name in ("landmarks", "units"):
+                if getattr(self, name) is not None:
+                    raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
+            return read_face(self.face, atlas)
         if self.face is not None:
             if self.identity is not None:
                 raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
@@ -61,7 +68,13 @@ class FaceOptions:
 
 
 def units_of(text: str | None) -> str | float | None:
-    """A unit by name, or as a number."""
+    """The name of a unit, or the millimetres in it.
+
+    Examples
+    --------
+    >>> units_of("cm"), units_of("10")
+    ('cm', 10.0)
+    """
     try:
         return text if text is None else float(text)
     except ValueError:

@@ -265,10 +265,6 @@ def test_a_face_of_giants_is_doubted(face):
 
 
 def test_errors(face):
-    with pytest.raises(LandmarkError, match="needs landmarks"):
-        fw.fit_face(face.mesh)
-    with pytest.raises(LandmarkError, match="missing landmarks: nose_tip"):
-        fw.fit_face(face.mesh, {n: p for n, p in face.landmarks.items() if n != "nose_tip"})
     with pytest.raises(LandmarkError, match="swapped left for right"):
         fw.fit_face(face.mesh, {mirrored_name(n): p for n, p in face.landmarks.items()})
     with pytest.raises(LandmarkError, match="off the mesh.*malar_l"):

@@ -1,0 +1,106 @@
+"""Faces in files: the mesh with its landmarks and unit; muscles, skull and eyes are placed anew when it is read."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import MeshError, OutputError
+from ..mesh import to_polydata
+from .atlas import Atlas
+from .face import Face
+
+VERSION = 1
+SUFFIX = ".face"
+_DATA = "point_data/"
+
+
+def write_face(face: Face, path: str | Path) -> Path:
+    """Write a face, such as :func:`facewrinkle.fit_face` gives, to a file (a zip of NumPy arrays).
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    names = list(face.landmarks)
+    arrays: dict[str, Any] = {
+        "version": VERSION,
+        "points": face.points,
+        "triangles": face.triangles,
+        "unit": face.unit,
+        "landmark_names": np.array(names),
+        "landmarks": np.array([face.landmarks[name] for name in names]),
+        "confidences": np.array([face.confidences.get(name, np.nan) for name in names]),
+        "estimated": np.array(face.estimated, dtype=str),
+        "texture_coordinates": np.array(face.mesh.point_data.active_texture_coordinates_name or "", dtype=str),
+    }
+    for name, values in face.mesh.point_data.items():
+        if np.asarray(values).dtype.kind in "fiub" and "/" not in name:
+            arrays[_DATA + name] = np.asarray(values)
+    target = Path(os.path.expanduser(path))
+    try:
+        with target.open("wb") as file:
+            np.savez_compressed(file, **arrays)
+    except OSError as problem:
+        raise OutputError(f"{str(target)!r} cannot be written: {problem.strerror or problem}.") from None
+    return target
+
+
+def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
+    """Read a face that :func:`write_face` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+    atlas : Atlas, optional
+        Other muscles than those that come with the package.
+
+    Raises
+    ------
+    MeshError
+        If there is no such file, or it is damaged, of another kind or of a later version.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import facewrinkle as fw
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     face = read_face(write_face(fw.default_face(), f"{folder}/head.face"))
+    >>> face.unit, len(face.landmarks)
+    (1.0, 33)
+    """
+    source = Path(os.path.expanduser(path))
+    try:
+        with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+            data = {name: stored[name] for name in stored.files}
+        return _face(data, source.name, atlas)
+    except OSError as problem:
+        raise MeshError(f"{str(source)!r} cannot be read: {problem.strerror or problem}.") from None
+    except (KeyError, TypeError, AttributeError, ValueError, EOFError, zipfile.BadZipFile) as problem:
+        if isinstance(problem, MeshError):
+            raise
+        raise MeshError(
+            f"{source.name} is no face that facewrinkle wrote, or it is damaged ({problem}). Make it anew: "
+            "facewrinkle fit MESH."
+        ) from None
+
+
+def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
+    if int(data["version"]) > VERSION:
+        raise MeshError(f"{name} was written by a later facewrinkle (format {data['version']}, known is {VERSION}).")
+    point_data = {key.removeprefix(_DATA): values for key, values in data.items() if key.startswith(_DATA)}
+    mesh = to_polydata(data["points"], data["triangles"], point_data)
+    if texture := str(data["texture_coordinates"]):
+        mesh.point_data.active_texture_coordinates_name = texture
+    names = data["landmark_names"].tolist()
+    landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
+    known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
+    estimated = tuple(data["estimated"].tolist())
+    face = Face.from_landmarks(mesh, landmarks, float(data["unit"]), atlas, estimated)
+    return dataclasses.replace(face, confidences=known)

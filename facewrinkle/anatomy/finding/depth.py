@@ -1,0 +1,117 @@
+"""Depth maps of a surface seen from the front, and the relief in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from . import _kernels as kernels
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Where a face is: local = (point - origin) @ axes.T / (size * stretch), in distances between the pupils.
+
+    Attributes
+    ----------
+    axes : ndarray, shape (3, 3)
+        Rows are the subject's left, up and forward.
+    origin : ndarray, shape (3,)
+        The middle between the eyes.
+    size : float
+        Distance between the pupils.
+    stretch : ndarray, shape (3,)
+        How much larger than the template's the face is along the axes, apart from its size.
+    """
+
+    axes: Array
+    origin: Array
+    size: float
+    stretch: Array
+
+    def local(self, points: Array) -> Array:
+        """Points (n, 3) in the template's coordinates."""
+        return (points - self.origin) @ self.axes.T / (self.size * self.stretch)
+
+    def world(self, local: Array) -> Array:
+        """Points in the coordinates of the mesh."""
+        return local * (self.size * self.stretch) @ self.axes + self.origin
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A grid over the face, in distances between the pupils from the middle between the eyes."""
+
+    step: float
+    low: tuple[float, float] = (-1.32, -2.1)
+    high: tuple[float, float] = (1.32, 1.11)
+
+    @property
+    def x(self) -> Array:
+        return np.arange(self.low[0], self.high[0] + 1e-9, self.step)
+
+    @property
+    def y(self) -> Array:
+        return np.arange(self.low[1], self.high[1] + 1e-9, self.step)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return len(self.y), len(self.x)
+
+    def index(self, xy: Array) -> Array:
+        """Fractional row and column (2, n) of points (n, 2)."""
+        return np.stack([(xy[:, 1] - self.low[1]) / self.step, (xy[:, 0] - self.low[0]) / self.step])
+
+
+NEAREST, FARTHEST = 1.1, -1.5
+"""Range of depth of a face; the tip of the nose is at 0.6."""
+
+
+def depth_map(local: Array, triangles: npt.NDArray[np.int64], grid: Grid) -> Array:
+    """Depth of the foremost surface over the grid, NaN where there is none."""
+    depth = np.empty(grid.shape)
+    kernels.rasterise(local, triangles, *grid.low, grid.step, FARTHEST, NEAREST, depth)
+    depth[np.isinf(depth)] = np.nan
+    return depth
+
+
+SLIT, FURROW = 0.11, 0.06
+"""Openings narrower than the first, such as that between the lips, become furrows of the second's depth."""
+
+OPENING, PIT = 0.27, 0.12
+"""Wider ones up to this width that are deeper than the second, such as open eyes, are filled."""
+
+
+def closed(depth: Array, grid: Grid) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """The map with its openings closed, and where it is known."""
+    deep = np.where(np.isnan(depth), FARTHEST, depth)
+    shallow = np.maximum(deep, _closing(deep, SLIT, grid) - FURROW)
+    known = (_closing(shallow, OPENING, grid) - shallow < PIT) & (shallow > FARTHEST)
+    return _filled(np.where(known, shallow, 0.0), known), known
+
+
+def _closing(depth: Array, size: float, grid: Grid) -> Array:
+    width = 2 * max(int(size / grid.step / 2), 1) + 1
+    return np.asarray(ndimage.grey_closing(depth, size=(width, width)))
+
+
+def _filled(values: Array, known: npt.NDArray[np.bool_]) -> Array:
+    """Unknown values from known ones around them, from the smallest neighbourhood that has enough."""
+    weight, out = known.astype(float), np.where(known, values, np.nan)
+    if not known.any():
+        return np.zeros_like(values)
+    for sigma in (1.0, 2.0, 4.0, 8.0, 16.0, 32.0):
+        share = ndimage.gaussian_filter(weight, sigma)
+        mean = ndimage.gaussian_filter(values * weight, sigma) / np.maximum(share, 1e-12)
+        out = np.where(np.isnan(out) & (share > 0.2), mean, out)
+    return np.where(np.isnan(out), values[known].mean(), out)
+
+
+def relief(depth: Array, grid: Grid, scales: tuple[float, ...]) -> Array:
+    """Bulges and hollows of the given sizes (c, rows, columns): the Laplacian of Gaussian, without dimension."""
+    return np.array([-((s / grid.step) ** 2) * ndimage.gaussian_laplace(depth, s / grid.step) / s for s in scales])

@@ -1,0 +1,197 @@
+"""The landmarks of a face that has been found, and how far they can be trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from scipy.ndimage import map_coordinates
+from scipy.spatial import cKDTree
+
+from ...errors import LARGEST, LandmarkError, MeshError
+from ...geometry.topology import components
+from ...mesh import read_surface, to_polydata
+from ..landmarks import NAMES, complete
+from .alignment import COARSE, FINE, laid_on, likeness, seen, template_map
+from .depth import Pose
+from .matching import Match, matched
+from .samples import spread
+from .search import candidates, distinct
+from .template import template
+
+Array = npt.NDArray[np.float64]
+Triangles = npt.NDArray[np.int64]
+
+UNMEASURED = (
+    "trichion",
+    "forehead_mid",
+    *(f"brow_{side}_{part}" for side in "lr" for part in ("inner", "mid", "outer")),
+    *(f"{name}_{side}" for name in ("malar", "zygion", "gonion") for side in "lr"),
+    "eye_l_centre",
+    "eye_r_centre",
+)
+"""Landmarks that the shape does not show: always estimates."""
+
+OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_centre", "eye_r_centre")
+"""Landmarks that cannot be read off the front view: carried over from the template by the others."""
+
+SAMPLES = 30_000
+
+NO_FACE = (
+    "no face was found on the mesh: nothing on it looks like one. If it is a face, give landmarks; required are, on "
+    "one side at least, eye_l_inner, eye_l_outer, mouth_l, brow_l_mid; nose_tip, upper_lip_mid, lower_lip_mid."
+)
+Watch = Callable[[Iterable[tuple[float, Pose]], int], Iterable[tuple[float, Pose]]]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A face that was found on a mesh.
+
+    Attributes
+    ----------
+    landmarks : dict of str to ndarray, shape (3,)
+        In the coordinates and the unit of the mesh.
+    confidences : dict of str to float
+        How far each can be trusted, 0 to 1.
+    estimated : tuple of str
+        The landmarks that cannot be measured on the shape, or are hidden.
+    confidence : float
+        Likeness to a face, at most 1; other things stay below 0.5.
+    pose : Pose
+        Rotation (`axes`), scale (`size`) and translation (`origin`).
+    """
+
+    landmarks: dict[str, Array]
+    confidences: dict[str, float]
+    estimated: tuple[str, ...]
+    confidence: float
+    pose: Pose
+
+
+def find_landmarks(mesh: pv.DataSet | str | Path, watch: Watch | None = None) -> Found:
+    """Find a face on a mesh by its shape: any unit, any direction, either winding, with or without other parts.
+
+    Parameters
+    ----------
+    mesh : PolyData or path
+        Not changed. It may have holes, loose parts and faults.
+    watch : callable, optional
+        Given the poses to try and their number, gives them back one by one: to show progress.
+
+    Returns
+    -------
+    Found
+        Whatever looks most like a face; its `confidence` says whether it is one.
+
+    Raises
+    ------
+    MeshError
+        If there is no surface, or points are not finite.
+    LandmarkError
+        If nothing on the mesh looks like a face at all.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> head = fw.default_face()
+    >>> found = find_landmarks(head.mesh.rotate_x(70).scale(0.001))
+    >>> found.confidence > 0.9
+    True
+    """
+    points, triangles = _surface(mesh)
+    middle, diagonal = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.linalg.norm(np.ptp(points, axis=0)))
+    points = (points - middle) / diagonal
+    match = max(
+        (matched(points, triangles, pose) for pose in _poses(points, triangles, watch)),
+        key=lambda match: match.confidence,
+    )
+    part = _face_part(points, triangles, match)
+    if len(part) < len(triangles):
+        alone = matched(points, part, laid_on(points, part, match.pose))
+        match, triangles = max((alone, part), (match, triangles), key=lambda pair: pair[0].confidence)
+    try:
+        landmarks, confidences = _landmarks(points, triangles, match)
+    except LandmarkError:  # the template's landmarks fell into disorder
+        raise LandmarkError(NO_FACE) from None
+    hidden = [name for name in NAMES if name not in UNMEASURED and confidences[name] < 0.2]
+    pose = match.pose
+    return Found(
+        {name: point * diagonal + middle for name, point in landmarks.items()},
+        {name: value * match.confidence for name, value in confidences.items()},
+        (*UNMEASURED, *hidden),
+        match.confidence,
+        Pose(pose.axes, pose.origin * diagonal + middle, pose.size * diagonal, pose.stretch),
+    )
+
+
+def _surface(mesh: object) -> tuple[Array, Triangles]:
+    """Points and those triangles that have an area."""
+    source = read_surface(mesh)
+    points, triangles = np.array(source.points, dtype=np.float64), np.array(source.regular_faces, dtype=np.int64)
+    corners = points[triangles]
+    if not (np.abs(corners) < LARGEST).all():
+        raise MeshError("points of the mesh are NaN, infinite or huge. Delete them in a modeller, or export it again.")
+    sides = corners - np.roll(corners, 1, axis=1)
+    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    triangles = triangles[area > 1e-12 * (sides**2).sum(axis=2).max(axis=1, initial=0.0)]
+    if not len(triangles):
+        raise MeshError("the mesh has no triangles with an area. Export it again.")
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    return points[used], renumbered.reshape(-1, 3)
+
+
+def _poses(points: Array, triangles: Triangles, watch: Watch | None) -> list[Pose]:
+    """The poses in which the surface looks most like a face: a few, none close to another."""
+    tries = candidates(spread(points, triangles, SAMPLES))
+    found: list[tuple[float, Pose]] = []
+    for _, start in watch(tries, len(tries)) if watch else tries:
+        pose = laid_on(points, triangles, start)
+        found.append((likeness(seen(points, triangles, pose, COARSE), template_map(COARSE)), pose))
+    if not found:
+        raise LandmarkError(
+            "nothing on the mesh looks like a face. Give landmarks, or check that it is the right mesh."
+        )
+    found.sort(key=lambda pair: -pair[0])
+    return [laid_on(points, triangles, pose) for _, pose in distinct(found, 3)]
+
+
+def _face_part(points: Array, triangles: Triangles, match: Match) -> Triangles:
+    """The triangles of the part that most of what is seen belongs to, where that is most of the face."""
+    pose, view = match.pose, match.view
+    welded = np.unique(np.round(pose.local(points), 6), axis=0, return_inverse=True)[1].reshape(-1)[triangles]
+    whole = np.flatnonzero((welded != np.roll(welded, 1, axis=1)).all(axis=1))
+    label = components(welded[whole])
+    if label.max() == 0:
+        return triangles
+    x, y = np.meshgrid(FINE.x, FINE.y)
+    shown = view.weight > 0.5
+    where = np.column_stack([x[shown], y[shown], view.depth[shown]])
+    used, first = np.unique(triangles[whole], return_index=True)
+    nearest = cKDTree(pose.local(points[used])).query(where)[1]
+    votes = np.bincount(label[first[nearest] // 3], minlength=label.max() + 1)
+    chosen = int(np.argmax(votes))
+    return triangles[whole[label == chosen]] if votes[chosen] > 0.6 * votes.sum() else triangles
+
+
+def _landmarks(points: Array, triangles: Triangles, match: Match) -> tuple[dict[str, Array], dict[str, float]]:
+    """All landmarks on the surface, and how like the template it is around each."""
+    model = template().landmarks
+    names = [name for name in NAMES if name not in OFF_FRONT]
+    flat = np.array([model[name][:2] for name in names])
+    there = match.warp(flat)
+    height = map_coordinates(match.view.depth, FINE.index(there), order=1, mode="nearest")
+    read = dict(zip(names, match.pose.world(np.column_stack([there, height])), strict=True))
+    landmarks, _ = complete(read, model)
+    on_skin = [name for name in NAMES if not name.endswith("centre")]
+    skin = to_polydata(points, triangles)
+    closest: Any = skin.find_closest_cell(np.array([landmarks[n] for n in on_skin]), return_closest_point=True)
+    landmarks |= dict(zip(on_skin, np.asarray(closest[1], dtype=np.float64), strict=True))
+    local = map_coordinates(match.trust, FINE.index(np.array([model[n][:2] for n in NAMES])), order=1, mode="nearest")
+    cap = dict.fromkeys(UNMEASURED, 0.3)
+    return landmarks, {n: float(min(max(t, 0.0), cap.get(n, 1.0))) for n, t in zip(NAMES, local, strict=True)}

@@ -1,0 +1,138 @@
+"""``facewrinkle fit``: the anatomy under a face, found on its mesh, in files and in a picture to check it by."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..anatomy.face_file import SUFFIX, write_face
+from ..anatomy.fitting import NOT_ON_SKIN, fit_face
+from ..anatomy.landmarks import write_landmarks
+from ..anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle
+from ..export import output_folder
+from ..plotting import Image, Scene, Style, save_picture, side_by_side, stacked
+from .common import Report, units_of
+
+MEASURED, ESTIMATED, MUSCLE = "#35d07f", "#ffb347", "#b3262e"
+SIZE = (760, 860)
+
+
+def fit(
+    file: Path,
+    /,
+    *,
+    landmarks: Path | None = None,
+    units: str | None = None,
+    out: Path | None = None,
+    quiet: bool = False,
+) -> None:
+    """Find a face on a mesh and place skull, eyes and muscles under it.
+
+    Writes NAME.landmarks.json (edit it and give it back with --landmarks), NAME.png to check them by, and NAME.face,
+    which other commands take with --face.
+
+    Parameters
+    ----------
+    file
+        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format.
+    landmarks
+        JSON file with the coordinates of some or all landmarks; the others are found.
+    units
+        Unit of the mesh: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
+    out
+        Folder to write to. Default: output/NAME.
+    quiet
+        Print nothing but errors.
+    """
+    begin = time.perf_counter()
+    report = Report(quiet)
+    face = fit_face(
+        file, landmarks, units_of(units), watch=lambda poses, count: report.progress(iter(poses), "Poses", count)
+    )
+    stem = file.stem
+    folder = output_folder(out or Path("output") / stem)
+    write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated)
+    write_face(face, folder / f"{stem}{SUFFIX}")
+    save_picture(stacked([side_by_side(row) for row in _rows(face)]), folder / f"{stem}.png")
+    measured = [value for name, value in face.confidences.items() if name not in face.estimated]
+    rows = {
+        "triangles": str(face.mesh.n_cells),
+        "unit": f"{face.unit:.4g} mm",
+        "distance between the pupils": f"{face.frame.pupil_distance:.4g}",
+        "estimated": ", ".join(face.estimated) or "none",
+        f"files in {folder}": "\n".join(f"{stem}{ending}" for ending in (SUFFIX, ".landmarks.json", ".png")),
+    }
+    if measured:
+        rows = {"confidence of landmarks": f"{min(measured):.2f} to {max(measured):.2f}"} | rows
+    report.table(stem, rows)
+    report.say(f"{time.perf_counter() - begin:.1f} s")
+
+
+def _rows(face: Face) -> Iterator[list[Image]]:
+    """Landmarks from two sides, the names of one half each; skull and muscles from the same sides."""
+    for drawn in (_with_landmarks, _with_anatomy):
+        images = []
+        for view in ("front", "left_three_quarter"):
+            with Scene(face, Style(SIZE, view)) as scene:
+                images.append(drawn(scene, face))
+        yield images
+
+
+def _with_landmarks(scene: Scene, face: Face) -> Image:
+    size, forward = face.frame.pupil_distance, face.frame.axes[2]
+    scene.show(face.mesh)
+    for names, colour in ((set(face.landmarks) - set(face.estimated), MEASURED), (set(face.estimated), ESTIMATED)):
+        shown = sorted(names - set(NOT_ON_SKIN))
+        if not shown:
+            continue
+        where = np.array([face.landmarks[name] for name in shown]) + 0.015 * size * forward
+        dots = pv.PolyData(where).glyph(geom=pv.Sphere(radius=0.022 * size), scale=False, orient=False)
+        scene.plotter.add_mesh(dots, color=colour, ambient=0.6, reset_camera=False)
+        mine = [i for i, name in enumerate(shown) if "r" not in name.split("_")[1:]]  # the other side's are the same
+        labels = ["_".join(part for part in shown[i].split("_") if part != "l") for i in mine]
+        scene.plotter.add_point_labels(
+            where[mine], labels, font_size=20, text_color="white", shape=None, show_points=False, always_visible=True,
+            reset_camera=False,
+        )  # fmt: skip
+    return _taken(scene)
+
+
+def _with_anatomy(scene: Scene, face: Face) -> Image:
+    size = face.frame.pupil_distance
+    scene.plotter.add_mesh(face.skull, color="#e9e2d0", smooth_shading=True, reset_camera=False)
+    scene.plotter.add_mesh(face.mesh, color="#d9a58c", opacity=0.25, smooth_shading=True, reset_camera=False)
+    for muscle in face.muscles.values():
+        for line in _lines(muscle):
+            tube = pv.MultipleLines(line).tube(radius=0.014 * size)
+            scene.plotter.add_mesh(tube, color=MUSCLE, reset_camera=False)
+    return _taken(scene)
+
+
+def _lines(muscle: object) -> Iterator[np.ndarray]:
+    """Polylines (k, 3) that show where a muscle lies."""
+    if isinstance(muscle, LinearMuscle):
+        yield np.array([muscle.attachment, muscle.insertion])
+    elif isinstance(muscle, SheetMuscle):
+        ends = [np.asarray(end) for end in (muscle.attachment, muscle.insertion)]
+        for share in np.linspace(0.0, 1.0, 5):
+            yield np.array([(1.0 - share) * end[0] + share * end[1] for end in ends])
+    elif isinstance(muscle, SphincterMuscle):
+        angle = np.linspace(0.0, 2.0 * np.pi, 60)[:, None]
+        for share in (0.6, 0.8, 1.0):
+            across = muscle.semi_major * np.cos(angle) * muscle.lateral
+            yield muscle.centre + share * (across + muscle.semi_minor * np.sin(angle) * muscle.vertical)
+
+
+def _taken(scene: Scene) -> Image:
+    """The picture of what is in the scene, at the size of its style."""
+    scene.plotter.render()
+    image = np.array(scene.plotter.screenshot(None, return_img=True))
+    factor = image.shape[0] // scene.style.size[1]
+    height, width = (factor * pixels for pixels in scene.style.size[::-1])
+    blocks = image[:height, :width].reshape(height // factor, factor, width // factor, factor, 3)
+    return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.uint8)

@@ -1,0 +1,59 @@
+"""Faces in files: what was written comes back, and what was not written by us is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.errors import MeshError, OutputError
+
+
+def test_a_face_comes_back(face, tmp_path):
+    marked = dataclasses.replace(
+        face, estimated=("trichion", "gonion_l"), confidences={"nose_tip": 0.9, "trichion": 0.25}, unit=2.5
+    )
+    again = fw.read_face(fw.write_face(marked, tmp_path / "head.face"))
+    assert np.array_equal(again.points, face.points)
+    assert np.array_equal(again.triangles, face.triangles)
+    assert list(again.landmarks) == list(face.landmarks)
+    for name, point in face.landmarks.items():
+        assert np.array_equal(again.landmarks[name], point)
+    assert (again.unit, again.estimated, again.confidences) == (2.5, marked.estimated, marked.confidences)
+    assert np.array_equal(again.mesh["Colors"], face.mesh["Colors"])
+    assert np.array_equal(again.mesh.active_texture_coordinates, face.mesh.active_texture_coordinates)
+    assert list(again.muscles) == list(face.muscles)
+    rest = fw.Face.from_landmarks(face.mesh, face.landmarks, 2.5)
+    np.testing.assert_array_equal(again.tissue.depth, rest.tissue.depth)
+
+
+def test_other_files_are_refused(face, tmp_path):
+    path = tmp_path / "bad.face"
+    with pytest.raises(MeshError, match="cannot be read: No such file"):
+        fw.read_face(path)
+    for content in (b"", b"not a zip", b"PK\x03\x04 broken"):
+        path.write_bytes(content)
+        with pytest.raises(MeshError, match=r"bad\.face is no face that facewrinkle wrote.*facewrinkle fit"):
+            fw.read_face(path)
+    np.savez(path.with_suffix(".npz"), points=np.eye(3))
+    with pytest.raises(MeshError, match="is no face"):
+        fw.read_face(path.with_suffix(".npz"))
+    good = fw.write_face(face, tmp_path / "good.face")
+    with np.load(good) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    for change, message in (
+        ({"version": 99}, "later facewrinkle"),
+        ({"triangles": np.array([[0, 1, 99999]])}, "must use"),
+    ):
+        with path.open("wb") as file:
+            np.savez(file, **{**arrays, **change})
+        with pytest.raises(MeshError, match=message):
+            fw.read_face(path)
+    with path.open("wb") as file:  # code could hide in objects
+        np.savez(file, **{**arrays, "landmark_names": np.array([{}], dtype=object)})
+    with pytest.raises(MeshError, match="is no face"):
+        fw.read_face(path)
+    with pytest.raises(OutputError, match="cannot be written"):
+        fw.write_face(face, tmp_path / "nowhere" / "a.face")

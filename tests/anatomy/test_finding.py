@@ -1,0 +1,296 @@
+"""Landmarks found by shape alone.
+
+what                            checked against
+depth maps                      a sphere's closed form
+samples                         areas and centroids of triangles
+alignment, warp                 motions and warps that were put in
+faces found                     the built-in head and other identities made from it, turned, scaled, spoiled;
+                                real faces with documented landmarks, where they are at hand
+what is no face                 refused
+given landmarks                 kept
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from scipy.spatial.transform import Rotation
+
+import facewrinkle as fw
+from facewrinkle.anatomy.finding import find_landmarks
+from facewrinkle.anatomy.finding.alignment import FINE, SCALES, laid_on, likeness, seen, template_map
+from facewrinkle.anatomy.finding.depth import Grid, Pose, depth_map, relief
+from facewrinkle.anatomy.finding.samples import spread, thinned
+from facewrinkle.anatomy.finding.template import template
+from facewrinkle.anatomy.finding.warp import Warp, basis, evened, sampled, warped
+from facewrinkle.anatomy.landmarks import NAMES, frame_of, read_landmarks
+from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
+from facewrinkle.mesh import read_surface, to_polydata
+
+PAIRS = tuple(name.format(side) for name in ("eye_{}_inner", "mouth_{}") for side in "lr")
+FACES = Path(__file__).parents[3] / "shared" / "faces"
+CENTRAL = ("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid", *PAIRS)
+MORE = (*CENTRAL, "eye_l_outer", "eye_r_outer", "ala_l", "ala_r", "pogonion", "menton")
+
+
+def errors(found, marks, names):
+    """Distances in % of the distance between the pupils."""
+    size = frame_of(marks).pupil_distance
+    return 100.0 * np.array([np.linalg.norm(found[n] - marks[n]) / size for n in names])
+
+
+def moved(mesh, marks, seed):
+    """Turned, scaled and shifted at random; the landmarks with it."""
+    rng = np.random.default_rng(seed)
+    turn, scale = Rotation.random(rng=rng).as_matrix(), 10.0 ** rng.uniform(-3.0, 3.0)
+    shift = 200.0 * scale * rng.normal(size=3)
+    other = to_polydata(scale * np.asarray(mesh.points) @ turn.T + shift, mesh.regular_faces)
+    return other, {name: scale * turn @ point + shift for name, point in marks.items()}
+
+
+def other_identity(mesh, marks, seed, strength=0.03):
+    """A smooth change of the face's shape by some 3 % of the distance between the pupils, nearly symmetric."""
+    rng, frame = np.random.default_rng(seed), frame_of(marks)
+    waves, phase = rng.uniform(-5.5, 5.5, (10, 3)), rng.uniform(0.0, 2.0 * np.pi, 10)
+    even, odd = strength * 0.45 * rng.normal(size=(2, 10, 3)) * [[[1.0]], [[0.2]]]
+    stretch = np.exp(strength * rng.normal(size=3))
+
+    def changed(points):
+        local = (points - frame.origin) @ frame.axes.T / frame.pupil_distance
+        shift = np.zeros_like(local)
+        for (kx, ky, kz), start, a, b in zip(waves, phase, even, odd, strict=True):
+            along = np.cos(ky * local[:, 1] + 0.3 * kz * local[:, 2] + start)
+            across = np.stack([np.sin(kx * local[:, 0]), *2 * [np.cos(kx * local[:, 0])]], axis=1)
+            shift += along[:, None] * (a * across + b * np.cos(kx * local[:, 0] + start)[:, None])
+        return (local * stretch + shift) * frame.pupil_distance @ frame.axes + frame.origin
+
+    other = to_polydata(changed(np.asarray(mesh.points)), mesh.regular_faces)
+    return other, {name: changed(point[None])[0] for name, point in marks.items()}
+
+
+# --- parts --------------------------------------------------------------------------------------
+
+
+def test_depth_of_a_sphere():
+    ball = pv.Icosphere(radius=0.9, nsub=5)
+    grid = Grid(0.05)
+    depth = depth_map(np.asarray(ball.points, dtype=np.float64), ball.regular_faces, grid)
+    x, y = np.meshgrid(grid.x, grid.y)
+    inside = x**2 + y**2 < 0.8**2
+    np.testing.assert_allclose(depth[inside], np.sqrt(0.81 - (x**2 + y**2)[inside]), atol=2e-3)
+    assert np.isnan(depth[x**2 + y**2 > 0.9**2]).all()
+    turned_inside_out = depth_map(np.asarray(ball.points, dtype=np.float64), ball.regular_faces[:, ::-1], grid)
+    np.testing.assert_allclose(turned_inside_out, depth, atol=1e-12)
+
+
+def test_samples_are_spread_by_area():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 5], [3, 0, 5], [0, 3, 5]])
+    triangles = np.array([[0, 1, 2], [3, 4, 5]])
+    cloud = spread(points, triangles, 5000)
+    on_large = cloud[:, 2] > 2.5
+    assert on_large.mean() == pytest.approx(0.9, abs=1e-3)
+    np.testing.assert_allclose(cloud[on_large].mean(axis=0), [1, 1, 5], atol=0.01)
+    assert (cloud[on_large][:, :2].sum(axis=1) <= 3.0 + 1e-12).all()
+    assert np.array_equal(cloud, spread(points, triangles, 5000))
+    thin = thinned(cloud, 0.5)
+    assert len(np.unique(np.floor(thin / 0.5), axis=0)) == len(thin) < len(cloud)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_alignment_finds_a_motion_that_was_put_in(seed):
+    rng, face = np.random.default_rng(seed), template()
+    turn = Rotation.from_rotvec(rng.uniform(-0.2, 0.2, 3)).as_matrix()
+    start = Pose(turn, rng.uniform(-0.12, 0.12, 3), float(rng.uniform(0.85, 1.15)), np.ones(3))
+    pose = laid_on(face.points, face.triangles, laid_on(face.points, face.triangles, start))
+    np.testing.assert_allclose(pose.axes, np.eye(3), atol=2e-3)
+    np.testing.assert_allclose(pose.origin, 0.0, atol=2e-3)
+    np.testing.assert_allclose(pose.size * pose.stretch, 1.0, atol=2e-3)
+    assert likeness(seen(face.points, face.triangles, pose, FINE), template_map(FINE)) > 0.97
+
+
+def test_warp_finds_a_warp_that_was_put_in():
+    base, splines = template_map(FINE), basis(FINE)
+    channels = relief(base.depth, FINE, SCALES)
+    x, y = np.meshgrid(FINE.x, FINE.y)
+    shift = np.array([0.05 * np.sin(1.5 * x), 0.06 * np.cos(1.2 * y)])
+    inverse = -shift
+    for _ in range(20):  # the face is the template seen through the inverse of the warp
+        inverse = -np.array([sampled(s, FINE, inverse) for s in shift])
+    face = np.array([sampled(c, FINE, inverse) for c in channels])
+    weight = base.weight
+    even = [evened(c, (weight > 0.05).astype(float), FINE) for c in (face, channels)]
+    warp = None
+    for picked in ([2], [1, 2], [0, 1, 2]):
+        warp = warped(even[0][picked], np.ones_like(weight), even[1][picked], weight, FINE, warp)
+    inner = weight > 0.9
+    before, after = np.abs(shift)[:, inner], np.abs(warp.field() - shift)[:, inner]
+    assert after.mean() < 0.25 * before.mean()
+    assert Warp(FINE, np.zeros((splines.values.shape[1], 2)))(np.array([[0.1, -0.3]])).tolist() == [[0.1, -0.3]]
+
+
+# --- faces --------------------------------------------------------------------------------------
+
+
+def _parts_added(mesh, marks):
+    """Eyes, teeth and a cap of hair as other parts."""
+    size, frame = frame_of(marks).pupil_distance, frame_of(marks)
+    eyes = [pv.Sphere(radius=0.19 * size, center=marks[f"eye_{s}_centre"]) for s in "lr"]
+    mouth = 0.5 * (marks["mouth_l"] + marks["mouth_r"])
+    teeth = pv.Cube(center=mouth, x_length=0.5 * size, y_length=0.1 * size, z_length=0.1 * size).triangulate()
+    crown = frame.origin + size * (0.35 * frame.axes[1] - 0.9 * frame.axes[2])
+    hair = pv.Sphere(radius=1.35 * size, center=crown).clip(
+        normal=frame.axes[1], origin=crown + 0.35 * size * frame.axes[1], invert=False
+    )
+    return pv.merge([mesh, *eyes, teeth, hair.extract_surface(algorithm="dataset_surface").triangulate()])
+
+
+def _noisy(mesh, marks):
+    rng, other = np.random.default_rng(0), mesh.copy()
+    other.points += 0.01 * frame_of(marks).pupil_distance * rng.normal(size=mesh.points.shape)
+    return other
+
+
+SPOILT = {
+    "as it is": lambda mesh, marks: mesh,
+    "inside out": lambda mesh, marks: to_polydata(mesh.points, mesh.regular_faces[:, ::-1]),
+    "1,500 triangles": lambda mesh, marks: mesh.decimate(1.0 - 1500 / mesh.n_cells),
+    "noise": _noisy,
+    "other parts": _parts_added,
+}
+
+
+@pytest.mark.parametrize(("how", "seed"), list(zip(SPOILT, range(len(SPOILT)), strict=True)))
+def test_other_identities_are_found_wherever_they_are(face, how, seed):
+    mesh, marks = other_identity(face.mesh, face.landmarks, seed)
+    mesh, marks = moved(SPOILT[how](mesh, marks), marks, seed)
+    found = find_landmarks(mesh)
+    off, frame = errors(found.landmarks, marks, MORE), frame_of(marks)
+    assert off[: len(CENTRAL)].mean() < 5.0, dict(zip(MORE, off.round(1), strict=True))
+    assert off.mean() < 6.0
+    assert off.max() < 15.0
+    assert found.confidence > 0.65
+    assert np.trace(found.pose.axes @ frame.axes.T) > 1.0 + 2.0 * np.cos(np.radians(10.0))  # no side is swapped
+    assert found.pose.size == pytest.approx(frame.pupil_distance, rel=0.15)
+    assert set(found.landmarks) == set(found.confidences) == set(NAMES)
+    assert all(0.0 <= value <= 1.0 for value in found.confidences.values())
+    assert {"brow_l_mid", "zygion_r", "gonion_l", "trichion", "eye_r_centre"} <= set(found.estimated)
+    assert not {"nose_tip", "mouth_l", "eye_r_inner"} & set(found.estimated)
+
+
+def test_the_head_finds_itself_the_same_every_time(face, found, fingerprint):
+    before = fingerprint(face.mesh)
+    fitted = fw.fit_face(face.mesh)
+    assert errors(fitted.landmarks, face.landmarks, MORE).max() < 1.5
+    assert fitted.unit == pytest.approx(63.0 / face.frame.pupil_distance, rel=0.01)
+    assert fingerprint(face.mesh) == before
+    assert found.confidences == fitted.confidences
+    for name in MORE:
+        assert np.array_equal(found.landmarks[name], fitted.landmarks[name]), name
+
+
+@pytest.mark.parametrize(
+    ("stem", "seed", "central", "worst", "more"),
+    [
+        ("ict_face_narrow", 1, 4.0, 12.0, 6.0),
+        ("mediapipe_canonical_face_model", 2, 4.0, 12.0, 6.0),
+        ("makehuman_head_male", 3, 7.0, 15.0, 9.0),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
+def test_real_faces(real_face, stem, seed, central, worst, more):
+    real_face(stem)  # skips where it is absent
+    mesh, marks = moved(read_surface(FACES / f"{stem}.obj"), read_landmarks(FACES / f"{stem}.landmarks.json"), seed)
+    found = find_landmarks(mesh)
+    off = errors(found.landmarks, marks, MORE)
+    assert off[: len(CENTRAL)].mean() < central, dict(zip(MORE, off.round(1), strict=True))
+    assert off[: len(CENTRAL)].max() < worst
+    assert off.mean() < more
+    assert found.confidence > 0.65
+
+
+# --- what is no face ----------------------------------------------------------------------------
+
+
+def _half(face):
+    centroid = face.points[face.triangles].mean(axis=1)
+    return to_polydata(face.points, face.triangles[centroid[:, 0] > -3.0])
+
+
+def _back(face):
+    """A head without its face."""
+    skull = pv.Sphere(radius=100.0, theta_resolution=60, phi_resolution=60)
+    skull.points *= [0.75, 1.1, 0.95]
+    return skull.clip(normal=(0, 0, 1), origin=(0, 0, 40.0)).extract_surface(algorithm="dataset_surface").triangulate()
+
+
+@pytest.mark.parametrize(
+    "thing",
+    [
+        pytest.param(lambda face: pv.Sphere(theta_resolution=60, phi_resolution=60), id="sphere"),
+        pytest.param(lambda face: pv.Box(level=10).triangulate(), id="box"),
+        pytest.param(lambda face: pv.ParametricTorus(u_res=60, v_res=60), id="torus"),
+        pytest.param(_half, id="half a face"),
+        pytest.param(_back, id="back of a head"),
+    ],
+)
+def test_what_is_no_face_is_refused(face, thing):
+    with pytest.raises(LandmarkError, match=r"no face was found.*give landmarks.*eye_l_inner"):
+        fw.fit_face(thing(face))
+
+
+def test_what_cannot_be_searched():
+    with pytest.raises(MeshError, match="no faces"):
+        find_landmarks(pv.PolyData(np.eye(3)))
+    with pytest.raises(MeshError, match="NaN"):
+        find_landmarks(to_polydata(np.diag([1.0, 1.0, np.nan]), np.array([[0, 1, 2]])))
+    with pytest.raises(MeshError, match="no triangles with an area"):
+        find_landmarks(to_polydata(np.outer(np.arange(3.0), [1, 1, 1]), np.array([[0, 1, 2]])))
+    with pytest.raises(LandmarkError, match="no face was found"):
+        fw.fit_face(to_polydata(np.eye(3), np.array([[0, 1, 2]])))
+
+
+# --- with some landmarks ------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def found(face):
+    return find_landmarks(face.mesh)
+
+
+@pytest.fixture
+def finding(found, monkeypatch):
+    """The search, done once."""
+    monkeypatch.setattr("facewrinkle.anatomy.finding.find_landmarks", lambda mesh, watch=None: found)
+
+
+@pytest.mark.usefixtures("finding")
+def test_given_landmarks_are_kept_and_others_found(face):
+    given = {name: face.landmarks[name] + [0.0, 1.5, 0.0] for name in ("menton", "mouth_l", "mouth_r")}
+    fitted = fw.fit_face(face.mesh, given)
+    for name, point in given.items():
+        assert np.array_equal(fitted.landmarks[name], point)
+        assert fitted.confidences[name] == 1.0
+        assert name not in fitted.estimated
+    assert errors(fitted.landmarks, face.landmarks, [n for n in MORE if n not in given]).max() < 4.0
+    with pytest.raises(LandmarkError, match=r"elsewhere than on the face.*menton \(1"):
+        fw.fit_face(face.mesh, {"menton": face.landmarks["pogonion"] + [0.0, 80.0, 0.0]})
+
+
+@pytest.mark.usefixtures("finding")
+def test_one_landmark_that_is_missing_is_found(face):
+    given = {name: point for name, point in face.landmarks.items() if name != "nose_tip"}
+    fitted = fw.fit_face(face.mesh, given)
+    assert errors(fitted.landmarks, face.landmarks, ["nose_tip"])[0] < 1.5
+    assert fitted.confidences["nose_tip"] > 0.8
+    for name, point in given.items():
+        assert np.array_equal(fitted.landmarks[name], point)
+
+
+@pytest.mark.usefixtures("finding")
+def test_a_doubtful_face_is_warned_of(face, monkeypatch):
+    monkeypatch.setattr("facewrinkle.anatomy.fitting.DOUBTED", 1.0)
+    with pytest.warns(FaceWrinkleWarning, match="may be no face: likeness"):
+        fw.fit_face(face.mesh)
