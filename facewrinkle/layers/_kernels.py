@@ -130,37 +130,41 @@ def strain_epsilon(starts, corners, barycentric, strain, products, out):
                 out[p] = 1.0 - np.sqrt(max(1.0 + change, 0.0))
 
 
-# sin(pi x / 2) on [0, 1] by its series, to 1e-16: several times faster than the scalar library function.
-_SERIES = [(-1.0) ** k * (np.pi / 2) ** (2 * k + 1) / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(11)]
-S0, S1, S2, S3, S4, S5, S6, S7, S8, S9, S10 = (float(c) for c in _SERIES)
+# sin(pi x / 2) / x on [0, 1] by its series in x^2, to 1e-15: several times faster than the scalar library function.
+_SERIES = [(-1.0) ** k * (np.pi / 2) ** (2 * k + 1) / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(10)]
+S0, S1, S2, S3, S4, S5, S6, S7, S8, S9 = (float(c) for c in _SERIES)
 
 
 @njit(cache=True, inline="always")
-def share_of(epsilon):
-    """A(epsilon) of Eq. 10."""
-    e = min(max(epsilon, 0.0), 1.0)
+def share_over(e):
+    """A(epsilon) / epsilon of Eq. 10, for e = min(epsilon, 1); in pairs, which do not wait for one another."""
     y = e * e
-    tail = S6 + y * (S7 + y * (S8 + y * (S9 + y * S10)))
-    return e * (S0 + y * (S1 + y * (S2 + y * (S3 + y * (S4 + y * (S5 + y * tail))))))
+    y2 = y * y
+    low = (S0 + S1 * y) + (S2 + S3 * y) * y2
+    middle = (S4 + S5 * y) + (S6 + S7 * y) * y2
+    return low + y2 * y2 * (middle + y2 * y2 * (S8 + S9 * y))
 
 
 @_two_builds
 def amplitudes(
-    starts, muscle, unit, swing, steep, cycle, direction, epsilon, k0, smallest, height, share, spacing, across, active
-):
-    """Sum of k0 H At A over the entries of each vertex, and the finest half cycle that matters there.
+    where, starts, muscle, unit, swing, steep, cycle, direction, epsilon, k0, smallest,
+    height, share, spacing, across, active,
+):  # fmt: skip
+    """Sum of k0 H At A over the entries of the vertices `where` there are any, and the finest half cycle that matters.
 
     From bulge to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the
     entries together ask for more than that, all of them get the `share` that the skin suffices for.
     """
-    for i in prange(starts.shape[0] - 1):
+    for k in prange(where.shape[0]):
+        i = where[k]
         total, asked, finest, lead, on = 0.0, 0.0, np.inf, -1, False
         for p in range(starts[i], starts[i + 1]):
             depth = k0[muscle[p]]
             if depth > 0.0:
                 on = True
                 if epsilon[p] > 0.0:
-                    deep = depth * share_of(epsilon[p])
+                    e = min(epsilon[p], 1.0)
+                    deep = depth * e * share_over(e)
                     total += deep * unit[p]
                     asked += deep * steep[p] / np.sqrt(epsilon[p])
                     if cycle[p] < finest and deep * swing[p] > smallest:

@@ -217,7 +217,9 @@ class MuscleWrinkles:
         self._edges = None
         self._labels = {}
         n = len(self._height)
-        self._room = np.empty(n), np.empty(n), np.zeros((n, 3)), np.empty(n, bool)
+        self._folded = np.flatnonzero(np.diff(self._folds.starts)).astype(np.int32)
+        self._room = np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
+        self._seeded = np.empty(0, int)
         seen = np.isin(np.arange(len(self._zones)), self._folds.muscle)
         self._unseen = np.flatnonzero(np.array([z.any() for z in self._zones], dtype=bool) & ~seen)
 
@@ -228,9 +230,10 @@ class MuscleWrinkles:
         self.rates = moment.rates if len(moment.rates) else self._activated(moment.base)
         k0 = self._k0 * self.rates
         height, spacing, across, active = self._room
+        spacing[self._seeded], active[self._seeded] = np.inf, False
         kernels.amplitudes(
-            folds.starts, folds.muscle, folds.height, folds.swing, folds.steep, folds.cycle, folds.direction,
-            self._epsilon, k0, SMALLEST, height, self._share, spacing, across, active,
+            self._folded, folds.starts, folds.muscle, folds.height, folds.swing, folds.steep, folds.cycle,
+            folds.direction, self._epsilon, k0, SMALLEST, height, self._share, spacing, across, active,
         )  # fmt: skip
         self._seed(k0, moment.sites, spacing, across, active)
         if self.accumulate:
@@ -246,7 +249,9 @@ class MuscleWrinkles:
 
     def _seed(self, k0: Array, sites: Sites, spacing: Array, across: Array, active: npt.NDArray[np.bool_]) -> None:
         """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""
-        for k in self._unseen[k0[self._unseen] > 0.0]:
+        asking = self._unseen[k0[self._unseen] > 0.0]
+        self._seeded = np.concatenate([self._corners[k] for k in asking]) if len(asking) else np.empty(0, int)
+        for k in asking:
             corners, muscle = self._corners[k], self._muscles[k]
             spacing[corners] = np.minimum(spacing[corners], muscle.half_cycles(sites.points[corners]))
             across[corners] = muscle.fold_direction(sites.points[corners])
@@ -290,10 +295,9 @@ class MuscleWrinkles:
                 rings = vertex_rings(moment.triangles, len(moment.bare))
                 self._edges = EdgeWeights(sites.points * self._rest_scale, rings, folds.starts, folds.direction)
             return self._edges.epsilon(moment.bare)
-        out = np.empty(len(folds.muscle))
         strain = self._strain.strain(moment.base)
-        kernels.strain_epsilon(folds.starts, sites.corners, sites.barycentric, strain, folds.products, out)
-        return out
+        kernels.strain_epsilon(folds.starts, sites.corners, sites.barycentric, strain, folds.products, self._epsilon)
+        return self._epsilon
 
     def _accumulated(self, height: Array, rates: Array) -> Array:
         if not rates.any():
