@@ -323,8 +323,8 @@ class Mouth:
 
     def _shaded(self, points: Array, paint: npt.NDArray[Any], centre: Array) -> npt.NDArray[np.uint8]:
         """Paint, darker the farther back it is."""
-        back = (centre - points) @ self._axes[2] / self._size - 0.16
-        return np.rint(paint * (0.05 + 0.87 * np.exp(-np.maximum(back, 0.0) / 0.12))[:, None]).astype(np.uint8)
+        back = (centre - points) @ self._axes[2] / self._size - 0.2
+        return np.rint(paint * (0.08 + 0.84 * np.exp(-np.maximum(back, 0.0) / 0.26))[:, None]).astype(np.uint8)
 
     def parted(self, points: Array) -> bool:
         """Whether the lips are farther apart than at rest."""

@@ -132,7 +132,7 @@ def mottled(places: Floats, lip: Floats) -> Floats:
     brown = 0.5 * noise(places, 7.0, 3) + 0.45 * noise(places, 2.6, 4)
     freckle = _smooth((noise(places, 1.3, 5) - 1.5) / 1.0) * _smooth(noise(places, 25.0, 6))
     pores = 0.7 * noise(places, 0.85, 7) + 0.5 * noise(places, 1.7, 8)
-    shares = np.stack([0.008 * blood, 0.030 * blood, 0.024 * blood], axis=1)
+    shares = np.stack([0.006 * blood, 0.021 * blood, 0.017 * blood], axis=1)
     shares += np.stack([0.010 * brown, 0.015 * brown, 0.021 * brown], axis=1)
     shares += freckle[:, None] * [0.05, 0.09, 0.11]
     skin = 1.0 - shares - 0.026 * pores[:, None] * [0.8, 1.0, 1.05]
@@ -234,7 +234,7 @@ def _combed(line: Floats, brow: dict[str, Any]) -> Floats:
     random = np.random.default_rng(1).random((4, count))
     stations = np.linspace(0.0, 1.0, len(line))
     along = (np.arange(count) + random[0]) / count
-    across = 2.0 * random[1] - 1.0
+    across = 0.8 * np.arcsin(2.0 * random[1] - 1.0)  # denser in the middle
     x, y, width, lean, slope_x, slope_y = (
         np.interp(along, stations, values) for values in (*line.T, *np.gradient(line[:, :2], axis=0).T)
     )

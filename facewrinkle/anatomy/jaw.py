@@ -22,6 +22,9 @@ ABOVE = 0.16
 BELOW = 0.24
 """Skin farther below it goes with the mandible."""
 
+MIDDLE = 0.4
+"""Towards the middle of the lips, from so far aside, they lie closer to their bones."""
+
 NECK = 0.55
 """From the lower border of the mandible down, the skin of the neck follows less and less over this distance."""
 
@@ -41,9 +44,10 @@ def jaw_guide(
     up = _normal_of_plane(axis, np.asarray(lips) - hinge, frame.axes[1])
     over = (points - hinge) @ up / size
     under = (landmarks["menton"] - points) @ _normal_of_plane(axis, border, frame.axes[1]) / size
+    aside = np.minimum(0.05 + np.abs((points - lips) @ frame.axes[0]) / (MIDDLE * size), 1.0)
     behind = (points - hinge) @ frame.axes[2] < 0.0
-    fixed_up = (over > ABOVE) | behind | (under > NECK)
-    fixed_down = (over < -BELOW) & (under < 0.0) & ~fixed_up
+    fixed_up = (over > ABOVE * aside) | behind | (under > NECK)
+    fixed_down = (over < -BELOW * aside) & (under < 0.0) & ~fixed_up
     share = _harmonic(points, triangles, fixed_up, fixed_down)
     vertices = np.flatnonzero(share > 1e-4)
     return Guide(vertices, jaw.angle * share[vertices], np.zeros(len(vertices)), hinge, axis, bone=True)

@@ -60,8 +60,8 @@ ELLIPSE = {"upper": (29.0, 46.0), "lower": (27.0, 43.5)}
 LIPS = 10.5
 """From the front of the lips back to the upper incisors, mm; the lower ones stand OVERJET behind these."""
 
-OVERJET, OVERBITE = 2.5, 2.0
-BELOW = 2.0
+OVERJET, OVERBITE = 2.5, 3.2
+BELOW = 3.2
 """The edges of the upper incisors lie so far below the line where the lips meet, mm."""
 
 ENAMEL, ROOT, GUM = (np.array(c) for c in ((228.0, 216.0, 196.0), (206.0, 186.0, 158.0), (172.0, 92.0, 88.0)))
