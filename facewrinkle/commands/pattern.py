@@ -16,6 +16,7 @@ from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..errors import FaceWrinkleWarning, MissingPackageError, ParameterError, check_range, check_whole
 from ..export import movie_writer, output_folder, write_series
+from ..geometry.blending import smoothstep
 from ..layers.pattern_layer import PatternLayer
 from ..layers.presets import presets
 from ..motion.base import Still
@@ -115,8 +116,7 @@ class _Rise:
 
     def __call__(self, seconds: float) -> float:
         step = min(max(round(seconds * self.fps) - 1, 0), 2 * self.frames)
-        s = 1.0 - abs(step - self.frames) / self.frames
-        return self.strength * s * s * (3.0 - 2.0 * s)
+        return self.strength * float(smoothstep(1.0 - abs(step - self.frames) / self.frames))
 
 
 @dataclass(frozen=True, eq=False)
