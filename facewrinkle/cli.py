@@ -1,4 +1,4 @@
-"""The command line: ``facewrinkle express``, ``play``, ``tear``, ``table1``, ``info`` and ``demo``.
+"""The command line: ``facewrinkle express``, ``play``, ``pattern``, ``tear``, ``table1``, ``info`` and ``demo``.
 
 The commands live in :mod:`facewrinkle.commands` and are imported when they are called: ``--help`` stays quick.
 """
