@@ -87,6 +87,8 @@ def pattern(
         Print nothing but errors.
     """
     report, style = Report(quiet), Style(size_of(pixels))
+    if view is not None:
+        Style(style.size, view)  # refuses an unknown one
     check_whole("the number of frames", frames, 2, 1e6)
     check_range("fps", fps, 1.0, 100.0)
     check_range("strength", strength, 0.0, 1.0)

@@ -86,9 +86,12 @@ def tear(
     given = {name: value for name, value in (("c", speed), ("roughness", roughness)) if value is not None}
     if given and kind == "dripping":
         raise ParameterError("--speed and --roughness belong to tears that are shed; those that drip fall freely.")
-    frames = check_whole("seconds times fps", round(check_range("seconds", seconds, 0.1, 1e4) * fps), MOMENTS, 1e6)
+    if speed is not None:
+        check_range("speed", speed, 1e-6, 1e9)
+    seconds, fps = check_range("seconds", seconds, 0.1, 1e4), check_range("fps", fps, 1.0, 100.0)
+    frames = check_whole("seconds times fps", round(seconds * fps), MOMENTS, 1e6)
     style = Style(size_of(size), view)
-    play = Play(face, rates, preset(kind, face, seed, **given), frames, check_range("fps", fps, 1.0, 100.0))
+    play = Play(face, rates, preset(kind, face, seed, **given), frames, fps)
     folder, stem = output_folder(out or Path("output") / f"tear_{kind}"), f"tear_{kind}"
     files = play.record(folder, stem, style, report, movie=movie, series=series, plain=plain)
     report.table(
