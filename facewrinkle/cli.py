@@ -1,4 +1,4 @@
-"""The command line: ``facewrinkle express``, ``play``, ``tear``, ``fit``, ``table1``, ``info`` and ``demo``.
+"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``fit``, ``table1``, ``info`` and ``demo``.
 
 The commands live in :mod:`facewrinkle.commands` and are imported when they are called: ``--help`` stays quick.
 """

@@ -51,7 +51,7 @@ class FitWarning(FaceWrinkleWarning):
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameError:
     """The error for `name`, with the nearest known names as a suggestion."""
-    known = list(known)
+    known = list(dict.fromkeys(known))
     close = get_close_matches(str(name), known, n=3, cutoff=0.5)
     hint = f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else f"Known are: {', '.join(known)}."
     return UnknownNameError(f"unknown {kind} {name!r}. {hint}")

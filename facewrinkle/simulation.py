@@ -20,6 +20,7 @@ from .anatomy.fitting import surface
 from .anatomy.muscles import EyeMuscle
 from .errors import ParameterError, check_range, check_whole, unknown_name
 from .geometry import _mesh_kernels as kernels
+from .geometry.blending import smoothstep
 from .geometry.normals import detail_normals, vertex_normals
 from .geometry.refinement import Change, RedGreenForest
 from .geometry.transfer import carried, displaced
@@ -309,8 +310,7 @@ class Simulation:
         frames, ramp = check_whole("frames", frames, 1, 1e9), check_range("ramp", ramp, 0.0, 1.0)
         start, target = self.motion.rates.copy(), self._asked
         for i in range(frames):
-            t = min((i + 1) / max(ramp * frames, 1.0), 1.0)
-            t = t * t * (3.0 - 2.0 * t)
+            t = float(smoothstep((i + 1) / max(ramp * frames, 1.0)))
             yield self._advanced(target if t == 1.0 else (1.0 - t) * start + t * target)
 
     # --- one frame -----------------------------------------------------------------------------

@@ -251,6 +251,68 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, message, tmp_pa
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ("play no.glb", "there is no file 'no.glb'"),
+        ("play folder.glb", "'folder.glb' is a folder, and a mesh file is needed"),
+        ("play empty.glb", "empty.glb is empty (0 bytes)"),
+        ("play broken.glb", "broken.glb cannot be read"),
+        ("play broken.vtkhdf", "broken.vtkhdf cannot be read"),
+        ("play nan.obj", "animations are read from .glb, .gltf and .vtkhdf files, received '.obj'"),
+        ("play broken.glb --size=-5", "width and height in pixels must lie in [16, 8192], received -5"),
+        ("play broken.glb --fps nan", "fps must lie in [1, 100], received nan"),
+        ("play broken.glb --moments 0", "moments must lie in [1, 100]"),
+        ("play broken.glb --view forhead", "Did you mean 'forehead'?"),
+        ("pattern forhead", "Did you mean 'forehead'?"),
+        ("pattern forehead --view forhead", "Did you mean 'forehead'?"),
+        ("pattern forehead --size=-60,30", "size must lie in"),
+        ("pattern forehead --size nan", "size must lie in"),
+        ("pattern forehead --depth nan", "depth must lie in"),
+        ("pattern forehead --pixels=-5", "must lie in [16, 8192], received -5"),
+        ("pattern forehead --expression nope", "unknown expression, action unit or muscle 'nope'"),
+        ("pattern forehead --out empty.glb/folder", "a file stands there"),
+        ("pattern forehead --centre 0,0,0", "--centre belongs to a mesh"),
+        ("pattern forehead --centre 0,0,0 --face nan.obj", "1 of 3 points are NaN"),
+        ("pattern forehead --centre 0,0,0 --face folder.glb", "'folder.glb' is a folder"),
+        ("tear joy --expression nope", "unknown expression, action unit or muscle 'nope'"),
+        ("tear joy --fps nan", "fps must lie in [1, 100], received nan"),
+        ("tear joy --seconds=-1", "seconds must lie in"),
+        ("tear joy --speed nan", "speed must lie in"),
+        ("tear joy --roughness 3", "roughness must lie in [0, 1]"),
+        ("tear joy --size=-5", "must lie in [16, 8192], received -5"),
+        ("tear joy --view forhead", "Did you mean 'forehead'?"),
+        ("tear joy --out empty.glb/folder", "a file stands there"),
+        ("express AU1 --identity jaw", "the identity must be like jaw=0.5,age=1; received 'jaw'"),
+        ("express AU1 --identity=", "the identity must be like jaw=0.5,age=1; received ''"),
+        ("express AU1 --identity jawz=1", "unknown parameter of an identity 'jawz'. Did you mean 'jaw'"),
+        ("express AU1 --identity jaw=nan", "jaw must lie in [-1, 1], received nan"),
+        ("express AU1 --identity jaw=1 --face nan.obj", "leave out --face, or --identity"),
+        ("express AU1 --face nan.obj --landmarks nan.json", "must have three finite coordinates"),
+        ("express AU1 --atlas folder.glb", "cannot read the atlas"),
+    ],
+)
+def test_every_command_refuses_bad_input_in_one_line(arguments, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.glb").mkdir()
+    for name, content in {
+        "empty.glb": b"",
+        "broken.glb": b"glTF\x02\0\0\0broken",
+        "broken.vtkhdf": b"\x89HDF\r\n\x1a\nbroken",
+        "nan.obj": b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n",
+        "nan.json": b'{"nose_tip": [NaN, 0, 0]}',
+    }.items():
+        (tmp_path / name).write_bytes(content)
+    before = set(tmp_path.rglob("*"))
+    assert main(arguments.split()) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("facewrinkle: ")
+    assert message in err
+    assert err.count("\n") == 1
+    assert set(tmp_path.rglob("*")) == before
+
+
 def test_a_folder_that_cannot_be_written_is_found_before_the_work(tmp_path, capsys):
     (tmp_path / "file").write_text("in the way")
     begin = time.perf_counter()

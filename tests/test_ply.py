@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 
 from facewrinkle.errors import MeshError
-from facewrinkle.ply import read_ply
+from facewrinkle.mesh.ply import read_ply
 
 HEADER = """ply
 format {order} 1.0

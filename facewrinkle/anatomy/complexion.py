@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from ..geometry.blending import smoothstep
 from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame, of_side
 
 Array = npt.NDArray[np.float64]
@@ -75,7 +76,7 @@ def painted(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> 
     """
     colour = complexion(points, landmarks, frame)
     colour += 0.7 * lips(points, landmarks, frame)[:, None] * (np.array(LIPS) - colour)
-    hair = 0.93 * _smooth(hair_cover(points, landmarks, frame) / 14.0)[:, None]
+    hair = 0.93 * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
     return np.asarray(np.rint(colour + hair * (np.array(HAIR) - colour)), dtype=np.uint8)
 
 
@@ -120,7 +121,9 @@ def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Arr
         x, [0.0, 14.0, mouth[0] + 10.0, jaw[0], 90.0], [nose[1] + 1.0, nose[1], mouth[1] + 2.0, ear[1], ear[1]]
     )
     bottom = np.interp(z, [jaw[2], chin[2]], [jaw[1] - 14.0, chin[1] - 12.0])
-    return np.asarray(_smooth((top - y) / 14.0) * _smooth((y - bottom) / 12.0) * _smooth((z - jaw[2] + 14.0) / 14.0))
+    return np.asarray(
+        smoothstep((top - y) / 14.0) * smoothstep((y - bottom) / 12.0) * smoothstep((z - jaw[2] + 14.0) / 14.0)
+    )
 
 
 def lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
@@ -135,8 +138,8 @@ def lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Arr
     below = (middle - lower[1]) * bow
     height = where[:, 1] - middle
     off = np.where(height > 0.0, height - above, -height - below)
-    front = _smooth((where[:, 2] - corner[2] + 8.0) / 6.0)
-    return np.asarray(front * _smooth(0.5 - off / 3.0) * _smooth((1.06 - share) / 0.1))
+    front = smoothstep((where[:, 2] - corner[2] + 8.0) / 6.0)
+    return np.asarray(front * smoothstep(0.5 - off / 3.0) * smoothstep((1.06 - share) / 0.1))
 
 
 def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
@@ -155,7 +158,7 @@ def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     ear, top = local(landmarks["zygion_l"], frame), local(landmarks["trichion"], frame)
     azimuth = np.degrees(np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + BEHIND))
     line = HAIRLINE.copy()
-    share = _smooth((line[:, 0] - 30.0) / 30.0)
+    share = smoothstep((line[:, 0] - 30.0) / 30.0)
     line[:, 1] += (1.0 - share) * (top[1] - line[0, 1]) + share * (ear[1] + 16.0)
     flat = np.radians(azimuth) * AROUND
     line[:, 0] = np.radians(line[:, 0]) * AROUND
@@ -165,8 +168,3 @@ def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     away = cKDTree(curve).query(np.stack([flat, where[:, 1]], axis=1))[0]
     below = where[:, 1] < np.interp(flat, *line.T)
     return np.asarray(np.where(below, -away, away))
-
-
-def _smooth(t: Array) -> Array:
-    t = np.clip(t, 0.0, 1.0)
-    return np.asarray(t * t * (3.0 - 2.0 * t))

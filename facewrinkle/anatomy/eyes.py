@@ -12,6 +12,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from ..errors import ParameterError, check_range
+from ..geometry.blending import smoothstep
 from ..geometry.topology import boundary_loops, unique_edges
 from .guides import Guide
 from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame
@@ -185,15 +186,15 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     # The inside of a lid, nearer to the ball than its margin, goes with the margin; what lies far inside the socket
     # stays.
     rim = np.where(is_upper, *(np.interp(along, along[chain], distance[chain]) for chain in (upper, lower)))
-    outside = _smoothstep((distance - rim) / (0.1 * eye.radius) + 0.5)
+    outside = smoothstep((distance - rim) / (0.1 * eye.radius) + 0.5)
     beyond = np.where(is_upper, elevation - top, bottom - elevation)
     reach = np.where(is_upper, MARGIN_FADE, 0.6 * MARGIN_FADE)
-    fade = 1.0 - _smoothstep(beyond / (outside * reach + (1.0 - outside) * 2.5 * MARGIN_FADE))
-    inside = _smoothstep(np.minimum(along, 1.0 - along) / 0.08 + 1.0)
+    fade = 1.0 - smoothstep(beyond / (outside * reach + (1.0 - outside) * 2.5 * MARGIN_FADE))
+    inside = smoothstep(np.minimum(along, 1.0 - along) / 0.08 + 1.0)
     overlap = np.minimum(OVERLAP, 0.2 * (top - bottom))
     angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * inside
     near = (offset @ eye.gaze > 0.0) & (distance < SHELL * eye.radius)
-    hold = fade**2 * (1.0 - _smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3))) * inside
+    hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3))) * inside
     across = (
         along * np.linalg.norm(landmarks[f"eye_{eye.side}_outer"] - landmarks[f"eye_{eye.side}_inner"]) / eye.radius
     )
@@ -350,8 +351,3 @@ VIEW = np.deg2rad(9.0)
 
 SLIT = np.deg2rad(4.0)
 """Lids nearer together than this are closed."""
-
-
-def _smoothstep(t: Array) -> Array:
-    t = np.clip(t, 0.0, 1.0)
-    return np.asarray(t * t * (3.0 - 2.0 * t))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ParameterError, check_range, unknown_name
+from ..geometry.blending import smoothstep
 from .head import DATA, MIRROR, Eye, Head, cage_data, load_head
 
 Array = NDArray[np.float64]
@@ -156,8 +157,8 @@ def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Ar
                 shift += weight * near[:, None] * (offset * mirror)
     # The eyeball and what lies on it move in one piece, or the lids would not fit.
     inner, outer = typed["socket"]
-    free = np.clip((np.linalg.norm(places - eye, axis=1) - inner) / (outer - inner), 0.0, 1.0)[:, None]
-    shift += (1.0 - free * free * (3.0 - 2.0 * free)) * (shift[-1] - shift)
+    free = smoothstep((np.linalg.norm(places - eye, axis=1) - inner) / (outer - inner))[:, None]
+    shift += (1.0 - free) * (shift[-1] - shift)
     for name, weight in weights.items():
         for point, offset in typed["parameters"][name]["points"].items():
             shift[names.index(point)] += weight * np.array(offset)

@@ -64,7 +64,7 @@ class FaceOptions:
         for name in ("landmarks", "units"):
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
-        return default_face(person(self.identity) if self.identity else None, atlas=atlas)
+        return default_face(person(self.identity) if self.identity is not None else None, atlas=atlas)
 
 
 def units_of(text: str | None) -> str | float | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -14,14 +13,16 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.fitting import surface
-from ..errors import FaceWrinkleWarning, MissingPackageError, ParameterError, check_range, check_whole
-from ..export import movie_writer, output_folder, write_series
+from ..errors import ParameterError, check_range, check_whole
+from ..export import output_folder, write_series
+from ..geometry.blending import smoothstep
 from ..layers.pattern_layer import PatternLayer
 from ..layers.presets import presets
 from ..motion.base import Still
-from ..plotting import Scene, Style, View, closeup, picture, save_picture, side_by_side
+from ..plotting import Style, View, closeup, picture, save_picture, side_by_side
 from ..simulation import Refinement, Simulation
 from .common import FaceOptions, Report, mixture, size_of, units_of
+from .take import filmed
 
 
 def pattern(
@@ -86,6 +87,8 @@ def pattern(
         Print nothing but errors.
     """
     report, style = Report(quiet), Style(size_of(pixels))
+    if view is not None:
+        Style(style.size, view)  # refuses an unknown one
     check_whole("the number of frames", frames, 2, 1e6)
     check_range("fps", fps, 1.0, 100.0)
     check_range("strength", strength, 0.0, 1.0)
@@ -115,8 +118,7 @@ class _Rise:
 
     def __call__(self, seconds: float) -> float:
         step = min(max(round(seconds * self.fps) - 1, 0), 2 * self.frames)
-        s = 1.0 - abs(step - self.frames) / self.frames
-        return self.strength * s * s * (3.0 - 2.0 * s)
+        return self.strength * float(smoothstep(1.0 - abs(step - self.frames) / self.frames))
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +192,7 @@ def _record(
     with ExitStack() as stack:
         frames: Iterator[pv.PolyData] = played()
         if movie:
-            frames = _filmed(frames, film, show, style, stack)
+            frames = filmed(frames, film, face, [style], show.fps, stack)
         if series:
             files.append(write_series(frames, show.times(), folder / f"{stem}.vtkhdf"))
         else:
@@ -222,22 +224,3 @@ def _close(face: Face, frame: pv.PolyData, view: str | None, layers: list[Any]) 
     normal = face.frame.axes @ layers[0].region.laid(face).centre.normal
     sideways = float(np.hypot(normal[0], normal[2]))
     return View((float(normal[0]), float(normal[1]), float(normal[2])) if sideways > 0.1 else (0.0, 0.8, 0.6))
-
-
-def _filmed(
-    frames: Iterator[pv.PolyData], path: Path, show: _Show, style: Style, stack: ExitStack
-) -> Iterator[pv.PolyData]:
-    """The same frames, which are appended to a movie as they pass by."""
-    try:
-        append = stack.enter_context(movie_writer(path, show.fps))
-    except MissingPackageError as missing:
-        warnings.warn(f"no movie is written: {missing}", FaceWrinkleWarning, stacklevel=2)
-        return frames
-    scene = stack.enter_context(Scene(show.simulation.face, style))
-
-    def passing() -> Iterator[pv.PolyData]:
-        for frame in frames:
-            append(scene.picture(frame))
-            yield frame
-
-    return passing()

@@ -11,10 +11,10 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.fitting import fit_face
-from ..animation import read_animation
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder, write_series
 from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..motion.animation import read_animation
 from ..plotting import Style, closeup, picture, save_picture, side_by_side, stacked
 from ..simulation import Refinement, Simulation
 from .common import Report, size_of, units_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -123,15 +123,22 @@ class Take:
             yield name, picture(peak, self.face, Style(self.size, scalars=name))
 
 
+def film(path: Path, fps: float, stack: ExitStack) -> Callable[[np.ndarray], None] | None:
+    """What appends a picture to a movie; None, with a notice, without the packages for movies."""
+    try:
+        return stack.enter_context(movie_writer(path, fps))
+    except MissingPackageError as missing:
+        warnings.warn(f"no movie is written: {missing}", FaceWrinkleWarning, stacklevel=3)
+        path.unlink(missing_ok=True)  # of an earlier run
+        return None
+
+
 def filmed(
     frames: Iterator[pv.PolyData], path: Path, face: Face, styles: Sequence[Style], fps: float, stack: ExitStack
 ) -> Iterator[pv.PolyData]:
     """The same frames; a picture in each style, side by side, is appended to a movie as they pass by."""
-    try:
-        append = stack.enter_context(movie_writer(path, fps))
-    except MissingPackageError as missing:
-        warnings.warn(f"no movie is written: {missing}", FaceWrinkleWarning, stacklevel=2)
-        path.unlink(missing_ok=True)  # of an earlier run
+    append = film(path, fps, stack)
+    if append is None:
         return frames
     scenes = [stack.enter_context(Scene(face, style)) for style in styles]
 

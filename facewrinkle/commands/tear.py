@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,13 +14,14 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import FaceWrinkleWarning, MissingPackageError, ParameterError, check_range, check_whole
-from ..export import movie_writer, output_folder, write_series
+from ..errors import ParameterError, check_range, check_whole
+from ..export import output_folder, write_series
 from ..plotting import Image, Style, save_picture, side_by_side
 from ..simulation import Simulation
 from ..tears.presets import PRESETS, Tear, preset, surfaces
 from ..wet import TearScene
 from .common import FaceOptions, Report, mixture, size_of
+from .take import film
 
 Kind = Literal["dripping", "shedding", "one_tear", "weeping", "joy"]
 MOMENTS = 4
@@ -86,9 +86,12 @@ def tear(
     given = {name: value for name, value in (("c", speed), ("roughness", roughness)) if value is not None}
     if given and kind == "dripping":
         raise ParameterError("--speed and --roughness belong to tears that are shed; those that drip fall freely.")
-    frames = check_whole("seconds times fps", round(check_range("seconds", seconds, 0.1, 1e4) * fps), MOMENTS, 1e6)
+    if speed is not None:
+        check_range("speed", speed, 1e-6, 1e9)
+    seconds, fps = check_range("seconds", seconds, 0.1, 1e4), check_range("fps", fps, 1.0, 100.0)
+    frames = check_whole("seconds times fps", round(seconds * fps), MOMENTS, 1e6)
     style = Style(size_of(size), view)
-    play = Play(face, rates, preset(kind, face, seed, **given), frames, check_range("fps", fps, 1.0, 100.0))
+    play = Play(face, rates, preset(kind, face, seed, **given), frames, fps)
     folder, stem = output_folder(out or Path("output") / f"tear_{kind}"), f"tear_{kind}"
     files = play.record(folder, stem, style, report, movie=movie, series=series, plain=plain)
     report.table(
@@ -152,9 +155,9 @@ class Play:
         files: list[Path] = []
         shown: list[tuple[float, pv.PolyData]] = []
         rows: list[list[Image]] = [[], []]
-        film = folder / f"{stem}.mp4"
+        clip = folder / f"{stem}.mp4"
         with ExitStack() as stack:
-            append = self._film(film, stack) if movie else None
+            append = film(clip, self.fps, stack) if movie else None
             quick = [stack.enter_context(TearScene(self.face, one, not plain)) for one in _both(style)]
             still = [stack.enter_context(TearScene(self.face, one)) for one in _both(style)] if plain else quick
 
@@ -176,22 +179,13 @@ class Play:
                 for _ in passing():
                     pass
         if append is not None:
-            files.append(film)
+            files.append(clip)
         if shown:
             times, meshes = zip(*shown, strict=True)
             files.append(write_series(meshes, times, folder / f"{stem}_tears.vtkhdf"))
         for row, suffix in zip(rows, ("", "_closeup"), strict=True):
             files.append(save_picture(side_by_side(row), folder / f"{stem}{suffix}.png"))
         return files
-
-    def _film(self, path: Path, stack: ExitStack) -> Callable[[np.ndarray], None] | None:
-        """What appends to the movie; None, with a notice, without the packages for movies."""
-        try:
-            return stack.enter_context(movie_writer(path, self.fps))
-        except MissingPackageError as missing:
-            warnings.warn(f"no movie is written: {missing}", FaceWrinkleWarning, stacklevel=2)
-            path.unlink(missing_ok=True)  # of an earlier run
-            return None
 
 
 def _both(style: Style) -> tuple[Style, Style]:

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
+from ..geometry.blending import smoothstep
 from ..geometry.normals import vertex_normals
 from . import _kernels as kernels
 from .compression import StrainField, along, products
@@ -73,8 +74,7 @@ class Activation:
         epsilon, strain = np.empty(len(self._share)), self._field.strain(deformed)
         kernels.strain_epsilon(self._starts, self._corners, self._weights, strain, self._products, epsilon)
         mean = np.bincount(self._muscle, self._share * np.maximum(epsilon, 0.0), self._count)
-        t = np.clip((mean - SLACK) / (TAUT - SLACK), 0.0, 1.0)
-        return np.asarray(t * t * (3.0 - 2.0 * t))
+        return smoothstep((mean - SLACK) / (TAUT - SLACK))
 
 
 Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]

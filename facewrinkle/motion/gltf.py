@@ -17,9 +17,10 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from .errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown_name
-from .mesh import TEXTURE, check_file, check_seams, to_polydata, welded
-from .motion.recorded import Interpolation, Recorded, Track
+from ..errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown_name
+from ..mesh import to_polydata
+from ..mesh.reading import TEXTURE, check_file, check_seams, welded
+from .recorded import Interpolation, Recorded, Track
 
 __all__ = ["read_gltf"]
 

@@ -1,206 +1,18 @@
-"""The three kinds of muscle: where they reach, which way they pull, and how the skin over them folds.
-
-Everything here is a function of rest positions, in the unit of the mesh that the muscle was placed on, and is computed
-once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear), 12-13 (sheet), 14-18 (sphincter).
-"""
+"""Muscles that pull the skin and fold it: linear ones (Eqs. 1-2), sheets (12-13) and sphincters (14-18)."""
 
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ParameterError, check_range, unknown_name
-from ..geometry import profile
-from ..geometry.blending import smoothstep
-
-Array = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
-Fronts = Literal["straight", "round"]
-
-FRONTS: tuple[Fronts, ...] = ("straight", "round")
-
-
-def _vector(name: str, value: npt.ArrayLike) -> Array:
-    try:
-        vector = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        vector = np.empty(0)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise ParameterError(f"{name} must be three finite coordinates, received {value!r}.")
-    vector.setflags(write=False)
-    return vector
-
-
-def _points(points: npt.ArrayLike) -> Array:
-    array = np.asarray(points, dtype=np.float64)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ParameterError(f"points must have the shape (n, 3), received {array.shape}.")
-    return array
-
-
-def _unit(vectors: Array) -> Array:
-    """Unit vectors; zero where the length is zero."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Wrinkles:
-    """How the skin over a muscle folds.
-
-    Parameters
-    ----------
-    count : int
-        Number of furrows nw across the wrinkling region.
-    start : float
-        lambda_w in [0, 1): where along the muscle the region starts. Not used by sphincters.
-    depth : float
-        kappa, the furrow depth factor k0 at full contraction, mm. From bulge to furrow a wrinkle measures
-        ``k0 2^alpha sin(pi epsilon / 2)``.
-    alpha : float
-        Shape exponent, >= 0: 1 is soft, 4 very sharp.
-    core : float
-        In [0, 1]: share of the half width (or of half the ring, for a sphincter) without lateral attenuation.
-    ends : {"continuous", "paper"}
-        See :func:`facewrinkle.geometry.profile.phase`.
-    falloff : {"paper", "smoothstep"}
-        See :func:`facewrinkle.geometry.profile.attenuation`.
-    fronts : {"straight", "round"}
-        Whether the furrows of a linear muscle run straight across its central fibre, as in the paper, or as arcs about
-        its attachment, everywhere across the compression that is measured.
-    taper : float
-        In [0, 1]: share of the region's length in which the furrows grow shallower towards its first and last one. 0 as
-        in the paper: all are alike.
-
-    Examples
-    --------
-    >>> Wrinkles(count=4, depth=0.7).alpha
-    2.0
-    """
-
-    count: int = 3
-    start: float = 0.2
-    depth: float = 0.6
-    alpha: float = 2.0
-    core: float = 0.5
-    ends: profile.Ends = "continuous"
-    falloff: profile.Falloff = "paper"
-    fronts: Fronts = "straight"
-    taper: float = 0.0
-
-    def __post_init__(self) -> None:
-        profile.half_cycle(1.0, self.start, self.count)
-        profile.phase(0.0, 0.0, 1.0, self.alpha, self.ends)
-        profile.attenuation(0.0, self.falloff)
-        check_range("depth", self.depth, 0.0, 1e6)
-        check_range("core", self.core, 0.0, 1.0)
-        check_range("taper", self.taper, 0.0, 1.0)
-        if self.fronts not in FRONTS:
-            raise ParameterError(f"fronts must be one of {', '.join(FRONTS)}, received {self.fronts!r}.")
-
-
-@dataclass(frozen=True, eq=False)
-class Muscle:
-    """What all kinds share. By itself it neither pulls the skin nor folds it: :class:`LinearMuscle`,
-    :class:`SheetMuscle` and :class:`SphincterMuscle` do; the others move a bone or a lid.
-    """
-
-    wrinkles: Wrinkles = field(default_factory=Wrinkles, kw_only=True)
-    strength: float = field(default=1.0, kw_only=True)
-    """Force at full contraction, relative to that of the other muscles."""
-    normal_share: float = field(default=1.0, kw_only=True)
-    """Share of the pull along the skin's normal that reaches the skin."""
-    folds: Muscle | None = field(default=None, kw_only=True)
-    """Where the skin folds elsewhere than over the muscle, or not across its fibres: the muscle-like region on which
-    the wrinkles are laid instead. None, as in the paper: over the muscle and across its fibres.
-    """
-
-    def _check_common(self) -> None:
-        check_range("strength", self.strength, 0.0, 1e6)
-        check_range("normal_share", self.normal_share, 0.0, 1.0)
-
-    @property
-    def fold_pattern(self) -> Muscle:
-        """The region on which this muscle's wrinkles are laid: `folds`, or the muscle itself."""
-        return self.folds or self
-
-    def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
-        """The muscle's two coordinates of (n, 3) points."""
-        n = len(_points(points))
-        return np.zeros(n), np.zeros(n)
-
-    def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
-        """Whether each of (n, 3) points lies in the wrinkling region."""
-        return np.zeros(len(_points(points)), dtype=bool)
-
-    def envelope(self, points: npt.ArrayLike) -> Array:
-        """The lateral attenuation At of (n, 3) points; exactly 0 outside the wrinkling region."""
-        return np.zeros(len(_points(points)))
-
-    def unit_amplitude(self, points: npt.ArrayLike) -> Array:
-        """``H At`` at k0 = 1 for (n, 3) points; exactly 0 outside the wrinkling region (Eq. 3)."""
-        fade = self.envelope(points)
-        return np.where(fade > 0.0, self.height(points) * fade, 0.0)
-
-    def height(self, points: npt.ArrayLike) -> Array:
-        """H at k0 = 1, periodic along the muscle."""
-        return np.zeros(len(_points(points)))
-
-    def half_cycles(self, points: npt.ArrayLike) -> Array:
-        """Half cycle u at (n, 3) points, as a length."""
-        return np.full(len(_points(points)), self.half_wavelength)
-
-    def fold_direction(self, points: npt.ArrayLike) -> Array:
-        """Unit directions (n, 3) across the folds, along which compression is measured."""
-        return np.zeros_like(_points(points))
-
-    def force(self, points: npt.ArrayLike) -> Array:
-        """Pull (n, 3) at full contraction and strength 1; 0 outside the area of influence."""
-        return np.zeros_like(_points(points))
-
-    @property
-    def half_wavelength(self) -> float:
-        """Half cycle u as a length (for a sphincter: along its outer border, where it is longest); infinite without
-        folds.
-        """
-        return float("inf")
-
-    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The muscle after ``x -> scale * rotation @ x + translation``; `rotation` may mirror."""
-        raise NotImplementedError
-
-    def replaced(self, **changes: object) -> Self:
-        """A copy with other values.
-
-        Names of :class:`Wrinkles` (count, depth, alpha, ...) are accepted too; they change the wrinkles where they are
-        laid, on `folds` if there are any.
-        """
-        own, of_wrinkles = ([f.name for f in dataclasses.fields(kind)] for kind in (self, Wrinkles))
-        for name in changes:
-            if name not in (*own, *of_wrinkles):
-                raise unknown_name("property of a muscle", name, (*own, *of_wrinkles))
-        inner = {k: changes.pop(k) for k in list(changes) if k in of_wrinkles}
-        if inner and self.folds is not None:
-            changes["folds"] = self.folds.replaced(**inner)
-        elif inner:
-            changes["wrinkles"] = dataclasses.replace(self.wrinkles, **inner)  # type: ignore[arg-type]
-        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
-
-    def _tapered(self, place: Array) -> Array:
-        """Share of the depth at `place` in the wrinkling region, from 0 to 1 along the muscle."""
-        reach = 0.5 * self.wrinkles.taper
-        return smoothstep(np.minimum(place, 1.0 - place) / reach) if reach > 0.0 else np.ones_like(place)
-
-    def _profile(self, distance: Array, start: float, u: float) -> Array:
-        """H at k0 = 1 of points at `distance` along the muscle."""
-        style = self.wrinkles
-        w = profile.phase(distance, start, u, style.alpha, style.ends)
-        return profile.shape(w, u, 1.0, style.alpha)
+from ...errors import ParameterError, check_range
+from ...geometry import profile
+from .base import Array, BoolArray, Muscle, checked_points, unit, vector
 
 
 def _longitudinal(along: Array, insertion: float) -> Array:
@@ -251,7 +63,7 @@ class LinearMuscle(Muscle):
     def __post_init__(self) -> None:
         self._check_common()
         for name in ("attachment", "insertion"):
-            object.__setattr__(self, name, _vector(name, getattr(self, name)))
+            object.__setattr__(self, name, vector(name, getattr(self, name)))
         if not 0.0 < self.max_angle < 0.5 * np.pi:
             raise ParameterError(f"max_angle must lie in (0, pi/2) radians, received {self.max_angle!r}.")
         if self.length == 0.0:
@@ -269,7 +81,7 @@ class LinearMuscle(Muscle):
 
     def _polar(self, points: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """l (Eq. 1), the angle phi_i, and the offsets x - mA."""
-        offset = _points(points) - self.attachment
+        offset = checked_points(points) - self.attachment
         fibre = np.subtract(self.insertion, self.attachment) / self.length
         along = offset @ fibre
         across = np.linalg.norm(offset - along[:, None] * fibre, axis=1)
@@ -308,7 +120,7 @@ class LinearMuscle(Muscle):
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions towards the attachment."""
-        return -_unit(self._polar(points)[2])
+        return -unit(self._polar(points)[2])
 
     def force(self, points: npt.ArrayLike) -> Array:
         """``Theta1(lambda) Theta2(gamma)`` towards the attachment."""
@@ -370,7 +182,7 @@ class SheetMuscle(Muscle):
     def __post_init__(self) -> None:
         self._check_common()
         for name in ("attachment", "insertion"):
-            pair = np.array([_vector(name, p) for p in np.atleast_1d(np.asarray(getattr(self, name), dtype=object))])
+            pair = np.array([vector(name, p) for p in np.atleast_1d(np.asarray(getattr(self, name), dtype=object))])
             if pair.shape != (2, 3):
                 raise ParameterError(f"{name} must be a pair of points, received an array of shape {pair.shape}.")
             pair.setflags(write=False)
@@ -389,15 +201,15 @@ class SheetMuscle(Muscle):
     def _axes(self) -> tuple[Array, Array, Array, Array]:
         """Origin mAc, fibre (mAc to mIc), the direction across it in the sheet's plane, and the plane's normal."""
         a, i = np.asarray(self.attachment), np.asarray(self.insertion)
-        fibre = _unit(i.mean(0) - a.mean(0))
+        fibre = unit(i.mean(0) - a.mean(0))
         line = a[1] - a[0]
-        across = _unit(line - (line @ fibre) * fibre)
+        across = unit(line - (line @ fibre) * fibre)
         return a.mean(0), fibre, across, np.cross(across, fibre)
 
     def _plane(self, points: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """l, h and the distance from the sheet's plane."""
         origin, fibre, across, normal = self._axes
-        offset = _points(points) - origin
+        offset = checked_points(points) - origin
         return offset @ fibre, np.abs(offset @ across), np.abs(offset @ normal)
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
@@ -425,7 +237,7 @@ class SheetMuscle(Muscle):
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """The direction of the fibres, towards the attachment line, for every point."""
-        return np.tile(-self._axes[1], (len(_points(points)), 1))
+        return np.tile(-self._axes[1], (len(checked_points(points)), 1))
 
     def force(self, points: npt.ArrayLike) -> Array:
         """``Theta1(lambda) Theta2(gamma)`` along the fibres."""
@@ -510,14 +322,14 @@ class SphincterMuscle(Muscle):
 
     def __post_init__(self) -> None:
         self._check_common()
-        centre, normal, lateral = (_vector(n, getattr(self, n)) for n in ("centre", "normal", "lateral"))
-        normal = _unit(normal)
+        centre, normal, lateral = (vector(n, getattr(self, n)) for n in ("centre", "normal", "lateral"))
+        normal = unit(normal)
         across = lateral - (lateral @ normal) * normal
         if not normal.any() or np.linalg.norm(across) <= 1e-9 * np.linalg.norm(lateral):
             raise ParameterError("normal and lateral must be two different directions of positive length.")
-        lateral = _unit(across)
+        lateral = unit(across)
         vertical = np.cross(normal, lateral)
-        if self.vertical is not None and vertical @ _vector("vertical", self.vertical) < 0.0:
+        if self.vertical is not None and vertical @ vector("vertical", self.vertical) < 0.0:
             vertical = -vertical
         for name, value in (
             ("centre", centre),
@@ -538,7 +350,7 @@ class SphincterMuscle(Muscle):
 
     def _local(self, points: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """s, t and the distance from the muscle's plane."""
-        offset = _points(points) - self.centre
+        offset = checked_points(points) - self.centre
         return (
             offset @ np.asarray(self.lateral),
             offset @ np.asarray(self.vertical),
@@ -583,7 +395,7 @@ class SphincterMuscle(Muscle):
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions along the angle, in the muscle's plane."""
         s, t, _ = self._local(points)
-        return _unit(s[:, None] * np.asarray(self.vertical) - t[:, None] * np.asarray(self.lateral))
+        return unit(s[:, None] * np.asarray(self.vertical) - t[:, None] * np.asarray(self.lateral))
 
     def force(self, points: npt.ArrayLike) -> Array:
         """Pull towards the centre in the muscle's plane, mostly along the minor axis, and the push along its normal.
@@ -595,7 +407,7 @@ class SphincterMuscle(Muscle):
         inside = (r < 1.0) & (away <= self.thickness)
         pull = np.where(inside & (r > self.dead_zone), _lateral((r - self.dead_zone) / (1.0 - self.dead_zone)), 0.0)
         push = np.where(inside, self.protrusion * _lateral(r), 0.0)
-        inwards = -_unit(
+        inwards = -unit(
             s[:, None] / self.semi_major**2 * self.lateral + t[:, None] / self.semi_minor**2 * self.vertical
         )
         return pull[:, None] * inwards + push[:, None] * self.normal
@@ -619,114 +431,3 @@ class SphincterMuscle(Muscle):
             semi_minor=self.semi_minor * scale,
             thickness=self.thickness * scale,
         )
-
-
-@dataclass(frozen=True, eq=False)
-class JawMuscle(Muscle):
-    """The depressors of the mandible, which turns about its hinge.
-
-    Parameters
-    ----------
-    hinge, axis : (3,) array_like
-        A point on the hinge, and its direction such that a positive turn opens the mouth.
-    angle : float
-        Turn at full contraction, radians.
-    """
-
-    hinge: Array
-    axis: Array
-    angle: float
-
-    def __post_init__(self) -> None:
-        self._check_common()
-        object.__setattr__(self, "hinge", _vector("hinge", self.hinge))
-        object.__setattr__(self, "axis", _unit(_vector("axis", self.axis)))
-        check_range("angle", self.angle, 0.0, 0.6)
-
-    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The muscle after ``x -> scale * rotation @ x + translation``."""
-        turn = np.asarray(rotation, dtype=np.float64)
-        return dataclasses.replace(
-            self,
-            hinge=scale * turn @ self.hinge + np.asarray(translation),
-            axis=np.linalg.det(turn) * turn @ self.axis,
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class LidMuscle(Muscle):
-    """The levator of the upper lid, which turns back over the eyeball and opens the eye wide.
-
-    Parameters
-    ----------
-    side : {"l", "r"}
-    share : float
-        Turn at full contraction, relative to that of closing the eye.
-    """
-
-    side: str
-    share: float = 0.25
-
-    def __post_init__(self) -> None:
-        self._check_common()
-        if self.side not in ("l", "r"):
-            raise ParameterError(f"side must be 'l' or 'r', received {self.side!r}.")
-        check_range("share", self.share, 0.0, 1.0)
-
-    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The muscle itself, or that of the other side if `rotation` mirrors: it goes with the lids."""
-        if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
-            return self
-        return dataclasses.replace(self, side="r" if self.side == "l" else "l")
-
-
-TURNS = {"up": (0.0, 1.0), "down": (0.0, -1.0), "inwards": (-1.0, 0.0), "outwards": (1.0, 0.0)}
-"""Turns of an eye: shares of its angle outwards (to its own side) and upwards."""
-
-
-@dataclass(frozen=True, eq=False)
-class EyeMuscle(Muscle):
-    """A straight muscle of the eye, which turns the eyeball; the lids follow.
-
-    Parameters
-    ----------
-    side : {"l", "r"}
-    turn : {"up", "down", "inwards", "outwards"}
-    angle : float
-        Turn at full contraction, radians.
-    """
-
-    side: str
-    turn: str
-    angle: float
-
-    def __post_init__(self) -> None:
-        self._check_common()
-        if self.side not in ("l", "r"):
-            raise ParameterError(f"side must be 'l' or 'r', received {self.side!r}.")
-        if self.turn not in TURNS:
-            raise unknown_name("turn", self.turn, TURNS)
-        check_range("angle", self.angle, 1e-6, 1.0)
-
-    def rate(self, outwards: float, up: float) -> float:
-        """Its contraction rate, in [0, 1], in an eye that is turned by these angles, radians.
-
-        Raises
-        ------
-        ParameterError
-            If the eye is turned farther than the muscle can.
-        """
-        aside, above = TURNS[self.turn]
-        rate = (aside * outwards + above * up) / self.angle
-        if rate > 1.0 + 1e-9:
-            raise ParameterError(
-                f"an eye turns {self.turn} by {np.degrees(self.angle):.3g} degrees at most, asked for were "
-                f"{np.degrees(rate * self.angle):.3g}. Turn the head instead."
-            )
-        return min(max(rate, 0.0), 1.0)
-
-    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The muscle itself, or that of the other side if `rotation` mirrors: it goes with the eye."""
-        if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
-            return self
-        return dataclasses.replace(self, side="r" if self.side == "l" else "l")

@@ -11,10 +11,11 @@ import pyvista as pv
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
-from .errors import MeshError
+from ..errors import MeshError
+from ..mesh import read_surface
+from ..mesh.reading import GLTF, check_file
 from .gltf import read_gltf
-from .mesh import GLTF, check_file, read_surface
-from .motion.recorded import Recorded
+from .recorded import Recorded
 
 __all__ = ["read_animation"]
 

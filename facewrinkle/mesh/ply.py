@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from .errors import MeshError
+from ..errors import MeshError
 from .formats import Polygons, check_vertices, point_texture
 
 __all__ = ["read_ply"]

@@ -1,4 +1,4 @@
-"""OBJ and OFF files (PLY: :mod:`facewrinkle.ply`) as plain arrays, with the points numbered as in the file.
+"""OBJ and OFF files (PLY: :mod:`facewrinkle.mesh.ply`) as plain arrays, with the points numbered as in the file.
 
 VTK's OBJ reader splits every point at which two texture coordinates meet, so that the mesh falls apart and
 landmark files no longer fit; VTK has no OFF reader. Both formats are lists of numbers, and are read here line
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import MeshError
+from ..errors import MeshError
 
 __all__ = ["Polygons", "read_obj", "read_off"]
 

@@ -1,0 +1,23 @@
+"""Muscles: where they reach, which way they pull, how the skin over them folds, and what they turn.
+
+Everything here is a function of rest positions, in the unit of the mesh that the muscle was placed on, and is computed
+once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear), 12-13 (sheet), 14-18 (sphincter).
+"""
+
+from .base import FRONTS, Fronts, Muscle, Wrinkles
+from .pulling import LinearMuscle, SheetMuscle, SphincterMuscle
+from .turning import TURNS, EyeMuscle, JawMuscle, LidMuscle
+
+__all__ = [
+    "FRONTS",
+    "TURNS",
+    "EyeMuscle",
+    "Fronts",
+    "JawMuscle",
+    "LidMuscle",
+    "LinearMuscle",
+    "Muscle",
+    "SheetMuscle",
+    "SphincterMuscle",
+    "Wrinkles",
+]

@@ -1,0 +1,200 @@
+"""What all muscles share, and how the skin over them folds."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Literal, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError, check_range, unknown_name
+from ...geometry import profile
+from ...geometry.blending import smoothstep
+
+Array = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+Fronts = Literal["straight", "round"]
+
+FRONTS: tuple[Fronts, ...] = ("straight", "round")
+
+
+def vector(name: str, value: npt.ArrayLike) -> Array:
+    """Three finite coordinates (3,), read-only; a ParameterError for anything else."""
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise ParameterError(f"{name} must be three finite coordinates, received {value!r}.")
+    array.setflags(write=False)
+    return array
+
+
+def checked_points(points: npt.ArrayLike) -> Array:
+    """Points (n, 3); a ParameterError for another shape."""
+    array = np.asarray(points, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ParameterError(f"points must have the shape (n, 3), received {array.shape}.")
+    return array
+
+
+def unit(vectors: Array) -> Array:
+    """Unit vectors; zero where the length is zero."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Wrinkles:
+    """How the skin over a muscle folds.
+
+    Parameters
+    ----------
+    count : int
+        Number of furrows nw across the wrinkling region.
+    start : float
+        lambda_w in [0, 1): where along the muscle the region starts. Not used by sphincters.
+    depth : float
+        kappa, the furrow depth factor k0 at full contraction, mm. From bulge to furrow a wrinkle measures
+        ``k0 2^alpha sin(pi epsilon / 2)``.
+    alpha : float
+        Shape exponent, >= 0: 1 is soft, 4 very sharp.
+    core : float
+        In [0, 1]: share of the half width (or of half the ring, for a sphincter) without lateral attenuation.
+    ends : {"continuous", "paper"}
+        See :func:`facewrinkle.geometry.profile.phase`.
+    falloff : {"paper", "smoothstep"}
+        See :func:`facewrinkle.geometry.profile.attenuation`.
+    fronts : {"straight", "round"}
+        Whether the furrows of a linear muscle run straight across its central fibre, as in the paper, or as arcs about
+        its attachment, everywhere across the compression that is measured.
+    taper : float
+        In [0, 1]: share of the region's length in which the furrows grow shallower towards its first and last one. 0 as
+        in the paper: all are alike.
+
+    Examples
+    --------
+    >>> Wrinkles(count=4, depth=0.7).alpha
+    2.0
+    """
+
+    count: int = 3
+    start: float = 0.2
+    depth: float = 0.6
+    alpha: float = 2.0
+    core: float = 0.5
+    ends: profile.Ends = "continuous"
+    falloff: profile.Falloff = "paper"
+    fronts: Fronts = "straight"
+    taper: float = 0.0
+
+    def __post_init__(self) -> None:
+        profile.half_cycle(1.0, self.start, self.count)
+        profile.phase(0.0, 0.0, 1.0, self.alpha, self.ends)
+        profile.attenuation(0.0, self.falloff)
+        check_range("depth", self.depth, 0.0, 1e6)
+        check_range("core", self.core, 0.0, 1.0)
+        check_range("taper", self.taper, 0.0, 1.0)
+        if self.fronts not in FRONTS:
+            raise ParameterError(f"fronts must be one of {', '.join(FRONTS)}, received {self.fronts!r}.")
+
+
+@dataclass(frozen=True, eq=False)
+class Muscle:
+    """What all kinds share. By itself it neither pulls the skin nor folds it: :class:`LinearMuscle`,
+    :class:`SheetMuscle` and :class:`SphincterMuscle` do; the others move a bone or a lid.
+    """
+
+    wrinkles: Wrinkles = field(default_factory=Wrinkles, kw_only=True)
+    strength: float = field(default=1.0, kw_only=True)
+    """Force at full contraction, relative to that of the other muscles."""
+    normal_share: float = field(default=1.0, kw_only=True)
+    """Share of the pull along the skin's normal that reaches the skin."""
+    folds: Muscle | None = field(default=None, kw_only=True)
+    """Where the skin folds elsewhere than over the muscle, or not across its fibres: the muscle-like region on which
+    the wrinkles are laid instead. None, as in the paper: over the muscle and across its fibres.
+    """
+
+    def _check_common(self) -> None:
+        check_range("strength", self.strength, 0.0, 1e6)
+        check_range("normal_share", self.normal_share, 0.0, 1.0)
+
+    @property
+    def fold_pattern(self) -> Muscle:
+        """The region on which this muscle's wrinkles are laid: `folds`, or the muscle itself."""
+        return self.folds or self
+
+    def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
+        """The muscle's two coordinates of (n, 3) points."""
+        n = len(checked_points(points))
+        return np.zeros(n), np.zeros(n)
+
+    def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
+        """Whether each of (n, 3) points lies in the wrinkling region."""
+        return np.zeros(len(checked_points(points)), dtype=bool)
+
+    def envelope(self, points: npt.ArrayLike) -> Array:
+        """The lateral attenuation At of (n, 3) points; exactly 0 outside the wrinkling region."""
+        return np.zeros(len(checked_points(points)))
+
+    def unit_amplitude(self, points: npt.ArrayLike) -> Array:
+        """``H At`` at k0 = 1 for (n, 3) points; exactly 0 outside the wrinkling region (Eq. 3)."""
+        fade = self.envelope(points)
+        return np.where(fade > 0.0, self.height(points) * fade, 0.0)
+
+    def height(self, points: npt.ArrayLike) -> Array:
+        """H at k0 = 1, periodic along the muscle."""
+        return np.zeros(len(checked_points(points)))
+
+    def half_cycles(self, points: npt.ArrayLike) -> Array:
+        """Half cycle u at (n, 3) points, as a length."""
+        return np.full(len(checked_points(points)), self.half_wavelength)
+
+    def fold_direction(self, points: npt.ArrayLike) -> Array:
+        """Unit directions (n, 3) across the folds, along which compression is measured."""
+        return np.zeros_like(checked_points(points))
+
+    def force(self, points: npt.ArrayLike) -> Array:
+        """Pull (n, 3) at full contraction and strength 1; 0 outside the area of influence."""
+        return np.zeros_like(checked_points(points))
+
+    @property
+    def half_wavelength(self) -> float:
+        """Half cycle u as a length (for a sphincter: along its outer border, where it is longest); infinite without
+        folds.
+        """
+        return float("inf")
+
+    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
+        """The muscle after ``x -> scale * rotation @ x + translation``; `rotation` may mirror."""
+        raise NotImplementedError
+
+    def replaced(self, **changes: object) -> Self:
+        """A copy with other values.
+
+        Names of :class:`Wrinkles` (count, depth, alpha, ...) are accepted too; they change the wrinkles where they are
+        laid, on `folds` if there are any.
+        """
+        own, of_wrinkles = ([f.name for f in dataclasses.fields(kind)] for kind in (self, Wrinkles))
+        for name in changes:
+            if name not in (*own, *of_wrinkles):
+                raise unknown_name("property of a muscle", name, (*own, *of_wrinkles))
+        inner = {k: changes.pop(k) for k in list(changes) if k in of_wrinkles}
+        if inner and self.folds is not None:
+            changes["folds"] = self.folds.replaced(**inner)
+        elif inner:
+            changes["wrinkles"] = dataclasses.replace(self.wrinkles, **inner)  # type: ignore[arg-type]
+        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
+
+    def _tapered(self, place: Array) -> Array:
+        """Share of the depth at `place` in the wrinkling region, from 0 to 1 along the muscle."""
+        reach = 0.5 * self.wrinkles.taper
+        return smoothstep(np.minimum(place, 1.0 - place) / reach) if reach > 0.0 else np.ones_like(place)
+
+    def _profile(self, distance: Array, start: float, u: float) -> Array:
+        """H at k0 = 1 of points at `distance` along the muscle."""
+        style = self.wrinkles
+        w = profile.phase(distance, start, u, style.alpha, style.ends)
+        return profile.shape(w, u, 1.0, style.alpha)

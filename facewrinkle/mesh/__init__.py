@@ -1,0 +1,22 @@
+"""The edge: what users bring becomes plain arrays here, and plain arrays become PolyData again.
+
+`read_surface` opens files and foreign objects, `prepare` checks and mends a surface until the algorithms can rely on
+it, and `to_polydata` turns results into PolyData. No other room converts; this one also names the arrays of a frame.
+"""
+
+from .arrays import ARRAYS, MUSCLES, carried_point_data, refilled, to_polydata
+from .checks import Surface, prepare
+from .reading import read_surface
+from .refining import refine
+
+__all__ = [
+    "ARRAYS",
+    "MUSCLES",
+    "Surface",
+    "carried_point_data",
+    "prepare",
+    "read_surface",
+    "refilled",
+    "refine",
+    "to_polydata",
+]

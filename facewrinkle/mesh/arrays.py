@@ -1,0 +1,150 @@
+"""Plain arrays become PolyData here; the arrays of a frame and their names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+from ..errors import MeshError
+from ..geometry.transfer import carried, nearest_carried
+
+ARRAYS: Mapping[str, str] = MappingProxyType(
+    {
+        "lambda": "position along the dominant muscle",
+        "gamma": "position across the dominant muscle",
+        "epsilon": "compression along the dominant muscle",
+        "W": "height of the wrinkles (mm)",
+        "split_gamma": "largest split criterion over the vertex's edges",
+        "muscle": "index of the dominant muscle, -1 for none",
+        "level": "level of refinement",
+        "rest": "position at rest, in the unit of the mesh",
+    }
+)
+"""The point-data arrays of a frame and what they hold."""
+
+MUSCLES = "muscles"
+"""The field-data array of a frame that lists the muscles' names."""
+
+
+def to_polydata(
+    points: np.ndarray, triangles: np.ndarray, point_data: Mapping[str, np.ndarray] | None = None
+) -> pv.PolyData:
+    """A PolyData that shares no memory with the arrays.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        Kept as float64.
+    triangles : (m, 3) int
+        Vertex numbers.
+    point_data : mapping of name to (n,) or (n, k) array, optional
+        The arrays of the vertices; those that facewrinkle itself writes are named in `ARRAYS`.
+
+    Returns
+    -------
+    pyvista.PolyData
+
+    Raises
+    ------
+    MeshError
+        If a shape is wrong or a triangle uses a vertex that does not exist.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> mesh = to_polydata(np.eye(3), np.array([[0, 1, 2]]), {"W": np.zeros(3)})
+    >>> mesh.n_points, mesh.n_cells, mesh.points.dtype.name, mesh.array_names
+    (3, 1, 'float64', ['W'])
+    """
+    points, triangles = numbers("points", points).astype(np.float64), numbers("triangles", triangles)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise MeshError(f"points must have the shape (n, 3), received {points.shape}.")
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
+        raise MeshError(
+            f"triangles must be integers of the shape (m, 3), received {triangles.dtype} of {triangles.shape}."
+        )
+    if triangles.size and (triangles.min() < 0 or triangles.max() >= len(points)):
+        raise MeshError(
+            f"triangles must use vertices from 0 to {len(points) - 1}, received {triangles.min()} to {triangles.max()}."
+        )
+    mesh = pv.PolyData.from_regular_faces(points, triangles)
+    for name, values in (point_data or {}).items():
+        values = np.array(values)
+        if len(values) != len(points):
+            raise MeshError(
+                f"point data {name!r} must have {len(points)} rows, one for each point, received {len(values)}."
+            )
+        if values.dtype.kind in "fiu" and values.ndim <= 2:
+            _add_array(mesh, name, values)
+        else:  # PyVista keeps what VTK has no type for
+            mesh.point_data[name] = values
+    return mesh
+
+
+def _add_array(mesh: pv.PolyData, name: str, values: np.ndarray) -> None:
+    """What ``mesh.point_data[name] = values`` does, without its checks: a frame adds a dozen arrays."""
+    array = numpy_to_vtk(values, deep=True)
+    array.SetName(name)
+    mesh.GetPointData().AddArray(array)
+
+
+def numbers(name: str, values: object) -> np.ndarray:
+    """A copy as an array of real numbers."""
+    try:
+        array = np.array(values)
+    except (TypeError, ValueError):  # rows of different lengths
+        array = np.array(None)
+    if array.dtype.kind not in "fiu":
+        raise MeshError(f"{name} must be an array of real numbers, received {type(values).__name__} of {array.dtype}.")
+    return array
+
+
+def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str, np.ndarray]) -> pv.PolyData:
+    """A copy of a mesh with other points (n, 3) and other values in some arrays: faster than building it anew."""
+    mesh = template.copy()
+    vtk_to_numpy(mesh.GetPoints().GetData())[:] = points
+    data = mesh.GetPointData()
+    for name, values in point_data.items():
+        vtk_to_numpy(data.GetArray(name))[...] = values
+    return mesh
+
+
+def carried_point_data(mesh: pv.PolyData, corners: np.ndarray, barycentric: np.ndarray) -> dict[str, np.ndarray]:
+    """The point data of a mesh at places given by three of its vertices and weights (n, 3).
+
+    Numbers are interpolated, labels come from the nearest vertex; normals, which do not interpolate, are left out.
+    """
+    out = {}
+    for name, values in mesh.point_data.items():
+        array = np.asarray(values)
+        if name == "Normals":
+            continue
+        if array.dtype.kind == "f" or (array.dtype == np.uint8 and array.ndim > 1):  # colours
+            flat = carried(array.reshape(len(array), -1).astype(np.float64), corners, barycentric)
+            flat = np.rint(flat) if array.dtype == np.uint8 else flat
+            out[name] = flat.reshape(-1, *array.shape[1:]).astype(array.dtype)
+        else:
+            out[name] = nearest_carried(array, corners, barycentric)
+    return out
+
+
+def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> pv.PolyData:
+    """The triangles on the points `kept` of `source`, with the data of these points and the field data.
+
+    Normals stay behind: VTK goes on shading with them after the points have moved.
+    """
+    stale = {source.point_data.active_normals_name, "Normals"}
+    names = [name for name in source.point_data if name not in stale]
+    mesh = to_polydata(
+        np.asarray(source.points)[kept], triangles, {name: source.point_data[name][kept] for name in names}
+    )
+    for active in ("active_texture_coordinates_name", "active_scalars_name"):
+        name = getattr(source.point_data, active)
+        if name in names:
+            setattr(mesh.point_data, active, name)
+    mesh.field_data.update(source.field_data)
+    return mesh

@@ -1,0 +1,51 @@
+"""A mesh refined in one go."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyvista as pv
+
+from ..errors import MeshError
+from ..geometry.refinement import RedGreenForest
+from ..geometry.transfer import carried
+from .arrays import carried_point_data, to_polydata
+from .reading import read_surface
+
+
+def refine(mesh: pv.PolyData, marked: np.ndarray) -> pv.PolyData:
+    """Split the marked triangles of a mesh in four and close the mesh around them: red-green refinement in one go.
+
+    Parameters
+    ----------
+    mesh : PolyData
+        Triangles or polygons (which are triangulated). Not changed.
+    marked : (m,) bool, or indices of triangles
+
+    Returns
+    -------
+    PolyData
+        The refined mesh with the interpolated point data. New points follow the old ones; none hangs on an edge.
+
+    Raises
+    ------
+    MeshError
+        If the mesh has no triangles, or the marks do not fit them.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> fine = refine(pv.Plane(i_resolution=2, j_resolution=2).triangulate(), [0])
+    >>> fine.n_cells, fine.n_points
+    (12, 12)
+    """
+    source = read_surface(mesh)
+    triangles = np.asarray(source.regular_faces, dtype=np.int32)
+    if len(triangles) == 0:
+        raise MeshError("the mesh has no faces to refine.")
+    forest = RedGreenForest(triangles, n_points=source.n_points)
+    forest.split(marked)
+    points = carried(np.asarray(source.points, dtype=np.float64), forest.corners, forest.barycentric)
+    data = carried_point_data(source, forest.corners, forest.barycentric)
+    fine = to_polydata(points, forest.triangles, data)
+    fine.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
+    return fine
