@@ -6,6 +6,7 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
+import pyvista as pv
 from scipy.spatial import cKDTree
 
 from ..errors import LARGEST, FaceWrinkleWarning, MeshError, ParameterError
