@@ -164,8 +164,8 @@ def base_under(
     chosen, _ = near(rest, triangles)
     used, local = np.unique(triangles[chosen], return_inverse=True)
     below, of = (rest[used], as_triangles(local.reshape(-1, 3))), (rest.copy(), triangles.copy())
-    centres = rest[triangles].mean(axis=1)
-    radii = np.linalg.norm(rest[triangles] - centres[:, None], axis=2).max(axis=1)
+    centres, radii = np.empty((len(triangles), 3)), np.empty(len(triangles))
+    kernels.spheres(rest, triangles, centres, radii)
     if kept is not None and np.array_equal(kept.below[1], below[1]) and np.array_equal(kept.below[0], below[0]):
         return replace(kept, of=of, used=used, centres=centres, radii=radii)  # the mesh has changed elsewhere
     forest = RedGreenForest(below[1], 8)
