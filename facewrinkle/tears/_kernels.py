@@ -157,7 +157,7 @@ def near_course(points, triangles, course, spacing, reach, near, longest):
     for k in range(len(course)):
         for i in range(3):
             low[i], high[i] = min(low[i], course[k, i]), max(high[i], course[k, i])
-    gap = 1e-300
+    gap, hint = 1e-300, 0
     for k in range(1, len(course)):
         gap = max(gap, np.sqrt(((course[k] - course[k - 1]) ** 2).sum()))
     centre = np.empty(3)
@@ -176,12 +176,16 @@ def near_course(points, triangles, course, spacing, reach, near, longest):
             away = away or centre[i] < low[i] - far or centre[i] > high[i] + far
         if away:
             continue
+        x, y, z = centre[0] - course[hint, 0], centre[1] - course[hint, 1], centre[2] - course[hint, 2]
+        if x * x + y * y + z * z < far * far:
+            near[t] = True
+            continue
         k = 0
         while k < len(course):
             x, y, z = centre[0] - course[k, 0], centre[1] - course[k, 1], centre[2] - course[k, 2]
             square = x * x + y * y + z * z
             if square < far * far:
-                near[t] = True
+                near[t], hint = True, k  # the next triangle is often beside this one
                 break
             k += max(1, int(0.999 * (np.sqrt(square) - far) / gap))  # no point before that one is close enough
 
@@ -216,6 +220,31 @@ def along_course(points, course, lengths, normals, s, w):
                 side = dx * (ey * normals[i, 2] - ez * normals[i, 1]) + dy * (ez * normals[i, 0] - ex * normals[i, 2])
                 side += dz * (ex * normals[i, 1] - ey * normals[i, 0])
                 w[i] = np.sqrt(d) if side >= 0.0 else -np.sqrt(d)
+
+
+@njit(cache=True)
+def rings(edges, offsets, neighbours):
+    """Neighbours of every vertex; `offsets` (n + 1,) are 0 before."""
+    for e in range(len(edges)):
+        for k in range(2):
+            offsets[edges[e, k] + 1] += 1
+    for v in range(1, len(offsets)):
+        offsets[v] += offsets[v - 1]
+    at = offsets.copy()
+    for e in range(len(edges)):
+        a, b = edges[e, 0], edges[e, 1]
+        neighbours[at[a]], neighbours[at[b]] = b, a
+        at[a] += 1
+        at[b] += 1
+
+
+@njit(cache=True)
+def between(values, first, second, share, out):
+    """Values (n, d) at a share of the way from the first to the second."""
+    for i in range(len(first)):
+        for k in range(values.shape[1]):
+            begin = values[first[i], k]
+            out[i, k] = begin + share[i] * (values[second[i], k] - begin)
 
 
 @njit(cache=True)
