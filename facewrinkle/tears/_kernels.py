@@ -363,6 +363,7 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
         shape[k] = int((high[k] - low[k]) / cell) + 1
     start, box = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64), np.empty((3, 2), np.int64)
     inside, boxes, count = np.empty(len(triangles), np.int64), np.empty((len(triangles), 6), np.int64), 0
+    bounds = np.empty((len(triangles), 6))
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         away = False
@@ -372,6 +373,7 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
             if above < low[k] or below > high[k]:
                 away = True
                 break
+            bounds[t, k], bounds[t, 3 + k] = below, above
             boxes[count, 2 * k] = int(max(below - low[k], 0.0) / cell)
             boxes[count, 2 * k + 1] = int((min(above, high[k]) - low[k]) / cell)
         if not away:
@@ -392,7 +394,7 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
                             where[g] += 1
                         else:
                             start[g + 1] += 1
-    least = 1e-7 * cell  # nearer is the triangle that the ray starts from
+    least = 6e-08 * cell  # nearer is the triangle that the ray starts from
     found, seen = np.empty(3), np.full(len(triangles), -1)
     for i in range(len(base)):
         p, d = base[i], normals[i]
@@ -409,6 +411,12 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
                         if seen[t] == i:
                             continue
                         seen[t] = i
+                        apart = 0.0  # from the triangle's box
+                        for k in range(3):
+                            gap = max(bounds[t, k] - p[k], p[k] - bounds[t, 3 + k], 0.0)
+                            apart += gap * gap
+                        if apart > nearest * nearest:
+                            continue
                         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
                         nearest = _met(p[0], p[1], p[2], d[0], d[1], d[2], skin, a, b, c, least, nearest)
                         q0, q1, q2 = rest[i, 0] - centres[t, 0], rest[i, 1] - centres[t, 1], rest[i, 2] - centres[t, 2]
