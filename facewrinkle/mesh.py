@@ -100,7 +100,7 @@ def to_polydata(
     >>> mesh.n_points, mesh.n_cells, mesh.points.dtype.name, mesh.array_names
     (3, 1, 'float64', ['W'])
     """
-    points, triangles = _numbers("points", points).astype(np.float64), _numbers("triangles", triangles)
+    points, triangles = _numbers("points", points).astype(np.float64, copy=False), _numbers("triangles", triangles)
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError(f"points must have the shape (n, 3), received {points.shape}.")
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
@@ -113,7 +113,7 @@ def to_polydata(
         )
     mesh = pv.PolyData.from_regular_faces(points, triangles)
     for name, values in (point_data or {}).items():
-        values = np.array(values)
+        values = np.asarray(values)
         if len(values) != len(points):
             raise MeshError(
                 f"point data {name!r} must have {len(points)} rows, one for each point, received {len(values)}."
@@ -121,7 +121,7 @@ def to_polydata(
         if values.dtype.kind in "fiu" and values.ndim <= 2:
             _add_array(mesh, name, values)
         else:  # PyVista keeps what VTK has no type for
-            mesh.point_data[name] = values
+            mesh.point_data[name] = values.copy()
     return mesh
 
 
