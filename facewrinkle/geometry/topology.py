@@ -34,7 +34,8 @@ def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
     limit = np.iinfo(np.int32).max if n_points is None else n_points
     if array.min() < 0 or array.max() >= limit:
         raise MeshError(f"triangles must name vertices 0 to {limit - 1}, received {array.min()} to {array.max()}.")
-    twice = (array == np.roll(array, 1, axis=1)).any(axis=1)
+    a, b, c = array.T
+    twice = (a == b) | (b == c) | (c == a)
     if twice.any():
         worst = int(np.argmax(twice))
         raise MeshError(

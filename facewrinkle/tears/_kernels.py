@@ -44,30 +44,33 @@ def farthest_behind(drop, skin, triangles, margin):
 @njit(cache=True)
 def _nearest_in(p, a, b, c, out):
     """Nearest point of triangle abc to p (Ericson, Real-Time Collision Detection, 5.1.5) into `out`."""
-    ab, ac, ap = b - a, c - a, p - a
-    d1, d2 = (ab * ap).sum(), (ac * ap).sum()
-    if d1 <= 0.0 and d2 <= 0.0:
-        out[:] = a
-        return
-    bp = p - b
-    d3, d4 = (ab * bp).sum(), (ac * bp).sum()
-    if d3 >= 0.0 and d4 <= d3:
-        out[:] = b
-        return
-    cp = p - c
-    d5, d6 = (ab * cp).sum(), (ac * cp).sum()
-    if d6 >= 0.0 and d5 <= d6:
-        out[:] = c
-        return
+    d1 = d2 = d3 = d4 = d5 = d6 = 0.0
+    for k in range(3):  # numbers, not small arrays, which would be allocated
+        e, f = b[k] - a[k], c[k] - a[k]
+        d1 += e * (p[k] - a[k])
+        d2 += f * (p[k] - a[k])
+        d3 += e * (p[k] - b[k])
+        d4 += f * (p[k] - b[k])
+        d5 += e * (p[k] - c[k])
+        d6 += f * (p[k] - c[k])
     vc, vb, va = d1 * d4 - d3 * d2, d5 * d2 - d1 * d6, d3 * d6 - d5 * d4
-    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        out[:] = a + d1 / (d1 - d3) * ab
+    if d1 <= 0.0 and d2 <= 0.0:
+        v, w = 0.0, 0.0
+    elif d3 >= 0.0 and d4 <= d3:
+        v, w = 1.0, 0.0
+    elif d6 >= 0.0 and d5 <= d6:
+        v, w = 0.0, 1.0
+    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        v, w = d1 / (d1 - d3), 0.0
     elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        out[:] = a + d2 / (d2 - d6) * ac
+        v, w = 0.0, d2 / (d2 - d6)
     elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
-        out[:] = b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)
+        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        v = 1.0 - w
     else:
-        out[:] = a + vb / (va + vb + vc) * ab + vc / (va + vb + vc) * ac
+        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
+    for k in range(3):
+        out[k] = a[k] + v * (b[k] - a[k]) + w * (c[k] - a[k])
 
 
 @njit(cache=True)
@@ -132,12 +135,31 @@ def descend(points, triangles, normals, offsets, around, start, first, heading, 
 
 
 @njit(cache=True)
+def spheres(points, triangles, centres, radii):
+    """Centroids of triangles, and how far from them their corners are."""
+    for t in range(len(triangles)):
+        square = 0.0
+        for k in range(3):
+            centres[t, k] = 0.0
+            for s in range(3):
+                centres[t, k] += points[triangles[t, s], k] / 3.0
+        for s in range(3):
+            v = triangles[t, s]
+            x, y, z = points[v, 0] - centres[t, 0], points[v, 1] - centres[t, 1], points[v, 2] - centres[t, 2]
+            square = max(square, x * x + y * y + z * z)
+        radii[t] = np.sqrt(square)
+
+
+@njit(cache=True)
 def near_course(points, triangles, course, spacing, reach, near, longest):
     """Which triangles may hold points within `reach` of a polyline with points `spacing` apart; their longest sides."""
     low, high = course[0].copy(), course[0].copy()
     for k in range(len(course)):
         for i in range(3):
             low[i], high[i] = min(low[i], course[k, i]), max(high[i], course[k, i])
+    gap, hint = 1e-300, 0
+    for k in range(1, len(course)):
+        gap = max(gap, np.sqrt(((course[k] - course[k - 1]) ** 2).sum()))
     centre = np.empty(3)
     for t in range(len(triangles)):
         square = 0.0
@@ -154,11 +176,18 @@ def near_course(points, triangles, course, spacing, reach, near, longest):
             away = away or centre[i] < low[i] - far or centre[i] > high[i] + far
         if away:
             continue
-        for k in range(len(course)):
+        x, y, z = centre[0] - course[hint, 0], centre[1] - course[hint, 1], centre[2] - course[hint, 2]
+        if x * x + y * y + z * z < far * far:
+            near[t] = True
+            continue
+        k = 0
+        while k < len(course):
             x, y, z = centre[0] - course[k, 0], centre[1] - course[k, 1], centre[2] - course[k, 2]
-            if x * x + y * y + z * z < far * far:
-                near[t] = True
+            square = x * x + y * y + z * z
+            if square < far * far:
+                near[t], hint = True, k  # the next triangle is often beside this one
                 break
+            k += max(1, int(0.999 * (np.sqrt(square) - far) / gap))  # no point before that one is close enough
 
 
 @njit(cache=True)
@@ -191,6 +220,31 @@ def along_course(points, course, lengths, normals, s, w):
                 side = dx * (ey * normals[i, 2] - ez * normals[i, 1]) + dy * (ez * normals[i, 0] - ex * normals[i, 2])
                 side += dz * (ex * normals[i, 1] - ey * normals[i, 0])
                 w[i] = np.sqrt(d) if side >= 0.0 else -np.sqrt(d)
+
+
+@njit(cache=True)
+def rings(edges, offsets, neighbours):
+    """Neighbours of every vertex; `offsets` (n + 1,) are 0 before."""
+    for e in range(len(edges)):
+        for k in range(2):
+            offsets[edges[e, k] + 1] += 1
+    for v in range(1, len(offsets)):
+        offsets[v] += offsets[v - 1]
+    at = offsets.copy()
+    for e in range(len(edges)):
+        a, b = edges[e, 0], edges[e, 1]
+        neighbours[at[a]], neighbours[at[b]] = b, a
+        at[a] += 1
+        at[b] += 1
+
+
+@njit(cache=True)
+def between(values, first, second, share, out):
+    """Values (n, d) at a share of the way from the first to the second."""
+    for i in range(len(first)):
+        for k in range(values.shape[1]):
+            begin = values[first[i], k]
+            out[i, k] = begin + share[i] * (values[second[i], k] - begin)
 
 
 @njit(cache=True)
@@ -271,6 +325,26 @@ def clip(triangles, sides, edges, level, out, first, second, share):
 
 
 @njit(cache=True)
+def close(triangles, sides, n, out):
+    """Triangles (2 m + 2 b, 3) of a solid: of its top, of its base numbered from `n` on, and of the walls."""
+    m, count = len(triangles), np.zeros(sides.max() + 1, np.int32)
+    for t in range(m):
+        for k in range(3):
+            count[sides[t, k]] += 1
+            out[t, k] = triangles[t, k]
+            out[m + t, k] = triangles[t, 2 - k] + n
+    at = 2 * m
+    for t in range(m):
+        for k in range(3):
+            if count[sides[t, k]] == 1:
+                a, b = triangles[t, k], triangles[t, (k + 1) % 3]
+                out[at, 0], out[at, 1], out[at, 2] = a + n, b + n, b
+                out[at + 1, 0], out[at + 1, 1], out[at + 1, 2] = a + n, b, a
+                at += 2
+    return at
+
+
+@njit(cache=True)
 def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, cell):
     """Lower heights so that no vertex goes half the way to the skin that it would meet, nor to other skin near it.
 
@@ -289,6 +363,7 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
         shape[k] = int((high[k] - low[k]) / cell) + 1
     start, box = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64), np.empty((3, 2), np.int64)
     inside, boxes, count = np.empty(len(triangles), np.int64), np.empty((len(triangles), 6), np.int64), 0
+    bounds = np.empty((len(triangles), 6))
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         away = False
@@ -298,6 +373,7 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
             if above < low[k] or below > high[k]:
                 away = True
                 break
+            bounds[t, k], bounds[t, 3 + k] = below, above
             boxes[count, 2 * k] = int(max(below - low[k], 0.0) / cell)
             boxes[count, 2 * k + 1] = int((min(above, high[k]) - low[k]) / cell)
         if not away:
@@ -318,8 +394,8 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
                             where[g] += 1
                         else:
                             start[g + 1] += 1
-    least = 1e-7 * cell  # nearer is the triangle that the ray starts from
-    found = np.empty(3)
+    least = 6e-08 * cell  # nearer is the triangle that the ray starts from
+    found, seen = np.empty(3), np.full(len(triangles), -1)
     for i in range(len(base)):
         p, d = base[i], normals[i]
         reach = height[i]
@@ -332,6 +408,15 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
                     g = (x * shape[1] + y) * shape[2] + z
                     for at in range(start[g], start[g + 1]):
                         t = content[at]
+                        if seen[t] == i:
+                            continue
+                        seen[t] = i
+                        apart = 0.0  # from the triangle's box
+                        for k in range(3):
+                            gap = max(bounds[t, k] - p[k], p[k] - bounds[t, 3 + k], 0.0)
+                            apart += gap * gap
+                        if apart > nearest * nearest:
+                            continue
                         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
                         nearest = _met(p[0], p[1], p[2], d[0], d[1], d[2], skin, a, b, c, least, nearest)
                         q0, q1, q2 = rest[i, 0] - centres[t, 0], rest[i, 1] - centres[t, 1], rest[i, 2] - centres[t, 2]

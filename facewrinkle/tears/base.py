@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +12,7 @@ from scipy.ndimage import map_coordinates
 
 from ..geometry.normals import vertex_normals
 from ..geometry.refinement import RedGreenForest
-from ..geometry.topology import as_triangles, unique_edges, vertex_rings
+from ..geometry.topology import as_triangles, unique_edges
 from ..geometry.transfer import carried
 from . import _kernels as kernels
 from . import path as paths
@@ -45,7 +46,7 @@ class Course:
     spacing: float
     wobble: Array
 
-    @property
+    @cached_property
     def lengths(self) -> Array:
         """Length up to each point."""
         return paths.lengths(self.points)
@@ -131,7 +132,9 @@ class Part:
 
     def on(self, values: Array) -> Array:
         """Values of the base's vertices, at those of the part."""
-        return np.asarray(values[self.first] + self.share[:, None] * (values[self.second] - values[self.first]))
+        out = np.empty((len(self.first), values.shape[1]))
+        kernels.between(values, self.first, self.second, self.share, out)
+        return out
 
 
 def base_under(
@@ -162,25 +165,35 @@ def base_under(
         return chosen, longest
 
     chosen, _ = near(rest, triangles)
-    used, local = np.unique(triangles[chosen], return_inverse=True)
-    below, of = (rest[used], as_triangles(local.reshape(-1, 3))), (rest.copy(), triangles.copy())
-    centres = rest[triangles].mean(axis=1)
-    radii = np.linalg.norm(rest[triangles] - centres[:, None], axis=2).max(axis=1)
+    used, local = _numbered(triangles[chosen], len(rest))
+    below, of = (rest[used], as_triangles(local)), (rest.copy(), triangles.copy())
+    centres, radii = np.empty((len(triangles), 3)), np.empty(len(triangles))
+    kernels.spheres(rest, triangles, centres, radii)
     if kept is not None and np.array_equal(kept.below[1], below[1]) and np.array_equal(kept.below[0], below[0]):
         return replace(kept, of=of, used=used, centres=centres, radii=radii)  # the mesh has changed elsewhere
     forest = RedGreenForest(below[1], 8)
     inside, longest = near(below[0], forest.triangles)
     while (marked := inside & (longest > detail)).any() and forest.split(marked):
         inside, longest = near(carried(below[0], forest.corners, forest.barycentric), forest.triangles)
-    vertices, numbers = np.unique(forest.triangles[inside], return_inverse=True)
-    fine = as_triangles(numbers.reshape(-1, 3))
+    vertices, fine = _numbered(forest.triangles[inside], forest.n_points)
     corners, weights = forest.corners[vertices], forest.barycentric[vertices]
     edges, sides = unique_edges(fine)
+    offsets, neighbours = np.zeros(len(vertices) + 1, np.int32), np.empty(edges.size, np.int32)
+    kernels.rings(edges, offsets, neighbours)
     border = np.zeros(len(vertices), bool)
     border[edges[np.bincount(sides.ravel(), minlength=len(edges)) == 1]] = True
     points, normals = carried(below[0], corners, weights), vertex_normals(*below)[corners].sum(axis=1)
     s, w, wobble, noise = (np.array(field) for field in zip(*(c.fields(points, normals) for c in courses), strict=True))
     return Base(
-        of, below, used, corners, weights, fine, edges, sides, vertex_rings(fine), border, centres, radii,
+        of, below, used, corners, weights, fine, edges, sides, (offsets, neighbours), border, centres, radii,
         s, w, wobble, noise,
     )  # fmt: skip
+
+
+def _numbered(triangles: IntArray, n: int) -> tuple[IntArray, IntArray]:
+    """Which of n vertices triangles use, and the triangles in numbers of these."""
+    number = np.zeros(n, np.int32)
+    number[triangles] = 1
+    used = np.flatnonzero(number).astype(np.int32)
+    number[used] = np.arange(len(used), dtype=np.int32)
+    return used, number[triangles]

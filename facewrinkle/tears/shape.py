@@ -10,6 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..geometry.least_squares import moving_least_squares
 from ..geometry.topology import unique_edges
+from . import _kernels as kernels
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -162,10 +163,7 @@ def solid(base: Array, top: Array, triangles: IntArray) -> tuple[Array, IntArray
     >>> points.shape, triangles.shape
     ((6, 3), (8, 3))
     """
-    n = len(base)
     _, sides = unique_edges(triangles)
-    outline = np.bincount(sides.ravel())[sides] == 1
-    a, b = triangles[outline], np.roll(triangles, -1, axis=1)[outline]
-    walls = np.concatenate([np.stack([a + n, b + n, b], axis=1), np.stack([a + n, b, a], axis=1)])
-    all_triangles = np.concatenate([triangles, triangles[:, ::-1] + n, walls])
-    return np.concatenate([top, base]), all_triangles.astype(np.int32)
+    closed = np.empty((2 * len(triangles) + 2 * sides.size, 3), np.int32)
+    count = kernels.close(triangles, sides, len(base), closed)
+    return np.concatenate([top, base]), closed[:count].copy()

@@ -312,7 +312,7 @@ class SheddingTear:
         height = np.maximum(np.where(part.share == 0.0, thick[part.first], 0.0), FILM / unit)
         kernels.limit_heights(
             bottom, part.on(base.on(rest)), up, height, points, triangles, base.centres, base.radii,
-            0.6 * self.shape.half,
+            1.0 * self.shape.half,
         )  # fmt: skip
         top = bottom + height[:, None] * up
         shaded = detail_normals(bottom, top, part.triangles, up)
