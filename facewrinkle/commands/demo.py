@@ -18,6 +18,7 @@ from .take import Take
 
 SIZE, FRAMES, TILE = 400, 24, 204
 ITERATIONS, DRAWINGS = 250, 20
+SHEET, SIDES = 400, ("front", "left_three_quarter", "left_profile")
 
 
 def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
@@ -34,13 +35,18 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     report = Report(quiet)
     folder = output_folder(out)
     face = default_face()
-    columns = []
+    columns, peaks = [], [face.mesh]
     for row in PAPER:
         take = Take(face, face.atlas.contractions(row.expression), FRAMES, size=(SIZE, SIZE))
         peak = record(take, folder / row.expression, row.expression, report, series=False, fields=False)
         styles = (Style(take.size), Style(take.size, take.close), Style(take.size, take.close, wireframe=True))
         columns.append(stacked([_small(picture(peak, face, style)) for style in styles]))
+        peaks.append(peak)
     contact = save_picture(side_by_side(columns), folder / "contact.png", colours=256)
+    views = [picture(peak, face, Style((SHEET, SHEET), view)) for peak in peaks for view in SIDES]
+    rows = [side_by_side(views[k : k + len(SIDES)]) for k in range(0, len(views), len(SIDES))]
+    sheet = save_picture(stacked(rows), folder / "contact_sheet.png", colours=256)
+    report.say(f"\n{sheet}: the neutral face and the five expressions from three sides")
     report.say(f"\n{contact}: the five expressions, their wrinkles, and the triangles under them\n")
     tabulate(face, report, folder, ITERATIONS, DRAWINGS)
     report.say(f"\n{time.perf_counter() - begin:.0f} s")
