@@ -213,6 +213,11 @@ class Scene:
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
         self._add(skin, "skin", None if self.style.scalars else _shading.SKIN, **options)
+        if "texture" in options and "W" in skin.point_data:
+            skin.point_data["shade"] = _furrowed(np.asarray(skin.point_data["W"]))
+            mapper = self.plotter.actors["skin"].mapper
+            mapper.scalar_visibility, mapper.color_mode, mapper.scalar_map_mode = True, "direct", "point_field"
+            mapper.SelectColorArray("shade")
         n = self.face.mesh.n_points  # base vertices come first in every frame
         points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
         if len(self._mouth.loop):
@@ -390,6 +395,12 @@ def _shaded(frame: pv.PolyData) -> pv.PolyData:
     if "split_gamma" not in skin.point_data:
         skin.point_data["Normals"] = vertex_normals(frame.points, frame.regular_faces)
     return skin
+
+
+def _furrowed(heights: Array) -> npt.NDArray[np.uint8]:
+    """Factors (n, 3) of the colour, as bytes: little light comes into furrows, and what comes out is red."""
+    dark = 0.42 * -np.expm1(np.minimum(heights, 0.0) / 0.6)
+    return np.rint(255.0 * (1.0 - dark[:, None] * [0.75, 1.0, 1.0])).astype(np.uint8)
 
 
 def _has_colours(mesh: pv.PolyData) -> bool:

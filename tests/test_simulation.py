@@ -501,7 +501,7 @@ def test_the_parts_of_the_time_do_not_overlap(face):
 
 
 def test_regions_between_the_vertices_of_a_coarse_mesh_still_fold(face):
-    coarse = face.mesh.decimate(0.9)
+    coarse = face.mesh.decimate(0.92)  # not every share leaves a manifold around lids and lips
     coarse_face = fw.fit_face(coarse, face.landmarks, units="mm")
     sim = fw.Simulation(coarse_face, fw.Refinement(max_level=4))
     sim.express("frowning")

@@ -44,7 +44,7 @@ def jaw_guide(
     up = _normal_of_plane(axis, np.asarray(lips) - hinge, frame.axes[1])
     over = (points - hinge) @ up / size
     under = (landmarks["menton"] - points) @ _normal_of_plane(axis, border, frame.axes[1]) / size
-    aside = np.minimum(0.05 + np.abs((points - lips) @ frame.axes[0]) / (MIDDLE * size), 1.0)
+    aside = np.minimum(0.2 + np.abs((points - lips) @ frame.axes[0]) / (MIDDLE * size), 1.0)
     behind = (points - hinge) @ frame.axes[2] < 0.0
     fixed_up = (over > ABOVE * aside) | behind | (under > NECK)
     fixed_down = (over < -BELOW * aside) & (under < 0.0) & ~fixed_up
