@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from scipy.spatial import cKDTree
 
 from ..errors import FaceWrinkleWarning, LandmarkError, ParameterError, unknown_name
 from ..mesh import Surface, prepare, read_surface, to_polydata
@@ -140,7 +139,7 @@ def fit_face(
     frame = frame_of(found)
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2])
-    _check_on_mesh(given, clean.points, clean.triangles, frame.pupil_distance)
+    _check_on_mesh(given, clean, frame.pupil_distance)
     for name in found:
         if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
             found[name] = _closest(clean, found[name])
@@ -295,14 +294,11 @@ def _closest(surface: Surface, point: Array) -> Array:
     return np.asarray(found[1], dtype=np.float64)
 
 
-def _check_on_mesh(given: Mapping[str, Array], points: Array, triangles: npt.NDArray[np.int32], size: float) -> None:
+def _check_on_mesh(given: Mapping[str, Array], surface: Surface, size: float) -> None:
     names = [n for n in given if n not in NOT_ON_SKIN]
     if not names:
         return
-    where = np.array([given[n] for n in names])
-    # Vertices and centroids are dense enough for a tolerance of this size, however large the triangles.
-    cloud = np.vstack([points, points[triangles].mean(axis=1)])
-    distance = cKDTree(cloud).query(where)[0] / size
+    distance = [np.linalg.norm(given[n] - _closest(surface, given[n])) / size for n in names]
     off = [f"{n} ({d:.2g})" for n, d in zip(names, distance, strict=True) if d > OFF_MESH]
     if off:
         raise LandmarkError(
