@@ -263,6 +263,7 @@ class Simulation:
             layer.attach(face)
             layer.follow(Change(slice(None), len(face.points)), self._sites)
         self._template: pv.PolyData | None = None
+        self._shown_turn: Array | None = None
         self._levels = self.forest.level
         self._marks: tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]] | None = None
 
@@ -381,13 +382,19 @@ class Simulation:
             data.update(layer.fields())
         data["W"] = height  # of all layers together
         if self._template is None:
-            self._template = self._new_template(data)
-        frame = refilled(self._template, points / self.face.unit, data)
+            self._template, self._shown_turn = self._new_template(data), None
         if len(self._looking):
+            self._look_on(self._template)
+        return refilled(self._template, points / self.face.unit, data)
+
+    def _look_on(self, template: pv.PolyData) -> None:
+        """Tell where the eyes look, where that has changed."""
+        turned = self.motion.rates[self._looking]
+        if self._shown_turn is None or not np.array_equal(turned, self._shown_turn):
             rates = dict(zip(self.motion.names, self.motion.rates.tolist(), strict=True))
             for side, gaze in self.face.gazes(rates).items():
-                frame.field_data[f"gaze_{side}"] = gaze[None]
-        return frame
+                template.field_data[f"gaze_{side}"] = gaze[None]
+            self._shown_turn = turned.copy()
 
     def _new_template(self, data: dict[str, np.ndarray]) -> pv.PolyData:
         """A frame of the present triangles; only what `data` holds and the points change from one frame to the next."""
