@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 import threading
+import time
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -86,19 +87,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _interrupts() -> Iterator[list[int]]:
     """The Ctrl-C that came meanwhile; each raises KeyboardInterrupt as ever, and again where Python had to drop it."""
     seen: list[int] = []
+    dropping, raised = False, True
 
     def interrupted(number: int, _: object) -> None:
+        nonlocal raised
         seen.append(number)
+        if dropping:  # not within the hook below: what it starts asks again
+            return
+        raised = True
         logging.disable()  # VTK, where it is in the middle of something, would complain at length
         raise KeyboardInterrupt
+
+    def insist() -> None:
+        while not raised:
+            _thread.interrupt_main()
+            time.sleep(0.02)
 
     def dropped(unraisable: sys.UnraisableHookArgs) -> None:
         if not issubclass(unraisable.exc_type, KeyboardInterrupt):
             show(unraisable)
             return
-        again = threading.Timer(0.01, _thread.interrupt_main)  # it fell into a finalizer: once more, outside of it
-        again.daemon = True
-        again.start()
+        nonlocal dropping, raised
+        dropping, raised = True, False
+        threading.Thread(target=insist, daemon=True).start()  # it fell into a finalizer: once more, outside of it
+        dropping = False
 
     if threading.current_thread() is not threading.main_thread():
         yield seen
@@ -108,6 +120,7 @@ def _interrupts() -> Iterator[list[int]]:
     try:
         yield seen
     finally:
+        raised = True
         signal.signal(signal.SIGINT, before)
         sys.unraisablehook = show
         logging.disable(logging.NOTSET)
