@@ -10,7 +10,6 @@ import statistics
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 import facewrinkle as fw
 
@@ -23,27 +22,6 @@ def clip():
     sim = fw.Simulation(fw.default_face())
     sim.express("sadness")
     return list(sim.run(FRAMES))
-
-
-@pytest.fixture(scope="module")
-def draw():
-    """Draws a frame, and returns when it is drawn."""
-    plotter = pv.Plotter(off_screen=True, window_size=(800, 800), lighting=None)
-    plotter.disable_anti_aliasing()
-    plotter.add_light(pv.Light(light_type="headlight"))
-    mesh = fw.default_face().mesh.compute_normals(split_vertices=False)
-    mapper = plotter.add_mesh(mesh, color="#d8a890", smooth_shading=True).mapper
-    plotter.view_xy()
-    plotter.camera.zoom(1.3)
-    plotter.show(auto_close=False)
-
-    def draw(frame):
-        mapper.dataset = frame
-        plotter.render()
-        plotter.render_window.WaitForCompletion()
-
-    yield draw
-    plotter.close()
 
 
 @pytest.mark.parametrize("kind", ["shed", "dripping"])

@@ -12,6 +12,9 @@ import time
 from dataclasses import dataclass
 
 import pytest
+import pyvista as pv
+
+import facewrinkle as fw
 
 
 @dataclass(frozen=True)
@@ -105,3 +108,24 @@ def pytest_terminal_summary(terminalreporter, config):
         terminalreporter.write_line(f"{what}: {note}")
     load = ", ".join(f"{x:.2f}" for x in os.getloadavg()) if hasattr(os, "getloadavg") else "unknown"
     terminalreporter.write_line(f"{os.cpu_count()} cores, load over 1, 5 and 15 minutes: {load}")
+
+
+@pytest.fixture(scope="module")
+def draw():
+    """Draws a frame, and returns when it is drawn."""
+    plotter = pv.Plotter(off_screen=True, window_size=(800, 800), lighting=None)
+    plotter.disable_anti_aliasing()
+    plotter.add_light(pv.Light(light_type="headlight"))
+    mesh = fw.default_face().mesh.compute_normals(split_vertices=False)
+    mapper = plotter.add_mesh(mesh, color="#d8a890", smooth_shading=True).mapper
+    plotter.view_xy()
+    plotter.camera.zoom(1.3)
+    plotter.show(auto_close=False)
+
+    def draw(frame):
+        mapper.dataset = frame
+        plotter.render()
+        plotter.render_window.WaitForCompletion()
+
+    yield draw
+    plotter.close()

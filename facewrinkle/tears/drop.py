@@ -26,9 +26,6 @@ GRAVITY = 9810.0
 BIRTH = 0.03
 """Share of its volume with which a drop appears."""
 
-RINGING = 0.06
-"""Period at which a falling drop swings between long and flat, s: slower than water's (some 60 Hz), to be seen."""
-
 CLEAR = 0.02
 """Distance that a drop keeps from the skin, in diameters."""
 
