@@ -24,7 +24,7 @@ from .layers.pattern_layer import Compression, PatternLayer
 from .layers.presets import names, presets, table
 from .mesh import read_surface, to_polydata
 from .motion.base import Still
-from .simulation import Refinement, Simulation
+from .simulation import FINEST, Refinement, Simulation
 from .tears.stream import SheddingTear
 
 
@@ -92,15 +92,15 @@ class FaceWrinkleAccessor:
         Raises
         ------
         ParameterError
-            If the mesh is too coarse for the pattern with `max_level`, or the strength is that of compressed skin.
+            If the mesh is much too coarse for the pattern with `max_level`, or the strength is that of compressed skin.
 
         Warns
         -----
         FaceWrinkleWarning
-            If the mesh is refined.
+            If the mesh is refined, or too coarse with `max_level`.
         """
         check_range("time", time, -1e9, 1e9)
-        check_whole("max_level", max_level, 0, 8, "Each level has four times as many triangles.")
+        check_whole("max_level", max_level, 0, FINEST, "Each level has four times as many triangles.")
         if isinstance(words.get("strength"), Compression):
             raise ParameterError("nothing compresses a mesh that keeps still; give a number or a function as strength.")
         words["begin"] = time
@@ -154,17 +154,11 @@ class FaceWrinkleAccessor:
 def laid(face: Face, layers: list[PatternLayer], max_level: int) -> pv.PolyData:
     """A still face with layers on it, refined as they need it."""
     needed = max(layer.level_needed(face) for layer in layers)
-    if needed > max_level:
-        raise ParameterError(
-            f"the mesh is too coarse to carry the pattern {layers[0].name}: its triangles would have to be split "
-            f"{needed} times, and max_level={max_level} is allowed. Ask for max_level={needed}, for fewer wrinkles, or "
-            "for a larger region."
-        )
-    simulation = Simulation(face, Refinement(max_level=needed), layers, motion=Still(face, 1e-9))
+    simulation = Simulation(face, Refinement(max_level=min(needed, max_level)), layers, motion=Still(face, 1e-9))
     frame, cells = simulation.step(), -1
     while frame.n_cells != cells:
         frame, cells = simulation.step(), frame.n_cells
-    if cells > len(face.triangles):
+    if len(face.triangles) < cells and needed <= max_level:
         warnings.warn(
             f"the mesh was too coarse to carry the pattern {layers[0].name}: it was refined from {len(face.triangles)} "
             f"to {cells} triangles.",

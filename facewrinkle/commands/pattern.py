@@ -221,6 +221,6 @@ def _close(face: Face, frame: pv.PolyData, view: str | None, layers: list[Any]) 
         return view
     if face.landmarks:
         return closeup(frame, face)
-    normal = face.frame.axes @ layers[0].region.laid(face).centre.normal
+    normal = face.frame.axes @ layers[0].laid(face).centre.normal
     sideways = float(np.hypot(normal[0], normal[2]))
     return View((float(normal[0]), float(normal[1]), float(normal[2])) if sideways > 0.1 else (0.0, 0.8, 0.6))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +12,13 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range
+from ..geometry.blending import smoothstep
 from ..geometry.normals import vertex_areas, vertex_normals
 from ..geometry.refinement import Change
 from .base import Array, Moment, Relief, Sites
 from .compression import StrainField, compression_along, principal_compression
-from .pattern_kinds import Heights, Pattern, pattern_of
+from .pattern_base import Heights, Pattern
+from .pattern_kinds import pattern_of
 from .patterns import Function
 from .region import LaidRegion, Region
 
@@ -54,8 +57,7 @@ class Compression:
 
     def __call__(self, epsilon: float) -> float:
         """The strength at a compression."""
-        s = min(max((epsilon - self.low) / (self.full - self.low), 0.0), 1.0)
-        return float(s * s * (3.0 - 2.0 * s))
+        return float(smoothstep((epsilon - self.low) / (self.full - self.low)))
 
 
 class PatternLayer:
@@ -82,7 +84,7 @@ class PatternLayer:
         For messages; default: that of the pattern.
     **words
         Of the pattern, such as ``number=4, style="m", sharpness=1.0``; further ones of :class:`Region`, such as
-        ``border``, ``outline``, ``select``, ``valid`` and ``seed``.
+        ``border``, ``outline``, ``select`` and ``valid``. `seed` is that of both.
 
     Raises
     ------
@@ -122,7 +124,7 @@ class PatternLayer:
         if not parts:
             raise ParameterError("a layer needs a pattern, received none.")
         where = {word: words.pop(word) for word in list(words) if word in Region.__dataclass_fields__}
-        self.patterns = tuple(pattern_of(part, words) for part in parts)
+        self.patterns = tuple(pattern_of(part, words, where.get("seed")) for part in parts)
         self.name = name or " + ".join(part if isinstance(part, str) else type(part).__name__ for part in parts)
         if region is not None and (where or centre is not None or size is not None):
             raise ParameterError("a region is given, so centre, size and the words of a region have to be left out.")
@@ -131,6 +133,7 @@ class PatternLayer:
         self.strength = strength if callable(strength) else check_range("strength", strength, 0.0, 1.0)
         self.t = t if t is None or callable(t) else check_range("t", t, -1e6, 1e6)
         self.begin = check_range("begin", begin, -1e9, 1e9)
+        self._on: tuple[Face, Region, LaidRegion] | None = None
 
     @classmethod
     def preset(cls, name: str, face: Face, **changes: Any) -> PatternLayer:
@@ -139,11 +142,17 @@ class PatternLayer:
 
         return preset(name, face, **changes)
 
+    def laid(self, face: Face) -> LaidRegion:
+        """The region on a face; it is laid once, and then remembered."""
+        if self._on is None or self._on[0] is not face or self._on[1] is not self.region:
+            self._on = face, self.region, self.region.laid(face)
+        return self._on[2]
+
     # --- the layer protocol ----------------------------------------------------------------------
 
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        self._laid: LaidRegion = self.region.laid(face)
+        self._laid = self.laid(face)
         sides = face.points[self._laid.corners] - np.roll(face.points[self._laid.corners], 1, axis=0)
         self._tiny = float(np.linalg.norm(sides, axis=1).max()) > self._laid.half.min()
         if isinstance(self.strength, Compression):
@@ -278,7 +287,9 @@ class PatternLayer:
         >>> [PatternLayer("dimple", (0, 0, 40), size=size).level_needed(ball) for size in (40.0, 10.0)]
         [1, 2]
         """
-        twin = PatternLayer(self.patterns, region=self.region, t=self.t, name=self.name)
+        self.laid(face)
+        twin = copy(self)
+        twin.strength = 1.0
         twin.attach(face)
         points, triangles = face.points, face.triangles
         corners = triangles[self._zone(twin._laid, triangles)]

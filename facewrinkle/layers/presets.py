@@ -11,7 +11,7 @@ import numpy as np
 
 from ..anatomy.face import Face
 from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, of_side
-from ..errors import LandmarkError, unknown_name
+from ..errors import LandmarkError, check_whole, unknown_name
 from .pattern_layer import Compression, PatternLayer
 
 
@@ -45,7 +45,9 @@ def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
     face : Face
     **changes
         What is to be different: see :class:`facewrinkle.PatternLayer`; `size` in distances between the pupils. With
-        ``strength="skin"`` the pattern comes out as the skin below is compressed across it.
+        ``strength="skin"`` the pattern comes out as the skin below is compressed across it. The wrinkles of the right
+        side are drawn with the seed after that of the left, so that no face is its own mirror image; ``variation=0``
+        makes all of them even.
 
     Raises
     ------
@@ -77,6 +79,7 @@ def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
         "up": frame.axes.T @ (outward * entry.get("up", [0.0, 1.0, 0.0])),
         "depth": entry["depth"] * frame.pupil_distance * face.unit / MEAN_PUPIL_DISTANCE,
         "mirrored": side == "r",
+        "seed": check_whole("seed", changes.pop("seed", 0), 0, 2**62) + (side == "r"),
         "name": name,
         **entry["words"],
     }

@@ -22,7 +22,7 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleError, LandmarkError, ParameterError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, LandmarkError, ParameterError, UnknownNameError
 from facewrinkle.layers import patterns, presets
 from facewrinkle.layers.pattern_kinds import (
     KINDS,
@@ -35,7 +35,9 @@ from facewrinkle.layers.pattern_kinds import (
     Frown,
     pattern_of,
 )
-from facewrinkle.layers.region import distance
+from facewrinkle.layers.region import Region, distance
+
+unrefined = pytest.mark.filterwarnings("ignore:the mesh is too coarse to carry the pattern")
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 
@@ -105,7 +107,7 @@ def test_phase_gradients_by_differences(kind):
     dy = (plain.relief(x, y + h, 1.0, t, 0.7) - plain.relief(x, y - h, 1.0, t, 0.7)) / (2 * h)
     size = 1.0
     if isinstance(plain, EyeCorner):
-        size = plain._amplitude(x, y)
+        size = plain.amplitude(x, y)
         along = -0.5 * plain.decay * middle / np.hypot(x, y)
         dx, dy = dx - along * x, dy - along * y
     cosine = np.sqrt(np.maximum(1.0 - (2.0 * middle / size) ** 2, 0.0))
@@ -217,11 +219,45 @@ def test_a_level_cap_that_is_too_low(slab):
     layer = fw.PatternLayer("cheek", (0, 0, 0), size=30.0, number=12)
     needed = layer.level_needed(slab)
     assert needed >= 3
-    with pytest.raises(ParameterError, match=f"too fine for this mesh with max_level=1.*max_level={needed}"):
+    with pytest.raises(
+        ParameterError, match=rf"too coarse.*split {needed} times, and max_level=1 .*max_level={needed},"
+    ):
         fw.Simulation(slab, fw.Refinement(max_level=1), [layer])
     fw.Simulation(slab, fw.Refinement(max_level=needed), [layer])
 
 
+@pytest.mark.parametrize("cap", ["off", "one less"])
+def test_a_mesh_that_is_too_coarse_is_told_once_for_each_layer(slab, cap):
+    layers = [fw.PatternLayer("cheek", (x, 0, 0), size=30.0, number=12, name=f"c{x}") for x in (-20, 20)]
+    layers.append(fw.PatternLayer("dimple", (0, 30, 0), size=35.0, sharpest=1.0))
+    needed = [layer.level_needed(slab) for layer in layers]
+    assert needed[0] == needed[1] > needed[2] == 0
+    level = 0 if cap == "off" else needed[0] - 1
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        sim = fw.Simulation(slab, fw.Refinement(max_level=level), layers)
+        for _ in range(3):
+            sim.step()
+    assert [w.category for w in heard] == [FaceWrinkleWarning] * 2
+    for name, told in zip(("c-20", "c20"), heard, strict=True):
+        says = f"pattern {name} well: its triangles should be split {needed[0]} times, and max_level={level}"
+        assert says in str(told.message)
+        assert told.filename == __file__
+
+
+def test_a_region_is_laid_once(slab, monkeypatch):
+    laid, count = Region.laid, []
+    monkeypatch.setattr(Region, "laid", lambda self, face: count.append(self) or laid(self, face))
+    layers = [fw.PatternLayer("dimple", (0, 0, 0), size=30.0), fw.PatternLayer("cheek", (0, 0, 0), size=40.0)]
+    sim = fw.Simulation(slab, layers=layers)
+    sim.step()
+    sim.reset()
+    assert len(count) == 2
+    other = fw.surface(slab.mesh)
+    assert sim.layers[0].laid(other) is not sim.layers[0].laid(slab)
+
+
+@unrefined
 def test_layers_stack(slab):
     one = fw.PatternLayer("cheek", (0, 0, 0), size=40.0, depth=1.0, name="one")
     two = fw.PatternLayer("dimple", (5, 0, 0), size=20.0, depth=2.0, name="two")
@@ -234,6 +270,7 @@ def test_layers_stack(slab):
     np.testing.assert_allclose(played(slab, [both], refinement=level)[1]["W"], summed, atol=1e-14)
 
 
+@unrefined
 def test_depth_below_zero_turns_it_upside_down(slab):
     level = fw.Refinement(max_level=0)
     down, up = (
@@ -265,6 +302,7 @@ def test_strength_as_a_function_of_time(slab):
         sim.step()
 
 
+@unrefined
 def test_a_pouch_trembles_at_its_frequency(slab):
     layer = fw.PatternLayer("eye_pouch", (0, 0, 0), size=30.0, frequency=5.0, trembling=0.5)
     sim = fw.Simulation(slab, fw.Refinement(max_level=0), [layer], motion=fw.Still(slab, 0.01))
@@ -331,6 +369,7 @@ def test_all_presets_on_all_faces(request, stem):
         assert 0 <= layer.level_needed(face) <= 5
 
 
+@unrefined
 def test_left_and_right_are_mirror_images(face):
     level = fw.Refinement(max_level=0)
     layers = presets.presets("eye_corner", face, sharpness=0.0)
@@ -382,6 +421,7 @@ def test_functions_that_misbehave(slab):
             sim.step()
 
 
+@unrefined
 def test_a_function_of_ones_own(slab):
     layer = fw.PatternLayer(lambda x, y, t: patterns.cheek(x, y, t, 0.5, 9.0), (0, 0, 0), size=40.0, t=0.7)
     frame = played(slab, [layer], refinement=fw.Refinement(max_level=0))[1]
@@ -403,6 +443,7 @@ def test_simulations_have_layers_of_their_own(slab):
     assert not hasattr(layer, "_laid")
 
 
+@unrefined
 def test_dimples_and_crows_feet_come_and_go_with_a_captured_smile():
     clip = FACES / "ict_face_narrow_anim.glb"
     pytest.importorskip("pygltflib")
