@@ -11,7 +11,7 @@ Array = npt.NDArray[np.float64]
 
 ROWS = 64
 """So many wrinkles differ from each other; then they come again."""
-SHIFTS = (0.6, 0.6, 0.4, 0.3)
+SHIFTS = (0.5, 0.5, 0.6, 0.3)
 """The most, in radians, that the place, slant, bend and waviness of a wrinkle shift its phase. Together less than 2.09:
 neighbours, between which the shift changes by up to twice that, at up to 1.5 times the mean rate, cannot meet.
 """
@@ -65,10 +65,10 @@ def natural(phase: Array, along: Array, amount: float, seed: int) -> tuple[Array
 def _depth(along: Array, own: Array, amount: float) -> Array:
     """How deep a wrinkle is along its way, as a share: it is shallower than others, and begins and ends in its region.
 
-    Squares of the random numbers: most are nearly as deep and as long as they can be.
+    The square of its random number: most are nearly as deep as they can be.
     """
     deep = 1.0 - amount * SHALLOWER * own[0] ** 2
-    begins, ends = amount * SHORTER * own[1] ** 2, amount * SHORTER * own[2] ** 2
+    begins, ends = amount * SHORTER * own[1], amount * SHORTER * own[2]
     rises = 1.0 - amount * (1.0 - smoothstep((along + 1.0 - begins) / FADE))
     falls = 1.0 - amount * (1.0 - smoothstep((1.0 - ends - along) / FADE))
     return np.asarray(deep * rises * falls)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import i0  # of one number, much faster than NumPy's
 
-from ..errors import check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_range, check_whole, unknown_name
 from . import _pattern_kernels as kernels
 from . import patterns
 from .base import Array
@@ -87,7 +87,7 @@ class Waves(Pattern):
     def waves(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
         wx, wy = self.phase_slope(x, y, t, aspect)
-        finer = (1.0 + 0.4 * self.sharpness) * (1.0 + 0.25 * self.variation)
+        finer = (1.0 + 0.4 * self.sharpness) * (1.0 + 0.1 * self.variation)
         return finer * wx, finer * wy
 
     def phase_slope(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
@@ -330,6 +330,9 @@ class EyeCorner(Waves):
         Distance of the place from which they fan out from the near border, in widths of the region.
     gamma : int, optional
         The paper's number in the half circle; default: as `number` says. Above a radius of 0 any will do.
+    splay : float
+        How much they curve apart outwards, in [0, 0.9]: the share by which the angle between them would be smaller
+        without. 0 is straight, as printed.
     number, furrows, variation, seed :
         See :class:`Waves`.
     """
@@ -338,6 +341,7 @@ class EyeCorner(Waves):
     decay: float = 0.8
     radius: float = 0.15
     gamma: float | None = None
+    splay: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -345,6 +349,12 @@ class EyeCorner(Waves):
         check_range("radius", self.radius, -0.5, 1000.0)
         if self.gamma is not None:
             check_range("gamma", self.gamma, 0.1, 1000.0)
+        check_range("splay", self.splay, 0.0, 0.9)
+        if self.splay > 0.0 and self.radius < 0.0:
+            raise ParameterError(
+                f"wrinkles that curve apart (splay={self.splay:g}) must begin outside the region, or the surface would "
+                f"tear: radius must be 0 or more, received {self.radius:g}. Use splay=0, or a larger radius."
+            )
 
     def gamma_of(self, aspect: float) -> float:
         """The paper's gamma on a region of this height over width."""
@@ -358,16 +368,22 @@ class EyeCorner(Waves):
 
     def phase(self, x: Array, y: Array, t: float, aspect: float) -> Array:
         """See :class:`Waves`."""
-        return patterns.eye_corner_phase(x, y, self.gamma_of(aspect))
+        straight = patterns.eye_corner_phase(x, y, self.gamma_of(aspect))
+        return straight if self.splay == 0.0 else self._closer(x) * straight
+
+    def _closer(self, x: Array) -> Array:
+        """What is left of the angle: 1 at the near border, 1 - splay at the far one."""
+        return 1.0 - 0.5 * self.splay * (x - 2.0 * self.radius)
 
     def along(self, x: Array, y: Array, aspect: float) -> Array:
-        """See :class:`Waves`."""
-        return x - 1.0 - 2.0 * self.radius
+        """See :class:`Waves`; they differ less in where they begin, which is at the eye."""
+        return 1.0 - 0.6 * (2.0 + 2.0 * self.radius - x)
 
     def phase_slope(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Waves`."""
-        turn = self.gamma_of(aspect) / np.maximum(x * x + y * y, 1e-12)
-        return -turn * y, turn * x
+        gamma, closer = self.gamma_of(aspect), self._closer(x)
+        turn = gamma * closer / np.maximum(x * x + y * y, 1e-12)
+        return -turn * y - 0.5 * self.splay * gamma * patterns.angle(x, y), turn * x
 
     def amplitude(self, x: Array, y: Array) -> Array:
         """The decay from 1 at the near border, in the middle."""

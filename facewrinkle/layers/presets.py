@@ -12,7 +12,15 @@ import numpy as np
 from ..anatomy.face import Face
 from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, of_side
 from ..errors import LandmarkError, check_whole, unknown_name
+from ..geometry.chart import foot
+from .base import Array
 from .pattern_layer import Compression, PatternLayer
+
+
+INSIDE, FACING = 0.8, 0.2
+"""The middle of a head lies so many distances between the pupils behind the eyes; skin faces away from it, by this
+cosine.
+"""
 
 
 @lru_cache(maxsize=1)
@@ -75,7 +83,9 @@ def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
     to_place = frame.axes.T * frame.pupil_distance
     size = np.asarray(changes.pop("size", entry["size"]), dtype=np.float64) * frame.pupil_distance
     given: dict[str, Any] = {
-        "centre": face.landmarks[of_side(entry["landmark"], side)] + to_place @ (outward * entry["offset"]),
+        "centre": _outside(
+            face, face.landmarks[of_side(entry["landmark"], side)] + to_place @ (outward * entry["offset"])
+        ),
         "up": frame.axes.T @ (outward * entry.get("up", [0.0, 1.0, 0.0])),
         "depth": entry["depth"] * frame.pupil_distance * face.unit / MEAN_PUPIL_DISTANCE,
         "mirrored": side == "r",
@@ -88,6 +98,16 @@ def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
         along = tuple((frame.axes.T @ np.asarray(skin["along"], dtype=np.float64)).tolist())
         changes["strength"] = Compression(skin["low"], skin["full"], along)
     return PatternLayer(entry["pattern"], size=tuple(np.broadcast_to(size, 2)), **{**given, **changes})
+
+
+def _outside(face: Face, place: Array) -> Array:
+    """The closest point of the surface that faces away from the head: not the inner side of a lid or a lip."""
+    frame = face.frame
+    middle = frame.origin - INSIDE * frame.pupil_distance * frame.axes[2]
+    a, b, c = (face.points[face.triangles[:, corner]] for corner in range(3))
+    normal, away = np.cross(b - a, c - a), (a + b + c) / 3.0 - middle
+    facing = (normal * away).sum(axis=1) > FACING * np.linalg.norm(normal, axis=1) * np.linalg.norm(away, axis=1)
+    return foot(face.points, face.triangles[facing], place).point
 
 
 def presets(name: str, face: Face, **changes: Any) -> list[PatternLayer]:
