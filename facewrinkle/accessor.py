@@ -101,12 +101,14 @@ class FaceWrinkleAccessor:
         """
         check_range("time", time, -1e9, 1e9)
         check_whole("max_level", max_level, 0, FINEST, "Each level has four times as many triangles.")
-        if isinstance(words.get("strength"), Compression):
+        if isinstance(words.get("strength"), Compression | str):
             raise ParameterError("nothing compresses a mesh that keeps still; give a number or a function as strength.")
+        if "begin" in words:
+            raise ParameterError(f"the moment to take is `time`; leave out begin, received {words['begin']!r}.")
         words["begin"] = time
         if landmarks is not None:
             face, rest = fit_face(self._mesh, landmarks, units), None
-            chosen = {"up": up} if tuple(np.asarray(up)) != (0.0, 1.0, 0.0) else {}
+            chosen: dict[str, Any] = {} if np.array_equal(np.asarray(up), (0.0, 1.0, 0.0)) else {"up": up}
             chosen |= {name: value for name, value in (("centre", centre), ("size", size)) if value is not None}
             layers = presets(pattern, face, **chosen, **words)
         else:

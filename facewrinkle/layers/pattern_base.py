@@ -25,10 +25,16 @@ class Pattern:
 
     A kind has `plane`, which maps (u, v) to its own (x, y), given the region's height over its width; `relief`, the
     height at a strength in [0, 1] and a t; `waves`, the gradient of its phase in (x, y); and `prepared`, a faster form
-    of `relief` for places that do not change. `moving` tells whether its wavelengths change with t.
+    of `relief` for places that do not change. `moving` tells whether its wavelengths change with t, `timed` whether it
+    has a t other than its strength.
     """
 
     moving: ClassVar[bool] = False
+    timed: ClassVar[bool] = True
+
+    def on(self, size: Array) -> Pattern:
+        """The pattern on a region of this width and height, mm."""
+        return self
 
     def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
         """The (x, y) of places (k, 2) in the region."""

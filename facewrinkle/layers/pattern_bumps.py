@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ParameterError, check_range, check_whole
+from ..errors import ParameterError, check_positive, check_range, check_whole
 from . import _pattern_kernels as kernels
 from . import patterns
 from .base import Array
@@ -24,6 +25,7 @@ class Dimple(Pattern):
         The paper's t at full strength: 0.01 is a pin prick, 1 a shallow bowl.
     """
 
+    timed: ClassVar[bool] = False
     sharpest: float = 0.1
 
     def __post_init__(self) -> None:
@@ -178,9 +180,11 @@ class Custom(Pattern):
             raise ParameterError(
                 f"a pattern must have a name or be a function of x, y and t, received {self.function!r}."
             )
-        check_range("finest", self.finest, 1e-9, np.inf)
+        check_positive("finest", self.finest)
+        if np.shape(self.extent) != (2,):
+            raise ParameterError(f"extent must be two numbers, half the width and height, received {self.extent!r}.")
         for half in self.extent:
-            check_range("extent", half, 1e-9, np.inf)
+            check_positive("extent", half)
 
     def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any
 
 from ..errors import ParameterError, unknown_name
@@ -44,13 +45,14 @@ def pattern_of(what: str | Pattern | Function, words: Mapping[str, Any], seed: i
     if callable(what):
         kind: type[Pattern] = Custom
         words = {"function": what, **words}
-    elif what in KINDS:
+    elif isinstance(what, str) and what in KINDS:
         kind = KINDS[what]
     else:
         raise unknown_name("pattern", what, KINDS)
+    known = [field.name for field in fields(kind)]
     for word in words:
-        if word not in kind.__dataclass_fields__:
-            raise unknown_name(f"word of {kind.__name__}", word, kind.__dataclass_fields__)
-    if seed is not None and "seed" in kind.__dataclass_fields__:
+        if word not in known:
+            raise unknown_name(f"word of {kind.__name__}", word, known)
+    if seed is not None and "seed" in known:
         words = {"seed": seed, **words}
     return kind(**words)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import i0  # of one number, much faster than NumPy's
 
-from ..errors import ParameterError, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from . import _pattern_kernels as kernels
 from . import patterns
 from .base import Array
@@ -22,6 +22,7 @@ Furrows = Literal["sharp", "paper"]
 STYLES: Mapping[str, float] = {"arcs": 1.5, "m": 4.5, "broken": 9.0}
 """Styles of forehead wrinkles, and their beta."""
 FURROWS: tuple[Furrows, ...] = ("sharp", "paper")
+SMALLEST_NUMBER, LARGEST_NUMBER = 0.1, 1000.0
 FLAT = 1e-6
 """Below this sharpness waves are plain sines."""
 
@@ -34,6 +35,8 @@ class Waves(Pattern):
     ----------
     number : float
         Wrinkles from border to border.
+    spacing : float, optional
+        From wrinkle to wrinkle, mm, in place of their number; where they fan out, in the middle of the region.
     sharpness : float
         Of the furrows; 0 is a plain sine.
     furrows : {"sharp", "paper"}
@@ -42,21 +45,38 @@ class Waves(Pattern):
         How much the wrinkles differ in length, depth, distance and bend, in [0, 1]; 0 is the paper's even pattern.
     seed : int
         Of the variation.
+
+    Notes
+    -----
+    `across` tells whether the wrinkles follow each other across (0) or up (1) the region.
     """
 
+    across: ClassVar[int] = 0
     number: float = 3.0
+    spacing: float | None = None
     sharpness: float = 1.2
     furrows: Furrows = "sharp"
     variation: float = 0.0
     seed: int = 0
 
     def __post_init__(self) -> None:
-        check_range("number", self.number, 0.1, 1000.0)
+        check_range("number", self.number, SMALLEST_NUMBER, LARGEST_NUMBER)
         check_range("sharpness", self.sharpness, 0.0, 20.0)
         if self.furrows not in FURROWS:
             raise unknown_name("kind of furrows", self.furrows, FURROWS)
         check_range("variation", self.variation, 0.0, 1.0, "0 is the paper's even pattern.")
         check_whole("seed", self.seed, 0, 2**63)
+        if self.spacing is not None:
+            check_positive("spacing", self.spacing, "It is the distance from wrinkle to wrinkle, mm.")
+
+    def on(self, size: Array) -> Waves:
+        """See :class:`Pattern`."""
+        if self.spacing is None:
+            return self
+        length, narrowest = float(size[self.across]), float(size[self.across]) / LARGEST_NUMBER
+        remedy = f"The region is {length:.3g} mm long across the wrinkles."
+        check_range("spacing", self.spacing, narrowest, length / SMALLEST_NUMBER, remedy)
+        return replace(self, number=length / self.spacing, spacing=None)
 
     def phase(self, x: Array, y: Array, t: float, aspect: float) -> Array:
         """Phase of the waves, radians: furrows are where its sine is -1."""
@@ -146,11 +166,12 @@ class Forehead(Waves):
         How much the arcs are bent: half the width of the region in the pattern's units; in the paper 2.5.
     start : float
         The pattern's x at the lower border; the paper's pictures have 2. The larger, the more even the wrinkles.
-    number, furrows, variation, seed :
+    number, spacing, furrows, variation, seed :
         See :class:`Waves`.
     """
 
     moving: ClassVar[bool] = True
+    across: ClassVar[int] = 1
     number: float = 4.0
     style: str | float = "m"
     bend: float = 2.5
@@ -208,7 +229,7 @@ class Cheek(Waves):
     ----------
     radius : float
         Distance of the place about which they bend from the near border, in widths of the region.
-    number, sharpness, furrows, variation, seed :
+    number, spacing, sharpness, furrows, variation, seed :
         See :class:`Waves`.
     """
 
@@ -259,7 +280,7 @@ class Frown(Waves):
         "fan" spreads upwards, "paper" draws together.
     offset : float
         Phase in the middle, radians: pi/2 has a bulge there, which is symmetric; 0 as printed.
-    number, sharpness, furrows, variation, seed :
+    number, spacing, sharpness, furrows, variation, seed :
         See :class:`Waves`.
     """
 
@@ -329,14 +350,16 @@ class EyeCorner(Waves):
     radius : float
         Distance of the place from which they fan out from the near border, in widths of the region.
     gamma : int, optional
-        The paper's number in the half circle; default: as `number` says. Above a radius of 0 any will do.
+        The paper's number in the half circle; default: as `number` says. At a radius below 0 it has to be even.
     splay : float
         How much they curve apart outwards, in [0, 0.9]: the share by which the angle between them would be smaller
         without. 0 is straight, as printed.
-    number, furrows, variation, seed :
+    number, spacing, furrows, variation, seed :
         See :class:`Waves`.
     """
 
+    timed: ClassVar[bool] = False
+    across: ClassVar[int] = 1
     number: float = 4.0
     decay: float = 0.8
     radius: float = 0.15
@@ -360,7 +383,8 @@ class EyeCorner(Waves):
         """The paper's gamma on a region of this height over width."""
         if self.gamma is not None:
             return self.gamma
-        return float(np.pi * self.number / np.arctan2(aspect, 1.0 + 2.0 * self.radius))
+        gamma = float(np.pi * self.number / np.arctan2(aspect, 1.0 + 2.0 * self.radius))
+        return gamma if self.radius >= 0.0 else max(2.0 * round(0.5 * gamma), 2.0)
 
     def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ParameterError, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 
 Array = npt.NDArray[np.float64]
 Function = Callable[[npt.ArrayLike, npt.ArrayLike, float], Array]
@@ -381,4 +381,4 @@ def _plane(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:
 
 
 def _positive(t: float) -> float:
-    return check_range("t", t, np.finfo(float).tiny, np.inf, "A dimple is deeper as t falls towards 0, but never 0.")
+    return check_positive("t", t, "A dimple is deeper the smaller t is.")

@@ -188,10 +188,10 @@ def test_primary_is_a_sum():
 @pytest.mark.parametrize(
     ("call", "error", "says"),
     [
-        (lambda: p.dimple(X, Y, 0.0), ParameterError, "never 0"),
-        (lambda: p.dimple(X, Y, np.nan), ParameterError, "t must lie"),
-        (lambda: p.dimple_time(1.0, -1.0), ParameterError, "t must lie"),
-        (lambda: p.eye_pouch(X, Y, 0.0, 1, 1, 2), ParameterError, "t must lie in \\[0.01"),
+        (lambda: p.dimple(X, Y, 0.0), ParameterError, "greater than 0"),
+        (lambda: p.dimple(X, Y, np.nan), ParameterError, "t must be a finite number greater than 0"),
+        (lambda: p.dimple_time(1.0, -1.0), ParameterError, "t must be a finite number greater than 0"),
+        (lambda: p.eye_pouch(X, Y, 0.0, 1, 1, 2), ParameterError, "t must be at least 0.01"),
         (lambda: p.eye_pouch(X, Y, 1.0, 1, 1, 2.5), ParameterError, "whole number"),
         (lambda: p.forehead([np.nan], [0.0], 1.0, 1.0, 1.0), ParameterError, "finite"),
         (lambda: p.frown(X, Y, 0.5, 1.0, 1.0, "fan"), ParameterError, "larger t"),
