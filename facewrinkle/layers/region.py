@@ -349,7 +349,7 @@ def _of_vertices(values: np.ndarray, face: Face) -> np.ndarray:
 def check_size(size: npt.ArrayLike) -> Array:
     """Width and height (2,) from a length or two."""
     try:
-        lengths = np.asarray(size, dtype=np.float64)
+        lengths = np.empty(0) if isinstance(size, str) else np.asarray(size, dtype=np.float64)
     except (TypeError, ValueError):
         lengths = np.empty(0)
     if lengths.shape not in ((), (2,)):
