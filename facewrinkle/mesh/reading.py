@@ -18,11 +18,10 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from ..errors import FaceWrinkleWarning, MeshError
-from .arrays import numbers, to_polydata, with_data
+from .arrays import TEXTURE, numbers, to_polydata, with_data
 from .formats import Polygons, read_obj, read_off
 from .ply import read_ply
 
-TEXTURE = "Texture Coordinates"
 COLORS = "Colors"
 OF_VTK = (".stl", ".glb", ".gltf", ".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".hdf")
 GLTF = (".glb", ".gltf")

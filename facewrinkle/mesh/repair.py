@@ -1,0 +1,379 @@
+"""Faults of triangle meshes that are mended without moving more than they must: on plain arrays, with a report.
+
+A mesh here is its points and the vertices (m, 3) of its triangles, with the corner of the source that each of their
+corners was, counted from 0 over all triangles: through these, data of points and corners find their way back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ..errors import MeshError, MissingPackageError
+from ..geometry import topology
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SLIVER = 1e-10
+"""Twice the area of a triangle without area, at most, as a share of its longest side squared: rounding leaves 1e-16."""
+
+ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
+"""Places that differ by less than this share of the largest coordinate are one: files hold single precision."""
+
+FOLDED = -0.9
+"""Cosine between the normals of neighbours that lie back to back."""
+
+CLOSE = 0.002
+"""Gaps that pymeshlab closes, as a share of the diagonal of the mesh."""
+
+
+@dataclass(frozen=True)
+class Patchwork:
+    """Triangles on points, and where they come from.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+    triangles : (m, 3) int64
+    corners : (m, 3) int64
+        The corner of the source that each corner was, ``3 * triangle + side``.
+    origin : (n,) int64
+        The point of the source that each point was.
+    report : tuple of str
+        What was mended, one sentence each.
+    """
+
+    points: Array
+    triangles: Ints
+    corners: Ints
+    origin: Ints
+    report: tuple[str, ...] = field(default=())
+
+    @classmethod
+    def of(cls, points: Array, triangles: NDArray[np.integer]) -> Patchwork:
+        """A source that nothing was done to yet."""
+        faces = np.array(triangles, dtype=np.int64)
+        return cls(np.array(points), faces, np.arange(faces.size).reshape(-1, 3), np.arange(len(points)))
+
+    def only(self, kept: NDArray[np.bool_] | Ints) -> Patchwork:
+        """Some of its triangles."""
+        return replace(self, triangles=self.triangles[kept], corners=self.corners[kept])
+
+    def told(self, sentence: str) -> Patchwork:
+        """The same with a sentence more in the report."""
+        return replace(self, report=(*self.report, sentence))
+
+
+def mended(mesh: Patchwork) -> Patchwork:
+    """The mesh without degenerate and duplicate triangles, whole at its seams, with two triangles at most on each edge.
+
+    Raises
+    ------
+    MeshError
+        If no triangle has an area.
+    """
+    return without_crowded_edges(without_duplicates(sewn(without_slivers(without_duplicates(mesh)))))
+
+
+def areas_doubled(points: Array, triangles: Ints) -> Array:
+    """Twice the area of each triangle."""
+    a, b, c = (points[triangles[:, corner]] for corner in range(3))
+    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1))
+
+
+def _slim(points: Array, triangles: Ints) -> NDArray[np.bool_]:
+    """The triangles that have no area."""
+    corners = points[triangles]
+    longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
+    return np.asarray(~(areas_doubled(points, triangles) > SLIVER * longest))
+
+
+# --- what is there twice, or has no area ----------------------------------------------------------
+
+
+def without_duplicates(mesh: Patchwork) -> Patchwork:
+    """Each triangle once, by its places: a sheet that is there twice, back to back, becomes one."""
+    places = _places(mesh.points, np.arange(len(mesh.points)))[mesh.triangles]
+    _, first = np.unique(np.sort(places, axis=1), axis=0, return_index=True)
+    count = len(mesh.triangles)
+    flat = (places == np.roll(places, 1, axis=1)).any(axis=1)  # those are not duplicates of each other
+    kept = np.sort(np.union1d(first, np.flatnonzero(flat)))
+    if len(kept) == count:
+        return mesh
+    return mesh.only(kept).told(f"Dropped duplicate triangles: {count - len(kept)} of {count}.")
+
+
+def _places(points: Array, which: Ints) -> Ints:
+    """A number (n,) for the place of each of the points `which`, the same where they coincide; -1 elsewhere."""
+    place = np.full(len(points), -1)
+    if len(which):
+        place[which] = np.unique(points[which], axis=0, return_inverse=True)[1].ravel()
+    return place
+
+
+def without_slivers(mesh: Patchwork) -> Patchwork:
+    """The triangles that have an area.
+
+    One without an area may hold its neighbours together. Where two of its corners lie at one place they become one
+    point; where a corner lies on the opposite side, the neighbour there is split at it.
+    """
+    slim = _slim(mesh.points, mesh.triangles)
+    if not slim.any():
+        return mesh
+    count, dropped = len(mesh.triangles), int(slim.sum())
+    mesh = _collapsed(mesh, slim)
+    mesh = _flipped(mesh)
+    mesh = mesh.only(~_slim(mesh.points, mesh.triangles))
+    if not len(mesh.triangles):
+        raise MeshError("all triangles are degenerate: none has an area. Export the mesh again.")
+    return mesh.told(f"Dropped degenerate triangles (no area): {dropped} of {count}.")
+
+
+def _collapsed(mesh: Patchwork, slim: NDArray[np.bool_]) -> Patchwork:
+    """The corners of triangles without area that lie at one place become one point."""
+    sides = mesh.triangles[slim][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    length = np.linalg.norm(mesh.points[sides[:, 0]] - mesh.points[sides[:, 1]], axis=1)
+    same = length <= ROUNDING * 1e-3 * np.abs(mesh.points[sides]).max(axis=(1, 2))
+    return _united(mesh, sides[same])
+
+
+def _united(mesh: Patchwork, pairs: Ints) -> Patchwork:
+    """The mesh with pairs (k, 2) of points made one, the first; triangles that collapse are dropped."""
+    if not len(pairs):
+        return mesh
+    n = len(mesh.points)
+    links = coo_array((np.ones(len(pairs), np.int8), pairs.T), shape=(n, n))
+    _, label = connected_components(links, directed=False)
+    first = np.unique(label, return_index=True)[1][label]
+    triangles = first[mesh.triangles]
+    whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    return replace(mesh, triangles=triangles, corners=mesh.corners).only(whole)
+
+
+def _flipped(mesh: Patchwork) -> Patchwork:
+    """Triangles whose one corner lies on the opposite side, and their neighbours there, split the other way."""
+    for _ in range(4):  # neighbours of slivers may be slivers
+        slim = np.flatnonzero(_slim(mesh.points, mesh.triangles))
+        slim = slim[(mesh.triangles[slim] != np.roll(mesh.triangles[slim], 1, axis=1)).all(axis=1)]
+        if not len(slim):
+            break
+        triangles, corners = mesh.triangles.copy(), mesh.corners.copy()
+        _, sides = topology.unique_edges(triangles)
+        offsets, around = topology.edge_triangles(sides)
+        touched: set[int] = set()
+        for t in slim.tolist():
+            ends = mesh.points[triangles[t]]
+            k = int(np.argmax(np.linalg.norm(ends - np.roll(ends, -1, axis=0), axis=1)))  # the longest side
+            on = [around[offsets[e] : offsets[e + 1]].tolist() for e in sides[t]]
+            beside = [u for u in on[k] if u != t]
+            holds = max(len(on[(k + 1) % 3]), len(on[(k + 2) % 3])) > 1
+            if len(beside) != 1 or not holds or t in touched or beside[0] in touched:
+                continue
+            u = beside[0]
+            touched |= {t, u}
+            a, b, c = (int(triangles[t, (k + i) % 3]) for i in range(3))
+            tip = corners[t, (k + 2) % 3]
+            first, second = (np.where(triangles[u] == end, c, triangles[u]) for end in (a, b))
+            tips = [np.where(triangles[u] == end, tip, corners[u]) for end in (a, b)]
+            triangles[t], corners[t], triangles[u], corners[u] = first, tips[0], second, tips[1]
+        if not touched:
+            break
+        mesh = replace(mesh, triangles=triangles, corners=corners)
+    return mesh
+
+
+# --- seams ------------------------------------------------------------------------------------------
+
+
+def sewn(mesh: Patchwork) -> Patchwork:
+    """The mesh joined where two of its borders run along the same places, as at seams of texture or shading.
+
+    Points alone are not joined: lids and lips may touch.
+    """
+    edges, sides = topology.unique_edges(mesh.triangles)
+    border = edges[np.bincount(sides.ravel()) == 1].astype(np.int64)
+    if not len(border):
+        return mesh
+    place = _near_places(mesh.points, np.unique(border))
+    ends = place[border]
+    turned = ends[:, 0] > ends[:, 1]
+    border[turned], ends[turned] = border[turned][:, ::-1], ends[turned][:, ::-1]
+    _, group, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    group = group.ravel()
+    shared = (count[group] > 1) & (ends[:, 0] != ends[:, 1])
+    order = np.flatnonzero(shared)[np.argsort(group[shared], kind="stable")]
+    after = group[order][1:] == group[order][:-1]
+    one, other = border[order][:-1][after], border[order][1:][after]
+    pairs = np.concatenate([np.stack([one[:, k], other[:, k]], axis=1) for k in (0, 1)])
+    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+    if not len(pairs):
+        return mesh
+    before = len(np.unique(mesh.triangles))
+    mesh = _united(mesh, pairs)
+    joined = before - len(np.unique(mesh.triangles))
+    return mesh.told(f"Joined points at which the mesh was split along seams: {joined} of {before}.")
+
+
+def _near_places(points: Array, which: Ints) -> Ints:
+    """Like `_places`, and the same also where points differ by rounding."""
+    place = np.full(len(points), -1)
+    radius = ROUNDING * float(np.abs(points[which]).max())
+    pairs = cKDTree(points[which]).query_pairs(radius, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs), np.int8), pairs.T), shape=(len(which), len(which)))
+    place[which] = connected_components(links, directed=False)[1]
+    return place
+
+
+# --- edges with three triangles and more --------------------------------------------------------------
+
+
+def without_crowded_edges(mesh: Patchwork) -> Patchwork:
+    """The mesh cut open along edges with three triangles or more, of which those two that lie flattest stay together.
+
+    Points on cuts become several.
+    """
+    edges, sides = topology.unique_edges(mesh.triangles)
+    valence = np.bincount(sides.ravel())
+    crowded = np.flatnonzero(valence > 2)
+    if not len(crowded):
+        return mesh
+    offsets, around = topology.edge_triangles(sides)
+    start = offsets[np.flatnonzero(valence == 2)]
+    pairs = [np.stack([np.flatnonzero(valence == 2), around[start], around[start + 1]], axis=1).astype(np.int64)]
+    for e in crowded:
+        chosen = _flattest(mesh.points, mesh.triangles, edges[e], around[offsets[e] : offsets[e + 1]])
+        pairs.append(np.array([(e, t, u) for t, u in chosen], dtype=np.int64).reshape(-1, 3))
+    edge, one, other = np.concatenate(pairs).T
+    m = mesh.triangles.size
+    links = np.concatenate(
+        [
+            np.stack([3 * t + np.argmax(mesh.triangles[t] == edges[edge, end][:, None], axis=1) for t in (one, other)])
+            for end in (0, 1)
+        ],
+        axis=1,
+    )
+    _, label = connected_components(coo_array((np.ones(links.shape[1], np.int8), links), shape=(m, m)), directed=False)
+    flat, n = mesh.triangles.ravel(), len(mesh.points)
+    classes, first = np.unique(label, return_index=True)
+    vertex = flat[first]  # of each class
+    _, original = np.unique(vertex, return_index=True)
+    number = np.full(len(classes), -1)
+    number[original] = vertex[original]
+    new = np.flatnonzero(number < 0)
+    number[new] = n + np.arange(len(new))
+    origin = np.concatenate([mesh.origin, mesh.origin[vertex[new]]])
+    points = np.concatenate([mesh.points, mesh.points[vertex[new]]])
+    cut = replace(mesh, points=points, triangles=number[label].reshape(-1, 3), origin=origin)
+    return cut.told(f"Cut edges that had three or more triangles: {len(crowded)} of {len(edges)}.")
+
+
+def _flattest(points: Array, triangles: Ints, edge: NDArray[np.integer], around: NDArray[np.integer]) -> list[Ints]:
+    """Pairs of the triangles around an edge that go on in each other, the flattest first."""
+    a, b = points[edge[0]], points[edge[1]]
+    along = (b - a) / np.linalg.norm(b - a)
+    tips = np.array([points[next(v for v in triangles[t] if v not in edge)] for t in around]) - a
+    out = tips - np.outer(tips @ along, along)
+    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+    cosine = out @ out.T
+    pairs = sorted((float(cosine[i, j]), i, j) for i in range(len(around)) for j in range(i))
+    taken: set[int] = set()
+    chosen = []
+    for bend, i, j in pairs:
+        if bend < 0.5 and not {i, j} & taken:
+            taken |= {i, j}
+            chosen.append(np.array([around[i], around[j]], dtype=np.int64))
+    return chosen
+
+
+# --- triangles turned over ------------------------------------------------------------------------------
+
+
+def turned_over(points: Array, triangles: NDArray[np.integer]) -> NDArray[np.bool_]:
+    """Triangles (m,) that lie back to back with two of their neighbours or more; the mesh is oriented alike."""
+    normals = np.cross(
+        points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]]
+    )
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    _, sides = topology.unique_edges(triangles)
+    offsets, around = topology.edge_triangles(sides)
+    inner = np.flatnonzero(np.diff(offsets) == 2)
+    t, u = around[offsets[inner]], around[offsets[inner] + 1]
+    folded = (normals[t] * normals[u]).sum(axis=1) < FOLDED
+    return np.asarray(np.bincount(np.concatenate([t[folded], u[folded]]), minlength=len(triangles)) >= 2)
+
+
+def unfolded(mesh: Patchwork, rounds: int = 8) -> Patchwork:
+    """The mesh with triangles that are turned over laid flat: their points go to the middle of their neighbours."""
+    over = turned_over(mesh.points, mesh.triangles)
+    if not over.any():
+        return mesh
+    count, points = int(over.sum()), mesh.points.copy()
+    start, ring = topology.vertex_rings(mesh.triangles, len(points))
+    edges, sides = topology.unique_edges(mesh.triangles)
+    rim = np.zeros(len(points), bool)
+    rim[edges[np.bincount(sides.ravel()) == 1]] = True
+    for _ in range(rounds):
+        moved = np.unique(mesh.triangles[over])
+        moved = moved[~rim[moved]]
+        points[moved] = [points[ring[start[v] : start[v + 1]]].mean(axis=0) for v in moved]
+        over = turned_over(points, mesh.triangles)
+        if not over.any() or not len(moved):
+            break
+    if _slim(points, mesh.triangles).any():
+        return mesh
+    return replace(mesh, points=points).told(f"Laid triangles flat that were turned over: {count}.")
+
+
+# --- what needs more ------------------------------------------------------------------------------------
+
+
+def closed_up(mesh: Patchwork, why: str) -> Patchwork:
+    """The mesh with its pieces joined across gaps, by pymeshlab; points keep the data of those nearest in the source.
+
+    Parameters
+    ----------
+    mesh : Patchwork
+    why : str
+        What is wrong, for the error and the report.
+
+    Raises
+    ------
+    MissingPackageError
+        Without pymeshlab (extra `remesh`).
+    MeshError
+        If pymeshlab fails.
+    """
+    try:
+        import pymeshlab
+    except ImportError:
+        raise MissingPackageError(
+            f"{why}. To mend it, the package pymeshlab is needed, which is not installed: "
+            "pip install 'facewrinkle[remesh]'. Or clean the mesh in a modeller."
+        ) from None
+    work = pymeshlab.MeshSet(verbose=False)  # kept while its mesh is in use
+    try:
+        work.add_mesh(pymeshlab.Mesh(vertex_matrix=mesh.points, face_matrix=mesh.triangles.astype(np.int32)))
+        work.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(100.0 * CLOSE))
+        work.meshing_remove_duplicate_faces()
+        work.meshing_remove_null_faces()
+        work.meshing_snap_mismatched_borders(edgedistratio=0.2, unifyvertices=True)
+        work.meshing_remove_null_faces()
+        work.meshing_repair_non_manifold_edges(method="Remove Faces")
+        work.meshing_remove_unreferenced_vertices()
+        result = work.current_mesh()
+        points, triangles = np.array(result.vertex_matrix()), np.array(result.face_matrix(), dtype=np.int64)
+    except pymeshlab.PyMeshLabException as problem:
+        raise MeshError(f"{why}, and pymeshlab cannot mend it: {problem}. Clean it in a modeller.") from None
+    if not len(triangles):
+        raise MeshError(f"{why}, and nothing is left when it is mended. Clean it in a modeller.")
+    corner_points = mesh.points[mesh.triangles.ravel()]
+    corners = mesh.corners.ravel()[cKDTree(corner_points).query(points)[1]]
+    origin = mesh.origin[mesh.triangles.ravel()][cKDTree(corner_points).query(points)[1]]
+    whole = Patchwork(points, triangles, corners[triangles], origin, mesh.report)
+    return mended(whole.told(f"{why}; its pieces were joined with pymeshlab, points may have moved by {CLOSE:.1%}."))
