@@ -260,6 +260,16 @@ STRIP_PLY = (
     "tristrips 1\n"
     "property list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 2 3\n"
 )
+
+
+def test_strips_of_a_ply_are_split(tmp_path):
+    path = tmp_path / "strip.ply"
+    path.write_text(STRIP_PLY)
+    assert same_triangles(read_surface(path).regular_faces, [[0, 1, 2], [2, 1, 3]])
+    path.write_text(STRIP_PLY.replace("4 0 1 2 3", "8 0 1 2 -1 1 3 2 2"))
+    assert same_triangles(read_surface(path).regular_faces, [[0, 1, 2], [1, 3, 2]])
+
+
 DRACO = """{"asset": {"version": "2.0"}, "extensionsRequired": ["KHR_draco_mesh_compression"],
 "extensionsUsed": ["KHR_draco_mesh_compression"], "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
 "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
@@ -278,13 +288,15 @@ BAD_FILES = {
     "cut.off": ("OFF\n3 1 0\n0 0 0\n", "announces 3 points and 1 faces, and holds 1 and 0"),
     "words.off": ("OFF\n1 0 0\n0 0 zero\n", "line 3"),
     "bare.off": ("OFF\n", "cannot make sense"),
-    "strip.ply": (STRIP_PLY, "4 points and no faces.*triangle strips"),
     "noise.ply": ("noise", "cannot be read: it has no header.*export it again"),
-    "noise.stl": ("noise", "cannot be read.*Export it without"),
-    "noise.vtk": ("noise", "cannot be read.*Export it without"),
-    "noise.vtp": ("noise", "cannot be read.*Export it without"),
-    "noise.vtkhdf": ("noise", "cannot be read.*Export it without"),
-    "noise.glb": ("noise", "cannot be read.*without compression"),
+    "noise.stl": ("noise", "cannot be read.*export it again"),
+    "noise.vtk": ("noise", "cannot be read.*export it again"),
+    "noise.vtp": ("noise", "cannot be read.*export it again"),
+    "noise.vtkhdf": ("noise", "cannot be read.*export it again"),
+    "noise.glb": ("noise", "cannot be read: it holds no glTF.*export it again"),
+    "ply.obj": (STRIP_PLY, "no points.*It begins like PLY: if it is, name it ply.ply"),
+    "fbx.obj": ("Kaydara FBX Binary  ", "FBX, which is not read; export the mesh as OBJ"),
+    "solid.ply": ("solid thing", "no header.*begins like STL.*solid.stl"),
     "draco.gltf": (DRACO, "KHR_draco_mesh_compression.*without compression, or as OBJ"),
     "scene.fbx": ("noise", "no reader for '.fbx'.*OBJ, OFF, PLY"),
     "nothing": ("noise", "no reader for a file without an ending"),
@@ -382,9 +394,13 @@ def test_multiblock():
     blocks = pv.MultiBlock({"face": original, "marks": pv.PolyData(np.eye(3)), "none": None})
     assert read_surface(pv.MultiBlock({"head": blocks})).n_cells == original.n_cells
     blocks["eye"] = sphere((0, 0, 0), 0.2)
-    with pytest.raises(MeshError, match=r"must hold one surface, and holds 2: 'face' \(242 faces\), 'eye'"):
-        read_surface(blocks)
-    with pytest.raises(MeshError, match="holds 0"):
+    both = read_surface(blocks)
+    np.testing.assert_array_equal(both.points[: original.n_points], original.points)
+    np.testing.assert_array_equal(both.regular_faces[: original.n_cells], original.regular_faces)
+    np.testing.assert_array_equal(both.points[both.regular_faces[original.n_cells :]],
+                                  blocks["eye"].points[blocks["eye"].regular_faces])  # fmt: skip
+    assert both.array_names == []  # the eye has none
+    with pytest.raises(MeshError, match="holds no surface"):
         read_surface(pv.MultiBlock())
 
 
