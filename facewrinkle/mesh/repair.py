@@ -234,61 +234,94 @@ def _near_places(points: Array, which: Ints) -> Ints:
 
 
 def without_crowded_edges(mesh: Patchwork) -> Patchwork:
-    """The mesh cut open along edges with three triangles or more, of which those two that lie flattest stay together.
+    """The mesh cut open along edges with three triangles or more, of which two stay together.
 
-    Points on cuts become several.
+    These are of the same sheet if possible, and lie flattest. Points on cuts become several. Where the others hang on
+    both points of the edge from elsewhere, a cut does not part them, and they are dropped.
     """
     edges, sides = topology.unique_edges(mesh.triangles)
+    crowded = np.flatnonzero(np.bincount(sides.ravel()) > 2)
+    if not len(crowded):
+        return mesh
+    cut = _cut(mesh, edges, sides, crowded)
+    cut = cut.told(f"Cut edges that had three or more triangles: {len(crowded)} of {len(edges)}.")
+    count = len(cut.triangles)
+    while len(extra := _in_excess(cut)):
+        cut = cut.only(np.delete(np.arange(len(cut.triangles)), extra))
+    dropped = count - len(cut.triangles)
+    return cut.told(f"Dropped triangles on edges that two others share: {dropped} of {count}.") if dropped else cut
+
+
+def _cut(mesh: Patchwork, edges: NDArray[np.int32], sides: NDArray[np.int32], crowded: Ints) -> Patchwork:
+    """The mesh whose triangles hang together only by edges with two triangles, and by chosen pairs at crowded ones."""
+    valence = np.bincount(sides.ravel())
+    offsets, around = topology.edge_triangles(sides)
+    inner = np.flatnonzero(valence == 2)
+    pairs = np.stack([inner, around[offsets[inner]], around[offsets[inner] + 1]], axis=1).astype(np.int64)
+    m = len(mesh.triangles)
+    links = coo_array((np.ones(len(pairs), np.int8), pairs[:, 1:].T), shape=(m, m))
+    sheet = connected_components(links, directed=False)[1]
+    chosen = [
+        (int(e), t, u)
+        for e in crowded
+        for t, u in _continued(mesh, edges[e], around[offsets[e] : offsets[e + 1]], sheet)
+    ]
+    edge, one, other = np.concatenate([pairs, np.array(chosen, dtype=np.int64).reshape(-1, 3)]).T
+    corners = [
+        [3 * t + np.argmax(mesh.triangles[t] == edges[edge, end][:, None], axis=1) for t in (one, other)]
+        for end in (0, 1)
+    ]
+    glued = np.concatenate(corners, axis=1)
+    weights = np.ones(glued.shape[1], np.int8)
+    _, label = connected_components(coo_array((weights, glued), shape=(3 * m, 3 * m)), directed=False)
+    # Each class of corners is a point; the first class of each point keeps its number, the others get new ones.
+    vertex = mesh.triangles.ravel()[np.unique(label, return_index=True)[1]]
+    first = np.unique(vertex, return_index=True)[1]
+    number = np.full(len(vertex), -1)
+    number[first] = vertex[first]
+    new = np.flatnonzero(number < 0)
+    number[new] = len(mesh.points) + np.arange(len(new))
+    points, origin = (np.concatenate([values, values[vertex[new]]]) for values in (mesh.points, mesh.origin))
+    return replace(mesh, points=points, triangles=number[label].reshape(-1, 3), origin=origin)
+
+
+def _continued(
+    mesh: Patchwork, edge: NDArray[np.integer], around: NDArray[np.integer], sheet: NDArray[np.integer]
+) -> list[tuple[int, int]]:
+    """Pairs of the triangles around an edge that go on in each other: of one sheet first, then the flattest."""
+    a, b = mesh.points[edge[0]], mesh.points[edge[1]]
+    along = (b - a) / np.linalg.norm(b - a)
+    tips = np.array([mesh.points[next(v for v in mesh.triangles[t] if v not in edge)] for t in around]) - a
+    out = tips - np.outer(tips @ along, along)
+    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+    bend = out @ out.T
+    order = sorted(
+        (sheet[around[i]] != sheet[around[j]], bend[i, j], i, j) for i in range(len(around)) for j in range(i)
+    )
+    taken: set[int] = set()
+    chosen = []
+    for _, cosine, i, j in order:
+        if cosine < 0.5 and not {i, j} & taken:  # not two that lie on each other
+            taken |= {i, j}
+            chosen.append((int(around[i]), int(around[j])))
+    return chosen
+
+
+def _in_excess(mesh: Patchwork) -> Ints:
+    """Triangles beyond two on one edge: those with the most sides that no other shares, then the smallest."""
+    _, sides = topology.unique_edges(mesh.triangles)
     valence = np.bincount(sides.ravel())
     crowded = np.flatnonzero(valence > 2)
     if not len(crowded):
-        return mesh
+        return np.zeros(0, np.int64)
     offsets, around = topology.edge_triangles(sides)
-    start = offsets[np.flatnonzero(valence == 2)]
-    pairs = [np.stack([np.flatnonzero(valence == 2), around[start], around[start + 1]], axis=1).astype(np.int64)]
+    loose = (valence[sides] == 1).sum(axis=1)
+    size = areas_doubled(mesh.points, mesh.triangles)
+    out: set[int] = set()
     for e in crowded:
-        chosen = _flattest(mesh.points, mesh.triangles, edges[e], around[offsets[e] : offsets[e + 1]])
-        pairs.append(np.array([(e, t, u) for t, u in chosen], dtype=np.int64).reshape(-1, 3))
-    edge, one, other = np.concatenate(pairs).T
-    m = mesh.triangles.size
-    links = np.concatenate(
-        [
-            np.stack([3 * t + np.argmax(mesh.triangles[t] == edges[edge, end][:, None], axis=1) for t in (one, other)])
-            for end in (0, 1)
-        ],
-        axis=1,
-    )
-    _, label = connected_components(coo_array((np.ones(links.shape[1], np.int8), links), shape=(m, m)), directed=False)
-    flat, n = mesh.triangles.ravel(), len(mesh.points)
-    classes, first = np.unique(label, return_index=True)
-    vertex = flat[first]  # of each class
-    _, original = np.unique(vertex, return_index=True)
-    number = np.full(len(classes), -1)
-    number[original] = vertex[original]
-    new = np.flatnonzero(number < 0)
-    number[new] = n + np.arange(len(new))
-    origin = np.concatenate([mesh.origin, mesh.origin[vertex[new]]])
-    points = np.concatenate([mesh.points, mesh.points[vertex[new]]])
-    cut = replace(mesh, points=points, triangles=number[label].reshape(-1, 3), origin=origin)
-    return cut.told(f"Cut edges that had three or more triangles: {len(crowded)} of {len(edges)}.")
-
-
-def _flattest(points: Array, triangles: Ints, edge: NDArray[np.integer], around: NDArray[np.integer]) -> list[Ints]:
-    """Pairs of the triangles around an edge that go on in each other, the flattest first."""
-    a, b = points[edge[0]], points[edge[1]]
-    along = (b - a) / np.linalg.norm(b - a)
-    tips = np.array([points[next(v for v in triangles[t] if v not in edge)] for t in around]) - a
-    out = tips - np.outer(tips @ along, along)
-    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
-    cosine = out @ out.T
-    pairs = sorted((float(cosine[i, j]), i, j) for i in range(len(around)) for j in range(i))
-    taken: set[int] = set()
-    chosen = []
-    for bend, i, j in pairs:
-        if bend < 0.5 and not {i, j} & taken:
-            taken |= {i, j}
-            chosen.append(np.array([around[i], around[j]], dtype=np.int64))
-    return chosen
+        here = [t for t in around[offsets[e] : offsets[e + 1]].tolist() if t not in out]
+        out |= set(sorted(here, key=lambda t: (-loose[t], size[t]))[: len(here) - 2])
+    return np.array(sorted(out), dtype=np.int64)
 
 
 # --- triangles turned over ------------------------------------------------------------------------------
