@@ -69,6 +69,8 @@ def fit(
     }
     if measured:
         rows = {"confidence of landmarks": f"{min(measured):.2f} to {max(measured):.2f}"} | rows
+    if face.report:
+        rows["mended and set apart"] = "\n".join(face.report)
     report.table(stem, rows)
     report.say(f"{time.perf_counter() - begin:.1f} s")
 

@@ -13,7 +13,7 @@ from ..errors import LARGEST, FaceWrinkleWarning, MeshError, ParameterError
 from ..geometry import topology
 from .arrays import CORNERS, with_data
 from .reading import read_surface
-from .repair import CLOSE, Patchwork, areas_doubled, closed_up, mended, unfolded
+from .repair import Patchwork, areas_doubled, closed_up, mended, reconstructed, unfolded
 
 IN_PIECES, FEW = 0.5, 4
 """One sheet must be the nearest to this share of the landmarks, where there are so many."""
@@ -54,8 +54,9 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
     Degenerate and duplicate triangles are dropped without tearing the surface, points that are split at seams are
     joined, edges with three triangles or more are cut, one component is chosen, the triangles are oriented alike and
     outward, those that lie turned over are laid flat, and unused points are dropped. Where the surface under the
-    landmarks is in pieces, pymeshlab (extra `remesh`) joins them. What changes the surface is reported. Places where
-    the surface runs through itself stay: lips and lids of real faces do.
+    landmarks is in pieces or has only one side, small gaps are closed; if that is not enough, pymeshlab (extra
+    `remesh`) reconstructs it. What changes the surface is reported. Places where it runs through itself stay: lips and
+    lids of real faces do.
 
     Parameters
     ----------
@@ -157,21 +158,32 @@ def _votes(whole: Patchwork, label: np.ndarray, near: np.ndarray | None) -> tupl
 
 
 def _in_one_piece(whole: Patchwork, near: np.ndarray | None) -> Patchwork:
-    """The mesh, joined where no sheet of it is nearest to enough landmarks."""
-    if near is None or len(near) < FEW:
+    """The mesh, joined as far as is needed for one sheet of it to be nearest to enough landmarks."""
+    if near is None or len(near) < FEW or not (fault := _fault(whole, near)):
         return whole
-    votes, _ = _votes(whole, topology.sheets(whole.triangles), near)
-    if votes.max() >= IN_PIECES * len(near):
-        return whole
-    why = f"The surface under the landmarks is in {np.count_nonzero(votes)} pieces"
-    joined = closed_up(whole, why)
-    votes, _ = _votes(joined, topology.sheets(joined.triangles), near)
-    if votes.max() < IN_PIECES * len(near):
+    joined = closed_up(whole)
+    if not _fault(joined, near):
+        return joined
+    joined = reconstructed(whole, f"The surface under the landmarks {fault}")
+    if left := _fault(joined, near):
         raise MeshError(
-            f"{why.lower()}, and in {np.count_nonzero(votes)} after gaps of {CLOSE:.1%} of its size were closed. "
-            "Reconstruct it as one surface in a modeller, or check that the landmarks are those of this mesh."
+            f"the surface under the landmarks {fault}; when it is reconstructed, it {left}. Make it one surface in a "
+            "modeller, or check that the landmarks are those of this mesh."
         )
     return joined
+
+
+def _fault(whole: Patchwork, near: np.ndarray) -> str:
+    """What is wrong with the surface under the landmarks: in pieces, or without two sides."""
+    label = topology.sheets(whole.triangles)
+    votes, _ = _votes(whole, label, near)
+    if votes.max() < IN_PIECES * len(near):
+        return f"is in {np.count_nonzero(votes)} pieces"
+    try:
+        topology.oriented(whole.triangles[label == np.argmax(votes)])
+    except MeshError:
+        return "has only one side"
+    return ""
 
 
 def _others(source: pv.PolyData, apart: Patchwork, label: np.ndarray) -> pv.PolyData:
