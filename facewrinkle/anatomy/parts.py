@@ -295,7 +295,7 @@ class _Tied:
     ROOT = 0.3
     """Points nearer to the skin than this share of a part's height over it are its roots."""
 
-    BLENDED = 3
+    BLENDED = 6
     """Each point goes with so many places of the skin."""
 
     def __init__(self, mesh: pv.PolyData, face: Face) -> None:
@@ -318,7 +318,7 @@ class _Tied:
         self._skin = skin
         count = min(self.BLENDED, len(places))
         distance, nearest = cKDTree(skin[places]).query(points[root], k=list(range(1, count + 1)))
-        weights = 1.0 / (distance + 0.02 * face.frame.pupil_distance) ** 2
+        weights = 1.0 / (distance + 0.05 * face.frame.pupil_distance) ** 2
         self._nearest, self._weights = nearest, weights / weights.sum(axis=1, keepdims=True)
 
     def on(self, points: Array) -> Array:

@@ -15,6 +15,7 @@ import pyvista as pv
 
 from facewrinkle.errors import MeshError, MissingPackageError
 from facewrinkle.mesh import read_surface
+from facewrinkle.mesh.formats import polygon_triangles
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]], dtype=np.float32)
 TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]], dtype=np.uint16)
@@ -144,7 +145,7 @@ def test_bones_hold_the_skin_where_they_are(tmp_path):
     file["scenes"][0]["nodes"] = [0, 1, 2]
     file["skins"] = [{"joints": [1, 2], "inverseBindMatrices": matrices}]
     mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
-    np.testing.assert_allclose(mesh.points, POINTS + [1.0, 6.0, 0.0], atol=1e-6)
+    np.testing.assert_allclose(mesh.points, POINTS + np.array([1.0, 6.0, 0.0]), atol=1e-6)
 
 
 def test_colours_and_texture_come_along_and_a_missing_picture_does_not_matter(tmp_path):
@@ -287,11 +288,23 @@ def test_usd_needs_its_package(tmp_path, monkeypatch):
 # --- polygons -------------------------------------------------------------------------------------------
 
 
-def test_hollow_polygons_and_those_that_name_a_point_twice():
-    arrow = np.array([[0.0, 0, 0], [2, -1, 0], [0.5, 0, 0], [2, 1, 0], [3, 0, 0], [4, 1, 0]])
+def shoelace(corners):
+    x, y = corners[:, 0], corners[:, 1]
+    return abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2
+
+
+def test_hollow_polygons_are_covered_and_nothing_beside_them():
+    points = np.array([[0.0, 0, 0], [2, -1, 0], [0.5, 0, 0], [2, 1, 0], [3, 0, 0], [4, 1, 0]])
     mesh = pv.PolyData()
-    mesh.points, mesh.faces = arrow, [4, 1, 2, 3, 0, 5, 1, 4, 4, 5, 2]
+    mesh.points, mesh.faces = points, [4, 1, 2, 3, 0, 5, 1, 4, 4, 5, 2]  # one names a point twice
     read = read_surface(mesh)
-    assert read.n_cells == 2 + 3
-    split = pv.PolyData.from_regular_faces(arrow, read.regular_faces[:2])
-    assert split.area == pytest.approx(0.5)  # of the arrow: nothing lies outside it
+    first, second = read.regular_faces[:2], read.regular_faces[2:]
+    for triangles, polygon in ((first, [1, 2, 3, 0]), (second, [1, 4, 5, 2])):
+        assert set(triangles.ravel()) <= set(polygon)
+        assert pv.PolyData.from_regular_faces(points, triangles).area == pytest.approx(shoelace(points[polygon]))
+
+
+def test_polygons_without_area_are_split_all_the_same():
+    line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]])
+    triangles = polygon_triangles(line, np.array([4, 3]))
+    assert triangles.tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6]]

@@ -1,4 +1,4 @@
-"""Repair: meshes are spoiled on purpose, and what comes back must be the mesh before the damage, or as whole as it was."""
+"""Repair: meshes are spoiled on purpose; what comes back is the mesh before the damage, or as whole as it was."""
 
 from __future__ import annotations
 
