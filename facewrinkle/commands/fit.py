@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -77,6 +78,7 @@ def fit(
 
 def _rows(face: Face) -> Iterator[list[Image]]:
     """Landmarks from two sides, the names of one half each; skull and muscles from the same sides."""
+    face = dataclasses.replace(face, parts={})  # hair would hide them
     for drawn in (_with_landmarks, _with_anatomy):
         images = []
         for view in ("front", "left_three_quarter"):
