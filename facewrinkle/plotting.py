@@ -93,6 +93,8 @@ SKIN: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specu
 EYE: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
 SKIN_COLOUR = (0.87, 0.67, 0.56)
+PART_COLOURS = {"teeth": (214, 205, 186), "glasses": (40, 40, 44), "other": (150, 140, 134), "hair": (62, 46, 38)}
+"""Of what came with a face, where it has no colours."""
 BACKGROUND = ("#20242a", "#3a4048")
 LIGHTS = (
     ((-0.6, 0.6, 0.75), (1.0, 0.95, 0.88), 1.12),
@@ -194,10 +196,12 @@ class Scene:
         if self.style.brows and self.style.scalars is None and brows is not None:
             self._brows = Brows(brows, face.frame.pupil_distance, pixel)
         self._mouth = Mouth(face)
-        self._eyes = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
+        self._own = {name for name, part in face.parts.items() if _is_drawn(name, part.mesh)}
+        eyes = [eye for eye in face.eyes if f"eye_{eye.side}" not in self._own]
+        self._eyes = [PaintedEye(eye, face) for eye in eyes] if self.style.eyes else []
         self._lashes = (
-            [Lashes(eye, face, pixel) for eye in face.eyes]
-            if self._eyes and self.style.brows and self.style.scalars is None
+            [Lashes(eye, face, pixel) for eye in eyes if f"lashes_{eye.side}" not in self._own]
+            if self.style.eyes and self.style.brows and self.style.scalars is None
             else []
         )
 
@@ -223,6 +227,7 @@ class Scene:
         if len(self._mouth.loop):
             self._put(self._mouth.pocket(points), "mouth", lighting=False)
             inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
+            inside = {name: part for name, part in inside.items() if name not in self._own}
             for name, part in inside.items():
                 self._put(part, name, _shading.TEETH)
             for name in Mouth.INSIDE:
@@ -236,6 +241,10 @@ class Scene:
                 self._put(lashes.on(points), f"lashes_{lashes.eye.side}", **HAIR)
         if self._brows is not None:
             self._put(self._brows.on(points, self.face.triangles, normals), "brows", **HAIR)
+        for name, part in self.face.parts_at(frame).items() if self._own else ():
+            if name in self._own:
+                part.point_data["paint"] = _paint_of(name, part)
+                self._put(part, f"own {name}", **(EYE if name.startswith("eye") else HAIR))
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
@@ -406,6 +415,19 @@ def _furrowed(heights: Array) -> npt.NDArray[np.uint8]:
 def _has_colours(mesh: pv.PolyData) -> bool:
     colours = mesh.point_data.get("Colors")
     return colours is not None and colours.dtype == np.uint8 and colours.ndim == 2
+
+
+def _is_drawn(name: str, part: pv.PolyData) -> bool:
+    """Whether a part is drawn as it is: an eye without colours would be blind, and is painted."""
+    return _has_colours(part) or not name.startswith("eye")
+
+
+def _paint_of(name: str, part: pv.PolyData) -> npt.NDArray[np.uint8]:
+    """The colours (n, 3 or 4) of a part: its own, or those of what it is."""
+    if _has_colours(part):
+        return np.asarray(part.point_data["Colors"])
+    colour = next((c for stem, c in PART_COLOURS.items() if stem in name), PART_COLOURS["hair"])
+    return np.tile(np.array(colour, np.uint8), (part.n_points, 1))
 
 
 def _texture(face: Face) -> pv.Texture | None:

@@ -149,11 +149,14 @@ def test_express_on_another_mesh(tmp_path, capsys):
 
 def test_fit_finds_a_face_and_express_takes_it(tmp_path, capsys):
     head = fw.default_face()
-    head.mesh.scale(0.001).rotate_y(40).save(tmp_path / "head.vtp")
+    head.mesh.scale(0.001).rotate_y(40).flip_faces().save(tmp_path / "head.vtp")
     (tmp_path / "some.json").write_text(json.dumps({"nose_tip": _turned(head.landmarks["nose_tip"])}))
     arguments = ["fit", str(tmp_path / "head.vtp"), "--landmarks", str(tmp_path / "some.json"), "--units", "m"]
     assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
-    assert "4517" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "4517" in told
+    assert "mended and set apart" in told
+    assert "oriented inward" in told
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "head.face",
         "head.landmarks.json",

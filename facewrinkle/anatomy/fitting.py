@@ -19,6 +19,7 @@ from .face import Face
 from .head import Hairs, load_head
 from .identity import Identity, head_of
 from .landmarks import MEAN_PUPIL_DISTANCE, REQUIRED, complete, fitted_map, frame_of, mirrored, read_landmarks
+from .parts import eyes_of, follower, named_parts
 
 if TYPE_CHECKING:
     from .finding import Found
@@ -86,7 +87,7 @@ def fit_face(
     ----------
     mesh : PolyData or path
         Triangles, quads or polygons in any unit and orientation. Not changed. Where there are several parts, the one
-        that the landmarks lie on is the face.
+        that the landmarks lie on is the face; the others (eyes, teeth, lashes, hair, glasses) are carried along.
     landmarks : dict, str or Path, optional
         Coordinates by name (see :data:`facewrinkle.anatomy.landmarks.NAMES`), or a JSON file. Missing ones are
         mirrored or estimated where that is sound; otherwise they are found by the shape of the mesh
@@ -114,7 +115,7 @@ def fit_face(
     Warns
     -----
     FaceWrinkleWarning
-        If what was found may be no face.
+        If what was found may be no face; for each kind of fault that was mended (also in the face's `report`).
 
     Examples
     --------
@@ -146,7 +147,20 @@ def fit_face(
     scale = _unit(units, frame.pupil_distance)
     face = Face.from_landmarks(clean.mesh, found, scale, atlas, estimated)
     confidences = {} if search is None else search.confidences
-    return dataclasses.replace(face, source_points=clean.source_points, confidences=confidences)
+    face = dataclasses.replace(face, source_points=clean.source_points, confidences=confidences, report=clean.report)
+    return face if clean.others is None else _with_parts(face, clean.others)
+
+
+def _with_parts(face: Face, others: pv.PolyData) -> Face:
+    """The face with what else was in its file; where eyes were, its eyeballs are there."""
+    parts, specks = named_parts(others, face.mesh, face.landmarks, face.frame)
+    report = face.report
+    if parts:
+        listed = ", ".join(f"{name} ({part.mesh.n_cells})" for name, part in parts.items())
+        report += (f"Parts that are carried along, and their triangles: {listed}.",)
+    if specks:
+        report += (f"Dropped specks: {specks}.",)
+    return dataclasses.replace(face, parts=parts, report=report, eyes=eyes_of(face.eyes, parts))
 
 
 def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | None) -> Found:
@@ -200,7 +214,8 @@ def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
     Parameters
     ----------
     mesh : PolyData or path
-        Triangles, quads or polygons, any orientation. Not changed. Of several parts the largest is taken.
+        Triangles, quads or polygons, any orientation. Not changed. Of several parts the largest is the surface, and
+        the others are carried along.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
         Unit of the mesh, or millimetres per unit.
 
@@ -212,7 +227,7 @@ def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
     Raises
     ------
     MeshError
-        If the mesh is empty, damaged or non-manifold.
+        If the mesh is empty or damaged, or has only one side.
 
     Examples
     --------
@@ -225,7 +240,9 @@ def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
     True
     """
     clean = prepare(mesh)
-    return Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
+    face = Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
+    parts = {} if clean.others is None else {"other": follower("other", clean.others)}
+    return dataclasses.replace(face, parts=parts, report=clean.report)
 
 
 def _scale(units: str | float) -> float:

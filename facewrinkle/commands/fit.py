@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -69,12 +70,15 @@ def fit(
     }
     if measured:
         rows = {"confidence of landmarks": f"{min(measured):.2f} to {max(measured):.2f}"} | rows
+    if face.report:
+        rows["mended and set apart"] = "\n".join(face.report)
     report.table(stem, rows)
     report.say(f"{time.perf_counter() - begin:.1f} s")
 
 
 def _rows(face: Face) -> Iterator[list[Image]]:
     """Landmarks from two sides, the names of one half each; skull and muscles from the same sides."""
+    face = dataclasses.replace(face, parts={})  # hair would hide them
     for drawn in (_with_landmarks, _with_anatomy):
         images = []
         for view in ("front", "left_three_quarter"):

@@ -207,7 +207,7 @@ def _record(
         if movie:
             frames = filmed(frames, film, face, [style], show.fps, stack)
         if series:
-            files.append(write_series(frames, show.times(), folder / f"{stem}.vtkhdf"))
+            files.append(write_series(map(face.with_parts, frames), show.times(), folder / f"{stem}.vtkhdf"))
         else:
             for _ in frames:
                 pass

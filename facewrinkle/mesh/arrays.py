@@ -29,6 +29,12 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
 MUSCLES = "muscles"
 """The field-data array of a frame that lists the muscles' names."""
 
+TEXTURE = "Texture Coordinates"
+"""The point-data array of texture coordinates (n, 2); at seams of the texture the first that a point has."""
+
+CORNERS = "Texture Corners"
+"""The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, where there are seams."""
+
 
 def to_polydata(
     points: np.ndarray, triangles: np.ndarray, point_data: Mapping[str, np.ndarray] | None = None

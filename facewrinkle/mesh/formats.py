@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pyvista as pv
 
 from ..errors import MeshError
 
@@ -39,6 +40,80 @@ class Polygons:
     texture: np.ndarray | None = None
     seams: int = 0
     colors: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """A mesh of a scene, in its coordinates.
+
+    Attributes
+    ----------
+    name : str
+    points : (n, 3) float64
+    triangles : (m, 3) int64
+    texture : (m, 3, 2) float64 or None
+        At the corners of the triangles, with v upwards.
+    colors : (n, 3) uint8 or None
+    shapes : (k, n, 3) float64 or None
+        Displacements of the morph targets.
+    """
+
+    name: str
+    points: np.ndarray
+    triangles: np.ndarray
+    texture: np.ndarray | None = None
+    colors: np.ndarray | None = None
+    shapes: np.ndarray | None = None
+
+
+def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) that polygons are split into, in numbers of their corners.
+
+    Parameters
+    ----------
+    corners : (c, 3) float
+        The places of the corners of all polygons, one after the other.
+    counts : (p,) int
+        How many each has, three at least.
+
+    Examples
+    --------
+    >>> arrow = np.array([[0.0, 0, 0], [2, -1, 0], [0.5, 0, 0], [2, 1, 0]])  # hollow at its third corner
+    >>> polygon_triangles(arrow, np.array([4])).tolist()
+    [[0, 1, 2], [0, 2, 3]]
+    """
+    starts = np.cumsum(counts) - counts
+    whole = pv.PolyData()
+    whole.points = corners
+    whole.faces = np.insert(np.arange(counts.sum()), starts, counts)
+    whole.cell_data["polygon"] = np.arange(len(counts))
+    split = whole.triangulate()
+    triangles = np.asarray(split.regular_faces, dtype=np.int64).reshape(-1, 3)
+    polygon = np.asarray(split.cell_data["polygon"], dtype=np.int64) if len(triangles) else np.zeros(0, np.int64)
+    # VTK leaves out polygons that it cannot cut, such as those that name a point twice: these are cut like a fan.
+    left = np.setdiff1d(np.arange(len(counts)), polygon)
+    if len(left):
+        sides = counts[left] - 2
+        begin = np.repeat(starts[left], sides)
+        step = np.arange(sides.sum()) - np.repeat(np.cumsum(sides) - sides, sides)
+        fans = np.stack([begin, begin + step + 1, begin + step + 2], axis=1)
+        order = np.argsort(np.concatenate([polygon, np.repeat(left, sides)]), kind="stable")
+        triangles = np.concatenate([triangles, fans])[order]
+    return triangles
+
+
+def strip_triangles(order: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) of a strip of points, all turned alike; those that name a point twice only join strips.
+
+    Examples
+    --------
+    >>> strip_triangles(np.array([0, 1, 2, 3])).tolist()
+    [[0, 1, 2], [2, 1, 3]]
+    """
+    triangles = np.stack([order[:-2], order[1:-1], order[2:]], axis=1)
+    triangles[1::2] = triangles[1::2][:, [1, 0, 2]]
+    a, b, c = triangles.T
+    return np.asarray(triangles[(a != b) & (b != c) & (c != a)])
 
 
 def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:

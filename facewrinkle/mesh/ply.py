@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from .formats import Polygons, check_vertices, point_texture
+from .formats import Polygons, check_vertices, point_texture, strip_triangles
 
 __all__ = ["read_ply"]
 
@@ -61,6 +61,11 @@ def read_ply(path: Path) -> Polygons:
     points = np.stack([vertex[axis] for axis in "xyz"], axis=1).astype(np.float64)
     nothing = np.zeros(0, dtype=np.int64)
     lengths, numbers = face.get("vertex_indices") or face.get("vertex_index") or (nothing, nothing)
+    if not len(lengths) and "tristrips" in found:
+        _, strips = found["tristrips"]
+        _, numbers = strips.get("vertex_indices") or strips.get("vertex_index") or (nothing, nothing)
+        numbers = _of_strips(numbers).ravel()
+        lengths = np.full(len(numbers) // 3, 3)
     if (lengths < 3).any():
         number = int(np.argmax(lengths < 3))
         raise _broken(path, f"face {number + 1} has {lengths[number]} points, and needs three")
@@ -70,6 +75,14 @@ def read_ply(path: Path) -> Polygons:
     channels = [vertex[name] for name in (*CHANNELS, "alpha") if name in vertex]
     colors = np.stack(channels, axis=1) if vertex.keys() >= set(CHANNELS) else None
     return Polygons(points, faces, texture, seams, colors)
+
+
+def _of_strips(numbers: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) of strips, which -1 parts."""
+    ends = np.flatnonzero(np.append(numbers, -1) == -1)
+    strips = [numbers[begin:end] for begin, end in zip(np.append(0, ends[:-1] + 1), ends, strict=True)]
+    triangles = [strip_triangles(strip) for strip in strips if len(strip) > 2]
+    return np.concatenate([np.zeros((0, 3), np.int64), *triangles])
 
 
 def _broken(path: Path, reason: str) -> MeshError:

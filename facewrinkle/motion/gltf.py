@@ -19,7 +19,8 @@ import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown_name
 from ..mesh import to_polydata
-from ..mesh.reading import TEXTURE, check_file, check_seams, welded
+from ..mesh.arrays import TEXTURE
+from ..mesh.reading import check_file, check_seams, welded
 from .recorded import Interpolation, Recorded, Track
 
 __all__ = ["read_gltf"]
