@@ -28,7 +28,7 @@ from .layers.base import Layer, Moment, Relief, Sites
 from .layers.compression import StrainField
 from .layers.muscle_wrinkles import MuscleWrinkles, zone
 from .layers.pattern_layer import PatternLayer
-from .mesh import MUSCLES, carried_point_data, refilled, to_polydata
+from .mesh import MUSCLES, carried_point_data, refilled, refine_seams, to_polydata
 from .motion.base import Motion, Still
 from .motion.recorded import Recorded
 from .motion.skin import Skin, SkinMaterial
@@ -408,6 +408,7 @@ class Simulation:
         if source.active_texture_coordinates_name is not None:
             frame.point_data.active_texture_coordinates_name = source.active_texture_coordinates_name
         frame.point_data.active_normals_name = "Normals"
+        refine_seams(self.face.mesh, frame, self.forest)
         return frame
 
     def fields(self, muscle: str) -> dict[str, np.ndarray]:

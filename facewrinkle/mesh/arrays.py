@@ -10,6 +10,7 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from ..errors import MeshError
+from ..geometry.seams import of_same_triangles
 from ..geometry.transfer import carried, nearest_carried
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
@@ -28,6 +29,12 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
 
 MUSCLES = "muscles"
 """The field-data array of a frame that lists the muscles' names."""
+
+TEXTURE = "Texture Coordinates"
+"""The point-data array of texture coordinates (n, 2); at seams of the texture the first that a point has."""
+
+CORNERS = "Texture Corners"
+"""The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, where there are seams."""
 
 
 def to_polydata(
@@ -133,7 +140,7 @@ def carried_point_data(mesh: pv.PolyData, corners: np.ndarray, barycentric: np.n
 
 
 def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> pv.PolyData:
-    """The triangles on the points `kept` of `source`, with the data of these points and the field data.
+    """The triangles on the points `kept` of `source`, with the data of these points, texture seams and the field data.
 
     Normals stay behind: VTK goes on shading with them after the points have moved.
     """
@@ -147,4 +154,9 @@ def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> p
         if name in names:
             setattr(mesh.point_data, active, name)
     mesh.field_data.update(source.field_data)
+    if CORNERS in source.cell_data:
+        corners = np.asarray(source.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)
+        own = of_same_triangles(corners, np.asarray(source.regular_faces), np.asarray(kept)[triangles])
+        if own is not None:
+            mesh.cell_data[CORNERS] = own.reshape(-1, 6)
     return mesh

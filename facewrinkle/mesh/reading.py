@@ -17,12 +17,12 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
-from ..errors import FaceWrinkleWarning, MeshError
-from .arrays import numbers, to_polydata, with_data
+from ..errors import MeshError
+from .arrays import TEXTURE, numbers, to_polydata, with_data
 from .formats import Polygons, read_obj, read_off
 from .ply import read_ply
+from .seams import add_seams
 
-TEXTURE = "Texture Coordinates"
 COLORS = "Colors"
 OF_VTK = (".stl", ".glb", ".gltf", ".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".hdf")
 GLTF = (".glb", ".gltf")
@@ -32,8 +32,9 @@ READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf)"
 def read_surface(source: object) -> pv.PolyData:
     """The triangles of a file or of a foreign mesh, with the points numbered as they are there.
 
-    Polygons are split into triangles (along the shorter diagonal of a quad). A point keeps the first of its
-    texture coordinates. Point data and field data come along; lines and loose points are passed over.
+    Polygons are split into triangles (along the shorter diagonal of a quad). Where the texture has seams, points keep
+    the first of their texture coordinates, and the cell data "Texture Corners" holds those of all corners. Point data
+    and field data come along; lines and loose points are passed over.
 
     Parameters
     ----------
@@ -50,12 +51,6 @@ def read_surface(source: object) -> pv.PolyData:
     ------
     MeshError
         If there is no such file, if it cannot be read, or if no single surface is in it.
-
-    Warns
-    -----
-    FaceWrinkleWarning
-        If points have further texture coordinates beside the first.
-
     Examples
     --------
     >>> import pyvista as pv
@@ -86,7 +81,7 @@ def _read_file(path: Path) -> pv.PolyData:
             return _from_polygons(read_ply(path), path.name)
         case ending if ending in OF_VTK:
             surface = _from_dataset(_read_with_vtk(path), path.name)
-            return _sewn(surface, path.name) if ending in GLTF else surface
+            return _sewn(surface) if ending in GLTF else surface
     ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
     raise MeshError(f"{path.name}: there is no reader {ending}. Export the mesh as one of: {READABLE}.")
 
@@ -147,7 +142,7 @@ def _read_with_vtk(path: Path) -> Any:
     return data
 
 
-def _sewn(surface: pv.PolyData, name: str) -> pv.PolyData:
+def _sewn(surface: pv.PolyData) -> pv.PolyData:
     """A mesh from a glTF file without the seams of its points, without the morph targets that VTK makes point data of,
     and with texture coordinates that go upwards.
     """
@@ -161,9 +156,12 @@ def _sewn(surface: pv.PolyData, name: str) -> pv.PolyData:
         data[texture] = np.asarray(data[texture]) * np.array([1, -1], np.float32) + np.array([0, 1], np.float32)
     triangles = np.asarray(surface.regular_faces)
     kept, number = welded(np.asarray(surface.points), np.array(moved).reshape(-1, surface.n_points, 3), triangles)
+    if len(kept) == surface.n_points:
+        return surface
+    whole = with_data(surface, number[triangles], kept)
     if texture is not None:
-        check_seams(np.asarray(data[texture]), kept, number, name)
-    return with_data(surface, number[triangles], kept) if len(kept) < surface.n_points else surface
+        add_seams(whole, np.asarray(data[texture], dtype=np.float64)[triangles])
+    return whole
 
 
 def welded(points: np.ndarray, shapes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -197,27 +195,10 @@ def welded(points: np.ndarray, shapes: np.ndarray, triangles: np.ndarray) -> tup
     return kept, number.ravel()
 
 
-def check_seams(texture: np.ndarray, kept: np.ndarray, number: np.ndarray, name: str) -> None:
-    """Warn if points that `welded` made one have several texture coordinates (n, 2)."""
-    seams = len(np.unique(number[(texture != texture[kept[number]]).any(axis=1)]))
-    if seams:
-        warn_of_seams(name, seams, stacklevel=6)
-
-
 def _is_empty(data: Any) -> bool:
     if isinstance(data, pv.MultiBlock):
         return all(_is_empty(block) for block in data)
     return data is None or (isinstance(data, pv.DataSet) and data.n_points == 0)
-
-
-def warn_of_seams(name: str, count: int, stacklevel: int = 5) -> None:
-    """Warn that points have further texture coordinates."""
-    warnings.warn(
-        f"{name}: the texture has seams; where points have several texture coordinates, the first were kept "
-        f"(points: {count}).",
-        FaceWrinkleWarning,
-        stacklevel=stacklevel,
-    )
 
 
 def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
@@ -230,9 +211,21 @@ def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
         mesh.point_data.active_texture_coordinates_name = TEXTURE
     if polygons.colors is not None:
         mesh.point_data[COLORS] = polygons.colors
-    if polygons.seams:
-        warn_of_seams(name, polygons.seams)
-    return _from_dataset(mesh, name)
+    surface = _from_dataset(mesh, name)
+    if polygons.corners is not None:
+        add_seams(surface, _at_triangles(polygons.corners, polygons.faces, mesh))
+    return surface
+
+
+def _at_triangles(values: np.ndarray, faces: list[list[int]], mesh: pv.PolyData) -> np.ndarray:
+    """Values (c, d) of the corners of polygons, at the corners (m, 3, d) of the triangles that they are split into."""
+    mesh.cell_data["polygon"] = np.arange(len(faces))
+    whole = mesh.triangulate()
+    polygon, vertex = np.array([(i, vertex) for i, face in enumerate(faces) for vertex in face], dtype=np.int64).T
+    place = polygon * mesh.n_points + vertex
+    order = np.argsort(place, kind="stable")
+    wanted = whole.cell_data["polygon"].astype(np.int64)[:, None] * mesh.n_points + whole.regular_faces
+    return np.asarray(values[order[np.searchsorted(place[order], wanted)]])
 
 
 def _from_trimesh(source: Any) -> pv.PolyData:

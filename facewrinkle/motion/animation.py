@@ -28,8 +28,9 @@ def read_animation(
     """The mesh of an animated file at rest, and the recording that moves it.
 
     From glTF come morph targets (named as in the file) with their weights over time, and the motion of the node. Points
-    that the file splits at seams of texture or shading, and that move alike, are one point here; it keeps the first of
-    its texture coordinates. From VTKHDF come the positions of all points over time; the first are those at rest.
+    that the file splits at seams of texture or shading, and that move alike, are one point here; the cell data "Texture
+    Corners" then holds the texture coordinates of all corners. From VTKHDF come the positions of all points over time;
+    the first are those at rest.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def read_animation(
     Warns
     -----
     FaceWrinkleWarning
-        If there are several meshes that move, or bones, which are passed over, or seams.
+        If there are several meshes that move, or bones, which are passed over.
 
     Examples
     --------

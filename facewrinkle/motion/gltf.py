@@ -19,7 +19,9 @@ import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown_name
 from ..mesh import to_polydata
-from ..mesh.reading import TEXTURE, check_file, check_seams, welded
+from ..mesh.arrays import TEXTURE
+from ..mesh.reading import check_file, welded
+from ..mesh.seams import add_seams
 from .recorded import Interpolation, Recorded, Track
 
 __all__ = ["read_gltf"]
@@ -51,9 +53,10 @@ def _animated(document: _Document, node: int, channels: list[Any]) -> tuple[pv.P
     kept, number = welded(points, deltas, triangles)
     mesh = to_polydata(points[kept], number[triangles])
     if texture is not None:
-        mesh.point_data[TEXTURE] = texture[kept] * [1.0, -1.0] + [0.0, 1.0]
+        texture = texture * [1.0, -1.0] + [0.0, 1.0]
+        mesh.point_data[TEXTURE] = texture[kept]
         mesh.point_data.active_texture_coordinates_name = TEXTURE
-        check_seams(texture, kept, number, document.name)
+        add_seams(mesh, texture[triangles])
     deltas = deltas[:, kept]
     weights, pose = _tracks(document, node, channels, len(deltas), still, skinned)
     if not len(deltas):
