@@ -18,8 +18,7 @@ from .anatomy.face import Face
 from .anatomy.fitting import carried_brows
 from .anatomy.landmarks import NAMES, mirrored_name
 from .errors import MeshError, OutputError, ParameterError, check_range, check_whole, unknown_name
-from .geometry.normals import vertex_normals
-from .mesh import ARRAYS, MUSCLES
+from .mesh import ARRAYS, MUSCLES, split_at_seams, with_normals
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
@@ -208,7 +207,11 @@ class Scene:
                 f"a frame of this face has {self.face.mesh.n_points} points or more, received {frame.n_points}. "
                 "Is it one of another face?"
             )
-        skin = _shaded(frame)
+        skin = with_normals(frame)
+        n = self.face.mesh.n_points  # base vertices come first in every frame
+        points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
+        if self._texture is not None and self.style.scalars is None:
+            skin = split_at_seams(skin)
         options = SKIN | self._colouring(skin)
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
@@ -218,8 +221,6 @@ class Scene:
             mapper = self.plotter.actors["skin"].mapper
             mapper.scalar_visibility, mapper.color_mode, mapper.scalar_map_mode = True, "direct", "point_field"
             mapper.SelectColorArray("shade")
-        n = self.face.mesh.n_points  # base vertices come first in every frame
-        points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
         if len(self._mouth.loop):
             self._put(self._mouth.pocket(points), "mouth", lighting=False)
             inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
@@ -389,14 +390,6 @@ def _reduced(image: Image, factor: int) -> Image:
     return np.array(Pillow.fromarray(image).reduce(factor))
 
 
-def _shaded(frame: pv.PolyData) -> pv.PolyData:
-    """A shallow copy with normals that are right: a frame's are, those of any other mesh may be stale."""
-    skin = frame.copy(deep=False)
-    if "split_gamma" not in skin.point_data:
-        skin.point_data["Normals"] = vertex_normals(frame.points, frame.regular_faces)
-    return skin
-
-
 def _furrowed(heights: Array) -> npt.NDArray[np.uint8]:
     """Factors (n, 3) of the colour, as bytes: little light comes into furrows, and what comes out is red."""
     dark = 0.42 * -np.expm1(np.minimum(heights, 0.0) / 0.6)
@@ -405,7 +398,9 @@ def _furrowed(heights: Array) -> npt.NDArray[np.uint8]:
 
 def _has_colours(mesh: pv.PolyData) -> bool:
     colours = mesh.point_data.get("Colors")
-    return colours is not None and colours.dtype == np.uint8 and colours.ndim == 2
+    if colours is None or colours.ndim != 2 or colours.shape[1] not in (3, 4):
+        return False
+    return colours.dtype == np.uint8 or (colours.dtype.kind == "f" and 0.0 <= colours.min() <= colours.max() <= 1.0)
 
 
 def _texture(face: Face) -> pv.Texture | None:
@@ -413,6 +408,7 @@ def _texture(face: Face) -> pv.Texture | None:
         return None
     texture = pv.Texture(np.array(face.texture))
     texture.interpolate = True
+    texture.mipmap = True
     return texture
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import MeshError, OutputError
 from ..mesh import to_polydata
+from ..mesh.arrays import CORNERS
 from .atlas import Atlas
 from .face import Face
 
@@ -43,6 +44,10 @@ def write_face(face: Face, path: str | Path) -> Path:
     for name, values in face.mesh.point_data.items():
         if np.asarray(values).dtype.kind in "fiub" and "/" not in name:
             arrays[_DATA + name] = np.asarray(values)
+    if CORNERS in face.mesh.cell_data:
+        arrays["texture_corners"] = np.asarray(face.mesh.cell_data[CORNERS])
+    if face.texture is not None:
+        arrays["texture"] = face.texture
     target = Path(os.path.expanduser(path))
     try:
         with target.open("wb") as file:
@@ -98,9 +103,11 @@ def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
     mesh = to_polydata(data["points"], data["triangles"], point_data)
     if texture := str(data["texture_coordinates"]):
         mesh.point_data.active_texture_coordinates_name = texture
+    if "texture_corners" in data:
+        mesh.cell_data[CORNERS] = data["texture_corners"]
     names = data["landmark_names"].tolist()
     landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
     estimated = tuple(data["estimated"].tolist())
     face = Face.from_landmarks(mesh, landmarks, float(data["unit"]), atlas, estimated)
-    return dataclasses.replace(face, confidences=known)
+    return dataclasses.replace(face, confidences=known, texture=data.get("texture"))

@@ -39,6 +39,8 @@ class FaceOptions:
         Whose face the built-in head has: parameters from -1 to 1, such as jaw=0.5,age=1. See facewrinkle.Identity.
     atlas
         TOML file with other muscles, action units and expressions.
+    texture
+        Photo that lies on --face. Default: the image that the file names or holds.
     """
 
     face: Path | None = None
@@ -46,6 +48,7 @@ class FaceOptions:
     units: str | None = None
     identity: str | None = None
     atlas: Path | None = None
+    texture: Path | None = None
 
     def load(self) -> Face:
         """The face; an error where an option makes no sense without another."""
@@ -53,15 +56,15 @@ class FaceOptions:
 
         atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
         if self.face is not None and self.face.suffix == SUFFIX:
-            for name in ("landmarks", "units"):
+            for name in ("landmarks", "units", "texture"):
                 if getattr(self, name) is not None:
                     raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
             return read_face(self.face, atlas)
         if self.face is not None:
             if self.identity is not None:
                 raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
-            return fit_face(self.face, self.landmarks, units_of(self.units), atlas)
-        for name in ("landmarks", "units"):
+            return fit_face(self.face, self.landmarks, units_of(self.units), atlas, texture=self.texture)
+        for name in ("landmarks", "units", "texture"):
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
         return default_face(person(self.identity) if self.identity is not None else None, atlas=atlas)

@@ -10,6 +10,7 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from ..errors import MeshError
+from ..geometry.normals import vertex_normals
 from ..geometry.seams import of_same_triangles
 from ..geometry.transfer import carried, nearest_carried
 
@@ -137,6 +138,14 @@ def carried_point_data(mesh: pv.PolyData, corners: np.ndarray, barycentric: np.n
         else:
             out[name] = nearest_carried(array, corners, barycentric)
     return out
+
+
+def with_normals(mesh: pv.PolyData) -> pv.PolyData:
+    """A shallow copy with normals that are right: a frame's are, those of any other mesh may be stale."""
+    shaded = mesh.copy(deep=False)
+    if "split_gamma" not in shaded.point_data:
+        shaded.point_data["Normals"] = vertex_normals(mesh.points, mesh.regular_faces)
+    return shaded
 
 
 def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> pv.PolyData:

@@ -24,6 +24,8 @@ from .ply import read_ply
 from .seams import add_seams
 
 COLORS = "Colors"
+LINEAR = "COLOR_0"
+"""Colours of glTF, in linear light."""
 OF_VTK = (".stl", ".glb", ".gltf", ".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".hdf")
 GLTF = (".glb", ".gltf")
 READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf)"
@@ -144,7 +146,7 @@ def _read_with_vtk(path: Path) -> Any:
 
 def _sewn(surface: pv.PolyData) -> pv.PolyData:
     """A mesh from a glTF file without the seams of its points, without the morph targets that VTK makes point data of,
-    and with texture coordinates that go upwards.
+    with texture coordinates that go upwards and with colours as they are seen.
     """
     data = surface.point_data
     shapes = [key for key in data if re.fullmatch(r"target\d+_\w+", key)]
@@ -154,6 +156,10 @@ def _sewn(surface: pv.PolyData) -> pv.PolyData:
     texture = data.active_texture_coordinates_name
     if texture is not None:
         data[texture] = np.asarray(data[texture]) * np.array([1, -1], np.float32) + np.array([0, 1], np.float32)
+    if LINEAR in data:
+        light = np.clip(np.asarray(data.pop(LINEAR), dtype=np.float64), 0.0, 1.0)
+        share = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1.0 / 2.4) - 0.055)
+        data[COLORS] = np.rint(255.0 * share[:, :3]).astype(np.uint8)
     triangles = np.asarray(surface.regular_faces)
     kept, number = welded(np.asarray(surface.points), np.array(moved).reshape(-1, surface.n_points, 3), triangles)
     if len(kept) == surface.n_points:
