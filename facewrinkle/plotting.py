@@ -18,7 +18,7 @@ from .anatomy.face import Face
 from .anatomy.fitting import carried_brows
 from .anatomy.landmarks import NAMES, mirrored_name
 from .errors import MeshError, OutputError, ParameterError, check_range, check_whole, unknown_name
-from .mesh import ARRAYS, MUSCLES, split_at_seams, with_normals
+from .mesh import ARRAYS, MUSCLES, POSE, split_at_seams, with_normals
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
@@ -132,6 +132,8 @@ class Style:
     eyes, brows : bool
     quick : bool
         One headlight and no anti-aliasing.
+    follow : bool
+        The camera goes with a head that moves as a whole.
     """
 
     size: tuple[int, int] = (800, 800)
@@ -141,6 +143,7 @@ class Style:
     eyes: bool = True
     brows: bool = True
     quick: bool = False
+    follow: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.view, View) and str(self.view) not in VIEWS:
@@ -210,6 +213,10 @@ class Scene:
         skin = with_normals(frame)
         n = self.face.mesh.n_points  # base vertices come first in every frame
         points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
+        pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
+        back = np.linalg.inv(pose)  # parts are placed on the head as it is at rest, and go with it
+        points, normals = points @ back[:3, :3].T + back[:3, 3], normals @ pose[:3, :3]
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         if self._texture is not None and self.style.scalars is None:
             skin = split_at_seams(skin)
         options = SKIN | self._colouring(skin)
@@ -237,6 +244,9 @@ class Scene:
                 self._put(lashes.on(points), f"lashes_{lashes.eye.side}", **HAIR)
         if self._brows is not None:
             self._put(self._brows.on(points, self.face.triangles, normals), "brows", **HAIR)
+        self.plotter.actors["skin"].user_matrix = back if self.style.follow else np.eye(4)
+        for name in self._parts:
+            self.plotter.actors[name].user_matrix = np.eye(4) if self.style.follow else pose
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""

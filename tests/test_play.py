@@ -87,11 +87,33 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, capsys):
 def test_play_options(clip, tmp_path, capsys):
     file, landmarks = map(str, clip)
     options = ["--speed", "0.5", "--fps", "10", "--no-movie", "--no-series", "--depth", "0", "--view", "forehead"]
-    assert main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path / "a"), *SMALL, *options]) == 0
+    assert (
+        main(
+            [
+                "play",
+                file,
+                "--landmarks",
+                landmarks,
+                "--out",
+                str(tmp_path / "a"),
+                *SMALL,
+                *options,
+                "--save-mesh",
+                "glb",
+            ]
+        )
+        == 0
+    )
     said = capsys.readouterr().out
     assert "0.80 s, 8 steps" in said
     assert "(0.00 mm)" in said
-    assert {path.suffix for path in (tmp_path / "a").iterdir()} == {".png"}
+    assert {path.suffix for path in (tmp_path / "a").iterdir()} == {".png", ".glb"}
+    (written,) = (tmp_path / "a").glob("*.glb")
+    rest, _ = fw.read_animation(file)
+    frame = fw.read_surface(written)
+    assert f"{written.stem}.png" in said
+    assert frame.n_cells > rest.n_cells
+    assert 0.15 < frame.length < 0.6  # in metres, as glTF asks
     assert (
         main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path / "b"), *SMALL, *options, "--quiet"]) == 0
     )

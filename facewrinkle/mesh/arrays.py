@@ -31,6 +31,9 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
 MUSCLES = "muscles"
 """The field-data array of a frame that lists the muscles' names."""
 
+POSE = "pose"
+"""The field-data array of a frame of a head that moves as a whole: a matrix (4, 4), in the unit of the mesh."""
+
 TEXTURE = "Texture Coordinates"
 """The point-data array of texture coordinates (n, 2); at seams of the texture the first that a point has."""
 

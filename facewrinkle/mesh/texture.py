@@ -84,7 +84,7 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
         OBJ with a material that has `map_Kd`, PLY with a comment `TextureFile`, glTF with a base colour texture. Where
         there are several, the one on most faces is taken.
     mesh : str, optional
-        Only of this mesh or node of a glTF file.
+        Only of this mesh or node of a glTF file: its name, or the number of the node.
 
     Returns
     -------
@@ -245,7 +245,8 @@ def _gltf(data: bytes) -> tuple[dict[str, Any], bytes]:
 
 def _images_of_gltf(content: dict[str, Any], mesh: str | None) -> Counter[int]:
     """The images that are base colours, with the number of vertices that the faces with them have."""
-    of_nodes = {node["mesh"] for node in content.get("nodes", []) if "mesh" in node and node.get("name") == mesh}
+    nodes = enumerate(content.get("nodes", []))
+    of_nodes = {node["mesh"] for i, node in nodes if "mesh" in node and mesh in (node.get("name"), str(i))}
     found: Counter[int] = Counter()
     for number, entry in enumerate(content["meshes"]):
         if mesh is not None and entry.get("name") != mesh and number not in of_nodes:
@@ -253,7 +254,7 @@ def _images_of_gltf(content: dict[str, Any], mesh: str | None) -> Counter[int]:
         for primitive in entry["primitives"]:
             material = content["materials"][primitive["material"]] if "material" in primitive else {}
             texture = material.get("pbrMetallicRoughness", {}).get("baseColorTexture")
-            if texture is None:
+            if texture is None or "TEXCOORD_0" not in primitive["attributes"]:
                 continue
             chosen = content["textures"][texture["index"]]
             for extension in chosen.get("extensions", {}).values():  # webp; what Pillow cannot read says so

@@ -14,10 +14,10 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from ..errors import MeshError
 from ..mesh import read_surface
 from ..mesh.reading import GLTF, check_file
-from .gltf import read_gltf
+from .gltf import NAME, read_gltf
 from .recorded import Recorded
 
-__all__ = ["read_animation"]
+__all__ = ["NAME", "read_animation"]
 
 SERIES = (".vtkhdf", ".hdf")
 

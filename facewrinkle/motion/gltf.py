@@ -34,6 +34,9 @@ COMPRESSED = {"KHR_draco_mesh_compression": "Draco", "EXT_meshopt_compression": 
 INTERPOLATION: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "CUBICSPLINE": "cubic"}
 TRIANGLES = 4
 
+NAME = "mesh"
+"""The field-data array that names the mesh in its file."""
+
 
 def read_gltf(path: Path, mesh: str | None = None, animation: str | None = None) -> tuple[pv.PolyData, Recorded]:
     """The mesh of a glTF file at rest, and the recording that moves it; see :func:`facewrinkle.read_animation`."""
@@ -52,6 +55,7 @@ def _animated(document: _Document, node: int, channels: list[Any]) -> tuple[pv.P
         triangles = triangles[:, ::-1]
     kept, number = welded(points, deltas, triangles)
     mesh = to_polydata(points[kept], number[triangles])
+    mesh.field_data[NAME] = [document.label(node)]
     if texture is not None:
         texture = texture * [1.0, -1.0] + [0.0, 1.0]
         mesh.point_data[TEXTURE] = texture[kept]
@@ -227,7 +231,8 @@ class _Document:
             line.append(self._parents[line[-1]])
         return line
 
-    def _label(self, node: int) -> str:
+    def label(self, node: int) -> str:
+        """The name of a node's mesh, of the node, or its number."""
         mesh = self.file.meshes[self.file.nodes[node].mesh]
         return str(mesh.name or self.file.nodes[node].name or node)
 
@@ -246,9 +251,9 @@ class _Document:
         if not nodes:
             raise MeshError(f"{self.name} holds no mesh. Export the face with its geometry.")
         if mesh is not None:
-            named = [i for i in nodes if mesh in (self._label(i), self.file.nodes[i].name)]
+            named = [i for i in nodes if mesh in (self.label(i), self.file.nodes[i].name)]
             if not named:
-                raise unknown_name("mesh", mesh, map(self._label, nodes))
+                raise unknown_name("mesh", mesh, map(self.label, nodes))
             return named[0]
         found = [i for i in nodes if any(self._moving(i, a) for a in self.file.animations)]
         shaped = [i for i in found or nodes if self._targets(i)]
@@ -256,7 +261,7 @@ class _Document:
         if len(candidates) > 1:
             warnings.warn(
                 f"{self.name} holds {len(candidates)} meshes that may be meant: "
-                f"{', '.join(map(self._label, candidates))}; took the first, which has the most points. "
+                f"{', '.join(map(self.label, candidates))}; took the first, which has the most points. "
                 "Name another with mesh=.",
                 FaceWrinkleWarning,
                 stacklevel=4,
@@ -278,14 +283,14 @@ class _Document:
             if found and animation in (None, name):
                 if skinned:
                     warnings.warn(
-                        f"{self.name}: the bones of {self._label(node)} are not supported and are passed over; its "
+                        f"{self.name}: the bones of {self.label(node)} are not supported and are passed over; its "
                         "shapes are played.",
                         FaceWrinkleWarning,
                         stacklevel=4,
                     )
                 return found
         raise MeshError(
-            f"{self.name}: no animation ({', '.join(known)}) moves the shapes of {self._label(node)}"
+            f"{self.name}: no animation ({', '.join(known)}) moves the shapes of {self.label(node)}"
             + (", and bones are not supported. Bake the motion to shape keys." if skinned else " or its node.")
         )
 
@@ -294,7 +299,7 @@ class _Document:
         mesh = self.file.meshes[self.file.nodes[node].mesh]
         parts = [self._part(primitive) for primitive in mesh.primitives]
         if len({len(part[3]) for part in parts}) > 1:
-            raise self._damaged(f"the parts of {self._label(node)} have different numbers of shapes")
+            raise self._damaged(f"the parts of {self.label(node)} have different numbers of shapes")
         starts = np.cumsum([0, *(len(part[0]) for part in parts[:-1])])
         triangles = np.concatenate([part[1] + start for part, start in zip(parts, starts, strict=True)])
         textures = [part[2] for part in parts]
