@@ -28,7 +28,7 @@ from .layers.base import Layer, Moment, Relief, Sites
 from .layers.compression import StrainField
 from .layers.muscle_wrinkles import MuscleWrinkles, zone
 from .layers.pattern_layer import PatternLayer
-from .mesh import MUSCLES, POSE, carried_point_data, refilled, refine_seams, to_polydata
+from .mesh import MUSCLES, POSE, UNIT, carried_point_data, refilled, refine_seams, to_polydata
 from .motion.base import Motion, Still
 from .motion.recorded import Recorded
 from .motion.skin import Skin, SkinMaterial
@@ -408,6 +408,7 @@ class Simulation:
         data = {**carried_data, **blank, **data, "rest": sites.points, "level": self.forest.vertex_level}
         frame = to_polydata(sites.points, self.forest.triangles, data)
         frame.field_data[MUSCLES] = list(self.muscles)
+        frame.field_data[UNIT] = [self.face.unit]
         if source.active_texture_coordinates_name is not None:
             frame.point_data.active_texture_coordinates_name = source.active_texture_coordinates_name
         frame.point_data.active_normals_name = "Normals"

@@ -112,7 +112,7 @@ def test_play_options(clip, tmp_path, capsys):
     rest, _ = fw.read_animation(file)
     frame = fw.read_surface(written)
     assert f"{written.stem}.png" in said
-    assert frame.n_cells > rest.n_cells
+    assert frame.n_cells == rest.n_cells  # without wrinkles nothing is refined
     assert 0.15 < frame.length < 0.6  # in metres, as glTF asks
     assert (
         main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path / "b"), *SMALL, *options, "--quiet"]) == 0

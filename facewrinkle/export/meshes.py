@@ -12,7 +12,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..errors import MeshError, OutputError
-from ..mesh import split_at_seams, with_normals
+from ..mesh import UNIT, split_at_seams, with_normals
 from .files import output_file
 
 Array = npt.NDArray[np.float64]
@@ -61,7 +61,7 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None) -
     path : path
         Ends in .glb, .gltf, .obj or .ply. An existing file is replaced.
     face : Face, optional
-        The face of the frame, for its texture and unit; without it the unit is a millimetre.
+        The face of the frame, for its texture, and for the unit of a mesh that is no frame (else millimetres).
 
     Returns
     -------
@@ -96,13 +96,20 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None) -
         case ending:
             from .gltf import gltf
 
-            files = {path: gltf(model, 1.0 if face is None else face.unit, binary=ending == ".glb")}
+            files = {path: gltf(model, _unit(frame, face), binary=ending == ".glb")}
     for name, content in files.items():
         try:
             name.write_bytes(content)
         except OSError as problem:
             raise OutputError(f"{str(name)!r} cannot be written: {problem.strerror}. Name another file.") from None
     return path
+
+
+def _unit(frame: pv.PolyData, face: Face | None) -> float:
+    """Millimetres per unit of the mesh."""
+    if face is not None:
+        return face.unit
+    return float(frame.field_data[UNIT][0]) if UNIT in frame.field_data else 1.0
 
 
 def _model(frame: pv.PolyData, face: Face | None) -> Model:

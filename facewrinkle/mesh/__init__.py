@@ -4,7 +4,7 @@
 it, and `to_polydata` turns results into PolyData. No other room converts; this one also names the arrays of a frame.
 """
 
-from .arrays import ARRAYS, MUSCLES, POSE, carried_point_data, refilled, to_polydata, with_data, with_normals
+from .arrays import ARRAYS, MUSCLES, POSE, UNIT, carried_point_data, refilled, to_polydata, with_data, with_normals
 from .checks import Surface, prepare
 from .reading import read_surface
 from .refining import refine
@@ -15,6 +15,7 @@ __all__ = [
     "ARRAYS",
     "MUSCLES",
     "POSE",
+    "UNIT",
     "Surface",
     "add_seams",
     "as_texture",

@@ -31,6 +31,9 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
 MUSCLES = "muscles"
 """The field-data array of a frame that lists the muscles' names."""
 
+UNIT = "unit"
+"""The field-data array of a frame that holds the millimetres per unit of its mesh."""
+
 POSE = "pose"
 """The field-data array of a frame of a head that moves as a whole: a matrix (4, 4), in the unit of the mesh."""
 

@@ -76,11 +76,11 @@ def _read_file(path: Path) -> pv.PolyData:
     check_file(path)
     match path.suffix.lower():
         case ".obj":
-            return _from_polygons(read_obj(path), path.name)
+            return from_polygons(read_obj(path), path.name)
         case ".off":
-            return _from_polygons(read_off(path), path.name)
+            return from_polygons(read_off(path), path.name)
         case ".ply":
-            return _from_polygons(read_ply(path), path.name)
+            return from_polygons(read_ply(path), path.name)
         case ending if ending in OF_VTK:
             surface = _from_dataset(_read_with_vtk(path), path.name)
             return _sewn(surface) if ending in GLTF else surface
@@ -207,7 +207,8 @@ def _is_empty(data: Any) -> bool:
     return data is None or (isinstance(data, pv.DataSet) and data.n_points == 0)
 
 
-def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
+def from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
+    """The triangles of the polygons of a file, with its name for errors."""
     padded = [number for face in polygons.faces for number in (len(face), *face)]
     mesh = pv.PolyData()
     mesh.points = polygons.points

@@ -166,6 +166,9 @@ def test_a_glb_is_as_the_format_asks(moment, tmp_path):
     np.testing.assert_array_equal([position["min"], position["max"]], [apart.min(axis=0), apart.max(axis=0)])
     assert "COLOR_0" not in primitive["attributes"]  # it would multiply the photo
     assert content["nodes"][0]["scale"] == [0.01] * 3
+    assert read_by_pyvista(fw.write_mesh(moment.frame, tmp_path / "b.glb"))[3].length == pytest.approx(
+        0.01 * moment.frame.length, rel=1e-6
+    )  # a frame knows its unit
 
 
 def test_what_cannot_be_written_says_so(moment, tmp_path, monkeypatch):
