@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _mesh_kernels as kernels
 from .refinement import RedGreenForest
 
 Array = NDArray[np.float64]
@@ -83,12 +84,9 @@ def refined_values(values: Array, base: IntArray, forest: RedGreenForest) -> Arr
     >>> refined_values(np.array([[[0.0], [4.0], [8.0]]]), np.array([[0, 1, 2]]), forest)[0].ravel().tolist()
     [0.0, 2.0, 4.0]
     """
-    roots, vertices = forest.root, forest.triangles
-    hosts, weights = forest.corners[vertices], forest.barycentric[vertices]  # (m, 3, 3); the host may be a neighbour
-    out = np.zeros((*vertices.shape, values.shape[2]))
-    for j in range(3):
-        share = np.where(hosts == base[roots, j][:, None, None], weights, 0.0).sum(axis=2)
-        out += share[..., None] * values[roots, j][:, None]  # one by one: both sides of an edge round alike
+    out = np.empty((*forest.triangles.shape, values.shape[2]))
+    base = np.ascontiguousarray(base, dtype=np.int32)
+    kernels.carry_corners(values, base, forest.triangles, forest.root, forest.corners, forest.barycentric, out)
     return out
 
 
