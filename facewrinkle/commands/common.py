@@ -90,7 +90,7 @@ class OutputOptions:
     series
         Write all frames as a time series (VTKHDF), which ParaView plays.
     save_mesh
-        Write the wrinkled mesh, too, with its texture: glb, gltf, obj or ply.
+        Write the wrinkled mesh with its texture, too: glb or gltf (with eyes and teeth), obj or ply.
     out
         Folder to write to. Default: output/NAME.
     quiet
@@ -119,7 +119,7 @@ class OutputOptions:
         """Write the mesh of a moment, if that was asked for; `path` is without ending. Returns what was written."""
         if self.save_mesh is None:
             return []
-        return [write_mesh(frame, path.with_name(f"{path.name}.{self.save_mesh}"), face)]
+        return [write_mesh(frame, path.with_name(f"{path.name}.{self.save_mesh}"), face, parts=True)]
 
 
 def units_of(text: str | None) -> str | float | None:

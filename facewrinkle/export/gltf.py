@@ -1,4 +1,4 @@
-"""The mesh of a moment as glTF 2.0."""
+"""The meshes of a moment as glTF 2.0."""
 
 from __future__ import annotations
 
@@ -16,16 +16,19 @@ FLOAT, SHORT, INT = 5126, 5123, 5125
 VERTICES, INDICES = 34962, 34963
 SKIN = [0.72, 0.41, 0.27, 1.0]
 """Linear colour where there is neither texture nor colours."""
+ROUGH = {"eye": 0.05, "upper": 0.25, "lower": 0.25, "mouth": 1.0}
+"""Of eyes and teeth, which are wet, and of the dark behind the lips."""
 
 
-def gltf(model: Model, unit: float, *, binary: bool) -> bytes:
+def gltf(models: dict[str, Model], unit: float, *, binary: bool) -> bytes:
     """A .glb file, or a .gltf file with everything in it.
 
     Parameters
     ----------
-    model : Model
+    models : dict of str to Model
+        What becomes a mesh and a node of this name.
     unit : float
-        Millimetres per unit: points are kept as they are, and the node scales them to metres.
+        Millimetres per unit: points are kept as they are, and the nodes scale them to metres.
     binary : bool
     """
     try:
@@ -36,30 +39,9 @@ def gltf(model: Model, unit: float, *, binary: bool) -> bytes:
             "PLY are written without it."
         ) from None
     file = _File(pygltflib)
-    attributes: dict[str, int] = {
-        "POSITION": file.array(model.points.astype("<f4"), FLOAT, "VEC3", bounded=True),
-        "NORMAL": file.array(_unit(model.normals).astype("<f4"), FLOAT, "VEC3"),
-    }
-    if model.uv is not None:
-        attributes["TEXCOORD_0"] = file.array((model.uv * [1.0, -1.0] + [0.0, 1.0]).astype("<f4"), FLOAT, "VEC2")
-    surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 0.55}
-    if model.png is not None:
-        surface["baseColorTexture"] = pygltflib.TextureInfo(index=file.image(model.png))
-    elif model.colours is not None:  # they would multiply the texture
-        attributes["COLOR_0"] = file.array(_linear(model.colours), SHORT, "VEC4", normalized=True)
-    else:
-        surface["baseColorFactor"] = SKIN
-    primitive = pygltflib.Primitive(
-        attributes=pygltflib.Attributes(**attributes),
-        indices=file.array(model.triangles.astype("<u4").reshape(-1, 1), INT, "SCALAR", target=INDICES),
-        material=0,
-    )
-    material = pygltflib.Material(
-        name="skin",
-        doubleSided=True,
-        pbrMetallicRoughness=pygltflib.PbrMetallicRoughness(**surface),
-    )
-    return file.written([primitive], material, unit / 1000.0, binary=binary)
+    for name, model in models.items():
+        file.mesh(name, model, unit / 1000.0)
+    return file.written(binary=binary)
 
 
 class _File:
@@ -112,13 +94,33 @@ class _File:
         content.textures.append(lib.Texture(source=len(content.images) - 1, sampler=len(content.samplers) - 1))
         return len(content.textures) - 1
 
-    def written(self, primitives: list[Any], material: Any, scale: float, *, binary: bool) -> bytes:
-        """All as bytes, with one mesh in one node."""
+    def mesh(self, name: str, model: Model, scale: float) -> None:
+        """Add a mesh in a node of its own, with a material."""
         lib, content = self.lib, self.content
-        content.materials.append(material)
-        content.meshes.append(lib.Mesh(name="face", primitives=primitives))
-        content.nodes.append(lib.Node(name="face", mesh=0, scale=[scale] * 3))
-        content.scenes.append(lib.Scene(nodes=[0]))
+        attributes = {
+            "POSITION": self.array(model.points.astype("<f4"), FLOAT, "VEC3", bounded=True),
+            "NORMAL": self.array(_unit(model.normals).astype("<f4"), FLOAT, "VEC3"),
+        }
+        if model.uv is not None:
+            attributes["TEXCOORD_0"] = self.array((model.uv * [1.0, -1.0] + [0.0, 1.0]).astype("<f4"), FLOAT, "VEC2")
+        look: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": ROUGH.get(name.split("_")[0], 0.55)}
+        if model.png is not None:
+            look["baseColorTexture"] = lib.TextureInfo(index=self.image(model.png))
+        elif model.colours is not None:  # they would multiply the texture
+            attributes["COLOR_0"] = self.array(_linear(model.colours), SHORT, "VEC4", normalized=True)
+        else:
+            look["baseColorFactor"] = SKIN
+        indices = self.array(model.triangles.astype("<u4").reshape(-1, 1), INT, "SCALAR", target=INDICES)
+        shape = lib.Primitive(attributes=lib.Attributes(**attributes), indices=indices, material=len(content.materials))
+        surface = lib.PbrMetallicRoughness(**look)
+        content.materials.append(lib.Material(name=name, doubleSided=True, pbrMetallicRoughness=surface))
+        content.nodes.append(lib.Node(name=name, mesh=len(content.meshes), scale=[scale] * 3))
+        content.meshes.append(lib.Mesh(name=name, primitives=[shape]))
+
+    def written(self, *, binary: bool) -> bytes:
+        """All as bytes, in one scene."""
+        lib, content = self.lib, self.content
+        content.scenes.append(lib.Scene(nodes=list(range(len(content.nodes)))))
         self.blob += b"\0" * (-len(self.blob) % 4)
         buffer = lib.Buffer(byteLength=len(self.blob))
         content.buffers.append(buffer)

@@ -10,8 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from .._features import beside
 from ..anatomy.face import Face
 from ..errors import MeshError, OutputError
+from ..geometry.normals import vertex_normals
 from ..mesh import UNIT, split_at_seams, with_normals
 from .files import output_file
 
@@ -47,7 +49,7 @@ class Model:
     png: bytes | None
 
 
-def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None) -> Path:
+def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *, parts: bool = False) -> Path:
     """Write the mesh of a moment for other programs, refined and wrinkled as it is, with normals, texture and colours.
 
     glTF holds all in one file, in metres, as the format asks; OBJ comes with NAME.mtl, and OBJ and PLY with the texture
@@ -62,6 +64,8 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None) -
         Ends in .glb, .gltf, .obj or .ply. An existing file is replaced.
     face : Face, optional
         The face of the frame, for its texture, and for the unit of a mesh that is no frame (else millimetres).
+    parts : bool
+        In glTF, write the eyes, and between parted lips the teeth, as meshes of their own.
 
     Returns
     -------
@@ -96,13 +100,30 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None) -
         case ending:
             from .gltf import gltf
 
-            files = {path: gltf(model, _unit(frame, face), binary=ending == ".glb")}
+            others = beside(face, frame) if parts and face is not None else {}
+            models = {"face": model} | {name: _part(part) for name, part in others.items()}
+            files = {path: gltf(models, _unit(frame, face), binary=ending == ".glb")}
     for name, content in files.items():
         try:
             name.write_bytes(content)
         except OSError as problem:
             raise OutputError(f"{str(name)!r} cannot be written: {problem.strerror}. Name another file.") from None
     return path
+
+
+def _part(part: pv.PolyData) -> Model:
+    """What is drawn beside the skin, with `paint`."""
+    points, triangles = np.asarray(part.points, np.float64), np.asarray(part.triangulate().regular_faces, np.int64)
+    normals = part.point_data.get("Normals")  # an eye has those of its cornea
+    return Model(
+        points=points,
+        normals=vertex_normals(points, triangles) if normals is None else np.asarray(normals),
+        triangles=triangles,
+        origin=np.arange(len(points)),
+        uv=None,
+        colours=np.asarray(part.point_data["paint"])[:, :3],
+        png=None,
+    )
 
 
 def _unit(frame: pv.PolyData, face: Face | None) -> float:

@@ -171,6 +171,37 @@ def test_a_glb_is_as_the_format_asks(moment, tmp_path):
     )  # a frame knows its unit
 
 
+def test_eyes_and_teeth_in_meshes_of_their_own(face, tmp_path):
+    simulation = fw.Simulation(face)
+    simulation.express("AU27")
+    *_, frame = simulation.run(20)
+    path = fw.write_mesh(frame, tmp_path / "a.glb", face, parts=True)
+    scene = trimesh.load_scene(path, process=False)
+    assert set(scene.geometry) == {"face", "eye_l", "eye_r", "mouth", "upper_teeth", "lower_teeth", "tongue"}
+    np.testing.assert_allclose(scene.geometry["face"].vertices[: frame.n_points], frame.points, rtol=1e-6, atol=1e-5)
+    for eye in face.eyes:
+        ball = scene.geometry[f"eye_{eye.side}"]
+        np.testing.assert_allclose(np.linalg.norm(ball.vertices - eye.centre, axis=1), eye.radius, rtol=1e-5)
+        ahead = (ball.vertices - eye.centre) @ frame.field_data[f"gaze_{eye.side}"][0]
+        light = ball.visual.vertex_attributes["color"][:, :3] / 65535.0
+        assert light[np.argmax(ahead)].max() < 0.01  # the pupil looks ahead
+        assert light[np.argmin(ahead)].min() > 0.05
+    low, high = (scene.geometry[f"{jaw}_teeth"].vertices[:, 1].mean() for jaw in ("lower", "upper"))
+    assert low < face.landmarks["upper_lip_mid"][1] - 15.0 < high - 5.0  # these stay with the skull
+    # At rest the lips hide the teeth; and what goes with a head that moves is where the head is.
+    pose = np.eye(4)
+    pose[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
+    pose[:3, 3] = [5.0, 0.0, -20.0]
+    moved = face.mesh.copy()
+    moved.points = face.points @ pose[:3, :3].T + pose[:3, 3]
+    moved.field_data["pose"] = pose
+    turned = trimesh.load_scene(fw.write_mesh(moved, tmp_path / "b.glb", face, parts=True), process=False).geometry
+    assert set(turned) == {"face", "eye_l", "eye_r"}
+    centre = face.eyes[0].centre @ pose[:3, :3].T + pose[:3, 3]
+    eye = turned[f"eye_{face.eyes[0].side}"]
+    np.testing.assert_allclose(np.linalg.norm(eye.vertices - centre, axis=1), face.eyes[0].radius, rtol=1e-5)
+
+
 def test_what_cannot_be_written_says_so(moment, tmp_path, monkeypatch):
     frame, face = moment.frame, moment.face
     for name in ("a.stl", "a", "a.usd"):
