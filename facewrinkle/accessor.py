@@ -22,7 +22,7 @@ from .geometry.chart import foot
 from .geometry.topology import components
 from .layers.pattern_layer import Compression, PatternLayer
 from .layers.presets import names, presets, table
-from .mesh import read_surface, to_polydata
+from .mesh import add_seams, corner_texture, read_surface, to_polydata, with_data
 from .motion.base import Still
 from .simulation import FINEST, Refinement, Simulation
 from .tears.stream import SheddingTear
@@ -179,14 +179,10 @@ def _nearest_part(
     label = components(triangles) if len(triangles) else np.zeros(0, np.int32)
     if centre is None or np.shape(centre) != (3,) or len(triangles) == 0 or label.max() == 0:
         return surface(source, units), None
-    points = np.asarray(source.points, dtype=np.float64)
-    own = label == label[foot(points, triangles, centre).triangle]
-    data = dict(source.point_data)
-    part = to_polydata(points, triangles[own], data)
-    part.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
+    own = label == label[foot(np.asarray(source.points), triangles, centre).triangle]
     kept, numbers = np.unique(triangles[~own], return_inverse=True)
-    rest = to_polydata(points[kept], numbers.reshape(-1, 3), {name: array[kept] for name, array in data.items()})
-    return surface(part, units), rest
+    rest = with_data(source, numbers.reshape(-1, 3), kept)
+    return surface(with_data(source, triangles[own], np.arange(source.n_points)), units), rest
 
 
 def _joined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
@@ -202,4 +198,7 @@ def _joined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
     whole = to_polydata(np.concatenate([mesh.points, rest.points]), triangles, data)
     whole.point_data.active_normals_name = "Normals"
     whole.point_data.active_texture_coordinates_name = mesh.point_data.active_texture_coordinates_name
+    corners = [of_part for part in (mesh, rest) if (of_part := corner_texture(part)) is not None]
+    if len(corners) == 2:
+        add_seams(whole, np.concatenate(corners))
     return whole

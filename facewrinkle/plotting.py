@@ -18,8 +18,7 @@ from .anatomy.face import Face
 from .anatomy.fitting import carried_brows
 from .anatomy.landmarks import NAMES, mirrored_name
 from .errors import MeshError, OutputError, ParameterError, check_range, check_whole, unknown_name
-from .geometry.normals import vertex_normals
-from .mesh import ARRAYS, MUSCLES
+from .mesh import ARRAYS, MUSCLES, POSE, split_at_seams, with_normals
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
@@ -135,6 +134,8 @@ class Style:
     eyes, brows : bool
     quick : bool
         One headlight and no anti-aliasing.
+    follow : bool
+        The camera goes with a head that moves as a whole.
     """
 
     size: tuple[int, int] = (800, 800)
@@ -144,6 +145,7 @@ class Style:
     eyes: bool = True
     brows: bool = True
     quick: bool = False
+    follow: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.view, View) and str(self.view) not in VIEWS:
@@ -212,7 +214,15 @@ class Scene:
                 f"a frame of this face has {self.face.mesh.n_points} points or more, received {frame.n_points}. "
                 "Is it one of another face?"
             )
-        skin = _shaded(frame)
+        skin = with_normals(frame)
+        n = self.face.mesh.n_points  # base vertices come first in every frame
+        points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
+        pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
+        back = np.linalg.inv(pose)  # parts are placed on the head as it is at rest, and go with it
+        points, normals = points @ back[:3, :3].T + back[:3, 3], normals @ pose[:3, :3]
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        if self._texture is not None and self.style.scalars is None:
+            skin = split_at_seams(skin)
         options = SKIN | self._colouring(skin)
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
@@ -222,8 +232,6 @@ class Scene:
             mapper = self.plotter.actors["skin"].mapper
             mapper.scalar_visibility, mapper.color_mode, mapper.scalar_map_mode = True, "direct", "point_field"
             mapper.SelectColorArray("shade")
-        n = self.face.mesh.n_points  # base vertices come first in every frame
-        points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
         if len(self._mouth.loop):
             self._put(self._mouth.pocket(points), "mouth", lighting=False)
             inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
@@ -243,8 +251,13 @@ class Scene:
             self._put(self._brows.on(points, self.face.triangles, normals), "brows", **HAIR)
         for name, part in self.face.parts_at(frame).items() if self._own else ():
             if name in self._own:
+                part.points = np.asarray(part.points) @ back[:3, :3].T + back[:3, 3]
+                part.point_data["Normals"] = np.asarray(part.point_data["Normals"]) @ pose[:3, :3]
                 part.point_data["paint"] = _paint_of(name, part)
                 self._put(part, f"own {name}", **(EYE if name.startswith("eye") else HAIR))
+        self.plotter.actors["skin"].user_matrix = back if self.style.follow else np.eye(4)
+        for name in self._parts:
+            self.plotter.actors[name].user_matrix = np.eye(4) if self.style.follow else pose
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
@@ -398,14 +411,6 @@ def _reduced(image: Image, factor: int) -> Image:
     return np.array(Pillow.fromarray(image).reduce(factor))
 
 
-def _shaded(frame: pv.PolyData) -> pv.PolyData:
-    """A shallow copy with normals that are right: a frame's are, those of any other mesh may be stale."""
-    skin = frame.copy(deep=False)
-    if "split_gamma" not in skin.point_data:
-        skin.point_data["Normals"] = vertex_normals(frame.points, frame.regular_faces)
-    return skin
-
-
 def _furrowed(heights: Array) -> npt.NDArray[np.uint8]:
     """Factors (n, 3) of the colour, as bytes: little light comes into furrows, and what comes out is red."""
     dark = 0.42 * -np.expm1(np.minimum(heights, 0.0) / 0.6)
@@ -414,7 +419,9 @@ def _furrowed(heights: Array) -> npt.NDArray[np.uint8]:
 
 def _has_colours(mesh: pv.PolyData) -> bool:
     colours = mesh.point_data.get("Colors")
-    return colours is not None and colours.dtype == np.uint8 and colours.ndim == 2
+    if colours is None or colours.ndim != 2 or colours.shape[1] not in (3, 4):
+        return False
+    return colours.dtype == np.uint8 or (colours.dtype.kind == "f" and 0.0 <= colours.min() <= colours.max() <= 1.0)
 
 
 def _is_drawn(name: str, part: pv.PolyData) -> bool:
@@ -435,6 +442,7 @@ def _texture(face: Face) -> pv.Texture | None:
         return None
     texture = pv.Texture(np.array(face.texture))
     texture.interpolate = True
+    texture.mipmap = True
     return texture
 
 

@@ -29,7 +29,7 @@ from .layers.base import Layer, Moment, Relief, Sites
 from .layers.compression import StrainField
 from .layers.muscle_wrinkles import MuscleWrinkles, zone
 from .layers.pattern_layer import PatternLayer
-from .mesh import MUSCLES, carried_point_data, refilled, to_polydata
+from .mesh import MUSCLES, POSE, UNIT, carried_point_data, refilled, refine_seams, to_polydata
 from .motion.base import Motion, Still
 from .motion.recorded import Recorded
 from .motion.skin import Skin, SkinMaterial
@@ -304,7 +304,7 @@ class Simulation:
             The wrinkled face of this moment, in the unit and coordinates of the face's mesh, with the point data of
             that mesh, "Normals", and "lambda", "gamma", "epsilon" (of the dominant muscle), "W" (mm), "split_gamma",
             "muscle", "level" and "rest"; its field data "muscles" lists the muscles' names, "gaze_l" and "gaze_r" are
-            the directions in which the eyes look.
+            the directions in which the eyes look, and "pose" is the matrix (4, 4) of a head that moves as a whole.
         """
         return self._advanced(self._asked)
 
@@ -413,7 +413,10 @@ class Simulation:
             self._template, self._shown_turn = self._new_template(data), None
         if len(self._looking):
             self._look_on(self._template)
-        return refilled(self._template, points / self.face.unit, data)
+        frame = refilled(self._template, points / self.face.unit, data)
+        if (pose := getattr(self.motion, "pose", None)) is not None:
+            frame.field_data[POSE] = pose
+        return frame
 
     def _look_on(self, template: pv.PolyData) -> None:
         """Tell where the eyes look, where that has changed."""
@@ -433,9 +436,11 @@ class Simulation:
         data = {**carried_data, **blank, **data, "rest": sites.points, "level": self.forest.vertex_level}
         frame = to_polydata(sites.points, self.forest.triangles, data)
         frame.field_data[MUSCLES] = list(self.muscles)
+        frame.field_data[UNIT] = [self.face.unit]
         if source.active_texture_coordinates_name is not None:
             frame.point_data.active_texture_coordinates_name = source.active_texture_coordinates_name
         frame.point_data.active_normals_name = "Normals"
+        refine_seams(self.face.mesh, frame, self.forest)
         return frame
 
     def fields(self, muscle: str) -> dict[str, np.ndarray]:

@@ -115,9 +115,7 @@ def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
 
 def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     seen: list[Take] = []
-    monkeypatch.setattr(
-        "facewrinkle.commands.express.record", lambda take, folder, stem, report, **what: seen.append(take)
-    )
+    monkeypatch.setattr("facewrinkle.commands.express.record", lambda take, *rest: seen.append(take))
     options = ["--intensity=0.5", "--frames=7", "--max-level=3", "--gamma-c=0.1", "--samples=3", "--depth=2"]
     options += ["--alpha=1.5", "--count=3", "--ends=paper", "--compression=edges", "--size=64x48", "--view=nose"]
     assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0

@@ -13,6 +13,7 @@ import pyvista as pv
 
 from ..errors import MeshError, OutputError
 from ..mesh import to_polydata
+from ..mesh.arrays import CORNERS
 from ..mesh.checks import PART
 from .atlas import Atlas
 from .face import Face
@@ -47,6 +48,10 @@ def write_face(face: Face, path: str | Path) -> Path:
     for name, values in face.mesh.point_data.items():
         if np.asarray(values).dtype.kind in "fiub" and "/" not in name:
             arrays[_DATA + name] = np.asarray(values)
+    if CORNERS in face.mesh.cell_data:
+        arrays["texture_corners"] = np.asarray(face.mesh.cell_data[CORNERS])
+    if face.texture is not None:
+        arrays["texture"] = face.texture
     for name, part in face.parts.items():
         arrays |= {
             f"{_PARTS}/{name}/points": np.asarray(part.mesh.points),
@@ -110,6 +115,8 @@ def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
     mesh = to_polydata(data["points"], data["triangles"], point_data)
     if texture := str(data["texture_coordinates"]):
         mesh.point_data.active_texture_coordinates_name = texture
+    if "texture_corners" in data:
+        mesh.cell_data[CORNERS] = data["texture_corners"]
     names = data["landmark_names"].tolist()
     landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
@@ -119,7 +126,8 @@ def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
         name: follower(name, _part(data, name))
         for name in sorted({k.split("/")[1] for k in data if k.startswith(_PARTS)})
     }
-    return dataclasses.replace(face, confidences=known, parts=parts, eyes=eyes_of(face.eyes, parts))
+    eyes = eyes_of(face.eyes, parts)
+    return dataclasses.replace(face, confidences=known, texture=data.get("texture"), parts=parts, eyes=eyes)
 
 
 def _part(data: dict[str, Any], name: str) -> pv.PolyData:

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import FaceWrinkleWarning, LandmarkError, ParameterError, unknown_name
-from ..mesh import Surface, prepare, read_surface, to_polydata
+from ..errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, unknown_name
+from ..mesh import Surface, as_texture, prepare, read_surface, read_texture, to_polydata
 from .atlas import Atlas
 from .face import Face
 from .head import Hairs, load_head
@@ -80,6 +80,7 @@ def fit_face(
     units: str | float | None = None,
     atlas: Atlas | None = None,
     watch: Watch | None = None,
+    texture: object = None,
 ) -> Face:
     """Place skull, eyes and muscles under a mesh.
 
@@ -98,6 +99,8 @@ def fit_face(
         Other muscles than those that come with the package.
     watch : callable, optional
         Shows the progress of the search, see :func:`find_landmarks`.
+    texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
+        The photo on the mesh. Default: the image that the file names or holds.
 
     Returns
     -------
@@ -107,7 +110,7 @@ def fit_face(
     Raises
     ------
     MeshError
-        If the mesh cannot carry a face.
+        If the mesh cannot carry a face, or has no texture coordinates for a `texture` that is given.
     LandmarkError
         If no face is found where landmarks are missing; if landmarks lie off the mesh, are swapped left for right, or
         lie elsewhere than the face.
@@ -115,7 +118,8 @@ def fit_face(
     Warns
     -----
     FaceWrinkleWarning
-        If what was found may be no face; for each kind of fault that was mended (also in the face's `report`).
+        If what was found may be no face; for each kind of fault that was mended (also in the face's `report`); if an
+        image that the file names cannot be read.
 
     Examples
     --------
@@ -148,6 +152,7 @@ def fit_face(
     face = Face.from_landmarks(clean.mesh, found, scale, atlas, estimated)
     confidences = {} if search is None else search.confidences
     face = dataclasses.replace(face, source_points=clean.source_points, confidences=confidences, report=clean.report)
+    face = dataclasses.replace(face, texture=_image(mesh, texture, clean.mesh))
     return face if clean.others is None else _with_parts(face, clean.others)
 
 
@@ -161,6 +166,17 @@ def _with_parts(face: Face, others: pv.PolyData) -> Face:
     if specks:
         report += (f"Dropped specks: {specks}.",)
     return dataclasses.replace(face, parts=parts, report=report, eyes=eyes_of(face.eyes, parts))
+
+
+def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.uint8] | None:
+    """The image that was given or that the mesh brings along, if it can be laid on it."""
+    if clean.active_texture_coordinates is not None:
+        return read_texture(mesh) if texture is None else as_texture(texture)
+    if texture is not None:
+        raise MeshError(
+            "the mesh has no texture coordinates, by which the texture would lie on it. Export it with its UVs."
+        )
+    return None
 
 
 def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | None) -> Found:
@@ -208,7 +224,7 @@ def _drawn_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, si
     return {name: point + size * field(point[None] / size)[0] for name, point in landmarks.items()}
 
 
-def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
+def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm", texture: object = None) -> Face:
     """Any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.
 
     Parameters
@@ -218,6 +234,8 @@ def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
         the others are carried along.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
         Unit of the mesh, or millimetres per unit.
+    texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
+        See :func:`fit_face`.
 
     Returns
     -------
@@ -242,7 +260,7 @@ def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
     clean = prepare(mesh)
     face = Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
     parts = {} if clean.others is None else {"other": follower("other", clean.others)}
-    return dataclasses.replace(face, parts=parts, report=clean.report)
+    return dataclasses.replace(face, parts=parts, report=clean.report, texture=_image(mesh, texture, clean.mesh))
 
 
 def _scale(units: str | float) -> float:

@@ -29,6 +29,7 @@ def fit(
     *,
     landmarks: Path | None = None,
     units: str | None = None,
+    texture: Path | None = None,
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
@@ -45,6 +46,8 @@ def fit(
         JSON file with the coordinates of some or all landmarks; the others are found.
     units
         Unit of the mesh: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
+    texture
+        Photo that lies on the mesh. Default: the image that the file names or holds.
     out
         Folder to write to. Default: output/NAME.
     quiet
@@ -53,7 +56,11 @@ def fit(
     begin = time.perf_counter()
     report = Report(quiet)
     face = fit_face(
-        file, landmarks, units_of(units), watch=lambda poses, count: report.progress(iter(poses), "Poses", count)
+        file,
+        landmarks,
+        units_of(units),
+        watch=lambda poses, count: report.progress(iter(poses), "Poses", count),
+        texture=texture,
     )
     stem = file.stem
     folder = output_folder(out or Path("output") / stem)

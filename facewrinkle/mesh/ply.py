@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from .formats import Polygons, check_vertices, point_texture, strip_triangles
+from .formats import Polygons, check_vertices, strip_triangles, textured
 
 __all__ = ["read_ply"]
 
@@ -71,10 +71,10 @@ def read_ply(path: Path) -> Polygons:
         raise _broken(path, f"face {number + 1} has {lengths[number]} points, and needs three")
     faces = [part.tolist() for part in np.split(numbers, np.cumsum(lengths)[:-1]) if len(part)]
     check_vertices(path, faces, len(points))
-    texture, seams = _texture(vertex, face, lengths, numbers, len(points))
+    texture, corners = _texture(vertex, face, lengths, faces, len(points))
     channels = [vertex[name] for name in (*CHANNELS, "alpha") if name in vertex]
     colors = np.stack(channels, axis=1) if vertex.keys() >= set(CHANNELS) else None
-    return Polygons(points, faces, texture, seams, colors)
+    return Polygons(points, faces, texture, corners, colors)
 
 
 def _of_strips(numbers: np.ndarray) -> np.ndarray:
@@ -194,14 +194,13 @@ def _row(properties: list[Property], body: bytes, offset: int) -> np.dtype:
 
 
 def _texture(
-    vertex: Columns, face: Lists, lengths: np.ndarray, numbers: np.ndarray, n_points: int
-) -> tuple[np.ndarray | None, int]:
-    """Texture coordinates of the points, and how many points have several that differ."""
+    vertex: Columns, face: Lists, lengths: np.ndarray, faces: list[list[int]], n_points: int
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Texture coordinates of the points, and of the corners where points have several."""
     for u, v in TEXTURES:
         if u in vertex and v in vertex:
-            return np.stack([vertex[u], vertex[v]], axis=1).astype(np.float64), 0
-    sizes, values = face.get("texcoord", (lengths, numbers))
+            return np.stack([vertex[u], vertex[v]], axis=1).astype(np.float64), None
+    sizes, values = face.get("texcoord", (lengths, lengths))
     if "texcoord" not in face or (sizes != 2 * lengths).any():
-        return None, 0
-    corners = np.stack([numbers, np.arange(len(numbers))], axis=1)
-    return point_texture(corners, values.reshape(-1, 2).astype(np.float64), n_points)
+        return None, None
+    return textured(faces, np.arange(lengths.sum()), values.reshape(-1, 2).astype(np.float64), n_points)

@@ -16,11 +16,12 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
-from ..errors import FaceWrinkleWarning, MeshError
-from .arrays import CORNERS, TEXTURE, numbers, to_polydata, with_data
+from ..errors import MeshError
+from .arrays import TEXTURE, numbers, to_polydata, with_data
 from .formats import Polygons, Primitive, polygon_triangles, read_obj, read_off
 from .gltf_file import read_gltf_file
 from .ply import read_ply
+from .seams import add_seams
 from .usd_file import read_usd_file
 
 COLORS = "Colors"
@@ -33,8 +34,9 @@ READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf), USD
 def read_surface(source: object) -> pv.PolyData:
     """The triangles of a file or of a foreign mesh, with the points numbered as they are there.
 
-    Polygons are split into triangles (along the shorter diagonal of a quad). A point keeps the first of its
-    texture coordinates. Point data and field data come along; lines and loose points are passed over.
+    Polygons are split into triangles (along the shorter diagonal of a quad). Where the texture has seams, points keep
+    the first of their texture coordinates, and the cell data "Texture Corners" holds those of all corners. Point data
+    and field data come along; lines and loose points are passed over.
 
     Parameters
     ----------
@@ -51,12 +53,6 @@ def read_surface(source: object) -> pv.PolyData:
     ------
     MeshError
         If there is no such file, if it cannot be read, or if no single surface is in it.
-
-    Warns
-    -----
-    FaceWrinkleWarning
-        If points have further texture coordinates beside the first.
-
     Examples
     --------
     >>> import pyvista as pv
@@ -116,11 +112,11 @@ def _looks_like(path: Path) -> tuple[str, tuple[str, ...]] | None:
 def _read_by_ending(path: Path) -> pv.PolyData:
     match path.suffix.lower():
         case ".obj":
-            return _from_polygons(read_obj(path), path.name)
+            return from_polygons(read_obj(path), path.name)
         case ".off":
-            return _from_polygons(read_off(path), path.name)
+            return from_polygons(read_off(path), path.name)
         case ".ply":
-            return _from_polygons(read_ply(path), path.name)
+            return from_polygons(read_ply(path), path.name)
         case ending if ending in GLTF:
             return _from_primitives(read_gltf_file(path), path.name)
         case ending if ending in USD:
@@ -222,8 +218,7 @@ def _lay_texture(mesh: pv.PolyData, at_corners: np.ndarray) -> None:
     texture[triangles.ravel()[::-1]] = at_corners.reshape(-1, 2)[::-1]  # the first is written last
     mesh.point_data[TEXTURE] = texture
     mesh.point_data.active_texture_coordinates_name = TEXTURE
-    if not np.array_equal(texture[triangles], at_corners):
-        mesh.cell_data[CORNERS] = at_corners.reshape(-1, 6)
+    add_seams(mesh, at_corners)
 
 
 def welded(points: np.ndarray, shapes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -257,30 +252,14 @@ def welded(points: np.ndarray, shapes: np.ndarray, triangles: np.ndarray) -> tup
     return kept, number.ravel()
 
 
-def check_seams(texture: np.ndarray, kept: np.ndarray, number: np.ndarray, name: str) -> None:
-    """Warn if points that `welded` made one have several texture coordinates (n, 2)."""
-    seams = len(np.unique(number[(texture != texture[kept[number]]).any(axis=1)]))
-    if seams:
-        warn_of_seams(name, seams, stacklevel=6)
-
-
 def _is_empty(data: Any) -> bool:
     if isinstance(data, pv.MultiBlock):
         return all(_is_empty(block) for block in data)
     return data is None or (isinstance(data, pv.DataSet) and data.n_points == 0)
 
 
-def warn_of_seams(name: str, count: int, stacklevel: int = 5) -> None:
-    """Warn that points have further texture coordinates."""
-    warnings.warn(
-        f"{name}: the texture has seams; where points have several texture coordinates, the first were kept "
-        f"(points: {count}).",
-        FaceWrinkleWarning,
-        stacklevel=stacklevel,
-    )
-
-
-def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
+def from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
+    """The triangles of the polygons of a file, with its name for errors."""
     padded = [number for face in polygons.faces for number in (len(face), *face)]
     mesh = pv.PolyData()
     mesh.points = polygons.points
@@ -290,9 +269,19 @@ def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
         mesh.point_data.active_texture_coordinates_name = TEXTURE
     if polygons.colors is not None:
         mesh.point_data[COLORS] = polygons.colors
-    if polygons.seams:
-        warn_of_seams(name, polygons.seams)
-    return _from_dataset(mesh, name)
+    surface = _from_dataset(mesh, name)
+    if polygons.corners is not None:
+        add_seams(surface, _at_triangles(polygons.corners, polygons.faces, mesh))
+    return surface
+
+
+def _at_triangles(values: np.ndarray, faces: list[list[int]], mesh: pv.PolyData) -> np.ndarray:
+    """Values (c, d) of the corners of polygons, at the corners (m, 3, d) of the triangles that they are split into."""
+    vertices = np.array([vertex for face in faces for vertex in face], dtype=np.int64)
+    counts = np.array([len(face) for face in faces], dtype=np.int64)
+    if (counts == 3).all():
+        return np.asarray(values.reshape(len(faces), 3, -1))
+    return np.asarray(values[polygon_triangles(np.asarray(mesh.points, dtype=np.float64)[vertices], counts)])
 
 
 def _from_trimesh(source: Any) -> pv.PolyData:

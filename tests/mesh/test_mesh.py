@@ -102,9 +102,7 @@ def parsed_naively(path: Path) -> tuple[np.ndarray, list[list[int]], dict[int, l
 def test_real_obj_files_keep_the_numbers_of_the_file(name):
     path = FACES / f"{name}.obj"
     points, faces, texture = parsed_naively(path)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        mesh = read_surface(path)
+    mesh = read_surface(path)
     np.testing.assert_array_equal(mesh.points, points)
     assert mesh.points.dtype == np.float64
     # Every polygon is covered by triangles on its own vertices, in order.
@@ -114,16 +112,15 @@ def test_real_obj_files_keep_the_numbers_of_the_file(name):
     assert sides <= {frozenset(edge) for edge in edges.tolist()}
     first = np.array([texture[number][0] if number in texture else (0, 0) for number in range(len(points))])
     np.testing.assert_array_equal(mesh.active_texture_coordinates, first)
-    seams = sum(len(set(uvs)) > 1 for uvs in texture.values())
-    assert [str(w.message) for w in caught if w.category is FaceWrinkleWarning] == (
-        [
-            f"{name}.obj: the texture has seams; where points have several texture coordinates, the first "
-            "were "
-            f"kept (points: {seams})."
-        ]
-        if seams
-        else []
-    )
+    # Where there are seams, every triangle lies in the texture as its polygon does.
+    assert ("Texture Corners" in mesh.cell_data) == any(len(set(uvs)) > 1 for uvs in texture.values())
+    if "Texture Corners" in mesh.cell_data:
+        numbered = {vertex: iter(uvs) for vertex, uvs in texture.items()}
+        of_polygons = [{vertex: next(numbered[vertex]) for vertex in face} for face in faces]
+        triangles = iter(zip(mesh.regular_faces, mesh.cell_data["Texture Corners"].reshape(-1, 3, 2), strict=True))
+        for own in of_polygons:
+            for triangle, corners in [next(triangles) for _ in range(len(own) - 2)]:
+                assert [own[vertex] for vertex in triangle] == [tuple(uv) for uv in corners]
 
 
 @needs_faces
@@ -188,12 +185,13 @@ l 1 2
 def test_obj_with_everything(tmp_path):
     path = tmp_path / "pyramid.obj"
     path.write_text(OBJ)
-    with pytest.warns(FaceWrinkleWarning, match=r"points: 2\)"):  # points 0 and 1
-        mesh = read_surface(path)
+    mesh = read_surface(path)
     np.testing.assert_array_equal(mesh.points, [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]])
     assert mesh.n_cells == 6
     assert same_triangles(mesh.regular_faces[2:], [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
     np.testing.assert_array_equal(mesh.active_texture_coordinates, [[0, 0], [1, 1], [1, 0], [0, 0], [0, 0]])
+    np.testing.assert_array_equal(mesh.regular_faces[2], [0, 1, 4])  # where points 0 and 1 have others
+    np.testing.assert_array_equal(mesh.cell_data["Texture Corners"][2], [1, 1, 1, 0, 0, 0])
     np.testing.assert_array_equal(mesh["Colors"], [[1, 0, 0]] * 3 + [[1, 0, 0.5]] + [[1, 0, 0]])
     assert mesh.volume == pytest.approx(1 / 3, rel=1e-12)  # base 1, height 1
 
@@ -249,10 +247,10 @@ def test_ply_keeps_its_numbers_at_texture_seams(tmp_path):
         "property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n"
         "0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2 6 0 0 1 0 0 1\n3 1 3 2 6 .5 0 1 1 0 1\n"
     )
-    with pytest.warns(FaceWrinkleWarning, match="seams"):
-        mesh = read_surface(path)
+    mesh = read_surface(path)
     np.testing.assert_array_equal(mesh.regular_faces, [[0, 1, 2], [1, 3, 2]])
     np.testing.assert_array_equal(mesh.active_texture_coordinates, [[0, 0], [1, 0], [0, 1], [1, 1]])
+    np.testing.assert_array_equal(mesh.cell_data["Texture Corners"], [[0, 0, 1, 0, 0, 1], [0.5, 0, 1, 1, 0, 1]])
 
 
 STRIP_PLY = (
