@@ -5,10 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-STRIDE = 5
-"""A polyline is looked through in steps of so many points first."""
-
-
 @njit(cache=True)
 def farthest_behind(drop, skin, triangles, margin):
     """How far the drop's points (k, 3) must move along the third axis to lie `margin` before the skin, at least 0."""
@@ -135,31 +131,13 @@ def descend(points, triangles, normals, offsets, around, start, first, heading, 
 
 
 @njit(cache=True)
-def spheres(points, triangles, centres, radii):
-    """Centroids of triangles, and how far from them their corners are."""
-    for t in range(len(triangles)):
-        square = 0.0
-        for k in range(3):
-            centres[t, k] = 0.0
-            for s in range(3):
-                centres[t, k] += points[triangles[t, s], k] / 3.0
-        for s in range(3):
-            v = triangles[t, s]
-            x, y, z = points[v, 0] - centres[t, 0], points[v, 1] - centres[t, 1], points[v, 2] - centres[t, 2]
-            square = max(square, x * x + y * y + z * z)
-        radii[t] = np.sqrt(square)
-
-
-@njit(cache=True)
-def near_course(points, triangles, course, spacing, reach, near, longest):
-    """Which triangles may hold points within `reach` of a polyline with points `spacing` apart; their longest sides."""
+def near_course(points, triangles, course, spacing, reach, near):
+    """Which triangles may hold points within `reach` of a polyline with points `spacing` apart."""
     low, high = course[0].copy(), course[0].copy()
     for k in range(len(course)):
         for i in range(3):
             low[i], high[i] = min(low[i], course[k, i]), max(high[i], course[k, i])
-    gap, hint = 1e-300, 0
-    for k in range(1, len(course)):
-        gap = max(gap, np.sqrt(((course[k] - course[k - 1]) ** 2).sum()))
+    gap, hint = _widest_gap(course), 0
     centre = np.empty(3)
     for t in range(len(triangles)):
         square = 0.0
@@ -167,8 +145,7 @@ def near_course(points, triangles, course, spacing, reach, near, longest):
             v, w = triangles[t, s], triangles[t, (s + 1) % 3]
             x, y, z = points[v, 0] - points[w, 0], points[v, 1] - points[w, 1], points[v, 2] - points[w, 2]
             square = max(square, x * x + y * y + z * z)
-        longest[t] = np.sqrt(square)
-        far = reach + 0.6 * longest[t] + 0.5 * spacing  # from the centroid no corner is farther than 0.58 sides
+        far = reach + 0.6 * np.sqrt(square) + 0.5 * spacing  # from the centroid no corner is farther than 0.58 sides
         near[t] = False
         away = False
         for i in range(3):
@@ -176,50 +153,200 @@ def near_course(points, triangles, course, spacing, reach, near, longest):
             away = away or centre[i] < low[i] - far or centre[i] > high[i] + far
         if away:
             continue
-        x, y, z = centre[0] - course[hint, 0], centre[1] - course[hint, 1], centre[2] - course[hint, 2]
-        if x * x + y * y + z * z < far * far:
+        if _apart(centre[0], centre[1], centre[2], course, hint) < far:
             near[t] = True
             continue
         k = 0
         while k < len(course):
-            x, y, z = centre[0] - course[k, 0], centre[1] - course[k, 1], centre[2] - course[k, 2]
-            square = x * x + y * y + z * z
-            if square < far * far:
+            apart = _apart(centre[0], centre[1], centre[2], course, k)
+            if apart < far:
                 near[t], hint = True, k  # the next triangle is often beside this one
                 break
-            k += max(1, int(0.999 * (np.sqrt(square) - far) / gap))  # no point before that one is close enough
+            k += max(1, int(0.999 * (apart - far) / gap))  # no point before that one is close enough
 
 
 @njit(cache=True)
-def along_course(points, course, lengths, normals, s, w):
-    """Arc length of the nearest point of a polyline, and the distance from it, positive to the right looking up."""
+def _apart(x, y, z, points, k):
+    """How far x, y, z is from point k."""
+    x, y, z = x - points[k, 0], y - points[k, 1], z - points[k, 2]
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True)
+def _widest_gap(course):
+    gap = 1e-300
+    for k in range(1, len(course)):
+        gap = max(gap, _length(course, k, k - 1))
+    return gap
+
+
+@njit(cache=True)
+def _balls(course):
+    """Centres and radii of balls around BLOCK points in a row."""
+    out = np.zeros(((len(course) + BLOCK - 1) // BLOCK, 4))
+    for b in range(len(out)):
+        row = course[b * BLOCK : (b + 1) * BLOCK]
+        for k in range(len(row)):
+            for i in range(3):
+                out[b, i] += row[k, i] / len(row)
+        for k in range(len(row)):
+            out[b, 3] = max(out[b, 3], _apart(out[b, 0], out[b, 1], out[b, 2], row, k))
+    return out
+
+
+BLOCK = 8
+
+
+@njit(cache=True)
+def _nearest_sample(x, y, z, course, balls, close):
+    """The point of a polyline nearest to x, y, z; the nearer the point `close` is, the sooner it is found."""
+    best = _apart(x, y, z, course, close)
+    for b in range(len(balls)):
+        dx, dy, dz, far = x - balls[b, 0], y - balls[b, 1], z - balls[b, 2], balls[b, 3] + best
+        if dx * dx + dy * dy + dz * dz < far * far:
+            for k in range(b * BLOCK, min((b + 1) * BLOCK, len(course))):
+                d = _apart(x, y, z, course, k)
+                if d < best:
+                    best, close = d, k
+    return close
+
+
+@njit(cache=True)
+def _along(x, y, z, nx, ny, nz, course, lengths, balls, guess):
+    """Arc length of the nearest point of a polyline, distance to its side (positive on the right), and from it.
+
+    The ends go on straight to the side, so that heads and starts are round; `guess` is an arc length nearby.
+    """
     last = len(course) - 1
-    for i in range(len(points)):
-        best, close = np.inf, 0
-        for k in range(0, last + 1, STRIDE):
-            px, py, pz = points[i, 0] - course[k, 0], points[i, 1] - course[k, 1], points[i, 2] - course[k, 2]
-            d = px * px + py * py + pz * pz
-            if d < best:
-                best, close = d, k
-        best = np.inf
-        for k in range(max(close - 2 * STRIDE, 0), min(close + 2 * STRIDE, last)):
-            a, b = course[k], course[k + 1]
-            ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-            px, py, pz = points[i, 0] - a[0], points[i, 1] - a[1], points[i, 2] - a[2]
-            square = ex * ex + ey * ey + ez * ez
-            u = (px * ex + py * ey + pz * ez) / square
-            if k > 0:
-                u = max(u, 0.0)
-            if k < last - 1:  # the ends go on straight: heads and starts are round
-                u = min(u, 1.0)
-            dx, dy, dz = px - u * ex, py - u * ey, pz - u * ez
-            d = dx * dx + dy * dy + dz * dz
-            if d < best:
-                best = d
-                s[i] = lengths[k] + u * np.sqrt(square)
-                side = dx * (ey * normals[i, 2] - ez * normals[i, 1]) + dy * (ez * normals[i, 0] - ex * normals[i, 2])
-                side += dz * (ex * normals[i, 1] - ey * normals[i, 0])
-                w[i] = np.sqrt(d) if side >= 0.0 else -np.sqrt(d)
+    close = _nearest_sample(x, y, z, course, balls, min(max(int(guess / lengths[last] * last), 0), last))
+    least, s, w = np.inf, 0.0, 0.0
+    for k in range(max(close - 2, 0), min(close + 2, last)):
+        ax, ay, az = course[k, 0], course[k, 1], course[k, 2]
+        ex, ey, ez = course[k + 1, 0] - ax, course[k + 1, 1] - ay, course[k + 1, 2] - az
+        square = ex * ex + ey * ey + ez * ez
+        u = ((x - ax) * ex + (y - ay) * ey + (z - az) * ez) / square
+        if k > 0:
+            u = max(u, 0.0)
+        if k < last - 1:
+            u = min(u, 1.0)
+        dx, dy, dz = x - ax - u * ex, y - ay - u * ey, z - az - u * ez
+        d = dx * dx + dy * dy + dz * dz
+        if d < least:
+            least, s = d, lengths[k] + u * np.sqrt(square)
+            side = dx * (ey * nz - ez * ny) + dy * (ez * nx - ex * nz) + dz * (ex * ny - ey * nx)
+            w = np.sqrt(d) if side >= 0.0 else -np.sqrt(d)
+    beyond = max(-s, s - lengths[last], 0.0)
+    return s, w, np.sqrt(least + beyond * beyond)
+
+
+@njit(cache=True)
+def _settle(v, points, normals, courses, lengths, starts, balls, guess, place, apart):
+    """Where vertex v is on all courses (rows of `courses` from `starts`), and how far from the nearest."""
+    apart[v] = np.inf
+    for c in range(len(starts) - 1):
+        i, j = starts[c], starts[c + 1]
+        s, w, d = _along(
+            points[v, 0], points[v, 1], points[v, 2], normals[v, 0], normals[v, 1], normals[v, 2],
+            courses[i:j], lengths[i:j], balls[c], guess[c],
+        )  # fmt: skip
+        place[c, 0, v], place[c, 1, v] = s, w
+        apart[v] = min(apart[v], d)
+
+
+@njit(cache=True)
+def _slot(v, w, table):
+    """Where the side between v and w is in the table, or belongs."""
+    low, high = min(v, w), max(v, w)
+    at = ((low * 0x9E3779B1 + high) * 0x85EBCA77 >> 15) & (len(table) - 1)
+    while table[at, 0] >= 0 and (table[at, 0] != low or table[at, 1] != high):
+        at = (at + 1) & (len(table) - 1)
+    return at
+
+
+SLACK = 0.71
+"""No point of a triangle is farther from the middle of one of its sides than half its length, nor from an end of one
+than this share of it."""
+
+
+@njit(cache=True)
+def subdivide(triangles, n, points, normals, corners, weights, courses, lengths, starts, place, apart, detail, reach, out):
+    """Halve sides longer than `detail` within `reach` of the courses; the numbers of vertices and triangles then.
+
+    Whether a side is halved depends on nothing but its ends, so that neighbours agree. `points`, `normals`, `corners`,
+    and `weights` have room for more vertices than the n of the mesh, and `out` for triangles; -1 if it is too little.
+    Triangles that are out of reach are left out.
+    """
+    guess, size, far = np.zeros(len(starts) - 1), 1, reach + SLACK * detail
+    balls = [_balls(courses[starts[c] : starts[c + 1]]) for c in range(len(starts) - 1)]
+    while size < 4 * len(points):
+        size *= 2
+    halves, stack = np.full((size, 3), -1, np.int32), np.empty((256, 3), np.int64)  # two ends, and what is between them
+    for v in range(n):
+        _settle(v, points, normals, courses, lengths, starts, balls, guess, place, apart)
+        guess[:] = place[:, 0, v]
+    m, corner, middle = 0, np.empty(3, np.int64), np.empty(3, np.int64)
+    for t in range(len(triangles)):
+        top = _put(stack, 0, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+        while top > 0:
+            if n + 3 > len(points) or m + 1 > len(out):
+                return -1, -1
+            top -= 1
+            corner[:] = stack[top]
+            for k in range(3):
+                middle[k] = -1
+                v, w = corner[k], corner[(k + 1) % 3]
+                length = _length(points, v, w)
+                if length <= detail or max(apart[v], apart[w]) > far + length:
+                    continue
+                at = _slot(v, w, halves)
+                if halves[at, 0] >= 0:
+                    middle[k] = halves[at, 2]
+                    continue
+                for i in range(3):
+                    points[n, i], normals[n, i] = 0.5 * (points[v, i] + points[w, i]), 0.5 * (normals[v, i] + normals[w, i])
+                    corners[n, i], total = triangles[t, i], 0.0
+                    for j in range(3):
+                        total += weights[v, j] * (corners[v, j] == triangles[t, i])
+                        total += weights[w, j] * (corners[w, j] == triangles[t, i])
+                    weights[n, i] = 0.5 * total
+                for c in range(len(guess)):
+                    guess[c] = 0.5 * (place[c, 0, v] + place[c, 0, w])
+                _settle(n, points, normals, courses, lengths, starts, balls, guess, place, apart)
+                halves[at, 0], halves[at, 1] = min(v, w), max(v, w)
+                if apart[n] < far + 0.5 * length:
+                    halves[at, 2] = middle[k] = n
+                    n += 1
+            turn = 0
+            while (middle[turn] < 0 and middle[(turn + 1) % 3] >= 0) or (middle[(turn + 2) % 3] >= 0 and middle[(turn + 1) % 3] < 0):
+                turn = (turn + 1) % 3  # until what is halved is the first side; that and the second; or all
+            a, b, c = corner[turn], corner[(turn + 1) % 3], corner[(turn + 2) % 3]
+            p, q, r = middle[turn], middle[(turn + 1) % 3], middle[(turn + 2) % 3]
+            if p < 0:
+                if min(apart[a], apart[b], apart[c]) < reach:
+                    m = _put(out, m, a, b, c)
+            elif q < 0:
+                top = _put(stack, _put(stack, top, a, p, c), p, b, c)
+            elif r < 0:
+                top = _put(stack, top, p, b, q)
+                if _length(points, p, c) < _length(points, a, q):
+                    top = _put(stack, _put(stack, top, a, p, c), p, q, c)
+                else:
+                    top = _put(stack, _put(stack, top, a, p, q), a, q, c)
+            else:
+                top = _put(stack, _put(stack, top, a, p, r), p, b, q)
+                top = _put(stack, _put(stack, top, r, q, c), p, q, r)
+    return n, m
+
+
+@njit(cache=True)
+def _length(points, v, w):
+    return _apart(points[v, 0], points[v, 1], points[v, 2], points, w)
+
+
+@njit(cache=True)
+def _put(out, m, a, b, c):
+    out[m, 0], out[m, 1], out[m, 2] = a, b, c
+    return m + 1
 
 
 @njit(cache=True)
@@ -345,11 +472,27 @@ def close(triangles, sides, n, out):
 
 
 @njit(cache=True)
-def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, cell):
+def _overlapping(points, triangles, low, high):
+    """The triangles whose boxes overlap the one from `low` to `high`."""
+    out, count = np.empty(len(triangles), np.int32), 0
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        away = False
+        for k in range(3):
+            x, y, z = points[a, k], points[b, k], points[c, k]
+            away = away or max(x, y, z) < low[k] or min(x, y, z) > high[k]
+        if not away:
+            out[count] = t
+            count += 1
+    return out[:count]
+
+
+@njit(cache=True)
+def limit_heights(base, rest, normals, height, skin, skin_rest, triangles, cell):
     """Lower heights so that no vertex goes half the way to the skin that it would meet, nor to other skin near it.
 
-    Other skin, such as the other lid of an eye that closes, is far from the vertex at rest. `centres` and `radii` are
-    those of the triangles at rest; they are looked up in a grid of this cell size.
+    Other skin, such as the other lid of an eye that closes, is far from the vertex at rest. The triangles of the skin
+    are looked up in a grid of this cell size.
     """
     low, high = base[0].copy(), base[0].copy()
     for i in range(len(base)):
@@ -361,41 +504,36 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
     shape = np.empty(3, np.int64)
     for k in range(3):
         shape[k] = int((high[k] - low[k]) / cell) + 1
-    start, box = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64), np.empty((3, 2), np.int64)
-    inside, boxes, count = np.empty(len(triangles), np.int64), np.empty((len(triangles), 6), np.int64), 0
-    bounds = np.empty((len(triangles), 6))
-    for t in range(len(triangles)):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        away = False
+    near = _overlapping(skin, triangles, low, high)
+    bounds, boxes, home = np.empty((len(near), 6)), np.empty((len(near), 6), np.int32), np.zeros((len(near), 4))
+    for i in range(len(near)):
+        a, b, c = triangles[near[i], 0], triangles[near[i], 1], triangles[near[i], 2]
         for k in range(3):
             x, y, z = skin[a, k], skin[b, k], skin[c, k]
-            below, above = min(x, y, z), max(x, y, z)
-            if above < low[k] or below > high[k]:
-                away = True
-                break
-            bounds[t, k], bounds[t, 3 + k] = below, above
-            boxes[count, 2 * k] = int(max(below - low[k], 0.0) / cell)
-            boxes[count, 2 * k + 1] = int((min(above, high[k]) - low[k]) / cell)
-        if not away:
-            inside[count] = t
-            count += 1
+            bounds[i, k], bounds[i, 3 + k] = min(x, y, z), max(x, y, z)
+            boxes[i, 2 * k] = int(max(bounds[i, k] - low[k], 0.0) / cell)
+            boxes[i, 2 * k + 1] = int((min(bounds[i, 3 + k], high[k]) - low[k]) / cell)
+            home[i, k] = (skin_rest[a, k] + skin_rest[b, k] + skin_rest[c, k]) / 3.0
+        for v in (a, b, c):
+            home[i, 3] = max(home[i, 3], _apart(home[i, 0], home[i, 1], home[i, 2], skin_rest, v))
+    start, box = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int32), np.empty((3, 2), np.int64)
     for fill in range(2):
         if fill:
             for i in range(1, len(start)):
                 start[i] += start[i - 1]
-            where, content = start.copy(), np.empty(start[-1], np.int64)
-        for i in range(count):
+            where, content = start.copy(), np.empty(start[-1], np.int32)
+        for i in range(len(near)):
             for x in range(boxes[i, 0], boxes[i, 1] + 1):
                 for y in range(boxes[i, 2], boxes[i, 3] + 1):
                     for z in range(boxes[i, 4], boxes[i, 5] + 1):
                         g = (x * shape[1] + y) * shape[2] + z
                         if fill:
-                            content[where[g]] = inside[i]
+                            content[where[g]] = i
                             where[g] += 1
                         else:
                             start[g + 1] += 1
     least = 6e-08 * cell  # nearer is the triangle that the ray starts from
-    found, seen = np.empty(3), np.full(len(triangles), -1)
+    found, seen = np.empty(3), np.full(len(near), -1, np.int32)
     for i in range(len(base)):
         p, d = base[i], normals[i]
         reach = height[i]
@@ -407,20 +545,20 @@ def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, 
                 for z in range(box[2, 0], box[2, 1] + 1):
                     g = (x * shape[1] + y) * shape[2] + z
                     for at in range(start[g], start[g + 1]):
-                        t = content[at]
-                        if seen[t] == i:
+                        j = content[at]
+                        if seen[j] == i:
                             continue
-                        seen[t] = i
+                        seen[j] = i
                         apart = 0.0  # from the triangle's box
                         for k in range(3):
-                            gap = max(bounds[t, k] - p[k], p[k] - bounds[t, 3 + k], 0.0)
+                            gap = max(bounds[j, k] - p[k], p[k] - bounds[j, 3 + k], 0.0)
                             apart += gap * gap
                         if apart > nearest * nearest:
                             continue
+                        t = near[j]
                         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
                         nearest = _met(p[0], p[1], p[2], d[0], d[1], d[2], skin, a, b, c, least, nearest)
-                        q0, q1, q2 = rest[i, 0] - centres[t, 0], rest[i, 1] - centres[t, 1], rest[i, 2] - centres[t, 2]
-                        if q0 * q0 + q1 * q1 + q2 * q2 > (radii[t] + 4.0 * reach) ** 2:
+                        if _apart(home[j, 0], home[j, 1], home[j, 2], rest, i) > home[j, 3] + 4.0 * reach:
                             _nearest_in(p, skin[a], skin[b], skin[c], found)
                             nearest = min(nearest, np.sqrt(((p - found) ** 2).sum()))
         height[i] = min(reach, 0.45 * nearest)

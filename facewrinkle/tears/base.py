@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import map_coordinates
 
 from ..geometry.normals import vertex_normals
-from ..geometry.refinement import RedGreenForest
 from ..geometry.topology import as_triangles, unique_edges
 from ..geometry.transfer import carried
 from . import _kernels as kernels
@@ -51,14 +51,12 @@ class Course:
         """Length up to each point."""
         return paths.lengths(self.points)
 
-    def fields(self, points: Array, normals: Array) -> tuple[Array, Array, Array, Array]:
-        """Position along the course, distance from it, wobble and noise, at points (n, 3) with normals (n, 3)."""
-        s, w = np.empty(len(points)), np.empty(len(points))
-        kernels.along_course(points, self.points, self.lengths, normals, s, w)
+    def fields(self, s: Array, w: Array) -> tuple[Array, Array]:
+        """Wobble and noise at positions along the course (n,) and distances to its side (n,)."""
         place = s / self.spacing
         wobble = np.interp(place, np.arange(len(self.wobble)), self.wobble)
         across = w / self.spacing + self.noise.shape[1] // 2
-        return s, w, wobble, map_coordinates(self.noise, [place, across], order=1, mode="nearest")
+        return wobble, map_coordinates(self.noise, [place, across], order=1, mode="nearest")
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +72,6 @@ class Base:
     corners, barycentric : ndarray, shape (n, 3)
         Of the base's vertices, in that part.
     triangles : ndarray of int32, shape (m, 3)
-    centres, radii : ndarray, shapes (k, 3) and (k,)
-        Of the mesh's triangles, at rest.
     s, w, wobble, noise : ndarray, shape (c, n)
         Position along each course and distance from it, and the wobble and noise there.
     """
@@ -90,8 +86,6 @@ class Base:
     sides: IntArray
     rings: tuple[IntArray, IntArray]
     border: npt.NDArray[np.bool_]
-    centres: Array
-    radii: Array
     s: Array
     w: Array
     wobble: Array
@@ -138,15 +132,17 @@ class Part:
 
 
 def base_under(
-    courses: Sequence[Course], half: float, detail: float, rest: Array, triangles: IntArray, kept: Base | None = None
+    courses: Sequence[Course], reach: float, detail: float, rest: Array, triangles: IntArray, kept: Base | None = None
 ) -> Base:
     """The base surface in a mesh: the triangles under the courses, subdivided linearly until they are small enough.
+
+    Sides longer than `detail` are halved; whether one is depends on nothing but its ends, so that neighbours agree.
 
     Parameters
     ----------
     courses : sequence of Course
-    half : float
-        Half the width of the tear.
+    reach : float
+        Half the width of the widest part of the tear.
     detail : float
         Edges are at most this long.
     rest : ndarray, shape (n0, 3)
@@ -156,38 +152,40 @@ def base_under(
     """
     if kept is not None and np.array_equal(kept.of[1], triangles) and np.array_equal(kept.of[0], rest):
         return kept
-    spacing, reach = 0.5 * half, half + 0.5 * detail
-    way = np.concatenate([paths.resampled(course.points, spacing) for course in courses])
-
-    def near(points: Array, triangles: IntArray) -> tuple[npt.NDArray[np.bool_], Array]:
-        chosen, longest = np.empty(len(triangles), bool), np.empty(len(triangles))
-        kernels.near_course(points, triangles, way, spacing, reach, chosen, longest)
-        return chosen, longest
-
-    chosen, _ = near(rest, triangles)
+    way = np.concatenate([paths.resampled(course.points, 0.5 * reach) for course in courses])
+    chosen = np.empty(len(triangles), bool)
+    kernels.near_course(rest, triangles, way, 0.5 * reach, reach, chosen)
     used, local = _numbered(triangles[chosen], len(rest))
     below, of = (rest[used], as_triangles(local)), (rest.copy(), triangles.copy())
-    centres, radii = np.empty((len(triangles), 3)), np.empty(len(triangles))
-    kernels.spheres(rest, triangles, centres, radii)
     if kept is not None and np.array_equal(kept.below[1], below[1]) and np.array_equal(kept.below[0], below[0]):
-        return replace(kept, of=of, used=used, centres=centres, radii=radii)  # the mesh has changed elsewhere
-    forest = RedGreenForest(below[1], 8)
-    inside, longest = near(below[0], forest.triangles)
-    while (marked := inside & (longest > detail)).any() and forest.split(marked):
-        inside, longest = near(carried(below[0], forest.corners, forest.barycentric), forest.triangles)
-    vertices, fine = _numbered(forest.triangles[inside], forest.n_points)
-    corners, weights = forest.corners[vertices], forest.barycentric[vertices]
+        return replace(kept, of=of, used=used)  # the mesh has changed elsewhere
+    return Base(of, below, used, *_subdivided(courses, reach, detail, *below))
+
+
+def _subdivided(courses: Sequence[Course], reach: float, detail: float, points: Array, triangles: IntArray) -> Any:
+    """What a Base keeps of the subdivision of a mesh."""
+    lines, lengths = (np.concatenate([getattr(c, name) for c in courses]) for name in ("points", "lengths"))
+    starts = np.cumsum([0, *(len(c.points) for c in courses)])
+    n, room = len(points), len(points) + 64 + int(12.0 * reach * lengths.max() * len(courses) / detail**2)
+    arrays = points, vertex_normals(points, triangles), np.repeat(np.arange(n, dtype=np.int32)[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (n, 1))
+    count = -1
+    while count < 0:
+        grown = [np.empty((room, 3), array.dtype) for array in arrays]
+        for new, old in zip(grown, arrays, strict=True):
+            new[:n] = old
+        place, apart, out = np.empty((len(courses), 2, room)), np.empty(room), np.empty((2 * room, 3), np.int32)
+        count, m = kernels.subdivide(triangles, n, *grown, lines, lengths, starts, place, apart, detail, reach, out)
+        room *= 2
+    vertices, fine = _numbered(out[:m], count)
+    corners, weights = grown[2][vertices], grown[3][vertices]
     edges, sides = unique_edges(fine)
     offsets, neighbours = np.zeros(len(vertices) + 1, np.int32), np.empty(edges.size, np.int32)
     kernels.rings(edges, offsets, neighbours)
     border = np.zeros(len(vertices), bool)
     border[edges[np.bincount(sides.ravel(), minlength=len(edges)) == 1]] = True
-    points, normals = carried(below[0], corners, weights), vertex_normals(*below)[corners].sum(axis=1)
-    s, w, wobble, noise = (np.array(field) for field in zip(*(c.fields(points, normals) for c in courses), strict=True))
-    return Base(
-        of, below, used, corners, weights, fine, edges, sides, (offsets, neighbours), border, centres, radii,
-        s, w, wobble, noise,
-    )  # fmt: skip
+    s, w = np.ascontiguousarray(place[:, :, vertices].swapaxes(0, 1))
+    wobble, noise = (np.array(field) for field in zip(*(c.fields(*x) for c, *x in zip(courses, s, w, strict=True)), strict=True))
+    return corners, weights, fine, edges, sides, (offsets, neighbours), border, s, w, wobble, noise
 
 
 def _numbered(triangles: IntArray, n: int) -> tuple[IntArray, IntArray]:

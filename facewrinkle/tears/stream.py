@@ -141,6 +141,7 @@ class SheddingTear:
             )
         share = check_range("trail", trail, 0.2, 1.0)
         self.shape = Shape(half, height, half * share, max(0.06 * height, 2.0 * FILM / unit))
+        self._reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
         self.begin = check_range("begin", begin, 0.0, 1e9)
         self.c = check_range("c", c, 1e-6, 1e9) / unit
         self._detail = check_range("detail", detail, 0.03, 1.0) * 2.0 * half
@@ -310,10 +311,7 @@ class SheddingTear:
         bottom, up = part.on(base.on(points)), part.on(base.on(normals))
         up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-12)
         height = np.maximum(np.where(part.share == 0.0, thick[part.first], 0.0), FILM / unit)
-        kernels.limit_heights(
-            bottom, part.on(base.on(rest)), up, height, points, triangles, base.centres, base.radii,
-            1.0 * self.shape.half,
-        )  # fmt: skip
+        kernels.limit_heights(bottom, part.on(base.on(rest)), up, height, points, rest, triangles, self.shape.half)
         top = bottom + height[:, None] * up
         shaded = detail_normals(bottom, top, part.triangles, up)
         data = {"Normals": np.concatenate([shaded, -up]), "thickness": np.tile(height, 2), "under": np.tile(up, (2, 1))}
@@ -339,7 +337,7 @@ class SheddingTear:
         return points, triangles, np.ascontiguousarray(normals, dtype=np.float64), before
 
     def _base(self, rest: Array, triangles: IntArray) -> Base:
-        self._kept = base_under(self.courses, self.shape.half, self._detail, rest, triangles, self._kept)
+        self._kept = base_under(self.courses, self._reach, self._detail, rest, triangles, self._kept)
         return self._kept
 
     def _thickness(self, base: Base, front: float) -> tuple[Array, Array]:
