@@ -269,7 +269,7 @@ than this share of it."""
 
 
 @njit(cache=True)
-def subdivide(triangles, n, points, normals, corners, weights, courses, lengths, starts, place, apart, detail, reach, out):
+def subdivide(triangles, n, points, normals, corners, weights, courses, lengths, starts, place, apart, detail, reach, out, hosts):
     """Halve sides longer than `detail` within `reach` of the courses; the numbers of vertices and triangles then.
 
     Whether a side is halved depends on nothing but its ends, so that neighbours agree. `points`, `normals`, `corners`,
@@ -323,6 +323,7 @@ def subdivide(triangles, n, points, normals, corners, weights, courses, lengths,
             p, q, r = middle[turn], middle[(turn + 1) % 3], middle[(turn + 2) % 3]
             if p < 0:
                 if min(apart[a], apart[b], apart[c]) < reach:
+                    hosts[m] = t
                     m = _put(out, m, a, b, c)
             elif q < 0:
                 top = _put(stack, _put(stack, top, a, p, c), p, b, c)
@@ -366,12 +367,18 @@ def rings(edges, offsets, neighbours):
 
 
 @njit(cache=True)
-def between(values, first, second, share, out):
-    """Values (n, d) at a share of the way from the first to the second."""
+def carry(values, used, corners, weights, first, second, share, out):
+    """Values (n, 3) of vertices `used`, at a share of the way from one place to another between three of them each."""
     for i in range(len(first)):
-        for k in range(values.shape[1]):
-            begin = values[first[i], k]
-            out[i, k] = begin + share[i] * (values[second[i], k] - begin)
+        v, w = first[i], second[i]
+        for k in range(3):
+            a, b = 0.0, 0.0
+            for j in range(3):
+                a += weights[v, j] * values[used[corners[v, j]], k]
+            if v != w:
+                for j in range(3):
+                    b += weights[w, j] * values[used[corners[w, j]], k]
+            out[i, k] = a + share[i] * (b - a)
 
 
 @njit(cache=True)
@@ -411,64 +418,57 @@ def make_disk(level, offsets, rings, border, tiny):
 
 
 @njit(cache=True)
-def clip(triangles, sides, edges, level, out, first, second, share):
+def clip(triangles, sides, edges, single, level, out, rim, first, second, share, inside):
     """The part of a mesh where the linear function `level` is above 0.
 
-    Vertices of the part lie between `first` and `second` at `share`; writes its triangles into `out`, and returns
-    their number and that of the vertices.
+    Vertices of the part lie between `first` and `second` at `share`, in triangle `inside`. Writes its triangles into
+    `out` and the sides of its outline, of which some are `single` edges of the mesh, into `rim`; returns the numbers of
+    the three.
     """
-    n, m = len(level), 0
-    vertex, between, count = np.full(n, -1), np.full(len(edges), -1), 0
+    n, m, r = len(level), 0, 0
+    vertex, between, count = np.full(n, -1, np.int32), np.full(len(edges), -1, np.int32), 0
+    ring, side = np.empty(4, np.int64), np.empty(4, np.bool_)
     for t in range(len(triangles)):
-        wet = 0
-        for k in range(3):
-            if level[triangles[t, k]] > 0.0:
-                wet += 1
-        if wet == 0:
-            continue
-        ring, size = np.empty(4, np.int64), 0
+        size = 0
         for k in range(3):
             v, w, e = triangles[t, k], triangles[t, (k + 1) % 3], sides[t, k]
             if level[v] > 0.0:
                 if vertex[v] < 0:
                     vertex[v] = count
-                    first[count], second[count], share[count] = v, v, 0.0
+                    first[count], second[count], share[count], inside[count] = v, v, 0.0, t
                     count += 1
-                ring[size] = vertex[v]
+                ring[size], side[size] = vertex[v], single[e]
                 size += 1
             if (level[v] > 0.0) != (level[w] > 0.0):
                 if between[e] < 0:
                     between[e] = count
                     i, j = edges[e, 0], edges[e, 1]
-                    first[count], second[count] = i, j
+                    first[count], second[count], inside[count] = i, j, t
                     share[count] = min(max(level[i] / (level[i] - level[j]), 0.03), 0.97)
                     count += 1
-                ring[size] = between[e]
+                ring[size], side[size] = between[e], level[v] > 0.0 or single[e]
                 size += 1
         for k in range(1, size - 1):
-            out[m, 0], out[m, 1], out[m, 2] = ring[0], ring[k], ring[k + 1]
-            m += 1
-    return m, count
+            m = _put(out, m, ring[0], ring[k], ring[k + 1])
+        for k in range(size):
+            if side[k]:
+                rim[r, 0], rim[r, 1] = ring[k], ring[(k + 1) % size]
+                r += 1
+    return m, r, count
 
 
 @njit(cache=True)
-def close(triangles, sides, n, out):
+def close(triangles, rim, n, out):
     """Triangles (2 m + 2 b, 3) of a solid: of its top, of its base numbered from `n` on, and of the walls."""
-    m, count = len(triangles), np.zeros(sides.max() + 1, np.int32)
+    m = len(triangles)
     for t in range(m):
         for k in range(3):
-            count[sides[t, k]] += 1
             out[t, k] = triangles[t, k]
             out[m + t, k] = triangles[t, 2 - k] + n
     at = 2 * m
-    for t in range(m):
-        for k in range(3):
-            if count[sides[t, k]] == 1:
-                a, b = triangles[t, k], triangles[t, (k + 1) % 3]
-                out[at, 0], out[at, 1], out[at, 2] = a + n, b + n, b
-                out[at + 1, 0], out[at + 1, 1], out[at + 1, 2] = a + n, b, a
-                at += 2
-    return at
+    for i in range(len(rim)):
+        a, b = rim[i, 0], rim[i, 1]
+        at = _put(out, _put(out, at, a + n, b + n, b), a + n, b, a)
 
 
 @njit(cache=True)
@@ -488,24 +488,27 @@ def _overlapping(points, triangles, low, high):
 
 
 @njit(cache=True)
-def limit_heights(base, rest, normals, height, skin, skin_rest, triangles, cell):
+def limit_heights(base, rest, normals, height, under, skin, skin_rest, triangles, cell):
     """Lower heights so that no vertex goes half the way to the skin that it would meet, nor to other skin near it.
 
-    Other skin, such as the other lid of an eye that closes, is far from the vertex at rest. The triangles of the skin
-    are looked up in a grid of this cell size.
+    Other skin, such as the other lid of an eye that closes, is far from the vertex at rest. `under` is the triangle of
+    the skin that a vertex stands on; those around it are looked up in a grid of this cell size, once for all vertices
+    in a row that stand on it.
     """
-    low, high = base[0].copy(), base[0].copy()
+    low, high, tallest = base[0].copy(), base[0].copy(), np.zeros(len(triangles))
     for i in range(len(base)):
-        for k in range(3):
-            x = base[i, k] + height[i] * normals[i, k]
-            low[k], high[k] = min(low[k], base[i, k], x), max(high[k], base[i, k], x)
-    low -= 2.5 * height.max()
-    high += 2.5 * height.max()
-    shape = np.empty(3, np.int64)
+        tallest[under[i]] = max(tallest[under[i]], height[i])
+    for t in range(len(triangles)):
+        if tallest[t] > 0.0:
+            for s in range(3):
+                for k in range(3):
+                    x = skin[triangles[t, s], k]
+                    low[k], high[k] = min(low[k], x - 2.5 * tallest[t]), max(high[k], x + 2.5 * tallest[t])
+    near = _overlapping(skin, triangles, low, high)
+    bounds, home = np.empty((len(near), 6)), np.zeros((len(near), 4))
+    boxes, shape = np.empty((len(near), 6), np.int32), np.empty(3, np.int64)
     for k in range(3):
         shape[k] = int((high[k] - low[k]) / cell) + 1
-    near = _overlapping(skin, triangles, low, high)
-    bounds, boxes, home = np.empty((len(near), 6)), np.empty((len(near), 6), np.int32), np.zeros((len(near), 4))
     for i in range(len(near)):
         a, b, c = triangles[near[i], 0], triangles[near[i], 1], triangles[near[i], 2]
         for k in range(3):
@@ -516,13 +519,78 @@ def limit_heights(base, rest, normals, height, skin, skin_rest, triangles, cell)
             home[i, k] = (skin_rest[a, k] + skin_rest[b, k] + skin_rest[c, k]) / 3.0
         for v in (a, b, c):
             home[i, 3] = max(home[i, 3], _apart(home[i, 0], home[i, 1], home[i, 2], skin_rest, v))
-    start, box = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int32), np.empty((3, 2), np.int64)
+    start, content = _sorted_in(boxes, shape)
+    least = 6e-08 * cell  # nearer is the triangle that the ray starts from
+    found, seen, around = np.empty(3), np.full(len(near), -1, np.int32), np.empty(len(near), np.int32)
+    rising, box, here, count = np.empty(len(near), np.bool_), np.empty(6), -1, 0
+    for i in range(len(base)):
+        if under[i] != here:
+            here = under[i]
+            a, b, c = triangles[here, 0], triangles[here, 1], triangles[here, 2]
+            for k in range(3):
+                x, y, z = skin[a, k], skin[b, k], skin[c, k]
+                box[k], box[3 + k] = min(x, y, z) - 2.5 * tallest[here], max(x, y, z) + 2.5 * tallest[here]
+            nx, ny, nz = _normal(skin, a, b, c)
+            count = 0
+            for x in range(int((box[0] - low[0]) / cell), int((box[3] - low[0]) / cell) + 1):
+                for y in range(int((box[1] - low[1]) / cell), int((box[4] - low[1]) / cell) + 1):
+                    for z in range(int((box[2] - low[2]) / cell), int((box[5] - low[2]) / cell) + 1):
+                        g = (x * shape[1] + y) * shape[2] + z
+                        for at in range(start[g], start[g + 1]):
+                            j = content[at]
+                            if seen[j] == here:
+                                continue
+                            seen[j] = here
+                            if near[j] == here or not _overlap(bounds[j], box):
+                                continue
+                            above, joined = False, False
+                            for s in range(3):
+                                v = triangles[near[j], s]
+                                up = (skin[v, 0] - skin[a, 0]) * nx + (skin[v, 1] - skin[a, 1]) * ny
+                                above = above or up + (skin[v, 2] - skin[a, 2]) * nz > least
+                                joined = joined or v == a or v == b or v == c
+                            if above or not joined:
+                                around[count], rising[count] = j, above
+                                count += 1
+        px, py, pz, dx, dy, dz = base[i, 0], base[i, 1], base[i, 2], normals[i, 0], normals[i, 1], normals[i, 2]
+        leaning = dx * nx + dy * ny + dz * nz <= 0.0
+        nearest = 3.0 * height[i]
+        for at in range(count):
+            j = around[at]
+            t = near[j]
+            x = max(bounds[j, 0] - px, px - bounds[j, 3], 0.0)
+            y = max(bounds[j, 1] - py, py - bounds[j, 4], 0.0)
+            z = max(bounds[j, 2] - pz, pz - bounds[j, 5], 0.0)
+            if x * x + y * y + z * z > nearest * nearest:
+                continue
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            if rising[at] or leaning:  # what lies below the plane of its own triangle is never met
+                nearest = _met(px, py, pz, dx, dy, dz, skin, a, b, c, least, nearest)
+            if _apart(home[j, 0], home[j, 1], home[j, 2], rest, i) > home[j, 3] + 4.0 * height[i]:
+                _nearest_in(base[i], skin[a], skin[b], skin[c], found)
+                nearest = min(nearest, np.sqrt((px - found[0]) ** 2 + (py - found[1]) ** 2 + (pz - found[2]) ** 2))
+        height[i] = min(height[i], 0.45 * nearest)
+
+
+@njit(cache=True)
+def _overlap(first, second):
+    for k in range(3):
+        if first[k] > second[3 + k] or first[3 + k] < second[k]:
+            return False
+    return True
+
+
+@njit(cache=True)
+def _sorted_in(boxes, shape):
+    """What is in each cell of a grid: where it starts, and the numbers of the boxes (n, 6)."""
+    start = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int32)
+    where, content = start, np.empty(0, np.int32)
     for fill in range(2):
         if fill:
             for i in range(1, len(start)):
                 start[i] += start[i - 1]
             where, content = start.copy(), np.empty(start[-1], np.int32)
-        for i in range(len(near)):
+        for i in range(len(boxes)):
             for x in range(boxes[i, 0], boxes[i, 1] + 1):
                 for y in range(boxes[i, 2], boxes[i, 3] + 1):
                     for z in range(boxes[i, 4], boxes[i, 5] + 1):
@@ -532,36 +600,17 @@ def limit_heights(base, rest, normals, height, skin, skin_rest, triangles, cell)
                             where[g] += 1
                         else:
                             start[g + 1] += 1
-    least = 6e-08 * cell  # nearer is the triangle that the ray starts from
-    found, seen = np.empty(3), np.full(len(near), -1, np.int32)
-    for i in range(len(base)):
-        p, d = base[i], normals[i]
-        reach = height[i]
-        nearest, limit = 3.0 * reach, 2.5 * reach
-        for k in range(3):
-            box[k, 0], box[k, 1] = int((p[k] - limit - low[k]) / cell), int((p[k] + limit - low[k]) / cell)
-        for x in range(box[0, 0], box[0, 1] + 1):
-            for y in range(box[1, 0], box[1, 1] + 1):
-                for z in range(box[2, 0], box[2, 1] + 1):
-                    g = (x * shape[1] + y) * shape[2] + z
-                    for at in range(start[g], start[g + 1]):
-                        j = content[at]
-                        if seen[j] == i:
-                            continue
-                        seen[j] = i
-                        apart = 0.0  # from the triangle's box
-                        for k in range(3):
-                            gap = max(bounds[j, k] - p[k], p[k] - bounds[j, 3 + k], 0.0)
-                            apart += gap * gap
-                        if apart > nearest * nearest:
-                            continue
-                        t = near[j]
-                        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-                        nearest = _met(p[0], p[1], p[2], d[0], d[1], d[2], skin, a, b, c, least, nearest)
-                        if _apart(home[j, 0], home[j, 1], home[j, 2], rest, i) > home[j, 3] + 4.0 * reach:
-                            _nearest_in(p, skin[a], skin[b], skin[c], found)
-                            nearest = min(nearest, np.sqrt(((p - found) ** 2).sum()))
-        height[i] = min(reach, 0.45 * nearest)
+    return start, content
+
+
+@njit(cache=True)
+def _normal(points, i, j, k):
+    ax, ay, az = points[i, 0], points[i, 1], points[i, 2]
+    ex, ey, ez = points[j, 0] - ax, points[j, 1] - ay, points[j, 2] - az
+    fx, fy, fz = points[k, 0] - ax, points[k, 1] - ay, points[k, 2] - az
+    x, y, z = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
+    size = np.sqrt(x * x + y * y + z * z) + 1e-300
+    return x / size, y / size, z / size
 
 
 @njit(cache=True)

@@ -12,8 +12,7 @@ import numpy.typing as npt
 from scipy.ndimage import map_coordinates
 
 from ..geometry.normals import vertex_normals
-from ..geometry.topology import as_triangles, unique_edges
-from ..geometry.transfer import carried
+from ..geometry.topology import unique_edges
 from . import _kernels as kernels
 from . import path as paths
 
@@ -67,11 +66,18 @@ class Base:
     ----------
     of, below : tuple
         The rest points and triangles of the mesh it was made of, and of the part of it below the tear.
-    used : ndarray of int
-        The vertices of that part, in the mesh.
-    corners, barycentric : ndarray, shape (n, 3)
-        Of the base's vertices, in that part.
-    triangles : ndarray of int32, shape (m, 3)
+    used, cells : ndarray of int32
+        The vertices and triangles of that part, in the mesh.
+    corners, weights : ndarray, shape (n, 3)
+        Barycentric coordinates of the base's vertices, in that part.
+    triangles, hosts : ndarray of int32, shapes (m, 3) and (m,)
+        The base's triangles, and those of that part in which they lie.
+    edges, sides : ndarray of int32, shapes (e, 2) and (m, 3)
+        As of :func:`facewrinkle.geometry.topology.unique_edges`.
+    single, border : ndarray of bool, shapes (e,) and (n,)
+        The edges of one triangle only, and their vertices.
+    rings : tuple of ndarray
+        Neighbours of the vertices: offsets (n + 1,) and vertices.
     s, w, wobble, noise : ndarray, shape (c, n)
         Position along each course and distance from it, and the wobble and noise there.
     """
@@ -79,32 +85,33 @@ class Base:
     of: tuple[Array, IntArray]
     below: tuple[Array, IntArray]
     used: IntArray
+    cells: IntArray
     corners: IntArray
-    barycentric: Array
+    weights: Array
     triangles: IntArray
+    hosts: IntArray
     edges: IntArray
     sides: IntArray
-    rings: tuple[IntArray, IntArray]
+    single: npt.NDArray[np.bool_]
     border: npt.NDArray[np.bool_]
+    rings: tuple[IntArray, IntArray]
     s: Array
     w: Array
     wobble: Array
     noise: Array
-
-    def on(self, values: Array) -> Array:
-        """Values (n0, d) of the mesh's vertices, carried to those of the base."""
-        return carried(values[self.used], self.corners, self.barycentric)
 
     def part(self, level: Array) -> Part | None:
         """What is covered: where the linear function `level` (n,) is above 0, as one piece without holes."""
         level = np.where(np.abs(level) < TINY, TINY, level)
         if kernels.make_disk(level, *self.rings, self.border, TINY) == 0:
             return None
-        most = len(level) + len(self.edges)
-        faces = np.empty((2 * len(self.triangles), 3), np.int32)
-        first, second, share = np.empty(most, np.int32), np.empty(most, np.int32), np.empty(most)
-        m, n = kernels.clip(self.triangles, self.sides, self.edges, level, faces, first, second, share)
-        return Part(faces[:m], first[:n], second[:n], share[:n])
+        room = len(level) + len(self.edges)
+        faces, rim = np.empty((2 * len(self.triangles), 3), np.int32), np.empty((len(self.edges), 2), np.int32)
+        first, second, inside, share = *(np.empty(room, np.int32) for _ in range(3)), np.empty(room)
+        m, r, n = kernels.clip(
+            self.triangles, self.sides, self.edges, self.single, level, faces, rim, first, second, share, inside
+        )
+        return Part(self, faces[:m], rim[:r], first[:n], second[:n], share[:n], inside[:n])
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,22 +120,36 @@ class Part:
 
     Attributes
     ----------
+    base : Base
     triangles : ndarray of int32, shape (m, 3)
+    rim : ndarray of int32, shape (b, 2)
+        Its outline, as sides of its triangles.
     first, second : ndarray of int32, shape (n,)
     share : ndarray, shape (n,)
         0 at the first; vertices of the outline lie in between.
+    inside : ndarray of int32, shape (n,)
+        A triangle of the base in which the vertex lies.
     """
 
+    base: Base
     triangles: IntArray
+    rim: IntArray
     first: IntArray
     second: IntArray
     share: Array
+    inside: IntArray
 
     def on(self, values: Array) -> Array:
-        """Values of the base's vertices, at those of the part."""
-        out = np.empty((len(self.first), values.shape[1]))
-        kernels.between(values, self.first, self.second, self.share, out)
+        """Values (n0, 3) of the mesh's vertices, at those of the part."""
+        out = np.empty((len(self.first), 3))
+        base = self.base
+        kernels.carry(values, base.used, base.corners, base.weights, self.first, self.second, self.share, out)
         return out
+
+    @property
+    def under(self) -> IntArray:
+        """The triangles (n,) of the mesh that its vertices lie in."""
+        return self.base.cells[self.base.hosts[self.inside]]
 
 
 def base_under(
@@ -155,37 +176,45 @@ def base_under(
     way = np.concatenate([paths.resampled(course.points, 0.5 * reach) for course in courses])
     chosen = np.empty(len(triangles), bool)
     kernels.near_course(rest, triangles, way, 0.5 * reach, reach, chosen)
-    used, local = _numbered(triangles[chosen], len(rest))
-    below, of = (rest[used], as_triangles(local)), (rest.copy(), triangles.copy())
+    cells = np.flatnonzero(chosen).astype(np.int32)
+    used, local = _numbered(triangles[cells], len(rest))
+    of, below = (rest.copy(), triangles.copy()), (rest[used], local)
     if kept is not None and np.array_equal(kept.below[1], below[1]) and np.array_equal(kept.below[0], below[0]):
-        return replace(kept, of=of, used=used)  # the mesh has changed elsewhere
-    return Base(of, below, used, *_subdivided(courses, reach, detail, *below))
+        return replace(kept, of=of, used=used, cells=cells)  # the mesh has changed elsewhere
+    return Base(of, below, used, cells, *_subdivided(courses, reach, detail, *below))
 
 
 def _subdivided(courses: Sequence[Course], reach: float, detail: float, points: Array, triangles: IntArray) -> Any:
     """What a Base keeps of the subdivision of a mesh."""
     lines, lengths = (np.concatenate([getattr(c, name) for c in courses]) for name in ("points", "lengths"))
-    starts = np.cumsum([0, *(len(c.points) for c in courses)])
-    n, room = len(points), len(points) + 64 + int(12.0 * reach * lengths.max() * len(courses) / detail**2)
-    arrays = points, vertex_normals(points, triangles), np.repeat(np.arange(n, dtype=np.int32)[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (n, 1))
+    starts = np.cumsum([0, *(len(course.points) for course in courses)])
+    mesh = points, vertex_normals(points, triangles)
+    n, room = len(points), len(points) + 64 + int(8.0 * reach * lengths.max() * len(courses) / detail**2)
     count = -1
     while count < 0:
-        grown = [np.empty((room, 3), array.dtype) for array in arrays]
-        for new, old in zip(grown, arrays, strict=True):
-            new[:n] = old
-        place, apart, out = np.empty((len(courses), 2, room)), np.empty(room), np.empty((2 * room, 3), np.int32)
-        count, m = kernels.subdivide(triangles, n, *grown, lines, lengths, starts, place, apart, detail, reach, out)
         room *= 2
-    vertices, fine = _numbered(out[:m], count)
-    corners, weights = grown[2][vertices], grown[3][vertices]
+        points, normals, weights = (np.empty((room, 3)) for _ in range(3))
+        corners, place, apart = np.empty((room, 3), np.int32), np.empty((len(courses), 2, room)), np.empty(room)
+        fine, hosts = np.empty((2 * room, 3), np.int32), np.empty(2 * room, np.int32)
+        points[:n], normals[:n] = mesh
+        weights[:n], corners[:n] = (1.0, 0.0, 0.0), np.arange(n)[:, None]
+        count, m = kernels.subdivide(
+            triangles, n, points, normals, corners, weights, lines, lengths, starts, place, apart, detail, reach, fine,
+            hosts,
+        )  # fmt: skip
+    vertices, fine = _numbered(fine[:m], count)
     edges, sides = unique_edges(fine)
     offsets, neighbours = np.zeros(len(vertices) + 1, np.int32), np.empty(edges.size, np.int32)
     kernels.rings(edges, offsets, neighbours)
-    border = np.zeros(len(vertices), bool)
-    border[edges[np.bincount(sides.ravel(), minlength=len(edges)) == 1]] = True
-    s, w = np.ascontiguousarray(place[:, :, vertices].swapaxes(0, 1))
-    wobble, noise = (np.array(field) for field in zip(*(c.fields(*x) for c, *x in zip(courses, s, w, strict=True)), strict=True))
-    return corners, weights, fine, edges, sides, (offsets, neighbours), border, s, w, wobble, noise
+    single, border = np.bincount(sides.ravel(), minlength=len(edges)) == 1, np.zeros(len(vertices), bool)
+    border[edges[single]] = True
+    s, w = place[:, 0, vertices], place[:, 1, vertices]
+    fields = [course.fields(*at) for course, *at in zip(courses, s, w, strict=True)]
+    wobble, noise = (np.array(field) for field in zip(*fields, strict=True))
+    return (
+        corners[vertices], weights[vertices], fine, hosts[:m].copy(), edges, sides, single, border,
+        (offsets, neighbours), s, w, wobble, noise,
+    )  # fmt: skip
 
 
 def _numbered(triangles: IntArray, n: int) -> tuple[IntArray, IntArray]:

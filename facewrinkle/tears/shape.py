@@ -140,7 +140,7 @@ def waves(random: np.random.Generator, n: int, scale: float) -> Array:
     return smooth / max(float(np.abs(smooth).max()), 1e-9)
 
 
-def solid(base: Array, top: Array, triangles: IntArray) -> tuple[Array, IntArray]:
+def solid(base: Array, top: Array, triangles: IntArray, rim: IntArray | None = None) -> tuple[Array, IntArray]:
     """The closed surface between a base and a top with the same triangles, joined by walls along the outline.
 
     Parameters
@@ -148,6 +148,8 @@ def solid(base: Array, top: Array, triangles: IntArray) -> tuple[Array, IntArray
     base, top : ndarray, shape (n, 3)
     triangles : ndarray of int32, shape (m, 3)
         Of a disk, each used vertex once.
+    rim : ndarray of int32, shape (b, 2), optional
+        The outline, as sides of the triangles. Default: it is looked for.
 
     Returns
     -------
@@ -163,7 +165,10 @@ def solid(base: Array, top: Array, triangles: IntArray) -> tuple[Array, IntArray
     >>> points.shape, triangles.shape
     ((6, 3), (8, 3))
     """
-    _, sides = unique_edges(triangles)
-    closed = np.empty((2 * len(triangles) + 2 * sides.size, 3), np.int32)
-    count = kernels.close(triangles, sides, len(base), closed)
-    return np.concatenate([top, base]), closed[:count].copy()
+    if rim is None:
+        _, sides = unique_edges(triangles)
+        t, k = np.nonzero(np.bincount(sides.ravel())[sides] == 1)
+        rim = np.stack([triangles[t, k], triangles[t, (k + 1) % 3]], axis=1)
+    closed = np.empty((2 * len(triangles) + 2 * len(rim), 3), np.int32)
+    kernels.close(triangles, rim, len(base), closed)
+    return np.concatenate([top, base]), closed

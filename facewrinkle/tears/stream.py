@@ -308,14 +308,16 @@ class SheddingTear:
         part = base.part(level)
         if part is None:
             raise MeshError("nothing of the surface is under the tear. Is it a frame of another surface?")
-        bottom, up = part.on(base.on(points)), part.on(base.on(normals))
+        bottom, up = part.on(points), part.on(normals)
         up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-12)
         height = np.maximum(np.where(part.share == 0.0, thick[part.first], 0.0), FILM / unit)
-        kernels.limit_heights(bottom, part.on(base.on(rest)), up, height, points, rest, triangles, self.shape.half)
+        kernels.limit_heights(
+            bottom, part.on(rest), up, height, part.under, points, rest, triangles, 2.0 * self.shape.half
+        )
         top = bottom + height[:, None] * up
         shaded = detail_normals(bottom, top, part.triangles, up)
         data = {"Normals": np.concatenate([shaded, -up]), "thickness": np.tile(height, 2), "under": np.tile(up, (2, 1))}
-        mesh = to_polydata(*solid(bottom, top, part.triangles), data)
+        mesh = to_polydata(*solid(bottom, top, part.triangles, part.rim), data)
         mesh.point_data.active_normals_name = "Normals"
         return mesh
 
