@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+
 @njit(cache=True)
 def farthest_behind(drop, skin, triangles, margin):
     """How far the drop's points (k, 3) must move along the third axis to lie `margin` before the skin, at least 0."""
@@ -269,27 +270,28 @@ than this share of it."""
 
 
 @njit(cache=True)
-def subdivide(triangles, n, points, normals, corners, weights, courses, lengths, starts, place, apart, detail, reach, out, hosts):
-    """Halve sides longer than `detail` within `reach` of the courses; the numbers of vertices and triangles then.
+def subdivide(
+    mesh, triangles, points, normals, corners, weights, place, apart, halves, used, first, courses, lengths, starts,
+    detail, reach, out, hosts,
+):  # fmt: skip
+    """Halve sides longer than `detail` within `reach` of the courses; the number of triangles then.
 
-    Whether a side is halved depends on nothing but its ends, so that neighbours agree. `points`, `normals`, `corners`,
-    and `weights` have room for more vertices than the n of the mesh, and `out` for triangles; -1 if it is too little.
-    Triangles that are out of reach are left out.
+    `triangles` are those of `mesh` in numbers of the vertices that are kept, of which there are used[0], those from
+    `first` on new; used[1] sides are in the table `halves`. Triangles that are out of reach are left out. -1 if there
+    is too little room for vertices, sides or triangles.
     """
-    guess, size, far = np.zeros(len(starts) - 1), 1, reach + SLACK * detail
+    guess, far, n = np.zeros(len(starts) - 1), reach + SLACK * detail, used[0]
     balls = [_balls(courses[starts[c] : starts[c + 1]]) for c in range(len(starts) - 1)]
-    while size < 4 * len(points):
-        size *= 2
-    halves, stack = np.full((size, 3), -1, np.int32), np.empty((256, 3), np.int64)  # two ends, and what is between them
-    for v in range(n):
+    stack = np.empty((256, 3), np.int64)
+    for v in range(first, n):
         _settle(v, points, normals, courses, lengths, starts, balls, guess, place, apart)
         guess[:] = place[:, 0, v]
     m, corner, middle = 0, np.empty(3, np.int64), np.empty(3, np.int64)
     for t in range(len(triangles)):
         top = _put(stack, 0, triangles[t, 0], triangles[t, 1], triangles[t, 2])
         while top > 0:
-            if n + 3 > len(points) or m + 1 > len(out):
-                return -1, -1
+            if n + 3 > len(points) or m + 1 > len(out) or 2 * used[1] > len(halves):
+                return -1
             top -= 1
             corner[:] = stack[top]
             for k in range(3):
@@ -303,21 +305,28 @@ def subdivide(triangles, n, points, normals, corners, weights, courses, lengths,
                     middle[k] = halves[at, 2]
                     continue
                 for i in range(3):
-                    points[n, i], normals[n, i] = 0.5 * (points[v, i] + points[w, i]), 0.5 * (normals[v, i] + normals[w, i])
-                    corners[n, i], total = triangles[t, i], 0.0
+                    points[n, i], normals[n, i] = (
+                        0.5 * (points[v, i] + points[w, i]),
+                        0.5 * (normals[v, i] + normals[w, i]),
+                    )
+                    total = 0.0
                     for j in range(3):
-                        total += weights[v, j] * (corners[v, j] == triangles[t, i])
-                        total += weights[w, j] * (corners[w, j] == triangles[t, i])
+                        total += weights[v, j] * (corners[v, j] == mesh[t, i])
+                        total += weights[w, j] * (corners[w, j] == mesh[t, i])
                     weights[n, i] = 0.5 * total
+                    corners[n, i] = mesh[t, i] if total > 0.0 else corners[v, 0]  # the mesh may lose the third
                 for c in range(len(guess)):
                     guess[c] = 0.5 * (place[c, 0, v] + place[c, 0, w])
                 _settle(n, points, normals, courses, lengths, starts, balls, guess, place, apart)
                 halves[at, 0], halves[at, 1] = min(v, w), max(v, w)
+                used[1] += 1
                 if apart[n] < far + 0.5 * length:
                     halves[at, 2] = middle[k] = n
                     n += 1
             turn = 0
-            while (middle[turn] < 0 and middle[(turn + 1) % 3] >= 0) or (middle[(turn + 2) % 3] >= 0 and middle[(turn + 1) % 3] < 0):
+            while (middle[turn] < 0 and middle[(turn + 1) % 3] >= 0) or (
+                middle[(turn + 2) % 3] >= 0 and middle[(turn + 1) % 3] < 0
+            ):
                 turn = (turn + 1) % 3  # until what is halved is the first side; that and the second; or all
             a, b, c = corner[turn], corner[(turn + 1) % 3], corner[(turn + 2) % 3]
             p, q, r = middle[turn], middle[(turn + 1) % 3], middle[(turn + 2) % 3]
@@ -336,7 +345,22 @@ def subdivide(triangles, n, points, normals, corners, weights, courses, lengths,
             else:
                 top = _put(stack, _put(stack, top, a, p, r), p, b, q)
                 top = _put(stack, _put(stack, top, r, q, c), p, q, r)
-    return n, m
+    used[0] = n
+    return m
+
+
+@njit(cache=True)
+def look_up(s, w, wobble, noise, out_wobble, out_noise):
+    """Values at places (n,) of a row, and at places (n,) of a grid whose second axis is 0 in the middle; linear."""
+    last, wide = len(wobble) - 1, noise.shape[1] - 1
+    for i in range(len(s)):
+        x, y = min(max(s[i], 0.0), float(last)), min(max(w[i] + wide // 2, 0.0), float(wide))
+        j, k = min(int(x), last - 1), min(int(y), wide - 1)
+        x, y = x - j, y - k
+        out_wobble[i] = wobble[j] + x * (wobble[j + 1] - wobble[j])
+        near, far = noise[j, k] + y * (noise[j, k + 1] - noise[j, k]), noise[j + 1, k]
+        far += y * (noise[j + 1, k + 1] - noise[j + 1, k])
+        out_noise[i] = near + x * (far - near)
 
 
 @njit(cache=True)
@@ -367,25 +391,45 @@ def rings(edges, offsets, neighbours):
 
 
 @njit(cache=True)
-def carry(values, used, corners, weights, first, second, share, out):
-    """Values (n, 3) of vertices `used`, at a share of the way from one place to another between three of them each."""
+def carry(values, corners, weights, first, second, share, out):
+    """Values (n, 3) of vertices, at a share of the way from one place to another between three of them each."""
     for i in range(len(first)):
         v, w = first[i], second[i]
         for k in range(3):
             a, b = 0.0, 0.0
             for j in range(3):
-                a += weights[v, j] * values[used[corners[v, j]], k]
+                a += weights[v, j] * values[corners[v, j], k]
             if v != w:
                 for j in range(3):
-                    b += weights[w, j] * values[used[corners[w, j]], k]
+                    b += weights[w, j] * values[corners[w, j], k]
             out[i, k] = a + share[i] * (b - a)
+
+
+@njit(cache=True)
+def thicken(s, w, front, sizes, tapering, drained, wobble, rough, level, height):
+    """Level and height of a tear at places: see :func:`facewrinkle.tears.shape.thickness`."""
+    wide, tall, narrow, thin = sizes
+    for i in range(len(s)):
+        behind, head, left = (front - s[i]) / wide, 0.0, 1.0
+        if behind < 1.0:
+            head = 1.0
+        elif behind < 1.0 + tapering:
+            head = 0.5 + 0.5 * np.cos(np.pi * (behind - 1.0) / tapering)
+        if behind > 0.0:
+            left = drained + (1.0 - drained) * np.exp(-behind / 15.0)
+        half = narrow * (1.0 + wobble[i]) * left
+        half += (wide - half) * head
+        cap, start = max(1.0 - behind, 0.0), max(1.0 - s[i] / narrow, 0.0)
+        level[i] = 1.0 - (w[i] / half) ** 2 - cap * cap - start * start
+        film = thin * (1.0 + rough[i])
+        height[i] = (film + (tall - film) * head * np.sqrt(head)) * max(level[i], 0.0)
 
 
 @njit(cache=True)
 def make_disk(level, offsets, rings, border, tiny):
     """Change `level` so that the vertices above 0 are connected and enclose none that are not."""
     n = len(level)
-    label, queue = np.full(n, -1), np.empty(n, np.int64)
+    label, queue = np.full(n, -1, np.int32), np.empty(n, np.int32)
     largest, kept, region = 0, -1, 0
     for wet in (True, False):
         for seed in range(n):

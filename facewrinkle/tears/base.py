@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import map_coordinates
 
-from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from . import _kernels as kernels
 from . import path as paths
+from .subdivision import Subdivision
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -50,12 +48,11 @@ class Course:
         """Length up to each point."""
         return paths.lengths(self.points)
 
-    def fields(self, s: Array, w: Array) -> tuple[Array, Array]:
-        """Wobble and noise at positions along the course (n,) and distances to its side (n,)."""
-        place = s / self.spacing
-        wobble = np.interp(place, np.arange(len(self.wobble)), self.wobble)
-        across = w / self.spacing + self.noise.shape[1] // 2
-        return wobble, map_coordinates(self.noise, [place, across], order=1, mode="nearest")
+    def fields(self, s: Array, w: Array) -> Array:
+        """Wobble and noise (2, n) at positions along the course (n,) and distances to its side (n,)."""
+        out = np.empty((2, len(s)))
+        kernels.look_up(s / self.spacing, w / self.spacing, self.wobble, self.noise, *out)
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,14 +61,14 @@ class Base:
 
     Attributes
     ----------
-    of, below : tuple
-        The rest points and triangles of the mesh it was made of, and of the part of it below the tear.
-    used, cells : ndarray of int32
-        The vertices and triangles of that part, in the mesh.
+    rest, mesh : ndarray
+        The rest points and triangles of the mesh it was made of.
+    cells : ndarray of int32
+        The triangles of the mesh below the tear.
     corners, weights : ndarray, shape (n, 3)
-        Barycentric coordinates of the base's vertices, in that part.
+        Barycentric coordinates of the base's vertices, in the mesh.
     triangles, hosts : ndarray of int32, shapes (m, 3) and (m,)
-        The base's triangles, and those of that part in which they lie.
+        The base's triangles, and those of `cells` in which they lie.
     edges, sides : ndarray of int32, shapes (e, 2) and (m, 3)
         As of :func:`facewrinkle.geometry.topology.unique_edges`.
     single, border : ndarray of bool, shapes (e,) and (n,)
@@ -82,9 +79,8 @@ class Base:
         Position along each course and distance from it, and the wobble and noise there.
     """
 
-    of: tuple[Array, IntArray]
-    below: tuple[Array, IntArray]
-    used: IntArray
+    rest: Array
+    mesh: IntArray
     cells: IntArray
     corners: IntArray
     weights: Array
@@ -142,8 +138,7 @@ class Part:
     def on(self, values: Array) -> Array:
         """Values (n0, 3) of the mesh's vertices, at those of the part."""
         out = np.empty((len(self.first), 3))
-        base = self.base
-        kernels.carry(values, base.used, base.corners, base.weights, self.first, self.second, self.share, out)
+        kernels.carry(values, self.base.corners, self.base.weights, self.first, self.second, self.share, out)
         return out
 
     @property
@@ -153,74 +148,36 @@ class Part:
 
 
 def base_under(
-    courses: Sequence[Course], reach: float, detail: float, rest: Array, triangles: IntArray, kept: Base | None = None
+    below: Subdivision, courses: Sequence[Course], rest: Array, triangles: IntArray, kept: Base | None = None
 ) -> Base:
     """The base surface in a mesh: the triangles under the courses, subdivided linearly until they are small enough.
 
-    Sides longer than `detail` are halved; whether one is depends on nothing but its ends, so that neighbours agree.
-
     Parameters
     ----------
+    below : Subdivision
+        Of the same courses.
     courses : sequence of Course
-    reach : float
-        Half the width of the widest part of the tear.
-    detail : float
-        Edges are at most this long.
     rest : ndarray, shape (n0, 3)
     triangles : ndarray of int32, shape (m0, 3)
     kept : Base, optional
-        The last one; what did not change since is taken from it.
+        The last one; if nothing has changed under the courses, it is the next, too.
     """
-    if kept is not None and np.array_equal(kept.of[1], triangles) and np.array_equal(kept.of[0], rest):
+    if kept is not None and np.array_equal(kept.mesh, triangles) and np.array_equal(kept.rest, rest):
         return kept
-    way = np.concatenate([paths.resampled(course.points, 0.5 * reach) for course in courses])
-    chosen = np.empty(len(triangles), bool)
-    kernels.near_course(rest, triangles, way, 0.5 * reach, reach, chosen)
-    cells = np.flatnonzero(chosen).astype(np.int32)
-    used, local = _numbered(triangles[cells], len(rest))
-    of, below = (rest.copy(), triangles.copy()), (rest[used], local)
-    if kept is not None and np.array_equal(kept.below[1], below[1]) and np.array_equal(kept.below[0], below[0]):
-        return replace(kept, of=of, used=used, cells=cells)  # the mesh has changed elsewhere
-    return Base(of, below, used, cells, *_subdivided(courses, reach, detail, *below))
-
-
-def _subdivided(courses: Sequence[Course], reach: float, detail: float, points: Array, triangles: IntArray) -> Any:
-    """What a Base keeps of the subdivision of a mesh."""
-    lines, lengths = (np.concatenate([getattr(c, name) for c in courses]) for name in ("points", "lengths"))
-    starts = np.cumsum([0, *(len(course.points) for course in courses)])
-    mesh = points, vertex_normals(points, triangles)
-    n, room = len(points), len(points) + 64 + int(8.0 * reach * lengths.max() * len(courses) / detail**2)
-    count = -1
-    while count < 0:
-        room *= 2
-        points, normals, weights = (np.empty((room, 3)) for _ in range(3))
-        corners, place, apart = np.empty((room, 3), np.int32), np.empty((len(courses), 2, room)), np.empty(room)
-        fine, hosts = np.empty((2 * room, 3), np.int32), np.empty(2 * room, np.int32)
-        points[:n], normals[:n] = mesh
-        weights[:n], corners[:n] = (1.0, 0.0, 0.0), np.arange(n)[:, None]
-        count, m = kernels.subdivide(
-            triangles, n, points, normals, corners, weights, lines, lengths, starts, place, apart, detail, reach, fine,
-            hosts,
-        )  # fmt: skip
-    vertices, fine = _numbered(fine[:m], count)
+    mesh, cells = (rest.copy(), triangles.copy()), below.cells(rest, triangles)
+    if kept is not None and np.array_equal(kept.mesh[kept.cells], triangles[cells]):
+        used = np.unique(triangles[cells])
+        if np.array_equal(kept.rest[used], rest[used]):
+            return replace(kept, rest=mesh[0], mesh=mesh[1], cells=cells)
+    vertices, fine, hosts = below.halved(rest, triangles[cells])
     edges, sides = unique_edges(fine)
     offsets, neighbours = np.zeros(len(vertices) + 1, np.int32), np.empty(edges.size, np.int32)
     kernels.rings(edges, offsets, neighbours)
     single, border = np.bincount(sides.ravel(), minlength=len(edges)) == 1, np.zeros(len(vertices), bool)
     border[edges[single]] = True
-    s, w = place[:, 0, vertices], place[:, 1, vertices]
-    fields = [course.fields(*at) for course, *at in zip(courses, s, w, strict=True)]
-    wobble, noise = (np.array(field) for field in zip(*fields, strict=True))
-    return (
-        corners[vertices], weights[vertices], fine, hosts[:m].copy(), edges, sides, single, border,
-        (offsets, neighbours), s, w, wobble, noise,
+    place = below.place[:, :, vertices]
+    wobble, noise = np.array([course.fields(*at) for course, at in zip(courses, place, strict=True)]).swapaxes(0, 1)
+    return Base(
+        *mesh, cells, below.corners[vertices], below.weights[vertices], fine, hosts, edges, sides, single, border,
+        (offsets, neighbours), place[:, 0], place[:, 1], wobble, noise,
     )  # fmt: skip
-
-
-def _numbered(triangles: IntArray, n: int) -> tuple[IntArray, IntArray]:
-    """Which of n vertices triangles use, and the triangles in numbers of these."""
-    number = np.zeros(n, np.int32)
-    number[triangles] = 1
-    used = np.flatnonzero(number).astype(np.int32)
-    number[used] = np.arange(len(used), dtype=np.int32)
-    return used, number[triangles]

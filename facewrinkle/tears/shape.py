@@ -70,15 +70,10 @@ def thickness(
     >>> height.round(3).tolist()
     [0.8, 0.05, 0.0]
     """
-    behind = (front - s) / shape.half
-    taper = 0.5 + 0.5 * np.cos(np.pi * np.clip((behind - 1.0) / TAPER, 0.0, 1.0))
-    trail = shape.trail * (1.0 + wobble) * (DRAINED + (1.0 - DRAINED) * np.exp(-np.maximum(behind, 0.0) / 15.0))
-    half = trail + (shape.half - trail) * taper
-    cap = np.maximum(1.0 - behind, 0.0)
-    start = np.maximum(1.0 - s / shape.trail, 0.0)
-    level = 1.0 - (w / half) ** 2 - cap**2 - start**2
-    film = shape.film * (1.0 + rough)
-    height = (film + (shape.height - film) * taper**1.5) * np.maximum(level, 0.0)
+    sizes = shape.half, shape.height, shape.trail, shape.film
+    wobbles, bumps = (np.full(len(s), values, dtype=np.float64) for values in (wobble, rough))
+    level, height = np.empty(len(s)), np.empty(len(s))
+    kernels.thicken(s, w, front, sizes, TAPER, DRAINED, wobbles, bumps, level, height)
     return level, height
 
 

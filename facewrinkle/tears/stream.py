@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..errors import MeshError, ParameterError, check_range, check_whole
+from ..geometry._mesh_kernels import normalise
 from ..geometry.normals import detail_normals, vertex_normals
 from ..geometry.topology import boundary_loops, euler_characteristic
 from ..mesh import to_polydata
@@ -24,6 +25,7 @@ from . import path as paths
 from .base import Base, Course, base_under
 from .ground import Ground, ground_of
 from .shape import Shape, rough_film, solid, thickness, waves
+from .subdivision import Subdivision
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -141,7 +143,6 @@ class SheddingTear:
             )
         share = check_range("trail", trail, 0.2, 1.0)
         self.shape = Shape(half, height, half * share, max(0.06 * height, 2.0 * FILM / unit))
-        self._reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
         self.begin = check_range("begin", begin, 0.0, 1e9)
         self.c = check_range("c", c, 1e-6, 1e9) / unit
         self._detail = check_range("detail", detail, 0.03, 1.0) * 2.0 * half
@@ -155,6 +156,8 @@ class SheddingTear:
         self.s = max(self.s, 1.2 * (half + self.shape.trail))
         arrived = max(self.length - self.s, 0.0) / self.c
         self.end = self.begin + arrived + check_range("hold", hold, 0.0, 1e9)
+        reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
+        self._below = Subdivision([course.points for course in self.courses], reach, self._detail)
         self._kept: Base | None = None
         self._check_disk()
 
@@ -309,7 +312,7 @@ class SheddingTear:
         if part is None:
             raise MeshError("nothing of the surface is under the tear. Is it a frame of another surface?")
         bottom, up = part.on(points), part.on(normals)
-        up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-12)
+        normalise(up)
         height = np.maximum(np.where(part.share == 0.0, thick[part.first], 0.0), FILM / unit)
         kernels.limit_heights(
             bottom, part.on(rest), up, height, part.under, points, rest, triangles, 2.0 * self.shape.half
@@ -339,7 +342,7 @@ class SheddingTear:
         return points, triangles, np.ascontiguousarray(normals, dtype=np.float64), before
 
     def _base(self, rest: Array, triangles: IntArray) -> Base:
-        self._kept = base_under(self.courses, self._reach, self._detail, rest, triangles, self._kept)
+        self._kept = base_under(self._below, self.courses, rest, triangles, self._kept)
         return self._kept
 
     def _thickness(self, base: Base, front: float) -> tuple[Array, Array]:
