@@ -323,13 +323,9 @@ def subdivide(
                 if apart[n] < far + 0.5 * length:
                     halves[at, 2] = middle[k] = n
                     n += 1
-            turn = 0
-            while (middle[turn] < 0 and middle[(turn + 1) % 3] >= 0) or (
-                middle[(turn + 2) % 3] >= 0 and middle[(turn + 1) % 3] < 0
-            ):
-                turn = (turn + 1) % 3  # until what is halved is the first side; that and the second; or all
-            a, b, c = corner[turn], corner[(turn + 1) % 3], corner[(turn + 2) % 3]
-            p, q, r = middle[turn], middle[(turn + 1) % 3], middle[(turn + 2) % 3]
+            a, b, c, p, q, r = corner[0], corner[1], corner[2], middle[0], middle[1], middle[2]
+            while (p < 0 and q >= 0) or (q < 0 and r >= 0):  # turned until p; p and q; or all are halved
+                a, b, c, p, q, r = b, c, a, q, r, p
             if p < 0:
                 if min(apart[a], apart[b], apart[c]) < reach:
                     hosts[m] = t
@@ -426,39 +422,52 @@ def thicken(s, w, front, sizes, tapering, drained, wobble, rough, level, height)
 
 
 @njit(cache=True)
-def make_disk(level, offsets, rings, border, tiny):
-    """Change `level` so that the vertices above 0 are connected and enclose none that are not."""
-    n = len(level)
-    label, queue = np.full(n, -1, np.int32), np.empty(n, np.int32)
-    largest, kept, region = 0, -1, 0
-    for wet in (True, False):
-        for seed in range(n):
-            if label[seed] >= 0 or (level[seed] > 0.0) != wet:
-                continue
-            queue[0], size, at, open_ = seed, 1, 0, False
-            label[seed] = region
-            while at < size:
-                v = queue[at]
-                at += 1
-                open_ = open_ or border[v]
-                for i in range(offsets[v], offsets[v + 1]):
-                    j = rings[i]
-                    if label[j] < 0 and (level[j] > 0.0) == wet:
-                        label[j] = region
-                        queue[size] = j
-                        size += 1
-            if wet and size > largest:
-                largest, kept = size, region
-            if not wet and not open_:
+def make_disk(level, triangles, edges, offsets, rings, border, tiny):
+    """Change `level` so that the vertices above 0 are connected and enclose none that are not; how many there are."""
+    label, queue = np.full(len(level), -1, np.int32), np.empty(len(level), np.int32)
+    largest, kept = 0, -1
+    for seed in range(len(level)):
+        if level[seed] > 0.0 and label[seed] < 0:
+            size, _ = _flood(seed, level, offsets, rings, border, label, queue)
+            if size > largest:
+                largest, kept = size, seed
+    euler = largest
+    for v in range(len(level)):
+        if level[v] > 0.0 and label[v] != kept:
+            level[v] = -tiny
+    for e in range(len(edges)):
+        euler -= (level[edges[e, 0]] > 0.0) & (level[edges[e, 1]] > 0.0)
+    for t in range(len(triangles)):
+        euler += (level[triangles[t, 0]] > 0.0) & (level[triangles[t, 1]] > 0.0) & (level[triangles[t, 2]] > 0.0)
+    if euler == 1:
+        return largest
+    label[:] = -1
+    for seed in range(len(level)):
+        if level[seed] <= 0.0 and label[seed] < 0:
+            size, outside = _flood(seed, level, offsets, rings, border, label, queue)
+            if not outside:
                 for i in range(size):
                     level[queue[i]] = tiny
-            region += 1
-        if wet:
-            for v in range(n):
-                if level[v] > 0.0 and label[v] != kept:
-                    level[v] = -tiny
-                    label[v] = -1
+                largest += size
     return largest
+
+
+@njit(cache=True)
+def _flood(seed, level, offsets, rings, border, label, queue):
+    """Label what is connected to a vertex and on the same side of 0; its size, and whether it is at the border."""
+    wet, size, at, outside = level[seed] > 0.0, 1, 0, False
+    queue[0], label[seed] = seed, seed
+    while at < size:
+        v = queue[at]
+        at += 1
+        outside = outside or border[v]
+        for i in range(offsets[v], offsets[v + 1]):
+            j = rings[i]
+            if label[j] < 0 and (level[j] > 0.0) == wet:
+                label[j] = seed
+                queue[size] = j
+                size += 1
+    return size, outside
 
 
 @njit(cache=True)
@@ -592,7 +601,7 @@ def limit_heights(base, rest, normals, height, under, skin, skin_rest, triangles
                                 v = triangles[near[j], s]
                                 up = (skin[v, 0] - skin[a, 0]) * nx + (skin[v, 1] - skin[a, 1]) * ny
                                 above = above or up + (skin[v, 2] - skin[a, 2]) * nz > least
-                                joined = joined or v == a or v == b or v == c
+                                joined = joined or v in (a, b, c)
                             if above or not joined:
                                 around[count], rising[count] = j, above
                                 count += 1
@@ -618,10 +627,10 @@ def limit_heights(base, rest, normals, height, under, skin, skin_rest, triangles
 
 @njit(cache=True)
 def _overlap(first, second):
+    out = True
     for k in range(3):
-        if first[k] > second[3 + k] or first[3 + k] < second[k]:
-            return False
-    return True
+        out = out and first[k] <= second[3 + k] and first[3 + k] >= second[k]
+    return out
 
 
 @njit(cache=True)

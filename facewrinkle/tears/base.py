@@ -99,7 +99,7 @@ class Base:
     def part(self, level: Array) -> Part | None:
         """What is covered: where the linear function `level` (n,) is above 0, as one piece without holes."""
         level = np.where(np.abs(level) < TINY, TINY, level)
-        if kernels.make_disk(level, *self.rings, self.border, TINY) == 0:
+        if kernels.make_disk(level, self.triangles, self.edges, *self.rings, self.border, TINY) == 0:
             return None
         room = len(level) + len(self.edges)
         faces, rim = np.empty((2 * len(self.triangles), 3), np.int32), np.empty((len(self.edges), 2), np.int32)
