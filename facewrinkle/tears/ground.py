@@ -81,6 +81,27 @@ class Ground:
         cells, found = self.nearest(points)
         return Place(self.triangles[cells], barycentric(found, self.points[self.triangles[cells]]))
 
+    def frame(self, on: pv.PolyData) -> tuple[Array, IntArray, Array]:
+        """Points and triangles of a frame of this surface, and its points at rest.
+
+        Raises
+        ------
+        MeshError
+            For what is no frame of this surface, or has points that are not finite.
+        """
+        if not isinstance(on, pv.PolyData):
+            raise MeshError(f"a frame must be a PolyData, such as a simulation gives, received {type(on).__name__}.")
+        points, triangles = np.asarray(on.points, dtype=np.float64), np.asarray(on.regular_faces, dtype=np.int32)
+        rest = on.point_data.get("rest")
+        if rest is None and len(points) != len(self.points):
+            raise MeshError(
+                f"the frame must have the {len(self.points)} points of the surface at rest, or an array 'rest', "
+                f"received {len(points)} points. Is it one of another surface?"
+            )
+        if not np.isfinite(points).all():
+            raise MeshError("the points of the frame must be finite. Did the simulation break down?")
+        return points, triangles, self.points if rest is None else np.asarray(rest, dtype=np.float64)
+
     def start(self, start: Any, allowed: float) -> Array:
         """A point (3,) on the surface, from one near it or the side ("l" or "r") of an eye.
 
