@@ -124,9 +124,9 @@ in float depthVSOutput;
 in vec3 underVSOutput;
 vec3 studio(vec3 r, vec3 around, float bead)
 {{
-  float soft = mix(0.2, 0.05, bead);  // in a film, the relief of the skin blurs the lamp
+  float soft = mix(0.14, 0.05, bead);  // in a film, the relief of the skin blurs the lamp
   float box = smoothstep(0.0, soft, 0.18 - abs(dot(r, {vec(side)})));
-  box *= smoothstep(0.0, soft, 0.34 - abs(dot(r, {vec(up)}))) * mix(0.7, 1.0, bead);
+  box *= smoothstep(0.0, soft, 0.34 - abs(dot(r, {vec(up)}))) * mix(0.85, 1.0, bead);
   box *= step(0.0, dot(r, {vec(key)}));
   float strip = smoothstep(0.90, 0.97, dot(r, {vec(fill)}));
   vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
