@@ -20,7 +20,7 @@ from ..geometry._mesh_kernels import normalise
 from ..geometry.normals import detail_normals, vertex_normals
 from ..geometry.topology import boundary_loops, euler_characteristic
 from ..mesh import to_polydata
-from . import _kernels as kernels
+from . import _height_kernels as kernels
 from . import path as paths
 from .base import Base, Course, base_under
 from .ground import Ground, ground_of

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..geometry.normals import vertex_normals
-from . import _kernels as kernels
+from . import _subdivision_kernels as kernels
 from . import path as paths
 
 Array = npt.NDArray[np.float64]
