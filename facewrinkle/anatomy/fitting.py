@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, unknown_name
+from ..geometry.transfer import barycentric
 from ..mesh import Surface, as_texture, prepare, read_surface, read_texture, to_polydata
 from .atlas import Atlas
 from .face import Face
@@ -293,13 +294,7 @@ def carried_brows(face: Face) -> Hairs:
     flat = carry(places.reshape(-1, 3))
     found: Any = face.mesh.find_closest_cell(flat, return_closest_point=True)
     cells, on_skin = found
-    a, b, c = (face.points[face.triangles[cells, corner]] for corner in range(3))
-    ab, ac, ap = b - a, c - a, on_skin - a
-    gram = [(u * v).sum(axis=1) for u, v in ((ab, ab), (ab, ac), (ac, ac), (ab, ap), (ac, ap))]
-    size = np.maximum(gram[0] * gram[2] - gram[1] ** 2, 1e-300)
-    second = (gram[2] * gram[3] - gram[1] * gram[4]) / size
-    third = (gram[0] * gram[4] - gram[1] * gram[3]) / size
-    weights = np.stack([1.0 - second - third, second, third], axis=1)
+    weights = barycentric(on_skin, face.points[face.triangles[cells]])
     scale = face.frame.pupil_distance / frame_of(head.landmarks).pupil_distance
     return Hairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
 

@@ -11,8 +11,14 @@ from tempfile import TemporaryFile
 from ..errors import OutputError
 
 
-def output_folder(path: str | Path) -> Path:
+def output_folder(path: str | Path, make: bool = True) -> Path:
     """The folder, made if need be, after a file could be written into it.
+
+    Parameters
+    ----------
+    path : str or Path
+    make : bool
+        False only looks whether it could be made: before long work.
 
     Raises
     ------
@@ -28,8 +34,10 @@ def output_folder(path: str | Path) -> Path:
     """
     folder = Path(os.path.expanduser(path))
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with TemporaryFile(dir=folder):  # permission bits would not tell: root passes them
+        if make:
+            folder.mkdir(parents=True, exist_ok=True)
+        there = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
+        with TemporaryFile(dir=there):  # permission bits would not tell: root passes them
             pass
     except (FileExistsError, NotADirectoryError):
         raise OutputError(

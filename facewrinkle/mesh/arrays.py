@@ -74,7 +74,7 @@ def to_polydata(
     >>> mesh.n_points, mesh.n_cells, mesh.points.dtype.name, mesh.array_names
     (3, 1, 'float64', ['W'])
     """
-    points, triangles = numbers("points", points).astype(np.float64), numbers("triangles", triangles)
+    points, triangles = numbers("points", points).astype(np.float64, copy=False), numbers("triangles", triangles)
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError(f"points must have the shape (n, 3), received {points.shape}.")
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
