@@ -5,13 +5,11 @@ from pyvista.plotting.utilities.sphinx_gallery import DynamicScraper
 
 
 class Scenes(DynamicScraper):
-    """PyVista's scraper, without the plotters of :class:`facewrinkle.plotting.Scene`: their pictures are used in the
-    pages.
-    """
+    """PyVista's scraper, of plotters that were shown: those that only made a picture for the page are passed over."""
 
     def __call__(self, block, block_vars, gallery_conf):
         """Called by sphinx-gallery after each block of a page."""
         plotters = pv.plotting.plotter._ALL_PLOTTERS
-        for name in [name for name, plotter in plotters.items() if plotter._closed]:
+        for name in [name for name, plotter in plotters.items() if plotter.last_image is None]:
             del plotters[name]
         return super().__call__(block, block_vars, gallery_conf)
