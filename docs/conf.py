@@ -13,6 +13,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / "_ext"), str(HERE.parent)]
 
 import pyvista as pv  # noqa: E402
+import sphinx.ext.autosummary as summaries  # noqa: E402
 from scenes import Scenes  # noqa: E402
 
 import facewrinkle  # noqa: E402
@@ -20,6 +21,8 @@ import facewrinkle  # noqa: E402
 pv.OFF_SCREEN = True
 pv.BUILDING_GALLERY = True
 warnings.filterwarnings("ignore", message=".*non-interactive, and thus cannot be shown")
+
+summaries.WELL_KNOWN_ABBREVIATIONS += ("Eq.", "Eqs.", "Fig.", "Figs.")  # no ends of sentences
 
 project = "facewrinkle"
 author = "the facewrinkle authors"
@@ -49,6 +52,7 @@ autodoc_class_signature = "mixed"
 autoclass_content = "class"
 napoleon_google_docstring = False
 napoleon_use_ivar = True
+napoleon_custom_sections = [("Attributes", "params_style")]
 napoleon_use_param = False
 napoleon_use_rtype = False
 napoleon_preprocess_types = False
@@ -59,6 +63,7 @@ sphinx_gallery_conf = {
     "filename_pattern": "/plot_",
     "image_scrapers": (Scenes(), "matplotlib"),
     "abort_on_example_error": True,
+    "capture_repr": (),
     "download_all_examples": False,
     "remove_config_comments": True,
     "write_computation_times": False,

@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import facewrinkle as fw
-from facewrinkle.plotting import Style, picture, side_by_side
+from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 # %%
 # The clip, made here from arrays; :func:`facewrinkle.read_animation` reads one from a GLB file or a VTKHDF series.
@@ -55,27 +55,23 @@ plain = list(bare.run(60))
 style = Style(size=(300, 330), view="right_three_quarter")
 moments = [3, 20, 36, 50]
 rows = [side_by_side([picture(frames[i], face, style) for i in moments])]
-whole = np.concatenate(rows)
-plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-plt.axis("off")
+figure(np.concatenate(rows))
 
 near = Style(size=(480, 420), view="forehead")
-whole = side_by_side([picture(plain[30], face, near), picture(frames[30], face, near)])
-plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-plt.axis("off")
+figure(side_by_side([picture(plain[30], face, near), picture(frames[30], face, near)]))
 
 # %%
 # Wrinkles follow the motion, and triangles follow the wrinkles.
 
 seconds = 0.05 * np.arange(1, 61)
-figure, (above, below) = plt.subplots(2, 1, figsize=(9, 3.6), sharex=True)
+_, (above, below) = plt.subplots(2, 1, figsize=(9, 3.6), sharex=True)
 above.plot(time, weights, label=clip.names)
 above.legend(frameon=False)
 above.set_ylabel("weight")
 below.plot(seconds, [np.ptp(frame["W"]) for frame in frames], color="#b5442e")
 below.set_ylabel("deepest fold (mm)")
 below.set_xlabel("time (s)")
-figure.tight_layout()
+plt.tight_layout()
 
 # %%
 # The recording itself is kept to the last digit: wrinkles are added to it and change nothing else.

@@ -17,7 +17,7 @@ import facewrinkle as fw
 from facewrinkle.geometry.profile import anisotropy, deepest
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers.compression import StrainField, compression_along, edge_compression
-from facewrinkle.plotting import Style, picture, side_by_side
+from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 # %%
 # A sheet is shortened by a fifth along x. Both ways are asked for the compression along x, on a mesh whose triangles
@@ -37,7 +37,7 @@ for turn in turns:
     by_gradient.append(compression_along(field.strain(squeezed), field.metric, normals, along)[middle])
 exact = 1.0 - np.hypot(0.8 * np.cos(turns), np.sin(turns))
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.2))
+_, (left, right) = plt.subplots(1, 2, figsize=(10, 3.2))
 left.plot(np.degrees(turns), exact, color="0.8", lw=6, label="exact")
 left.plot(np.degrees(turns), by_gradient, color="#2e86ab", label="deformation gradient (default)")
 left.plot(np.degrees(turns), by_edges, color="#d1495b", label="edges (Eqs. 8-9)")
@@ -49,7 +49,7 @@ right.plot(epsilon, anisotropy(epsilon), color="#b5442e", label="share of the am
 right.plot(epsilon, deepest(1.0, epsilon), color="0.5", label="what skin of fixed length can fold, per wavelength")
 right.set_xlabel("epsilon")
 right.legend(frameon=False, fontsize=8)
-figure.tight_layout()
+plt.tight_layout()
 
 # %%
 # On a face: a smile compresses the cheek, which folds beside the mouth, and stretches the lips, which do not.
@@ -59,9 +59,7 @@ sim = fw.Simulation(face)
 sim.express("stretching_mouth")
 *_, frame = sim.run(60)
 styles = [Style(size=(460, 420), view="right_mouth", scalars=name) for name in (None, "epsilon", "W")]
-whole = side_by_side([picture(frame, face, style) for style in styles])
-plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-plt.axis("off")
+figure(side_by_side([picture(frame, face, style) for style in styles]))
 
 # %%
 # The deformation gradient is exact, whatever the mesh. The edges miss a fifth of the compression here, and see some

@@ -12,13 +12,12 @@ face is kept with its landmarks. For programs that want the same vertices in eve
 import tempfile
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.export import write_movie, write_series
-from facewrinkle.plotting import Style, picture, pictures, side_by_side
+from facewrinkle.plotting import Style, figure, picture, pictures, side_by_side
 
 folder = Path(tempfile.mkdtemp())
 face = fw.default_face()
@@ -43,8 +42,7 @@ last = reader.read()
 write_movie(pictures(frames, face, Style((320, 300), "glabella")), folder / "frowning.gif", fps=25)
 
 strip = side_by_side([picture(frames[i], face, Style((280, 260), "glabella")) for i in (0, 10, 14, 29)])
-plt.figure(figsize=(strip.shape[1] / 100, strip.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(strip)
-plt.axis("off")
+figure(strip)
 
 # %%
 # A fitted face in a file: a mesh, its landmarks and its unit. Muscles, skull and eyes are placed anew when it is read.

@@ -8,13 +8,12 @@ Every frame carries what it was computed from, so that nothing has to be believe
 muscle, compression, height, the split criterion, the level of refinement, and which muscle is in charge.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import facewrinkle as fw
 from facewrinkle.geometry.profile import anisotropy
 from facewrinkle.mesh import ARRAYS
-from facewrinkle.plotting import Scene, Style, picture, side_by_side, stacked
+from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side, stacked
 
 face = fw.default_face()
 layer = fw.MuscleWrinkles(inextensible=False)  # W = k0 H At A, without the bound of skin of fixed length
@@ -33,9 +32,7 @@ for name, meaning in ARRAYS.items():
 
 names = [None, "W", "epsilon", "lambda", "gamma", "split_gamma", "level", "muscle"]
 images = [picture(frame, face, Style(size=(380, 330), view="forehead", scalars=name)) for name in names]
-whole = stacked([side_by_side(images[:4]), side_by_side(images[4:])])
-plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-plt.axis("off")
+figure(stacked([side_by_side(images[:4]), side_by_side(images[4:])]))
 
 # %%
 # A frame is a :class:`pyvista.PolyData`: every filter of PyVista works on it. Here lines of equal height over the

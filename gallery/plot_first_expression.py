@@ -8,10 +8,8 @@ A face, a simulation, an expression: three lines, and the forehead folds. Contra
 compressed, and wrinkles rise where it is; the mesh gets triangles there and nowhere else.
 """
 
-import matplotlib.pyplot as plt
-
 import facewrinkle as fw
-from facewrinkle.plotting import Scene, Style, picture, side_by_side
+from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side
 
 # %%
 # The built-in head has 4,517 triangles. :meth:`facewrinkle.Simulation.run` ramps up to what was asked for, and gives
@@ -29,15 +27,7 @@ style = Style(size=(400, 400), view="forehead")
 wires = Style(size=(400, 400), view="forehead", wireframe=True)
 images = [picture(face.mesh, face, style), picture(frame, face, style), picture(frame, face, wires)]
 
-
-def show(images):
-    """Pictures side by side, pixel by pixel."""
-    whole = side_by_side(images)
-    plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-    plt.axis("off")
-
-
-show(images)
+figure(side_by_side(images))
 
 # %%
 # The whole face, to turn. A :class:`facewrinkle.plotting.Scene` holds an ordinary PyVista plotter.

@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import facewrinkle as fw
-from facewrinkle.plotting import Style, closeup, picture, side_by_side, stacked
+from facewrinkle.plotting import Style, closeup, figure, picture, side_by_side, stacked
 from facewrinkle.table1 import PAPER
 
 face = fw.default_face()
@@ -29,9 +29,7 @@ rows = []
 for view in ("front", None):
     style = [Style(size=(300, 330), view=view or closeup(frame, face)) for frame in frames.values()]
     rows.append(side_by_side([picture(f, face, s) for f, s in zip(frames.values(), style, strict=True)]))
-whole = stacked(rows)
-plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-plt.axis("off")
+figure(stacked(rows))
 
 # %%
 # Triangles. The paper's model and ours start from 4,517; where triangles are added depends on the expression alone.
@@ -39,14 +37,14 @@ plt.axis("off")
 ours = [frames[row.expression].n_cells for row in PAPER]
 theirs = [row.after for row in PAPER]
 place = np.arange(len(PAPER))
-figure, axes = plt.subplots(figsize=(9, 3))
+_, axes = plt.subplots(figsize=(9, 3))
 axes.bar(place - 0.2, theirs, 0.38, color="0.75", label="paper")
 axes.bar(place + 0.2, ours, 0.38, color="#b5442e", label="facewrinkle")
 axes.axhline(4517, color="0.3", lw=0.8, ls=":")
 axes.set_xticks(place, [row.expression.replace("_", " ") for row in PAPER])
 axes.set_ylabel("triangles")
 axes.legend(frameon=False)
-figure.tight_layout()
+plt.tight_layout()
 
 # %%
 # Who asks most is the same in both: surprise first, then fear.

@@ -59,14 +59,14 @@ def exact(l):
 
 
 l = np.linspace(4.0, 50.0, 2000)
-figure, axes = plt.subplots(figsize=(10, 3))
+_, axes = plt.subplots(figsize=(10, 3))
 axes.plot(l, exact(l), color="0.8", lw=5, label="closed form")
 for spacing, colour in ((2.0, "#edae49"), (1.0, "#2e86ab"), (0.25, "#d1495b")):
     axes.plot(*section(wrinkled(spacing)), color=colour, lw=1, label=f"edges of {spacing:g} mm")
 axes.set_xlabel("distance along the fibre (mm)")
 axes.set_ylabel("height (mm)")
 axes.legend(frameon=False, ncols=4, loc="upper right", bbox_to_anchor=(1.0, 1.2))
-figure.tight_layout()
+plt.tight_layout()
 
 # %%
 # Amplitude, wavelength and sharpness from the section alone. The furrow is as many times steeper than the bulge as the

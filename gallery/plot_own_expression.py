@@ -8,10 +8,8 @@ Action units of the Facial Action Coding System (Ekman, Friesen) say what a face
 contract. Units, muscles and expressions mix freely, each with its own strength, also on one side alone.
 """
 
-import matplotlib.pyplot as plt
-
 import facewrinkle as fw
-from facewrinkle.plotting import Style, View, picture, side_by_side, stacked
+from facewrinkle.plotting import Style, View, figure, picture, side_by_side, stacked
 
 NEAR = View((0.0, 0.02, 1.0), "nose_tip", (0.0, 0.2, -1.6), 3.3)
 
@@ -41,9 +39,7 @@ def held(what, face, **options):
 
 
 images = [picture(held(what, face), face, Style((300, 340), NEAR)) for what in asked.values()]
-whole = stacked([side_by_side(images[:4]), side_by_side(images[4:])])
-plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-plt.axis("off")
+figure(stacked([side_by_side(images[:4]), side_by_side(images[4:])]))
 print(", ".join(asked))
 
 # %%
@@ -61,9 +57,7 @@ frontalis = [name for name in face.muscles if name.startswith("frontalis")]
 fine = face.with_muscles({name: face.muscles[name].replaced(count=7, depth=1.0) for name in frontalis})
 frames = [held("surprise", face), held("surprise", fine)]
 style = Style(size=(450, 400), view="forehead")
-whole = side_by_side([picture(frame, face, style) for frame in frames])
-plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-plt.axis("off")
+figure(side_by_side([picture(frame, face, style) for frame in frames]))
 
 # %%
 # A mixture of muscles is exact: half an expression contracts each of its muscles half as much.

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.layers.base import Relief
-from facewrinkle.plotting import Style, View, picture, side_by_side
+from facewrinkle.plotting import Style, View, figure, picture, side_by_side
 
 # %%
 # The four methods of :class:`facewrinkle.layers.base.Layer`. What depends on the place alone is computed once for each
@@ -76,20 +76,18 @@ frames = list(sim.run(75))
 near = View((0.45, 0.1, 1.0), "glabella", (0.1, 0.3, -0.3), 1.7)
 images = [picture(frame, face, Style((440, 420), near)) for frame in (face.mesh, frames[-1])]
 images.append(picture(frames[-1], face, Style((440, 420), near, wireframe=True)))
-whole = side_by_side(images)
-plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-plt.axis("off")
+figure(side_by_side(images))
 
 # %%
 # The beat, at the highest place.
 
 height = np.array([frame["vein"].max() for frame in frames])
 seconds = 0.02 * np.arange(1, len(frames) + 1)
-figure, axes = plt.subplots(figsize=(9, 2.2))
+_, axes = plt.subplots(figsize=(9, 2.2))
 axes.plot(seconds, height, color="#b5442e")
 axes.set_xlabel("time (s)")
 axes.set_ylabel("height (mm)")
-figure.tight_layout()
+plt.tight_layout()
 
 # %%
 # The heights of all layers add up, to the last digit; the simulation works with copies of the layers it was given.

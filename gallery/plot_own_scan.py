@@ -8,13 +8,12 @@ A scan comes without landmarks, in some unit, turned somehow, noisy, and without
 the face on it and places skull, eyes and muscles under it.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.plotting import Style, picture, side_by_side
+from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 # %%
 # This "scan" is made here, so that the page needs no data: another person, finer triangles, a quarter of them dropped
@@ -63,9 +62,7 @@ for what in ("surprise", "disgust"):
     sim.express(what)
     *_, frame = sim.run(50)
     images.append(picture(frame, face, Style(size=(400, 440))))
-whole = side_by_side(images)
-plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-plt.axis("off")
+figure(side_by_side(images))
 
 # %%
 # How far the found landmarks are from where the person was made with them, in millimetres.

@@ -8,11 +8,10 @@ A dozen parameters in an artist's words make other people of the built-in head. 
 and so do the wrinkles.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import facewrinkle as fw
-from facewrinkle.plotting import Style, picture, side_by_side, stacked
+from facewrinkle.plotting import Style, figure, picture, side_by_side, stacked
 
 # %%
 # Parameters from -1 to 1, or somebody at random; all have the same triangles.
@@ -25,20 +24,13 @@ people = [
 ]
 
 
-def show(images):
-    """Pictures in two rows, pixel by pixel."""
-    whole = stacked([side_by_side(row) for row in images])
-    plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-    plt.axis("off")
-
-
 style, laughing = Style(size=(300, 340), view="left_three_quarter"), []
 for face in people:
     sim = fw.Simulation(face)
     sim.express("laughter")
     *_, frame = sim.run(45)
     laughing.append(picture(frame, face, style))
-show([[picture(face.mesh, face, style) for face in people], laughing])
+figure(stacked([side_by_side([picture(face.mesh, face, style) for face in people]), side_by_side(laughing)]))
 
 # %%
 # Eyes turn within their lids, which follow them; both can converge on a point.
@@ -52,7 +44,7 @@ for look in looks:
     *_, frame = sim.run(15)
     frames.append(frame)
     images.append(picture(frame, face, Style(size=(300, 200), view="cheeks")))
-show([images])
+figure(side_by_side(images))
 
 # %%
 # A frame tells where the eyes look.

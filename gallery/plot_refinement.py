@@ -15,7 +15,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.plotting import Style, picture, side_by_side
+from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 # %%
 # Frowning, at three caps of the level: 0, 1, and 2, the default on this head.
@@ -29,9 +29,7 @@ for level in (0, 1, 2):
     counts.append(frame.n_cells)
     depths.append(np.ptp(frame["W"]))
     images.append(picture(frame, face, Style(size=(400, 380), view="glabella", wireframe=True)))
-whole = side_by_side(images)
-plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100)).add_axes((0, 0, 1, 1)).imshow(whole)
-plt.axis("off")
+figure(side_by_side(images))
 print(f"{counts} triangles; from furrow to bulge {np.round(depths, 2)} mm")
 
 # %%
@@ -42,11 +40,11 @@ sim.express("frowning")
 cells = [frame.n_cells for frame in sim.run(50)]
 sim.relax()
 cells += [frame.n_cells for frame in sim.run(130, ramp=0.2)]
-figure, axes = plt.subplots(figsize=(9, 2.6))
+_, axes = plt.subplots(figsize=(9, 2.6))
 axes.plot(cells, color="#2e86ab")
 axes.set_xlabel("step")
 axes.set_ylabel("triangles")
-figure.tight_layout()
+plt.tight_layout()
 
 # %%
 # The algorithm by itself, on any triangles: :class:`facewrinkle.geometry.refinement.RedGreenForest`. Splitting about a

@@ -18,7 +18,7 @@ from facewrinkle.geometry.profile import attenuation, bulge_height, phase, shape
 # The exponent alpha makes furrows sharp and bulges round. At 0 both are straight.
 
 w = np.linspace(0.0, 4.0, 801)
-figure, axes = plt.subplots(figsize=(9, 3))
+_, axes = plt.subplots(figsize=(9, 3))
 for alpha in (0.0, 1.0, 2.0, 4.0):
     height = shape(np.mod(w, 2.0), 1.0, k0=1.0 / 2.0**alpha, alpha=alpha)
     axes.plot(w, height, label=f"alpha = {alpha:g}")
@@ -26,7 +26,7 @@ axes.axhline(0.0, color="0.7", lw=0.8)
 axes.set_xlabel("w / u")
 axes.set_ylabel("height (1 from bulge to furrow)")
 axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-figure.tight_layout()
+plt.tight_layout()
 
 # %%
 # As printed, the first and the last wrinkle begin at the bottom of a furrow, and the surface jumps there. The default
@@ -36,24 +36,24 @@ length, start, count = 40.0, 10.0, 3
 u = (length - start) / (2 * count)
 l = np.linspace(5.0, 45.0, 1601)
 inside = (l >= start) & (l <= length)
-figure, axes = plt.subplots(2, 1, figsize=(9, 3.4), sharex=True)
+_, axes = plt.subplots(2, 1, figsize=(9, 3.4), sharex=True)
 for axis, ends in zip(axes, ("paper", "continuous"), strict=True):
     axis.plot(l, np.where(inside, shape(phase(l, start, u, 2.0, ends), u, 0.25), 0.0), color="#b5442e")
     axis.set_ylabel(ends)
 axes[1].set_xlabel("distance from the attachment (mm)")
-figure.tight_layout()
+plt.tight_layout()
 
 # %%
 # To the sides the wrinkles fade: as printed with a kink at both ends of the band, or smoothly.
 
 s = np.linspace(-0.3, 1.3, 321)
-figure, axis = plt.subplots(figsize=(9, 2.2))
+_, axis = plt.subplots(figsize=(9, 2.2))
 for falloff in ("paper", "smoothstep"):
     axis.plot(s, attenuation(s, falloff), label=falloff)
 axis.set_xlabel("s")
 axis.set_ylabel("At")
 axis.legend(frameon=False)
-figure.tight_layout()
+plt.tight_layout()
 
 # %%
 # The volume, by Gauss-Legendre quadrature of each half (there is a kink at the bulge).
