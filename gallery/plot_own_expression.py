@@ -8,7 +8,11 @@ Action units of the Facial Action Coding System (Ekman, Friesen) say what a face
 contract. Units, muscles and expressions mix freely, each with its own strength, also on one side alone.
 """
 
+import tempfile
+from pathlib import Path
+
 import facewrinkle as fw
+from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
 from facewrinkle.plotting import Style, View, figure, picture, side_by_side, stacked
 
 NEAR = View((0.0, 0.02, 1.0), "nose_tip", (0.0, 0.2, -1.6), 3.3)
@@ -58,6 +62,14 @@ fine = face.with_muscles({name: face.muscles[name].replaced(count=7, depth=1.0) 
 frames = [held("surprise", face), held("surprise", fine)]
 style = Style(size=(450, 400), view="forehead")
 figure(side_by_side([picture(frame, face, style) for frame in frames]))
+
+# %%
+# An expression to keep goes into an atlas, the file that says where muscles lie and what they do together.
+
+atlas = Path(tempfile.mkdtemp()) / "atlas.toml"
+text, line = DEFAULT_ATLAS.read_text(encoding="utf-8"), "scepticism = { AU2L = 1.0, AU14R = 0.5 }"
+atlas.write_text(text.replace("[expressions]", f"[expressions]\n{line}"), encoding="utf-8")
+print(", ".join(fw.read_atlas(atlas).expressions["scepticism"]))
 
 # %%
 # A mixture of muscles is exact: half an expression contracts each of its muscles half as much.

@@ -41,7 +41,8 @@ print(f"{len(face.landmarks)} landmarks; least sure is {doubtful}, {face.confide
 
 # %%
 # Check the landmarks before anything else. Those that are wrong are given by name, in the coordinates of the scan, as
-# ``fw.fit_face(scan, {"nose_tip": (x, y, z)})`` or in a JSON file; the others follow them.
+# ``fw.fit_face(scan, {"nose_tip": (x, y, z)})`` or in a JSON file; the others follow them. To look for them alone, and
+# to see how much a mesh looks like a face, there is :func:`facewrinkle.find_landmarks`.
 
 plotter = pv.Plotter(off_screen=True, window_size=(700, 640))
 plotter.add_mesh(face.mesh, color="#d9a78f", smooth_shading=True)
