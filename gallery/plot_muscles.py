@@ -18,7 +18,7 @@ face = fw.default_face()
 fibres = {"linear": "#d1495b", "sheet": "#2e86ab", "sphincter": "#edae49"}
 
 # %%
-# Where they are: fibres from bone to skin, rings about eyes and mouth, over the skull.
+# Where they are, over the skull: linear ones red, sheets blue, sphincters yellow.
 
 
 def lines_of(muscle):
