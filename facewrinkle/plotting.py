@@ -391,6 +391,28 @@ def stacked(images: Sequence[Image], gap: int = 4) -> Image:
     return side_by_side([image.swapaxes(0, 1) for image in images], gap).swapaxes(0, 1)
 
 
+def figure(image: Image) -> Any:
+    """A picture as a figure of Matplotlib, pixel by pixel: what notebooks and galleries show.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> figure(np.zeros((30, 40, 3), np.uint8)).get_size_inches().tolist()
+    [0.4, 0.3]
+    """
+    import matplotlib.pyplot as plt
+
+    height, width = image.shape[:2]
+    shown = plt.figure(figsize=(width / 100, height / 100), dpi=100)
+    axes = shown.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.imshow(image, aspect="auto", interpolation="nearest")
+    axes.set_axis_off()
+    return shown
+
+
 def save_picture(image: Image, path: str | Path, colours: int | None = None) -> Path:
     """Write a picture as PNG; with a palette of so many colours (at most 256), it takes a third of the space."""
     from PIL import Image as Pillow

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import gc
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import pyvista as pv
@@ -22,6 +23,7 @@ from facewrinkle.plotting import (
     Style,
     View,
     closeup,
+    figure,
     picture,
     pictures,
     save_picture,
@@ -377,3 +379,13 @@ def test_pictures_that_cannot_be_written(tmp_path):
     with pytest.raises(ParameterError, match="colours must lie in"):
         save_picture(image, tmp_path / "x.png", colours=257)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_figure_shows_a_picture_pixel_by_pixel():
+    image = np.random.default_rng(0).integers(0, 256, (37, 53, 3), np.uint8)
+    shown = figure(image)
+    try:
+        shown.canvas.draw()
+        assert np.array_equal(np.asarray(shown.canvas.buffer_rgba())[:, :, :3], image)
+    finally:
+        plt.close(shown)

@@ -85,7 +85,7 @@ class EdgeWeights:
 class StrainField:
     """The strain of a moving mesh at its vertices: the quality alternative to Eq. 9.
 
-    The change of the metric of the triangles around a vertex, averaged by area, gives the stretch |F m| along any
+    The change of the metric of the triangles around a vertex, averaged by area, gives the stretch ``|F m|`` along any
     tangent m, and with it ``epsilon = 1 - |F m|``, whatever the triangles look like.
 
     Parameters
@@ -181,7 +181,7 @@ def compression_along(strain: Array, metric: Array, normals: Array, directions: 
 def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple[Array, Array]:
     """The largest compression over all tangents, and the tangent of it.
 
-    The stretch |F m| is smallest where ``m^T S m / m^T G m`` is, S the change of the metric, G the rest metric: the
+    The stretch ``|F m|`` is smallest where ``m^T S m / m^T G m`` is, S the change of the metric, G the rest metric: the
     smaller root of a pencil of 2 x 2 matrices in each tangent plane.
 
     Parameters

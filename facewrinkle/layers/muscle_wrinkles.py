@@ -147,7 +147,7 @@ class MuscleWrinkles:
     ----------
     compression : {"gradient", "edges"}
         How epsilon is measured: along the fibre from the deformation gradient, which does not depend on the mesh, or
-        by the weighted shortening of edges (Eqs. 8-9, with |cos|), which gives a half to two thirds of it.
+        by the weighted shortening of edges (Eqs. 8-9, with ``|cos|``), which gives a half to two thirds of it.
     depth : float
         Multiplies the depth of all wrinkles.
     accumulate : int

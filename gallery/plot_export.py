@@ -1,0 +1,73 @@
+"""
+.. _export:
+
+Files for other programs
+========================
+
+Frames are PyVista meshes, so one frame can be saved as anything that PyVista writes. A whole take goes into one VTKHDF
+file, with its changing triangles and all its fields, for ParaView and for PyVista; pictures go into a movie; a fitted
+face is kept with its landmarks. For programs that want the same vertices in every frame, refine once and for all.
+"""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.export import write_movie, write_series
+from facewrinkle.plotting import Style, figure, picture, pictures, side_by_side
+
+folder = Path(tempfile.mkdtemp())
+face = fw.default_face()
+sim = fw.Simulation(face)
+sim.express("frowning")
+frames = list(sim.run(30))
+
+# %%
+# The whole take, and one frame of it with its fields. ParaView plays the series; ``pv.read`` opens its first moment,
+# and the reader any other.
+
+series = write_series(frames, 0.04 * np.arange(30), folder / "frowning.vtkhdf")
+frames[-1].save(folder / "frowning.vtp")
+frames[-1].save(folder / "frowning.ply")
+reader = pv.get_reader(series)
+reader.reader.SetStep(29)
+last = reader.read()
+
+# %%
+# A movie, as .gif here; .mp4 as well. Both need the extra `export`.
+
+write_movie(pictures(frames, face, Style((320, 300), "glabella")), folder / "frowning.gif", fps=25)
+
+strip = side_by_side([picture(frames[i], face, Style((280, 260), "glabella")) for i in (0, 10, 14, 29)])
+figure(strip)
+
+# %%
+# A fitted face in a file: a mesh, its landmarks and its unit. Muscles, skull and eyes are placed anew when it is read.
+
+path = fw.write_face(face, folder / "head.face")
+again = fw.read_face(path)
+
+# %%
+# The same vertices in every frame, for a vertex cache or shape keys in Blender and game engines: the region is refined
+# once, and refinement is turned off. The files are numbered meshes, or one array of positions.
+
+near = np.linalg.norm(face.mesh.cell_centers().points - face.landmarks["glabella"], axis=1) < 45.0
+fine = fw.refine(face.mesh, near)
+fine = fw.refine(fine, np.linalg.norm(fine.cell_centers().points - face.landmarks["glabella"], axis=1) < 40.0)
+fixed = fw.Simulation(fw.fit_face(fine, face.landmarks, "mm"), fw.Refinement(max_level=0))
+fixed.express("frowning")
+cache = np.stack([frame.points for frame in fixed.run(30)])
+np.save(folder / "frowning.npy", cache.astype(np.float32))
+print(f"positions of {cache.shape[1]} vertices at {cache.shape[0]} moments")
+for file in sorted(folder.iterdir()):
+    print(f"{file.name:18s} {file.stat().st_size / 1e3:8.0f} kB")
+
+# %%
+# What was read is what was written.
+
+assert np.array_equal(last.points, frames[-1].points)
+assert np.array_equal(last["W"], frames[-1]["W"])
+assert np.array_equal(again.points, face.points)

@@ -1,0 +1,62 @@
+"""
+.. _fields:
+
+Inspecting fields
+=================
+
+Every frame carries what it was computed from, so that nothing has to be believed: coordinates along and across the
+muscle, compression, height, the split criterion, the level of refinement, and which muscle is in charge.
+"""
+
+import numpy as np
+
+import facewrinkle as fw
+from facewrinkle.geometry.profile import anisotropy
+from facewrinkle.mesh import ARRAYS
+from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side, stacked
+
+face = fw.default_face()
+layer = fw.MuscleWrinkles(inextensible=False)  # W = k0 H At A, without the bound of skin of fixed length
+sim = fw.Simulation(face, layers=[layer])
+sim.express("fear")
+*_, frame = sim.run(60)
+
+# %%
+# The arrays and what they hold.
+
+for name, meaning in ARRAYS.items():
+    print(f"{name:12s} {frame[name].dtype!s:8s} {meaning}")
+
+# %%
+# Each in colour. Fields of a muscle are grey where no muscle wrinkles the skin.
+
+names = [None, "W", "epsilon", "lambda", "gamma", "split_gamma", "level", "muscle"]
+images = [picture(frame, face, Style(size=(380, 330), view="forehead", scalars=name)) for name in names]
+figure(stacked([side_by_side(images[:4]), side_by_side(images[4:])]))
+
+# %%
+# A frame is a :class:`pyvista.PolyData`: every filter of PyVista works on it. Here lines of equal height over the
+# forehead, furrows blue and bulges red, and the deepest place.
+
+deepest = int(np.argmin(frame["W"]))
+muscle = str(frame.field_data["muscles"][frame["muscle"][deepest]])
+print(f"deepest {frame['W'][deepest]:.2f} mm, in the region of {muscle}")
+lines = frame.contour([-0.8, -0.6, -0.4, -0.2, 0.15, 0.3, 0.45], scalars="W")
+scene = Scene(face, Style((800, 600), "forehead", quick=True))
+scene.show(frame)
+options = {"scalars": "W", "cmap": "RdBu_r", "clim": (-0.8, 0.8), "show_scalar_bar": False, "reset_camera": False}
+scene.plotter.add_mesh(lines, line_width=3, **options)
+scene.plotter.show()
+
+# %%
+# One muscle's own fields, of :meth:`facewrinkle.Simulation.fields`, and its height recomputed from them with the
+# paper's formula, W = k0 H At sin(pi epsilon / 2) (Eq. 3).
+
+own = sim.fields(muscle)
+folding = face.muscles[muscle].fold_pattern
+rate = dict(zip(sim.muscles, sim.skin.rates, strict=True))[muscle]
+k0 = rate * folding.wrinkles.depth
+recomputed = k0 * folding.unit_amplitude(frame["rest"]) * anisotropy(own["epsilon"])
+error = np.abs(recomputed - own["W"])[own["region"]].max()
+print(f"{own['region'].sum()} vertices; largest difference {error:.1e} mm")
+assert error < 1e-9

@@ -1,0 +1,82 @@
+"""
+.. _own_expression:
+
+Action units, and an expression of your own
+===========================================
+
+Action units of the Facial Action Coding System (Ekman, Friesen) say what a face does; here each stands for muscles that
+contract. Units, muscles and expressions mix freely, each with its own strength, also on one side alone.
+"""
+
+import tempfile
+from pathlib import Path
+
+import facewrinkle as fw
+from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
+from facewrinkle.plotting import Style, View, figure, picture, side_by_side, stacked
+
+NEAR = View((0.0, 0.02, 1.0), "nose_tip", (0.0, 0.2, -1.6), 3.3)
+
+# %%
+# Happiness is 6 + 12, sadness 1 + 4 + 15, anger 4 + 5 + 7 + 23, disgust 9 + 15, by their names or by their units.
+# "AU12L" is the left half of a unit, the subject's own left.
+
+face = fw.default_face()
+asked = {
+    "happiness": {"AU6": 0.9, "AU12": 0.9},
+    "sadness": "sadness",
+    "anger": "anger",
+    "disgust": "disgust",
+    "a half smile": {"AU12L": 0.7, "AU6L": 0.5},
+    "jaw drop": {"AU26": 1.0, "AU1": 0.4},
+    "a wink": "wink",
+    "disbelief": {"AU2L": 1.0, "AU4R": 0.7, "corrugator_r": 0.6, "AU17": 0.5},
+}
+
+
+def held(what, face, **options):
+    """The face that holds an expression."""
+    sim = fw.Simulation(face, **options)
+    sim.express(what)
+    *_, frame = sim.run(45)
+    return frame
+
+
+images = [picture(held(what, face), face, Style((300, 340), NEAR)) for what in asked.values()]
+figure(stacked([side_by_side(images[:4]), side_by_side(images[4:])]))
+print(", ".join(asked))
+
+# %%
+# What an expression asks of the muscles. All of them are in :data:`facewrinkle.EXPRESSIONS`,
+# :data:`facewrinkle.ACTION_UNITS` and :data:`facewrinkle.MUSCLES`.
+
+for muscle, rate in fw.ACTION_UNITS["AU2"].items():
+    print(f"AU2: {muscle} {rate:g}")
+
+# %%
+# How the skin over a muscle folds is a property of the muscle. Here seven fine furrows across the forehead, in place of
+# three or four.
+
+frontalis = [name for name in face.muscles if name.startswith("frontalis")]
+fine = face.with_muscles({name: face.muscles[name].replaced(count=7, depth=1.0) for name in frontalis})
+frames = [held("surprise", face), held("surprise", fine)]
+style = Style(size=(450, 400), view="forehead")
+figure(side_by_side([picture(frame, face, style) for frame in frames]))
+
+# %%
+# An expression to keep goes into an atlas, the file that says where muscles lie and what they do together.
+
+atlas = Path(tempfile.mkdtemp()) / "atlas.toml"
+text, line = DEFAULT_ATLAS.read_text(encoding="utf-8"), "scepticism = { AU2L = 1.0, AU14R = 0.5 }"
+atlas.write_text(text.replace("[expressions]", f"[expressions]\n{line}"), encoding="utf-8")
+print(", ".join(fw.read_atlas(atlas).expressions["scepticism"]))
+
+# %%
+# A mixture of muscles is exact: half an expression contracts each of its muscles half as much.
+
+sim = fw.Simulation(face)
+sim.express("sadness", intensity=0.5)
+sim.step()
+rates = dict(zip(sim.muscles, sim.skin.rates, strict=True))
+print(", ".join(f"{name} {rate:g}" for name, rate in rates.items() if rate > 0.0))
+assert all(rates[name] == 0.5 * rate for name, rate in fw.EXPRESSIONS["sadness"].items())

@@ -1,0 +1,80 @@
+"""
+.. _skin:
+
+The skin that follows
+=====================
+
+Muscles pull the skin; how far it follows, how quickly, and how far away it is still felt, is a matter of its material:
+springs, ties to the bone, bending, damping. Any time step is stable.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pyvista as pv
+
+import facewrinkle as fw
+
+face = fw.default_face()
+brow = int(np.argmin(np.linalg.norm(face.points - face.landmarks["brow_l_mid"], axis=1)))
+
+
+def pulled(seconds=0.6, time_step=0.02, **material):
+    """The lift of the left brow over time, as its frontalis contracts at once, and the skin at the end."""
+    skin = fw.Skin(face, time_step, fw.SkinMaterial(**material))
+    skin.contract({"frontalis_major_l": 1.0})
+    lift = [0.0]
+    for _ in range(round(seconds / time_step)):
+        skin.step()
+        lift.append(float(skin.displacement[brow, 1]))
+    return np.array(lift), skin.displacement.copy()
+
+
+# %%
+# In time: with the default damping the brow rises without a swing; with little, it overshoots.
+
+_, (left, right) = plt.subplots(1, 2, figsize=(10, 3))
+for damping in (0.1, 0.3, 1.0, 2.0):
+    lift, _ = pulled(damping=damping)
+    left.plot(0.02 * np.arange(len(lift)), lift, label=f"damping {damping:g}")
+left.set_xlabel("time (s)")
+left.set_ylabel("lift of the brow (mm)")
+left.legend(frameon=False)
+
+# %%
+# In space: `decay` is the length over which a local pull dies out: the longer, the wider and the weaker the same
+# pull.
+
+shown = []
+for decay in (7.0, 14.0, 28.0):
+    _, moved = pulled(decay=decay)
+    shown.append(np.linalg.norm(moved, axis=1))
+    away = np.linalg.norm(face.points - face.points[brow], axis=1)
+    ring = np.digitize(away, np.arange(0.0, 80.0, 4.0))
+    front = face.points[:, 2] > 0.0
+    mean = [shown[-1][front & (ring == k)].mean() for k in range(1, 20)]
+    right.plot(np.arange(2.0, 78.0, 4.0), mean, label=f"decay {decay:g} mm")
+right.set_xlabel("distance from the brow (mm)")
+right.set_ylabel("mean displacement (mm)")
+right.legend(frameon=False)
+plt.tight_layout()
+
+# %%
+# The displacement of the skin at 7, 14 (the default) and 28 mm.
+
+plotter = pv.Plotter(off_screen=True, shape=(1, 3), window_size=(1200, 460), border=False)
+for column, size in enumerate(shown):
+    plotter.subplot(0, column)
+    skin = face.mesh.copy()
+    skin["displacement (mm)"] = size
+    plotter.add_mesh(skin, scalars="displacement (mm)", cmap="OrRd", clim=(0, 4.5), smooth_shading=True)
+    plotter.camera_position = [(120, 60, 480), (5, 20, 20), (0, 1, 0)]
+plotter.show()
+
+# %%
+# A step of 0.1 s ends where steps of 0.01 s do: the skin at rest under a pull does not depend on the time step.
+
+_, fine = pulled(2.0, 0.01)
+_, coarse = pulled(2.0, 0.1)
+apart = np.linalg.norm(fine - coarse, axis=1).max()
+print(f"largest displacement {np.linalg.norm(fine, axis=1).max():.2f} mm; time steps differ by {apart:.4f} mm")
+assert apart < 0.02

@@ -1,0 +1,65 @@
+"""
+.. _wrinkle_shape:
+
+The shape of a wrinkle, and why it keeps its volume
+===================================================
+
+Skin that folds does not shrink: what sinks into the furrow rises in the bulge. Zhang, Sim and Tan choose the
+cross-section ``H(w) = d - k0 |s| (1 + s²)^alpha`` with ``s = (w - u) / u`` (Eq. 4), and the height d of the bulge such
+that H integrates to zero over a wrinkle (Eq. 7).
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from facewrinkle.geometry.profile import attenuation, bulge_height, phase, shape, zero_crossing
+
+# %%
+# The exponent alpha makes furrows sharp and bulges round. At 0 both are straight.
+
+w = np.linspace(0.0, 4.0, 801)
+_, axes = plt.subplots(figsize=(9, 3))
+for alpha in (0.0, 1.0, 2.0, 4.0):
+    height = shape(np.mod(w, 2.0), 1.0, k0=1.0 / 2.0**alpha, alpha=alpha)
+    axes.plot(w, height, label=f"alpha = {alpha:g}")
+axes.axhline(0.0, color="0.7", lw=0.8)
+axes.set_xlabel("w / u")
+axes.set_ylabel("height (1 from bulge to furrow)")
+axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+plt.tight_layout()
+
+# %%
+# As printed, the first and the last wrinkle begin at the bottom of a furrow, and the surface jumps there. The default
+# begins where H is zero: both ends are continuous, and the number of furrows stays.
+
+length, start, count = 40.0, 10.0, 3
+u = (length - start) / (2 * count)
+l = np.linspace(5.0, 45.0, 1601)
+inside = (l >= start) & (l <= length)
+_, axes = plt.subplots(2, 1, figsize=(9, 3.4), sharex=True)
+for axis, ends in zip(axes, ("paper", "continuous"), strict=True):
+    axis.plot(l, np.where(inside, shape(phase(l, start, u, 2.0, ends), u, 0.25), 0.0), color="#b5442e")
+    axis.set_ylabel(ends)
+axes[1].set_xlabel("distance from the attachment (mm)")
+plt.tight_layout()
+
+# %%
+# To the sides the wrinkles fade: as printed with a kink at both ends of the band, or smoothly.
+
+s = np.linspace(-0.3, 1.3, 321)
+_, axis = plt.subplots(figsize=(9, 2.2))
+for falloff in ("paper", "smoothstep"):
+    axis.plot(s, attenuation(s, falloff), label=falloff)
+axis.set_xlabel("s")
+axis.set_ylabel("At")
+axis.legend(frameon=False)
+plt.tight_layout()
+
+# %%
+# The volume, by Gauss-Legendre quadrature of each half (there is a kink at the bulge).
+
+nodes, weights = np.polynomial.legendre.leggauss(40)
+for alpha in (0.0, 0.5, 1.0, 2.0, 4.0):
+    net = sum(0.5 * weights @ shape(0.5 * (nodes + 1.0) + half, 1.0, 1.0, alpha) for half in (0.0, 1.0))
+    print(f"alpha {alpha:3g}: d = {bulge_height(1.0, alpha):.6f}, zero at {zero_crossing(alpha):.6f}, net {net:+.1e}")
+    assert abs(net) < 1e-13

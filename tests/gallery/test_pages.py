@@ -1,0 +1,47 @@
+"""Every page of the gallery runs, and the numbers that it asserts hold."""
+
+from __future__ import annotations
+
+import ast
+import runpy
+from pathlib import Path
+
+import matplotlib
+import matplotlib.pyplot as plt
+import pytest
+import pyvista as pv
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / "gallery").glob("plot_*.py"))
+
+
+def name_of(page):
+    return page.stem.removeprefix("plot_")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_page(page):
+    matplotlib.use("Agg")
+    try:
+        runpy.run_path(str(page))
+    finally:
+        plt.close("all")
+        pv.close_all()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_page_has_a_title_and_asserts_a_number(page):
+    code = ast.parse(page.read_text(encoding="utf-8"))
+    title, line = [text for text in ast.get_docstring(code).splitlines() if text and not text.startswith("..")][:2]
+    assert line == "=" * len(title)
+    assert any(isinstance(node, ast.Assert) for node in ast.walk(code))
+
+
+def test_the_site_shows_all_pages_in_its_order():
+    order = runpy.run_path(str(ROOT / "docs" / "_ext" / "story.py"))["ORDER"]
+    assert sorted(order) == [name_of(page) for page in PAGES]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_page_needs_no_files(page):
+    assert "shared" not in page.read_text(encoding="utf-8")

@@ -1,0 +1,88 @@
+"""What the pages of the site say can be done, and the reference names everything."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import textwrap
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = sorted(page for folder in (DOCS, DOCS / "howto", DOCS / "theory") for page in folder.glob("*.rst"))
+
+
+def code_of(page):
+    """The Python of a page, in blocks."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    blocks = []
+    for part in text.split(".. code-block:: python\n\n")[1:]:
+        dent = re.match(" +", part)[0]
+        block = itertools.takewhile(lambda line, dent=dent: not line or line.startswith(dent), part.splitlines())
+        blocks.append(textwrap.dedent("\n".join(block)))
+    return blocks
+
+
+def test_getting_started_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for block in code_of("start.rst"):
+        exec(block, {"print": lambda *_: None})
+    assert (tmp_path / "surprise.png").stat().st_size > 10_000
+
+
+def test_scan_guide_runs(tmp_path, monkeypatch, face):
+    monkeypatch.chdir(tmp_path)
+    pv.PolyData.from_regular_faces(0.1 * face.points, face.triangles).save("scan.obj")
+    names = [name for name in face.landmarks if not name.endswith("_centre")]
+    fw.anatomy.landmarks.write_landmarks({name: 0.1 * face.landmarks[name] for name in names}, "landmarks.json")
+    space = {"fw": fw}
+    for block in code_of("howto/scan.rst"):
+        exec(block, space)
+    assert space["face"].unit == pytest.approx(10.0, rel=0.02)
+    assert abs(space["frame"]["W"]).max() > 0.3
+
+
+def test_animation_guide_runs(face):
+    _, arrays = code_of("howto/animation.rst")
+    shapes = np.stack([face.tissue.normals, 2.0 * face.tissue.normals])
+    rest = {"fw": fw, "deltas": shapes, "weights": np.eye(2), "names": ["a", "b"], "rest": face.points}
+    exec(arrays, rest | {"positions": face.points + shapes})
+
+
+def test_expression_guide_runs(face):
+    mix, folds, moved, _ = code_of("howto/expression.rst")
+    glabella = np.asarray(face.landmarks["glabella"])
+    space = {"fw": fw, "face": face, "sim": fw.Simulation(face)}
+    space |= {"attachment": glabella - (0, 12, 6), "insertion": np.add(glabella, (0, 14, 0))}
+    for block in (mix, folds, moved):
+        exec(block, space)
+    assert "procerus" in space["face"].muscles
+
+
+def test_all_python_compiles():
+    for page in PAGES:
+        for block in code_of(page):
+            compile(block, page.name, "exec")
+
+
+def test_names_in_the_text_exist():
+    """Roles with a full name, such as :func:`facewrinkle.plotting.picture`."""
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for name in re.findall(r":(?:class|func|meth|data|mod):`~?(facewrinkle[\w.]*)`", text):
+            found, parts = fw, name.split(".")[1:]
+            for i, part in enumerate(parts):
+                if not hasattr(found, part):
+                    import_module(".".join(["facewrinkle", *parts[: i + 1]]))
+                found = getattr(found, part)
+
+
+def test_the_reference_has_all_names_of_the_top_level():
+    listed = set(re.findall(r"^   (\w+)$|^\.\. data:: (\w+)$", (DOCS / "api" / "main.rst").read_text(), re.MULTILINE))
+    assert set(fw.__all__) <= {name for pair in listed for name in pair}
