@@ -53,8 +53,8 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *
     """Write the mesh of a moment for other programs, refined and wrinkled as it is, with normals, texture and colours.
 
     glTF holds all in one file, in metres, as the format asks; OBJ comes with NAME.mtl, and OBJ and PLY with the texture
-    as NAME_texture.png. Points at seams of the texture are split where the format needs it (glTF, PLY); their positions and
-    normals are the same. For VTK's own formats, with all fields, there is ``frame.save``.
+    as NAME_texture.png. Points at seams of the texture are split where the format needs it (glTF, PLY); their
+    positions and normals are the same. For VTK's own formats, with all fields, there is ``frame.save``.
 
     Parameters
     ----------
