@@ -260,7 +260,10 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, message, tmp_pa
         ("play empty.glb", "empty.glb is empty (0 bytes)"),
         ("play broken.glb", "broken.glb cannot be read"),
         ("play broken.vtkhdf", "broken.vtkhdf cannot be read"),
-        ("play nan.obj", "animations are read from .glb, .gltf and .vtkhdf files, received '.obj'"),
+        (
+            "play nan.obj",
+            "animations are read from .glb, .gltf, .vtkhdf, .usd, .usda, .usdc and .usdz files, received '.obj'",
+        ),
         ("play broken.glb --size=-5", "width and height in pixels must lie in [16, 8192], received -5"),
         ("play broken.glb --fps nan", "fps must lie in [1, 100], received nan"),
         ("play broken.glb --moments 0", "moments must lie in [1, 100]"),

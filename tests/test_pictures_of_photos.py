@@ -64,6 +64,17 @@ def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):
     assert hue(picture(torn, seamed, style), 1).sum() > 20
 
 
+def test_a_photo_without_seams_on_a_mesh_from_a_file(face, tmp_path):
+    """The mesh at rest is no frame: it has no normals of its own."""
+    uv = np.asarray(face.mesh.active_texture_coordinates, dtype=float)
+    lines = [f"v {x} {y} {z}\nvt {u} {v}" for (x, y, z), (u, v) in zip(face.points, uv, strict=True)]
+    lines += ["f " + " ".join(f"{v}/{v}" for v in triangle) for triangle in (face.triangles + 1).tolist()]
+    (tmp_path / "head.obj").write_text("\n".join(lines))
+    blue = fw.fit_face(tmp_path / "head.obj", face.landmarks, "mm", texture=np.full((4, 4, 3), BLUE, np.uint8))
+    image = picture(blue.mesh, blue, Style(SIZE, eyes=False, brows=False))
+    assert hue(image, 2)[60:180, 80:160].mean() > 0.95
+
+
 def test_wrinkles_show_in_a_photo(seamed):
     plain = replace(seamed, texture=np.full((4, 4, 3), 180, np.uint8))
     simulation = fw.Simulation(plain)

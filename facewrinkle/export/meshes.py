@@ -53,8 +53,8 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *
     """Write the mesh of a moment for other programs, refined and wrinkled as it is, with normals, texture and colours.
 
     glTF holds all in one file, in metres, as the format asks; OBJ comes with NAME.mtl, and OBJ and PLY with the texture
-    as NAME.png. Points at seams of the texture are split where the format needs it (glTF, PLY); their positions and
-    normals are the same. For VTK's own formats, with all fields, there is ``frame.save``.
+    as NAME_texture.png. Points at seams of the texture are split where the format needs it (glTF, PLY); their
+    positions and normals are the same. For VTK's own formats, with all fields, there is ``frame.save``.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = fw.write_mesh(face.mesh, f"{folder}/head.obj", face)
     ...     sorted(file.name for file in path.parent.iterdir())
-    ['head.mtl', 'head.obj', 'head.png']
+    ['head.mtl', 'head.obj', 'head_texture.png']
     """
     model = _model(frame, face)
     path = output_file(path, SUFFIXES)
@@ -202,10 +202,15 @@ def _obj(model: Model, path: Path) -> dict[Path, bytes]:
         lines += _rows("f %d//%d %d//%d %d//%d", np.repeat(corner, 2, axis=1))
     files = {path: ("\n".join(lines) + "\n").encode()}
     if model.png is not None:
-        image = path.with_suffix(".png")
+        image = _image(path)
         files[material] = f"newmtl skin\nKd 1 1 1\nKs 0 0 0\nmap_Kd {image.name}\n".encode()
         files[image] = model.png
     return files
+
+
+def _image(path: Path) -> Path:
+    """Where the texture goes: pictures of the mesh may have its own name."""
+    return path.with_name(f"{path.stem}_texture.png")
 
 
 def _rows(form: str, values: np.ndarray) -> list[str]:
@@ -232,7 +237,7 @@ def _ply(model: Model, path: Path) -> dict[Path, bytes]:
             vertices[name] = column
     faces = np.empty(len(model.triangles), [("count", "u1"), ("corners", "<i4", 3)])
     faces["count"], faces["corners"] = 3, model.triangles
-    image = path.with_suffix(".png")
+    image = _image(path)
     header = ["ply", "format binary_little_endian 1.0"]
     header += [f"comment TextureFile {image.name}"] if model.png is not None else []
     header += [f"element vertex {len(vertices)}"]

@@ -151,6 +151,7 @@ def with_normals(mesh: pv.PolyData) -> pv.PolyData:
     shaded = mesh.copy(deep=False)
     if "split_gamma" not in shaded.point_data:
         shaded.point_data["Normals"] = vertex_normals(mesh.points, mesh.regular_faces)
+    shaded.point_data.active_normals_name = "Normals"  # or PyVista makes others, and drops texture coordinates
     return shaded
 
 

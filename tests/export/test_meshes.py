@@ -210,8 +210,8 @@ def test_what_cannot_be_written_says_so(moment, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="a file stands there"):
         fw.write_mesh(frame, tmp_path / "file" / "a.obj", face)
-    (tmp_path / "a.png").mkdir()  # where the photo would be
-    with pytest.raises(OutputError, match="a.png' cannot be written"):
+    (tmp_path / "a_texture.png").mkdir()  # where the photo would be
+    with pytest.raises(OutputError, match="a_texture.png' cannot be written"):
         fw.write_mesh(frame, tmp_path / "a.obj", face)
     bare = to_polydata(frame.points, frame.regular_faces)
     with pytest.raises(MeshError, match="no texture coordinates.*Is it a frame of this face"):
