@@ -35,6 +35,7 @@ class Laid:
     ----------
     rest, bare, wrinkled, normals : ndarray, shape (n, 3)
         At rest, moved, moved and displaced, and the unit directions of displacement.
+    rest_normals : ndarray, shape (n, 3)
     height : ndarray, shape (n,)
         W.
     triangles : ndarray of int32, shape (m, 3)
@@ -46,6 +47,7 @@ class Laid:
     bare: Array
     wrinkled: Array
     normals: Array
+    rest_normals: Array
     height: Array
     triangles: IntArray
     layers: list[Layer]
@@ -85,9 +87,9 @@ def lay(sim: fw.Simulation, forest: RedGreenForest | None = None, layers: list[L
         layer.attach(face)
         layer.follow(Change(slice(None), len(points)), sites)
     reliefs = [layer.relief(moment) for layer in laid]
-    height = np.sum([relief.height for relief in reliefs], axis=0)
+    height = np.sum([np.zeros(len(points)), *(relief.height for relief in reliefs)], axis=0)
     wrinkled = displaced(bare, height, normals)
-    return Laid(points * face.unit, bare, wrinkled, normals, height, forest.triangles, laid, reliefs)
+    return Laid(points * face.unit, bare, wrinkled, normals, sites.normals, height, forest.triangles, laid, reliefs)
 
 
 def uniform(face: fw.Face, level: int) -> RedGreenForest:
