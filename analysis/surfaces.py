@@ -119,22 +119,19 @@ def rates_of(sim: fw.Simulation) -> dict[str, float]:
     return {name: float(rate) for name, rate in zip(sim.muscles, sim.motion.rates, strict=True) if rate > 0.0}
 
 
-class Squeezed:
-    """A motion in closed form: the surface is scaled along an axis as the muscles contract.
+class Given:
+    """A motion in closed form: a displacement that grows in proportion to the largest contraction rate.
 
     Parameters
     ----------
     face : Face
-    epsilon : float
-        Compression at full contraction.
-    axis : int
-        Along which coordinate.
+    displacement : ndarray, shape (n, 3)
+        Of the base mesh at full contraction, mm.
     """
 
-    def __init__(self, face: fw.Face, epsilon: float, axis: int = 1) -> None:
+    def __init__(self, face: fw.Face, displacement: Array) -> None:
         self.names, self.points, self.time_step = tuple(face.muscles), face.points * face.unit, 0.02
-        self._scale = np.zeros(3)
-        self._scale[axis] = -epsilon
+        self._full = displacement
         self.reset()
 
     def reset(self) -> None:
@@ -147,8 +144,8 @@ class Squeezed:
 
     @property
     def displacement(self) -> Array:
-        """Of the base mesh (n, 3), mm."""
-        return np.asarray(self.points * (self._scale * self.rates.max(initial=0.0)))
+        """Of the base mesh (n, 3) now, mm."""
+        return np.asarray(self._full * self.rates.max(initial=0.0))
 
     def rates_of(self, rates: Mapping[str, float]) -> Array:
         """See :class:`facewrinkle.motion.base.Motion`."""
@@ -179,7 +176,8 @@ def plate(muscle: Muscle, spacing: float = 4.0, size: tuple[float, float] = (60.
 
 def squeezed(face: fw.Face, epsilon: float, **options: object) -> fw.Simulation:
     """A simulation of a plate, its muscle fully contracted and the skin compressed by epsilon along y, once stepped."""
-    sim = fw.Simulation(face, motion=Squeezed(face, epsilon), **options)  # type: ignore[arg-type]
+    motion = Given(face, face.points * [0.0, -epsilon, 0.0])
+    sim = fw.Simulation(face, motion=motion, **options)  # type: ignore[arg-type]
     sim.contract({"muscle": 1.0})
     sim.step()
     return sim
