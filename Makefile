@@ -10,7 +10,7 @@ export VTK_DEFAULT_OPENGL_WINDOW
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench lint clean
+.PHONY: help demo test bench analysis lint clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -24,6 +24,9 @@ test: lint  ## lint, types, tests and doctests
 bench: $(READY)  ## time the hot paths
 	$(BIN)/python -m pytest benchmarks -q --benchmark-only --benchmark-group-by=group \
 		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
+
+analysis: $(READY)  ## redo every table and plot, with a page of them all, in output/analysis
+	$(BIN)/python -m analysis --out output/analysis
 
 lint: $(READY)  ## style, format and types
 	$(BIN)/ruff check .

@@ -25,6 +25,7 @@ from .surfaces import EXPRESSIONS, Laid, lay, plate, rates_of, settled, squeezed
 
 Array = npt.NDArray[np.float64]
 
+SHAPE = ("amplitude", "wavelength", "narrow")
 EPSILON = 0.2
 """Compression of the plate."""
 CUTS = (-0.4, -0.2, 0.0, 0.2, 0.4)
@@ -169,7 +170,7 @@ def report(quick: bool = False) -> Report:
             ("level", "edge", "mean error", "rms error", "largest error", "amplitude", "wavelength", "narrow"),
             [
                 *((level, *(errors[k][i] for k in errors)) for i, level in enumerate(levels)),
-                ("closed form", 0.0, 0.0, 0.0, 0.0, *(closed[f"closed {k}"] for k in ("amplitude", "wavelength", "narrow"))),
+                ("closed form", 0.0, 0.0, 0.0, 0.0, *(closed[f"closed {k}"] for k in SHAPE)),
                 ("order", np.nan, *orders.values(), np.nan, np.nan, np.nan),
             ],
         ),
@@ -192,13 +193,13 @@ def report(quick: bool = False) -> Report:
     return Report(
         "profiles",
         "Profiles of wrinkles",
-        "Heights of the wrinkled over the bare surface along cuts across the folds, against H A At in closed form, with "
-        "amplitude, wavelength and the share of it that is furrow (narrow: deeper than half the amplitude).",
-        f"The mean error falls with the {orders['mean']:.2f}th power of the edge length, the largest one, at the creases "
-        f"of H, with the {orders['largest']:.2f}th; at the finest level amplitudes are within {100 * worst:.1f} % of the "
-        f"closed form. At the default resolution heights on the head are within {max(row[9] for row in rows):.1f} % of the "
-        f"amplitude on average, but furrows are cut off where no vertex lies on their crease: amplitudes are up to "
-        f"{max(100.0 * (1.0 - row[2] / row[3]) for row in rows):.0f} % too small.",
+        "Heights of the wrinkled over the bare surface along cuts across the folds, against H A At in closed form, "
+        "with amplitude, wavelength and the share of it that is furrow (narrow: deeper than half the amplitude).",
+        f"The mean error falls as the edge length to the power {orders['mean']:.2f}, the largest one, at the creases "
+        f"of H, to the power {orders['largest']:.2f}; at the finest level amplitudes are within {100 * worst:.1f} % of "
+        f"the closed form. At the default resolution heights on the head are within {max(row[9] for row in rows):.1f} "
+        f"% of the amplitude on average, but furrows are cut off where no vertex lies on their crease: amplitudes are "
+        f"up to {max(100.0 * (1.0 - row[2] / row[3]) for row in rows):.0f} % too small.",
         tables,
         images,
         {"plate": errors, "orders": orders, "shapes": by_shape, "attenuation": faded, "head": numbers},
@@ -231,7 +232,8 @@ def _levels_plot(levels: range, errors: dict[str, list[float]], orders: dict[str
 
 def _shapes_plot(level: int) -> Plot:
     figure, axes = plot(1, 3, (11.0, 3.4))
-    for (name, values), ax in zip({"alpha": (0.5, 1.0, 2.0, 4.0), "depth": (0.1, 0.25, 0.5, 1.0)}.items(), axes, strict=False):  # fmt: skip
+    varied = {"alpha": (0.5, 1.0, 2.0, 4.0), "depth": (0.1, 0.25, 0.5, 1.0)}
+    for (name, values), ax in zip(varied.items(), axes, strict=False):
         for value, colour in zip(values, COLOURS, strict=False):
             muscle = sheet(**{name: value})
             section = cut(folded(muscle, level), muscle)
@@ -262,7 +264,8 @@ def _heads_plot(heads: dict[str, tuple[str, Section, Section, Array]]) -> Plot:
         ax.set_axis_off()
     for ax, (name, (which, own, fine, truth)) in zip(axes, heads.items(), strict=False):
         ax.plot(fine.distance, truth, color="black", linewidth=2.5, alpha=0.25, label="closed form")
-        ax.plot(np.interp(own.along, fine.along, fine.distance), own.height, ".-", color=COLOURS[0], markersize=4, linewidth=1, label="frame")  # fmt: skip
+        place = np.interp(own.along, fine.along, fine.distance)
+        ax.plot(place, own.height, ".-", color=COLOURS[0], markersize=4, linewidth=1, label="frame")
         ax.set_title(f"{name}\n{which}", fontsize=8)
         ax.set(xlabel="along the bare skin (mm)", ylabel="height (mm)")
     axes[0].legend(fontsize=7, frameon=False)
@@ -290,13 +293,22 @@ def _papers_plots(face: fw.Face, size: tuple[int, int]) -> list[Plot]:
     figure, axes = plot(1, 1, (8.0, 3.2))
     for (label, sim), colour in zip(sims.items(), COLOURS, strict=False):
         section = cut(lay(sim), ruler, face.unit)
-        axes[0].plot(face.unit * ruler.length - section.along, section.height, ".-", color=colour, linewidth=1.2, markersize=3, label=label)  # fmt: skip
+        up = face.unit * ruler.length - section.along
+        axes[0].plot(up, section.height, ".-", color=colour, linewidth=1.2, markersize=3, label=label)
     axes[0].set(xlabel="up from the glabella, at rest (mm)", ylabel="height (mm)")
     axes[0].legend(fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return [
-        Plot("papers", figure, "Both papers' wrinkles on one forehead in surprise: sections upwards, 14 mm to the left of the middle."),
-        Plot("papers_picture", picture, "The same two foreheads: wrinkles of the frontalis (left), the forehead pattern (right)."),
-    ]  # fmt: skip
+        Plot(
+            "papers",
+            figure,
+            "Both papers' wrinkles on one forehead in surprise: sections upwards, 14 mm to the left of the middle.",
+        ),
+        Plot(
+            "papers_picture",
+            picture,
+            "The same two foreheads: wrinkles of the frontalis (left), the forehead pattern (right).",
+        ),
+    ]
 
 
 def main(*, out: Path = OUTPUT, quick: bool = False) -> None:

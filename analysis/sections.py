@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,7 @@ from scipy.signal import find_peaks
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
+from facewrinkle.errors import ParameterError
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.profile import anisotropy, deepest
 from facewrinkle.geometry.topology import unique_edges
@@ -155,14 +157,12 @@ def measure(distance: Array, height: Array) -> Measured:
     furrows, _ = find_peaks(-z, prominence=0.35 * np.ptp(z))
     if len(furrows) < 2:
         return Measured(len(furrows), float(np.ptp(z)), np.nan, np.nan)
-    crests = np.array([z[a:b].max() for a, b in zip(furrows[:-1], furrows[1:], strict=True)])
-    depths = np.array([z[a] + z[b] for a, b in zip(furrows[:-1], furrows[1:], strict=True)]) / 2.0
+    crests = np.array([z[a:b].max() for a, b in pairwise(furrows)])
+    depths = np.array([z[a] + z[b] for a, b in pairwise(furrows)]) / 2.0
     inner = slice(furrows[0], furrows[-1])
     middle = np.interp(np.arange(furrows[0], furrows[-1]), furrows[:-1], 0.5 * (crests + depths))
     wave = np.diff(fine[furrows]).mean()
-    return Measured(
-        len(furrows), float((crests - depths).mean()), float(wave), float((z[inner] < middle).mean())
-    )
+    return Measured(len(furrows), float((crests - depths).mean()), float(wave), float((z[inner] < middle).mean()))
 
 
 def _beside(laid: Laid, muscle: Muscle, unit: float, across: float) -> tuple[Array, Array]:
@@ -172,7 +172,7 @@ def _beside(laid: Laid, muscle: Muscle, unit: float, across: float) -> tuple[Arr
         r, psi = muscle.coordinates(x)
         return r - (0.5 * (1.0 + muscle.inner) + 0.5 * across * (1.0 - muscle.inner)), psi
     if not isinstance(muscle, LinearMuscle | SheetMuscle):
-        raise fw.ParameterError(f"a {type(muscle).__name__} has no folds to cut across.")
+        raise ParameterError(f"a {type(muscle).__name__} has no folds to cut across.")
     origin, insertion = (np.atleast_2d(p).mean(axis=0) for p in (muscle.attachment, muscle.insertion))
     fibre = (insertion - origin) / np.linalg.norm(insertion - origin)
     normals = vertex_normals(laid.rest, laid.triangles)
@@ -201,5 +201,5 @@ def _near(points: Array, others: Array, reach: float = 4.0) -> npt.NDArray[np.bo
     from scipy.spatial import cKDTree
 
     if not len(others):
-        raise fw.ParameterError("the cut does not meet the wrinkling region. Choose another place across it.")
+        raise ParameterError("the cut does not meet the wrinkling region. Choose another place across it.")
     return np.asarray(cKDTree(others).query(points)[0] < reach)

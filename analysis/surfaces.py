@@ -1,4 +1,4 @@
-"""The surfaces that are measured: a moment of a simulation on any refinement of its mesh, and plates with one muscle."""
+"""The surfaces that are measured: a moment of a simulation on any refinement of its mesh; plates with one muscle."""
 
 from __future__ import annotations
 
@@ -163,7 +163,9 @@ def plate(muscle: Muscle, spacing: float = 4.0, size: tuple[float, float] = (60.
     """
     rng = np.random.default_rng(seed)
     counts = [round(length / spacing) for length in size]
-    grid = np.stack(np.meshgrid(*(np.linspace(-0.5, 0.5, n + 1) for n in counts), indexing="ij"), axis=-1).reshape(-1, 2)
+    grid = np.stack(np.meshgrid(*(np.linspace(-0.5, 0.5, n + 1) for n in counts), indexing="ij"), axis=-1).reshape(
+        -1, 2
+    )
     inner = (np.abs(grid) < 0.499).all(axis=1)
     grid += inner[:, None] * rng.uniform(-0.22, 0.22, grid.shape) / counts
     triangles = Delaunay(grid).simplices

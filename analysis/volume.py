@@ -7,6 +7,7 @@ paper makes these integrals vanish; the option ``MuscleWrinkles(balance=True)`` 
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +38,7 @@ def quadrature(alphas: npt.ArrayLike, u: float = 5.0, k0: float = 0.7) -> list[t
         zero = u * (1.0 - profile.zero_crossing(float(alpha)))
         ends = np.array([0.0, zero, u, 2.0 * u - zero, 2.0 * u])
         pieces = []
-        for a, b in zip(ends[:-1], ends[1:], strict=True):
+        for a, b in pairwise(ends):
             w = 0.5 * (a + b) + 0.5 * (b - a) * nodes
             pieces.append(0.5 * (b - a) * float(weights @ profile.shape(w, u, k0, float(alpha))))
         out.append((float(alpha), float(np.sum(pieces)), float(np.abs(pieces).sum())))
@@ -171,20 +172,25 @@ def report(quick: bool = False) -> Report:
         ),
         Table(
             "The plate at the default resolution, fold by fold (mm³)", ("fold", "net", "displaced", "net, balanced"),
-            [(k + 1, *folds[k], balanced[k, 0]) for k in range(len(folds))] + [("all", *folds.sum(axis=0), balanced[:, 0].sum())],
+            [*((k + 1, *folds[k], balanced[k, 0]) for k in range(len(folds))),
+             ("all", *folds.sum(axis=0), balanced[:, 0].sum())],
         ),
         Table("Regions in the plane: net in % of the displaced volume", ("region", "H", "H At"), flat),
-        Table("The head: net in % of the displaced volume", ("expression", *STEPS), [(n, *r.values()) for n, r in rungs.items()]),
+        Table(
+            "The head: net in % of the displaced volume", ("expression", *STEPS),
+            [(name, *rung.values()) for name, rung in rungs.items()],
+        ),
     ]  # fmt: skip
     return Report(
         "volume",
         "Volume of wrinkles",
-        "The integral of H over a cycle, and the signed volume between the wrinkled and the bare surface as attenuation, "
-        "compression and the mesh come in.",
-        f"The integral of H vanishes to {worst:.0e} of its size and the net volume on an evenly compressed plate with the "
-        f"{orders['net']:.1f}th power of the edges, {abs(share_of(folds)):.2f} % being left at the default resolution; on "
-        f"the head uneven compression, tapering and furrows that start where H is 0 in a region that widens leave {min(sizes):.1f} to {max(sizes):.1f} % "
-        f"whatever the mesh, and MuscleWrinkles(balance=True) takes it to {left:.0e} %.",
+        "The integral of H over a cycle, and the signed volume between the wrinkled and the bare surface as "
+        "attenuation, compression and the mesh come in.",
+        f"The integral of H vanishes to {worst:.0e} of its size, and the net volume on an evenly compressed plate as "
+        f"the edge length to the power {orders['net']:.1f}: {abs(share_of(folds)):.2f} % are left at the default "
+        "resolution. On the head, uneven compression, tapering, and cycles that start where H is 0 in a region that "
+        f"widens, leave {min(sizes):.1f} to {max(sizes):.1f} % whatever the mesh; MuscleWrinkles(balance=True) takes "
+        f"it to {left:.0e} %.",
         tables,
         [_mesh_plot(mesh, orders), _ladder_plot(rungs)],
         {"cycle": worst, "plate": mesh, "orders": orders, "default net": share_of(folds), "head": rungs,
@@ -221,7 +227,8 @@ def _unbounded(balance: bool = False) -> MuscleWrinkles:
 
 def _mesh_plot(mesh: dict[str, list[float]], orders: dict[str, float]) -> Plot:
     figure, (ax,) = plot(1, 1, (6.0, 3.8))
-    for (name, label), colour in zip({"net": "net volume", "displaced": "error of the displaced volume"}.items(), COLOURS, strict=False):  # fmt: skip
+    labels = {"net": "net volume", "displaced": "error of the displaced volume"}
+    for (name, label), colour in zip(labels.items(), COLOURS, strict=False):
         ax.plot(mesh["edge"], mesh[name], "o-", color=colour, label=f"{label}: order {orders[name]:.2f}")
     ax.axhline(0.5, color="grey", linestyle="--", linewidth=1)
     log_scales(ax)

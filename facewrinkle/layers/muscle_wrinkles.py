@@ -279,7 +279,8 @@ class MuscleWrinkles:
             volumes = (shares * directions).sum(axis=1)[owner] * parts
             net, displaced = (np.bincount(folds.muscle, v, k) for v in (volumes, np.abs(volumes)))
             self._excess = np.divide(net, displaced, out=np.zeros(k), where=displaced > 0.0)
-            height = np.bincount(owner, parts - self._excess[folds.muscle] * np.abs(parts), n)
+            lowered = parts - self._excess[folds.muscle] * np.abs(parts)
+            height = np.asarray(np.bincount(owner, lowered, n), np.float64)
         return height
 
     def _seed(self, k0: Array, sites: Sites, spacing: Array, across: Array, active: npt.NDArray[np.bool_]) -> None:
