@@ -305,7 +305,7 @@ def _counts_plot(played: dict[str, tuple[Array, dict[str, float]]], paper: dict)
         colors=["#c9d6df", "#7fa6c4", "#1f5a85", "#0d2f4a"],
     )  # fmt: skip
     right.set(xlabel="frame", ylabel=f"triangles in {name}")
-    right.legend(fontsize=7, frameon=False, loc="lower right")
+    right.legend(fontsize=7, frameon=False, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     return Plot(
         "counts", figure,
         "Triangles while an expression comes, is held and goes, beside the final counts of the paper, and by level.",
