@@ -10,7 +10,7 @@ export VTK_DEFAULT_OPENGL_WINDOW
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench docs lint clean
+.PHONY: help demo test bench analysis docs lint clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -28,6 +28,9 @@ bench: $(READY)  ## time the hot paths
 docs: $(READY)  ## build the site into docs/_build/html
 	rm -rf docs/_build docs/gallery docs/api/generated
 	$(BIN)/python -m sphinx -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
+
+analysis: $(READY)  ## redo every table and plot, with a page of them all, in output/analysis
+	$(BIN)/python -m analysis --out output/analysis
 
 lint: $(READY)  ## style, format and types
 	$(BIN)/ruff check .

@@ -7,7 +7,6 @@ Every expression and action unit is held at full intensity, alone and in pairs (
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
@@ -19,6 +18,8 @@ from scipy.sparse import csr_array
 
 import facewrinkle as fw
 from facewrinkle.geometry.topology import vertex_rings
+
+from .report import COLOURS, OUTPUT, Plot, Report, Table, plot, publish, run
 
 Array = npt.NDArray[np.float64]
 
@@ -115,27 +116,62 @@ def soundness(face: fw.Face, every: int = 1, steps: int = 10) -> Iterator[Soundn
         )
 
 
-def main() -> None:
-    """Print what is not sound, and a summary."""
-    parser = argparse.ArgumentParser(description="Check that expressions keep the skin sound.")
-    parser.add_argument("face", type=Path, nargs="?", default=None)
-    parser.add_argument("--landmarks", type=Path, default=None)
-    parser.add_argument("--units", default=None)
-    parser.add_argument("--every", type=int, default=1, help="check one in so many pairs")
-    arguments = parser.parse_args()
-    face = fw.default_face()
-    if arguments.face is not None:
-        face = fw.fit_face(arguments.face, arguments.landmarks, units=arguments.units)
-    rows = list(soundness(face, arguments.every))
-    for row in rows:
-        if row.turned_over or row.in_eyes > 0.1 or row.in_lips > 0.1:
-            what = f"{row.turned_over} turned over, {row.in_eyes:.2f} mm in the eyes, {row.in_lips:.2f} in the lips"
-            print(f"{' + '.join(row.names):40s}{what}")
-    print(
-        f"{len(rows)} mixtures; with triangles turned over: {sum(row.turned_over > 0 for row in rows)}; deepest in "
-        f"the eyes {max(row.in_eyes for row in rows):.3f} mm, in the lips {max(row.in_lips for row in rows):.3f} mm"
-    )
+def report(rows: list[Soundness]) -> Report:
+    """What was found of some mixtures."""
+    bad = [row for row in rows if row.turned_over or row.in_eyes > 0.1 or row.in_lips > 0.1]
+    turned = sum(row.turned_over > 0 for row in rows)
+    eyes, lips = (max(getattr(row, where) for row in rows) for where in ("in_eyes", "in_lips"))
+    figure, axes = plot(1, 2, (9.0, 3.2))
+    for ax, where in zip(axes, ("in_eyes", "in_lips"), strict=True):
+        depths = [getattr(row, where) for row in rows]
+        ax.hist(depths, bins=np.linspace(min(*depths, -0.1), max(*depths, 0.15), 41).tolist(), color=COLOURS[0])
+        ax.axvline(0.1, color=COLOURS[1], linestyle="--", linewidth=1, label="what would be told")
+        ax.set(xlabel=f"skin {where.replace('_', ' ')}, deepest (mm; below 0: free)", ylabel="mixtures")
+    axes[0].legend(fontsize=7, frameon=False)
+    return Report(
+        "folds",
+        "Soundness of the skin",
+        "Triangles that turn over, and how deep skin gets into the eyes, the other lip or the teeth, in expressions, "
+        "action units and pairs of them.",
+        f"Of {len(rows)} mixtures {turned} turn triangles over; the deepest skin is "
+        f"{eyes:.3f} mm in the eyes and {lips:.3f} mm in the lips.",
+        [
+            Table(
+                "Mixtures that are not sound", ("mixture", "turned over", "in the eyes (mm)", "in the lips (mm)"),
+                [(" + ".join(row.names), row.turned_over, row.in_eyes, row.in_lips) for row in bad],
+            )
+        ],
+        [Plot("depths", figure, "How deep skin gets into the eyes and into lips and teeth, over all mixtures.")],
+        {"mixtures": len(rows), "turned over": turned, "in eyes": eyes, "in lips": lips},
+    )  # fmt: skip
+
+
+def main(
+    face: Path | None = None,
+    *,
+    landmarks: Path | None = None,
+    units: str | None = None,
+    every: int = 1,
+    out: Path = OUTPUT,
+) -> None:
+    """Check that expressions keep the skin sound.
+
+    Parameters
+    ----------
+    face
+        A mesh. Default: the built-in head.
+    landmarks
+        JSON file with its landmarks. Default: found by its shape.
+    units
+        Of the mesh: mm, cm, ...
+    every
+        Check one in so many pairs.
+    out
+        Folder for folds.json, the plot and the index page.
+    """
+    on = fw.default_face() if face is None else fw.fit_face(face, landmarks, units=units)
+    publish(report(list(soundness(on, every))), out)
 
 
 if __name__ == "__main__":
-    main()
+    run(main)

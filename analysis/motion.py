@@ -5,13 +5,11 @@ of a captured expression on the same mesh: the cosine similarity of the flattene
 the ratio of their sizes, and the mean distance in mm over the vertices that either field moves. A second table tells
 how far furrows run across the direction in which the captured skin is compressed most.
 
-    python -m analysis.motion FACE.obj --landmarks LANDMARKS.json --shapes SHAPES.npz --units cm --out output/motion
+    python -m analysis.motion FACE.obj --landmarks LANDMARKS.json --shapes SHAPES.npz --units cm
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -21,11 +19,15 @@ import numpy.typing as npt
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.export import output_folder
 from facewrinkle.geometry.normals import vertex_areas, vertex_normals
 from facewrinkle.layers.compression import StrainField, principal_compression
 
+from .report import COLOURS, OUTPUT, Plot, Report, Table, plot, publish, run
+
 Array = npt.NDArray[np.float64]
+
+FACES = Path(__file__).parents[2] / "shared" / "faces"
+"""Captured faces beside the repository."""
 
 PAIRS: tuple[tuple[str, str], ...] = (
     ("frontalis_inner_l", "browInnerUp_L"),
@@ -209,29 +211,10 @@ def read_shapes(path: Path, n_points: int, unit: float) -> dict[str, Array]:
     return {str(name): delta for name, delta in zip(names, deltas, strict=True)}
 
 
-def table(rows: Iterable[Agreement]) -> str:
-    """The numbers as text, with their means."""
-    rows = list(rows)
-    lines = [f"{'muscle':30s}{'captured shape':26s}{'cosine':>7s}{'area':>7s}{'size':>7s}{'error':>7s}{'mm':>12s}"]
-    lines += [
-        f"{r.muscle:30s}{r.shape:26s}{r.cosine:7.2f}{r.area_cosine:7.2f}{r.size:7.2f}{r.error:7.2f}"
-        f"{r.largest:6.1f}/{r.captured:4.1f}"
-        for r in rows
-    ]
-    if rows:
-        means = [float(np.mean([getattr(r, name) for r in rows])) for name in ("cosine", "area_cosine")]
-        lines.append(f"{'mean':56s}{means[0]:7.2f}{means[1]:7.2f}")
-    return "\n".join(lines)
+BAR = {"title": "mm", "vertical": True, "position_x": 0.85, "position_y": 0.25, "height": 0.5, "width": 0.08}
 
 
-def fold_table(rows: Iterable[FoldAngle]) -> str:
-    """The angles as text."""
-    lines = [f"{'furrows of':30s}{'captured shape':30s}{'epsilon':>8s}{'angle':>7s}{'of fibres':>11s}"]
-    lines += [f"{r.muscle:30s}{r.shape:30s}{r.epsilon:8.2f}{r.folds:7.0f}{r.fibres:11.0f}" for r in rows]
-    return "\n".join(lines)
-
-
-def draw(face: fw.Face, ours: Array, captured: Array, path: Path) -> None:
+def picture(face: fw.Face, ours: Array, captured: Array) -> npt.NDArray[np.uint8]:
     """Both fields side by side: the moved faces, coloured by the size of the displacement."""
     plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=[1000, 560])
     largest = float(max(np.linalg.norm(field, axis=1).max() for field in (ours, captured)))
@@ -241,38 +224,89 @@ def draw(face: fw.Face, ours: Array, captured: Array, path: Path) -> None:
         moved.point_data.pop("Normals", None)
         moved["mm"] = np.linalg.norm(field, axis=1)
         plotter.subplot(0, column)
-        plotter.add_mesh(moved, scalars="mm", clim=(0.0, largest), cmap="viridis", smooth_shading=True)
+        plotter.add_mesh(
+            moved, scalars="mm", clim=(0.0, largest), cmap="viridis", smooth_shading=True, scalar_bar_args=BAR
+        )
         plotter.camera.position = face.frame.origin + 7.0 * face.frame.pupil_distance * face.frame.axes[2]
         plotter.camera.focal_point = face.frame.origin - 0.4 * face.frame.pupil_distance * face.frame.axes[1]
         plotter.camera.up = face.frame.axes[1]
-    plotter.screenshot(path)
+    image = np.array(plotter.screenshot(None, return_img=True))
     plotter.close()
+    return image
 
 
-def main() -> None:
-    """Print the table, and write it with the pictures."""
-    parser = argparse.ArgumentParser(description="Compare muscle-driven motion with captured shapes.")
-    parser.add_argument("face", type=Path)
-    parser.add_argument("--landmarks", type=Path, required=True)
-    parser.add_argument("--shapes", type=Path, required=True, help="npz with names (k,) and deltas (k, n, 3)")
-    parser.add_argument("--units", default=None, help="unit of the mesh and of the shapes: mm, cm, ...")
-    parser.add_argument("--out", type=Path, default=None, help="folder for motion.json and the pictures")
-    arguments = parser.parse_args()
-    face = fw.fit_face(arguments.face, arguments.landmarks, units=arguments.units)
-    shapes = read_shapes(arguments.shapes, face.mesh.n_points, face.unit)
+def report(face: fw.Face, shapes: dict[str, Array], pictures: bool = True) -> Report:
+    """All pairs on a captured face, with a picture of each."""
     pairs, others = agreements(face, shapes), agreements(face, shapes, OTHERS)
-    print(table(row for row, _ in pairs))
-    print("\n" + table(row for row, _ in others))
-    angles = fold_angles(face, shapes)
-    print("\n" + fold_table(angles))
-    if arguments.out is not None:
-        folder = output_folder(arguments.out)
-        rows = {"pairs": [asdict(row) for row, _ in pairs], "others": [asdict(row) for row, _ in others]}
-        rows["folds"] = [asdict(row) for row in angles]
-        (folder / "motion.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-        for row, ours in pairs:
-            draw(face, ours, shapes[row.shape], folder / f"{row.muscle}_{row.shape}.png")
+    rows, angles = [row for row, _ in pairs], fold_angles(face, shapes)
+    figure, axes = plot(1, 2, (11.0, 4.0))
+    for k, (name, label) in enumerate({"cosine": "cosine", "area_cosine": "weighted by area", "size": "size"}.items()):
+        place = np.arange(len(rows)) + 0.27 * (k - 1)
+        axes[0].barh(place, [getattr(row, name) for row in rows], 0.25, color=COLOURS[k], label=label)
+    axes[0].set_yticks(np.arange(len(rows)), [row.muscle for row in rows], fontsize=7)
+    for k, (name, label) in enumerate({"folds": "furrows", "fibres": "across the fibres, as in the paper"}.items()):
+        place = np.arange(len(angles)) + 0.4 * (k - 0.5)
+        axes[1].barh(place, [getattr(row, name) for row in angles], 0.36, color=COLOURS[k], label=label)
+    axes[1].set_yticks(np.arange(len(angles)), [row.muscle for row in angles], fontsize=7)
+    axes[0].set(xlabel="cosine, or size over the captured one")
+    axes[1].set(xlabel="angle to the largest compression (degrees)")
+    for ax in axes:
+        ax.invert_yaxis()
+        ax.legend(fontsize=7, frameon=False, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    plots = [Plot("agreement", figure, "Agreement of the muscles with captured shapes, and how furrows run.")]
+    if pictures:
+        plots += [
+            Plot(f"{row.muscle}_{row.shape}", picture(face, ours, joined(shapes, row.shape)),
+                 f"{row.muscle} (left) and the captured {row.shape}: cosine {row.cosine:.2f}.")
+            for row, ours in pairs
+        ]  # fmt: skip
+    names = ("muscle", "shape", "cosine", "by area", "size", "error (mm)", "largest (mm)", "captured (mm)")
+    return Report(
+        "motion",
+        "Motion of muscles",
+        "Displacements of muscles at full contraction against those of captured expressions on the same mesh, and the "
+        "angle of furrows to the direction in which the captured skin is compressed most.",
+        f"Mean cosine {np.mean([r.cosine for r in rows]):.2f} (the least {min(r.cosine for r in rows):.2f}), weighted "
+        f"by area {np.mean([r.area_cosine for r in rows]):.2f}; furrows run {np.mean([a.folds for a in angles]):.0f} "
+        f"degrees off on average, across the fibres it would be {np.mean([a.fibres for a in angles]):.0f}.",
+        [
+            Table("The thirteen pairs", names, [tuple(asdict(row).values()) for row in rows]),
+            Table("Others", names, [tuple(asdict(row).values()) for row, _ in others]),
+            Table("Furrows", ("muscle", "shape", "epsilon", "furrows (degrees)", "fibres (degrees)"),
+                  [tuple(asdict(row).values()) for row in angles]),
+        ],
+        plots,
+        {"pairs": [asdict(row) for row in rows], "others": [asdict(row) for row, _ in others],
+         "folds": [asdict(row) for row in angles]},
+    )  # fmt: skip
+
+
+def main(
+    face: Path = FACES / "ict_face_narrow.obj",
+    *,
+    landmarks: Path | None = FACES / "ict_face_narrow.landmarks.json",
+    shapes: Path = FACES / "ict_face_expressions.npz",
+    units: str | None = "cm",
+    out: Path = OUTPUT,
+) -> None:
+    """Compare muscle-driven motion with captured shapes.
+
+    Parameters
+    ----------
+    face
+        The mesh that the shapes were captured on.
+    landmarks
+        JSON file with its landmarks.
+    shapes
+        npz file with names (k,) and deltas (k, n, 3).
+    units
+        Unit of the mesh and of the shapes: mm, cm, ...
+    out
+        Folder for motion.json, the plots and the index page.
+    """
+    fitted = fw.fit_face(face, landmarks, units=units)
+    publish(report(fitted, read_shapes(shapes, fitted.mesh.n_points, fitted.unit)), out)
 
 
 if __name__ == "__main__":
-    main()
+    run(main)

@@ -377,7 +377,9 @@ class Simulation:
             bare = carried(base, sites.corners, sites.barycentric)
             smooth = carried(vertex_normals(base, self.face.triangles), sites.corners, sites.barycentric)
             _normalise(smooth)
-            moment = Moment(self.motion.rates, sites, triangles, base, bare, self.time, lambda: self._strain_field)
+            moment = Moment(
+                self.motion.rates, sites, triangles, base, bare, self.time, lambda: self._strain_field, smooth
+            )
             reliefs = [layer.relief(moment) for layer in self.layers]
             height = sum((r.height for r in reliefs[1:]), reliefs[0].height if reliefs else np.zeros(len(bare)))
             moved = displaced(bare, height, smooth)

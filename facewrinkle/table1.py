@@ -90,7 +90,7 @@ def _played(face: Face, expression: str, iterations: int, drawings: int) -> Row:
     every, drawn, drawing = iterations // drawings, 0, 0.0
     frame: pv.PolyData
     with Scene(face, Style(SIZE, quick=True)) as scene:
-        scene.draw(face.mesh)
+        scene.picture(face.mesh)  # opens the window: until then, nothing is rendered
         for number, frame in enumerate(simulation.run(iterations)):
             if number % every == 0:
                 begin = time.perf_counter()

@@ -57,6 +57,8 @@ class Moment:
         Positions of the base mesh and of the refined one, mm.
     time : float
         Seconds since the beginning.
+    directions : ndarray, shape (n, 3), optional
+        Unit normals of the bare surface, along which heights displace it.
     strain_field : callable, optional
         Gives the :class:`facewrinkle.layers.compression.StrainField` of the base mesh.
 
@@ -72,6 +74,7 @@ class Moment:
     bare: Array
     time: float = 0.0
     strain_field: Callable[[], StrainField] | None = None
+    directions: Array | None = None
 
     @cached_property
     def strain(self) -> Array:

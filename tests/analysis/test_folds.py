@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from analysis.folds import Orientation, mixtures, soundness
+from analysis.folds import Orientation, Soundness, mixtures, report, soundness
 
 
 def test_turning_and_scaling_turn_nothing_over(face):
@@ -38,6 +38,18 @@ def test_expressions_and_some_of_their_pairs_keep_the_head_sound(face):
         assert row.turned_over == 0, row
         assert row.in_eyes < 0.1, row
         assert row.in_lips < 0.1, row
+
+
+def test_the_report_lists_what_is_not_sound():
+    sound, over, deep = (
+        Soundness(("a",), 0, -0.2, 0.0),
+        Soundness(("b", "c"), 3, 0.0, 0.0),
+        Soundness(("d",), 0, 0.0, 0.5),
+    )
+    made = report([sound, over, deep])
+    assert made.tables[0].rows == [("b + c", 3, 0.0, 0.0), ("d", 0, 0.0, 0.5)]
+    assert made.numbers == {"mixtures": 3, "turned over": 1, "in eyes": 0.0, "in lips": 0.5}
+    assert report([sound]).tables[0].rows == []
 
 
 @pytest.mark.parametrize("stem", ["ict_face_narrow", "makehuman_head_male"])

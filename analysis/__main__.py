@@ -1,0 +1,38 @@
+"""``python -m analysis``: every table and plot, redone into one folder with a page of them all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import facewrinkle as fw
+
+from . import folds, motion, performance, profiles, refinement, volume
+from .report import OUTPUT, publish, run
+
+
+def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
+    """Redo every table and plot.
+
+    Parameters
+    ----------
+    out
+        Folder for the tables as JSON, the plots and index.html.
+    quick
+        Coarser meshes, fewer expressions and repetitions.
+    """
+    for module in (profiles, volume, refinement, performance):
+        publish(module.report(quick), out)
+    publish(folds.report(list(folds.soundness(fw.default_face(), every=400 if quick else 10))), out)
+    if (motion.FACES / "ict_face_expressions.npz").exists():
+        face = fw.fit_face(
+            motion.FACES / "ict_face_narrow.obj", motion.FACES / "ict_face_narrow.landmarks.json", units="cm"
+        )
+        shapes = motion.read_shapes(motion.FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
+        publish(motion.report(face, shapes, pictures=not quick), out)
+    else:
+        print(f"No captured shapes in {motion.FACES}: motion is left out. Name them to python -m analysis.motion.")
+    print(f"\n{out / 'index.html'}")
+
+
+if __name__ == "__main__":
+    run(main)

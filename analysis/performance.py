@@ -1,0 +1,218 @@
+"""What a frame costs: Table 1 beside the paper's, and the cost against the size of the mesh.
+
+``python -m analysis.performance``. Times by size are minima of few repetitions, and CPU time for the skin, so that
+other work on the machine shows less.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.geometry.transfer import carried
+from facewrinkle.mesh import to_polydata
+from facewrinkle.plotting import Scene, Style
+from facewrinkle.table1 import PAPER, Row, measure
+
+from .report import COLOURS, OUTPUT, Plot, Report, Table, log_scales, order, plot, publish, run
+from .surfaces import Given, rates_of, settled, uniform
+
+STAGES = ("skin", "refinement", "wrinkles", "frame", "drawing")
+
+
+@dataclass(frozen=True)
+class Cost:
+    """A frame of surprise on a mesh of so many triangles; ms, NaN where it was not measured.
+
+    Attributes
+    ----------
+    triangles : int
+    skin, refinement, wrinkles, frame, drawing : float
+        Drawing off screen at 800 x 800 pixels, with one light, of the skin alone.
+    """
+
+    triangles: int
+    skin: float
+    refinement: float
+    wrinkles: float
+    frame: float
+    drawing: float
+
+    @property
+    def loop(self) -> float:
+        """All but the skin and drawing."""
+        return self.refinement + self.wrinkles + self.frame
+
+
+def costs(face: fw.Face, levels: range, skin_up_to: int, repeats: int = 5) -> Iterator[Cost]:
+    """The head in surprise with all triangles split so often beforehand; the finer it is, the less is left to refine.
+
+    The skin is simulated on meshes up to a level; the others move as the head's own mesh does.
+    """
+    sim = settled(face, "surprise")
+    for level in levels:
+        forest = uniform(face, level)
+        fine = to_polydata(carried(face.points, forest.corners, forest.barycentric), forest.triangles)
+        moved = carried(sim.motion.displacement, forest.corners, forest.barycentric)  # type: ignore[attr-defined]
+        muscles = {name: face.muscles[name] for name in rates_of(sim)}
+        same = dataclasses.replace(face, mesh=fine, muscles=muscles)
+        refinement = fw.Refinement(max_level=max(2 - level, 0))
+        driven = fw.Simulation(same, refinement, motion=Given(same, moved))
+        driven.contract(rates_of(sim))
+        spent, frame = _stages(driven, repeats)
+        skin = np.nan
+        if level <= skin_up_to:
+            pulled = fw.Skin(fw.fit_face(fine, face.landmarks, units=face.unit))
+            skin = _skin(pulled, rates_of(sim))
+        with Scene(same, Style(quick=True, eyes=False, brows=False)) as scene:
+            scene.picture(frame)  # opens the window: until then, nothing is rendered
+            drawing = 1000.0 * min(_seconds(scene.draw, driven.step()) for _ in range(2))
+        yield Cost(len(fine.regular_faces), skin, spent["refinement"], spent["wrinkles"], spent["frame"], drawing)
+
+
+def _stages(sim: fw.Simulation, repeats: int) -> tuple[dict[str, float], pv.PolyData]:
+    """Smallest time of every stage in ms, once nothing is left to refine, and the last frame."""
+    for _ in range(4):
+        frame = sim.step()
+    least = dict.fromkeys(sim.seconds, np.inf)
+    for _ in range(repeats):
+        before = dict(sim.seconds)
+        frame = sim.step()
+        least = {name: min(least[name], 1000.0 * (sim.seconds[name] - before[name])) for name in least}
+    return least, frame
+
+
+def _skin(skin: fw.Skin, rates: dict[str, float], steps: int = 8) -> float:
+    """CPU time of a step in ms, the median of some, while the contraction grows."""
+    spent = []
+    for k in range(steps):
+        skin.contract({name: rate * (k + 1) / steps for name, rate in rates.items()})
+        begin = time.process_time()
+        skin.step()
+        spent.append(time.process_time() - begin)
+    return 1000.0 * float(np.median(spent))
+
+
+def _seconds(what: Callable[..., Any], *arguments: Any) -> float:
+    begin = time.perf_counter()
+    what(*arguments)
+    return time.perf_counter() - begin
+
+
+def exponents(rows: list[Cost]) -> dict[str, float]:
+    """Of the number of triangles, by stage, over the sizes at which it was measured."""
+    out = {}
+    for name in (*STAGES, "loop"):
+        known = [(r.triangles, getattr(r, name)) for r in rows if np.isfinite(getattr(r, name))]
+        out[name] = order(*zip(*known, strict=True)) if len(known) > 1 else np.nan
+    return out
+
+
+def report(quick: bool = False) -> Report:
+    """Everything, or few iterations and small meshes."""
+    face, iterations = fw.default_face(), 10 if quick else 250
+    here = list(measure(face, iterations, 1 if quick else 25))
+    rows = list(costs(face, range(2 if quick else 5), 1 if quick else 2, 2 if quick else 5))
+    powers = exponents(rows)
+    names = ("Tp", "Te", "Ta", "Tw", "Tr", "fps")
+    table = []
+    for then, now in zip(PAPER, here, strict=True):
+        scale = 250.0 / iterations
+        for who, row, k in (("paper", then, 1.0), ("here", now, scale)):
+            seconds = [getattr(row, n) * (k if n in ("Te", "Ta", "Tw", "Tr") else 1.0) for n in names]
+            table.append((row.expression, who, row.before, row.after, *seconds))
+    loop = [(r.Te + r.Ta + r.Tw) / k for rows_of, k in ((PAPER, 250), (here, iterations)) for r in rows_of]
+    faster = [then / now for then, now in zip(loop[: len(PAPER)], loop[len(PAPER) :], strict=True)]
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else np.nan
+    fps = [now.fps / then.fps for then, now in zip(PAPER, here, strict=True)]
+    last = rows[-1]
+    return Report(
+        "performance",
+        "Performance",
+        "Seconds of 250 iterations of the paper's five expressions, beside the paper's (a Pentium 4 of 2.8 GHz with "
+        "its graphics card), and ms per frame of surprise on the head with 4 thousand to 1 million triangles.",
+        f"Skin, refinement and wrinkles take {min(faster):.1f} to {max(faster):.1f} times less than in the paper, and "
+        f"frames come {min(fps):.1f} to {max(fps):.1f} times as fast with drawing in software (load {load:.1f} on "
+        f"{os.cpu_count()} cores meanwhile). By the number of triangles, refinement, wrinkles and the frame together "
+        f"grow with exponent {powers['loop']:.2f}, to {last.loop:.0f} ms at {last.triangles:,}; the skin with "
+        f"{powers['skin']:.2f}; drawing with {powers['drawing']:.2f}.",
+        [
+            Table(f"Table 1 (seconds for 250 iterations; here from {iterations})",
+                  ("expression", "", "before", "after", *names), table),
+            Table("A frame of surprise (ms)", ("triangles", *STAGES, "without skin and drawing"),
+                  [(*asdict(row).values(), row.loop) for row in rows]
+                  + [("exponent", *(powers[s] for s in STAGES), powers["loop"])]),
+        ],
+        [_table_plot(here, iterations), _size_plot(rows, powers)],
+        {"exponents": powers, "costs": [asdict(row) for row in rows], "table1": [asdict(row) for row in here],
+         "iterations": iterations, "load": load},
+    )  # fmt: skip
+
+
+def _table_plot(here: list[Row], iterations: int) -> Plot:
+    figure, axes = plot(1, 2, (10.0, 3.8))
+    parts = {"Te": "skin", "Ta": "refinement", "Tw": "wrinkles", "Tr": "drawing"}
+    for k, (source, scale) in enumerate(((PAPER, 1.0), (here, 250.0 / iterations))):
+        place, bottom = np.arange(len(PAPER)) + 0.4 * (k - 0.5), np.zeros(len(PAPER))
+        for (name, label), colour in zip(parts.items(), COLOURS, strict=False):
+            values = np.array([getattr(row, name) * scale for row in source])
+            axes[0].bar(
+                place, values, 0.36, bottom=bottom, color=colour, alpha=1.0 - 0.45 * (1 - k), label=label if k else None
+            )
+            bottom += values
+        axes[1].bar(
+            place,
+            [row.fps for row in source],
+            0.36,
+            color=COLOURS[0],
+            alpha=1.0 - 0.45 * (1 - k),
+            label=("paper", "here")[k],
+        )
+    for ax, label in zip(axes, ("seconds for 250 iterations", "frames per second"), strict=True):
+        ax.set_xticks(np.arange(len(PAPER)), [row.expression.replace("_", "\n") for row in PAPER], fontsize=7)
+        ax.set(ylabel=label)
+        ax.legend(fontsize=7, frameon=False, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    return Plot("table1", figure, "Table 1: the paper's on the left of each pair (pale), measured here on the right.")
+
+
+def _size_plot(rows: list[Cost], powers: dict[str, float]) -> Plot:
+    figure, (ax,) = plot(1, 1, (7.0, 4.0))
+    for name, colour in zip(STAGES, COLOURS, strict=False):
+        known = [(row.triangles, getattr(row, name)) for row in rows if np.isfinite(getattr(row, name))]
+        ax.plot(
+            *zip(*known, strict=True), "o-", color=colour, markersize=4, label=f"{name}: exponent {powers[name]:.2f}"
+        )
+    log_scales(ax)
+    ax.set(xlabel="triangles of the base mesh", ylabel="ms per frame")
+    ax.legend(fontsize=8, frameon=False)
+    return Plot(
+        "size", figure,
+        "A frame of surprise by the size of the base mesh: coarse ones are refined twice or once, so that wrinkles "
+        "cost more there than their number of triangles tells.",
+    )  # fmt: skip
+
+
+def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
+    """Measure what frames cost.
+
+    Parameters
+    ----------
+    out
+        Folder for performance.json, the plots and the index page.
+    quick
+        Few iterations and small meshes.
+    """
+    publish(report(quick), out)
+
+
+if __name__ == "__main__":
+    run(main)

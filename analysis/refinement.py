@@ -1,0 +1,403 @@
+"""What adaptive refinement does: ``python -m analysis.refinement``.
+
+How many triangles five expressions need, how far the surface is from a very fine one, beside meshes that are refined
+everywhere, what becomes of the angles, and which edges either criterion finds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.anatomy.muscles import Wrinkles
+from facewrinkle.geometry.normals import vertex_areas
+from facewrinkle.mesh import to_polydata
+from facewrinkle.table1 import PAPER
+
+from .report import COLOURS, OUTPUT, Plot, Report, Table, log_scales, plot, publish, run
+from .surfaces import EXPRESSIONS, IntArray, Laid, lay, rates_of, settled, squeezed, uniform, wrinkling
+
+Array = npt.NDArray[np.float64]
+
+STAGES = ("skin", "refinement", "wrinkles", "frame")
+
+
+# --- triangles over time ------------------------------------------------------------------------
+
+
+def counts(face: fw.Face, expression: str, frames: int) -> tuple[Array, dict[str, float]]:
+    """Triangles of every level (frames, levels) while an expression comes, is held, and goes; ms per frame by stage."""
+    sim = fw.Simulation(face)
+    levels = int(sim.refinement.max_level or 0) + 1
+    sim.express(expression)
+    for _ in sim.run(4):
+        pass
+    sim.reset()
+    before, out = dict(sim.seconds), []
+    for relaxing in (False, True):
+        sim.relax() if relaxing else sim.express(expression)
+        for _ in sim.run(frames):
+            out.append(np.bincount(sim.forest.level, minlength=levels))
+        if not relaxing:
+            cost = {stage: 1000.0 * (sim.seconds[stage] - before[stage]) / frames for stage in STAGES}
+    return np.array(out), cost
+
+
+# --- distance from a very fine mesh -------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Gap:
+    """How far a mesh is from a very fine one where that is wrinkled.
+
+    Attributes
+    ----------
+    triangles : int
+    distance, largest : float
+        Root mean square and 99.9 % quantile, mm.
+    angle : float
+        Between the normals, root mean square, degrees.
+    """
+
+    triangles: int
+    distance: float
+    largest: float
+    angle: float
+
+
+def gap(laid: Laid, fine: Laid, most: int = 20_000) -> Gap:
+    """Compare a wrinkled surface with a very fine one at (some of) the vertices of that one."""
+    where = np.flatnonzero(np.abs(fine.height) > 0.01)
+    where = where[:: max(len(where) // most, 1)]
+    area = vertex_areas(fine.wrinkled, fine.triangles)[where]
+    mesh = to_polydata(laid.wrinkled, laid.triangles)
+    cells, points = mesh.find_closest_cell(fine.wrinkled[where], return_closest_point=True)
+    corners = laid.triangles[cells]
+    shares = barycentric(np.asarray(points), laid.wrinkled[corners])
+    normals = np.einsum("kc,kcj->kj", shares, laid.shading[corners])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    away = np.linalg.norm(fine.wrinkled[where] - points, axis=1)
+    angle = np.degrees(np.arccos(np.clip((normals * fine.shading[where]).sum(axis=1), -1.0, 1.0)))
+    mean = [float(np.sqrt(np.average(x**2, weights=area))) for x in (away, angle)]
+    return Gap(len(laid.triangles), mean[0], float(np.quantile(away, 0.999)), mean[1])
+
+
+def barycentric(points: Array, corners: Array) -> Array:
+    """Shares (n, 3) of the corners (n, 3, 3) of triangles at points in them."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    p = points - corners[:, 0]
+    aa, ab, bb, pa, pb = ((x * y).sum(axis=1) for x, y in ((a, a), (a, b), (b, b), (p, a), (p, b)))
+    size = np.maximum(aa * bb - ab * ab, 1e-300)
+    v, w = (bb * pa - ab * pb) / size, (aa * pb - ab * pa) / size
+    return np.stack([1.0 - v - w, v, w], axis=1)
+
+
+def against_uniform(face: fw.Face, expression: str, levels: int, finest: int, frames: int) -> dict[str, list[Gap]]:
+    """Gaps of the surfaces of one moment on meshes that are refined as wrinkles need it, and everywhere."""
+    sim = settled(face, expression, frames)
+    fine = lay(sim, wrinkling(face, rates_of(sim), finest))
+    adaptive = []
+    for level in range(levels + 1):
+        own = settled(face, expression, frames, refinement=fw.Refinement(max_level=level))
+        adaptive.append(gap(lay(sim, own.forest), fine))
+    return {"adaptive": adaptive, "uniform": [gap(lay(sim, uniform(face, k)), fine) for k in range(levels + 1)]}
+
+
+def at_equal_count(gaps: dict[str, list[Gap]], what: Gap) -> tuple[float, float]:
+    """Distance of a uniform mesh of as many triangles, and triangles of a uniform mesh of that distance, both from
+    straight lines between the logarithms.
+    """
+    count, distance = (np.log([getattr(g, name) for g in gaps["uniform"]]) for name in ("triangles", "distance"))
+    same = np.interp(np.log(what.triangles), count, distance)
+    needed = np.interp(-np.log(what.distance), -distance, count)
+    return float(np.exp(same)), float(np.exp(needed))
+
+
+# --- angles -------------------------------------------------------------------------------------
+
+
+def smallest_angles(points: Array, triangles: IntArray) -> Array:
+    """The smallest angle (m,) of each triangle, degrees."""
+    corners = points[triangles]
+    angles = []
+    for k in range(3):
+        a, b = (corners[:, (k + j) % 3] - corners[:, k] for j in (1, 2))
+        angles.append(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)))
+    return np.degrees(np.min(angles, axis=0))
+
+
+# --- criteria -----------------------------------------------------------------------------------
+
+
+def bends(laid: Laid, edges: IntArray) -> Array:
+    """Eq. 19 of edges."""
+    (i, j), now, then = edges.T, laid.shading, laid.rest_normals
+    rest = (then[i] * then[j]).sum(axis=1)
+    return np.asarray((rest - (now[i] * now[j]).sum(axis=1)) / np.maximum(np.abs(rest), 0.1))
+
+
+def lengths(laid: Laid, edges: IntArray, unit: float, samples: float) -> Array:
+    """Length of edges across the folds, over what `samples` vertices per half cycle allow."""
+    out, (i, j) = np.zeros(len(edges)), edges.T
+    along = (laid.rest[j] - laid.rest[i]) / unit
+    for relief in laid.reliefs:
+        for v in (i, j):
+            span = np.abs((along * relief.across[v]).sum(axis=1))
+            out = np.maximum(out, samples * span / relief.spacing[v])
+    return out
+
+
+def caught(sim: fw.Simulation, level: int, tolerance: float = 0.1) -> dict[str, float]:
+    """Which edges of the mesh refined so often either criterion finds, of those that need splitting, in %.
+
+    An edge needs splitting if at its midpoint the wrinkles are more than `tolerance` mm off the straight line.
+    """
+    face, r = sim.face, sim.refinement
+    coarse, forest = lay(sim, uniform(face, level)), uniform(face, level + 1)
+    fine = lay(sim, forest)
+    n = len(coarse.rest)
+    edges = forest.parents[n:]
+    need = np.abs(fine.height[n:] - coarse.height[edges].mean(axis=1)) > tolerance
+    bent = bends(coarse, edges) > r.gamma_c
+    long = lengths(coarse, edges, face.unit, r.samples) > 1.0
+    total = max(int(need.sum()), 1)
+    return {
+        "edges": len(edges), "needed": int(need.sum()),
+        "Eq. 19": 100.0 * float((need & bent).sum()) / total,
+        "wavelength": 100.0 * float((need & long).sum()) / total,
+        "either": 100.0 * float((need & (bent | long)).sum()) / total,
+        "Eq. 19 in vain": 100.0 * float((bent & ~need).sum()) / max(int(bent.sum()), 1),
+        "wavelength in vain": 100.0 * float((long & ~need).sum()) / max(int(long.sum()), 1),
+    }  # fmt: skip
+
+
+def blind_spots(ratios: Array, phases: int) -> Array:
+    """Largest Eq. 19 (ratios, phases) amid a plate whose rows of vertices are so many half cycles u apart."""
+    out = np.zeros((len(ratios), phases))
+    for i, ratio in enumerate(ratios):
+        for j in range(phases):
+            face = rows(ratio, (j + 0.5) / phases if phases > 1 else 0.0)
+            layers, as_it_is = [fw.MuscleWrinkles(inextensible=False)], fw.Refinement(max_level=0)
+            sim = squeezed(face, 0.2, layers=layers, refinement=as_it_is)
+            frame = sim.step()
+            x, y = np.abs(frame["rest"][:, :2].T)
+            spacing = ratio * 5.0
+            inner = (x < 2.5 * spacing) & (y < y.max() - 4.5 * spacing)
+            out[i, j] = float(frame["split_gamma"][inner].max())
+    return out  # fmt: skip
+
+
+def rows(ratio: float, phase: float, u: float = 5.0) -> fw.Face:
+    """A plate with rows of vertices `ratio` half cycles u apart along the folds, moved by `phase` rows across them.
+
+    At least ten rows are folded; the folds start at the bottom of a furrow, and with the phase 0 a row lies there.
+    """
+    spacing, folds = ratio * u, 2 * int(np.ceil(6.0 * max(ratio, 0.5)))
+    length = 2.0 * u * folds
+    count = int(np.ceil(0.5 * length / spacing)) + 2
+    y, x = (np.arange(-count, count + 1) + phase) * spacing, np.arange(-4, 5) * spacing
+    grid = pv.StructuredGrid(*np.meshgrid(x, y, [0.0], indexing="ij"))
+    width = 4.0 * np.ptp(x)
+    line, foot = ([(sx * 0.5 * width, sy * 0.5 * length, 0.0) for sx in (-1, 1)] for sy in (1, -1))
+    style = Wrinkles(count=folds, start=0.0, depth=1.0, core=1.0, ends="paper")
+    sheet = fw.SheetMuscle(line, foot, thickness=length, wrinkles=style)
+    return fw.surface(grid.extract_surface(algorithm="dataset_surface").triangulate()).with_muscles({"muscle": sheet})
+
+
+# --- report -------------------------------------------------------------------------------------
+
+
+def report(quick: bool = False) -> Report:
+    """Everything, or fewer expressions and levels."""
+    face = fw.default_face()
+    names = EXPRESSIONS[:2] if quick else EXPRESSIONS
+    paper = {row.expression: row for row in PAPER}
+    played = {name: counts(face, name, 25 if quick else 70) for name in names}
+    levels, finest, frames = (2, 4, 30) if quick else (3, 5, 50)
+    sims = {name: settled(face, name, frames) for name in names}
+    gaps = {name: against_uniform(face, name, levels, finest, frames) for name in names[: 1 if quick else None]}
+    cap = int(sims[names[0]].refinement.max_level or 0)
+    base_angle = float(smallest_angles(face.points, face.triangles).min())
+    angles = {}
+    for name in names:
+        forests = [settled(face, name, 20, refinement=fw.Refinement(max_level=k)).forest for k in range(1, levels + 1)]
+        angles[name] = [float(smallest_angles(lay(sims[name], f).rest, f.triangles).min()) for f in forests]
+    found = {(name, k): caught(sims[name], k) for name in names for k in range(cap)}
+    ratios = np.array([0.25, 0.5, 1.0, 1.5, 2.0]) if quick else np.arange(0.1, 2.51, 0.1)
+    blind = blind_spots(ratios, 1), blind_spots(ratios, 2 if quick else 7)
+    triangles, equal = [], []
+    for name, (by_level, cost) in played.items():
+        top = by_level[len(by_level) // 2 - 1]
+        row = paper[name]
+        triangles.append((name, row.before, row.after, int(top.sum()), *map(int, top), int(by_level[-1].sum()),
+                          *cost.values(), sum(cost.values())))  # fmt: skip
+    for name, pair in gaps.items():
+        own = pair["adaptive"][cap]
+        same, needed = at_equal_count(pair, own)
+        equal.append((name, own.triangles, own.distance, same, own.angle, same / own.distance, needed))
+    either = min(row["either"] for row in found.values())
+    tables = [
+        Table(
+            f"Triangles at full strength, and ms per frame (max_level {cap})",
+            ("expression", "before", "after, paper", "after", *(f"level {k}" for k in range(cap + 1)), "released",
+             *STAGES, "all"),
+            triangles,
+        ),
+        Table(
+            "Distance from a very fine mesh where it is wrinkled (rms, mm), and that of a uniform mesh of equal count",
+            ("expression", "triangles", "distance", "uniform", "normals (degrees)", "ratio", "uniform would need"),
+            equal,
+        ),
+        Table(
+            "Distances by mesh", ("expression", "mesh", "triangles", "rms (mm)", "99.9 % (mm)", "normals (degrees)"),
+            [(name, kind, g.triangles, g.distance, g.largest, g.angle)
+             for name, pair in gaps.items() for kind, some in pair.items() for g in some],
+        ),
+        Table(
+            "Smallest angle of the mesh at rest by max_level (degrees)",
+            ("expression", "0", *map(str, range(1, levels + 1))), [(n, base_angle, *a) for n, a in angles.items()],
+        ),
+        Table(
+            "Edges that are 0.1 mm off at their midpoint, and what finds them, in %; in vain: of those found",
+            ("expression", "level", *next(iter(found.values()))),
+            [(*key, *row.values()) for key, row in found.items()],
+        ),
+    ]  # fmt: skip
+    worst = min(min(a) for a in angles.values())
+    return Report(
+        "refinement",
+        "Adaptive refinement",
+        "Triangles over time beside the paper's, distance from a very fine mesh beside uniformly refined ones, "
+        "smallest angles, and which edges each criterion finds.",
+        f"Expressions need {min(t[3] for t in triangles):,} to {max(t[3] for t in triangles):,} triangles and give "
+        f"them back; a uniform mesh of as many is {min(e[5] for e in equal):.1f} to {max(e[5] for e in equal):.1f} "
+        f"times as far off. The smallest angle is {worst:.1f} degrees, of {base_angle:.1f} before. Eq. 19 is blind "
+        f"where rows of vertices lie u or 2 u apart and sees little from 0.8 u on; together with the wavelength, "
+        f"{either:.0f} % or more of the edges that need it are found.",
+        tables,
+        [_counts_plot(played, paper), _gaps_plot(gaps, cap), _blind_plot(ratios, blind), _caught_plot(found)],
+        {
+            "triangles": {t[0]: t[3] for t in triangles},
+            "released": {name: int(by_level[-1].sum()) for name, (by_level, _) in played.items()},
+            "gaps": {n: {k: [vars(g) for g in some] for k, some in pair.items()} for n, pair in gaps.items()},
+            "angles": {"base": base_angle, **angles}, "caught": {f"{n}, {k}": v for (n, k), v in found.items()},
+            "blind": {"ratios": ratios, "aligned": blind[0][:, 0], "others": blind[1]},
+        },
+    )  # fmt: skip
+
+
+def _counts_plot(played: dict[str, tuple[Array, dict[str, float]]], paper: dict) -> Plot:  # type: ignore[type-arg]
+    figure, (left, right) = plot(1, 2)
+    for (name, (by_level, _)), colour in zip(played.items(), COLOURS, strict=False):
+        total = by_level.sum(axis=1)
+        left.plot(np.arange(1, len(total) + 1), total, color=colour, label=name)
+        left.plot([len(total) // 2], [paper[name].after], "o", color=colour, markersize=5)
+    left.set(xlabel="frame (asked for, then released at half time)", ylabel="triangles", ylim=(4000, None))
+    left.legend(fontsize=7, frameon=False, title="lines: here; dots: the paper's", title_fontsize=7)
+    name, (by_level, _) = next(iter(played.items()))
+    right.stackplot(
+        np.arange(1, len(by_level) + 1), by_level.T, labels=[f"level {k}" for k in range(by_level.shape[1])],
+        colors=["#c9d6df", "#7fa6c4", "#1f5a85", "#0d2f4a"],
+    )  # fmt: skip
+    right.set(xlabel="frame", ylabel=f"triangles in {name}")
+    right.legend(fontsize=7, frameon=False, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    return Plot(
+        "counts", figure,
+        "Triangles while an expression comes, is held and goes, beside the final counts of the paper, and by level.",
+    )  # fmt: skip
+
+
+def _gaps_plot(gaps: dict[str, dict[str, list[Gap]]], cap: int) -> Plot:
+    figure, axes = plot(1, 2)
+    shown = {"distance": "distance, rms (mm)", "angle": "normals, rms (degrees)"}
+    for ax, (what, label) in zip(axes, shown.items(), strict=True):
+        for (name, pair), colour in zip(gaps.items(), COLOURS, strict=False):
+            for kind, style in (("adaptive", "-"), ("uniform", "--")):
+                x, y = [g.triangles for g in pair[kind]], [getattr(g, what) for g in pair[kind]]
+                ax.plot(
+                    x,
+                    y,
+                    style,
+                    marker="o",
+                    markersize=3,
+                    color=colour,
+                    linewidth=1,
+                    label=name if style == "-" else None,
+                )
+            own = pair["adaptive"][cap]
+            ax.plot([own.triangles], [getattr(own, what)], "o", color=colour, markersize=8, fillstyle="none")
+        log_scales(ax)
+        ax.set(xlabel="triangles of the whole head", ylabel=label)
+    axes[0].legend(fontsize=7, frameon=False)
+    return Plot(
+        "gaps", figure,
+        "Distance from a very fine mesh where it is wrinkled, by number of triangles: refined adaptively (solid, one "
+        "point per level cap, circle: the default) and everywhere (dashed).",
+    )  # fmt: skip
+
+
+def _blind_plot(ratios: Array, blind: tuple[Array, Array]) -> Plot:
+    figure, (ax,) = plot(1, 1, (7.0, 3.6))
+    ax.fill_between(
+        ratios,
+        blind[1].min(axis=1),
+        blind[1].max(axis=1),
+        color=COLOURS[0],
+        alpha=0.25,
+        linewidth=0,
+        label="rows anywhere",
+    )
+    ax.plot(ratios, blind[0][:, 0], "o-", color=COLOURS[0], markersize=4, label="a row at the bottom of a furrow")
+    ax.axhline(0.03, color=COLOURS[1], linestyle="--", linewidth=1, label="gamma_c = 0.03")
+    ax.axvspan(0.25, ratios[-1], color=COLOURS[2], alpha=0.08, label="too long for the wavelength")
+    ax.set(xlabel="distance of the rows of vertices / half cycle u", ylabel="largest Eq. 19 on the plate")
+    ax.legend(fontsize=7, frameon=False)
+    return Plot(
+        "blind", figure,
+        "Eq. 19 amid a plate with folds 1.2 mm deep: where rows lie u and 2 u apart all normals are parallel, and it "
+        "sees nothing at all; the wavelength criterion splits from u / 4 on.",
+    )  # fmt: skip
+
+
+def _caught_plot(found: dict[tuple[str, int], dict[str, float]]) -> Plot:
+    figure, (ax,) = plot(1, 1, (10.0, 3.6))
+    for k, (kind, colour) in enumerate(zip(("Eq. 19", "wavelength", "either"), COLOURS, strict=False)):
+        ax.bar(
+            np.arange(len(found)) + (k - 1) * 0.27,
+            [row[kind] for row in found.values()],
+            0.25,
+            color=colour,
+            label=kind,
+        )
+    ax.set_xticks(
+        np.arange(len(found)), [f"{name.replace('_', chr(10))}\nlevel {level}" for name, level in found], fontsize=7
+    )
+    ax.set(ylabel="% of the edges that need it", ylim=(0, 105))
+    ax.legend(fontsize=8, frameon=False, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    return Plot(
+        "caught", figure,
+        "Edges that are more than 0.1 mm off at their midpoint, on the head at level 0 and 1, and how many of them "
+        "each criterion finds.",
+    )  # fmt: skip
+
+
+def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
+    """Measure what adaptive refinement does.
+
+    Parameters
+    ----------
+    out
+        Folder for refinement.json, the plots and the index page.
+    quick
+        Fewer expressions and levels.
+    """
+    publish(report(quick), out)
+
+
+if __name__ == "__main__":
+    run(main)

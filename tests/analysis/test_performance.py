@@ -1,0 +1,43 @@
+"""The report on performance: what was measured is there. How fast it was, no test tells."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.performance import Cost, exponents
+from facewrinkle import table1
+
+
+def test_exponents_are_those_of_the_stages_and_skip_what_was_not_measured():
+    rows = [Cost(n, 2.0 * n**1.5 if n < 5000 else np.nan, n, n, n, n**0.5) for n in (1000, 4000, 16000)]
+    found = exponents(rows)
+    assert found["skin"] == pytest.approx(1.5)
+    assert found["loop"] == pytest.approx(1.0)
+    assert found["drawing"] == pytest.approx(0.5)
+
+
+def test_everything_is_measured(report):
+    numbers = report("performance").numbers
+    assert [row["expression"] for row in numbers["table1"]] == [row.expression for row in table1.PAPER]
+    costs = numbers["costs"]
+    assert [row["triangles"] for row in costs] == [4517, 4 * 4517]
+    for row in costs:
+        assert all(row[stage] > 0.0 for stage in ("refinement", "wrinkles", "frame", "drawing"))
+    assert all(np.isfinite(row["skin"]) for row in costs)
+
+
+def test_table_1_times_frames_that_are_rendered(face, monkeypatch):
+    """Off screen, PyVista renders nothing before the first picture is taken."""
+    rendered = []
+
+    class Counted(table1.Scene):
+        def draw(self, frame):
+            self.plotter.render_window.AddObserver("EndEvent", lambda *_: rendered.append(frame.n_cells))
+            super().draw(frame)
+            self.plotter.render_window.RemoveObservers("EndEvent")
+
+    monkeypatch.setattr(table1, "Scene", Counted)
+    row = table1._played(face, "fear", 3, 3)
+    assert row.Tr > 0.0
+    assert len(rendered) >= 3

@@ -1,0 +1,89 @@
+"""Sections and their report, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from analysis.profiles import EPSILON, closed_form, closed_narrow, folded, sheet
+from analysis.sections import cut, expected, measure
+from analysis.surfaces import lay, rates_of, settled, wrinkling
+from facewrinkle.geometry import profile
+
+
+def test_a_moment_on_its_own_mesh_is_the_frame(face):
+    sim = settled(face, "frowning", 12)
+    frame = sim.step()
+    laid = lay(sim)
+    np.testing.assert_array_equal(laid.wrinkled, frame.points)
+    np.testing.assert_array_equal(laid.height, frame["W"])
+    np.testing.assert_array_equal(laid.shading, frame["Normals"])
+
+
+def test_vertices_lie_on_the_closed_form():
+    """What is off is between the vertices of the mesh."""
+    muscle = sheet()
+    laid = folded(muscle, 2)
+    core = np.abs(laid.rest[:, 0]) < 0.5 * muscle.wrinkles.core * muscle.width
+    along = 22.0 - laid.rest[:, 1]
+    inside = core & (along > 4.4) & (along < 44.0)
+    np.testing.assert_allclose(laid.height[inside], closed_form(muscle, along[inside]), atol=1e-12)
+
+
+def test_a_known_wave_is_measured():
+    x = np.linspace(0.0, 30.0, 3001)
+    found = measure(x, 0.4 * np.cos(2.0 * np.pi * x / 6.0))
+    assert (found.count, found.amplitude, found.wavelength) == (5, pytest.approx(0.8, abs=1e-4), pytest.approx(6.0))
+    assert found.narrow == pytest.approx(0.5, abs=1e-3)
+    for alpha in (0.5, 2.0, 4.0):
+        w = np.mod(x, 6.0)
+        found = measure(x, profile.shape(w, 3.0, 0.5, alpha))
+        assert found.amplitude == pytest.approx(0.5 * 2.0**alpha, rel=1e-2)
+        assert found.narrow == pytest.approx(closed_narrow(alpha), abs=5e-3)
+
+
+def test_cuts_are_made_across_folds_of_every_kind(face):
+    """Between the vertices of a fine mesh the closed form of every muscle is met."""
+    for name in ("closing_eye", "stretching_mouth"):
+        sim = settled(face, name, 30)
+        fine = lay(sim, wrinkling(face, rates_of(sim), 4))
+        which = max(rates_of(sim), key=lambda n: rates_of(sim)[n])
+        section = cut(fine, face.muscles[which].fold_pattern, face.unit)
+        error = np.abs(section.height - expected(section, sim, fine))
+        assert np.ptp(section.height) > 0.3
+        assert error.mean() < 0.01 * np.ptp(section.height)
+
+
+def test_a_cut_beside_the_region_is_refused():
+    muscle = sheet()
+    with pytest.raises(fw.FaceWrinkleError, match="does not meet the wrinkling region"):
+        cut(folded(muscle, 1), muscle, across=1.3)
+
+
+def test_heights_converge_to_the_closed_form(report):
+    numbers = report("profiles").numbers
+    assert 1.7 < numbers["orders"]["mean"] < 2.2
+    assert 1.2 < numbers["orders"]["rms"] < 1.7  # H has creases
+    assert 0.7 < numbers["orders"]["largest"] < 1.2
+    assert numbers["plate"]["mean"][-1] < 0.002
+    for row in numbers["shapes"]:
+        assert row["amplitude"] == pytest.approx(row["closed amplitude"], rel=0.09)
+        assert row["amplitude"] < row["closed amplitude"] * (1.0 + 1e-9)  # the mesh can only cut off
+        assert row["wavelength"] == pytest.approx(row["closed wavelength"], rel=0.01)
+        assert row["narrow"] == pytest.approx(row["closed narrow"], abs=0.03)
+    half = {row["k0"]: row["amplitude"] for row in numbers["shapes"] if row["alpha"] == 2.0}
+    assert half[1.0] == pytest.approx(10.0 * half[0.1], rel=1e-9)  # proportional to k0
+    for _, measured, at in numbers["attenuation"]:
+        assert measured == pytest.approx(at, abs=0.01)
+
+
+def test_heights_on_the_head_converge_too(report):
+    for row in report("profiles").numbers["head"].values():
+        assert row["order"] > 1.5
+        assert row["mean"] < 0.04  # mm
+
+
+def test_the_plate_is_compressed_as_it_should():
+    laid = folded(sheet(), 1)
+    np.testing.assert_allclose(laid.bare[:, 1], (1.0 - EPSILON) * laid.rest[:, 1])

@@ -1,0 +1,66 @@
+"""The report on refinement, and its measures against what they should be."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from analysis.refinement import Gap, at_equal_count, barycentric, blind_spots, gap, smallest_angles
+from analysis.surfaces import lay, rates_of, settled, wrinkling
+from facewrinkle.table1 import PAPER
+
+
+def test_smallest_angles_of_known_triangles():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, np.sqrt(0.75), 0]])
+    assert smallest_angles(points, np.array([[0, 1, 2], [0, 1, 3]])) == pytest.approx([45.0, 60.0])
+
+
+def test_barycentric_coordinates_give_the_points_back():
+    rng = np.random.default_rng(0)
+    corners, shares = rng.normal(size=(20, 3, 3)), rng.dirichlet([1.0, 1.0, 1.0], 20)
+    points = np.einsum("kc,kcj->kj", shares, corners)
+    np.testing.assert_allclose(barycentric(points, corners), shares, atol=1e-9)
+
+
+def test_a_mesh_is_not_off_itself(face):
+    sim = settled(face, "frowning", 20)
+    fine = lay(sim, wrinkling(face, rates_of(sim), 2))
+    same = gap(fine, fine)
+    assert same.distance < 1e-6
+    assert same.angle < 0.1
+    assert gap(lay(sim, wrinkling(face, rates_of(sim), 0)), fine).distance > 0.02
+
+
+def test_equal_counts_are_read_off_straight_lines():
+    uniform = [Gap(100, 1.0, 0.0, 0.0), Gap(400, 0.25, 0.0, 0.0), Gap(1600, 0.0625, 0.0, 0.0)]
+    same, needed = at_equal_count({"uniform": uniform}, Gap(200, 0.125, 0.0, 0.0))
+    assert same == pytest.approx(0.5)
+    assert needed == pytest.approx(800.0)
+
+
+def test_eq_19_is_blind_at_u_and_2_u():
+    seen = blind_spots(np.array([0.5, 1.0, 2.0]), 1)[:, 0]
+    assert seen[0] > 0.03
+    assert seen[1:] == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_refinement_pays(report):
+    numbers = report("refinement").numbers
+    paper = {row.expression: row for row in PAPER}
+    for name, count in numbers["triangles"].items():
+        assert count == pytest.approx(paper[name].after, rel=0.15)
+        assert numbers["released"][name] == 4517
+        assert min(numbers["angles"][name]) >= 0.5 * numbers["angles"]["base"]
+    for pair in numbers["gaps"].values():
+        adaptive, uniform = pair["adaptive"], pair["uniform"]
+        for few, many in zip(adaptive[1:], uniform[1:], strict=True):
+            assert few["triangles"] < 0.4 * many["triangles"]
+            assert few["distance"] < 1.1 * many["distance"]
+            assert few["angle"] < 1.05 * many["angle"]
+        distances = [g["distance"] for g in uniform]
+        assert all(finer < 0.6 * coarser for coarser, finer in pairwise(distances))
+    for row in numbers["caught"].values():
+        assert row["either"] >= max(row["Eq. 19"], row["wavelength"])
+        assert row["either"] > 90.0

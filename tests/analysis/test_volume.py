@@ -1,0 +1,85 @@
+"""The report on volume: what vanishes, and what takes from it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from analysis.profiles import EPSILON, sheet
+from analysis.surfaces import lay, plate, rates_of, settled, squeezed, uniform, wrinkling
+from analysis.volume import displaced_exactly, in_the_plane, ladder, quadrature, regions, share, volumes
+from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
+
+
+def test_the_integral_of_a_cycle_vanishes_for_all_parameters():
+    for u, k0 in ((0.3, 2.0), (5.0, 0.7), (20.0, 0.01)):
+        for _, net, size in quadrature(np.linspace(0.0, 10.0, 41), u, k0):
+            assert abs(net) < 1e-10 * size
+            assert size > 0.0
+
+
+def test_regions_keep_or_lose_volume_by_their_shape():
+    net = {name: in_the_plane(muscle) for name, muscle in regions().items()}
+    assert net["sheet"] == pytest.approx((0.0, 0.0), abs=1e-3)
+    assert net["ring, a circle"] == pytest.approx((0.0, 0.0), abs=1e-3)
+    # Cycles that are symmetrical about the bulge have no first moment.
+    assert net["cone, straight folds from the bottom of a furrow, as printed"] == pytest.approx((0.0, 0.0), abs=1e-3)
+    # Those that begin where H is 0 have one: furrows lie where the cone is wider.
+    assert net["cone, straight folds"][0] < -1.0
+    assert net["cone, round folds"][0] == pytest.approx(net["cone, straight folds"][0], abs=0.02)
+    assert abs(net["sheet, tapered"][1]) > 0.1
+
+
+def test_volume_on_a_plate_converges(report):
+    numbers = report("volume").numbers
+    assert numbers["cycle"] < 1e-10
+    assert numbers["orders"]["displaced"] == pytest.approx(2.0, abs=0.35)
+    assert numbers["orders"]["net"] > 1.6
+    assert numbers["plate"]["net"][-1] < 0.02
+    assert abs(numbers["default net"]) < 0.5
+
+
+def test_the_displaced_volume_is_that_of_the_closed_form():
+    sim = squeezed(plate(sheet()), EPSILON, layers=[MuscleWrinkles(inextensible=False)])
+    found = np.abs(volumes(lay(sim, uniform(sim.face, 5)))).sum()
+    assert found == pytest.approx(displaced_exactly(sheet()), rel=2e-3)
+
+
+def test_what_is_lost_on_the_head_does_not_come_from_the_mesh(report):
+    for rung in report("volume").numbers["head"].values():
+        assert abs(rung["default mesh"] - rung["bounded"]) < 1.0
+        assert abs(rung["balanced"]) < 1e-9
+
+
+@pytest.mark.parametrize("expression", ["fear", "happiness"])
+def test_balanced_wrinkles_hold_no_volume_on_any_mesh_and_hardly_change(face, expression):
+    sim = settled(face, expression, 30)
+    for forest in (None, wrinkling(face, rates_of(sim), 1), wrinkling(face, rates_of(sim), 3)):
+        before, after = lay(sim, forest), lay(sim, forest, [MuscleWrinkles(balance=True)])
+        assert abs(share(volumes(after))) < 1e-9
+        assert abs(share(volumes(before))) > 1e-3
+        np.testing.assert_array_equal(after.height == 0.0, before.height == 0.0)
+        change = np.abs(after.height - before.height)
+        assert change.max() < 0.25 * np.abs(before.height).max()
+        # The heights of the muscles add up to those of all.
+        layer = after.layers[0]
+        parts = [layer.fields_of(k, rate)["W"] for k, rate in enumerate(sim.motion.rates) if rate > 0.0]
+        np.testing.assert_allclose(np.sum(parts, axis=0), after.height, atol=1e-12)
+
+
+def test_a_balanced_simulation_plays_and_relaxes(face):
+    sim = fw.Simulation(face, layers=[MuscleWrinkles(balance=True)])
+    sim.express("frowning")
+    *_, frame = sim.run(15)
+    assert np.abs(frame["W"]).max() > 0.3
+    assert abs(share(volumes(lay(sim)))) < 1e-9
+    sim.relax()
+    for _ in range(80):
+        frame = sim.step()
+    assert not frame["W"].any()
+
+
+def test_the_ladder_ends_with_what_the_frames_hold(face):
+    sim = settled(face, "frowning", 30)
+    assert ladder(sim, 2)["default mesh"] == share(volumes(lay(sim)))
