@@ -194,10 +194,11 @@ class Scene:
         if self.style.brows and self.style.scalars is None and brows is not None:
             self._brows = Brows(brows, face.frame.pupil_distance, pixel)
         self._mouth = Mouth(face)
-        self._eyes = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
+        eyes = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
+        self._eyes = [eye for eye in eyes if eye.open]
         self._lashes = (
-            [Lashes(eye, face, pixel) for eye in face.eyes]
-            if self._eyes and self.style.brows and self.style.scalars is None
+            [Lashes(eye.eye, face, pixel) for eye in eyes if eye.open or self._paint is not None]
+            if self.style.brows and self.style.scalars is None
             else []
         )
 

@@ -92,7 +92,7 @@ class Face:
         frame = frame_of(landmarks)
         where, depth, stiffness = atlas.tissue_samples(landmarks, frame)
         tissue = tissue_of(points, triangles, (where, depth / unit, stiffness), frame.pupil_distance)
-        eyes = place_eyeballs(landmarks, frame, points, triangles)
+        eyes = place_eyeballs(landmarks, frame, points, triangles, estimated)
         return cls(mesh, dict(landmarks), atlas.place(landmarks, frame), eyes, tissue, unit, atlas, estimated)
 
     @classmethod
