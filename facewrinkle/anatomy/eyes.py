@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -315,7 +316,7 @@ KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
 
 def _opening(
     eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
-) -> tuple[Array, ...] | None:
+) -> tuple[npt.NDArray[Any], ...] | None:
     """The opening between the lids: lateral direction, every point's position between the canthi (0 to 1) and its
     elevation about the lateral axis, the elevations of the canthi, and the vertices of the upper and lower margin from
     inside outwards. None where it is closed.
@@ -346,7 +347,7 @@ def _opening(
 
 def _hole(
     eye: Eyeball, points: Array, triangles: IntArray, along: Array, elevation: Array
-) -> tuple[Array, Array] | None:
+) -> tuple[IntArray, IntArray] | None:
     """The rim of the hole that the opening may be, cut at its ends into an upper and a lower half."""
     for loop in boundary_loops(triangles):
         if len(loop) < 6 or np.linalg.norm(points[loop] - eye.centre, axis=1).max() > 1.8 * eye.radius:
@@ -359,7 +360,7 @@ def _hole(
     return None
 
 
-def _agree(along: Array, elevation: Array, rim: Array, margin: Array) -> bool:
+def _agree(along: Array, elevation: Array, rim: IntArray, margin: IntArray) -> bool:
     """Whether the rim of a hole is the margin that is seen, and not an edge behind it."""
     middle = np.linspace(0.3, 0.7, 5)
     first, second = (np.interp(middle, along[chain], elevation[chain]) for chain in (rim, margin))
@@ -373,7 +374,7 @@ def _line(along: Array, elevation: Array, chain: Array, canthi: Array) -> Array:
     return np.interp(along, place, np.concatenate([canthi[:1], elevation[chain], canthi[1:]]))
 
 
-def _margins(local: Array, triangles: IntArray) -> tuple[Array, Array] | None:
+def _margins(local: Array, triangles: IntArray) -> tuple[IntArray, IntArray] | None:
     """Vertices of both margins: on each meridian those above and below the gap that is seen from the front.
 
     Coordinates are [outwards, up, forward] from the inner canthus to the outer one at [1, 0, 0].

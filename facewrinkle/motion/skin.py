@@ -187,6 +187,8 @@ class Skin:
             force = muscle.force(face.points) * (muscle.strength * m.pull / m.decay**2)
             out = (force * n).sum(axis=1, keepdims=True)
             force -= (1.0 - muscle.normal_share) * out * n
+            swell = muscle.swell * muscle.strength * m.pull / m.decay**2
+            force += (swell * muscle.bunched(face.points))[:, None] * n
             self._pull[k] = force * self._area[:, None]
         for name, (guide, share) in self._guides.items():
             self._pull[self.names.index(name)][guide.vertices] *= (1.0 - share)[:, None]
