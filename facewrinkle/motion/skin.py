@@ -278,8 +278,9 @@ class Skin:
         self._shift, self._upright = np.zeros_like(self.points), self._facing.copy()
         for name, (guide, share) in self._guides.items():
             rate = rates[self.names.index(name)]
-            if guide.yields in self.names:
-                rate *= 1.0 - rates[self.names.index(guide.yields)]
+            for other in guide.yields:
+                if other in self.names:
+                    rate *= 1.0 - rates[self.names.index(other)]
             if rate > 0.0:
                 self._shift[guide.vertices] += share[:, None] * guide.turned(self.points, rate)
                 # Triangles are guarded from turning over as they are carried.
