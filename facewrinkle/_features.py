@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.spatial.transform import Rotation
 
-from .anatomy.eyes import Eyeball, lid_margins
+from .anatomy.eyes import RADIUS, Eyeball, lid_margins
 from .anatomy.face import Face
 from .anatomy.head import Hairs
 from .anatomy.muscles import JawMuscle
@@ -57,10 +57,16 @@ class PaintedEye:
         self._ring, self._spoke = (
             grid.ravel() for grid in np.meshgrid(RINGS, np.arange(SPOKES) * (2.0 * np.pi / SPOKES), indexing="ij")
         )
-        self._paint = _eye_paint(self._ring, self._spoke)
+        adult = RADIUS * face.frame.pupil_distance  # irises are as large in larger eyes
+        self._paint = _eye_paint(self._ring * eye.radius / adult, self._spoke)
         here = np.arange(SPOKES) + SPOKES * np.arange(len(RINGS) - 1)[:, None]
         after = (np.arange(SPOKES) + 1) % SPOKES + SPOKES * np.arange(len(RINGS) - 1)[:, None]
         self._quads = np.stack([here, here + SPOKES, after + SPOKES, after], axis=-1).reshape(-1, 4)
+
+    @property
+    def open(self) -> bool:
+        """Whether the skin before the eye has an opening; otherwise lids, or an eye of the mesh's own, cover it."""
+        return self._margins is not None
 
     def on(self, points: Array, gaze: Array | None = None) -> pv.PolyData:
         """The eyeball, with `paint` (rgb), between lids whose vertices are where they are now (n, 3).
@@ -244,16 +250,25 @@ class Lashes:
         self._paths: list[Array] = []
         margins = lid_margins(eye, face.points, face.triangles, face.landmarks)
         size, random = face.frame.pupil_distance, np.random.default_rng(11)
+        self._closed = margins is None
+        slit = _slit(eye, face) if margins is None else None
         half, tint = [], []
-        for chain, count, length, sign in zip(margins or (), (130, 70), (0.105, 0.06), (1.0, -1.0), strict=False):
+        chains = margins or (() if slit is None else (slit[0],))
+        for chain, count, length, sign in zip(chains, (130, 70), (0.105, 0.06), (1.0, -1.0), strict=False):
             along = (np.arange(count) + random.uniform(0.1, 0.9, count)) / count
             along = 0.1 + 0.88 * along
-            self.roots.append((np.asarray(chain, np.int32), _between(face.points[chain], along)))
+            if slit is None:
+                weights = _between(face.points[chain], along)
+            else:
+                weights = _between(slit[1] @ face.points[chain], along) @ slit[1]
+            self.roots.append((np.asarray(chain, np.int32), weights))
             t = np.linspace(0.0, 1.0, self.KNOTS)
             reach = size * length * random.uniform(0.5, 1.0, count) * (0.55 + 0.45 * np.sin(np.pi * along**1.3))
             fan = -0.45 + 1.25 * along + random.normal(0.0, 0.12, count)
             out = 0.8 * t - 0.25 * t**2
             rise = sign * ((-0.05 if sign > 0.0 else 0.25) * t + (0.62 if sign > 0.0 else 0.1) * t**2)
+            if self._closed:  # the upper lid looks down, and its lashes with it
+                rise = -0.55 * t + 0.12 * t**2
             path = np.stack([fan[:, None] * t, rise + 0.0 * fan[:, None], out + 0.0 * fan[:, None]], axis=2)
             root = np.array([0.0, 0.0, (0.014 if sign > 0.0 else 0.016) * size])
             self._paths.append(root + reach[:, None, None] * path)
@@ -278,6 +293,33 @@ class Lashes:
             sides.append(side)
             outs.append(np.broadcast_to(out[:, None], line.shape))
         return self._ribbons.along(*(np.concatenate(part) for part in (lines, sides, outs)))
+
+
+def _slit(eye: Eyeball, face: Face) -> tuple[npt.NDArray[np.int64], Array] | None:
+    """Where closed lids meet: vertices of the skin, and their weights (k, n) in places from inside outwards.
+
+    None if there is no skin before the eye.
+    """
+    inner, outer = (face.landmarks[f"eye_{eye.side}_{end}"] for end in ("inner", "outer"))
+    along, forward = np.linspace(0.0, 1.0, 25)[:, None], 2.0 * np.linalg.norm(outer - inner) * eye.gaze
+    sag = 0.14 * np.linalg.norm(outer - inner) * np.sin(np.pi * along) * eye.up
+    corners, weights = [], []
+    for place in inner + along * (outer - inner) - sag:
+        seen, cells = face.mesh.ray_trace(place + forward, place - forward)
+        if not len(seen):
+            continue
+        front = int(np.argmax(seen @ eye.gaze))
+        corner = face.triangles[cells[front]]
+        a, b, c = face.points[corner]
+        system = np.vstack([np.stack([a, b, c], axis=1), np.full(3, np.linalg.norm(forward))])
+        weights.append(np.linalg.lstsq(system, np.append(seen[front], np.linalg.norm(forward)), rcond=None)[0])
+        corners.append(corner)
+    if len(corners) < 8:
+        return None
+    chain, of = np.unique(corners, return_inverse=True)
+    dense = np.zeros((len(corners), len(chain)))
+    np.put_along_axis(dense, of.reshape(-1, 3), np.array(weights), axis=1)
+    return chain, dense
 
 
 def _between(points: Array, along: Array) -> Array:

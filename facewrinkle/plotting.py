@@ -199,11 +199,16 @@ class Scene:
             self._brows = Brows(brows, face.frame.pupil_distance, pixel)
         self._mouth = Mouth(face)
         self._own = {name for name, part in face.parts.items() if _is_drawn(name, part.mesh)}
-        eyes = [eye for eye in face.eyes if f"eye_{eye.side}" not in self._own]
-        self._eyes = [PaintedEye(eye, face) for eye in eyes] if self.style.eyes else []
+        eyes = [eye for eye in face.eyes if f"eye_{eye.side}" not in self._own] if self.style.eyes else []
+        painted = [PaintedEye(eye, face) for eye in eyes]
+        self._eyes = [eye for eye in painted if eye.open]
         self._lashes = (
-            [Lashes(eye, face, pixel) for eye in eyes if f"lashes_{eye.side}" not in self._own]
-            if self.style.eyes and self.style.brows and self.style.scalars is None
+            [
+                Lashes(eye.eye, face, pixel)
+                for eye in painted
+                if f"lashes_{eye.eye.side}" not in self._own and (eye.open or self._paint is not None)
+            ]
+            if self.style.brows and self.style.scalars is None
             else []
         )
 

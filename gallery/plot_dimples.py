@@ -18,7 +18,7 @@ sim = fw.Simulation(face, layers=presets("dimple", face, strength="skin"))
 
 # %%
 # Neutral, half-way and smiling.
-sim.express("AU12", 0.8)
+sim.express("AU12", 0.9)
 frames = list(sim.run(24))
 images = [
     picture(frame, face, Style(size=(420, 420), view="left_mouth")) for frame in (frames[0], frames[9], frames[-1])

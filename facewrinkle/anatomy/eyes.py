@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -118,22 +119,71 @@ def gaze_of(eye: Eyeball, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLik
 
 
 def place_eyeballs(
-    landmarks: Mapping[str, Array], frame: FaceFrame, points: Array, triangles: IntArray
+    landmarks: Mapping[str, Array],
+    frame: FaceFrame,
+    points: Array,
+    triangles: IntArray,
+    estimated: Collection[str] = (),
 ) -> list[Eyeball]:
-    """Both eyeballs: at the landmarks of their centres, as large as an adult's unless the lids leave less room."""
+    """Both eyeballs: at the landmarks of their centres, as large as an adult's unless the lids leave less room.
+
+    The shape of a face does not show the depth of an eye, but the lids lie on the ball: where a centre is `estimated`,
+    or no ball around it could touch the lids, it is moved to where an adult's does. An eye that is not open lies
+    behind the skin.
+    """
     eyes = []
     for side in "lr":
-        eye = Eyeball(
-            side, landmarks[f"eye_{side}_centre"], RADIUS * frame.pupil_distance, frame.axes[2], frame.axes[1]
-        )
+        name, radius = f"eye_{side}_centre", RADIUS * frame.pupil_distance
+        eye = Eyeball(side, landmarks[name], radius, frame.axes[2], frame.axes[1])
         opening = _opening(eye, points, triangles, landmarks)
-        if opening is not None:
-            margin = np.unique(np.concatenate(opening[-2:]))
-            room = ROOM * np.quantile(np.linalg.norm(points[margin] - eye.centre, axis=1), 0.1)
-            eye = replace(eye, radius=float(np.clip(room, 0.75 * eye.radius, 1.05 * eye.radius)))
-        eyes.append(eye)
+        if opening is None:
+            eyes.append(_behind(eye, points))
+            continue
+        margin = points[np.unique(np.concatenate(opening[-2:]))]
+        if name in estimated or not SMALLEST * radius < _room(eye.centre, margin) < LARGEST * radius:
+            eye = replace(eye, centre=_among(margin, eye))
+        room = _room(eye.centre, margin)
+        eyes.append(replace(eye, radius=float(np.clip(room, SMALLEST * radius, LARGEST * radius))))
     return eyes
 
+
+def _room(centre: Array, margin: Array) -> float:
+    """The radius for which there is room between the margins of the lids."""
+    return float(ROOM * np.quantile(np.linalg.norm(margin - centre, axis=1), 0.1))
+
+
+def _among(margin: Array, eye: Eyeball) -> Array:
+    """Where the centre of the ball is that the margins lie on: not much larger or smaller, and not far above, below or
+    beside where it was.
+    """
+    start = np.append(eye.centre, eye.radius / ROOM)
+    stay = np.zeros((4, 4))
+    stay[:3, :3] = np.stack([0.5 * eye.up, 0.5 * np.cross(eye.up, eye.gaze), 0.1 * eye.gaze])
+    stay[3, 3] = 0.25
+    n, found = len(margin), start
+    for _ in range(12):
+        offset = found[:3] - margin
+        distance = np.linalg.norm(offset, axis=1)
+        rows = np.vstack([np.column_stack([offset / distance[:, None], np.full(n, -1.0)]) / np.sqrt(n), stay])
+        miss = np.concatenate([(distance - found[3]) / np.sqrt(n), stay @ (found - start)])
+        found = found - np.linalg.lstsq(rows, miss, rcond=None)[0]
+    return np.asarray(found[:3])
+
+
+def _behind(eye: Eyeball, points: Array) -> Eyeball:
+    """The eyeball so far back that it lies behind the skin before it."""
+    offset = points - eye.centre
+    ahead = offset @ eye.gaze
+    aside = np.linalg.norm(offset - np.outer(ahead, eye.gaze), axis=1)
+    before = (aside < 0.8 * eye.radius) & (ahead > -eye.radius)
+    if not before.any():
+        return eye
+    reach = np.sqrt((eye.radius / ROOM) ** 2 - aside[before] ** 2)
+    return replace(eye, centre=eye.centre - max(float((reach - ahead[before]).max()), 0.0) * eye.gaze)
+
+
+SMALLEST, LARGEST = 0.75, 1.08
+"""Radii of eyeballs, relative to an adult's."""
 
 ROOM = 0.975
 """Share of the room between the lids that the ball takes: the chords between the vertices of the lids must not cut
@@ -266,7 +316,7 @@ KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
 
 def _opening(
     eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
-) -> tuple[Array, ...] | None:
+) -> tuple[npt.NDArray[Any], ...] | None:
     """The opening between the lids: lateral direction, every point's position between the canthi (0 to 1) and its
     elevation about the lateral axis, the elevations of the canthi, and the vertices of the upper and lower margin from
     inside outwards. None where it is closed.
@@ -285,7 +335,8 @@ def _opening(
     offset, elevation = points - eye.centre, elevation_of(points)
     along = ((offset - (inner - eye.centre)) @ lateral) / width
     canthi = np.array([elevation_of(inner), elevation_of(outer)])
-    margins = _margins(eye, offset, along, elevation, float(canthi.mean()))
+    local = (points - inner) @ np.stack([lateral, up, forward], axis=1) / width
+    margins = _margins(local, triangles)
     if margins is None:
         return None
     exact = _hole(eye, points, triangles, along, elevation)
@@ -296,7 +347,7 @@ def _opening(
 
 def _hole(
     eye: Eyeball, points: Array, triangles: IntArray, along: Array, elevation: Array
-) -> tuple[Array, Array] | None:
+) -> tuple[IntArray, IntArray] | None:
     """The rim of the hole that the opening may be, cut at its ends into an upper and a lower half."""
     for loop in boundary_loops(triangles):
         if len(loop) < 6 or np.linalg.norm(points[loop] - eye.centre, axis=1).max() > 1.8 * eye.radius:
@@ -309,7 +360,7 @@ def _hole(
     return None
 
 
-def _agree(along: Array, elevation: Array, rim: Array, margin: Array) -> bool:
+def _agree(along: Array, elevation: Array, rim: IntArray, margin: IntArray) -> bool:
     """Whether the rim of a hole is the margin that is seen, and not an edge behind it."""
     middle = np.linspace(0.3, 0.7, 5)
     first, second = (np.interp(middle, along[chain], elevation[chain]) for chain in (rim, margin))
@@ -323,31 +374,74 @@ def _line(along: Array, elevation: Array, chain: Array, canthi: Array) -> Array:
     return np.interp(along, place, np.concatenate([canthi[:1], elevation[chain], canthi[1:]]))
 
 
-def _margins(eye: Eyeball, offset: Array, along: Array, elevation: Array, canthi: float) -> tuple[Array, Array] | None:
-    """Vertices of both margins: on each meridian those above and below the gap that the skin leaves just over the
-    canthi.
+def _margins(local: Array, triangles: IntArray) -> tuple[IntArray, IntArray] | None:
+    """Vertices of both margins: on each meridian those above and below the gap that is seen from the front.
+
+    Coordinates are [outwards, up, forward] from the inner canthus to the outer one at [1, 0, 0].
     """
-    distance = np.linalg.norm(offset, axis=1)
-    near = np.flatnonzero((offset @ eye.gaze > 0.0) & (distance > 0.9 * eye.radius) & (distance < SHELL * eye.radius))
-    view = canthi + VIEW
+    near = np.flatnonzero((np.abs(local[:, 0] - 0.5) < 0.7) & (np.abs(local[:, 1]) < HIGH) & (local[:, 2] > -FLOOR))
     upper, lower = [], []
-    for meridian in MERIDIANS:
-        column = near[np.abs(along[near] - meridian) < 0.07]
-        above, below = column[elevation[column] > view], column[elevation[column] <= view]
-        if len(above) == 0 or len(below) == 0:
-            continue
-        high, low = above[np.argmin(elevation[above])], below[np.argmax(elevation[below])]
-        if elevation[high] - elevation[low] > SLIT:
-            upper.append(high)
-            lower.append(low)
+    for meridian, gap in zip(MERIDIANS, _gaps(local, triangles), strict=True):
+        column = near[np.abs(local[near, 0] - meridian) < 0.07]
+        above, below = column[local[column, 1] > gap], column[local[column, 1] <= gap]  # none where there is no gap
+        if len(above) and len(below):
+            upper.append(_foremost(local, above[local[above, 1] < local[above, 1].min() + EDGE]))
+            lower.append(_foremost(local, below[local[below, 1] > local[below, 1].max() - EDGE]))
     if len(upper) < len(MERIDIANS) // 2:
         return None
-    first, second = (np.unique(chain) for chain in (upper, lower))
-    return first[np.argsort(along[first], kind="stable")], second[np.argsort(along[second], kind="stable")]
+    return _edge(local, np.unique(upper)), _edge(local, np.unique(lower))
 
 
-VIEW = np.deg2rad(9.0)
-"""Elevation over the canthi at which there is no lid in front of an open eye."""
+def _edge(local: Array, chain: IntArray) -> IntArray:
+    """A margin from inside outwards without what lies behind its foremost edge, which bulges over the ball."""
+    chain = chain[np.argsort(local[chain, 0], kind="stable")]
+    place, depth = local[chain, 0], local[chain, 2]
+    hull: list[int] = []
+    for k in range(len(chain)):
+        while len(hull) > 1 and (depth[hull[-1]] - depth[hull[-2]]) * (place[k] - place[hull[-2]]) <= (
+            depth[k] - depth[hull[-2]]
+        ) * (place[hull[-1]] - place[hull[-2]]):
+            hull.pop()
+        hull.append(k)
+    return np.asarray(chain[depth > np.interp(place, place[hull], depth[hull]) - 3.0 * EDGE])
+
+
+def _foremost(local: Array, vertices: IntArray) -> int:
+    return int(vertices[np.argmax(local[vertices, 2])])
+
+
+def _gaps(local: Array, triangles: IntArray) -> Array:
+    """The height of the middle of the opening on each meridian, NaN where there is none.
+
+    The opening is where the skin seen from the front, if there is any, lies deep behind the line between the canthi.
+    """
+    rows = np.linspace(-HIGH, HIGH, 81)
+    corners = local[triangles[(np.abs(local[triangles] - [0.5, 0.0, 0.0]) < [0.8, 2.0 * HIGH, 2.0]).all(axis=(1, 2))]]
+    after = np.roll(corners, -1, axis=1)
+    gaps = np.full(len(MERIDIANS), np.nan)
+    for k, meridian in enumerate(MERIDIANS):
+        crossing = (corners[..., 0] > meridian) != (after[..., 0] > meridian)  # two edges of a triangle or none
+        a, b = corners[crossing], after[crossing]
+        share = ((meridian - a[:, 0]) / (b[:, 0] - a[:, 0]))[:, None]
+        start, end = (a + share * (b - a))[:, 1:].reshape(-1, 2, 2).transpose(1, 0, 2)
+        rise = end[:, :1] - start[:, :1]
+        t = (rows - start[:, :1]) / np.where(rise == 0.0, 1.0, rise)
+        depth = np.where((t >= 0.0) & (t <= 1.0), start[:, 1:] + t * (end[:, 1:] - start[:, 1:]), -np.inf)
+        deep = depth.max(axis=0, initial=-np.inf) < -FLOOR
+        steps = np.flatnonzero(np.diff(np.concatenate([[False], deep, [False]]).astype(np.int8)))
+        first, last = steps[::2], steps[1::2]
+        inside = (first > 0) & (last < len(rows))
+        if inside.any():
+            widest = np.argmax(np.where(inside, last - first, 0))
+            if last[widest] - first[widest] > 2:
+                gaps[k] = 0.5 * (rows[first[widest]] + rows[last[widest] - 1])
+    return gaps
+
+
+HIGH, FLOOR, EDGE = 0.45, 0.08, 0.012
+"""How far above and below the canthi margins lie at most, how far behind the line between them skin is no lid, and how
+uneven the edge of a thick lid is, in distances between the canthi.
+"""
 
 SLIT = np.deg2rad(4.0)
 """Lids nearer together than this are closed."""

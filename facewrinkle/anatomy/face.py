@@ -99,7 +99,7 @@ class Face:
         frame = frame_of(landmarks)
         where, depth, stiffness = atlas.tissue_samples(landmarks, frame)
         tissue = tissue_of(points, triangles, (where, depth / unit, stiffness), frame.pupil_distance)
-        eyes = place_eyeballs(landmarks, frame, points, triangles)
+        eyes = place_eyeballs(landmarks, frame, points, triangles, estimated)
         return cls(mesh, dict(landmarks), atlas.place(landmarks, frame), eyes, tissue, unit, atlas, estimated)
 
     @classmethod
@@ -139,14 +139,20 @@ class Face:
             if lids is None:
                 continue
             closing = f"orbicularis_oculi_{eye.side}"
+            turning = [
+                name
+                for name, muscle in self.muscles.items()
+                if isinstance(muscle, EyeMuscle) and muscle.side == eye.side and muscle.turn in ("up", "down")
+            ]
             found[closing] = lids.close
             upper = np.maximum(lids.close.angles, 0.0)
             for name, muscle in self.muscles.items():
                 if isinstance(muscle, LidMuscle) and muscle.side == eye.side:
-                    found[name] = dataclasses.replace(lids.close, angles=-muscle.share * upper, yields=closing)
+                    lifted = dataclasses.replace(lids.close, angles=-muscle.share * upper)
+                    found[name] = dataclasses.replace(lifted, yields=(closing, *turning))
                 elif isinstance(muscle, EyeMuscle) and muscle.side == eye.side and muscle.turn in ("up", "down"):
                     guide = lids.up if muscle.turn == "up" else lids.down
-                    found[name] = dataclasses.replace(guide, angles=muscle.angle * guide.angles, yields=closing)
+                    found[name] = dataclasses.replace(guide, angles=muscle.angle * guide.angles, yields=(closing,))
         for name, muscle in self.muscles.items():
             if isinstance(muscle, JawMuscle):
                 found[name] = jaw_guide(muscle, self.points, self.triangles, self.landmarks, self.frame)

@@ -24,8 +24,9 @@ class Guide:
     centre, axis : ndarray, shape (3,)
     bone : bool
         Whether the bone itself turns, and the feet of all ties with it; else plates are added to the ties.
-    yields : str
-        Name of the muscle whose contraction takes the place of this one's: a lid that closes does not follow the eye.
+    yields : tuple of str
+        Names of muscles whose contraction takes the place of this one's: a lid that closes does not follow the eye, and
+        one that goes with the eye is not lifted more.
     """
 
     vertices: npt.NDArray[np.int64]
@@ -34,7 +35,7 @@ class Guide:
     centre: Array
     axis: Array
     bone: bool = False
-    yields: str = ""
+    yields: tuple[str, ...] = ()
 
     def turned(self, points: Array, rate: float) -> Array:
         """Displacement (k, 3) of the feet at a contraction rate, for rest positions (n, 3) in the unit of `centre`."""

@@ -187,6 +187,8 @@ class Skin:
             force = muscle.force(face.points) * (muscle.strength * m.pull / m.decay**2)
             out = (force * n).sum(axis=1, keepdims=True)
             force -= (1.0 - muscle.normal_share) * out * n
+            swell = muscle.swell * muscle.strength * m.pull / m.decay**2
+            force += (swell * muscle.bunched(face.points))[:, None] * n
             self._pull[k] = force * self._area[:, None]
         for name, (guide, share) in self._guides.items():
             self._pull[self.names.index(name)][guide.vertices] *= (1.0 - share)[:, None]
@@ -276,8 +278,9 @@ class Skin:
         self._shift, self._upright = np.zeros_like(self.points), self._facing.copy()
         for name, (guide, share) in self._guides.items():
             rate = rates[self.names.index(name)]
-            if guide.yields in self.names:
-                rate *= 1.0 - rates[self.names.index(guide.yields)]
+            for other in guide.yields:
+                if other in self.names:
+                    rate *= 1.0 - rates[self.names.index(other)]
             if rate > 0.0:
                 self._shift[guide.vertices] += share[:, None] * guide.turned(self.points, rate)
                 # Triangles are guarded from turning over as they are carried.

@@ -53,7 +53,12 @@ def test_the_report_lists_what_is_not_sound():
 
 
 @pytest.mark.parametrize("stem", ["ict_face_narrow", "makehuman_head_male"])
-def test_expressions_keep_real_faces_out_of_their_eyes_and_lips(real_face, stem):
-    for row in soundness(real_face(stem), every=10**6):
+def test_expressions_keep_real_faces_sound(real_face, stem):
+    """But for slivers in the corners of the mouth of one of them, where the lips purse."""
+    face = real_face(stem)
+    rates = dict(mixtures(face, every=10**6))
+    for row in soundness(face, every=10**6):
+        pursed = stem.startswith("ict") and rates[row.names].get("orbicularis_oris", 0.0) > 0.5
+        assert row.turned_over <= (4 if pursed else 0), row
         assert row.in_eyes < 0.1, row
         assert row.in_lips < 0.1, row

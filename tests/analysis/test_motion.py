@@ -9,6 +9,7 @@ import pytest
 
 import facewrinkle as fw
 from analysis.motion import FOLDS, OTHERS, PAIRS, agreements, compared, fold_angles, read_shapes, report
+from facewrinkle.geometry.normals import vertex_normals
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 
@@ -36,14 +37,29 @@ def test_muscles_move_a_captured_face_as_it_moved():
     shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
     rows = [row for row, _ in agreements(face, shapes)]
     assert [(row.muscle, row.shape) for row in rows] == list(PAIRS)
-    assert min(row.cosine for row in rows) >= 0.75
-    assert np.mean([row.cosine for row in rows]) >= 0.85
-    assert np.mean([row.area_cosine for row in rows]) >= 0.78
+    assert min(row.cosine for row in rows) >= 0.79
+    assert np.mean([row.cosine for row in rows]) >= 0.88
+    assert np.mean([row.area_cosine for row in rows]) >= 0.86
     assert all(1 / 1.5 <= row.size <= 1.5 for row in rows)
     others = [row for row, _ in agreements(face, shapes, OTHERS)]
     assert [(row.muscle, row.shape) for row in others] == list(OTHERS)
     assert min(row.cosine for row in others) >= 0.7
     assert np.mean([row.area_cosine for row in others]) >= 0.75
+
+
+@pytest.mark.skipif(not (FACES / "ict_face_expressions.npz").exists(), reason="the captured face is not there")
+def test_cheeks_bulge_as_they_did():
+    """Outwards, where the flesh that a muscle raises is bunched up: on the cheek bone, and half way to the mouth."""
+    face = fw.fit_face(FACES / "ict_face_narrow.obj", FACES / "ict_face_narrow.landmarks.json", units="cm")
+    shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
+    pairs = [("zygomaticus_major_l", "mouthSmile_L"), ("orbicularis_oculi_orbital_l", "cheekSquint_L")]
+    normals, cheek = vertex_normals(face.points, face.triangles), face.landmarks["malar_l"]
+    for row, ours in agreements(face, shapes, pairs):
+        for place in (cheek, 0.5 * (cheek + face.landmarks["mouth_l"])):
+            near = np.linalg.norm(face.points - place, axis=1) * face.unit < 8.0
+            outwards, captured = ((field * normals)[near].sum(axis=1).mean() for field in (ours, shapes[row.shape]))
+            assert captured > 1.0
+            assert 0.6 * captured < outwards < 1.4 * captured
 
 
 def test_furrows_run_across_the_compression_of_a_map(face):

@@ -104,7 +104,8 @@ def test_intensity_multiplies():
 
 def test_mixtures_take_the_strongest_rate_of_each_muscle():
     atlas = load_atlas()
-    got = atlas.contractions({"AU12": 0.7, "corrugator_l": 0.2, "fear": 0.5, "zygomaticus_major_l": 0.9}, 0.5)
+    mixture = {"AU12": 0.7, "corrugator_l": 0.2, "frowning": 0.5, "AU1": 0.5, "zygomaticus_major_l": 0.9}
+    got = atlas.contractions(mixture, 0.5)
     expected = {
         **both("zygomaticus_major", rate=0.35), "zygomaticus_major_l": 0.45,
         **both("frontalis_inner", "corrugator", rate=0.25),

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.anatomy.eyes import gaze_of
-from facewrinkle.anatomy.muscles import EyeMuscle
+from facewrinkle._features import Lashes
+from facewrinkle.anatomy.eyes import gaze_of, lid_margins, lids_of, place_eyeballs
+from facewrinkle.anatomy.muscles import EyeMuscle, LidMuscle
 from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.geometry.topology import boundary_loops
+from facewrinkle.plotting import Scene, Style
 
 
 def test_turns_and_directions_are_inverse(face):
@@ -82,3 +86,121 @@ def test_lids_follow_the_gaze_and_closing_takes_its_place(face):
             skin.step()
         states.append(skin.displacement.copy())
     np.testing.assert_allclose(*states, atol=1e-5)
+
+
+# --- where the eyes are -------------------------------------------------------------------------
+
+
+def rims(face):
+    """The rims of the openings of both eyes."""
+    centres = [eye.centre for eye in face.eyes]
+    return [
+        loop
+        for loop in boundary_loops(face.triangles)
+        if min(np.linalg.norm(face.points[loop] - centre, axis=1).max() for centre in centres) < 24.0
+    ]
+
+
+def filled(face, *rings):
+    """Points and triangles of the face with its eyes closed by rings (share of the rim, mm back) and a last point."""
+    points, triangles = [face.points], [face.triangles]
+    back = -face.frame.axes[2]
+    for rim in rims(face):
+        before, middle = rim, face.points[rim].mean(axis=0)
+        for share, depth in rings:
+            start = sum(map(len, points))
+            ring = np.arange(start, start + len(rim))
+            points.append(middle + share * (face.points[rim] - middle) + depth * back)
+            after = np.roll(before, -1), np.roll(ring, -1)
+            triangles += [np.stack([before, ring, after[0]], axis=1), np.stack([after[0], ring, after[1]], axis=1)]
+            before = ring
+        last = sum(map(len, points))
+        points.append(points[-1].mean(axis=0)[None] if rings else middle[None])
+        triangles.append(np.stack([before, np.full(len(rim), last), np.roll(before, -1)], axis=1))
+    return np.vstack(points), np.vstack(triangles).astype(np.int32)
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0, 3.0), (0.0, 0.0, -3.0), (1.0, 0.5, 2.0)])
+def test_the_lids_tell_how_deep_an_eye_lies(face, shift):
+    marks = dict(face.landmarks)
+    for eye, sign in zip(face.eyes, (1.0, -1.0), strict=True):
+        marks[f"eye_{eye.side}_centre"] = eye.centre + np.array(shift) * [sign, 1.0, 1.0]
+    names = ("eye_l_centre", "eye_r_centre")
+    found = place_eyeballs(marks, face.frame, face.points, face.triangles, names)
+    given = place_eyeballs(marks, face.frame, face.points, face.triangles)
+    for eye, there, kept in zip(face.eyes, found, given, strict=True):
+        assert np.linalg.norm(there.centre - eye.centre) < 0.5 * np.linalg.norm(shift)
+        assert there.radius == pytest.approx(eye.radius, rel=0.1)
+        margin = face.points[np.concatenate(lid_margins(eye, face.points, face.triangles, face.landmarks))]
+        assert np.linalg.norm(margin - there.centre, axis=1).min() > 0.95 * there.radius
+        if shift[2] > 0.0:  # what is given is kept, unless the ball would be far from the lids
+            np.testing.assert_array_equal(kept.centre, marks[f"eye_{eye.side}_centre"])
+        else:
+            np.testing.assert_array_equal(kept.centre, there.centre)
+
+
+def test_lids_before_a_socket_are_those_before_a_hole(face):
+    points, triangles = filled(face, (1.0, 3.0), (1.1, 8.0), (0.9, 16.0))
+    eyes = place_eyeballs(face.landmarks, face.frame, points, triangles)
+    for eye, other in zip(face.eyes, eyes, strict=True):
+        assert other.radius == pytest.approx(eye.radius, rel=0.03)
+        first = lids_of(eye, face.points, face.triangles, face.landmarks)
+        second = lids_of(other, points, triangles, face.landmarks)
+        turns = np.zeros((2, len(points)))
+        for angles, lids in zip(turns, (first, second), strict=True):
+            angles[lids.close.vertices] = lids.close.angles
+        margins = lid_margins(eye, face.points, face.triangles, face.landmarks)
+        between = np.concatenate([chain[1:-1] for chain in margins])
+        np.testing.assert_allclose(*turns[:, between], atol=np.radians(2.0))
+
+
+def test_an_eye_that_is_not_open_lies_behind_its_skin(face):
+    points, triangles = filled(face)
+    closed = fw.fit_face(pv.PolyData.from_regular_faces(points, triangles), face.landmarks, units="mm")
+    assert not any(isinstance(closed.muscles[name], LidMuscle | EyeMuscle) for name in closed.guides)
+    assert not any(name.startswith("orbicularis_oculi") for name in closed.guides)
+    for eye in closed.eyes:
+        assert lid_margins(eye, closed.points, closed.triangles, closed.landmarks) is None
+        hits = closed.mesh.ray_trace(eye.centre, eye.centre + 100.0 * eye.gaze)[0]
+        assert np.linalg.norm(hits - eye.centre, axis=1).min() >= eye.radius
+        lashes = Lashes(eye, closed, 0.1)
+        ((chain, weights),) = lashes.roots
+        np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-9)
+        roots = weights @ closed.points[chain]
+        assert np.abs(roots - closed.mesh.find_closest_cell(roots, return_closest_point=True)[1]).max() < 0.5
+    with Scene(closed, Style(size=(64, 64))) as scene:
+        scene.show(closed.mesh)
+        drawn = set(scene.plotter.actors)
+    assert {"lashes_l", "lashes_r"} <= drawn
+    assert not {"eye_l", "eye_r"} & drawn
+
+
+def test_eyes_of_a_face_with_closed_lids_do_not_show(real_face):
+    face = real_face("mediapipe_canonical_face_model")
+    for eye in face.eyes:
+        assert lid_margins(eye, face.points, face.triangles, face.landmarks) is None
+        offset = face.points - eye.centre
+        before = offset @ eye.gaze > 0.0
+        assert np.linalg.norm(offset[before], axis=1).min() > eye.radius
+
+
+def test_deep_sockets_have_lids(real_face):
+    """The eyes lie where the lids are, and closing lids meet."""
+    face = real_face("makehuman_head_male")
+    moved = fw.Skin(face, time_step=0.1)
+    moved.contract({"orbicularis_oculi_l": 1.0, "orbicularis_oculi_r": 1.0})
+    for _ in range(15):
+        moved.step()
+    now = (moved.points + moved.displacement) / face.unit
+    for eye in face.eyes:
+        upper, lower = lid_margins(eye, face.points, face.triangles, face.landmarks)
+        along = face.points[np.concatenate([upper, lower])] @ face.frame.axes[0]
+        middle = np.quantile(along, [0.35, 0.65])
+        heights = []
+        for points in (face.points, now):
+            chains = [points[chain][:, :3] @ face.frame.axes.T * face.unit for chain in (upper, lower)]
+            place = np.linspace(*(middle * face.unit), 9)
+            high, low = (np.interp(place, *chain[np.argsort(chain[:, 0])][:, :2].T) for chain in chains)
+            heights.append(high - low)
+        assert heights[0].min() > 4.0
+        assert heights[1].max() < 1.0

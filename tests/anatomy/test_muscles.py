@@ -27,6 +27,7 @@ from facewrinkle.anatomy.muscles import (
     SphincterMuscle,
     Wrinkles,
 )
+from facewrinkle.anatomy.muscles.pulling import BELLY
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry import profile
 
@@ -469,6 +470,38 @@ def test_tapered_furrows_are_deepest_in_the_middle(muscle):
     share = np.interp(place, [0.0, 0.3, 0.7, 1.0], [0.0, 1.0, 1.0, 0.0])
     np.testing.assert_allclose(tapered, full * (3.0 * share**2 - 2.0 * share**3), atol=1e-12)
     assert np.abs(tapered).max() > 0.0
+
+
+def test_furrows_taper_differently_towards_both_ends(muscle):
+    x = around(muscle)
+    first, last = (muscle.replaced(taper=pair).unit_amplitude(x) for pair in ((0.6, 0.0), (0.0, 1.4)))
+    both = muscle.replaced(taper=(0.6, 1.4)).unit_amplitude(x)
+    smaller = np.where(np.abs(first) < np.abs(last), first, last)
+    np.testing.assert_allclose(both, smaller, atol=1e-12)
+    assert np.abs(first - last).max() > 0.1
+    same, one = (muscle.replaced(taper=taper).unit_amplitude(x) for taper in ((0.6, 0.6), 0.6))
+    np.testing.assert_array_equal(same, one)
+
+
+@pytest.mark.parametrize("taper", [(0.1,), (0.1, 0.2, 0.3), "x", None, (0.1, -0.1), 2.1])
+def test_bad_tapers(taper):
+    with pytest.raises(ParameterError, match="taper"):
+        Wrinkles(taper=taper)
+
+
+def test_flesh_is_bunched_up_around_the_belly():
+    muscle = linear()
+    x = around(muscle)
+    along = np.linspace(-1.0, 2.0, 301)[:, None] * (np.subtract(muscle.insertion, muscle.attachment))
+    share = muscle.bunched(np.asarray(muscle.attachment) + along)
+    peak = np.linalg.norm(along[np.argmax(share)]) / muscle.radius
+    assert peak == pytest.approx(BELLY[0], abs=0.01)
+    assert share.max() == pytest.approx(1.0, abs=1e-3)
+    rising = np.diff(share[: np.argmax(share) + 1])
+    assert (rising >= 0.0).all()
+    assert (muscle.bunched(x) >= 0.0).all()
+    far = np.linalg.norm(x - muscle.attachment, axis=1) > sum(BELLY) * muscle.radius
+    assert not muscle.bunched(x)[far].any()
 
 
 LINES = ([(-10, 40, 0), (10, 40, 0)], [(-10, 0, 0), (10, 0, 0)])

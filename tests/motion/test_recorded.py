@@ -306,7 +306,7 @@ def test_neutral_frames_have_no_wrinkles(clip, wrinkled):
     assert 4.0 in neutral
     for time in neutral:
         frame, _ = wrinkled[time]
-        assert np.abs(frame["W"]).max() < 1e-6
+        assert not frame["W"].any()
         base = np.asarray(frame.points)[: clip.face.mesh.n_points]
         np.testing.assert_allclose(base, clip.face.points, rtol=1e-15)
 
@@ -326,8 +326,8 @@ def test_wrinkles_come_where_the_expression_compresses_the_skin(clip, wrinkled, 
     near = np.linalg.norm(rest - clip.face.landmarks[landmark] * unit, axis=1) < radius
     away = np.linalg.norm(rest - clip.face.landmarks[quiet] * unit, axis=1) < 15.0
     relief, elsewhere = np.ptp(frame["W"][near]), np.ptp(frame["W"][away])
-    assert relief > 0.3
-    assert elsewhere < 0.3 * relief
+    assert relief > 1.0
+    assert elsewhere < 0.15 * relief
     # Folded skin is compressed in some direction, as the captured shapes alone tell.
     weights = np.array([np.interp(time, clip.truth.times, column) for column in clip.truth.weights.T])
     moved = clip.face.points + np.einsum("k,knd->nd", weights, clip.truth.deltas)[clip.face.source_points]

@@ -70,9 +70,9 @@ class Wrinkles:
     fronts : {"straight", "round"}
         Whether the furrows of a linear muscle run straight across its central fibre, as in the paper, or as arcs about
         its attachment, everywhere across the compression that is measured.
-    taper : float
-        In [0, 1]: share of the region's length in which the furrows grow shallower towards its first and last one. 0 as
-        in the paper: all are alike.
+    taper : float or tuple of float
+        In [0, 2], or two numbers for its start and its end: how far from its ends the furrows grow shallower towards
+        them, in halves of the region's length. 0 as in the paper: all are alike.
 
     Examples
     --------
@@ -88,7 +88,7 @@ class Wrinkles:
     ends: profile.Ends = "continuous"
     falloff: profile.Falloff = "paper"
     fronts: Fronts = "straight"
-    taper: float = 0.0
+    taper: float | tuple[float, float] = 0.0
 
     def __post_init__(self) -> None:
         profile.half_cycle(1.0, self.start, self.count)
@@ -96,9 +96,21 @@ class Wrinkles:
         profile.attenuation(0.0, self.falloff)
         check_range("depth", self.depth, 0.0, 1e6)
         check_range("core", self.core, 0.0, 1.0)
-        check_range("taper", self.taper, 0.0, 1.0)
+        for taper in self.tapers:
+            check_range("taper", taper, 0.0, 2.0)
         if self.fronts not in FRONTS:
             raise ParameterError(f"fronts must be one of {', '.join(FRONTS)}, received {self.fronts!r}.")
+
+    @property
+    def tapers(self) -> tuple[float, float]:
+        """`taper` at the start and at the end of the region."""
+        if isinstance(self.taper, float | int):
+            return self.taper, self.taper
+        try:
+            first, last = self.taper
+        except (TypeError, ValueError):
+            raise ParameterError(f"taper must be one number or two, received {self.taper!r}.") from None
+        return first, last
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +124,8 @@ class Muscle:
     """Force at full contraction, relative to that of the other muscles."""
     normal_share: float = field(default=1.0, kw_only=True)
     """Share of the pull along the skin's normal that reaches the skin."""
+    swell: float = field(default=0.0, kw_only=True)
+    """Push of the flesh that it bunches up on the skin over it, outwards, relative to its pull."""
     folds: Muscle | None = field(default=None, kw_only=True)
     """Where the skin folds elsewhere than over the muscle, or not across its fibres: the muscle-like region on which
     the wrinkles are laid instead. None, as in the paper: over the muscle and across its fibres.
@@ -120,6 +134,7 @@ class Muscle:
     def _check_common(self) -> None:
         check_range("strength", self.strength, 0.0, 1e6)
         check_range("normal_share", self.normal_share, 0.0, 1.0)
+        check_range("swell", self.swell, 0.0, 1e6)
 
     @property
     def fold_pattern(self) -> Muscle:
@@ -160,6 +175,10 @@ class Muscle:
         """Pull (n, 3) at full contraction and strength 1; 0 outside the area of influence."""
         return np.zeros_like(checked_points(points))
 
+    def bunched(self, points: npt.ArrayLike) -> Array:
+        """How much flesh is bunched up under (n, 3) points at full contraction, in [0, 1]."""
+        return np.zeros(len(checked_points(points)))
+
     @property
     def half_wavelength(self) -> float:
         """Half cycle u as a length (for a sphincter: along its outer border, where it is longest); infinite without
@@ -190,8 +209,11 @@ class Muscle:
 
     def _tapered(self, place: Array) -> Array:
         """Share of the depth at `place` in the wrinkling region, from 0 to 1 along the muscle."""
-        reach = 0.5 * self.wrinkles.taper
-        return smoothstep(np.minimum(place, 1.0 - place) / reach) if reach > 0.0 else np.ones_like(place)
+        share = np.ones_like(place)
+        for taper, away in zip(self.wrinkles.tapers, (place, 1.0 - place), strict=True):
+            if taper > 0.0:
+                share = np.minimum(share, smoothstep(away / (0.5 * taper)))
+        return share
 
     def _profile(self, distance: Array, start: float, u: float) -> Array:
         """H at k0 = 1 of points at `distance` along the muscle."""

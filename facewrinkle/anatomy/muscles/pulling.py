@@ -29,6 +29,11 @@ def _lateral(across: Array) -> Array:
     return np.where(across <= 1.0, np.cos(np.minimum(across, 1.0) * (0.5 * np.pi)), 0.0)
 
 
+BELLY = (0.38, 0.7)
+"""Where along a linear muscle flesh is bunched up most, and how far around; captured smiles bulge there. Relative to R.
+"""
+
+
 @dataclass(frozen=True, eq=False)
 class LinearMuscle(Muscle):
     """A muscle that pulls a cone of skin towards one point on the bone (Eqs. 1-2).
@@ -127,6 +132,13 @@ class LinearMuscle(Muscle):
         lam, gamma = self.coordinates(points)
         size = _longitudinal(lam, min(self.length / self.radius, 1.0)) * _lateral(gamma)
         return size[:, None] * self.fold_direction(points)
+
+    def bunched(self, points: npt.ArrayLike) -> Array:
+        """Most around the muscle's belly, which lies nearer to the attachment; nothing beyond `BELLY` radii of it."""
+        at, reach = BELLY
+        fibre = np.subtract(self.insertion, self.attachment) / self.length
+        offset = (checked_points(points) - self.attachment) / self.radius - at * fibre
+        return np.asarray(np.maximum(1.0 - (offset**2).sum(axis=1) / reach**2, 0.0) ** 2)
 
     @property
     def half_wavelength(self) -> float:
