@@ -200,13 +200,13 @@ class Scene:
         self._mouth = Mouth(face)
         self._own = {name for name, part in face.parts.items() if _is_drawn(name, part.mesh)}
         eyes = [eye for eye in face.eyes if f"eye_{eye.side}" not in self._own] if self.style.eyes else []
-        painted = [PaintedEye(eye, face) for eye in eyes]
-        self._eyes = [eye for eye in painted if eye.open]
+        balls = [PaintedEye(eye, face) for eye in eyes]
+        self._eyes = [ball for ball in balls if ball.open]
         self._lashes = (
             [
-                Lashes(eye.eye, face, pixel)
-                for eye in painted
-                if f"lashes_{eye.eye.side}" not in self._own and (eye.open or self._paint is not None)
+                Lashes(ball.eye, face, pixel)
+                for ball in balls
+                if f"lashes_{ball.eye.side}" not in self._own and (ball.open or self._paint is not None)
             ]
             if self.style.brows and self.style.scalars is None
             else []
