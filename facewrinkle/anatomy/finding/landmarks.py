@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,11 +18,11 @@ from ...geometry.topology import components
 from ...mesh import read_surface, to_polydata
 from ..landmarks import NAMES, complete
 from .alignment import COARSE, FINE, laid_on, likeness, seen, template_map
-from .depth import Pose
+from .depth import Pose, foremost
 from .matching import Match, matched
 from .samples import spread
 from .search import candidates, distinct
-from .template import template
+from .template import PEOPLE, template
 
 Array = npt.NDArray[np.float64]
 Triangles = npt.NDArray[np.int64]
@@ -41,6 +41,9 @@ OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_
 """Landmarks that cannot be read off the front view: carried over from the template by the others."""
 
 SAMPLES = 30_000
+
+DISAGREEMENT = 0.12
+"""Scatter of a landmark among the templates that halves its confidence, in distances between the pupils."""
 
 NO_FACE = (
     "no face was found on the mesh: nothing on it looks like one. If it is a face, give landmarks; required are, on "
@@ -115,8 +118,9 @@ def find_landmarks(mesh: pv.DataSet | str | Path, watch: Watch | None = None) ->
     if len(part) < len(triangles):
         alone = matched(points, part, laid_on(points, part, match.pose))
         match, triangles = max((alone, part), (match, triangles), key=lambda pair: pair[0].confidence)
+    others = [matched(points, triangles, match.pose, person) for person in range(1, len(PEOPLE))]
     try:
-        landmarks, confidences = _landmarks(points, triangles, match)
+        landmarks, confidences = _landmarks(points, triangles, [match, *others])
     except LandmarkError:  # the template's landmarks fell into disorder
         raise LandmarkError(NO_FACE) from None
     hidden = [name for name in NAMES if name not in UNMEASURED and confidences[name] < 0.2]
@@ -179,19 +183,33 @@ def _face_part(points: Array, triangles: Triangles, match: Match) -> Triangles:
     return triangles[whole[label == chosen]] if votes[chosen] > 0.6 * votes.sum() else triangles
 
 
-def _landmarks(points: Array, triangles: Triangles, match: Match) -> tuple[dict[str, Array], dict[str, float]]:
-    """All landmarks on the surface, and how like the template it is around each."""
-    model = template().landmarks
+def _landmarks(points: Array, triangles: Triangles, matches: list[Match]) -> tuple[dict[str, Array], dict[str, float]]:
+    """All landmarks on the surface, from where every template has them, and how far each can be trusted."""
+    pose, view = matches[0].pose, matches[0].view
+    people = [template(person).landmarks for person in range(len(matches))]
     names = [name for name in NAMES if name not in OFF_FRONT]
-    flat = np.array([model[name][:2] for name in names])
-    there = match.warp(flat)
-    height = map_coordinates(match.view.depth, FINE.index(there), order=1, mode="nearest")
-    read = dict(zip(names, match.pose.world(np.column_stack([there, height])), strict=True))
-    landmarks, _ = complete(read, model)
+    places = np.array([m.warp(_flat(people[k], names)) for k, m in enumerate(matches)])
+    there = places.mean(axis=0)
+    there[names.index("nose_tip")] = foremost(view.depth, FINE, there[names.index("nose_tip")])
+    height = map_coordinates(view.depth, FINE.index(there), order=1, mode="nearest")
+    read = dict(zip(names, pose.world(np.column_stack([there, height])), strict=True))
+    landmarks, _ = complete(read, people[0])
     on_skin = [name for name in NAMES if not name.endswith("centre")]
     skin = to_polydata(points, triangles)
     closest: Any = skin.find_closest_cell(np.array([landmarks[n] for n in on_skin]), return_closest_point=True)
     landmarks |= dict(zip(on_skin, np.asarray(closest[1], dtype=np.float64), strict=True))
-    local = map_coordinates(match.trust, FINE.index(np.array([model[n][:2] for n in NAMES])), order=1, mode="nearest")
+    spread = dict(zip(names, np.sqrt(places.var(axis=0).sum(axis=1)), strict=True))
+    alike = [
+        map_coordinates(m.trust, FINE.index(_flat(people[k], NAMES)), order=1, mode="nearest")
+        for k, m in enumerate(matches)
+    ]
     cap = dict.fromkeys(UNMEASURED, 0.3)
-    return landmarks, {n: float(min(max(t, 0.0), cap.get(n, 1.0))) for n, t in zip(NAMES, local, strict=True)}
+    trust = {
+        name: float(np.clip(value, 0.0, cap.get(name, 1.0)) / (1.0 + (spread.get(name, 0.0) / DISAGREEMENT) ** 2))
+        for name, value in zip(NAMES, np.mean(alike, axis=0), strict=True)
+    }
+    return landmarks, trust
+
+
+def _flat(landmarks: Mapping[str, Array], names: Iterable[str]) -> Array:
+    return np.array([landmarks[name][:2] for name in names])

@@ -62,9 +62,9 @@ class Match:
     confidence: float
 
 
-def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose) -> Match:
+def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, person: int = 0) -> Match:
     """The warp to the surface in this pose, coarse relief first, and how alike the two are then."""
-    view, base = seen(points, triangles, pose, FINE), template_map(FINE)
+    view, base = seen(points, triangles, pose, FINE, person), template_map(FINE, person)
     face, model = _channels(view, base), _channels(base, base)
     shown = np.clip(view.weight / np.maximum(base.weight, 1e-3), 0.0, 1.0)
     warp = None
