@@ -52,7 +52,10 @@ def fit(
     begin = time.perf_counter()
     report = Report(quiet)
     face = fit_face(
-        file, landmarks, units_of(units), watch=lambda poses, count: report.progress(iter(poses), "Poses", count)
+        file,
+        landmarks,
+        units_of(units),
+        watch=lambda steps, count: report.progress(iter(steps), "Finding the face", count),
     )
     stem = file.stem
     folder = output_folder(out or Path("output") / stem)

@@ -14,8 +14,14 @@ from .depth import Grid, closed, depth_map
 
 Array = npt.NDArray[np.float64]
 
-PEOPLE = (Identity(), Identity(length=1.0), Identity(width=1.0, cheeks=0.6, nose_width=0.8), Identity(age=1.0, lips=-0.7))
-"""The mean face, a long one, a broad one and an old one: what they agree on is less any one's own shape."""
+PEOPLE = (
+    Identity(),
+    Identity(length=1.0),
+    Identity(width=1.0, cheeks=0.6, nose_width=0.8),
+    Identity(width=-1.0, cheeks=-0.6, nose_width=-0.6),
+    Identity(age=1.0, lips=-0.7),
+)
+"""The mean face, a long, a broad, a narrow and an old one: what they agree on is less any one's own shape."""
 
 
 @dataclass(frozen=True, eq=False)
