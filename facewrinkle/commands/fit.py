@@ -59,7 +59,7 @@ def fit(
     )
     stem = file.stem
     folder = output_folder(out or Path("output") / stem)
-    write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated)
+    write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated, face.confidences)
     write_face(face, folder / f"{stem}{SUFFIX}")
     save_picture(stacked([side_by_side(row) for row in _rows(face)]), folder / f"{stem}.png")
     measured = [value for name, value in face.confidences.items() if name not in face.estimated]

@@ -45,6 +45,9 @@ SAMPLES = 30_000
 SURE, HOPELESS = 0.75, 0.25
 """Confidence above which no other pose is tried, and below which no other template is."""
 
+CHOICE = 0.03
+"""A template whose relief around a landmark correlates less by this counts a third."""
+
 DISAGREEMENT = 0.12
 """Scatter of a landmark among the templates that halves its confidence, in distances between the pupils."""
 
@@ -225,8 +228,10 @@ def _landmarks(points: Array, triangles: Triangles, matches: list[Match]) -> tup
     pose, view = matches[0].pose, matches[0].view
     people = [template(person).landmarks for person in range(len(matches))]
     names = [name for name in NAMES if name not in OFF_FRONT]
+    trusts = dict(zip(NAMES, np.transpose([_alike(m, people[k]) for k, m in enumerate(matches)]), strict=True))
     places = np.array([m.warp(_flat(people[k], names)) for k, m in enumerate(matches)])
-    there = places.mean(axis=0)
+    weights = np.transpose([np.exp((trusts[name] - trusts[name].max()) / CHOICE) for name in names])[..., None]
+    there = (weights * places).sum(axis=0) / weights.sum(axis=0)
     there[names.index("nose_tip")] = foremost(view.depth, FINE, there[names.index("nose_tip")])
     height = map_coordinates(view.depth, FINE.index(there), order=1, mode="nearest")
     read = dict(zip(names, pose.world(np.column_stack([there, height])), strict=True))
@@ -236,16 +241,17 @@ def _landmarks(points: Array, triangles: Triangles, matches: list[Match]) -> tup
     closest: Any = skin.find_closest_cell(np.array([landmarks[n] for n in on_skin]), return_closest_point=True)
     landmarks |= dict(zip(on_skin, np.asarray(closest[1], dtype=np.float64), strict=True))
     spread = dict(zip(names, np.sqrt(places.var(axis=0).sum(axis=1)), strict=True))
-    alike = [
-        map_coordinates(m.trust, FINE.index(_flat(people[k], NAMES)), order=1, mode="nearest")
-        for k, m in enumerate(matches)
-    ]
     cap = dict.fromkeys(UNMEASURED, 0.3)
-    trust = {
-        name: float(np.clip(value, 0.0, cap.get(name, 1.0)) / (1.0 + (spread.get(name, 0.0) / DISAGREEMENT) ** 2))
-        for name, value in zip(NAMES, np.mean(alike, axis=0), strict=True)
+    sure = {
+        name: float(np.clip(t.mean(), 0.0, cap.get(name, 1.0)) / (1.0 + (spread.get(name, 0.0) / DISAGREEMENT) ** 2))
+        for name, t in trusts.items()
     }
-    return landmarks, trust
+    return landmarks, sure
+
+
+def _alike(match: Match, landmarks: Mapping[str, Array]) -> Array:
+    """Correlation of relief around a template's landmarks."""
+    return np.asarray(map_coordinates(match.trust, FINE.index(_flat(landmarks, NAMES)), order=1, mode="nearest"))
 
 
 def _flat(landmarks: Mapping[str, Array], names: Iterable[str]) -> Array:

@@ -33,9 +33,9 @@ the template must not be warped off it.
 AROUND = 0.2
 """Size of the surroundings that are compared, in distances between the pupils."""
 
-UNLIKE, ALIKE = 0.6, 1.0
+UNLIKE, ALIKE = 0.5, 1.0
 """Correlation of relief after the warp that means nothing, and that of the template with itself: spheres and other
-things have 0.57 to 0.84, faces 0.87 and more.
+things have 0.57 to 0.92, faces 0.82 and more.
 """
 
 NOSE = 0.25
