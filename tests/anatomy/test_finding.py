@@ -12,6 +12,7 @@ given landmarks                 kept
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ from facewrinkle.anatomy.finding.landmarks import bar
 from facewrinkle.anatomy.finding.samples import spread, thinned
 from facewrinkle.anatomy.finding.template import template
 from facewrinkle.anatomy.finding.warp import Warp, basis, evened, sampled, warped
-from facewrinkle.anatomy.landmarks import NAMES, frame_of, read_landmarks
+from facewrinkle.anatomy.landmarks import NAMES, frame_of, read_landmarks, write_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
 from facewrinkle.mesh import read_surface, to_polydata
 
@@ -324,6 +325,16 @@ def found(face):
             yield step
 
     return find_landmarks(face.mesh, watch)
+
+
+def test_confidences_are_written(found, tmp_path):
+    path = tmp_path / "found.landmarks.json"
+    write_landmarks(found.landmarks, path, found.estimated, found.confidences)
+    entries = json.loads(path.read_text())["landmarks"]
+    assert {n for n, entry in entries.items() if entry["estimated"]} == set(found.estimated)
+    for name, entry in entries.items():
+        assert entry["confidence"] == pytest.approx(found.confidences[name], abs=6e-4)
+        assert np.array_equal(read_landmarks(path)[name], found.landmarks[name])
 
 
 @pytest.mark.usefixtures("found")
