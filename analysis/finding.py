@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import frame_of, read_landmarks
+from facewrinkle.errors import LandmarkError
 from facewrinkle.mesh import to_polydata
 
 FACES = Path(__file__).parents[2] / "shared" / "faces"
@@ -268,7 +269,7 @@ def likeness() -> None:
 def _likeness(mesh: pv.PolyData) -> float:
     try:
         return fw.find_landmarks(mesh).confidence
-    except fw.LandmarkError:
+    except LandmarkError:
         return 0.0
 
 
