@@ -1,7 +1,10 @@
-"""Faces found in many poses: ``python -m analysis.finding [POSES]`` prints a table.
+"""Faces found in many poses: ``python -m analysis.finding [POSES]`` prints a table, and what is taken for a face:
+``python -m analysis.finding likeness``.
 
 The built-in head and the real faces beside the repository, turned, scaled (1e-3 to 1e3) and shifted at random, are
-searched as they are and spoiled in turn. Errors are in % of the distance between the pupils.
+searched as they are and spoiled in turn. Errors are in % of the distance between the pupils. For the likeness other
+people, expressions, cuttings and torn meshes of these faces are searched, and things that are no faces: solids, parts
+of faces, animals of balls, and lumps and reliefs with two like sides at random.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import frame_of, read_landmarks
+from facewrinkle.errors import LandmarkError
 from facewrinkle.mesh import to_polydata
 
 FACES = Path(__file__).parents[2] / "shared" / "faces"
@@ -57,25 +61,51 @@ def _inside_out(mesh: pv.PolyData, size: float) -> pv.PolyData:
     return to_polydata(mesh.points, mesh.regular_faces[:, ::-1])
 
 
+def _with_parts(mesh: pv.PolyData, size: float) -> pv.PolyData:
+    """With eyeballs, teeth and a cap of hair. The faces all look along +z and are upright."""
+    points = np.asarray(mesh.points)
+    tip = points[np.argmax(points[:, 2])]
+    at = tip + size * np.array([[0.5, 0.55, -0.8], [-0.5, 0.55, -0.8], [0.0, -0.55, -0.4], [0.0, 0.9, -1.5]])
+    eyes = [pv.Sphere(radius=0.19 * size, center=centre) for centre in at[:2]]
+    teeth = pv.Cube(center=at[2], x_length=0.5 * size, y_length=0.1 * size, z_length=0.1 * size).triangulate()
+    hair = pv.Sphere(radius=1.35 * size, center=at[3]).clip("y", origin=at[3] + [0.0, 0.3 * size, 0.0], invert=False)
+    return pv.merge([mesh, *eyes, teeth, _triangles(hair)])
+
+
+def _triangles(mesh: pv.DataSet) -> pv.PolyData:
+    return mesh.extract_surface(algorithm="dataset_surface").triangulate()
+
+
 SPOILED: dict[str, Callable[[pv.PolyData, float], pv.PolyData]] = {
     "as it is": lambda mesh, size: mesh,
     "noise of 1 %": _noisy,
     "1,500 triangles": _coarse,
     "inside out": _inside_out,
     "200,000 triangles": _fine,
+    "other parts": _with_parts,
 }
 
 
-def main(count: int = 75) -> None:
-    """Search every face in so many poses and print what came out."""
+def main(*what: str) -> None:
+    """The table of poses, 300 or as many as is said, or that of likeness."""
+    if what[:1] == ("likeness",):
+        likeness()
+    else:
+        poses(*map(int, what[:1]))
+
+
+def poses(count: int = 300) -> None:
+    """Search the faces in so many poses and print what came out."""
     print(
         f"{'face':32s} {'how':18s} {'poses':>5s} {'found':>5s} {'central':>8s} {'worst':>6s} {'more':>6s} {'conf.':>6s}"
     )
-    for name, mesh, marks in faces():
+    known = list(faces())
+    each = -(-count // len(known))
+    for name, mesh, marks in known:
         size = frame_of(marks).pupil_distance
         for number, (how, spoiled) in enumerate(SPOILED.items()):
             other = spoiled(mesh, size)
-            rows = [_searched(other, marks, seed) for seed in range(number, count, len(SPOILED))]
+            rows = [_searched(other, marks, seed) for seed in range(number, each, len(SPOILED))]
             if not rows:
                 continue
             good, central, worst, more, confidence = np.array(rows).T
@@ -101,5 +131,147 @@ def _searched(mesh: pv.PolyData, marks: Marks, seed: int) -> tuple[float, ...]:
     return float(good), np.mean(central), max(central), np.mean(list(off.values())), found.confidence
 
 
+def people() -> Iterator[tuple[str, pv.PolyData]]:
+    """Faces that must be taken for faces."""
+    for seed in range(10):
+        yield f"built-in, person {seed}", fw.default_face(fw.Identity.random(seed, spread=1.0)).mesh
+    for name, mesh, marks in faces():
+        frame = frame_of(marks)
+        yield name, mesh
+        yield f"{name}, parts", _with_parts(mesh, frame.pupil_distance)
+        yield f"{name}, 1,500 triangles", _coarse(mesh, frame.pupil_distance)
+        rng = np.random.default_rng(5)
+        holes, ragged = rng.uniform([-1.0, -1.6], [1.0, 1.0], (9, 2)), 0.12 * rng.normal(size=mesh.n_cells)
+
+        def whole(at: np.ndarray, holes: np.ndarray = holes, ragged: np.ndarray = ragged) -> np.ndarray:
+            far = np.linalg.norm(at[:, None, :2] - holes, axis=2).min(axis=1) > 0.1
+            return far & (np.hypot(at[:, 0], (at[:, 1] + 0.45) / 1.5) < 1.0 + ragged)
+
+        yield f"{name}, holes and a ragged rim", _part(mesh, marks, whole)
+        yield (
+            f"{name}, tight",
+            _part(
+                mesh, marks, lambda at: (np.hypot(at[:, 0] / 0.95, (at[:, 1] + 0.5) / 1.25) < 1.0) & (at[:, 2] > -0.8)
+            ),
+        )
+    path = FACES / "ict_face_expressions.npz"
+    if path.exists():
+        rest = fw.read_surface(FACES / "ict_face_narrow.obj")
+        captured = np.load(path)
+        for name, delta in zip(captured["names"], captured["deltas"], strict=True):
+            yield f"ict, {name}", to_polydata(np.asarray(rest.points) + delta, rest.regular_faces)
+
+
+def _part(mesh: pv.PolyData, marks: Marks, kept: Callable[[np.ndarray], np.ndarray]) -> pv.PolyData:
+    """The triangles whose middles are kept, by where they lie in distances between the pupils."""
+    frame, points = frame_of(marks), np.asarray(mesh.points)
+    at = (points[mesh.regular_faces].mean(axis=1) - frame.origin) @ frame.axes.T / frame.pupil_distance
+    return to_polydata(points, mesh.regular_faces[kept(at)])
+
+
+def things() -> Iterator[tuple[str, pv.PolyData]]:
+    """What must be refused."""
+    round_about = {"theta_resolution": 60, "phi_resolution": 60}
+    yield "sphere", pv.Sphere(**round_about)
+    yield "box", pv.Box(level=10).triangulate()
+    yield "torus", _triangles(pv.ParametricTorus(u_res=60, v_res=60))
+    yield "cone", pv.Cone(resolution=80).triangulate()
+    yield "cylinder", pv.Cylinder(resolution=80).triangulate()
+    ends = [(0, 0, 0), (0.9, 0, 0), (1, 0, 2.3), (0.4, 0, 3.1), (0.33, 0, 4), (0.4, 0, 4.2), (0, 0, 4.2)]
+    yield "bottle", _triangles(pv.lines_from_points(np.array(ends, float)).extrude_rotate(resolution=60, capping=False))
+    balls = [pv.Sphere(radius=r, center=(0, y, 0), **round_about) for r, y in ((1.0, 0.0), (0.7, 1.4), (0.45, 2.3))]
+    carrot = pv.Cone(center=(0, 2.3, 0.55), direction=(0, 0, 1), height=0.4, radius=0.08).triangulate()
+    yield (
+        "snowman",
+        pv.merge([*balls, carrot, *[pv.Sphere(radius=0.06, center=(x, 2.42, 0.42)) for x in (-0.15, 0.15)]]),
+    )
+    for name in ("ant", "airplane", "nut", "globe", "random_hills"):
+        yield name, _triangles(getattr(pv.examples, f"load_{name}")())
+    for name in ("Boy", "CrossCap", "Dini", "Figure8Klein", "Klein", "Kuen", "Roman", "SuperToroid", "Bour"):
+        yield name, _triangles(getattr(pv, f"Parametric{name}")())
+    for name, mesh, marks in faces():
+        for part, kept in PARTS.items():
+            yield f"{part} of {name}", _part(mesh, marks, kept)
+        if mesh.bounds[5] - mesh.bounds[4] > 2.5 * frame_of(marks).pupil_distance:
+            yield f"back of {name}", _part(mesh, marks, lambda at: at[:, 2] < -0.75)
+    for seed in range(3):
+        yield f"animal {seed}", _animal(seed)
+    for seed in range(45):
+        yield f"lump {seed}", lump(seed)
+    for seed in range(15):
+        yield f"relief {seed}", _relief(seed)
+
+
+PARTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "half": lambda at: at[:, 0] > -0.05,
+    "upper part": lambda at: at[:, 1] > -0.35,
+    "lower part": lambda at: at[:, 1] < -0.55,
+}
+
+
+def lump(seed: int) -> pv.PolyData:
+    """A ball with bulges and hollows at random, left and right alike."""
+    rng, ball = np.random.default_rng(seed), pv.Icosphere(nsub=5)
+    points = np.asarray(ball.points, dtype=float)
+    height = np.ones(len(points))
+    for _ in range(24):
+        centre, width = rng.normal(size=3), rng.uniform(0.12, 0.6)
+        centre /= np.linalg.norm(centre)
+        tall = (0.2, 0.3, 0.4)[seed % 3] * rng.normal() * width / 0.35
+        for side in (1.0, -1.0):
+            height += tall * np.exp(-((points - centre * [side, 1.0, 1.0]) ** 2).sum(axis=1) / width**2)
+    return to_polydata(points * np.maximum(height, 0.2)[:, None] * rng.uniform(0.7, 1.3, 3), ball.regular_faces)
+
+
+def _relief(seed: int) -> pv.PolyData:
+    """A mask with bulges and hollows at random, left and right alike."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(-1.0, 1.0, 90), np.linspace(-1.3, 1.3, 110))
+    z = -0.6 * x * x - 0.35 * y * y
+    for _ in range(14):
+        cx, cy, width = rng.uniform([-0.8, -1.1, 0.08], [0.8, 1.1, 0.35])
+        bulges = [np.exp(-((x - side * cx) ** 2 + (y - cy) ** 2) / width**2) for side in (1.0, -1.0)]
+        z = z + rng.normal() * width * np.sum(bulges, axis=0)
+    return _triangles(pv.StructuredGrid(x, y, z))
+
+
+def _animal(seed: int) -> pv.PolyData:
+    """Body, legs, neck, head with a snout, and ears, of balls that flow together."""
+    rng = np.random.default_rng(seed)
+    high, ears = rng.uniform(0.3, 1.0), rng.uniform(0.1, 0.5)
+    head = np.array([0.0, 0.4 + 0.75 * high, 2.3])
+    balls = [((0.0, 0.0, z), 0.75) for z in np.linspace(-1.4, 1.4, 8)]
+    balls += [((x, -0.5 - 0.25 * j, z), 0.24) for x in (-0.45, 0.45) for z in (-1.2, 1.2) for j in range(6)]
+    balls += [((0.0, 0.2 + 0.25 * high * j, 1.6 + 0.2 * j), 0.42) for j in range(4)]
+    snout = np.array([0.0, -0.08, 0.22])
+    balls += [(tuple(head + j * snout), 0.42 - 0.05 * j) for j in range(4)]
+    ear = [[side * (0.25 + 0.1 * j), 0.3 + 0.3 * ears * j, -0.05] for side in (-1, 1) for j in range(4)]
+    balls += [(tuple(head + e), 0.14) for e in ear]
+    centres, radii = np.array([c for c, _ in balls]), np.array([r for _, r in balls])
+    low, high_ = (centres - 2.0 * radii[:, None]).min(axis=0), (centres + 2.0 * radii[:, None]).max(axis=0)
+    grid = pv.ImageData(dimensions=(90, 90, 90), spacing=tuple((high_ - low) / 89.0), origin=tuple(low))
+    at = np.asarray(grid.points)
+    grid["field"] = np.sum([np.exp(1.4 - 1.4 * ((at - c) ** 2).sum(axis=1) / r**2) for c, r in balls], axis=0)
+    return _triangles(grid.contour([1.0], scalars="field"))
+
+
+def likeness() -> None:
+    """How much faces and other things look like one."""
+    for title, corpus, lowest in (("faces", people, True), ("other things", things, False)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = sorted(((_likeness(mesh), name) for name, mesh in corpus()), reverse=not lowest)
+        print(f"{title}: {len(found)}, the {'lowest' if lowest else 'highest'} are")
+        for value, name in found[:12]:
+            print(f"    {value:.2f}  {name}", flush=True)
+
+
+def _likeness(mesh: pv.PolyData) -> float:
+    try:
+        return fw.find_landmarks(mesh).confidence
+    except LandmarkError:
+        return 0.0
+
+
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:2]))
+    main(*sys.argv[1:])

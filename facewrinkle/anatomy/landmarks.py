@@ -307,8 +307,17 @@ def _coordinates(name: str, value: Any) -> Array:
     return array
 
 
-def write_landmarks(landmarks: Mapping[str, Array], path: str | Path, estimated: Iterable[str] = ()) -> None:
-    """Write landmarks as JSON in the form that :func:`read_landmarks` reads."""
-    guessed = set(estimated)
-    entries = {n: {"xyz": [float(c) for c in p], "estimated": n in guessed} for n, p in landmarks.items()}
+def write_landmarks(
+    landmarks: Mapping[str, Array],
+    path: str | Path,
+    estimated: Iterable[str] = (),
+    confidences: Mapping[str, float] | None = None,
+) -> None:
+    """Write landmarks as JSON in the form that :func:`read_landmarks` reads; how far each can be trusted, if known."""
+    guessed, trust = set(estimated), confidences or {}
+    entries: dict[str, dict[str, Any]] = {
+        n: {"xyz": [float(c) for c in p], "estimated": n in guessed} for n, p in landmarks.items()
+    }
+    for name in trust.keys() & entries.keys():
+        entries[name]["confidence"] = round(trust[name], 3)
     Path(path).write_text(json.dumps({"landmarks": entries}, indent=1) + "\n", encoding="utf-8")

@@ -59,12 +59,12 @@ def fit(
         file,
         landmarks,
         units_of(units),
-        watch=lambda poses, count: report.progress(iter(poses), "Poses", count),
+        watch=lambda steps, count: report.progress(iter(steps), "Finding the face", count),
         texture=texture,
     )
     stem = file.stem
     folder = output_folder(out or Path("output") / stem)
-    write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated)
+    write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated, face.confidences)
     write_face(face, folder / f"{stem}{SUFFIX}")
     save_picture(stacked([side_by_side(row) for row in _rows(face)]), folder / f"{stem}.png")
     measured = [value for name, value in face.confidences.items() if name not in face.estimated]

@@ -12,6 +12,7 @@ given landmarks                 kept
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +23,12 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.anatomy.finding import find_landmarks
 from facewrinkle.anatomy.finding.alignment import FINE, SCALES, laid_on, likeness, seen, template_map
-from facewrinkle.anatomy.finding.depth import Grid, Pose, depth_map, relief
+from facewrinkle.anatomy.finding.depth import Grid, Pose, depth_map, foremost, relief
+from facewrinkle.anatomy.finding.landmarks import bar
 from facewrinkle.anatomy.finding.samples import spread, thinned
 from facewrinkle.anatomy.finding.template import template
 from facewrinkle.anatomy.finding.warp import Warp, basis, evened, sampled, warped
-from facewrinkle.anatomy.landmarks import NAMES, frame_of, read_landmarks
+from facewrinkle.anatomy.landmarks import NAMES, frame_of, read_landmarks, write_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
 from facewrinkle.mesh import read_surface, to_polydata
 
@@ -84,6 +86,17 @@ def test_depth_of_a_sphere():
     assert np.isnan(depth[x**2 + y**2 > 0.9**2]).all()
     turned_inside_out = depth_map(np.asarray(ball.points, dtype=np.float64), ball.regular_faces[:, ::-1], grid)
     np.testing.assert_allclose(turned_inside_out, depth, atol=1e-12)
+
+
+def test_the_foremost_point_of_a_bulge():
+    grid = Grid(0.035)
+    x, y = np.meshgrid(grid.x, grid.y)
+    top = np.array([0.013, -0.507])
+    paraboloid = 0.6 - 1.5 * (x - top[0]) ** 2 - 2.0 * (y - top[1]) ** 2 + 0.8 * (x - top[0]) * (y - top[1])
+    np.testing.assert_allclose(foremost(paraboloid, grid, top + np.array([0.05, -0.08])), top, atol=1e-9)
+    far, start = top + np.array([0.3, 0.0]), np.array([0.1, 0.2])
+    assert np.array_equal(foremost(paraboloid, grid, far), far)  # farther than a nose is wide
+    assert np.array_equal(foremost(x * y, grid, start), start)  # no bulge
 
 
 def test_samples_are_spread_by_area():
@@ -153,12 +166,23 @@ def _noisy(mesh, marks):
     return other
 
 
+def _torn(mesh, marks):
+    rng, frame, points = np.random.default_rng(5), frame_of(marks), np.asarray(mesh.points)
+    at = (points[mesh.regular_faces].mean(axis=1) - frame.origin) @ frame.axes.T / frame.pupil_distance
+    holes = rng.uniform([-1.0, -1.6], [1.0, 1.0], (9, 2))
+    kept = np.linalg.norm(at[:, None, :2] - holes, axis=2).min(axis=1) > 0.1
+    kept &= np.hypot(at[:, 0], (at[:, 1] + 0.45) / 1.5) < 1.0 + 0.12 * rng.normal(size=len(at))
+    return to_polydata(points, mesh.regular_faces[kept])
+
+
 SPOILT = {
     "as it is": lambda mesh, marks: mesh,
     "inside out": lambda mesh, marks: to_polydata(mesh.points, mesh.regular_faces[:, ::-1]),
     "1,500 triangles": lambda mesh, marks: mesh.decimate(1.0 - 1500 / mesh.n_cells),
     "noise": _noisy,
     "other parts": _parts_added,
+    "200 thousand triangles": lambda mesh, marks: mesh.subdivide(3),
+    "holes and a ragged rim": _torn,
 }
 
 
@@ -180,12 +204,13 @@ def test_other_identities_are_found_wherever_they_are(face, how, seed):
     assert not {"nose_tip", "mouth_l", "eye_r_inner"} & set(found.estimated)
 
 
-def test_the_head_finds_itself_the_same_every_time(face, found, fingerprint):
+def test_the_head_finds_itself_the_same_every_time(face, found, fingerprint, capsys):
     before = fingerprint(face.mesh)
     fitted = fw.fit_face(face.mesh)
     assert errors(fitted.landmarks, face.landmarks, MORE).max() < 1.5
     assert fitted.unit == pytest.approx(63.0 / face.frame.pupil_distance, rel=0.01)
     assert fingerprint(face.mesh) == before
+    assert capsys.readouterr() == ("", "")  # no bar where there is no terminal
     assert found.confidences == fitted.confidences
     for name in MORE:
         assert np.array_equal(found.landmarks[name], fitted.landmarks[name]), name
@@ -226,16 +251,47 @@ def _back(face):
     return skull.clip(normal=(0, 0, 1), origin=(0, 0, 40.0)).extract_surface(algorithm="dataset_surface").triangulate()
 
 
-@pytest.mark.parametrize(
-    "thing",
-    [
-        pytest.param(lambda face: pv.Sphere(theta_resolution=60, phi_resolution=60), id="sphere"),
-        pytest.param(lambda face: pv.Box(level=10).triangulate(), id="box"),
-        pytest.param(lambda face: pv.ParametricTorus(u_res=60, v_res=60), id="torus"),
-        pytest.param(_half, id="half a face"),
-        pytest.param(_back, id="back of a head"),
-    ],
-)
+def _snowman(face):
+    balls = [pv.Sphere(radius=r, center=(0, y, 0)) for r, y in ((1.0, 0.0), (0.7, 1.4), (0.45, 2.3))]
+    nose = pv.Cone(center=(0, 2.3, 0.55), direction=(0, 0, 1), height=0.4, radius=0.08).triangulate()
+    return pv.merge([*balls, nose, *[pv.Sphere(radius=0.06, center=(x, 2.42, 0.42)) for x in (-0.15, 0.15)]])
+
+
+def _lump(face):
+    """A ball with bulges at random, left and right alike; of fifty the one most like a face."""
+    rng, ball = np.random.default_rng(5), pv.Icosphere(nsub=5)
+    points = np.asarray(ball.points, dtype=float)
+    height = np.ones(len(points))
+    for _ in range(24):
+        centre, width = rng.normal(size=3), rng.uniform(0.12, 0.6)
+        centre, tall = centre / np.linalg.norm(centre), 0.4 * rng.normal() * width / 0.35
+        for side in (1.0, -1.0):
+            height += tall * np.exp(-((points - centre * [side, 1.0, 1.0]) ** 2).sum(axis=1) / width**2)
+    return to_polydata(points * np.maximum(height, 0.2)[:, None] * rng.uniform(0.7, 1.3, 3), ball.regular_faces)
+
+
+def _lower_part(face):
+    centroid = face.points[face.triangles].mean(axis=1)
+    size = face.frame.pupil_distance
+    return to_polydata(face.points, face.triangles[centroid[:, 1] < face.frame.origin[1] - 0.55 * size])
+
+
+THINGS = {
+    "sphere": lambda face: pv.Sphere(theta_resolution=60, phi_resolution=60),
+    "box": lambda face: pv.Box(level=10).triangulate(),
+    "torus": lambda face: pv.ParametricTorus(u_res=60, v_res=60),
+    "cone": lambda face: pv.Cone(resolution=80).triangulate(),
+    "bottle without a neck": lambda face: pv.ParametricKlein(),
+    "airplane": lambda face: pv.examples.load_airplane(),
+    "snowman": _snowman,
+    "lump": _lump,
+    "half a face": _half,
+    "lower part of a face": _lower_part,
+    "back of a head": _back,
+}
+
+
+@pytest.mark.parametrize("thing", THINGS.values(), ids=THINGS)
 def test_what_is_no_face_is_refused(face, thing):
     with pytest.raises(LandmarkError, match=r"no face was found.*give landmarks.*eye_l_inner"):
         fw.fit_face(thing(face))
@@ -244,6 +300,8 @@ def test_what_is_no_face_is_refused(face, thing):
 def test_what_cannot_be_searched():
     with pytest.raises(MeshError, match="no faces"):
         find_landmarks(pv.PolyData(np.eye(3)))
+    with pytest.raises(MeshError, match="no points"):
+        find_landmarks(pv.PolyData())
     with pytest.raises(MeshError, match="NaN"):
         find_landmarks(to_polydata(np.diag([1.0, 1.0, np.nan]), np.array([[0, 1, 2]])))
     with pytest.raises(MeshError, match="no triangles with an area"):
@@ -255,9 +313,39 @@ def test_what_cannot_be_searched():
 # --- with some landmarks ------------------------------------------------------------------------
 
 
+STEPS = []
+
+
 @pytest.fixture(scope="module")
 def found(face):
-    return find_landmarks(face.mesh)
+    def watch(steps, count):
+        STEPS.append((count, 0))
+        for step in steps:
+            STEPS[-1] = (count, STEPS[-1][1] + 1)
+            yield step
+
+    return find_landmarks(face.mesh, watch)
+
+
+def test_confidences_are_written(found, tmp_path):
+    path = tmp_path / "found.landmarks.json"
+    write_landmarks(found.landmarks, path, found.estimated, found.confidences)
+    entries = json.loads(path.read_text())["landmarks"]
+    assert {n for n, entry in entries.items() if entry["estimated"]} == set(found.estimated)
+    for name, entry in entries.items():
+        assert entry["confidence"] == pytest.approx(found.confidences[name], abs=6e-4)
+        assert np.array_equal(read_landmarks(path)[name], found.landmarks[name])
+
+
+@pytest.mark.usefixtures("found")
+def test_progress_is_shown_on_a_terminal(monkeypatch, capsys):
+    ((count, done),) = STEPS
+    assert 0.8 * count < done <= count
+    monkeypatch.setattr("rich.console.Console.is_terminal", True)
+    assert len(list(bar(iter([None] * 3), 3))) == 3
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "Finding the face" in err
 
 
 @pytest.fixture

@@ -89,7 +89,12 @@ def compare(points, offsets, noses, axes, radius, template, weights, cap, missin
         around = points[offsets[k] : offsets[k + 1]]
         for a in range(axes.shape[1]):
             round_map(around, noses[k], axes[k, a], radius, heights)
-            for turn in range(sectors):
+            for turn in range(0, sectors, 2):
+                value = mismatch(heights, template, weights, turn, cap, missing)
+                if value < cost[k, a]:
+                    cost[k, a], roll[k, a] = value, turn
+            best = roll[k, a]
+            for turn in (best - 1, best + 1):
                 value = mismatch(heights, template, weights, turn, cap, missing)
                 if value < cost[k, a]:
                     cost[k, a], roll[k, a] = value, turn

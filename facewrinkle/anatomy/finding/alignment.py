@@ -42,15 +42,15 @@ class Map:
 
 
 @cache
-def template_map(grid: Grid) -> Map:
-    """The built-in head."""
-    depth, weight = template().depth(grid)
+def template_map(grid: Grid, person: int = 0) -> Map:
+    """The built-in head as one of several people."""
+    depth, weight = template(person).depth(grid)
     return Map(depth, _compressed(relief(depth, grid, SCALES)), weight, (weight > 0.0).astype(np.float64))
 
 
-def seen(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, grid: Grid) -> Map:
+def seen(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, grid: Grid, person: int = 0) -> Map:
     """The surface in this pose; places that are not seen weigh nothing."""
-    base = template_map(grid)
+    base = template_map(grid, person)
     raw = depth_map(pose.local(points), triangles, grid)
     offset = _offset(raw, base)
     raw[np.abs(raw - base.depth - offset) > OFF] = np.nan

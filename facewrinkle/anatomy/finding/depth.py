@@ -115,3 +115,24 @@ def _filled(values: Array, known: npt.NDArray[np.bool_]) -> Array:
 def relief(depth: Array, grid: Grid, scales: tuple[float, ...]) -> Array:
     """Bulges and hollows of the given sizes (c, rows, columns): the Laplacian of Gaussian, without dimension."""
     return np.array([-((s / grid.step) ** 2) * ndimage.gaussian_laplace(depth, s / grid.step) / s for s in scales])
+
+
+def foremost(depth: Array, grid: Grid, start: Array, reach: float = 0.12, within: float = 0.15) -> Array:
+    """The top (2,) of the bulge at a place: that of the paraboloid through what is around, taken again from there.
+
+    The place itself where there is no bulge, or none with a top within this distance.
+    """
+    x, y = np.meshgrid(grid.x, grid.y)
+    place = np.asarray(start, dtype=np.float64)
+    for _ in range(3):
+        u, v = x - place[0], y - place[1]
+        weight = np.exp(-1.5 * (u * u + v * v) / reach**2)
+        near = weight > 0.05
+        u, v, root = u[near], v[near], np.sqrt(weight[near])
+        terms = np.stack([np.ones_like(u), u, v, 0.5 * u * u, u * v, 0.5 * v * v], axis=1)
+        _, a, b, p, q, r = np.linalg.lstsq(terms * root[:, None], depth[near] * root, rcond=None)[0]
+        if not (p < 0.0 and p * r > q * q):
+            return start
+        step = -np.linalg.solve([[p, q], [q, r]], [a, b])
+        place = place + step * min(1.0, 0.08 / max(float(np.linalg.norm(step)), 1e-12))
+    return place if np.linalg.norm(place - start) < within else start

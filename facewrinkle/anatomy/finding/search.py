@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 
@@ -52,22 +53,18 @@ def _round_template() -> _Round:
     return _Round(heights, np.where(np.isfinite(heights) & (heights > -0.9), ring, 0.0))
 
 
-def candidates(points: Array, count: int = 40) -> list[tuple[float, Pose]]:
-    """Poses at which a face could be, with their mismatch, the best first.
+def candidates(points: Array) -> Iterator[list[tuple[float, Pose]]]:
+    """Poses at which a face could be, with their mismatch, at one size after the other.
 
     Parameters
     ----------
     points : ndarray, shape (n, 3)
         Spread evenly over the surface.
-    count : int
-        Number of poses; none is close to a better one.
     """
     middle = points.mean(axis=0)
-    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    found = [pose for size in SIZES * diagonal for pose in _at_size(points - middle, size)]
-    found.sort(key=lambda pair: pair[0])
-    kept = distinct(found, count)
-    return [(cost, Pose(pose.axes, pose.origin + middle, pose.size, pose.stretch)) for cost, pose in kept]
+    for size in SIZES * float(np.linalg.norm(np.ptp(points, axis=0))):
+        found = _at_size(points - middle, size)
+        yield [(cost, Pose(pose.axes, pose.origin + middle, pose.size, pose.stretch)) for cost, pose in found]
 
 
 def distinct(found: list[tuple[float, Pose]], count: int) -> list[tuple[float, Pose]]:

@@ -1,4 +1,4 @@
-"""What a face looks like: depth, relief and landmarks of the built-in head, in its own frame."""
+"""What faces look like: depth, relief and landmarks of the built-in head as several people, in their own frames."""
 
 from __future__ import annotations
 
@@ -8,11 +8,20 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from ..head import load_head
+from ..identity import Identity, head_of
 from ..landmarks import NAMES, frame_of
 from .depth import Grid, closed, depth_map
 
 Array = npt.NDArray[np.float64]
+
+PEOPLE = (
+    Identity(),
+    Identity(length=1.0),
+    Identity(width=1.0, cheeks=0.6, nose_width=0.8),
+    Identity(width=-1.0, cheeks=-0.6, nose_width=-0.6),
+    Identity(age=1.0, lips=-0.7),
+)
+"""The mean face, a long, a broad, a narrow and an old one: what they agree on is less any one's own shape."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +55,9 @@ class Template:
 
 
 @cache
-def template() -> Template:
-    """The built-in head as a template."""
-    head = load_head()
+def template(person: int = 0) -> Template:
+    """The built-in head as a template: one of :data:`PEOPLE`, the mean face first."""
+    head = head_of(PEOPLE[person])
     marks = {name: head.landmarks[name] for name in NAMES}
     frame = frame_of(marks)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -116,9 +117,14 @@ def warped(
             metric += robust * slope[:, None] * slope
         right = np.concatenate([base.values.T @ p for p in pull]) + stiff @ shift.T.ravel()
         blocks = [[base.values.T @ sparse.diags_array(m) @ base.values for m in row] for row in metric]
-        change = splu(sparse.csc_array(sparse.block_array(blocks) + stiff)).solve(-right).reshape(2, k).T
+        change = _symmetric(sparse.block_array(blocks) + stiff).solve(-right).reshape(2, k).T
         shift = shift + change * min(1.0, 0.1 / max(float(np.abs(change).max()), 1e-12))
     return Warp(grid, shift)
+
+
+def _symmetric(matrix: sparse.sparray) -> Any:
+    """The factors of a symmetric positive definite matrix."""
+    return splu(sparse.csc_array(matrix), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
 
 def evened(relief: Array, weight: Array, grid: Grid, width: float = 0.3, floor: float = 0.04) -> Array:
