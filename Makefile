@@ -10,7 +10,7 @@ export VTK_DEFAULT_OPENGL_WINDOW
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench lint clean
+.PHONY: help demo test coverage pictures bench lint clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -20,6 +20,13 @@ demo: $(READY)  ## draw the demonstration into output/
 
 test: lint  ## lint, types, tests and doctests
 	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --doctest-modules tests facewrinkle
+
+coverage: $(READY)  ## the tests again, with the share of lines that they run (at least 95 %)
+	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --cov --cov-report=term --doctest-modules tests facewrinkle
+
+pictures: $(READY)  ## draw the pictures under test anew (look at them before they are committed)
+	rm -rf tests/pictures/baselines/*.png output/pictures
+	$(BIN)/python -m pytest -q --reset_image_cache tests/pictures -k "not fortieth"
 
 bench: $(READY)  ## time the hot paths
 	$(BIN)/python -m pytest benchmarks -q --benchmark-only --benchmark-group-by=group \
