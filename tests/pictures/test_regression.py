@@ -53,7 +53,7 @@ PATTERNS = {
     "eye_corner": "left_eye",
     "cheek": "left_mouth",
     "frown": "glabella",
-    "dimple": "left_mouth",
+    "dimple": View((0.55, 0.0, 1.0), "mouth_l", (0.26, 0.04, -0.1), 0.5),
     "eye_pouch": "left_eye",
 }
 WRINKLES = [("expression", *item) for item in EXPRESSIONS.items()] + [("pattern", *item) for item in PATTERNS.items()]
@@ -159,7 +159,7 @@ def style(view, **options):
     return Style((SIDE // 2, SIDE // 2), view, **options)
 
 
-@pytest.mark.parametrize("kind, name, view", WRINKLES, ids=lambda value: value)
+@pytest.mark.parametrize("kind, name, view", WRINKLES, ids=lambda value: value if isinstance(value, str) else "close")
 def test_wrinkles(kind, name, view, verify):
     plotter = relief(frame(kind, name), view)
     try:
@@ -168,7 +168,7 @@ def test_wrinkles(kind, name, view, verify):
         plotter.close()
 
 
-@pytest.mark.parametrize("kind, name, view", WRINKLES, ids=lambda value: value)
+@pytest.mark.parametrize("kind, name, view", WRINKLES, ids=lambda value: value if isinstance(value, str) else "close")
 def test_a_change_of_a_fortieth_in_height_is_an_error(kind, name, view):
     plotters = [relief(frame(kind, name, factor), view) for factor in (1.0, 1.025)]
     try:
