@@ -10,7 +10,7 @@ export VTK_DEFAULT_OPENGL_WINDOW
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench analysis docs lint clean
+.PHONY: help demo test coverage pictures bench analysis docs lint clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -20,6 +20,14 @@ demo: $(READY)  ## draw the demonstration into output/
 
 test: lint  ## lint, types, tests and doctests
 	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --doctest-modules tests facewrinkle
+
+coverage: $(READY)  ## the tests again, with the share of lines that they run (at least 95 %)
+	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --cov --cov-report=term --doctest-modules tests facewrinkle \
+		--deselect tests/mesh/test_mesh.py::test_prepare_is_fast  # the tracer takes its time
+
+pictures: $(READY)  ## draw the pictures under test anew (look at them before they are committed)
+	rm -rf tests/pictures/baselines/*.png output/pictures
+	$(BIN)/python -m pytest -q --reset_image_cache tests/pictures -k "not fortieth"
 
 bench: $(READY)  ## time the hot paths
 	$(BIN)/python -m pytest benchmarks -q --benchmark-only --benchmark-group-by=group \
@@ -38,7 +46,8 @@ lint: $(READY)  ## style, format and types
 	$(BIN)/mypy
 
 clean:  ## remove the set-up, caches and output
-	rm -rf .venv build dist output docs/_build docs/gallery docs/api/generated *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf .venv build dist output docs/_build docs/gallery docs/api/generated *.egg-info .coverage .pytest_cache .mypy_cache \
+		.ruff_cache .hypothesis .benchmarks
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(READY): pyproject.toml tools/check_opengl.py

@@ -302,6 +302,8 @@ def test_faulty_files_are_refused(tmp_path, text, message):
         ("nasion = 1.0", "nasion = 0.9", "add up to 0.9"),
         ("mouth = 1.0", "mouht = 1.0", "Did you mean 'mouth'"),
         ("max_angle = 20", "max_angle = 200", "max_angle"),
+        ("max_angle = 20", "max_angel = 20", "unknown key 'max_angel'. Did you mean 'max_angle'"),
+        ('kind = "linear"', 'kind = "liner"', "unknown kind 'liner'. Did you mean 'linear'"),
         ("radius = 1.0", "radius = 1.0\nwrinkles = { count = 0 }", "number of wrinkles"),
     ],
 )

@@ -1,0 +1,226 @@
+"""Pictures beside those of before: expressions, fields, patterns and tears, without text.
+
+``make pictures`` draws the baselines anew. Somebody has to look at what changed (``git diff`` shows the files, and
+``output/pictures`` what failed, beside its baseline) before it is committed: a baseline is right only if it was seen.
+
+Mesa's software renderer draws the same pixels in every run. A graphics card does not draw those pixels: there the
+comparisons with baselines are skipped, and what needs none still runs. ``-m "not pictures"`` leaves all of it out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from PIL import Image
+from pytest_pyvista.pytest_pyvista import RegressionError
+
+import facewrinkle as fw
+from facewrinkle.layers.presets import presets
+from facewrinkle.plotting import Scene, Style, View
+from facewrinkle.tears.presets import preset, surfaces
+from facewrinkle.wet import TearScene
+
+pytestmark = [
+    pytest.mark.pictures,
+    pytest.mark.filterwarnings("default:.*Exceeded image regression warning"),
+    pytest.mark.filterwarnings("ignore:.*bad X server"),
+]
+
+BASELINES = Path(__file__).parent / "baselines"
+SIDE = 400
+ERROR, WARNING = 5.0, 1.0
+"""Of VTK's thresholded error. The same picture scores 0; wrinkles that are 2.5 % higher score more than ERROR."""
+
+EXPRESSIONS = {
+    "surprise": "forehead",
+    "frowning": "glabella",
+    "closing_eye": "left_eye",
+    "stretching_mouth": "right_mouth",
+    "fear": "forehead",
+    "happiness": "left_eye",
+    "disgust": "nose",
+    "sadness": "glabella",
+    "pain": "right_eye",
+    "wink": "left_eye",
+}
+PATTERNS = {
+    "forehead": "forehead",
+    "eye_corner": "left_eye",
+    "cheek": "left_mouth",
+    "frown": "glabella",
+    "dimple": View((0.55, 0.0, 1.0), "mouth_l", (0.26, 0.04, -0.1), 0.5),
+    "eye_pouch": "left_eye",
+}
+WRINKLES = [("expression", *item) for item in EXPRESSIONS.items()] + [("pattern", *item) for item in PATTERNS.items()]
+LOOKS = {
+    "rest": (None, "front"),
+    "happiness": ("happiness", "left_three_quarter"),
+    "happiness_eye": ("happiness", "right_eye"),
+}
+FIELDS = ("W", "epsilon", "lambda", "gamma", "split_gamma", "muscle", "level")
+CHEEKS = View((0.25, 0.02, 1.0), "nose_tip", (0.0, -0.05, -0.4), 2.5)
+TEARS = {
+    "hanging": ("dripping", 0.75, True),
+    "falling": ("dripping", 0.96, True),
+    "running": ("shedding", 1.0, True),
+    "arrived": ("weeping", 3.2, True),
+    "plain": ("joy", 2.0, False),
+}
+
+
+@pytest.fixture(scope="module")
+def compared(request):
+    """Skips where pixels mean nothing."""
+    renderer = pv.GPUInfo().renderer
+    if "llvmpipe" not in renderer:
+        pytest.skip(f"the baselines are those of Mesa's llvmpipe; {renderer} draws other pixels")
+
+
+@pytest.fixture
+def verify(compared, verify_image_cache, pytestconfig):
+    """Compares what a plotter shows with the baseline of a name, or makes that."""
+
+    def verify(plotter, name):
+        assert tuple(plotter.window_size) == (SIDE, SIDE)
+        verify_image_cache.test_name = name
+        verify_image_cache.error_value, verify_image_cache.warning_value = ERROR, WARNING
+        try:
+            verify_image_cache(plotter)
+        except RegressionError as problem:
+            pytest.fail(
+                f"{problem}. Both are in output/pictures. If this was meant: `make pictures`, and look at them."
+            )
+        if pytestconfig.getoption("reset_image_cache"):
+            file = BASELINES / f"{name}.png"
+            with Image.open(file) as image:
+                pixels = image.convert("RGB")
+            pixels.save(file, optimize=True)
+
+    return verify
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _forget():
+    yield
+    frame.cache_clear()
+
+
+@lru_cache(maxsize=4)
+def frame(kind, name, factor=1.0):
+    """An expression held, or a pattern laid, with wrinkles higher by a factor."""
+    face = fw.default_face()
+    if kind == "pattern":
+        simulation = fw.Simulation(face, layers=presets(name, face), motion=fw.Still(face))
+    else:
+        simulation = fw.Simulation(face)
+    for layer in simulation.layers:
+        layer.relief = lambda moment, of=layer.relief: replace(r := of(moment), height=factor * r.height)
+    if kind == "expression" and name is not None:
+        simulation.express(name)
+    *_, last = simulation.run(15 if kind == "expression" else 5)
+    return last
+
+
+def relief(mesh, view):
+    """A plotter with white plaster under three raking lamps, red, green and blue: slopes become colours.
+
+    Under the lights of the studio, 2.5 % are too little for a byte to tell. Nothing but shape is seen here: eyes, brows
+    and the colour of the skin can change without these pictures.
+    """
+    with Scene(fw.default_face(), Style((SIDE, SIDE), view, quick=True)) as aimed:
+        camera = aimed.plotter.camera.copy()
+    plotter = pv.Plotter(off_screen=True, window_size=(SIDE, SIDE), lighting="none")
+    plotter.camera = camera
+    plotter.add_mesh(
+        mesh, color="white", ambient=0.0, diffuse=1.0, specular=0.0, smooth_shading=True, show_scalar_bar=False,
+        reset_camera=False,
+    )  # fmt: skip
+    focus, towards = np.array(camera.focal_point), np.subtract(camera.position, camera.focal_point)
+    distance = np.linalg.norm(towards)
+    right = np.cross(camera.up, towards)
+    right *= distance / np.linalg.norm(right)
+    up = np.cross(towards, right) / distance
+    tilt = np.radians(80.0)
+    for turn, colour in zip(np.radians([90.0, 210.0, 330.0]), np.eye(3), strict=True):
+        place = np.sin(tilt) * (np.cos(turn) * right + np.sin(turn) * up) + np.cos(tilt) * towards
+        lamp = pv.Light(position=focus + place, focal_point=focus, color=colour.tolist(), intensity=3.0)
+        plotter.add_light(lamp)
+    plotter.render()
+    return plotter
+
+
+def style(view, **options):
+    """Twice half the size is drawn, to be reduced; here it is taken as drawn."""
+    return Style((SIDE // 2, SIDE // 2), view, **options)
+
+
+@pytest.mark.parametrize("kind, name, view", WRINKLES, ids=lambda value: value if isinstance(value, str) else "close")
+def test_wrinkles(kind, name, view, verify):
+    plotter = relief(frame(kind, name), view)
+    try:
+        verify(plotter, f"{kind}_{name}")
+    finally:
+        plotter.close()
+
+
+@pytest.mark.parametrize("kind, name, view", WRINKLES, ids=lambda value: value if isinstance(value, str) else "close")
+def test_a_change_of_a_fortieth_in_height_is_an_error(kind, name, view):
+    plotters = [relief(frame(kind, name, factor), view) for factor in (1.0, 1.025)]
+    try:
+        assert pv.compare_images(*plotters) > ERROR
+    finally:
+        for plotter in plotters:
+            plotter.close()
+
+
+@pytest.mark.parametrize("name", LOOKS)
+def test_looks(name, verify):
+    expression, view = LOOKS[name]
+    with Scene(fw.default_face(), style(view)) as scene:
+        scene.draw(frame("expression", expression))
+        verify(scene.plotter, f"looks_{name}")
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_fields(name, verify):
+    with Scene(fw.default_face(), style("forehead", scalars=name)) as scene:
+        scene.show(frame("expression", "surprise"))
+        for bar in list(scene.plotter.scalar_bars.keys()):  # text depends on the fonts of a machine
+            scene.plotter.remove_scalar_bar(bar, render=False)
+        scene.plotter.render()
+        verify(scene.plotter, f"field_{name}")
+
+
+@pytest.mark.parametrize("name", TEARS)
+def test_tears(name, verify):
+    of, time, refraction = TEARS[name]
+    face = fw.default_face()
+    with TearScene(face, style(CHEEKS), refraction) as scene:
+        scene.draw(face.mesh, surfaces(preset(of, face), time))
+        verify(scene.plotter, f"tears_{name}")
+
+
+def test_the_same_again_is_the_same_picture():
+    def pixels():
+        frame.cache_clear()
+        plotter = relief(frame("expression", "frowning"), "glabella")
+        try:
+            return plotter.screenshot(None, return_img=True)
+        finally:
+            plotter.close()
+
+    np.testing.assert_array_equal(pixels(), pixels())
+
+
+def test_every_baseline_is_compared_and_small(pytestconfig):
+    names = {f"{kind}_{name}" for kind, name, _ in WRINKLES} | {f"looks_{name}" for name in LOOKS}
+    names |= {f"field_{name}" for name in FIELDS} | {f"tears_{name}" for name in TEARS}
+    files = list(BASELINES.glob("*.png"))
+    assert len(names) <= 40
+    assert {file.stem for file in files} == names
+    assert sum(file.stat().st_size for file in files) < 3e6
