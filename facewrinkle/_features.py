@@ -16,7 +16,7 @@ from .anatomy.muscles import JawMuscle
 from .anatomy.teeth import teeth_of
 from .geometry.normals import vertex_normals
 from .geometry.topology import boundary_loops
-from .mesh import to_polydata
+from .mesh import POSE, to_polydata
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -130,6 +130,25 @@ def _eye_paint(angle: Array, spoke: Array) -> Array:
     paint = _mixed(iris, np.broadcast_to(COLOURS["limbus"], iris.shape), 0.9 * (angle - 23.5) / 4.0)
     paint = _mixed(paint, sclera, (angle - IRIS + 1.2) / 4.2)
     return _mixed(np.tile([8.0, 8.0, 10.0], (len(angle), 1)), paint, (angle - PUPIL) / 1.3)
+
+
+def beside(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
+    """Eyeballs, and between parted lips the dark, teeth and tongue, with `paint` (rgb), where they are in a frame."""
+    pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
+    back = np.linalg.inv(pose)
+    points = np.asarray(frame.points, dtype=np.float64)[: face.mesh.n_points] @ back[:3, :3].T + back[:3, 3]
+    parts = {}
+    for eye in face.eyes:
+        gaze = np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
+        parts[f"eye_{eye.side}"] = PaintedEye(eye, face).on(points, gaze)
+    mouth = Mouth(face)
+    if mouth.parted(points):
+        parts |= {"mouth": mouth.pocket(points)} | mouth.inside(points)
+    for part in parts.values():
+        part.points = np.asarray(part.points, dtype=np.float64) @ pose[:3, :3].T + pose[:3, 3]
+        if "Normals" in part.point_data:
+            part.point_data["Normals"] = np.asarray(part.point_data["Normals"]) @ pose[:3, :3].T
+    return parts
 
 
 class Ribbons:

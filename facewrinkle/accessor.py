@@ -22,9 +22,9 @@ from .geometry.chart import foot
 from .geometry.topology import components
 from .layers.pattern_layer import Compression, PatternLayer
 from .layers.presets import names, presets, table
-from .mesh import read_surface, to_polydata
+from .mesh import add_seams, corner_texture, read_surface, to_polydata, with_data
 from .motion.base import Still
-from .simulation import Refinement, Simulation
+from .simulation import FINEST, Refinement, Simulation
 from .tears.stream import SheddingTear
 
 
@@ -92,21 +92,23 @@ class FaceWrinkleAccessor:
         Raises
         ------
         ParameterError
-            If the mesh is too coarse for the pattern with `max_level`, or the strength is that of compressed skin.
+            If the mesh is much too coarse for the pattern with `max_level`, or the strength is that of compressed skin.
 
         Warns
         -----
         FaceWrinkleWarning
-            If the mesh is refined.
+            If the mesh is refined, or too coarse with `max_level`.
         """
         check_range("time", time, -1e9, 1e9)
-        check_whole("max_level", max_level, 0, 8, "Each level has four times as many triangles.")
-        if isinstance(words.get("strength"), Compression):
+        check_whole("max_level", max_level, 0, FINEST, "Each level has four times as many triangles.")
+        if isinstance(words.get("strength"), Compression | str):
             raise ParameterError("nothing compresses a mesh that keeps still; give a number or a function as strength.")
+        if "begin" in words:
+            raise ParameterError(f"the moment to take is `time`; leave out begin, received {words['begin']!r}.")
         words["begin"] = time
         if landmarks is not None:
             face, rest = fit_face(self._mesh, landmarks, units), None
-            chosen = {"up": up} if tuple(np.asarray(up)) != (0.0, 1.0, 0.0) else {}
+            chosen: dict[str, Any] = {} if np.array_equal(np.asarray(up), (0.0, 1.0, 0.0)) else {"up": up}
             chosen |= {name: value for name, value in (("centre", centre), ("size", size)) if value is not None}
             layers = presets(pattern, face, **chosen, **words)
         else:
@@ -154,17 +156,11 @@ class FaceWrinkleAccessor:
 def laid(face: Face, layers: list[PatternLayer], max_level: int) -> pv.PolyData:
     """A still face with layers on it, refined as they need it."""
     needed = max(layer.level_needed(face) for layer in layers)
-    if needed > max_level:
-        raise ParameterError(
-            f"the mesh is too coarse to carry the pattern {layers[0].name}: its triangles would have to be split "
-            f"{needed} times, and max_level={max_level} is allowed. Ask for max_level={needed}, for fewer wrinkles, or "
-            "for a larger region."
-        )
-    simulation = Simulation(face, Refinement(max_level=needed), layers, motion=Still(face, 1e-9))
+    simulation = Simulation(face, Refinement(max_level=min(needed, max_level)), layers, motion=Still(face, 1e-9))
     frame, cells = simulation.step(), -1
     while frame.n_cells != cells:
         frame, cells = simulation.step(), frame.n_cells
-    if cells > len(face.triangles):
+    if len(face.triangles) < cells and needed <= max_level:
         warnings.warn(
             f"the mesh was too coarse to carry the pattern {layers[0].name}: it was refined from {len(face.triangles)} "
             f"to {cells} triangles.",
@@ -183,14 +179,10 @@ def _nearest_part(
     label = components(triangles) if len(triangles) else np.zeros(0, np.int32)
     if centre is None or np.shape(centre) != (3,) or len(triangles) == 0 or label.max() == 0:
         return surface(source, units), None
-    points = np.asarray(source.points, dtype=np.float64)
-    own = label == label[foot(points, triangles, centre).triangle]
-    data = dict(source.point_data)
-    part = to_polydata(points, triangles[own], data)
-    part.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
+    own = label == label[foot(np.asarray(source.points), triangles, centre).triangle]
     kept, numbers = np.unique(triangles[~own], return_inverse=True)
-    rest = to_polydata(points[kept], numbers.reshape(-1, 3), {name: array[kept] for name, array in data.items()})
-    return surface(part, units), rest
+    rest = with_data(source, numbers.reshape(-1, 3), kept)
+    return surface(with_data(source, triangles[own], np.arange(source.n_points)), units), rest
 
 
 def _joined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
@@ -206,4 +198,7 @@ def _joined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
     whole = to_polydata(np.concatenate([mesh.points, rest.points]), triangles, data)
     whole.point_data.active_normals_name = "Normals"
     whole.point_data.active_texture_coordinates_name = mesh.point_data.active_texture_coordinates_name
+    corners = [of_part for part in (mesh, rest) if (of_part := corner_texture(part)) is not None]
+    if len(corners) == 2:
+        add_seams(whole, np.concatenate(corners))
     return whole

@@ -53,6 +53,8 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameEr
     """The error for `name`, with the nearest known names as a suggestion."""
     known = list(dict.fromkeys(known))
     close = get_close_matches(str(name), known, n=3, cutoff=0.5)
+    if not known:
+        return UnknownNameError(f"unknown {kind} {name!r}. There is none here.")
     hint = f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else f"Known are: {', '.join(known)}."
     return UnknownNameError(f"unknown {kind} {name!r}. {hint}")
 
@@ -66,7 +68,16 @@ def check_range(name: str, value: float, low: float, high: float, remedy: str = 
     if number is None or isinstance(value, str | bytes):
         raise ParameterError(f"{name} must be a number, received {reprlib.repr(value)}.")
     if not low <= number <= high:
-        raise ParameterError(f"{name} must lie in [{low:g}, {high:g}], received {number:g}. {remedy}".rstrip())
+        allowed = f"lie in [{low:g}, {high:g}]" if high < float("inf") else f"be at least {low:g}"
+        raise ParameterError(f"{name} must {allowed}, received {number:g}. {remedy}".rstrip())
+    return number
+
+
+def check_positive(name: str, value: float, remedy: str = "") -> float:
+    """`value` as a float if it is finite and greater than 0; a ParameterError otherwise."""
+    number = check_range(name, value, -float("inf"), float("inf"), remedy) if value == value else float("nan")
+    if not 0.0 < number < float("inf"):
+        raise ParameterError(f"{name} must be a finite number greater than 0, received {number:g}. {remedy}".rstrip())
     return number
 
 

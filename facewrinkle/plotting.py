@@ -18,8 +18,7 @@ from .anatomy.face import Face
 from .anatomy.fitting import carried_brows
 from .anatomy.landmarks import NAMES, mirrored_name
 from .errors import MeshError, OutputError, ParameterError, check_range, check_whole, unknown_name
-from .geometry.normals import vertex_normals
-from .mesh import ARRAYS, MUSCLES
+from .mesh import ARRAYS, MUSCLES, POSE, split_at_seams, with_normals
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
@@ -93,6 +92,8 @@ SKIN: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specu
 EYE: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
 SKIN_COLOUR = (0.87, 0.67, 0.56)
+PART_COLOURS = {"teeth": (214, 205, 186), "glasses": (40, 40, 44), "other": (150, 140, 134), "hair": (62, 46, 38)}
+"""Of what came with a face, where it has no colours."""
 BACKGROUND = ("#20242a", "#3a4048")
 LIGHTS = (
     ((-0.6, 0.6, 0.75), (1.0, 0.95, 0.88), 1.12),
@@ -133,6 +134,8 @@ class Style:
     eyes, brows : bool
     quick : bool
         One headlight and no anti-aliasing.
+    follow : bool
+        The camera goes with a head that moves as a whole.
     """
 
     size: tuple[int, int] = (800, 800)
@@ -142,6 +145,7 @@ class Style:
     eyes: bool = True
     brows: bool = True
     quick: bool = False
+    follow: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.view, View) and str(self.view) not in VIEWS:
@@ -194,10 +198,12 @@ class Scene:
         if self.style.brows and self.style.scalars is None and brows is not None:
             self._brows = Brows(brows, face.frame.pupil_distance, pixel)
         self._mouth = Mouth(face)
-        self._eyes = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
+        self._own = {name for name, part in face.parts.items() if _is_drawn(name, part.mesh)}
+        eyes = [eye for eye in face.eyes if f"eye_{eye.side}" not in self._own]
+        self._eyes = [PaintedEye(eye, face) for eye in eyes] if self.style.eyes else []
         self._lashes = (
-            [Lashes(eye, face, pixel) for eye in face.eyes]
-            if self._eyes and self.style.brows and self.style.scalars is None
+            [Lashes(eye, face, pixel) for eye in eyes if f"lashes_{eye.side}" not in self._own]
+            if self.style.eyes and self.style.brows and self.style.scalars is None
             else []
         )
 
@@ -208,7 +214,15 @@ class Scene:
                 f"a frame of this face has {self.face.mesh.n_points} points or more, received {frame.n_points}. "
                 "Is it one of another face?"
             )
-        skin = _shaded(frame)
+        skin = with_normals(frame)
+        n = self.face.mesh.n_points  # base vertices come first in every frame
+        points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
+        pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
+        back = np.linalg.inv(pose)  # parts are placed on the head as it is at rest, and go with it
+        points, normals = points @ back[:3, :3].T + back[:3, 3], normals @ pose[:3, :3]
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        if self._texture is not None and self.style.scalars is None:
+            skin = split_at_seams(skin)
         options = SKIN | self._colouring(skin)
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
@@ -218,11 +232,10 @@ class Scene:
             mapper = self.plotter.actors["skin"].mapper
             mapper.scalar_visibility, mapper.color_mode, mapper.scalar_map_mode = True, "direct", "point_field"
             mapper.SelectColorArray("shade")
-        n = self.face.mesh.n_points  # base vertices come first in every frame
-        points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
         if len(self._mouth.loop):
             self._put(self._mouth.pocket(points), "mouth", lighting=False)
             inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
+            inside = {name: part for name, part in inside.items() if name not in self._own}
             for name, part in inside.items():
                 self._put(part, name, _shading.TEETH)
             for name in Mouth.INSIDE:
@@ -236,6 +249,15 @@ class Scene:
                 self._put(lashes.on(points), f"lashes_{lashes.eye.side}", **HAIR)
         if self._brows is not None:
             self._put(self._brows.on(points, self.face.triangles, normals), "brows", **HAIR)
+        for name, part in self.face.parts_at(frame).items() if self._own else ():
+            if name in self._own:
+                part.points = np.asarray(part.points) @ back[:3, :3].T + back[:3, 3]
+                part.point_data["Normals"] = np.asarray(part.point_data["Normals"]) @ pose[:3, :3]
+                part.point_data["paint"] = _paint_of(name, part)
+                self._put(part, f"own {name}", **(EYE if name.startswith("eye") else HAIR))
+        self.plotter.actors["skin"].user_matrix = back if self.style.follow else np.eye(4)
+        for name in self._parts:
+            self.plotter.actors[name].user_matrix = np.eye(4) if self.style.follow else pose
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
@@ -389,14 +411,6 @@ def _reduced(image: Image, factor: int) -> Image:
     return np.array(Pillow.fromarray(image).reduce(factor))
 
 
-def _shaded(frame: pv.PolyData) -> pv.PolyData:
-    """A shallow copy with normals that are right: a frame's are, those of any other mesh may be stale."""
-    skin = frame.copy(deep=False)
-    if "split_gamma" not in skin.point_data:
-        skin.point_data["Normals"] = vertex_normals(frame.points, frame.regular_faces)
-    return skin
-
-
 def _furrowed(heights: Array) -> npt.NDArray[np.uint8]:
     """Factors (n, 3) of the colour, as bytes: little light comes into furrows, and what comes out is red."""
     dark = 0.42 * -np.expm1(np.minimum(heights, 0.0) / 0.6)
@@ -405,7 +419,22 @@ def _furrowed(heights: Array) -> npt.NDArray[np.uint8]:
 
 def _has_colours(mesh: pv.PolyData) -> bool:
     colours = mesh.point_data.get("Colors")
-    return colours is not None and colours.dtype == np.uint8 and colours.ndim == 2
+    if colours is None or colours.ndim != 2 or colours.shape[1] not in (3, 4):
+        return False
+    return colours.dtype == np.uint8 or (colours.dtype.kind == "f" and 0.0 <= colours.min() <= colours.max() <= 1.0)
+
+
+def _is_drawn(name: str, part: pv.PolyData) -> bool:
+    """Whether a part is drawn as it is: an eye without colours would be blind, and is painted."""
+    return _has_colours(part) or not name.startswith("eye")
+
+
+def _paint_of(name: str, part: pv.PolyData) -> npt.NDArray[np.uint8]:
+    """The colours (n, 3 or 4) of a part: its own, or those of what it is."""
+    if _has_colours(part):
+        return np.asarray(part.point_data["Colors"])
+    colour = next((c for stem, c in PART_COLOURS.items() if stem in name), PART_COLOURS["hair"])
+    return np.tile(np.array(colour, np.uint8), (part.n_points, 1))
 
 
 def _texture(face: Face) -> pv.Texture | None:
@@ -413,6 +442,7 @@ def _texture(face: Face) -> pv.Texture | None:
         return None
     texture = pv.Texture(np.array(face.texture))
     texture.interpolate = True
+    texture.mipmap = True
     return texture
 
 

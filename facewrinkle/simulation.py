@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
@@ -18,7 +19,7 @@ from .anatomy.eyes import gaze_of
 from .anatomy.face import Face
 from .anatomy.fitting import surface
 from .anatomy.muscles import EyeMuscle
-from .errors import ParameterError, check_range, check_whole, unknown_name
+from .errors import FaceWrinkleWarning, ParameterError, check_range, check_whole, unknown_name
 from .geometry import _mesh_kernels as kernels
 from .geometry.blending import smoothstep
 from .geometry.normals import detail_normals, vertex_normals
@@ -28,12 +29,15 @@ from .layers.base import Layer, Moment, Relief, Sites
 from .layers.compression import StrainField
 from .layers.muscle_wrinkles import MuscleWrinkles, zone
 from .layers.pattern_layer import PatternLayer
-from .mesh import MUSCLES, carried_point_data, refilled, to_polydata
+from .mesh import MUSCLES, POSE, UNIT, carried_point_data, refilled, refine_seams, to_polydata
 from .motion.base import Motion, Still
 from .motion.recorded import Recorded
 from .motion.skin import Skin, SkinMaterial
 
 Array = npt.NDArray[np.float64]
+
+FINEST = 8
+"""Triangles are never split more often."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ class Refinement:
     def __post_init__(self) -> None:
         check_range("gamma_c", self.gamma_c, 1e-9, 2.0)
         if self.max_level is not None:
-            check_whole("max_level", self.max_level, 0, 8, "Each level has four times as many triangles.")
+            check_whole("max_level", self.max_level, 0, FINEST, "Each level has four times as many triangles.")
         check_range("samples", self.samples, 1.0, 64.0)
         check_range("hysteresis", self.hysteresis, 1e-9, 1.0 - 1e-9)
 
@@ -86,6 +90,16 @@ class Simulation:
     motion : Motion or Recorded, optional
         What moves the base mesh. Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without
         anatomy keeps :class:`facewrinkle.Still`.
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        For each pattern that the mesh cannot carry well with the level cap that was asked for.
+
+    Raises
+    ------
+    ParameterError
+        For a pattern that it cannot carry at all.
 
     Attributes
     ----------
@@ -123,10 +137,12 @@ class Simulation:
         with self._timed("precompute"):
             self.motion = _motion(face, time_step, material, motion)
             spacing = _spacing(face)
+            needed = [(p.name, p.level_needed(face)) for p in self.layers if isinstance(p, PatternLayer)]
             if self.refinement.max_level is None:
-                self.refinement = replace(self.refinement, max_level=_level_for(face, spacing, self.layers))
+                level = _level_for(face, spacing, max((level for _, level in needed), default=0))
+                self.refinement = replace(self.refinement, max_level=level)
             self._level = int(self.refinement.max_level or 0)
-            self._check_patterns()
+            self._check_patterns(needed)
             self._finest = spacing / 2.0**self._level
             self.reset()
 
@@ -227,14 +243,26 @@ class Simulation:
         self._asked = self._asked.copy()
         self._asked[self._looking] = self._looked
 
-    def _check_patterns(self) -> None:
-        """An error for patterns that would have less than a vertex per half wave."""
-        for layer in self.layers if self._level else ():
-            if isinstance(layer, PatternLayer) and (needed := layer.level_needed(self.face)) > self._level + 1:
+    def _check_patterns(self, needed: list[tuple[str, int]]) -> None:
+        """Say which patterns the mesh cannot carry at this level: an error for such that would have less than a vertex
+        per half wave, unless refinement is off.
+        """
+        for name, level in needed:
+            if level <= self._level:
+                continue
+            ask = f"max_level={level}, for " if level <= FINEST else ""
+            remedy = f"Ask for {ask}fewer wrinkles, for a larger region, or begin with a finer mesh."
+            if 0 < self._level < level - 1:
                 raise ParameterError(
-                    f"the pattern {layer.name} is too fine for this mesh with max_level={self._level}. Ask for "
-                    f"max_level={needed}, for fewer wrinkles, or for a larger region."
+                    f"the mesh is too coarse to carry the pattern {name}: its triangles would have to be split {level} "
+                    f"times, and max_level={self._level} is allowed. {remedy}"
                 )
+            warnings.warn(
+                f"the mesh is too coarse to carry the pattern {name} well: its triangles should be split "
+                f"{level} {'time' if level == 1 else 'times'}, and max_level={self._level} is allowed. {remedy}",
+                FaceWrinkleWarning,
+                stacklevel=3,
+            )
 
     def _check_wavelength(self, name: str, spacing: float) -> None:
         u = self.face.muscles[name].fold_pattern.half_wavelength
@@ -276,7 +304,7 @@ class Simulation:
             The wrinkled face of this moment, in the unit and coordinates of the face's mesh, with the point data of
             that mesh, "Normals", and "lambda", "gamma", "epsilon" (of the dominant muscle), "W" (mm), "split_gamma",
             "muscle", "level" and "rest"; its field data "muscles" lists the muscles' names, "gaze_l" and "gaze_r" are
-            the directions in which the eyes look.
+            the directions in which the eyes look, and "pose" is the matrix (4, 4) of a head that moves as a whole.
         """
         return self._advanced(self._asked)
 
@@ -385,7 +413,10 @@ class Simulation:
             self._template, self._shown_turn = self._new_template(data), None
         if len(self._looking):
             self._look_on(self._template)
-        return refilled(self._template, points / self.face.unit, data)
+        frame = refilled(self._template, points / self.face.unit, data)
+        if (pose := getattr(self.motion, "pose", None)) is not None:
+            frame.field_data[POSE] = pose
+        return frame
 
     def _look_on(self, template: pv.PolyData) -> None:
         """Tell where the eyes look, where that has changed."""
@@ -405,9 +436,11 @@ class Simulation:
         data = {**carried_data, **blank, **data, "rest": sites.points, "level": self.forest.vertex_level}
         frame = to_polydata(sites.points, self.forest.triangles, data)
         frame.field_data[MUSCLES] = list(self.muscles)
+        frame.field_data[UNIT] = [self.face.unit]
         if source.active_texture_coordinates_name is not None:
             frame.point_data.active_texture_coordinates_name = source.active_texture_coordinates_name
         frame.point_data.active_normals_name = "Normals"
+        refine_seams(self.face.mesh, frame, self.forest)
         return frame
 
     def fields(self, muscle: str) -> dict[str, np.ndarray]:
@@ -490,9 +523,11 @@ def _spacing(face: Face) -> Array:
     return out
 
 
-def _level_for(face: Face, spacing: Array, layers: Sequence[Layer]) -> int:
-    """The level at which nine in ten muscles have about three vertices per half cycle, and all patterns have them."""
-    needed = max((layer.level_needed(face) for layer in layers if isinstance(layer, PatternLayer)), default=0)
+def _level_for(face: Face, spacing: Array, needed: int) -> int:
+    """The level at which nine in ten muscles have about three vertices per half cycle; at least what is needed, if
+    possible.
+    """
+    needed = min(needed, FINEST)
     if not face.muscles:
         return needed or 3
     cycles = np.array([muscle.fold_pattern.half_wavelength for muscle in face.muscles.values()])

@@ -122,10 +122,11 @@ def _shader(aspect: float, film: float) -> dict[str, dict[str, str]]:
     studio = f"""
 in float depthVSOutput;
 in vec3 underVSOutput;
-vec3 studio(vec3 r, vec3 around)
+vec3 studio(vec3 r, vec3 around, float bead)
 {{
-  float box = smoothstep(0.0, 0.05, 0.18 - abs(dot(r, {vec(side)})));
-  box *= smoothstep(0.0, 0.05, 0.34 - abs(dot(r, {vec(up)})));
+  float soft = mix(0.14, 0.05, bead);  // in a film, the relief of the skin blurs the lamp
+  float box = smoothstep(0.0, soft, 0.18 - abs(dot(r, {vec(side)})));
+  box *= smoothstep(0.0, soft, 0.34 - abs(dot(r, {vec(up)}))) * mix(0.85, 1.0, bead);
   box *= step(0.0, dot(r, {vec(key)}));
   float strip = smoothstep(0.90, 0.97, dot(r, {vec(fill)}));
   vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
@@ -149,7 +150,7 @@ vec3 studio(vec3 r, vec3 around)
   float wet = 1.0 - 0.10 * smoothstep(0.0, {film:.8f}, depthVSOutput);
   float bead = smoothstep(0.0, {4.0 * film:.8f}, depthVSOutput);
   colour *= wet + bead * (0.75 * clamp(-lit, 0.0, 1.0) - 0.30 * clamp(lit, 0.0, 1.0));
-  colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour);
+  colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour, bead);
   gl_FragData[0] = vec4(min(colour, vec3(1.0)), 1.0);
 """
     return {

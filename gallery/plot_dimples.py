@@ -30,7 +30,7 @@ figure.tight_layout()
 
 # %%
 # The depth over time.
-depth = [-float(frame["W"].min()) for frame in frames]
+depth = [float(np.abs(frame["W"]).max()) for frame in frames]
 figure, axes = plt.subplots(figsize=(6, 2.5))
 axes.plot(depth)
 axes.set_xlabel("frame")

@@ -2,7 +2,8 @@
 Eye pouches that tremble
 ========================
 
-Bags under the eyes whose skin trembles six times a second (Lin, Cheng, Fig. 7).
+Bags under the eyes whose skin trembles six times a second (Lin, Cheng, Fig. 7). Where such a pouch ends, towards the
+cheek, the skin is held: a crease.
 """
 
 import matplotlib.pyplot as plt

@@ -47,6 +47,14 @@ frown = shown(presets("frown", face))
 show([face.mesh, broken, frown], "forehead", (420, 420))
 
 # %%
+# No two wrinkles are alike. The formula draws them even; with variation they differ in length, depth, distance and
+# bend. A seed makes other ones: no face is its own mirror image.
+even = shown(presets("eye_corner", face, variation=0.0))
+grown = [shown(presets("eye_corner", face, seed=seed)) for seed in (0, 3)]
+show([even, *grown], "left_eye", (420, 420))
+assert not np.allclose(grown[0]["W"][: face.mesh.n_points], grown[1]["W"][: face.mesh.n_points])
+
+# %%
 # Nothing moves where no pattern lies: here, everything below the nose.
 below = (wrinkled["rest"] - face.landmarks["menton"]) @ face.frame.axes[1] < 5.0
 print(f"{wrinkled.n_cells} triangles, {np.ptp(wrinkled['W']):.2f} mm from furrow to bulge")

@@ -4,7 +4,8 @@ what           checked against
 registration   PyVista's list of accessors; the entry point in pyproject.toml
 input          its fingerprint, before and after
 result         a simulation of the same; the mesh's other parts, point data and texture coordinates
-errors         too coarse, presets without landmarks, compressed skin
+tear           a SheddingTear of the same; closed, outside, and where it was led
+errors         too coarse, presets without landmarks, compressed skin; paths that are none, off, crossing or torn
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 import facewrinkle.accessor
-from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError, UnknownNameError
 from facewrinkle.layers.presets import presets
 
 FACES = Path(__file__).parents[1].parent / "shared" / "faces"
@@ -130,3 +131,105 @@ def test_texture_coordinates_stay(ball):
 def test_errors(ball, arguments, error, says):
     with pytest.raises(error, match=says):
         ball.facewrinkle.pattern(**arguments)
+
+
+# --- tears ------------------------------------------------------------------------------------------
+
+
+def on_ball(*polar_azimuth):
+    polar, azimuth = np.transpose(polar_azimuth)
+    x, y = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth)
+    return 40.0 * np.stack([x, np.cos(polar), y], axis=1)
+
+
+@pytest.fixture
+def round_ball():
+    return pv.Icosphere(radius=40.0, nsub=4)
+
+
+def test_a_tear_leaves_its_input_alone_and_is_a_mesh_of_its_own(round_ball, fingerprint):
+    before, way = fingerprint(round_ball), on_ball((0.6, 1.0), (1.5, 1.0))
+    given = way.copy()
+    first, second = (round_ball.facewrinkle.tear(path=way, width=4.0) for _ in range(2))
+    assert fingerprint(round_ball) == before
+    np.testing.assert_array_equal(way, given)
+    assert fingerprint(first) == fingerprint(second)
+    first.points[:] = 0.0
+    assert fingerprint(round_ball) == before
+    assert np.ptp(second.points) > 10.0
+
+
+def test_it_is_the_tear_of_the_class(round_ball, fingerprint):
+    way = on_ball((0.6, 1.0), (1.5, 1.0))
+    stream = fw.SheddingTear(round_ball, way, width=4.0)
+    assert fingerprint(round_ball.facewrinkle.tear(way, width=4.0)) == fingerprint(stream.surface(stream.end))
+    assert fingerprint(round_ball.facewrinkle.tear(way, t=0.3, width=4.0)) == fingerprint(stream.surface(0.3))
+
+
+@pytest.mark.parametrize("where", ["path", "start", "weight"])
+def test_it_is_closed_outside_and_where_it_was_led(round_ball, where):
+    way = on_ball((0.6, 1.0), (1.0, 1.0), (1.5, 1.0))
+    round_ball["paint"] = np.exp(-(((np.arctan2(round_ball.points[:, 2], round_ball.points[:, 0]) - 1.0) / 0.2) ** 2))
+    round_ball["paint"][(np.abs(round_ball.points[:, 1] - 18.0) > 16.0) | (round_ball["paint"] < 0.1)] = 0.0
+    options = {"path": {"path": way}, "start": {"start": way[0]}, "weight": {"weight": np.array(round_ball["paint"])}}
+    water = round_ball.facewrinkle.tear(**options[where], width=4.0, roughness=0.0)
+    assert water.n_open_edges == 0
+    assert water.volume > 0.0
+    assert water.compute_implicit_distance(round_ball)["implicit_distance"].min() >= -1e-6
+    _, near = water.find_closest_cell(way[:2], return_closest_point=True)
+    assert np.linalg.norm(near - way[:2], axis=1).max() < (3.0 if where == "weight" else 0.5)
+
+
+def test_units_scale_a_tear(round_ball):
+    metres = round_ball.scale(0.001)
+    water, other = (
+        mesh.facewrinkle.tear(on_ball((0.6, 1.0), (1.5, 1.0)) * scale, unit=unit, width=4.0)
+        for mesh, scale, unit in ((round_ball, 1.0, 1.0), (metres, 0.001, 1000.0))
+    )
+    assert other.volume * 1e9 == pytest.approx(water.volume, rel=0.01)
+
+
+RING = on_ball((0.5, 0.0), (1.2, 0.0), (1.0, 0.5), (0.8, -0.5), (1.3, -0.5))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "says"),
+    [
+        ({}, ParameterError, "give one of path, start and weight"),
+        ({"path": RING[:2], "start": RING[0]}, ParameterError, "give one of path"),
+        ({"path": RING, "width": 3.0}, ParameterError, "cross itself"),
+        ({"path": [(0, 80, 0), (0, 0, 40)]}, ParameterError, "point 0.*40 away"),
+        ({"path": [(0, 40, 0), (np.nan, 0, 40)]}, ParameterError, "finite"),
+        ({"path": []}, ParameterError, "finite coordinates"),
+        ({"path": [RING[0], RING[0]]}, ParameterError, "no length"),
+        ({"start": (0, 80, 0)}, ParameterError, "start must lie on the surface"),
+        ({"start": (0, np.nan, 0)}, ParameterError, "start must be finite"),
+        ({"start": (0, -40, 0)}, ParameterError, "no water runs"),
+        ({"start": "l"}, ParameterError, "only be named on a Face"),
+        ({"start": RING[0], "t": -1.0}, ParameterError, "t must lie in"),
+        ({"start": RING[0], "t": np.nan}, ParameterError, "t must lie in"),
+        ({"start": RING[0], "width": 60.0}, ParameterError, "smaller than"),
+        ({"start": RING[0], "unit": 0.0}, ParameterError, "unit must lie in"),
+        ({"start": RING[0], "down": (0, 0, 0)}, ParameterError, "down must not be zero"),
+        ({"weight": "paint"}, ParameterError, "no painted weights"),
+    ],
+)
+def test_errors_of_tears(round_ball, arguments, error, says, fingerprint):
+    before = fingerprint(round_ball)
+    with pytest.raises(error, match=says):
+        round_ball.facewrinkle.tear(**arguments)
+    assert fingerprint(round_ball) == before
+
+
+@pytest.mark.parametrize(
+    ("mesh", "says"),
+    [
+        (pv.PolyData(), "no points"),
+        (pv.PolyData(np.eye(3)), "no faces"),
+        (pv.Line(), "no faces"),
+        (pv.PolyData(np.array([[0, 0, 0], [9, 0, 0], [0, np.nan, 0.0]]), [3, 0, 1, 2]), "finite"),
+    ],
+)
+def test_meshes_on_which_nothing_runs(mesh, says):
+    with pytest.raises(MeshError, match=says):
+        mesh.facewrinkle.tear(start=(0.0, 0.0, 0.0))

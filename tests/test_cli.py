@@ -115,9 +115,7 @@ def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
 
 def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     seen: list[Take] = []
-    monkeypatch.setattr(
-        "facewrinkle.commands.express.record", lambda take, folder, stem, report, **what: seen.append(take)
-    )
+    monkeypatch.setattr("facewrinkle.commands.express.record", lambda take, *rest: seen.append(take))
     options = ["--intensity=0.5", "--frames=7", "--max-level=3", "--gamma-c=0.1", "--samples=3", "--depth=2"]
     options += ["--alpha=1.5", "--count=3", "--ends=paper", "--compression=edges", "--size=64x48", "--view=nose"]
     assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0
@@ -149,11 +147,14 @@ def test_express_on_another_mesh(tmp_path, capsys):
 
 def test_fit_finds_a_face_and_express_takes_it(tmp_path, capsys):
     head = fw.default_face()
-    head.mesh.scale(0.001).rotate_y(40).save(tmp_path / "head.vtp")
+    head.mesh.scale(0.001).rotate_y(40).flip_faces().save(tmp_path / "head.vtp")
     (tmp_path / "some.json").write_text(json.dumps({"nose_tip": _turned(head.landmarks["nose_tip"])}))
     arguments = ["fit", str(tmp_path / "head.vtp"), "--landmarks", str(tmp_path / "some.json"), "--units", "m"]
     assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
-    assert "4517" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "4517" in told
+    assert "mended and set apart" in told
+    assert "oriented inward" in told
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "head.face",
         "head.landmarks.json",

@@ -84,3 +84,14 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, code, message, 
     assert message in err
     assert err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_an_unwritable_folder_is_refused_before_the_face_is_made(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("facewrinkle.commands.common.FaceOptions.load", lambda self: pytest.fail("it was made"))
+    (tmp_path / "file").write_text("")
+    for folder in (tmp_path / "file", tmp_path / "file" / "deeper"):
+        assert main(["tear", "weeping", "--out", str(folder)]) == 1
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert "cannot be an output folder" in err
+        assert err.count("\n") == 1

@@ -87,11 +87,34 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, capsys):
 def test_play_options(clip, tmp_path, capsys):
     file, landmarks = map(str, clip)
     options = ["--speed", "0.5", "--fps", "10", "--no-movie", "--no-series", "--depth", "0", "--view", "forehead"]
-    assert main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path / "a"), *SMALL, *options]) == 0
+    assert (
+        main(
+            [
+                "play",
+                file,
+                "--landmarks",
+                landmarks,
+                "--out",
+                str(tmp_path / "a"),
+                *SMALL,
+                *options,
+                "--save-mesh",
+                "glb",
+            ]
+        )
+        == 0
+    )
     said = capsys.readouterr().out
     assert "0.80 s, 8 steps" in said
     assert "(0.00 mm)" in said
-    assert {path.suffix for path in (tmp_path / "a").iterdir()} == {".png"}
+    assert {path.suffix for path in (tmp_path / "a").iterdir()} == {".png", ".glb"}
+    (written,) = (tmp_path / "a").glob("*.glb")
+    rest, _ = fw.read_animation(file)
+    scene = pytest.importorskip("trimesh").load_scene(written)
+    assert {"face", "eye_l", "eye_r"} <= set(scene.geometry)
+    assert f"{written.stem}.png" in said
+    assert len(scene.geometry["face"].faces) == rest.n_cells  # without wrinkles nothing is refined
+    assert 0.15 < scene.scale < 0.6  # in metres, as glTF asks
     assert (
         main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path / "b"), *SMALL, *options, "--quiet"]) == 0
     )
@@ -127,7 +150,7 @@ def test_bad_input_is_one_line_and_nothing_is_written(clip, options, message, tm
 def test_a_file_without_animation_is_refused(tmp_path, capsys):
     (tmp_path / "a.obj").write_text("v 0 0 0\n")
     assert main(["play", str(tmp_path / "a.obj")]) == 1
-    assert "animations are read from .glb, .gltf and .vtkhdf" in capsys.readouterr().err
+    assert "animations are read from .glb, .gltf, .vtkhdf, .usd" in capsys.readouterr().err
 
 
 class Waves:

@@ -22,6 +22,7 @@ from .head import Hairs
 from .jaw import jaw_guide
 from .landmarks import FaceFrame, frame_of
 from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle
+from .parts import Carriers, Part, joined
 from .skull import Tissue, tissue_of
 
 Array = npt.NDArray[np.float64]
@@ -57,6 +58,10 @@ class Face:
         How far landmarks that were found by the shape of the mesh can be trusted, 0 to 1.
     source_points : ndarray of int, shape (n,), optional
         The number that each vertex has in the mesh that was given. Default: the same.
+    parts : dict of str to Part
+        What came with the face beside its skin, such as ``eye_l``, ``upper_teeth``, ``lashes_l``, ``hair``.
+    report : tuple of str
+        What was mended and set apart when the face was fitted, one sentence each.
     """
 
     mesh: pv.PolyData
@@ -71,6 +76,8 @@ class Face:
     brows: Hairs | None = None
     confidences: dict[str, float] = field(default_factory=dict)
     source_points: npt.NDArray[np.int64] | None = None
+    parts: dict[str, Part] = field(default_factory=dict)
+    report: tuple[str, ...] = ()
 
     @classmethod
     def from_landmarks(
@@ -152,6 +159,37 @@ class Face:
             if isinstance(muscle, EyeMuscle) and muscle.side in turns:
                 turns[muscle.side] += rates.get(name, 0.0) * muscle.angle * np.array(TURNS[muscle.turn])
         return {eye.side: eye.turned(*turns[eye.side]) for eye in self.eyes}
+
+    @cached_property
+    def _carriers(self) -> Carriers:
+        return Carriers(self)
+
+    def parts_at(self, frame: pv.PolyData) -> dict[str, pv.PolyData]:
+        """The parts beside the skin, where they are in a frame of :meth:`facewrinkle.Simulation.step`.
+
+        Eyes turn with the gaze, lower teeth with the mandible, lashes go with the lids; the rest goes with the head.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> face.parts_at(face.mesh)
+        {}
+        """
+        if not self.parts:
+            return {}
+        gazes = {
+            eye.side: np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
+            for eye in self.eyes
+        }
+        return self._carriers.on(np.asarray(frame.points, dtype=np.float64)[: self.mesh.n_points], gazes)
+
+    def with_parts(self, frame: pv.PolyData) -> pv.PolyData:
+        """A frame and the parts beside the skin in one mesh, for files; its points come first, "part" tells them apart.
+
+        The frame itself where there are no parts.
+        """
+        return joined(frame, self.parts_at(frame)) if self.parts else frame
 
     @property
     def skull(self) -> pv.PolyData:

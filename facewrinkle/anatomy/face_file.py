@@ -9,15 +9,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyvista as pv
 
 from ..errors import MeshError, OutputError
 from ..mesh import to_polydata
+from ..mesh.arrays import CORNERS
+from ..mesh.checks import PART
 from .atlas import Atlas
 from .face import Face
+from .parts import eyes_of, follower
 
 VERSION = 1
 SUFFIX = ".face"
 _DATA = "point_data/"
+_PARTS = "parts"
 
 
 def write_face(face: Face, path: str | Path) -> Path:
@@ -43,6 +48,18 @@ def write_face(face: Face, path: str | Path) -> Path:
     for name, values in face.mesh.point_data.items():
         if np.asarray(values).dtype.kind in "fiub" and "/" not in name:
             arrays[_DATA + name] = np.asarray(values)
+    if CORNERS in face.mesh.cell_data:
+        arrays["texture_corners"] = np.asarray(face.mesh.cell_data[CORNERS])
+    if face.texture is not None:
+        arrays["texture"] = face.texture
+    for name, part in face.parts.items():
+        arrays |= {
+            f"{_PARTS}/{name}/points": np.asarray(part.mesh.points),
+            f"{_PARTS}/{name}/triangles": np.asarray(part.mesh.regular_faces),
+            f"{_PARTS}/{name}/{PART}": np.asarray(part.mesh.cell_data[PART]),
+        }
+        if (colours := part.mesh.point_data.get("Colors")) is not None:
+            arrays[f"{_PARTS}/{name}/Colors"] = np.asarray(colours)
     target = Path(os.path.expanduser(path))
     try:
         with target.open("wb") as file:
@@ -98,9 +115,24 @@ def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
     mesh = to_polydata(data["points"], data["triangles"], point_data)
     if texture := str(data["texture_coordinates"]):
         mesh.point_data.active_texture_coordinates_name = texture
+    if "texture_corners" in data:
+        mesh.cell_data[CORNERS] = data["texture_corners"]
     names = data["landmark_names"].tolist()
     landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
     estimated = tuple(data["estimated"].tolist())
     face = Face.from_landmarks(mesh, landmarks, float(data["unit"]), atlas, estimated)
-    return dataclasses.replace(face, confidences=known)
+    parts = {
+        name: follower(name, _part(data, name))
+        for name in sorted({k.split("/")[1] for k in data if k.startswith(_PARTS)})
+    }
+    eyes = eyes_of(face.eyes, parts)
+    return dataclasses.replace(face, confidences=known, texture=data.get("texture"), parts=parts, eyes=eyes)
+
+
+def _part(data: dict[str, Any], name: str) -> pv.PolyData:
+    key = f"{_PARTS}/{name}/"
+    colours = {"Colors": data[key + "Colors"]} if key + "Colors" in data else {}
+    mesh = to_polydata(data[key + "points"], data[key + "triangles"], colours)
+    mesh.cell_data[PART] = data[key + PART]
+    return mesh

@@ -12,13 +12,15 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import FaceWrinkleWarning, LandmarkError, ParameterError, unknown_name
-from ..mesh import Surface, prepare, read_surface, to_polydata
+from ..errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, unknown_name
+from ..geometry.transfer import barycentric
+from ..mesh import Surface, as_texture, prepare, read_surface, read_texture, to_polydata
 from .atlas import Atlas
 from .face import Face
 from .head import Hairs, load_head
 from .identity import Identity, head_of
 from .landmarks import MEAN_PUPIL_DISTANCE, REQUIRED, complete, fitted_map, frame_of, mirrored, read_landmarks
+from .parts import eyes_of, follower, named_parts
 
 if TYPE_CHECKING:
     from .finding import Found
@@ -79,6 +81,7 @@ def fit_face(
     units: str | float | None = None,
     atlas: Atlas | None = None,
     watch: Watch | None = None,
+    texture: object = None,
 ) -> Face:
     """Place skull, eyes and muscles under a mesh.
 
@@ -86,7 +89,7 @@ def fit_face(
     ----------
     mesh : PolyData or path
         Triangles, quads or polygons in any unit and orientation. Not changed. Where there are several parts, the one
-        that the landmarks lie on is the face.
+        that the landmarks lie on is the face; the others (eyes, teeth, lashes, hair, glasses) are carried along.
     landmarks : dict, str or Path, optional
         Coordinates by name (see :data:`facewrinkle.anatomy.landmarks.NAMES`), or a JSON file. Missing ones are
         mirrored or estimated where that is sound; otherwise they are found by the shape of the mesh
@@ -97,6 +100,8 @@ def fit_face(
         Other muscles than those that come with the package.
     watch : callable, optional
         Shows the progress of the search, see :func:`find_landmarks`.
+    texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
+        The photo on the mesh. Default: the image that the file names or holds.
 
     Returns
     -------
@@ -106,7 +111,7 @@ def fit_face(
     Raises
     ------
     MeshError
-        If the mesh cannot carry a face.
+        If the mesh cannot carry a face, or has no texture coordinates for a `texture` that is given.
     LandmarkError
         If no face is found where landmarks are missing; if landmarks lie off the mesh, are swapped left for right, or
         lie elsewhere than the face.
@@ -114,7 +119,8 @@ def fit_face(
     Warns
     -----
     FaceWrinkleWarning
-        If what was found may be no face.
+        If what was found may be no face; for each kind of fault that was mended (also in the face's `report`); if an
+        image that the file names cannot be read.
 
     Examples
     --------
@@ -146,7 +152,32 @@ def fit_face(
     scale = _unit(units, frame.pupil_distance)
     face = Face.from_landmarks(clean.mesh, found, scale, atlas, estimated)
     confidences = {} if search is None else search.confidences
-    return dataclasses.replace(face, source_points=clean.source_points, confidences=confidences)
+    face = dataclasses.replace(face, source_points=clean.source_points, confidences=confidences, report=clean.report)
+    face = dataclasses.replace(face, texture=_image(mesh, texture, clean.mesh))
+    return face if clean.others is None else _with_parts(face, clean.others)
+
+
+def _with_parts(face: Face, others: pv.PolyData) -> Face:
+    """The face with what else was in its file; where eyes were, its eyeballs are there."""
+    parts, specks = named_parts(others, face.mesh, face.landmarks, face.frame)
+    report = face.report
+    if parts:
+        listed = ", ".join(f"{name} ({part.mesh.n_cells})" for name, part in parts.items())
+        report += (f"Parts that are carried along, and their triangles: {listed}.",)
+    if specks:
+        report += (f"Dropped specks: {specks}.",)
+    return dataclasses.replace(face, parts=parts, report=report, eyes=eyes_of(face.eyes, parts))
+
+
+def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.uint8] | None:
+    """The image that was given or that the mesh brings along, if it can be laid on it."""
+    if clean.active_texture_coordinates is not None:
+        return read_texture(mesh) if texture is None else as_texture(texture)
+    if texture is not None:
+        raise MeshError(
+            "the mesh has no texture coordinates, by which the texture would lie on it. Export it with its UVs."
+        )
+    return None
 
 
 def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | None) -> Found:
@@ -194,15 +225,18 @@ def _drawn_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, si
     return {name: point + size * field(point[None] / size)[0] for name, point in landmarks.items()}
 
 
-def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
+def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm", texture: object = None) -> Face:
     """Any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.
 
     Parameters
     ----------
     mesh : PolyData or path
-        Triangles, quads or polygons, any orientation. Not changed. Of several parts the largest is taken.
+        Triangles, quads or polygons, any orientation. Not changed. Of several parts the largest is the surface, and
+        the others are carried along.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
         Unit of the mesh, or millimetres per unit.
+    texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
+        See :func:`fit_face`.
 
     Returns
     -------
@@ -212,7 +246,7 @@ def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
     Raises
     ------
     MeshError
-        If the mesh is empty, damaged or non-manifold.
+        If the mesh is empty or damaged, or has only one side.
 
     Examples
     --------
@@ -225,7 +259,9 @@ def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm") -> Face:
     True
     """
     clean = prepare(mesh)
-    return Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
+    face = Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
+    parts = {} if clean.others is None else {"other": follower("other", clean.others)}
+    return dataclasses.replace(face, parts=parts, report=clean.report, texture=_image(mesh, texture, clean.mesh))
 
 
 def _scale(units: str | float) -> float:
@@ -258,13 +294,7 @@ def carried_brows(face: Face) -> Hairs:
     flat = carry(places.reshape(-1, 3))
     found: Any = face.mesh.find_closest_cell(flat, return_closest_point=True)
     cells, on_skin = found
-    a, b, c = (face.points[face.triangles[cells, corner]] for corner in range(3))
-    ab, ac, ap = b - a, c - a, on_skin - a
-    gram = [(u * v).sum(axis=1) for u, v in ((ab, ab), (ab, ac), (ac, ac), (ab, ap), (ac, ap))]
-    size = np.maximum(gram[0] * gram[2] - gram[1] ** 2, 1e-300)
-    second = (gram[2] * gram[3] - gram[1] * gram[4]) / size
-    third = (gram[0] * gram[4] - gram[1] * gram[3]) / size
-    weights = np.stack([1.0 - second - third, second, third], axis=1)
+    weights = barycentric(on_skin, face.points[face.triangles[cells]])
     scale = face.frame.pupil_distance / frame_of(head.landmarks).pupil_distance
     return Hairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
 

@@ -1,4 +1,4 @@
-"""What the commands share: the options that choose a face, names and mixtures on the command line, and reports."""
+"""What the commands share: options that choose a face and what is written, names and mixtures, and reports."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
+import pyvista as pv
 from cyclopts import Parameter
 from rich.console import Console
 from rich.progress import track
@@ -17,6 +18,7 @@ from ..anatomy.atlas import Atlas, load_atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..errors import ParameterError, UnknownNameError, unknown_name
+from ..export import write_mesh
 
 T = TypeVar("T")
 
@@ -39,6 +41,8 @@ class FaceOptions:
         Whose face the built-in head has: parameters from -1 to 1, such as jaw=0.5,age=1. See facewrinkle.Identity.
     atlas
         TOML file with other muscles, action units and expressions.
+    texture
+        Photo that lies on --face. Default: the image that the file names or holds.
     """
 
     face: Path | None = None
@@ -46,6 +50,7 @@ class FaceOptions:
     units: str | None = None
     identity: str | None = None
     atlas: Path | None = None
+    texture: Path | None = None
 
     def load(self) -> Face:
         """The face; an error where an option makes no sense without another."""
@@ -53,18 +58,68 @@ class FaceOptions:
 
         atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
         if self.face is not None and self.face.suffix == SUFFIX:
-            for name in ("landmarks", "units"):
+            for name in ("landmarks", "units", "texture"):
                 if getattr(self, name) is not None:
                     raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
             return read_face(self.face, atlas)
         if self.face is not None:
             if self.identity is not None:
                 raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
-            return fit_face(self.face, self.landmarks, units_of(self.units), atlas)
-        for name in ("landmarks", "units"):
+            return fit_face(self.face, self.landmarks, units_of(self.units), atlas, texture=self.texture)
+        for name in ("landmarks", "units", "texture"):
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
         return default_face(person(self.identity) if self.identity is not None else None, atlas=atlas)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class OutputOptions:
+    """What is written.
+
+    Parameters
+    ----------
+    size
+        Pixels of each picture: 800, or 800x600.
+    view
+        View of the close-ups. Default: where the wrinkles are.
+    fps
+        Pictures in a second of the movie.
+    movie
+        Write a movie.
+    series
+        Write all frames as a time series (VTKHDF), which ParaView plays.
+    save_mesh
+        Write the wrinkled mesh with its texture, too: glb or gltf (with eyes and teeth), obj or ply.
+    out
+        Folder to write to. Default: output/NAME.
+    quiet
+        Print nothing but errors.
+    """
+
+    size: str = "800"
+    view: str | None = None
+    fps: float = 25.0
+    movie: bool = True
+    series: bool = True
+    save_mesh: Literal["glb", "gltf", "obj", "ply"] | None = None
+    out: Path | None = None
+    quiet: bool = False
+
+    @property
+    def pixels(self) -> tuple[int, int]:
+        """Width and height of a picture."""
+        return size_of(self.size)
+
+    def folder(self, name: str) -> Path:
+        """Where the files go, if nothing else was asked for: output/NAME."""
+        return self.out or Path("output") / name
+
+    def mesh_of(self, frame: pv.PolyData, face: Face, path: Path) -> list[Path]:
+        """Write the mesh of a moment, if that was asked for; `path` is without ending. Returns what was written."""
+        if self.save_mesh is None:
+            return []
+        return [write_mesh(frame, path.with_name(f"{path.name}.{self.save_mesh}"), face, parts=True)]
 
 
 def units_of(text: str | None) -> str | float | None:

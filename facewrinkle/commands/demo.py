@@ -13,7 +13,7 @@ from ..anatomy.fitting import default_face
 from ..export import output_folder
 from ..plotting import Image, Style, picture, save_picture, side_by_side, stacked
 from ..table1 import PAPER
-from .common import Report
+from .common import OutputOptions, Report
 from .express import record
 from .table1 import tabulate
 from .take import Take
@@ -37,10 +37,11 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     report = Report(quiet)
     folder = output_folder(out)
     face = default_face()
+    output = OutputOptions(series=False)
     columns, rows = [], [_sides(face.mesh, face, "front")]
     for row in PAPER:
         take = Take(face, face.atlas.contractions(row.expression), FRAMES, size=(SIZE, SIZE))
-        peak = record(take, folder / row.expression, row.expression, report, series=False, fields=False)
+        peak = record(take, folder / row.expression, row.expression, report, output, fields=False)
         styles = (Style(take.size), Style(take.size, take.close), Style(take.size, take.close, wireframe=True))
         columns.append(stacked([_small(picture(peak, face, style)) for style in styles]))
         rows.append(_sides(peak, face, take.close))

@@ -15,7 +15,7 @@ from ..export import output_folder
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..plotting import save_picture, side_by_side
 from ..simulation import Refinement
-from .common import FaceOptions, Report, mixture, size_of
+from .common import FaceOptions, OutputOptions, Report, mixture
 from .take import Take
 
 
@@ -34,13 +34,7 @@ def express(
     count: int | None = None,
     compression: Literal["gradient", "edges"] = "gradient",
     ends: Literal["continuous", "paper"] | None = None,
-    size: str = "800",
-    view: str | None = None,
-    fps: float = 25.0,
-    movie: bool = True,
-    series: bool = True,
-    out: Path | None = None,
-    quiet: bool = False,
+    output: OutputOptions | None = None,
 ) -> None:
     """Write pictures, a movie and a time series of an expression.
 
@@ -68,19 +62,9 @@ def express(
         How compression is measured.
     ends
         Wrinkles that fade in at both ends of their region, or the paper's own.
-    size
-        Pixels of each picture: 800, or 800x600.
-    view
-        View of the close-up. Default: where the wrinkles are.
-    fps
-        Pictures in a second of the movie.
-    out
-        Folder to write to. Default: output/NAME.
-    quiet
-        Print nothing but errors.
     """
-    begin = time.perf_counter()
-    report = Report(quiet)
+    begin, output = time.perf_counter(), output or OutputOptions()
+    report = Report(output.quiet)
     face = (source or FaceOptions()).load()
     rates = face.atlas.contractions(mixture(name, face.atlas), intensity)
     take = Take(
@@ -89,26 +73,26 @@ def express(
         frames=frames,
         refinement=Refinement(**_given(max_level=max_level, gamma_c=gamma_c, samples=samples)),
         layer=MuscleWrinkles(compression, depth),
-        size=size_of(size),
-        view=view,
-        fps=fps,
+        size=output.pixels,
+        view=output.view,
+        fps=output.fps,
     )
     stem = re.sub(r"[^\w.=-]+", "_", name)[:100]  # the names of files must not become too long
-    folder = out or Path("output") / stem
-    record(take, folder, stem, report, movie=movie, series=series)
+    record(take, output.folder(stem), stem, report, output)
     report.say(f"{time.perf_counter() - begin:.1f} s")
 
 
 def record(
-    take: Take, folder: Path, stem: str, report: Report, *, movie: bool = True, series: bool = True, fields: bool = True
+    take: Take, folder: Path, stem: str, report: Report, output: OutputOptions, *, fields: bool = True
 ) -> pv.PolyData:
     """Play a take, write what belongs to it into a folder, say what came out, and return the frame at its height."""
     simulation = take.simulation()  # refuses what cannot be played before anything is written
     folder = output_folder(folder)
     film, frames = folder / f"{stem}.mp4", folder / f"{stem}.vtkhdf"
-    peak = take.shoot(simulation, film if movie else None, frames if series else None, report)
+    peak = take.shoot(simulation, film if output.movie else None, frames if output.series else None, report)
     bare = take.bare()
-    files = [path for path, wanted in ((film, movie), (frames, series)) if wanted and path.exists()]
+    files = [path for path, wanted in ((film, output.movie), (frames, output.series)) if wanted and path.exists()]
+    files += output.mesh_of(peak, take.face, folder / stem)
     for suffix, view in (("", "front"), ("_closeup", take.close)):
         files.append(save_picture(side_by_side(take.panels(view, peak, bare)), folder / f"{stem}{suffix}.png"))
     if fields:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,6 +29,7 @@ def fit(
     *,
     landmarks: Path | None = None,
     units: str | None = None,
+    texture: Path | None = None,
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
@@ -44,6 +46,8 @@ def fit(
         JSON file with the coordinates of some or all landmarks; the others are found.
     units
         Unit of the mesh: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
+    texture
+        Photo that lies on the mesh. Default: the image that the file names or holds.
     out
         Folder to write to. Default: output/NAME.
     quiet
@@ -52,7 +56,11 @@ def fit(
     begin = time.perf_counter()
     report = Report(quiet)
     face = fit_face(
-        file, landmarks, units_of(units), watch=lambda poses, count: report.progress(iter(poses), "Poses", count)
+        file,
+        landmarks,
+        units_of(units),
+        watch=lambda poses, count: report.progress(iter(poses), "Poses", count),
+        texture=texture,
     )
     stem = file.stem
     folder = output_folder(out or Path("output") / stem)
@@ -69,12 +77,15 @@ def fit(
     }
     if measured:
         rows = {"confidence of landmarks": f"{min(measured):.2f} to {max(measured):.2f}"} | rows
+    if face.report:
+        rows["mended and set apart"] = "\n".join(face.report)
     report.table(stem, rows)
     report.say(f"{time.perf_counter() - begin:.1f} s")
 
 
 def _rows(face: Face) -> Iterator[list[Image]]:
     """Landmarks from two sides, the names of one half each; skull and muscles from the same sides."""
+    face = dataclasses.replace(face, parts={})  # hair would hide them
     for drawn in (_with_landmarks, _with_anatomy):
         images = []
         for view in ("front", "left_three_quarter"):

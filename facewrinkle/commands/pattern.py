@@ -35,7 +35,11 @@ def pattern(
     size: str | None = None,
     depth: float | None = None,
     number: float | None = None,
+    spacing: float | None = None,
     sharpness: float | None = None,
+    style: str | None = None,
+    variation: float | None = None,
+    seed: int | None = None,
     strength: float = 1.0,
     expression: str | None = None,
     frames: int = 60,
@@ -65,8 +69,16 @@ def pattern(
         From bulge to furrow, mm.
     number
         How many wrinkles.
+    spacing
+        From wrinkle to wrinkle, mm, in place of their number.
     sharpness
         Of the furrows.
+    style
+        Of forehead wrinkles: arcs, m or broken.
+    variation
+        How much the wrinkles differ from each other, 0 (all even) to 1.
+    seed
+        Of the variation: other wrinkles for each.
     strength
         How strong the pattern becomes, 0 to 1.
     expression
@@ -86,13 +98,14 @@ def pattern(
     quiet
         Print nothing but errors.
     """
-    report, style = Report(quiet), Style(size_of(pixels))
+    report, look = Report(quiet), Style(size_of(pixels))
     if view is not None:
-        Style(style.size, view)  # refuses an unknown one
+        Style(look.size, view)  # refuses an unknown one
     check_whole("the number of frames", frames, 2, 1e6)
     check_range("fps", fps, 1.0, 100.0)
     check_range("strength", strength, 0.0, 1.0)
-    words: dict[str, Any] = {"depth": depth, "number": number, "sharpness": sharpness}
+    words: dict[str, Any] = {"depth": depth, "number": number, "spacing": spacing, "sharpness": sharpness}
+    words |= {"style": style, "variation": variation, "seed": seed}
     words |= {"size": _numbers("size", size, (1, 2)), "up": _numbers("up", up, (3,))}
     words = {word: value for word, value in words.items() if value is not None}
     if expression is None:
@@ -105,7 +118,7 @@ def pattern(
     refinement = Refinement() if max_level is None else Refinement(max_level=max_level)
     show = _Show(Simulation(face, refinement, layers, motion=motion), rates, frames, fps)
     folder, stem = output_folder(out or Path("output") / f"pattern_{name}"), f"pattern_{name}"
-    _record(show, folder, stem, style, view, report, movie, series)
+    _record(show, folder, stem, look, view, report, movie, series)
 
 
 @dataclass(frozen=True)
@@ -194,7 +207,7 @@ def _record(
         if movie:
             frames = filmed(frames, film, face, [style], show.fps, stack)
         if series:
-            files.append(write_series(frames, show.times(), folder / f"{stem}.vtkhdf"))
+            files.append(write_series(map(face.with_parts, frames), show.times(), folder / f"{stem}.vtkhdf"))
         else:
             for _ in frames:
                 pass
@@ -221,6 +234,6 @@ def _close(face: Face, frame: pv.PolyData, view: str | None, layers: list[Any]) 
         return view
     if face.landmarks:
         return closeup(frame, face)
-    normal = face.frame.axes @ layers[0].region.laid(face).centre.normal
+    normal = face.frame.axes @ layers[0].laid(face).centre.normal
     sideways = float(np.hypot(normal[0], normal[2]))
     return View((float(normal[0]), float(normal[1]), float(normal[2])) if sideways > 0.1 else (0.0, 0.8, 0.6))

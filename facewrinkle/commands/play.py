@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -14,10 +15,11 @@ from ..anatomy.fitting import fit_face
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder, write_series
 from ..layers.muscle_wrinkles import MuscleWrinkles
-from ..motion.animation import read_animation
+from ..mesh import read_texture
+from ..motion.animation import NAME, read_animation
 from ..plotting import Style, closeup, picture, save_picture, side_by_side, stacked
 from ..simulation import Refinement, Simulation
-from .common import Report, size_of, units_of
+from .common import OutputOptions, Report, units_of
 from .take import filmed
 
 LONGEST = 100_000
@@ -30,19 +32,15 @@ def play(
     *,
     landmarks: Path | None = None,
     units: str | None = None,
+    texture: Path | None = None,
     mesh: str | None = None,
     animation: str | None = None,
     speed: float = 1.0,
-    fps: float = 25.0,
     max_level: int | None = None,
     depth: float = 1.0,
     moments: int = 5,
-    size: str = "800",
-    view: str | None = None,
-    movie: bool = True,
-    series: bool = True,
-    out: Path | None = None,
-    quiet: bool = False,
+    follow: bool = False,
+    output: OutputOptions | None = None,
 ) -> None:
     """Write pictures, a movie and a time series of a recorded animation.
 
@@ -54,58 +52,57 @@ def play(
         JSON file with the coordinates of the landmarks of the face at rest.
     units
         Unit of the file: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
+    texture
+        Photo that lies on the face. Default: the image that the file holds.
     mesh
         Which mesh of the file.
     animation
         Which animation of the file. Default: the first that moves the mesh.
     speed
         Seconds of the animation in one second.
-    fps
-        Steps, and pictures of the movie, in a second.
     max_level
         How often triangles may be split; 0 turns refinement off.
     depth
         Multiplies the depth of the wrinkles.
     moments
         Number of pictures at most, of the moments when wrinkles are deepest.
-    size
-        Pixels of each picture: 800, or 800x600.
-    view
-        View of the close-ups. Default: where the wrinkles are.
-    out
-        Folder to write to. Default: output/FILE.
-    quiet
-        Print nothing but errors.
+    follow
+        Let the camera go with a head that turns.
     """
-    begin = time.perf_counter()
-    report = Report(quiet)
+    begin, output = time.perf_counter(), output or OutputOptions()
+    report = Report(output.quiet)
     count = check_whole("moments", moments, 1, 100)
-    step = 1.0 / check_range("fps", fps, 1.0, 100.0)
-    styles = [Style(size_of(size), "front"), Style(size_of(size), view or "cheeks")]
+    step = 1.0 / check_range("fps", output.fps, 1.0, 100.0)
+    styles = [Style(output.pixels, view, follow=follow) for view in ("front", output.view or "cheeks")]
     rest, recorded = read_animation(file, mesh, animation)
     recorded = recorded.played(speed)
-    face = fit_face(rest, landmarks, units_of(units))
+    image: Any = texture
+    if texture is None and rest.active_texture_coordinates is not None:
+        image = read_texture(file, str(rest.field_data[NAME][0]) if NAME in rest.field_data else None)
+    face = fit_face(rest, landmarks, units_of(units), texture=image)
     simulation = Simulation(face, Refinement(max_level=max_level), [MuscleWrinkles(depth=depth)], step, motion=recorded)
     steps = max(int(np.ceil(recorded.duration / step - 1e-6)), 1)
     if steps > LONGEST:
         raise ParameterError(f"the clip would have {steps} steps, at most {LONGEST} are allowed. Raise --speed.")
-    folder = output_folder(out or Path("output") / file.stem)
+    folder = output_folder(output.folder(file.stem))
     film, cache = folder / f"{file.stem}.mp4", folder / f"{file.stem}.vtkhdf"
     peaks: list[Peak] = []
     frames = report.progress(_watched(simulation, steps, count, peaks), "Frames", steps)
     with ExitStack() as stack:
-        if movie:
-            frames = filmed(frames, film, face, styles, fps, stack)
-        if series:
+        if output.movie:
+            frames = filmed(frames, film, face, styles, output.fps, stack)
+        if output.series:
             write_series(frames, (1 + np.arange(steps)) * step, cache)
         else:
             for _ in frames:
                 pass
-    columns, files = [], [path for path, wanted in ((film, movie), (cache, series)) if wanted and path.exists()]
+    written = ((film, output.movie), (cache, output.series))
+    columns, files = [], [path for path, wanted in written if wanted and path.exists()]
     for _, when, frame in peaks:
-        close = Style(size_of(size), view or closeup(frame, face))
+        close = Style(output.pixels, output.view or closeup(frame, face), follow=follow)
         pair = [picture(frame, face, style) for style in (styles[0], close)]
         files.append(save_picture(side_by_side(pair), folder / f"{file.stem}_{when:.2f}s.png"))
+        files += output.mesh_of(frame, face, folder / f"{file.stem}_{when:.2f}s")
         columns.append(stacked(pair))
     files.append(save_picture(side_by_side(columns), folder / f"{file.stem}.png"))
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]

@@ -105,7 +105,7 @@ class Take:
                 )
             if series is not None:
                 times = (1 + np.arange(self.steps)) * simulation.motion.time_step
-                write_series(frames, times, series)
+                write_series(map(self.face.with_parts, frames), times, series)
             else:
                 for _ in frames:
                     pass

@@ -81,6 +81,7 @@ def tear(
     """
     begin = time.perf_counter()
     report = Report(quiet)
+    folder, stem = output_folder(out or Path("output") / f"tear_{kind}", make=False), f"tear_{kind}"
     face = (source or FaceOptions()).load()
     rates = face.atlas.contractions(mixture(expression or PRESETS[kind].expression, face.atlas), intensity)
     given = {name: value for name, value in (("c", speed), ("roughness", roughness)) if value is not None}
@@ -92,8 +93,7 @@ def tear(
     frames = check_whole("seconds times fps", round(seconds * fps), MOMENTS, 1e6)
     style = Style(size_of(size), view)
     play = Play(face, rates, preset(kind, face, seed, **given), frames, fps)
-    folder, stem = output_folder(out or Path("output") / f"tear_{kind}"), f"tear_{kind}"
-    files = play.record(folder, stem, style, report, movie=movie, series=series, plain=plain)
+    files = play.record(output_folder(folder), stem, style, report, movie=movie, series=series, plain=plain)
     report.table(
         stem,
         {

@@ -95,3 +95,26 @@ def judge(
                 split[f] = True
             if gamma > hysteresis * gamma_c or 2.0 * excess > 1.0 - hysteresis:
                 fine[f] = False
+
+
+@njit(cache=True)
+def carry_corners(values, base, triangles, roots, hosts, weights, out):
+    """Values (m0, 3, d) at the corners of base triangles, at the corners (m, 3, d) of triangles that lie in them.
+
+    Vertex v lies in the base triangle with the vertices hosts[v], with the weights (n, 3); that may be a neighbour of
+    the root of a triangle at v. Sums run over the corners of the root: one of three terms is 0 on an edge, so that both
+    sides of the edge round alike.
+    """
+    for t in range(len(triangles)):
+        root = roots[t]
+        for k in range(3):
+            v = triangles[t, k]
+            for c in range(values.shape[2]):
+                out[t, k, c] = 0.0
+            for j in range(3):
+                share = 0.0
+                for i in range(3):
+                    if hosts[v, i] == base[root, j]:
+                        share += weights[v, i]
+                for c in range(values.shape[2]):
+                    out[t, k, c] += share * values[root, j, c]

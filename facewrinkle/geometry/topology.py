@@ -145,6 +145,26 @@ def components(triangles: ArrayLike) -> IntArray:
     return numbered
 
 
+def sheets(triangles: ArrayLike) -> IntArray:
+    """Sheet (m,) of every triangle, counted from 0; triangles that share an edge are connected.
+
+    Examples
+    --------
+    >>> sheets([[0, 1, 2], [2, 1, 3], [3, 4, 5]]).tolist()
+    [0, 0, 1]
+    """
+    array = as_triangles(triangles)
+    _, sides = unique_edges(array)
+    offsets, around = edge_triangles(sides)
+    after = np.ones(len(around), bool)
+    after[offsets[:-1]] = False  # the first triangle of each edge follows none
+    links = np.stack([around[np.flatnonzero(after) - 1], around[after]])
+    weights = np.ones(links.shape[1], np.int8)
+    _, label = connected_components(coo_array((weights, links), shape=(len(array), len(array))), directed=False)
+    numbered: IntArray = label.astype(np.int32)
+    return numbered
+
+
 def _shared(triangles: IntArray) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
     """Both half-edges of every edge of exactly two triangles, and whether they run in opposite directions."""
     _, sides = unique_edges(triangles)

@@ -23,6 +23,25 @@ def carried(values: Array, corners: npt.NDArray[np.int32], barycentric: Array) -
     return out
 
 
+def barycentric(points: Array, corners: Array) -> Array:
+    """Barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3), on or beside which they lie.
+
+    Examples
+    --------
+    >>> corners = np.array([[[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]])
+    >>> barycentric(np.array([[1.0, 2.0, 0.0]]), corners).tolist()
+    [[0.25, 0.25, 0.5]]
+    """
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    p = points - corners[:, 0]
+    aa, ab, bb = (np.einsum("ni,ni->n", x, y) for x, y in ((a, a), (a, b), (b, b)))
+    pa, pb = np.einsum("ni,ni->n", p, a), np.einsum("ni,ni->n", p, b)
+    det = np.maximum(aa * bb - ab * ab, 1e-300)
+    v, w = (bb * pa - ab * pb) / det, (aa * pb - ab * pa) / det
+    weights = np.clip(np.stack([1.0 - v - w, v, w], axis=1), 0.0, 1.0)
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
 def nearest_carried(values: np.ndarray, corners: npt.NDArray[np.int32], barycentric: Array) -> np.ndarray:
     """Values of the base vertex of the largest weight: for labels and other values that cannot be averaged."""
     return np.asarray(values[corners[np.arange(len(corners)), np.argmax(barycentric, axis=1)]])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,13 +12,15 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range
+from ..geometry.blending import smoothstep
 from ..geometry.normals import vertex_areas, vertex_normals
 from ..geometry.refinement import Change
 from .base import Array, Moment, Relief, Sites
 from .compression import StrainField, compression_along, principal_compression
-from .pattern_kinds import Heights, Pattern, pattern_of
+from .pattern_base import Heights, Pattern
+from .pattern_kinds import pattern_of
 from .patterns import Function
-from .region import LaidRegion, Region
+from .region import LaidRegion, Region, vector
 
 Driver = Callable[[float], float]
 
@@ -51,11 +54,12 @@ class Compression:
     def __post_init__(self) -> None:
         check_range("low", self.low, -10.0, 1.0)
         check_range("full", self.full, self.low + 1e-9, 1.0, "It has to be above low.")
+        if self.along is not None and not np.any(vector("along", self.along)):
+            raise ParameterError("along must be a direction, received three zeros.")
 
     def __call__(self, epsilon: float) -> float:
         """The strength at a compression."""
-        s = min(max((epsilon - self.low) / (self.full - self.low), 0.0), 1.0)
-        return float(s * s * (3.0 - 2.0 * s))
+        return float(smoothstep((epsilon - self.low) / (self.full - self.low)))
 
 
 class PatternLayer:
@@ -82,7 +86,7 @@ class PatternLayer:
         For messages; default: that of the pattern.
     **words
         Of the pattern, such as ``number=4, style="m", sharpness=1.0``; further ones of :class:`Region`, such as
-        ``border``, ``outline``, ``select``, ``valid`` and ``seed``.
+        ``border``, ``outline``, ``select`` and ``valid``. `seed` is that of both.
 
     Raises
     ------
@@ -118,32 +122,52 @@ class PatternLayer:
         name: str | None = None,
         **words: Any,
     ) -> None:
-        parts = [pattern] if isinstance(pattern, str | Pattern) or callable(pattern) else list(pattern)
+        parts: list[Any] = list(pattern) if isinstance(pattern, list | tuple) else [pattern]
         if not parts:
             raise ParameterError("a layer needs a pattern, received none.")
         where = {word: words.pop(word) for word in list(words) if word in Region.__dataclass_fields__}
-        self.patterns = tuple(pattern_of(part, words) for part in parts)
+        self.patterns = tuple(pattern_of(part, words, where.get("seed")) for part in parts)
         self.name = name or " + ".join(part if isinstance(part, str) else type(part).__name__ for part in parts)
         if region is not None and (where or centre is not None or size is not None):
             raise ParameterError("a region is given, so centre, size and the words of a region have to be left out.")
+        if not isinstance(region, Region | None):
+            raise ParameterError(f"region must be a Region, received {region!r}. Or give centre, up and size.")
         self.region = region or Region(centre, up, size, **where)
         self.depth = check_range("depth", depth, -1e6, 1e6)
+        if isinstance(strength, str):
+            raise ParameterError(
+                f"strength must be a number, a function of the time or a Compression, received {strength!r}; only a "
+                'preset knows by itself what "skin" means.'
+            )
         self.strength = strength if callable(strength) else check_range("strength", strength, 0.0, 1.0)
+        if t is not None and not any(kind.timed for kind in self.patterns):
+            raise ParameterError(
+                f"the t of {self.name} follows from its strength, received t={t!r}. Leave t out, and give a strength: "
+                "a number in [0, 1] or a function of the time."
+            )
         self.t = t if t is None or callable(t) else check_range("t", t, -1e6, 1e6)
         self.begin = check_range("begin", begin, -1e9, 1e9)
+        self._on: tuple[Face, Region, LaidRegion] | None = None
 
     @classmethod
-    def preset(cls, name: str, face: Face, **changes: Any) -> PatternLayer:
+    def preset(cls, name: str, face: Face, /, **changes: Any) -> PatternLayer:
         """A pattern where it belongs on a face, by its landmarks; see :func:`facewrinkle.layers.presets.preset`."""
         from .presets import preset
 
         return preset(name, face, **changes)
 
+    def laid(self, face: Face) -> LaidRegion:
+        """The region on a face; it is laid once, and then remembered."""
+        if self._on is None or self._on[0] is not face or self._on[1] is not self.region:
+            self._on = face, self.region, self.region.laid(face)
+        return self._on[2]
+
     # --- the layer protocol ----------------------------------------------------------------------
 
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        self._laid: LaidRegion = self.region.laid(face)
+        self._laid = self.laid(face)
+        self._kinds = tuple(kind.on(2.0 * self._laid.half * face.unit) for kind in self.patterns)
         sides = face.points[self._laid.corners] - np.roll(face.points[self._laid.corners], 1, axis=0)
         self._tiny = float(np.linalg.norm(sides, axis=1).max()) > self._laid.half.min()
         if isinstance(self.strength, Compression):
@@ -178,7 +202,7 @@ class PatternLayer:
         strength = self.strength_at(moment)
         height = np.zeros(self._n)
         if strength > 0.0:
-            for pattern, heights in zip(self.patterns, self._heights, strict=True):
+            for pattern, heights in zip(self._kinds, self._heights, strict=True):
                 heights(strength, self.t_at(pattern, moment.time + self.begin), height)
         self._height = height
         return Relief(height, *self._needs(strength, moment))
@@ -207,7 +231,7 @@ class PatternLayer:
     # --- vertices --------------------------------------------------------------------------------
 
     def _planes(self) -> list[tuple[Pattern, Array, Array]]:
-        return [(pattern, *pattern.plane(self._uv, self._laid.aspect)) for pattern in self.patterns]
+        return [(pattern, *pattern.plane(self._uv, self._laid.aspect)) for pattern in self._kinds]
 
     def _prepared(self) -> list[Heights]:
         aspect, weight = self._laid.aspect, self.depth * self._weight
@@ -219,8 +243,8 @@ class PatternLayer:
         They are those of before as long as strength and t are about the same, and no vertices have come or gone.
         """
         seconds = moment.time + self.begin
-        t = self.t_at(self.patterns[0], seconds)
-        at = float(np.floor(2.0 * t)) if any(pattern.moving for pattern in self.patterns) else 0.0
+        t = self.t_at(self._kinds[0], seconds)
+        at = float(np.floor(2.0 * t)) if any(pattern.moving for pattern in self._kinds) else 0.0
         if at != self._wave_t:
             self._wave_t, self._waves, self._need = at, self._wavelengths(seconds), {}
         step = float(np.ceil(4.0 * strength)) / 4.0
@@ -278,7 +302,9 @@ class PatternLayer:
         >>> [PatternLayer("dimple", (0, 0, 40), size=size).level_needed(ball) for size in (40.0, 10.0)]
         [1, 2]
         """
-        twin = PatternLayer(self.patterns, region=self.region, t=self.t, name=self.name)
+        self.laid(face)
+        twin = copy(self)
+        twin.strength = 1.0
         twin.attach(face)
         points, triangles = face.points, face.triangles
         corners = triangles[self._zone(twin._laid, triangles)]

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ParameterError, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 
 Array = npt.NDArray[np.float64]
 Function = Callable[[npt.ArrayLike, npt.ArrayLike, float], Array]
@@ -61,7 +61,7 @@ def forehead(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: f
     >>> round(float(forehead(1.0, 0.0, 1.2, alpha=0.5, beta=4.0)), 6)
     1.523081
     """
-    return np.asarray(np.exp(forehead_exponent(x, y, t, alpha, beta)))
+    return np.asarray(np.exp(alpha * np.sin(forehead_phase(x, y, t, beta))))
 
 
 def forehead_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
@@ -72,14 +72,14 @@ def forehead_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, 
     >>> forehead_relief(1.0, 0.5, 1.2, alpha=0.0, beta=4.0)
     array(0.)
     """
-    return np.asarray(np.expm1(forehead_exponent(x, y, t, alpha, beta)))
+    return np.asarray(np.expm1(alpha * np.sin(forehead_phase(x, y, t, beta))))
 
 
-def forehead_exponent(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
-    """The logarithm of :func:`forehead`."""
+def forehead_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float) -> Array:
+    """The phase of the sine in :func:`forehead`, radians."""
     x, y = _plane(x, y)
     th = angle(x, y)
-    return np.asarray(alpha * np.sin((x * x + y * y) - (t * np.sin(th) - np.sin(beta * th)) ** 2))
+    return np.asarray((x * x + y * y) - (t * np.sin(th) - np.sin(beta * th)) ** 2)
 
 
 def eye_corner(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: float) -> Array:
@@ -113,24 +113,25 @@ def eye_corner(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta:
     0.813139
     """
     x, y = _plane(x, y)
-    return np.asarray(alpha * np.exp(beta * np.hypot(x, y) - t * fan(x, y, gamma)))
+    return np.asarray(alpha * np.exp(beta * np.hypot(x, y) - t * np.sin(eye_corner_phase(x, y, gamma))))
 
 
 def eye_corner_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: float) -> Array:
     """:func:`eye_corner` minus its baseline alpha exp(beta r); 0 at t = 0."""
     x, y = _plane(x, y)
-    return np.asarray(alpha * np.exp(beta * np.hypot(x, y)) * np.expm1(-t * fan(x, y, gamma)))
+    sine = np.sin(eye_corner_phase(x, y, gamma))
+    return np.asarray(alpha * np.exp(beta * np.hypot(x, y)) * np.expm1(-t * sine))
 
 
-def fan(x: npt.ArrayLike, y: npt.ArrayLike, gamma: float) -> Array:
-    """``sin(gamma arctan(y / x))`` of :func:`eye_corner`, with its check of gamma."""
+def eye_corner_phase(x: npt.ArrayLike, y: npt.ArrayLike, gamma: float) -> Array:
+    """The phase of the sine in :func:`eye_corner`, radians, with its check of gamma."""
     x, y = _plane(x, y)
     if gamma % 2.0 != 0.0 and x.size and x.min() <= 0.0 <= x.max() and x.min() < x.max():
         raise ParameterError(
             f"gamma must be an even number where a pattern lies on both sides of x = 0, received {gamma:g}: the "
-            f"surface would tear there. Use {2 * round(gamma / 2)}, or keep to x > 0."
+            f"surface would tear there. Use {max(2 * round(gamma / 2), 2)}, or keep to x > 0."
         )
-    return np.asarray(np.sin(gamma * angle(x, y)))
+    return np.asarray(gamma * angle(x, y))
 
 
 def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
@@ -156,8 +157,13 @@ def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: floa
     >>> round(float(cheek(1.0, 0.0, 0.3, alpha=0.5, beta=5.0)), 6)
     -0.416134
     """
+    return np.asarray(alpha * np.sin(cheek_phase(x, y, t, beta)))
+
+
+def cheek_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float) -> Array:
+    """The phase of the sine in :func:`cheek`, radians."""
     x, y = _plane(x, y)
-    return np.asarray(alpha * np.sin(beta * np.hypot(x, y) + t))
+    return np.asarray(beta * np.hypot(x, y) + t)
 
 
 def frown(
@@ -202,16 +208,21 @@ def frown(
     >>> frown(1.0, 0.5, 1.0, alpha=1.0, beta=3.0 / np.pi)
     array(1.)
     """
+    return np.asarray(alpha * np.sin(frown_phase(x, y, t, beta, variant) + offset))
+
+
+def frown_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float, variant: Variant = "paper") -> Array:
+    """The phase of the sine in :func:`frown` without its offset, radians, with the checks."""
     x, y = _plane(x, y)
     if beta == 0.0:
         raise ParameterError("beta must not be 0: it is the distance of the wrinkles.")
     if variant not in VARIANTS:
         raise unknown_name("variant of frown", variant, VARIANTS)
     if variant == "paper":
-        return np.asarray(alpha * np.sin(x / beta * (y + t) + offset))
+        return np.asarray(x / beta * (y + t))
     if y.size and not (y + t).min() > 0.0:
         raise ParameterError(f"y + t must be above 0 all over a fan, received {(y + t).min():g}. Use a larger t.")
-    return np.asarray(alpha * np.sin(x / (beta * (y + t)) + offset))
+    return np.asarray(x / (beta * (y + t)))
 
 
 def dimple(x: npt.ArrayLike, y: npt.ArrayLike, t: float) -> Array:
@@ -370,4 +381,4 @@ def _plane(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:
 
 
 def _positive(t: float) -> float:
-    return check_range("t", t, np.finfo(float).tiny, np.inf, "A dimple is deeper as t falls towards 0, but never 0.")
+    return check_positive("t", t, "A dimple is deeper the smaller t is.")

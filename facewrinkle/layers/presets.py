@@ -11,8 +11,16 @@ import numpy as np
 
 from ..anatomy.face import Face
 from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, of_side
-from ..errors import LandmarkError, unknown_name
+from ..errors import LandmarkError, ParameterError, check_whole, unknown_name
+from ..geometry.chart import foot
+from .base import Array
 from .pattern_layer import Compression, PatternLayer
+from .region import check_size
+
+INSIDE, FACING = 0.8, 0.2
+"""The middle of a head lies so many distances between the pupils behind the eyes; skin faces away from it, by this
+cosine.
+"""
 
 
 @lru_cache(maxsize=1)
@@ -35,7 +43,7 @@ def names() -> tuple[str, ...]:
     return tuple(out)
 
 
-def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
+def preset(name: str, face: Face, /, **changes: Any) -> PatternLayer:
     """A pattern where it belongs on a face.
 
     Parameters
@@ -45,7 +53,9 @@ def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
     face : Face
     **changes
         What is to be different: see :class:`facewrinkle.PatternLayer`; `size` in distances between the pupils. With
-        ``strength="skin"`` the pattern comes out as the skin below is compressed across it.
+        ``strength="skin"`` the pattern comes out as the skin below is compressed across it. The wrinkles of the right
+        side are drawn with the seed after that of the left, so that no face is its own mirror image; ``variation=0``
+        makes all of them even.
 
     Raises
     ------
@@ -62,6 +72,10 @@ def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
     """
     if name not in names():
         raise unknown_name("preset", name, [*names(), *table()])
+    if not isinstance(face, Face):
+        raise ParameterError(
+            f"a preset is placed on a Face, received {type(face).__name__}. Use fit_face(mesh, landmarks)."
+        )
     if not face.landmarks:
         raise LandmarkError(
             f"the preset {name!r} is placed by landmarks, and this surface has none. Use fit_face(mesh, landmarks), or "
@@ -71,23 +85,38 @@ def preset(name: str, face: Face, **changes: Any) -> PatternLayer:
     entry, frame = table()[stem], face.frame
     outward = np.array([-1.0 if side == "r" else 1.0, 1.0, 1.0])
     to_place = frame.axes.T * frame.pupil_distance
-    size = np.asarray(changes.pop("size", entry["size"]), dtype=np.float64) * frame.pupil_distance
+    size = check_size(changes.pop("size", entry["size"])) * frame.pupil_distance
     given: dict[str, Any] = {
-        "centre": face.landmarks[of_side(entry["landmark"], side)] + to_place @ (outward * entry["offset"]),
+        "centre": _outside(
+            face, face.landmarks[of_side(entry["landmark"], side)] + to_place @ (outward * entry["offset"])
+        ),
         "up": frame.axes.T @ (outward * entry.get("up", [0.0, 1.0, 0.0])),
         "depth": entry["depth"] * frame.pupil_distance * face.unit / MEAN_PUPIL_DISTANCE,
         "mirrored": side == "r",
+        "seed": check_whole("seed", changes.pop("seed", 0), 0, 2**62) + (side == "r"),
         "name": name,
         **entry["words"],
     }
-    if changes.get("strength") == "skin":
+    if isinstance(changes.get("strength"), str):
+        if changes["strength"] != "skin":
+            raise unknown_name("strength", changes["strength"], ["skin"])
         skin = entry["skin"]
         along = tuple((frame.axes.T @ np.asarray(skin["along"], dtype=np.float64)).tolist())
         changes["strength"] = Compression(skin["low"], skin["full"], along)
-    return PatternLayer(entry["pattern"], size=tuple(np.broadcast_to(size, 2)), **{**given, **changes})
+    return PatternLayer(entry["pattern"], size=tuple(size.tolist()), **{**given, **changes})
 
 
-def presets(name: str, face: Face, **changes: Any) -> list[PatternLayer]:
+def _outside(face: Face, place: Array) -> Array:
+    """The closest point of the surface that faces away from the head: not the inner side of a lid or a lip."""
+    frame = face.frame
+    middle = frame.origin - INSIDE * frame.pupil_distance * frame.axes[2]
+    a, b, c = (face.points[face.triangles[:, corner]] for corner in range(3))
+    normal, away = np.cross(b - a, c - a), (a + b + c) / 3.0 - middle
+    facing = (normal * away).sum(axis=1) > FACING * np.linalg.norm(normal, axis=1) * np.linalg.norm(away, axis=1)
+    return foot(face.points, face.triangles[facing], place).point
+
+
+def presets(name: str, face: Face, /, **changes: Any) -> list[PatternLayer]:
     """The same for both sides where `name` leaves the side out.
 
     Examples

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
-from ..errors import MeshError, ParameterError, check_range, check_whole, unknown_name
+from ..errors import MeshError, ParameterError, check_positive, check_range, check_whole, unknown_name
 from ..geometry.chart import (
     Foot,
     foot,
@@ -92,15 +92,13 @@ class Region:
         check_range("valid", self.valid, 1e-9, 1.0, "It is the share of the vertices that carry the pattern.")
         check_whole("seed", self.seed, 0, 2**63)
         if self.centre is not None:
-            _vector("centre", self.centre)
-        if not np.any(_vector("up", self.up)):
+            vector("centre", self.centre)
+        if not np.any(vector("up", self.up)):
             raise ParameterError("up must be a direction, received three zeros.")
         if self.select is None and (self.centre is None or self.size is None):
             raise ParameterError("a region needs a centre and a size, or a selection of vertices (select).")
-        for length in () if self.size is None else np.atleast_1d(self.size):
-            check_range("size", length, np.finfo(float).tiny, np.inf, "It is the width and height of the region.")
-        if self.size is not None and np.shape(self.size) not in ((), (2,)):
-            raise ParameterError(f"size must be a length, or width and height, received {self.size!r}.")
+        if self.size is not None:
+            check_size(self.size)
 
     def laid(self, face: Face) -> LaidRegion:
         """The region on a surface.
@@ -121,6 +119,13 @@ class Region:
         if half is None:
             inside = np.isfinite(chart).all(axis=1) & self._inside(chart, weight)
             half = np.abs(chart[inside]).max(axis=0)
+        elif not (np.abs(chart[np.isfinite(chart).all(axis=1)]) > half).any():
+            reach = 2.0 * np.nanmax(np.abs(chart), axis=0)
+            raise ParameterError(
+                f"the region is larger than the mesh: {2.0 * half[0]:.3g} wide and {2.0 * half[1]:.3g} high, and the "
+                f"surface about its centre is {reach[0]:.3g} wide and {reach[1]:.3g} high. Is the size in the unit of "
+                "the mesh? Use a smaller one."
+            )
         chart = chart / half * [-1.0 if self.mirrored else 1.0, 1.0]
         chart[:, 1] -= self.bow * chart[:, 0] ** 2
         known: npt.NDArray[np.bool_] = np.asarray(np.isfinite(chart).all(axis=1))
@@ -132,11 +137,11 @@ class Region:
 
     def _middle(self, points: Array, weight: Array | None) -> Array:
         if self.centre is not None:
-            return _vector("centre", self.centre)
+            return vector("centre", self.centre)
         return np.asarray(np.average(points, axis=0, weights=weight))
 
     def _check(self, points: Array, centre: Foot, half: Array | None) -> None:
-        if not np.any(tangents(centre.normal, _vector("up", self.up))[1]):
+        if not np.any(tangents(centre.normal, vector("up", self.up))[1]):
             raise ParameterError(
                 f"up must not point straight out of the surface; it is {np.asarray(self.up).tolist()}, and the normal "
                 f"in the centre is {centre.normal.round(3).tolist()}. Choose another up."
@@ -147,7 +152,7 @@ class Region:
         if 2.0 * float(half.max()) > extent:
             raise ParameterError(
                 f"the region is larger than the mesh: {2.0 * half.max():.3g} wide or high, and the mesh is "
-                f"{extent:.3g} from corner to corner. Is the size in the unit of the mesh?"
+                f"{extent:.3g} from corner to corner. Is the size in the unit of the mesh? Use a smaller one."
             )
         if centre.distance > half.max():
             raise ParameterError(
@@ -163,7 +168,7 @@ class Region:
         edges = np.linalg.norm(np.diff(points[triangles[near]][:, [0, 1, 2, 0]], axis=1), axis=2)
         laid = geodesic_chart(points, triangles, centre, self.up, size + float(edges.max()))
         if self.coordinates == "projected":  # only where the surface is near: not on its far side
-            return np.where(np.isfinite(laid), projected_chart(points, centre, _vector("up", self.up)), np.nan)
+            return np.where(np.isfinite(laid), projected_chart(points, centre, vector("up", self.up)), np.nan)
         length = SMOOTH * (float(np.sqrt(half.prod())) if half is not None else float(np.median(edges)))
         straight = SHORTCUT * np.linalg.norm(points - centre.point, axis=1)
         laid[np.hypot(*laid.T) < straight] = np.nan
@@ -341,7 +346,20 @@ def _of_vertices(values: np.ndarray, face: Face) -> np.ndarray:
     return values[numbers] if numbers is not None and len(values) >= given else values
 
 
-def _vector(name: str, value: npt.ArrayLike) -> Array:
+def check_size(size: npt.ArrayLike) -> Array:
+    """Width and height (2,) from a length or two."""
+    try:
+        lengths = np.empty(0) if isinstance(size, str) else np.asarray(size, dtype=np.float64)
+    except (TypeError, ValueError):
+        lengths = np.empty(0)
+    if lengths.shape not in ((), (2,)):
+        raise ParameterError(f"size must be a length, or width and height, received {size!r}.")
+    for length in lengths.ravel().tolist():
+        check_positive("size", length, "It is the width and height of the region.")
+    return np.broadcast_to(lengths, 2)
+
+
+def vector(name: str, value: npt.ArrayLike) -> Array:
     try:
         vector = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):

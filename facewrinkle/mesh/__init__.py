@@ -4,19 +4,31 @@
 it, and `to_polydata` turns results into PolyData. No other room converts; this one also names the arrays of a frame.
 """
 
-from .arrays import ARRAYS, MUSCLES, carried_point_data, refilled, to_polydata
+from .arrays import ARRAYS, MUSCLES, POSE, UNIT, carried_point_data, refilled, to_polydata, with_data, with_normals
 from .checks import Surface, prepare
 from .reading import read_surface
 from .refining import refine
+from .seams import add_seams, corner_texture, refine_seams, split_at_seams
+from .texture import as_texture, read_texture
 
 __all__ = [
     "ARRAYS",
     "MUSCLES",
+    "POSE",
+    "UNIT",
     "Surface",
+    "add_seams",
+    "as_texture",
     "carried_point_data",
+    "corner_texture",
     "prepare",
     "read_surface",
+    "read_texture",
     "refilled",
     "refine",
+    "refine_seams",
+    "split_at_seams",
     "to_polydata",
+    "with_data",
+    "with_normals",
 ]

@@ -10,6 +10,8 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from ..errors import MeshError
+from ..geometry.normals import vertex_normals
+from ..geometry.seams import of_same_triangles
 from ..geometry.transfer import carried, nearest_carried
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
@@ -28,6 +30,18 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
 
 MUSCLES = "muscles"
 """The field-data array of a frame that lists the muscles' names."""
+
+UNIT = "unit"
+"""The field-data array of a frame that holds the millimetres per unit of its mesh."""
+
+POSE = "pose"
+"""The field-data array of a frame of a head that moves as a whole: a matrix (4, 4), in the unit of the mesh."""
+
+TEXTURE = "Texture Coordinates"
+"""The point-data array of texture coordinates (n, 2); at seams of the texture the first that a point has."""
+
+CORNERS = "Texture Corners"
+"""The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, where there are seams."""
 
 
 def to_polydata(
@@ -60,7 +74,7 @@ def to_polydata(
     >>> mesh.n_points, mesh.n_cells, mesh.points.dtype.name, mesh.array_names
     (3, 1, 'float64', ['W'])
     """
-    points, triangles = numbers("points", points).astype(np.float64), numbers("triangles", triangles)
+    points, triangles = numbers("points", points).astype(np.float64, copy=False), numbers("triangles", triangles)
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError(f"points must have the shape (n, 3), received {points.shape}.")
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
@@ -132,8 +146,16 @@ def carried_point_data(mesh: pv.PolyData, corners: np.ndarray, barycentric: np.n
     return out
 
 
+def with_normals(mesh: pv.PolyData) -> pv.PolyData:
+    """A shallow copy with normals that are right: a frame's are, those of any other mesh may be stale."""
+    shaded = mesh.copy(deep=False)
+    if "split_gamma" not in shaded.point_data:
+        shaded.point_data["Normals"] = vertex_normals(mesh.points, mesh.regular_faces)
+    return shaded
+
+
 def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> pv.PolyData:
-    """The triangles on the points `kept` of `source`, with the data of these points and the field data.
+    """The triangles on the points `kept` of `source`, with the data of these points, texture seams and the field data.
 
     Normals stay behind: VTK goes on shading with them after the points have moved.
     """
@@ -147,4 +169,9 @@ def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> p
         if name in names:
             setattr(mesh.point_data, active, name)
     mesh.field_data.update(source.field_data)
+    if CORNERS in source.cell_data:
+        corners = np.asarray(source.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)
+        own = of_same_triangles(corners, np.asarray(source.regular_faces), np.asarray(kept)[triangles])
+        if own is not None:
+            mesh.cell_data[CORNERS] = own.reshape(-1, 6)
     return mesh

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pyvista as pv
@@ -11,8 +11,15 @@ from scipy.spatial import cKDTree
 
 from ..errors import LARGEST, FaceWrinkleWarning, MeshError, ParameterError
 from ..geometry import topology
-from .arrays import with_data
+from .arrays import CORNERS, with_data
 from .reading import read_surface
+from .repair import Patchwork, areas_doubled, closed_up, mended, reconstructed, unfolded
+
+IN_PIECES, FEW = 0.5, 4
+"""One sheet must be the nearest to this share of the landmarks, where there are so many."""
+
+PART = "part"
+"""The cell-data array that numbers the parts of a mesh beside its skin."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +36,8 @@ class Surface:
         The number that each point has in the input.
     report : tuple of str
         What was mended, one sentence each.
+    others : pyvista.PolyData, optional
+        The other parts of the input, as they are there; its cell data "part" number them.
     """
 
     mesh: pv.PolyData
@@ -36,13 +45,18 @@ class Surface:
     points: np.ndarray
     source_points: np.ndarray
     report: tuple[str, ...]
+    others: pv.PolyData | None = None
 
 
 def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> Surface:
     """A clean copy of a surface, on which the algorithms can rely.
 
-    Degenerate and duplicate triangles are dropped, one component is chosen, the triangles are oriented alike
-    and outward, and unused points are dropped. What changes the surface is reported.
+    Degenerate and duplicate triangles are dropped without tearing the surface, points that are split at seams are
+    joined, edges with three triangles or more are cut, one component is chosen, the triangles are oriented alike and
+    outward, those that lie turned over are laid flat, and unused points are dropped. Where the surface under the
+    landmarks is in pieces or has only one side, small gaps are closed; if that is not enough, pymeshlab (extra
+    `remesh`) reconstructs it. What changes the surface is reported. Places where it runs through itself stay: lips and
+    lids of real faces do.
 
     Parameters
     ----------
@@ -63,8 +77,10 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
     Raises
     ------
     MeshError
-        If there are no points or faces; for points that are not finite; for edges with three or more
-        triangles; for a surface that cannot be oriented, such as a Möbius strip.
+        If there are no points or faces; for points that are not finite; for a surface that cannot be oriented, such as
+        a Möbius strip; for one that stays in pieces under the landmarks.
+    MissingPackageError
+        If it is in pieces, and pymeshlab is not installed.
     ParameterError
         For landmarks or a direction of the wrong shape, not finite, or zero.
 
@@ -83,24 +99,102 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
     near = None if near is None else _vectors("near", np.atleast_2d(near))
     forward = None if forward is None else _vectors("forward", np.atleast_2d(forward))[0]
     source = read_surface(mesh)
-    points = np.asarray(source.points)
-    _check_finite(points)
-    report: list[str] = []
-    triangles = _without_degenerate(points, np.asarray(source.regular_faces), report)
-    triangles = _one_component(points, triangles, near, report)
-    _check_manifold(triangles)
-    triangles = _oriented(points, triangles, forward, report)
-    kept, renumbered = np.unique(triangles, return_inverse=True)
-    for sentence in report:
+    points, faces = np.asarray(source.points), np.asarray(source.regular_faces)
+    _check_finite(points, faces)
+    whole = _in_one_piece(mended(Patchwork.of(points, faces)), near)
+    skin, others = _parted(source, whole, near)
+    skin = unfolded(_oriented(skin, forward))
+    for sentence in skin.report:
         warnings.warn(sentence, FaceWrinkleWarning, stacklevel=2)
-    clean = with_data(source, renumbered.reshape(-1, 3), kept)
-    return Surface(
-        mesh=clean,
-        triangles=renumbered.reshape(-1, 3).astype(np.int32),
-        points=np.array(clean.points),
-        source_points=kept,
-        report=tuple(report),
+    return _surface(source, skin, others)
+
+
+def _surface(source: pv.PolyData, skin: Patchwork, others: pv.PolyData | None) -> Surface:
+    """The mended triangles with the data of the source at their points and corners."""
+    used, renumbered = np.unique(skin.triangles, return_inverse=True)
+    triangles = renumbered.reshape(-1, 3)
+    kept = skin.origin[used]
+    clean = with_data(source, triangles, kept)
+    clean.points = skin.points[used]
+    faces = np.asarray(source.regular_faces)
+    texture = source.active_texture_coordinates
+    if CORNERS in source.cell_data:
+        at_corners = np.asarray(source.cell_data[CORNERS], dtype=np.float64).reshape(-1, 2)[skin.corners]
+        clean.cell_data[CORNERS] = at_corners.reshape(-1, 6)
+    elif texture is not None:
+        at_corners = np.asarray(texture, dtype=np.float64)[faces.ravel()[skin.corners]]
+        if not np.array_equal(at_corners, np.asarray(texture)[kept][triangles]):
+            clean.cell_data[CORNERS] = at_corners.reshape(-1, 6)
+    return Surface(clean, triangles.astype(np.int32), np.array(clean.points), kept, skin.report, others)
+
+
+def _parted(source: pv.PolyData, whole: Patchwork, near: np.ndarray | None) -> tuple[Patchwork, pv.PolyData | None]:
+    """The sheet that is meant, and the other parts as they are in the source."""
+    label = topology.sheets(whole.triangles)
+    votes, reason = _votes(whole, label, near)
+    apart = label != np.argmax(votes)
+    skin = whole.only(~apart)
+    if not apart.any():
+        return skin, None
+    counts = np.bincount(label[apart])
+    counts = np.sort(counts[counts > 0])[::-1]
+    listed = ", ".join(map(str, counts[:10])) + (", ..." if len(counts) > 10 else "")
+    skin = skin.told(
+        f"Kept one of {len(counts) + 1} separate parts, {reason}, with {len(skin.triangles)} triangles; set apart "
+        f"parts of {listed} triangles."
     )
+    return skin, _others(source, whole.only(apart), label[apart])
+
+
+def _votes(whole: Patchwork, label: np.ndarray, near: np.ndarray | None) -> tuple[np.ndarray, str]:
+    """How much speaks for each sheet: the landmarks that are nearest to it, or its area; and which it was, in words."""
+    count = int(label.max()) + 1
+    if near is None:
+        return np.bincount(label, areas_doubled(whole.points, whole.triangles), count), "the largest"
+    used, first = np.unique(whole.triangles, return_index=True)
+    nearest = cKDTree(whole.points[used]).query(near)[1]
+    votes = np.bincount(label[first[nearest] // 3], minlength=count)
+    return votes, f"nearest to {votes.max()} of {len(near)} landmarks"
+
+
+def _in_one_piece(whole: Patchwork, near: np.ndarray | None) -> Patchwork:
+    """The mesh, joined as far as is needed for one sheet of it to be nearest to enough landmarks."""
+    if near is None or len(near) < FEW or not (fault := _fault(whole, near)):
+        return whole
+    joined = closed_up(whole)
+    if not _fault(joined, near):
+        return joined
+    joined = reconstructed(whole, f"The surface under the landmarks {fault}")
+    if left := _fault(joined, near):
+        raise MeshError(
+            f"the surface under the landmarks {fault}; when it is reconstructed, it {left}. Make it one surface in a "
+            "modeller, or check that the landmarks are those of this mesh."
+        )
+    return joined
+
+
+def _fault(whole: Patchwork, near: np.ndarray) -> str:
+    """What is wrong with the surface under the landmarks: in pieces, or without two sides."""
+    label = topology.sheets(whole.triangles)
+    votes, _ = _votes(whole, label, near)
+    if votes.max() < IN_PIECES * len(near):
+        return f"is in {np.count_nonzero(votes)} pieces"
+    try:
+        topology.oriented(whole.triangles[label == np.argmax(votes)])
+    except MeshError:
+        return "has only one side"
+    return ""
+
+
+def _others(source: pv.PolyData, apart: Patchwork, label: np.ndarray) -> pv.PolyData:
+    """The triangles of the source that are none of the skin's, with the number of their part."""
+    rows, first = np.unique(apart.corners[:, 0] // 3, return_index=True)
+    kept, renumbered = np.unique(np.asarray(source.regular_faces)[rows], return_inverse=True)
+    others = with_data(source, renumbered.reshape(-1, 3), kept)
+    if CORNERS in source.cell_data:
+        others.cell_data[CORNERS] = np.asarray(source.cell_data[CORNERS])[rows]
+    others.cell_data[PART] = np.unique(label[first], return_inverse=True)[1].ravel()
+    return others
 
 
 def _vectors(name: str, values: np.ndarray) -> np.ndarray:
@@ -112,8 +206,9 @@ def _vectors(name: str, values: np.ndarray) -> np.ndarray:
     return values
 
 
-def _check_finite(points: np.ndarray) -> None:
+def _check_finite(points: np.ndarray, triangles: np.ndarray) -> None:
     broken = np.flatnonzero(~(np.abs(points) < LARGEST).all(axis=1))
+    broken = broken[np.isin(broken, triangles)] if len(broken) else broken  # loose points do no harm
     if len(broken):
         raise MeshError(
             f"{len(broken)} of {len(points)} points are NaN, infinite or beyond {LARGEST:g}, the first is point "
@@ -122,78 +217,24 @@ def _check_finite(points: np.ndarray) -> None:
         )
 
 
-def _without_degenerate(points: np.ndarray, triangles: np.ndarray, report: list[str]) -> np.ndarray:
-    """The triangles that have an area, each once."""
-    corners = points[triangles]
-    longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
-    doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    has_area = doubled > 1e-10 * longest  # rounding leaves about 1e-16 of a triangle that has none
-    if not has_area.all():
-        report.append(f"Dropped degenerate triangles (no area): {np.sum(~has_area)} of {len(triangles)}.")
-        triangles = triangles[has_area]
-    _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
-    if len(first) < len(triangles):
-        report.append(f"Dropped duplicate triangles: {len(triangles) - len(first)} of {len(triangles)}.")
-        triangles = triangles[np.sort(first)]
-    if not len(triangles):
-        raise MeshError("all triangles are degenerate: none has an area. Export the mesh again.")
-    return triangles
-
-
-def _check_manifold(triangles: np.ndarray) -> None:
-    crowded = topology.non_manifold_edges(triangles)
-    if len(crowded):
-        a, b = crowded[0]
-        shared = int(((triangles == a).any(axis=1) & (triangles == b).any(axis=1)).sum())
-        raise MeshError(
-            f"an edge must have one or two triangles; {len(crowded)} edges have more, the one between points "
-            f"{a} and {b} "
-            f"has {shared}. Clean the mesh in a modeller, or with pymeshlab's "
-            "meshing_repair_non_manifold_edges "
-            "(pip install facewrinkle[remesh])."
-        )
-
-
-def _one_component(points: np.ndarray, triangles: np.ndarray, near: np.ndarray | None, report: list[str]) -> np.ndarray:
-    """The triangles of the component that is nearest to most landmarks, or that has the largest area."""
-    label = topology.components(triangles)
-    counts = np.bincount(label)
-    if len(counts) == 1:
-        return triangles
-    if near is None:
-        votes = np.bincount(label, weights=_areas(points, triangles))
-        reason = "the largest"
-    else:
-        used, first = np.unique(triangles, return_index=True)
-        _, nearest = cKDTree(points[used]).query(near)
-        votes = np.bincount(label[first[nearest] // 3], minlength=len(counts))
-        reason = f"nearest to {votes.max()} of {len(near)} landmarks"
-    chosen = int(np.argmax(votes))
-    others = np.sort(np.delete(counts, chosen))[::-1]
-    listed = ", ".join(map(str, others[:10])) + (", ..." if len(others) > 10 else "")
-    report.append(
-        f"Kept one of {len(counts)} separate parts, {reason}, with {counts[chosen]} triangles; left out "
-        "parts of "
-        f"{listed} triangles."
-    )
-    return triangles[label == chosen]
-
-
-def _areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    a, b, c = (points[triangles[:, corner]] for corner in range(3))
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-
-
-def _oriented(points: np.ndarray, triangles: np.ndarray, forward: np.ndarray | None, report: list[str]) -> np.ndarray:
+def _oriented(skin: Patchwork, forward: np.ndarray | None) -> Patchwork:
     """The triangles, all oriented alike and outward."""
-    alike = topology.oriented(triangles)
-    turned = int((alike != triangles).any(axis=1).sum())
-    if turned:
-        report.append(f"Turned triangles that were oriented against their neighbours: {turned} of {len(triangles)}.")
-    if _enclosed_volume(points, alike, forward) < 0:
-        report.append("The surface was oriented inward; all its triangles were turned.")
-        alike = alike[:, [0, 2, 1]]
-    return alike
+    alike = topology.oriented(skin.triangles)
+    turned = (alike != skin.triangles).any(axis=1)
+    if turned.any():
+        skin = _turned(skin, turned).told(
+            f"Turned triangles that were oriented against their neighbours: {turned.sum()} of {len(turned)}."
+        )
+    if _enclosed_volume(skin.points, skin.triangles, forward) < 0:
+        skin = _turned(skin, np.ones(len(turned), bool)).told(
+            "The surface was oriented inward; all its triangles were turned."
+        )
+    return skin
+
+
+def _turned(skin: Patchwork, which: np.ndarray) -> Patchwork:
+    triangles, corners = (np.where(which[:, None], a[:, [0, 2, 1]], a) for a in (skin.triangles, skin.corners))
+    return replace(skin, triangles=triangles, corners=corners)
 
 
 def _enclosed_volume(points: np.ndarray, triangles: np.ndarray, forward: np.ndarray | None) -> float:
@@ -203,7 +244,7 @@ def _enclosed_volume(points: np.ndarray, triangles: np.ndarray, forward: np.ndar
     open one the volume grows with the part of the area vector that looks forward.
     """
     corners = points[triangles]
-    areas = _areas(points, triangles)
+    areas = 0.5 * areas_doubled(points, triangles)
     apex = np.average(corners.mean(axis=1), axis=0, weights=areas)
     if forward is not None:
         apex = apex - forward / np.linalg.norm(forward) * np.linalg.norm(np.ptp(corners, axis=(0, 1)))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pyvista as pv
 
 from ..errors import MeshError
 
@@ -28,8 +29,8 @@ class Polygons:
         The vertex numbers of each polygon, from 0.
     texture : (n, 2) float64 or None
         The texture coordinates of each point; zero where the file gives none.
-    seams : int
-        The number of points that have further texture coordinates beside the first one, which is kept.
+    corners : (c, 2) float64 or None
+        The texture coordinates of each corner, face by face; None where those of the points suffice.
     colors : (n, 3) or (n, 4) array or None
         Colours of the points, as the file writes them: OBJ behind the coordinates, PLY as properties.
     """
@@ -37,8 +38,82 @@ class Polygons:
     points: np.ndarray
     faces: list[list[int]]
     texture: np.ndarray | None = None
-    seams: int = 0
+    corners: np.ndarray | None = None
     colors: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """A mesh of a scene, in its coordinates.
+
+    Attributes
+    ----------
+    name : str
+    points : (n, 3) float64
+    triangles : (m, 3) int64
+    texture : (m, 3, 2) float64 or None
+        At the corners of the triangles, with v upwards.
+    colors : (n, 3) uint8 or None
+    shapes : (k, n, 3) float64 or None
+        Displacements of the morph targets.
+    """
+
+    name: str
+    points: np.ndarray
+    triangles: np.ndarray
+    texture: np.ndarray | None = None
+    colors: np.ndarray | None = None
+    shapes: np.ndarray | None = None
+
+
+def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) that polygons are split into, in numbers of their corners.
+
+    Parameters
+    ----------
+    corners : (c, 3) float
+        The places of the corners of all polygons, one after the other.
+    counts : (p,) int
+        How many each has, three at least.
+
+    Examples
+    --------
+    >>> arrow = np.array([[0.0, 0, 0], [2, -1, 0], [0.5, 0, 0], [2, 1, 0]])  # hollow at its third corner
+    >>> polygon_triangles(arrow, np.array([4])).tolist()
+    [[0, 1, 2], [0, 2, 3]]
+    """
+    starts = np.cumsum(counts) - counts
+    whole = pv.PolyData()
+    whole.points = corners
+    whole.faces = np.insert(np.arange(counts.sum()), starts, counts)
+    whole.cell_data["polygon"] = np.arange(len(counts))
+    split = whole.triangulate()
+    triangles = np.asarray(split.regular_faces, dtype=np.int64).reshape(-1, 3)
+    polygon = np.asarray(split.cell_data["polygon"], dtype=np.int64) if len(triangles) else np.zeros(0, np.int64)
+    # VTK leaves out polygons that it cannot cut, such as those that name a point twice: these are cut like a fan.
+    left = np.setdiff1d(np.arange(len(counts)), polygon)
+    if len(left):
+        sides = counts[left] - 2
+        begin = np.repeat(starts[left], sides)
+        step = np.arange(sides.sum()) - np.repeat(np.cumsum(sides) - sides, sides)
+        fans = np.stack([begin, begin + step + 1, begin + step + 2], axis=1)
+        order = np.argsort(np.concatenate([polygon, np.repeat(left, sides)]), kind="stable")
+        triangles = np.concatenate([triangles, fans])[order]
+    return triangles
+
+
+def strip_triangles(order: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) of a strip of points, all turned alike; those that name a point twice only join strips.
+
+    Examples
+    --------
+    >>> strip_triangles(np.array([0, 1, 2, 3])).tolist()
+    [[0, 1, 2], [2, 1, 3]]
+    """
+    triangles = np.stack([order[:-2], order[1:-1], order[2:]], axis=1)
+    triangles[1::2] = triangles[1::2][:, [1, 0, 2]]
+    a, b, c = triangles.T
+    return np.asarray(triangles[(a != b) & (b != c) & (c != a)])
 
 
 def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
@@ -79,7 +154,7 @@ def read_obj(path: Path) -> Polygons:
     colors: list[list[float]] = []
     texture: list[list[float]] = []
     faces: list[list[int]] = []
-    corners: list[tuple[int, int]] = []  # (vertex, texture) of every corner that has both
+    corners: list[int] = []  # the texture coordinates of every corner, -1 for none
     for number, words in _lines(path):
         try:
             match words[0]:
@@ -90,25 +165,25 @@ def read_obj(path: Path) -> Polygons:
                 case "vt":
                     texture.append([float(words[1]), float(words[2]) if len(words) > 2 else 0.0])
                 case "f":
-                    face, pairs = _obj_face(words[1:], len(points), len(texture))
+                    face, numbers = _obj_face(words[1:], len(points), len(texture))
                     faces.append(face)
-                    corners += pairs
+                    corners += numbers
         except (ValueError, IndexError):
             raise _broken(path, number, words) from None
     check_vertices(path, faces, len(points))
-    coordinates, seams = point_texture(np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
+    coordinates, of_corners = textured(faces, np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
     return Polygons(
         _array(points, 3),
         faces,
         coordinates,
-        seams,
+        of_corners,
         _array(colors, 3) if 0 < len(colors) == len(points) else None,
     )
 
 
-def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int], list[tuple[int, int]]]:
-    """The vertices of one face, and the (vertex, texture) pairs of its corners; negative ones count back."""
-    face, pairs = [], []
+def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int], list[int]]:
+    """The vertices of one face, and the texture coordinates of its corners (-1 for none); negative ones count back."""
+    face, numbers = [], []
     for word in words:
         parts = word.split("/")
         vertex = int(parts[0])
@@ -116,14 +191,12 @@ def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int
         if vertex < 0:
             raise IndexError
         face.append(vertex)
-        if len(parts) > 1 and parts[1]:
-            coordinate = int(parts[1])
-            coordinate += n_texture if coordinate < 0 else -1
-            if 0 <= coordinate < 2**31:
-                pairs.append((vertex, coordinate))
+        coordinate = int(parts[1]) if len(parts) > 1 and parts[1] else 0
+        coordinate += n_texture if coordinate < 0 else -1
+        numbers.append(coordinate if 0 <= coordinate < 2**31 else -1)
     if len(face) < 3:
         raise ValueError
-    return face, pairs
+    return face, numbers
 
 
 def check_vertices(path: Path, faces: list[list[int]], n_points: int) -> None:
@@ -137,17 +210,24 @@ def check_vertices(path: Path, faces: list[list[int]], n_points: int) -> None:
             )
 
 
-def point_texture(corners: np.ndarray, texture: np.ndarray, n_points: int) -> tuple[np.ndarray | None, int]:
-    """The first texture coordinates of each point, and how many points have several that differ."""
-    if len(corners):  # modellers write texture numbers that lead nowhere; the geometry is sound without
-        corners = corners[corners[:, 1] < len(texture)]
-    if not len(corners):
-        return None, 0
-    vertices, first = np.unique(corners[:, 0], return_index=True)
+def textured(
+    faces: list[list[int]], corners: np.ndarray, texture: np.ndarray, n_points: int
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """The first texture coordinates of each point, and those of each corner if they differ, face by face.
+
+    `corners` holds numbers of texture coordinates, -1 for none; those that lead nowhere, as modellers write them, are
+    passed over.
+    """
+    vertices = np.array([vertex for face in faces for vertex in face], dtype=np.int64)
+    given = np.flatnonzero((corners >= 0) & (corners < len(texture)))
+    if not len(given):
+        return None, None
+    known, first = np.unique(vertices[given], return_index=True)
     coordinates = np.zeros((n_points, 2))
-    coordinates[vertices] = texture[corners[first, 1]]
-    differs = (texture[corners[:, 1]] != coordinates[corners[:, 0]]).any(axis=1)
-    return coordinates, len(np.unique(corners[differs, 0]))
+    coordinates[known] = texture[corners[given[first]]]
+    of_corners = coordinates[vertices]
+    of_corners[given] = texture[corners[given]]
+    return coordinates, None if np.array_equal(of_corners, coordinates[vertices]) else of_corners
 
 
 def read_off(path: Path) -> Polygons:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from .formats import Polygons, check_vertices, point_texture
+from .formats import Polygons, check_vertices, strip_triangles, textured
 
 __all__ = ["read_ply"]
 
@@ -61,15 +61,28 @@ def read_ply(path: Path) -> Polygons:
     points = np.stack([vertex[axis] for axis in "xyz"], axis=1).astype(np.float64)
     nothing = np.zeros(0, dtype=np.int64)
     lengths, numbers = face.get("vertex_indices") or face.get("vertex_index") or (nothing, nothing)
+    if not len(lengths) and "tristrips" in found:
+        _, strips = found["tristrips"]
+        _, numbers = strips.get("vertex_indices") or strips.get("vertex_index") or (nothing, nothing)
+        numbers = _of_strips(numbers).ravel()
+        lengths = np.full(len(numbers) // 3, 3)
     if (lengths < 3).any():
         number = int(np.argmax(lengths < 3))
         raise _broken(path, f"face {number + 1} has {lengths[number]} points, and needs three")
     faces = [part.tolist() for part in np.split(numbers, np.cumsum(lengths)[:-1]) if len(part)]
     check_vertices(path, faces, len(points))
-    texture, seams = _texture(vertex, face, lengths, numbers, len(points))
+    texture, corners = _texture(vertex, face, lengths, faces, len(points))
     channels = [vertex[name] for name in (*CHANNELS, "alpha") if name in vertex]
     colors = np.stack(channels, axis=1) if vertex.keys() >= set(CHANNELS) else None
-    return Polygons(points, faces, texture, seams, colors)
+    return Polygons(points, faces, texture, corners, colors)
+
+
+def _of_strips(numbers: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) of strips, which -1 parts."""
+    ends = np.flatnonzero(np.append(numbers, -1) == -1)
+    strips = [numbers[begin:end] for begin, end in zip(np.append(0, ends[:-1] + 1), ends, strict=True)]
+    triangles = [strip_triangles(strip) for strip in strips if len(strip) > 2]
+    return np.concatenate([np.zeros((0, 3), np.int64), *triangles])
 
 
 def _broken(path: Path, reason: str) -> MeshError:
@@ -181,14 +194,13 @@ def _row(properties: list[Property], body: bytes, offset: int) -> np.dtype:
 
 
 def _texture(
-    vertex: Columns, face: Lists, lengths: np.ndarray, numbers: np.ndarray, n_points: int
-) -> tuple[np.ndarray | None, int]:
-    """Texture coordinates of the points, and how many points have several that differ."""
+    vertex: Columns, face: Lists, lengths: np.ndarray, faces: list[list[int]], n_points: int
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Texture coordinates of the points, and of the corners where points have several."""
     for u, v in TEXTURES:
         if u in vertex and v in vertex:
-            return np.stack([vertex[u], vertex[v]], axis=1).astype(np.float64), 0
-    sizes, values = face.get("texcoord", (lengths, numbers))
+            return np.stack([vertex[u], vertex[v]], axis=1).astype(np.float64), None
+    sizes, values = face.get("texcoord", (lengths, lengths))
     if "texcoord" not in face or (sizes != 2 * lengths).any():
-        return None, 0
-    corners = np.stack([numbers, np.arange(len(numbers))], axis=1)
-    return point_texture(corners, values.reshape(-1, 2).astype(np.float64), n_points)
+        return None, None
+    return textured(faces, np.arange(lengths.sum()), values.reshape(-1, 2).astype(np.float64), n_points)

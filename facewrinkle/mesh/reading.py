@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,29 +16,33 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
-from ..errors import FaceWrinkleWarning, MeshError
-from .arrays import numbers, to_polydata, with_data
-from .formats import Polygons, read_obj, read_off
+from ..errors import MeshError
+from .arrays import TEXTURE, numbers, to_polydata, with_data
+from .formats import Polygons, Primitive, polygon_triangles, read_obj, read_off
+from .gltf_file import read_gltf_file
 from .ply import read_ply
+from .seams import add_seams
+from .usd_file import read_usd_file
 
-TEXTURE = "Texture Coordinates"
 COLORS = "Colors"
-OF_VTK = (".stl", ".glb", ".gltf", ".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".hdf")
+OF_VTK = (".stl", ".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".hdf")
 GLTF = (".glb", ".gltf")
-READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf)"
+USD = (".usd", ".usda", ".usdc", ".usdz")
+READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf), USD"
 
 
 def read_surface(source: object) -> pv.PolyData:
     """The triangles of a file or of a foreign mesh, with the points numbered as they are there.
 
-    Polygons are split into triangles (along the shorter diagonal of a quad). A point keeps the first of its
-    texture coordinates. Point data and field data come along; lines and loose points are passed over.
+    Polygons are split into triangles (along the shorter diagonal of a quad). Where the texture has seams, points keep
+    the first of their texture coordinates, and the cell data "Texture Corners" holds those of all corners. Point data
+    and field data come along; lines and loose points are passed over.
 
     Parameters
     ----------
     source : path, PyVista or VTK data set, or trimesh-like object
-        OBJ, OFF, PLY, STL, glTF or a VTK format; a data set of faces; a multi-block of which one block holds
-        faces; an object with `vertices` (n, 3) and `faces` (m, 3).
+        OBJ, OFF, PLY, STL, glTF, USD or a VTK format; a data set of faces, or a multi-block of several; an object
+        with `vertices` (n, 3) and `faces` (m, 3).
 
     Returns
     -------
@@ -50,12 +53,6 @@ def read_surface(source: object) -> pv.PolyData:
     ------
     MeshError
         If there is no such file, if it cannot be read, or if no single surface is in it.
-
-    Warns
-    -----
-    FaceWrinkleWarning
-        If points have further texture coordinates beside the first.
-
     Examples
     --------
     >>> import pyvista as pv
@@ -77,16 +74,55 @@ def read_surface(source: object) -> pv.PolyData:
 
 def _read_file(path: Path) -> pv.PolyData:
     check_file(path)
+    try:
+        return _read_by_ending(path)
+    except MeshError as problem:
+        kind = _looks_like(path)
+        if kind is None or path.suffix.lower() in kind[1]:
+            raise
+        raise MeshError(f"{problem} It begins like {kind[0]}: if it is, name it {path.stem}{kind[1][0]}.") from None
+
+
+SIGNS: tuple[tuple[bytes, str, tuple[str, ...]], ...] = (
+    (b"ply", "PLY", (".ply",)),
+    (b"glTF", "binary glTF", (".glb",)),
+    (b"solid", "STL", (".stl",)),
+    (b"OFF", "OFF", (".off",)),
+    (b"# vtk DataFile", "a legacy VTK file", (".vtk",)),
+    (b"<?xml", "an XML file of VTK", (".vtp", ".vtu", ".vtm")),
+    (b"<VTKFile", "an XML file of VTK", (".vtp", ".vtu", ".vtm")),
+    (b"\x89HDF", "VTKHDF", (".vtkhdf", ".hdf")),
+    (b"PXR-USDC", "USD", (".usdc", ".usd")),
+    (b"#usda", "USD", (".usda", ".usd")),
+    (b"Kaydara FBX", "FBX, which is not read; export the mesh as OBJ", (".fbx",)),
+    (b"\x89PNG", "a PNG picture", (".png",)),
+    (b"\xff\xd8\xff", "a JPEG picture", (".jpg",)),
+    (b"PK\x03\x04", "a zip archive", (".zip", ".usdz", ".face")),
+)
+"""What files begin with, and the endings that they should have."""
+
+
+def _looks_like(path: Path) -> tuple[str, tuple[str, ...]] | None:
+    """What a file is by its first bytes, and the endings of such files."""
+    with path.open("rb") as file:
+        begin = file.read(20)
+    return next(((kind, endings) for sign, kind, endings in SIGNS if begin.startswith(sign)), None)
+
+
+def _read_by_ending(path: Path) -> pv.PolyData:
     match path.suffix.lower():
         case ".obj":
-            return _from_polygons(read_obj(path), path.name)
+            return from_polygons(read_obj(path), path.name)
         case ".off":
-            return _from_polygons(read_off(path), path.name)
+            return from_polygons(read_off(path), path.name)
         case ".ply":
-            return _from_polygons(read_ply(path), path.name)
+            return from_polygons(read_ply(path), path.name)
+        case ending if ending in GLTF:
+            return _from_primitives(read_gltf_file(path), path.name)
+        case ending if ending in USD:
+            return _from_primitives(read_usd_file(path), path.name)
         case ending if ending in OF_VTK:
-            surface = _from_dataset(_read_with_vtk(path), path.name)
-            return _sewn(surface, path.name) if ending in GLTF else surface
+            return _from_dataset(_read_with_vtk(path), path.name)
     ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
     raise MeshError(f"{path.name}: there is no reader {ending}. Export the mesh as one of: {READABLE}.")
 
@@ -141,29 +177,48 @@ def _read_with_vtk(path: Path) -> Any:
         telling = [line for line in heard if not line.startswith("Algorithm")]
         reason = telling[0] if telling else "nothing is in it that VTK understands"
         raise MeshError(
-            f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged, or it is compressed "
-            "(Draco, meshopt, quantised or sparse glTF). Export it without compression, or as OBJ or PLY."
+            f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged or of another format: "
+            "export it again, or as OBJ or PLY."
         )
     return data
 
 
-def _sewn(surface: pv.PolyData, name: str) -> pv.PolyData:
-    """A mesh from a glTF file without the seams of its points, without the morph targets that VTK makes point data of,
-    and with texture coordinates that go upwards.
-    """
-    data = surface.point_data
-    shapes = [key for key in data if re.fullmatch(r"target\d+_\w+", key)]
-    moved = [np.asarray(data[key]) for key in shapes if key.endswith("_position")]
-    for key in shapes:
-        data.remove(key)
-    texture = data.active_texture_coordinates_name
-    if texture is not None:
-        data[texture] = np.asarray(data[texture]) * np.array([1, -1], np.float32) + np.array([0, 1], np.float32)
-    triangles = np.asarray(surface.regular_faces)
-    kept, number = welded(np.asarray(surface.points), np.array(moved).reshape(-1, surface.n_points, 3), triangles)
-    if texture is not None:
-        check_seams(np.asarray(data[texture]), kept, number, name)
-    return with_data(surface, number[triangles], kept) if len(kept) < surface.n_points else surface
+def _from_primitives(primitives: list[Primitive], name: str) -> pv.PolyData:
+    """All meshes of a scene as one surface, without the seams at which their points are split."""
+    if not primitives:
+        raise MeshError(f"{name} holds no triangles. Export the face with its geometry, as a mesh.")
+    starts = np.cumsum([0, *(len(part.points) for part in primitives)])
+    count = max(0 if part.shapes is None else len(part.shapes) for part in primitives)
+    shapes = np.zeros((count, starts[-1], 3))
+    colors = np.full((starts[-1], 3), 255, np.uint8)
+    for part, start, end in zip(primitives, starts[:-1], starts[1:], strict=True):
+        if part.shapes is not None:
+            shapes[: len(part.shapes), start:end] = part.shapes
+        if part.colors is not None:
+            colors[start:end] = part.colors
+    points = np.concatenate([part.points for part in primitives])
+    triangles = np.concatenate([part.triangles + start for part, start in zip(primitives, starts[:-1], strict=True)])
+    kept, number = welded(points, shapes, triangles)
+    mesh = to_polydata(points[kept], number[triangles])
+    if any(part.colors is not None for part in primitives):
+        mesh.point_data[COLORS] = colors[kept]
+    if any(part.texture is not None for part in primitives):
+        nothing = [np.zeros((len(part.triangles), 3, 2)) for part in primitives]
+        at_corners = np.concatenate(
+            [none if part.texture is None else part.texture for part, none in zip(primitives, nothing, strict=True)]
+        )
+        _lay_texture(mesh, at_corners)
+    return mesh
+
+
+def _lay_texture(mesh: pv.PolyData, at_corners: np.ndarray) -> None:
+    """Give a mesh its texture coordinates (m, 3, 2): points the first that they have, corners where these differ."""
+    triangles = np.asarray(mesh.regular_faces)
+    texture = np.zeros((mesh.n_points, 2))
+    texture[triangles.ravel()[::-1]] = at_corners.reshape(-1, 2)[::-1]  # the first is written last
+    mesh.point_data[TEXTURE] = texture
+    mesh.point_data.active_texture_coordinates_name = TEXTURE
+    add_seams(mesh, at_corners)
 
 
 def welded(points: np.ndarray, shapes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -197,30 +252,14 @@ def welded(points: np.ndarray, shapes: np.ndarray, triangles: np.ndarray) -> tup
     return kept, number.ravel()
 
 
-def check_seams(texture: np.ndarray, kept: np.ndarray, number: np.ndarray, name: str) -> None:
-    """Warn if points that `welded` made one have several texture coordinates (n, 2)."""
-    seams = len(np.unique(number[(texture != texture[kept[number]]).any(axis=1)]))
-    if seams:
-        warn_of_seams(name, seams, stacklevel=6)
-
-
 def _is_empty(data: Any) -> bool:
     if isinstance(data, pv.MultiBlock):
         return all(_is_empty(block) for block in data)
     return data is None or (isinstance(data, pv.DataSet) and data.n_points == 0)
 
 
-def warn_of_seams(name: str, count: int, stacklevel: int = 5) -> None:
-    """Warn that points have further texture coordinates."""
-    warnings.warn(
-        f"{name}: the texture has seams; where points have several texture coordinates, the first were kept "
-        f"(points: {count}).",
-        FaceWrinkleWarning,
-        stacklevel=stacklevel,
-    )
-
-
-def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
+def from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
+    """The triangles of the polygons of a file, with its name for errors."""
     padded = [number for face in polygons.faces for number in (len(face), *face)]
     mesh = pv.PolyData()
     mesh.points = polygons.points
@@ -230,9 +269,19 @@ def _from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
         mesh.point_data.active_texture_coordinates_name = TEXTURE
     if polygons.colors is not None:
         mesh.point_data[COLORS] = polygons.colors
-    if polygons.seams:
-        warn_of_seams(name, polygons.seams)
-    return _from_dataset(mesh, name)
+    surface = _from_dataset(mesh, name)
+    if polygons.corners is not None:
+        add_seams(surface, _at_triangles(polygons.corners, polygons.faces, mesh))
+    return surface
+
+
+def _at_triangles(values: np.ndarray, faces: list[list[int]], mesh: pv.PolyData) -> np.ndarray:
+    """Values (c, d) of the corners of polygons, at the corners (m, 3, d) of the triangles that they are split into."""
+    vertices = np.array([vertex for face in faces for vertex in face], dtype=np.int64)
+    counts = np.array([len(face) for face in faces], dtype=np.int64)
+    if (counts == 3).all():
+        return np.asarray(values.reshape(len(faces), 3, -1))
+    return np.asarray(values[polygon_triangles(np.asarray(mesh.points, dtype=np.float64)[vertices], counts)])
 
 
 def _from_trimesh(source: Any) -> pv.PolyData:
@@ -254,13 +303,9 @@ def _from_dataset(data: Any, name: str) -> pv.PolyData:
     """The triangles of any data set that holds one surface."""
     if isinstance(data, pv.MultiBlock):
         blocks = [(path, block) for path, block in _leaves(data) if _count_faces(block)]
-        if len(blocks) != 1:
-            found = ", ".join(f"{path!r} ({_count_faces(block)} faces)" for path, block in blocks[:8])
-            raise MeshError(
-                f"{name} must hold one surface, and holds {len(blocks)}{': ' + found if found else ''}. "
-                "Pass the block that is the face, or export the face alone."
-            )
-        return _from_dataset(blocks[0][1], f"{name}, block {blocks[0][0]!r}")
+        if not blocks:
+            raise MeshError(f"{name} holds no surface: none of its {data.n_blocks} blocks has faces.")
+        return _joined([_from_dataset(block, f"{name}, block {path!r}") for path, block in blocks])
     if not isinstance(data, pv.DataSet):
         raise MeshError(f"{name} is a {type(data).__name__}, which holds no surface. Pass a PolyData.")
     if not isinstance(data, pv.PolyData):
@@ -270,11 +315,31 @@ def _from_dataset(data: Any, name: str) -> pv.PolyData:
     if not _count_faces(data):
         raise MeshError(
             f"{name} has {data.n_points} points and no faces. A surface is needed: export polygons (not "
-            "points, lines or, in "
-            "PLY, triangle strips), or reconstruct one with mesh.reconstruct_surface()."
+            "points or lines), or reconstruct one with mesh.reconstruct_surface()."
         )
     _check_cells(data, name)
     return with_data(data, _triangles(data), np.arange(data.n_points))
+
+
+def _joined(surfaces: list[pv.PolyData]) -> pv.PolyData:
+    """Surfaces side by side, with the point data that all of them have."""
+    if len(surfaces) == 1:
+        return surfaces[0]
+    starts = np.cumsum([0, *(surface.n_points for surface in surfaces[:-1])])
+    data = {}
+    for key, values in surfaces[0].point_data.items():
+        rows = [np.asarray(surface.point_data[key]) for surface in surfaces if key in surface.point_data]
+        if len(rows) == len(surfaces) and all(row.shape[1:] == values.shape[1:] for row in rows):
+            data[key] = np.concatenate(rows)
+    mesh = to_polydata(
+        np.concatenate([surface.points for surface in surfaces]),
+        np.concatenate([surface.regular_faces + start for surface, start in zip(surfaces, starts, strict=True)]),
+        data,
+    )
+    texture = surfaces[0].point_data.active_texture_coordinates_name
+    if texture in data:
+        mesh.point_data.active_texture_coordinates_name = texture
+    return mesh
 
 
 def _leaves(data: pv.MultiBlock, prefix: str = "") -> Iterator[tuple[str, Any]]:
@@ -329,5 +394,11 @@ def _check_cells(mesh: pv.PolyData, name: str) -> None:
 
 def _triangles(mesh: pv.PolyData) -> np.ndarray:
     """(m, 3) vertex numbers of the faces, polygons and strips split."""
-    whole = mesh if mesh.n_strips == 0 and mesh.is_all_triangles else mesh.triangulate()
-    return np.array(whole.regular_faces, dtype=np.int64)
+    if mesh.n_strips:
+        mesh = mesh.triangulate()
+    if mesh.is_all_triangles:
+        return np.array(mesh.regular_faces, dtype=np.int64)
+    polys = mesh.GetPolys()
+    ends, vertices = vtk_to_numpy(polys.GetOffsetsArray()), vtk_to_numpy(polys.GetConnectivityArray())
+    split = polygon_triangles(np.asarray(mesh.points, dtype=np.float64)[vertices], np.diff(ends))
+    return np.array(vertices[split], dtype=np.int64)

@@ -10,6 +10,7 @@ from ..geometry.refinement import RedGreenForest
 from ..geometry.transfer import carried
 from .arrays import carried_point_data, to_polydata
 from .reading import read_surface
+from .seams import refine_seams
 
 
 def refine(mesh: pv.PolyData, marked: np.ndarray) -> pv.PolyData:
@@ -48,4 +49,5 @@ def refine(mesh: pv.PolyData, marked: np.ndarray) -> pv.PolyData:
     data = carried_point_data(source, forest.corners, forest.barycentric)
     fine = to_polydata(points, forest.triangles, data)
     fine.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
+    refine_seams(source, fine, forest)
     return fine

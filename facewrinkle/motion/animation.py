@@ -12,14 +12,17 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from ..errors import MeshError
-from ..mesh import read_surface
+from ..geometry.normals import vertex_normals
+from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
 from ..mesh.reading import GLTF, check_file
-from .gltf import read_gltf
+from .gltf import NAME, read_gltf
 from .recorded import Recorded
+from .usd import read_usd
 
-__all__ = ["read_animation"]
+__all__ = ["NAME", "read_animation"]
 
 SERIES = (".vtkhdf", ".hdf")
+USD = (".usd", ".usda", ".usdc", ".usdz")
 
 
 def read_animation(
@@ -28,15 +31,21 @@ def read_animation(
     """The mesh of an animated file at rest, and the recording that moves it.
 
     From glTF come morph targets (named as in the file) with their weights over time, and the motion of the node. Points
-    that the file splits at seams of texture or shading, and that move alike, are one point here; it keeps the first of
-    its texture coordinates. From VTKHDF come the positions of all points over time; the first are those at rest.
+    that the file splits at seams of texture or shading, and that move alike, are one point here; the cell data "Texture
+    Corners" then holds the texture coordinates of all corners.
+
+    From USD come the time samples of the points and of the place of a mesh. From VTKHDF come the positions of all
+    points over time; the first are those at rest. Frames of a simulation of our own may be refined in it: the motion is
+    that of the base mesh, without the wrinkles that lie on it.
 
     Parameters
     ----------
     path : path
-        .glb or .gltf, with morph targets or with a node that moves; or .vtkhdf, a time series of one mesh.
+        .glb or .gltf, with morph targets or with a node that moves; .usd, .usda, .usdc or .usdz, with time samples;
+        .vtkhdf, a time series of one mesh.
     mesh : str, optional
-        Name of a mesh or node of a glTF file. Default: the one that moves; of several, the one with the most points.
+        Name of a mesh or node of a glTF file, name or path of one of a USD file. Default: the one that
+        moves; of several, the one with the most points.
     animation : str, optional
         Name of an animation of a glTF file. Default: the first that moves the mesh.
 
@@ -50,16 +59,16 @@ def read_animation(
     ------
     MeshError
         If the file cannot be read, or nothing in it moves; for glTF that is compressed (Draco, meshopt) or moved by
-        bones alone; for a series whose triangles change.
+        bones alone; for USD that is moved by bones or blend shapes; for a series whose triangles change.
     UnknownNameError
         For a mesh or animation that is not there.
     MissingPackageError
-        For glTF without pygltflib (extra `export`).
+        For glTF without pygltflib, and USD without usd-core (extra `export`).
 
     Warns
     -----
     FaceWrinkleWarning
-        If there are several meshes that move, or bones, which are passed over, or seams.
+        If there are several meshes that move, or bones, which are passed over.
 
     Examples
     --------
@@ -78,7 +87,12 @@ def read_animation(
         return read_gltf(path, mesh, animation)
     if path.suffix.lower() in SERIES:
         return _read_series(path)
-    raise MeshError(f"{path.name}: animations are read from .glb, .gltf and .vtkhdf files, received {path.suffix!r}.")
+    if path.suffix.lower() in USD:
+        return read_usd(path, mesh)
+    raise MeshError(
+        f"{path.name}: animations are read from .glb, .gltf, .vtkhdf, .usd, .usda, .usdc and .usdz files, received "
+        f"{path.suffix!r}."
+    )
 
 
 def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
@@ -91,14 +105,63 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
         if len(times) < 2:
             raise MeshError(f"{path.name} holds one moment, and no animation. read_surface and fit_face read meshes.")
         frames = [_moment(reader, step) for step in range(len(times))]
-    for step, frame in enumerate(frames):
-        if frame.n_points != rest.n_points or not np.array_equal(frame.faces, frames[0].faces):
-            raise MeshError(
-                f"{path.name}: the mesh changes at step {step}, from {rest.n_points} to {frame.n_points} points. A "
-                "recording needs the same triangles at all times: write it without refinement (max_level=0)."
-            )
+    if _is_ours(frames[0]):
+        rest, positions = _bare(frames, path.name)
+    else:
+        positions = [np.asarray(frame.points) for frame in frames]
+        for step, frame in enumerate(frames):
+            if frame.n_points != rest.n_points or not np.array_equal(frame.faces, frames[0].faces):
+                raise MeshError(
+                    f"{path.name}: the mesh changes at step {step}, from {rest.n_points} to {frame.n_points} points. A "
+                    "recording needs the same triangles at all times: write it without refinement."
+                )
     written = [float(str(np.float32(time))) for time in times]  # VTK keeps single precision: 0.1 is meant to be 0.1
-    return rest, Recorded.of_positions([frame.points for frame in frames], times=written, rest=rest.points)
+    return rest, Recorded.of_positions(positions, times=written, rest=rest.points)
+
+
+def _is_ours(frame: pv.PolyData) -> bool:
+    """Whether a frame is one of a simulation, and tells what its wrinkles and its base mesh are."""
+    return {"W", "level", "rest"} <= set(frame.point_data) and UNIT in frame.field_data
+
+
+def _bare(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData, list[np.ndarray]]:
+    """The base mesh of frames of a simulation at rest, and its positions without the wrinkles on it.
+
+    Vertices of the base mesh come first in every frame. The wrinkles move them along the normals of the base mesh as it
+    then is, which is found by iteration.
+    """
+    n = int((np.asarray(frames[0]["level"]) == 0).sum())
+    plain = next((frame for frame in frames if frame.n_points == n), None)
+    for frame in frames:
+        if (np.asarray(frame["level"]) == 0).sum() != n or not np.array_equal(frame["rest"][:n], frames[0]["rest"][:n]):
+            raise MeshError(f"{name} holds frames of several faces. A recording needs those of one.")
+    if plain is None:
+        raise MeshError(
+            f"{name}: the mesh is refined in all {len(frames)} frames, and none shows the triangles of the face itself."
+            " Write the first frame of the simulation too."
+        )
+    triangles = np.asarray(plain.regular_faces, dtype=np.int32)
+    names = [key for key in plain.point_data if key not in {*ARRAYS, "Normals"}]
+    rest = to_polydata(plain["rest"], triangles, {key: np.asarray(plain.point_data[key]) for key in names})
+    if (texture := plain.point_data.active_texture_coordinates_name) in names:
+        rest.point_data.active_texture_coordinates_name = texture
+    if (corners := corner_texture(plain)) is not None:
+        add_seams(rest, corners)
+    positions = []
+    for frame in frames:
+        shown = np.asarray(frame.points, dtype=np.float64)[:n]
+        height = np.asarray(frame["W"])[:n, None] / float(frame.field_data[UNIT][0])
+        bare = shown
+        for _ in range(ITERATIONS if height.any() else 0):
+            before, bare = bare, shown - height * vertex_normals(bare, triangles)
+            if np.abs(bare - before).max() <= 1e-12 * np.abs(shown).max():
+                break
+        positions.append(bare)
+    return rest, positions
+
+
+ITERATIONS = 100
+"""At most; a fifth of them are needed where wrinkles are shallower than the edges of the mesh are long."""
 
 
 def _moment(reader: Any, step: int) -> pv.PolyData:

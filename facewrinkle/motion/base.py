@@ -27,6 +27,9 @@ class Motion(Protocol):
         The base mesh at rest, mm.
     time_step : float
         Seconds per step.
+
+    A motion that also moves the head as a whole may tell so: its `pose` is a matrix (4, 4) in the unit of the face's
+    mesh, or None. What is drawn beside the skin goes with it.
     """
 
     @property

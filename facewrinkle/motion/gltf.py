@@ -19,7 +19,9 @@ import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown_name
 from ..mesh import to_polydata
-from ..mesh.reading import TEXTURE, check_file, check_seams, welded
+from ..mesh.arrays import TEXTURE
+from ..mesh.reading import check_file, welded
+from ..mesh.seams import add_seams
 from .recorded import Interpolation, Recorded, Track
 
 __all__ = ["read_gltf"]
@@ -28,9 +30,16 @@ Array = npt.NDArray[np.float64]
 
 COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-COMPRESSED = {"KHR_draco_mesh_compression": "Draco", "EXT_meshopt_compression": "meshopt"}
+COMPRESSED = {
+    "KHR_draco_mesh_compression": "Draco",
+    "EXT_meshopt_compression": "meshopt",
+    "KHR_meshopt_compression": "meshopt",
+}
 INTERPOLATION: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "CUBICSPLINE": "cubic"}
 TRIANGLES = 4
+
+NAME = "mesh"
+"""The field-data array that names the mesh in its file."""
 
 
 def read_gltf(path: Path, mesh: str | None = None, animation: str | None = None) -> tuple[pv.PolyData, Recorded]:
@@ -50,10 +59,12 @@ def _animated(document: _Document, node: int, channels: list[Any]) -> tuple[pv.P
         triangles = triangles[:, ::-1]
     kept, number = welded(points, deltas, triangles)
     mesh = to_polydata(points[kept], number[triangles])
+    mesh.field_data[NAME] = [document.label(node)]
     if texture is not None:
-        mesh.point_data[TEXTURE] = texture[kept] * [1.0, -1.0] + [0.0, 1.0]
+        texture = texture * [1.0, -1.0] + [0.0, 1.0]
+        mesh.point_data[TEXTURE] = texture[kept]
         mesh.point_data.active_texture_coordinates_name = TEXTURE
-        check_seams(texture, kept, number, document.name)
+        add_seams(mesh, texture[triangles])
     deltas = deltas[:, kept]
     weights, pose = _tracks(document, node, channels, len(deltas), still, skinned)
     if not len(deltas):
@@ -224,7 +235,8 @@ class _Document:
             line.append(self._parents[line[-1]])
         return line
 
-    def _label(self, node: int) -> str:
+    def label(self, node: int) -> str:
+        """The name of a node's mesh, of the node, or its number."""
         mesh = self.file.meshes[self.file.nodes[node].mesh]
         return str(mesh.name or self.file.nodes[node].name or node)
 
@@ -243,9 +255,9 @@ class _Document:
         if not nodes:
             raise MeshError(f"{self.name} holds no mesh. Export the face with its geometry.")
         if mesh is not None:
-            named = [i for i in nodes if mesh in (self._label(i), self.file.nodes[i].name)]
+            named = [i for i in nodes if mesh in (self.label(i), self.file.nodes[i].name)]
             if not named:
-                raise unknown_name("mesh", mesh, map(self._label, nodes))
+                raise unknown_name("mesh", mesh, map(self.label, nodes))
             return named[0]
         found = [i for i in nodes if any(self._moving(i, a) for a in self.file.animations)]
         shaped = [i for i in found or nodes if self._targets(i)]
@@ -253,7 +265,7 @@ class _Document:
         if len(candidates) > 1:
             warnings.warn(
                 f"{self.name} holds {len(candidates)} meshes that may be meant: "
-                f"{', '.join(map(self._label, candidates))}; took the first, which has the most points. "
+                f"{', '.join(map(self.label, candidates))}; took the first, which has the most points. "
                 "Name another with mesh=.",
                 FaceWrinkleWarning,
                 stacklevel=4,
@@ -275,14 +287,14 @@ class _Document:
             if found and animation in (None, name):
                 if skinned:
                     warnings.warn(
-                        f"{self.name}: the bones of {self._label(node)} are not supported and are passed over; its "
+                        f"{self.name}: the bones of {self.label(node)} are not supported and are passed over; its "
                         "shapes are played.",
                         FaceWrinkleWarning,
                         stacklevel=4,
                     )
                 return found
         raise MeshError(
-            f"{self.name}: no animation ({', '.join(known)}) moves the shapes of {self._label(node)}"
+            f"{self.name}: no animation ({', '.join(known)}) moves the shapes of {self.label(node)}"
             + (", and bones are not supported. Bake the motion to shape keys." if skinned else " or its node.")
         )
 
@@ -291,7 +303,7 @@ class _Document:
         mesh = self.file.meshes[self.file.nodes[node].mesh]
         parts = [self._part(primitive) for primitive in mesh.primitives]
         if len({len(part[3]) for part in parts}) > 1:
-            raise self._damaged(f"the parts of {self._label(node)} have different numbers of shapes")
+            raise self._damaged(f"the parts of {self.label(node)} have different numbers of shapes")
         starts = np.cumsum([0, *(len(part[0]) for part in parts[:-1])])
         triangles = np.concatenate([part[1] + start for part, start in zip(parts, starts, strict=True)])
         textures = [part[2] for part in parts]

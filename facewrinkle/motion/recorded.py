@@ -341,6 +341,12 @@ class Playback(Undriven):
         self._steps += 1
         return self.recorded.positions(self._steps * self.time_step, self._rest, self._which) * self._unit
 
+    @property
+    def pose(self) -> Array | None:
+        """How the head as a whole has moved since rest: a matrix (4, 4) in the unit of the mesh, or None."""
+        recorded = self.recorded
+        return None if recorded.pose is None else recorded.pose(recorded.recorded_time(self._steps * self.time_step))
+
 
 def _near(ours: Array, theirs: Array) -> bool:
     return bool(np.abs(ours - theirs).max() <= OFF_REST * np.ptp(theirs, axis=0).max())

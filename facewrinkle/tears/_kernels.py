@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-STRIDE = 5
-"""A polyline is looked through in steps of so many points first."""
+from ._subdivision_kernels import put
 
 
 @njit(cache=True)
@@ -42,7 +41,7 @@ def farthest_behind(drop, skin, triangles, margin):
 
 
 @njit(cache=True)
-def _nearest_in(p, a, b, c, out):
+def nearest_in(p, a, b, c, out):
     """Nearest point of triangle abc to p (Ericson, Real-Time Collision Detection, 5.1.5) into `out`."""
     d1 = d2 = d3 = d4 = d5 = d6 = 0.0
     for k in range(3):  # numbers, not small arrays, which would be allocated
@@ -77,7 +76,7 @@ def _nearest_in(p, a, b, c, out):
 def _walked(p, first, points, triangles, offsets, around, out):
     """The triangle with the nearest point to p that a walk from triangle `first` finds; the point in `out`."""
     here, found = first, np.empty(3)
-    _nearest_in(p, points[triangles[here, 0]], points[triangles[here, 1]], points[triangles[here, 2]], out)
+    nearest_in(p, points[triangles[here, 0]], points[triangles[here, 1]], points[triangles[here, 2]], out)
     best = ((out - p) ** 2).sum()
     while True:
         at = here
@@ -85,7 +84,7 @@ def _walked(p, first, points, triangles, offsets, around, out):
             v = triangles[at, k]
             for i in range(offsets[v], offsets[v + 1]):
                 t = around[i]
-                _nearest_in(p, points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]], found)
+                nearest_in(p, points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]], found)
                 d = ((found - p) ** 2).sum()
                 if d < best * (1.0 - 1e-9):
                     best, here = d, t
@@ -135,91 +134,17 @@ def descend(points, triangles, normals, offsets, around, start, first, heading, 
 
 
 @njit(cache=True)
-def spheres(points, triangles, centres, radii):
-    """Centroids of triangles, and how far from them their corners are."""
-    for t in range(len(triangles)):
-        square = 0.0
-        for k in range(3):
-            centres[t, k] = 0.0
-            for s in range(3):
-                centres[t, k] += points[triangles[t, s], k] / 3.0
-        for s in range(3):
-            v = triangles[t, s]
-            x, y, z = points[v, 0] - centres[t, 0], points[v, 1] - centres[t, 1], points[v, 2] - centres[t, 2]
-            square = max(square, x * x + y * y + z * z)
-        radii[t] = np.sqrt(square)
-
-
-@njit(cache=True)
-def near_course(points, triangles, course, spacing, reach, near, longest):
-    """Which triangles may hold points within `reach` of a polyline with points `spacing` apart; their longest sides."""
-    low, high = course[0].copy(), course[0].copy()
-    for k in range(len(course)):
-        for i in range(3):
-            low[i], high[i] = min(low[i], course[k, i]), max(high[i], course[k, i])
-    gap, hint = 1e-300, 0
-    for k in range(1, len(course)):
-        gap = max(gap, np.sqrt(((course[k] - course[k - 1]) ** 2).sum()))
-    centre = np.empty(3)
-    for t in range(len(triangles)):
-        square = 0.0
-        for s in range(3):
-            v, w = triangles[t, s], triangles[t, (s + 1) % 3]
-            x, y, z = points[v, 0] - points[w, 0], points[v, 1] - points[w, 1], points[v, 2] - points[w, 2]
-            square = max(square, x * x + y * y + z * z)
-        longest[t] = np.sqrt(square)
-        far = reach + 0.6 * longest[t] + 0.5 * spacing  # from the centroid no corner is farther than 0.58 sides
-        near[t] = False
-        away = False
-        for i in range(3):
-            centre[i] = (points[triangles[t, 0], i] + points[triangles[t, 1], i] + points[triangles[t, 2], i]) / 3.0
-            away = away or centre[i] < low[i] - far or centre[i] > high[i] + far
-        if away:
-            continue
-        x, y, z = centre[0] - course[hint, 0], centre[1] - course[hint, 1], centre[2] - course[hint, 2]
-        if x * x + y * y + z * z < far * far:
-            near[t] = True
-            continue
-        k = 0
-        while k < len(course):
-            x, y, z = centre[0] - course[k, 0], centre[1] - course[k, 1], centre[2] - course[k, 2]
-            square = x * x + y * y + z * z
-            if square < far * far:
-                near[t], hint = True, k  # the next triangle is often beside this one
-                break
-            k += max(1, int(0.999 * (np.sqrt(square) - far) / gap))  # no point before that one is close enough
-
-
-@njit(cache=True)
-def along_course(points, course, lengths, normals, s, w):
-    """Arc length of the nearest point of a polyline, and the distance from it, positive to the right looking up."""
-    last = len(course) - 1
-    for i in range(len(points)):
-        best, close = np.inf, 0
-        for k in range(0, last + 1, STRIDE):
-            px, py, pz = points[i, 0] - course[k, 0], points[i, 1] - course[k, 1], points[i, 2] - course[k, 2]
-            d = px * px + py * py + pz * pz
-            if d < best:
-                best, close = d, k
-        best = np.inf
-        for k in range(max(close - 2 * STRIDE, 0), min(close + 2 * STRIDE, last)):
-            a, b = course[k], course[k + 1]
-            ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-            px, py, pz = points[i, 0] - a[0], points[i, 1] - a[1], points[i, 2] - a[2]
-            square = ex * ex + ey * ey + ez * ez
-            u = (px * ex + py * ey + pz * ez) / square
-            if k > 0:
-                u = max(u, 0.0)
-            if k < last - 1:  # the ends go on straight: heads and starts are round
-                u = min(u, 1.0)
-            dx, dy, dz = px - u * ex, py - u * ey, pz - u * ez
-            d = dx * dx + dy * dy + dz * dz
-            if d < best:
-                best = d
-                s[i] = lengths[k] + u * np.sqrt(square)
-                side = dx * (ey * normals[i, 2] - ez * normals[i, 1]) + dy * (ez * normals[i, 0] - ex * normals[i, 2])
-                side += dz * (ex * normals[i, 1] - ey * normals[i, 0])
-                w[i] = np.sqrt(d) if side >= 0.0 else -np.sqrt(d)
+def look_up(s, w, wobble, noise, out_wobble, out_noise):
+    """Values at places (n,) of a row, and at places (n,) of a grid whose second axis is 0 in the middle; linear."""
+    last, wide = len(wobble) - 1, noise.shape[1] - 1
+    for i in range(len(s)):
+        x, y = min(max(s[i], 0.0), float(last)), min(max(w[i] + wide // 2, 0.0), float(wide))
+        j, k = min(int(x), last - 1), min(int(y), wide - 1)
+        x, y = x - j, y - k
+        out_wobble[i] = wobble[j] + x * (wobble[j + 1] - wobble[j])
+        near, far = noise[j, k] + y * (noise[j, k + 1] - noise[j, k]), noise[j + 1, k]
+        far += y * (noise[j + 1, k + 1] - noise[j + 1, k])
+        out_noise[i] = near + x * (far - near)
 
 
 @njit(cache=True)
@@ -239,209 +164,138 @@ def rings(edges, offsets, neighbours):
 
 
 @njit(cache=True)
-def between(values, first, second, share, out):
-    """Values (n, d) at a share of the way from the first to the second."""
+def carry(values, corners, weights, first, second, share, out):
+    """Values (n, 3) of vertices, at a share of the way from one place to another between three of them each."""
     for i in range(len(first)):
-        for k in range(values.shape[1]):
-            begin = values[first[i], k]
-            out[i, k] = begin + share[i] * (values[second[i], k] - begin)
+        v, w = first[i], second[i]
+        for k in range(3):
+            a, b = 0.0, 0.0
+            for j in range(3):
+                a += weights[v, j] * values[corners[v, j], k]
+            if v != w:
+                for j in range(3):
+                    b += weights[w, j] * values[corners[w, j], k]
+            out[i, k] = a + share[i] * (b - a)
 
 
 @njit(cache=True)
-def make_disk(level, offsets, rings, border, tiny):
-    """Change `level` so that the vertices above 0 are connected and enclose none that are not."""
-    n = len(level)
-    label, queue = np.full(n, -1), np.empty(n, np.int64)
-    largest, kept, region = 0, -1, 0
-    for wet in (True, False):
-        for seed in range(n):
-            if label[seed] >= 0 or (level[seed] > 0.0) != wet:
-                continue
-            queue[0], size, at, open_ = seed, 1, 0, False
-            label[seed] = region
-            while at < size:
-                v = queue[at]
-                at += 1
-                open_ = open_ or border[v]
-                for i in range(offsets[v], offsets[v + 1]):
-                    j = rings[i]
-                    if label[j] < 0 and (level[j] > 0.0) == wet:
-                        label[j] = region
-                        queue[size] = j
-                        size += 1
-            if wet and size > largest:
-                largest, kept = size, region
-            if not wet and not open_:
+def thicken(s, w, front, sizes, tapering, drained, wobble, rough, level, height):
+    """Level and height of a tear at places: see :func:`facewrinkle.tears.shape.thickness`."""
+    wide, tall, narrow, thin = sizes
+    for i in range(len(s)):
+        behind, head, left = (front - s[i]) / wide, 0.0, 1.0
+        if behind < 1.0:
+            head = 1.0
+        elif behind < 1.0 + tapering:
+            head = 0.5 + 0.5 * np.cos(np.pi * (behind - 1.0) / tapering)
+        if behind > 0.0:
+            left = drained + (1.0 - drained) * np.exp(-behind / 15.0)
+        half = narrow * (1.0 + wobble[i]) * left
+        half += (wide - half) * head
+        cap, start = max(1.0 - behind, 0.0), max(1.0 - s[i] / narrow, 0.0)
+        level[i] = 1.0 - (w[i] / half) ** 2 - cap * cap - start * start
+        film = thin * (1.0 + rough[i])
+        height[i] = (film + (tall - film) * head * np.sqrt(head)) * max(level[i], 0.0)
+
+
+@njit(cache=True)
+def make_disk(level, triangles, edges, offsets, rings, border, tiny):
+    """Change `level` so that the vertices above 0 are connected and enclose none that are not; how many there are."""
+    label, queue = np.full(len(level), -1, np.int32), np.empty(len(level), np.int32)
+    largest, kept = 0, -1
+    for seed in range(len(level)):
+        if level[seed] > 0.0 and label[seed] < 0:
+            size, _ = _flood(seed, level, offsets, rings, border, label, queue)
+            if size > largest:
+                largest, kept = size, seed
+    euler = largest
+    for v in range(len(level)):
+        if level[v] > 0.0 and label[v] != kept:
+            level[v] = -tiny
+    for e in range(len(edges)):
+        euler -= (level[edges[e, 0]] > 0.0) & (level[edges[e, 1]] > 0.0)
+    for t in range(len(triangles)):
+        euler += (level[triangles[t, 0]] > 0.0) & (level[triangles[t, 1]] > 0.0) & (level[triangles[t, 2]] > 0.0)
+    if euler == 1:
+        return largest
+    label[:] = -1
+    for seed in range(len(level)):
+        if level[seed] <= 0.0 and label[seed] < 0:
+            size, outside = _flood(seed, level, offsets, rings, border, label, queue)
+            if not outside:
                 for i in range(size):
                     level[queue[i]] = tiny
-            region += 1
-        if wet:
-            for v in range(n):
-                if level[v] > 0.0 and label[v] != kept:
-                    level[v] = -tiny
-                    label[v] = -1
+                largest += size
     return largest
 
 
 @njit(cache=True)
-def clip(triangles, sides, edges, level, out, first, second, share):
+def _flood(seed, level, offsets, rings, border, label, queue):
+    """Label what is connected to a vertex and on the same side of 0; its size, and whether it is at the border."""
+    wet, size, at, outside = level[seed] > 0.0, 1, 0, False
+    queue[0], label[seed] = seed, seed
+    while at < size:
+        v = queue[at]
+        at += 1
+        outside = outside or border[v]
+        for i in range(offsets[v], offsets[v + 1]):
+            j = rings[i]
+            if label[j] < 0 and (level[j] > 0.0) == wet:
+                label[j] = seed
+                queue[size] = j
+                size += 1
+    return size, outside
+
+
+@njit(cache=True)
+def clip(triangles, sides, edges, single, level, out, rim, first, second, share, inside):
     """The part of a mesh where the linear function `level` is above 0.
 
-    Vertices of the part lie between `first` and `second` at `share`; writes its triangles into `out`, and returns
-    their number and that of the vertices.
+    Vertices of the part lie between `first` and `second` at `share`, in triangle `inside`. Writes its triangles into
+    `out` and the sides of its outline, of which some are `single` edges of the mesh, into `rim`; returns the numbers of
+    the three.
     """
-    n, m = len(level), 0
-    vertex, between, count = np.full(n, -1), np.full(len(edges), -1), 0
+    n, m, r = len(level), 0, 0
+    vertex, between, count = np.full(n, -1, np.int32), np.full(len(edges), -1, np.int32), 0
+    ring, side = np.empty(4, np.int64), np.empty(4, np.bool_)
     for t in range(len(triangles)):
-        wet = 0
-        for k in range(3):
-            if level[triangles[t, k]] > 0.0:
-                wet += 1
-        if wet == 0:
-            continue
-        ring, size = np.empty(4, np.int64), 0
+        size = 0
         for k in range(3):
             v, w, e = triangles[t, k], triangles[t, (k + 1) % 3], sides[t, k]
             if level[v] > 0.0:
                 if vertex[v] < 0:
                     vertex[v] = count
-                    first[count], second[count], share[count] = v, v, 0.0
+                    first[count], second[count], share[count], inside[count] = v, v, 0.0, t
                     count += 1
-                ring[size] = vertex[v]
+                ring[size], side[size] = vertex[v], single[e]
                 size += 1
             if (level[v] > 0.0) != (level[w] > 0.0):
                 if between[e] < 0:
                     between[e] = count
                     i, j = edges[e, 0], edges[e, 1]
-                    first[count], second[count] = i, j
+                    first[count], second[count], inside[count] = i, j, t
                     share[count] = min(max(level[i] / (level[i] - level[j]), 0.03), 0.97)
                     count += 1
-                ring[size] = between[e]
+                ring[size], side[size] = between[e], level[v] > 0.0 or single[e]
                 size += 1
         for k in range(1, size - 1):
-            out[m, 0], out[m, 1], out[m, 2] = ring[0], ring[k], ring[k + 1]
-            m += 1
-    return m, count
+            m = put(out, m, ring[0], ring[k], ring[k + 1])
+        for k in range(size):
+            if side[k]:
+                rim[r, 0], rim[r, 1] = ring[k], ring[(k + 1) % size]
+                r += 1
+    return m, r, count
 
 
 @njit(cache=True)
-def close(triangles, sides, n, out):
+def close(triangles, rim, n, out):
     """Triangles (2 m + 2 b, 3) of a solid: of its top, of its base numbered from `n` on, and of the walls."""
-    m, count = len(triangles), np.zeros(sides.max() + 1, np.int32)
+    m = len(triangles)
     for t in range(m):
         for k in range(3):
-            count[sides[t, k]] += 1
             out[t, k] = triangles[t, k]
             out[m + t, k] = triangles[t, 2 - k] + n
     at = 2 * m
-    for t in range(m):
-        for k in range(3):
-            if count[sides[t, k]] == 1:
-                a, b = triangles[t, k], triangles[t, (k + 1) % 3]
-                out[at, 0], out[at, 1], out[at, 2] = a + n, b + n, b
-                out[at + 1, 0], out[at + 1, 1], out[at + 1, 2] = a + n, b, a
-                at += 2
-    return at
-
-
-@njit(cache=True)
-def limit_heights(base, rest, normals, height, skin, triangles, centres, radii, cell):
-    """Lower heights so that no vertex goes half the way to the skin that it would meet, nor to other skin near it.
-
-    Other skin, such as the other lid of an eye that closes, is far from the vertex at rest. `centres` and `radii` are
-    those of the triangles at rest; they are looked up in a grid of this cell size.
-    """
-    low, high = base[0].copy(), base[0].copy()
-    for i in range(len(base)):
-        for k in range(3):
-            x = base[i, k] + height[i] * normals[i, k]
-            low[k], high[k] = min(low[k], base[i, k], x), max(high[k], base[i, k], x)
-    low -= 2.5 * height.max()
-    high += 2.5 * height.max()
-    shape = np.empty(3, np.int64)
-    for k in range(3):
-        shape[k] = int((high[k] - low[k]) / cell) + 1
-    start, box = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64), np.empty((3, 2), np.int64)
-    inside, boxes, count = np.empty(len(triangles), np.int64), np.empty((len(triangles), 6), np.int64), 0
-    bounds = np.empty((len(triangles), 6))
-    for t in range(len(triangles)):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        away = False
-        for k in range(3):
-            x, y, z = skin[a, k], skin[b, k], skin[c, k]
-            below, above = min(x, y, z), max(x, y, z)
-            if above < low[k] or below > high[k]:
-                away = True
-                break
-            bounds[t, k], bounds[t, 3 + k] = below, above
-            boxes[count, 2 * k] = int(max(below - low[k], 0.0) / cell)
-            boxes[count, 2 * k + 1] = int((min(above, high[k]) - low[k]) / cell)
-        if not away:
-            inside[count] = t
-            count += 1
-    for fill in range(2):
-        if fill:
-            for i in range(1, len(start)):
-                start[i] += start[i - 1]
-            where, content = start.copy(), np.empty(start[-1], np.int64)
-        for i in range(count):
-            for x in range(boxes[i, 0], boxes[i, 1] + 1):
-                for y in range(boxes[i, 2], boxes[i, 3] + 1):
-                    for z in range(boxes[i, 4], boxes[i, 5] + 1):
-                        g = (x * shape[1] + y) * shape[2] + z
-                        if fill:
-                            content[where[g]] = inside[i]
-                            where[g] += 1
-                        else:
-                            start[g + 1] += 1
-    least = 6e-08 * cell  # nearer is the triangle that the ray starts from
-    found, seen = np.empty(3), np.full(len(triangles), -1)
-    for i in range(len(base)):
-        p, d = base[i], normals[i]
-        reach = height[i]
-        nearest, limit = 3.0 * reach, 2.5 * reach
-        for k in range(3):
-            box[k, 0], box[k, 1] = int((p[k] - limit - low[k]) / cell), int((p[k] + limit - low[k]) / cell)
-        for x in range(box[0, 0], box[0, 1] + 1):
-            for y in range(box[1, 0], box[1, 1] + 1):
-                for z in range(box[2, 0], box[2, 1] + 1):
-                    g = (x * shape[1] + y) * shape[2] + z
-                    for at in range(start[g], start[g + 1]):
-                        t = content[at]
-                        if seen[t] == i:
-                            continue
-                        seen[t] = i
-                        apart = 0.0  # from the triangle's box
-                        for k in range(3):
-                            gap = max(bounds[t, k] - p[k], p[k] - bounds[t, 3 + k], 0.0)
-                            apart += gap * gap
-                        if apart > nearest * nearest:
-                            continue
-                        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-                        nearest = _met(p[0], p[1], p[2], d[0], d[1], d[2], skin, a, b, c, least, nearest)
-                        q0, q1, q2 = rest[i, 0] - centres[t, 0], rest[i, 1] - centres[t, 1], rest[i, 2] - centres[t, 2]
-                        if q0 * q0 + q1 * q1 + q2 * q2 > (radii[t] + 4.0 * reach) ** 2:
-                            _nearest_in(p, skin[a], skin[b], skin[c], found)
-                            nearest = min(nearest, np.sqrt(((p - found) ** 2).sum()))
-        height[i] = min(reach, 0.45 * nearest)
-
-
-@njit(cache=True)
-def _met(px, py, pz, dx, dy, dz, skin, i, j, k, least, most):
-    """Distance along the ray p + x d at which it meets the triangle of vertices i, j, k; `most` where it does not."""
-    ax, ay, az = skin[i, 0], skin[i, 1], skin[i, 2]
-    ex, ey, ez = skin[j, 0] - ax, skin[j, 1] - ay, skin[j, 2] - az
-    fx, fy, fz = skin[k, 0] - ax, skin[k, 1] - ay, skin[k, 2] - az
-    nx, ny, nz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
-    det = -(dx * nx + dy * ny + dz * nz)
-    if det == 0.0:
-        return most
-    qx, qy, qz = px - ax, py - ay, pz - az
-    x = (qx * nx + qy * ny + qz * nz) / det
-    if x < least or x > most:
-        return most
-    gx, gy, gz = qy * dz - qz * dy, qz * dx - qx * dz, qx * dy - qy * dx
-    u, v = (fx * gx + fy * gy + fz * gz) / det, -(ex * gx + ey * gy + ez * gz) / det
-    if u < -1e-9 or v < -1e-9 or u + v > 1.0 + 1e-9:
-        return most
-    return x
+    for i in range(len(rim)):
+        a, b = rim[i, 0], rim[i, 1]
+        at = put(out, put(out, at, a + n, b + n, b), a + n, b, a)

@@ -8,14 +8,11 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import map_coordinates
 
-from ..geometry.normals import vertex_normals
-from ..geometry.refinement import RedGreenForest
-from ..geometry.topology import as_triangles, unique_edges
-from ..geometry.transfer import carried
+from ..geometry.topology import unique_edges
 from . import _kernels as kernels
 from . import path as paths
+from .subdivision import Subdivision
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -51,14 +48,11 @@ class Course:
         """Length up to each point."""
         return paths.lengths(self.points)
 
-    def fields(self, points: Array, normals: Array) -> tuple[Array, Array, Array, Array]:
-        """Position along the course, distance from it, wobble and noise, at points (n, 3) with normals (n, 3)."""
-        s, w = np.empty(len(points)), np.empty(len(points))
-        kernels.along_course(points, self.points, self.lengths, normals, s, w)
-        place = s / self.spacing
-        wobble = np.interp(place, np.arange(len(self.wobble)), self.wobble)
-        across = w / self.spacing + self.noise.shape[1] // 2
-        return s, w, wobble, map_coordinates(self.noise, [place, across], order=1, mode="nearest")
+    def fields(self, s: Array, w: Array) -> Array:
+        """Wobble and noise (2, n) at positions along the course (n,) and distances to its side (n,)."""
+        out = np.empty((2, len(s)))
+        kernels.look_up(s / self.spacing, w / self.spacing, self.wobble, self.noise, *out)
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,50 +61,53 @@ class Base:
 
     Attributes
     ----------
-    of, below : tuple
-        The rest points and triangles of the mesh it was made of, and of the part of it below the tear.
-    used : ndarray of int
-        The vertices of that part, in the mesh.
-    corners, barycentric : ndarray, shape (n, 3)
-        Of the base's vertices, in that part.
-    triangles : ndarray of int32, shape (m, 3)
-    centres, radii : ndarray, shapes (k, 3) and (k,)
-        Of the mesh's triangles, at rest.
+    rest, mesh : ndarray
+        The rest points and triangles of the mesh it was made of.
+    cells : ndarray of int32
+        The triangles of the mesh below the tear.
+    corners, weights : ndarray, shape (n, 3)
+        Barycentric coordinates of the base's vertices, in the mesh.
+    triangles, hosts : ndarray of int32, shapes (m, 3) and (m,)
+        The base's triangles, and those of `cells` in which they lie.
+    edges, sides : ndarray of int32, shapes (e, 2) and (m, 3)
+        As of :func:`facewrinkle.geometry.topology.unique_edges`.
+    single, border : ndarray of bool, shapes (e,) and (n,)
+        The edges of one triangle only, and their vertices.
+    rings : tuple of ndarray
+        Neighbours of the vertices: offsets (n + 1,) and vertices.
     s, w, wobble, noise : ndarray, shape (c, n)
         Position along each course and distance from it, and the wobble and noise there.
     """
 
-    of: tuple[Array, IntArray]
-    below: tuple[Array, IntArray]
-    used: IntArray
+    rest: Array
+    mesh: IntArray
+    cells: IntArray
     corners: IntArray
-    barycentric: Array
+    weights: Array
     triangles: IntArray
+    hosts: IntArray
     edges: IntArray
     sides: IntArray
-    rings: tuple[IntArray, IntArray]
+    single: npt.NDArray[np.bool_]
     border: npt.NDArray[np.bool_]
-    centres: Array
-    radii: Array
+    rings: tuple[IntArray, IntArray]
     s: Array
     w: Array
     wobble: Array
     noise: Array
 
-    def on(self, values: Array) -> Array:
-        """Values (n0, d) of the mesh's vertices, carried to those of the base."""
-        return carried(values[self.used], self.corners, self.barycentric)
-
     def part(self, level: Array) -> Part | None:
         """What is covered: where the linear function `level` (n,) is above 0, as one piece without holes."""
         level = np.where(np.abs(level) < TINY, TINY, level)
-        if kernels.make_disk(level, *self.rings, self.border, TINY) == 0:
+        if kernels.make_disk(level, self.triangles, self.edges, *self.rings, self.border, TINY) == 0:
             return None
-        most = len(level) + len(self.edges)
-        faces = np.empty((2 * len(self.triangles), 3), np.int32)
-        first, second, share = np.empty(most, np.int32), np.empty(most, np.int32), np.empty(most)
-        m, n = kernels.clip(self.triangles, self.sides, self.edges, level, faces, first, second, share)
-        return Part(faces[:m], first[:n], second[:n], share[:n])
+        room = len(level) + len(self.edges)
+        faces, rim = np.empty((2 * len(self.triangles), 3), np.int32), np.empty((len(self.edges), 2), np.int32)
+        first, second, inside, share = *(np.empty(room, np.int32) for _ in range(3)), np.empty(room)
+        m, r, n = kernels.clip(
+            self.triangles, self.sides, self.edges, self.single, level, faces, rim, first, second, share, inside
+        )
+        return Part(self, faces[:m], rim[:r], first[:n], second[:n], share[:n], inside[:n])
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,81 +116,68 @@ class Part:
 
     Attributes
     ----------
+    base : Base
     triangles : ndarray of int32, shape (m, 3)
+    rim : ndarray of int32, shape (b, 2)
+        Its outline, as sides of its triangles.
     first, second : ndarray of int32, shape (n,)
     share : ndarray, shape (n,)
         0 at the first; vertices of the outline lie in between.
+    inside : ndarray of int32, shape (n,)
+        A triangle of the base in which the vertex lies.
     """
 
+    base: Base
     triangles: IntArray
+    rim: IntArray
     first: IntArray
     second: IntArray
     share: Array
+    inside: IntArray
 
     def on(self, values: Array) -> Array:
-        """Values of the base's vertices, at those of the part."""
-        out = np.empty((len(self.first), values.shape[1]))
-        kernels.between(values, self.first, self.second, self.share, out)
+        """Values (n0, 3) of the mesh's vertices, at those of the part."""
+        out = np.empty((len(self.first), 3))
+        kernels.carry(values, self.base.corners, self.base.weights, self.first, self.second, self.share, out)
         return out
+
+    @property
+    def under(self) -> IntArray:
+        """The triangles (n,) of the mesh that its vertices lie in."""
+        return self.base.cells[self.base.hosts[self.inside]]
 
 
 def base_under(
-    courses: Sequence[Course], half: float, detail: float, rest: Array, triangles: IntArray, kept: Base | None = None
+    below: Subdivision, courses: Sequence[Course], rest: Array, triangles: IntArray, kept: Base | None = None
 ) -> Base:
     """The base surface in a mesh: the triangles under the courses, subdivided linearly until they are small enough.
 
     Parameters
     ----------
+    below : Subdivision
+        Of the same courses.
     courses : sequence of Course
-    half : float
-        Half the width of the tear.
-    detail : float
-        Edges are at most this long.
     rest : ndarray, shape (n0, 3)
     triangles : ndarray of int32, shape (m0, 3)
     kept : Base, optional
-        The last one; what did not change since is taken from it.
+        The last one; if nothing has changed under the courses, it is the next, too.
     """
-    if kept is not None and np.array_equal(kept.of[1], triangles) and np.array_equal(kept.of[0], rest):
+    if kept is not None and np.array_equal(kept.mesh, triangles) and np.array_equal(kept.rest, rest):
         return kept
-    spacing, reach = 0.5 * half, half + 0.5 * detail
-    way = np.concatenate([paths.resampled(course.points, spacing) for course in courses])
-
-    def near(points: Array, triangles: IntArray) -> tuple[npt.NDArray[np.bool_], Array]:
-        chosen, longest = np.empty(len(triangles), bool), np.empty(len(triangles))
-        kernels.near_course(points, triangles, way, spacing, reach, chosen, longest)
-        return chosen, longest
-
-    chosen, _ = near(rest, triangles)
-    used, local = _numbered(triangles[chosen], len(rest))
-    below, of = (rest[used], as_triangles(local)), (rest.copy(), triangles.copy())
-    centres, radii = np.empty((len(triangles), 3)), np.empty(len(triangles))
-    kernels.spheres(rest, triangles, centres, radii)
-    if kept is not None and np.array_equal(kept.below[1], below[1]) and np.array_equal(kept.below[0], below[0]):
-        return replace(kept, of=of, used=used, centres=centres, radii=radii)  # the mesh has changed elsewhere
-    forest = RedGreenForest(below[1], 8)
-    inside, longest = near(below[0], forest.triangles)
-    while (marked := inside & (longest > detail)).any() and forest.split(marked):
-        inside, longest = near(carried(below[0], forest.corners, forest.barycentric), forest.triangles)
-    vertices, fine = _numbered(forest.triangles[inside], forest.n_points)
-    corners, weights = forest.corners[vertices], forest.barycentric[vertices]
+    mesh, cells = (rest.copy(), triangles.copy()), below.cells(rest, triangles)
+    if kept is not None and np.array_equal(kept.mesh[kept.cells], triangles[cells]):
+        used = np.unique(triangles[cells])
+        if np.array_equal(kept.rest[used], rest[used]):
+            return replace(kept, rest=mesh[0], mesh=mesh[1], cells=cells)
+    vertices, fine, hosts = below.halved(rest, triangles[cells])
     edges, sides = unique_edges(fine)
     offsets, neighbours = np.zeros(len(vertices) + 1, np.int32), np.empty(edges.size, np.int32)
     kernels.rings(edges, offsets, neighbours)
-    border = np.zeros(len(vertices), bool)
-    border[edges[np.bincount(sides.ravel(), minlength=len(edges)) == 1]] = True
-    points, normals = carried(below[0], corners, weights), vertex_normals(*below)[corners].sum(axis=1)
-    s, w, wobble, noise = (np.array(field) for field in zip(*(c.fields(points, normals) for c in courses), strict=True))
+    single, border = np.bincount(sides.ravel(), minlength=len(edges)) == 1, np.zeros(len(vertices), bool)
+    border[edges[single]] = True
+    place = below.place[:, :, vertices]
+    wobble, noise = np.array([course.fields(*at) for course, at in zip(courses, place, strict=True)]).swapaxes(0, 1)
     return Base(
-        of, below, used, corners, weights, fine, edges, sides, (offsets, neighbours), border, centres, radii,
-        s, w, wobble, noise,
+        *mesh, cells, below.corners[vertices], below.weights[vertices], fine, hosts, edges, sides, single, border,
+        (offsets, neighbours), place[:, 0], place[:, 1], wobble, noise,
     )  # fmt: skip
-
-
-def _numbered(triangles: IntArray, n: int) -> tuple[IntArray, IntArray]:
-    """Which of n vertices triangles use, and the triangles in numbers of these."""
-    number = np.zeros(n, np.int32)
-    number[triangles] = 1
-    used = np.flatnonzero(number).astype(np.int32)
-    number[used] = np.arange(len(used), dtype=np.int32)
-    return used, number[triangles]

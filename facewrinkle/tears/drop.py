@@ -10,12 +10,14 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range, check_whole
+from ..geometry.blending import smoothstep
 from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
 from . import _kernels as kernels
 from .ground import Ground, directions, ground_of, vectors
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
 
 SHARPEST = 0.3228764
 """The t at which the pointed end is slimmest: its half angle's tangent is 2 / (ratio t sin(2 pi t))."""
@@ -213,7 +215,7 @@ class DrippingTear:
         pinch = float(np.clip(SHARPEST, min(low, high), max(low, high)))
         if grown < 1.0:
             return low + (pinch - low) * grown
-        return pinch + (high - pinch) * _smooth(self.fallen(t) / self.depth)
+        return pinch + (high - pinch) * float(smoothstep(self.fallen(t) / self.depth))
 
     def _grown(self, t: float) -> float:
         return min((t - self.begin) / self.hang, 1.0)
@@ -226,7 +228,7 @@ class DrippingTear:
             2.0 * np.pi * seconds / 0.06
         )  # a 3 mm drop of water rings at some 60 Hz
         ratio = self.ratio * (1.0 + self.stretch * grown**4 * swing)
-        volume = self.volume * (BIRTH + (1.0 - BIRTH) * _smooth(grown))
+        volume = self.volume * (BIRTH + (1.0 - BIRTH) * float(smoothstep(grown)))
         alpha = float((volume / self._meshed(s, ratio)) ** (1.0 / 3.0))
         return s, alpha, ratio * alpha
 
@@ -260,16 +262,19 @@ class DrippingTear:
         ------
         ParameterError
             For t outside [begin, end].
+        MeshError
+            For a frame of another surface.
         """
         t = check_range("t", t, self.begin, self.end, "There is no drop at other times.")
+        skin = None if self._ground is None else self._skin(self._ground, on)
         s, alpha, beta = self._sizes(t)
         radius, axis = profile(self._u, s, alpha, beta, self.egg)
         n = len(self._circle)
         local = np.zeros((n * (len(axis) - 2) + 2, 3))
         local[1:-1, :2] = (radius[1:-1, None, None] * self._circle).reshape(-1, 2)
         local[:, 2] = np.concatenate([axis[:1], np.repeat(axis[1:-1], n), axis[-1:]]) + self._shift(t)
-        points = self._anchor(t, on) + local @ np.array([self._side, self.forward, self.down])
-        points += self._kept_off(points, t, on) * self.forward
+        points = self._anchor(t, skin) + local @ np.array([self._side, self.forward, self.down])
+        points += self._kept_off(points, t, skin) * self.forward
         normals, n = vertex_normals(points, self._triangles), len(points)
         data = {"Normals": normals, "thickness": np.full(n, self.diameter), "under": np.tile(self.forward, (n, 1))}
         mesh = to_polydata(points, self._triangles, data)
@@ -286,32 +291,32 @@ class DrippingTear:
         centre = moments(s, alpha, beta, self.egg)[1] - tip
         return centre + self.fallen(t) - moments(*self._sizes(t), self.egg)[1]
 
-    def _anchor(self, t: float, on: pv.PolyData | None) -> Array:
+    @staticmethod
+    def _skin(ground: Ground, on: pv.PolyData | None) -> tuple[Array, IntArray]:
+        """Points and triangles of the moment."""
+        return (ground.points, ground.triangles) if on is None else ground.frame(on)[:2]
+
+    def _anchor(self, t: float, skin: tuple[Array, IntArray] | None) -> Array:
         """Where the tear hangs, or hung when it pinched off."""
         if t <= self.begin + self.hang:
             self._released = None
         if self._released is not None:
             return self._released
-        anchor = self._start
-        if on is not None and self._place is not None:
-            anchor = self._place.on(np.asarray(on.points, dtype=np.float64))[0]
+        anchor = self._start if skin is None or self._place is None else self._place.on(skin[0])[0]
         if t > self.begin + self.hang:
             self._released = anchor
         return anchor
 
-    def _kept_off(self, points: Array, t: float, on: pv.PolyData | None) -> float:
+    def _kept_off(self, points: Array, t: float, skin: tuple[Array, IntArray] | None) -> float:
         """How far the drop has to stand forward so that, on its way so far, it is never in the skin."""
-        if self._ground is None:
+        if skin is None:
             return 0.0
-        skin, triangles = self._ground.points, self._ground.triangles
-        if on is not None:
-            skin, triangles = np.asarray(on.points, dtype=np.float64), np.asarray(on.regular_faces, dtype=np.int32)
         axes = np.array([self._side, self.down, self.forward]).T
-        drop, skin, fallen = points @ axes, skin @ axes, self.fallen(t)
+        drop, behind, fallen = points @ axes, skin[0] @ axes, self.fallen(t)
         steps = 1 + int(min(2.0 * fallen / self.diameter, 40.0))
         raised = (drop - [0.0, way, 0.0] for way in np.linspace(0.0, fallen, steps))
         margin = CLEAR * self.diameter
-        return max(kernels.farthest_behind(at, skin, triangles, margin) for at in raised)
+        return max(kernels.farthest_behind(at, behind, skin[1], margin) for at in raised)
 
 
 def _shapes(shape: Sequence[float]) -> tuple[float, float]:
@@ -327,8 +332,3 @@ def _check_size(diameter: float, ground: Ground) -> None:
             f"a tear must be smaller than a fifth of the surface, {0.2 * ground.size * ground.unit:.3g} mm, received "
             f"{diameter * ground.unit:.3g} mm. Is the unit of the surface right?"
         )
-
-
-def _smooth(x: float) -> float:
-    x = min(max(x, 0.0), 1.0)
-    return x * x * (3.0 - 2.0 * x)

@@ -14,6 +14,7 @@ from ..anatomy.eyes import lid_margins
 from ..anatomy.face import Face
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.normals import vertex_normals
+from ..geometry.transfer import barycentric
 from ..mesh import read_surface, to_polydata
 
 Array = npt.NDArray[np.float64]
@@ -80,6 +81,27 @@ class Ground:
         """The places nearest to points (n, 3)."""
         cells, found = self.nearest(points)
         return Place(self.triangles[cells], barycentric(found, self.points[self.triangles[cells]]))
+
+    def frame(self, on: pv.PolyData) -> tuple[Array, IntArray, Array]:
+        """Points and triangles of a frame of this surface, and its points at rest.
+
+        Raises
+        ------
+        MeshError
+            For what is no frame of this surface, or has points that are not finite.
+        """
+        if not isinstance(on, pv.PolyData):
+            raise MeshError(f"a frame must be a PolyData, such as a simulation gives, received {type(on).__name__}.")
+        points, triangles = np.asarray(on.points, dtype=np.float64), np.asarray(on.regular_faces, dtype=np.int32)
+        rest = on.point_data.get("rest")
+        if rest is None and len(points) != len(self.points):
+            raise MeshError(
+                f"the frame must have the {len(self.points)} points of the surface at rest, or an array 'rest', "
+                f"received {len(points)} points. Is it one of another surface?"
+            )
+        if not np.isfinite(points).all():
+            raise MeshError("the points of the frame must be finite. Did the simulation break down?")
+        return points, triangles, self.points if rest is None else np.asarray(rest, dtype=np.float64)
 
     def start(self, start: Any, allowed: float) -> Array:
         """A point (3,) on the surface, from one near it or the side ("l" or "r") of an eye.
@@ -201,15 +223,3 @@ def vectors(name: str, values: npt.ArrayLike) -> Array:
     if array.ndim != 2 or array.shape[1] != 3 or not len(array) or not np.isfinite(array).all():
         raise ParameterError(f"{name} must be finite coordinates, three for each point, received {values!r}.")
     return array
-
-
-def barycentric(points: Array, corners: Array) -> Array:
-    """Barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3), on or beside which they lie."""
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    p = points - corners[:, 0]
-    aa, ab, bb = (np.einsum("ni,ni->n", x, y) for x, y in ((a, a), (a, b), (b, b)))
-    pa, pb = np.einsum("ni,ni->n", p, a), np.einsum("ni,ni->n", p, b)
-    det = np.maximum(aa * bb - ab * ab, 1e-300)
-    v, w = (bb * pa - ab * pb) / det, (aa * pb - ab * pa) / det
-    weights = np.clip(np.stack([1.0 - v - w, v, w], axis=1), 0.0, 1.0)
-    return np.asarray(weights / weights.sum(axis=1, keepdims=True))

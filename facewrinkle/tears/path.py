@@ -112,7 +112,8 @@ def painted(ground: Ground, weight: npt.ArrayLike, width: float) -> Array:
     paint = np.asarray(weight, dtype=np.float64)
     if paint.shape != (len(ground.points),) or not np.isfinite(paint).all():
         raise ParameterError(
-            f"painted weights must be {len(ground.points)} finite numbers, one for each vertex, received {paint.shape}."
+            f"painted weights must be {len(ground.points)} finite numbers, one for each vertex, received {paint.shape}"
+            f"{'' if np.isfinite(paint).all() else ', some of them not finite'}."
         )
     edges, _ = unique_edges(ground.triangles)
     edges = edges[(paint[edges] > 0.0).all(axis=1)]
@@ -141,7 +142,9 @@ def smoothed(ground: Ground, path: Array, spacing: float, rounds: int = 12) -> A
     path = resampled(path, spacing)
     for _ in range(rounds):
         path[1:-1] = 0.25 * path[:-2] + 0.5 * path[1:-1] + 0.25 * path[2:]
-    return ground.nearest(path)[1]
+    path = ground.nearest(path)[1]
+    moved = np.linalg.norm(np.diff(path, axis=0), axis=1) > 1e-6 * spacing  # at a border, neighbours may become one
+    return path[np.concatenate([[True], moved])]
 
 
 def resampled(path: Array, spacing: float) -> Array:
@@ -193,14 +196,22 @@ def branch(ground: Ground, path: Array, step: float, width: float) -> Array | No
     if not len(diverted):
         return None
     k = int(diverted[0])
-    crossing = path[k] + np.linspace(0.0, 2.5 * width, 6)[1:, None] * straight[k]
-    _, over = ground.nearest(crossing)
+    crossing = path[k] + np.linspace(0.0, 2.5 * width, 26)[1:, None] * straight[k]
+    over = _from_above(ground, crossing, 2.0 * width * normal[k])
+    if over is None:
+        return None
     way = descent(ground, over[-1], step, float(lengths(path)[-1]), straight[k])
     free = cKDTree(path).query(way)[0] > 1.2 * width
     way = way[: int(np.argmin(free)) if not free.all() else len(way)]
     if len(way) * step < 3.0 * width:
         return None
     return np.concatenate([path[k : k + 1], over[:-1], way])
+
+
+def _from_above(ground: Ground, points: Array, up: Array) -> Array | None:
+    """Where the surface is first met from above points: on top of a fold, not inside it. None where it ends."""
+    met = [ground.mesh.ray_trace(point + up, point - up, first_point=True)[0] for point in points]
+    return np.array(met, dtype=np.float64) if all(len(point) for point in met) else None
 
 
 SPILL = np.deg2rad(25.0)

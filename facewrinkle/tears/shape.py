@@ -70,15 +70,10 @@ def thickness(
     >>> height.round(3).tolist()
     [0.8, 0.05, 0.0]
     """
-    behind = (front - s) / shape.half
-    taper = 0.5 + 0.5 * np.cos(np.pi * np.clip((behind - 1.0) / TAPER, 0.0, 1.0))
-    trail = shape.trail * (1.0 + wobble) * (DRAINED + (1.0 - DRAINED) * np.exp(-np.maximum(behind, 0.0) / 15.0))
-    half = trail + (shape.half - trail) * taper
-    cap = np.maximum(1.0 - behind, 0.0)
-    start = np.maximum(1.0 - s / shape.trail, 0.0)
-    level = 1.0 - (w / half) ** 2 - cap**2 - start**2
-    film = shape.film * (1.0 + rough)
-    height = (film + (shape.height - film) * taper**1.5) * np.maximum(level, 0.0)
+    sizes = shape.half, shape.height, shape.trail, shape.film
+    wobbles, bumps = (np.full(len(s), values, dtype=np.float64) for values in (wobble, rough))
+    level, height = np.empty(len(s)), np.empty(len(s))
+    kernels.thicken(s, w, front, sizes, TAPER, DRAINED, wobbles, bumps, level, height)
     return level, height
 
 
@@ -140,7 +135,7 @@ def waves(random: np.random.Generator, n: int, scale: float) -> Array:
     return smooth / max(float(np.abs(smooth).max()), 1e-9)
 
 
-def solid(base: Array, top: Array, triangles: IntArray) -> tuple[Array, IntArray]:
+def solid(base: Array, top: Array, triangles: IntArray, rim: IntArray | None = None) -> tuple[Array, IntArray]:
     """The closed surface between a base and a top with the same triangles, joined by walls along the outline.
 
     Parameters
@@ -148,6 +143,8 @@ def solid(base: Array, top: Array, triangles: IntArray) -> tuple[Array, IntArray
     base, top : ndarray, shape (n, 3)
     triangles : ndarray of int32, shape (m, 3)
         Of a disk, each used vertex once.
+    rim : ndarray of int32, shape (b, 2), optional
+        The outline, as sides of the triangles. Default: it is looked for.
 
     Returns
     -------
@@ -163,7 +160,10 @@ def solid(base: Array, top: Array, triangles: IntArray) -> tuple[Array, IntArray
     >>> points.shape, triangles.shape
     ((6, 3), (8, 3))
     """
-    _, sides = unique_edges(triangles)
-    closed = np.empty((2 * len(triangles) + 2 * sides.size, 3), np.int32)
-    count = kernels.close(triangles, sides, len(base), closed)
-    return np.concatenate([top, base]), closed[:count].copy()
+    if rim is None:
+        _, sides = unique_edges(triangles)
+        t, k = np.nonzero(np.bincount(sides.ravel())[sides] == 1)
+        rim = np.stack([triangles[t, k], triangles[t, (k + 1) % 3]], axis=1)
+    closed = np.empty((2 * len(triangles) + 2 * len(rim), 3), np.int32)
+    kernels.close(triangles, rim, len(base), closed)
+    return np.concatenate([top, base]), closed

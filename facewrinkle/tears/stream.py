@@ -16,14 +16,16 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..errors import MeshError, ParameterError, check_range, check_whole
+from ..geometry._mesh_kernels import normalise
 from ..geometry.normals import detail_normals, vertex_normals
 from ..geometry.topology import boundary_loops, euler_characteristic
 from ..mesh import to_polydata
-from . import _kernels as kernels
+from . import _height_kernels as kernels
 from . import path as paths
 from .base import Base, Course, base_under
 from .ground import Ground, ground_of
 from .shape import Shape, rough_film, solid, thickness, waves
+from .subdivision import Subdivision
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -36,6 +38,10 @@ WOBBLE = 0.35
 
 ROUGH = 3.0
 """How much thicker than the film of the trail its highest bumps are."""
+
+
+FINEST = 20_000.0
+"""How many times as long as the edges of its mesh a tear may be."""
 
 
 class SheddingTear:
@@ -147,13 +153,20 @@ class SheddingTear:
         self._random = np.random.default_rng(check_whole("seed", seed, 0, 2**63))
         self.roughness = check_range("roughness", roughness, 0.0, 1.0)
         self._degree = check_whole("degree", degree, 0, 3)
-        most = check_range("length", length, 1e-6, 1e9) / unit
+        most = min(check_range("length", length, 1e-6, 1e9) / unit, 20.0 * self._ground.size)
+        if most > FINEST * self._detail:
+            raise ParameterError(
+                f"a tear {2.0 * half * unit:g} mm wide and up to {most * unit:.4g} mm long needs too fine a mesh. Make "
+                f"it wider, give a larger detail, or a length of {FINEST * self._detail * unit:.3g} mm at most."
+            )
         way = self._way(path, start, weight, most, on, into)
         self.courses = self._courses(way, check_whole("branches", branches, 0, 16), on)
         self.s = min(2.2 * half, self.length) if s is None else check_range("s", s, 0.0, 1e9) / unit
         self.s = max(self.s, 1.2 * (half + self.shape.trail))
         arrived = max(self.length - self.s, 0.0) / self.c
         self.end = self.begin + arrived + check_range("hold", hold, 0.0, 1e9)
+        reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
+        self._below = Subdivision([course.points for course in self.courses], reach, self._detail)
         self._kept: Base | None = None
         self._check_disk()
 
@@ -163,6 +176,8 @@ class SheddingTear:
         """The path of the source at rest."""
         if sum(choice is not None for choice in (path, start, weight)) != 1:
             raise ParameterError("give one of path, start and weight: it says where the tear runs.")
+        if into is not None and not isinstance(into, SheddingTear):
+            raise ParameterError(f"into must be a SheddingTear, the stream to follow, received {type(into).__name__}.")
         ground, width = self._ground, 2.0 * self.shape.half
         if path is not None:
             way = paths.through(ground, path, width)
@@ -174,6 +189,10 @@ class SheddingTear:
             way = paths.joined(way, [course.points for course in into.courses], 0.6 * width)
         way = paths.resampled(way, 0.5 * self._detail)
         way = way[paths.lengths(way) <= most]
+        if len(way) < 3 or not paths.lengths(way)[-1] > 0.0:
+            raise ParameterError(
+                "the path has no length: its points are one place of the surface, or length is too small."
+            )
         if start is not None and into is None:
             way = self._meandered(way)
         return paths.smoothed(ground, way, 0.2 * width) if len(way) > 2 else way
@@ -232,7 +251,9 @@ class SheddingTear:
             found = paths.branch(moved, main, 0.5 * self._detail, 2.0 * self.shape.half)
             if found is None:
                 break
-            spilled = paths.smoothed(self._ground, moved.bound(found).on(rest), 0.4 * self.shape.half)
+            spilled = moved.bound(found).on(rest)
+            for _ in range(4):  # little by little: it must stay on top of the fold
+                spilled = paths.smoothed(self._ground, spilled, 0.4 * self.shape.half, 3)
             k = int(np.argmin(np.linalg.norm(way - spilled[0], axis=1)))
             courses.append(self._course(spilled, float(paths.lengths(way)[k]), 0.7))
             main = main[: max(k - 4, 0)]
@@ -250,8 +271,14 @@ class SheddingTear:
 
     def _check_disk(self) -> None:
         base = self._base(self._ground.points, self._ground.triangles)
-        part = base.part(self._thickness(base, self.length)[0])
-        if part is None or euler_characteristic(part.triangles) != 1 or len(boundary_loops(part.triangles)) != 1:
+        level, _ = self._thickness(base, self.length)
+        part = base.part(level)
+        if (
+            part is None
+            or np.count_nonzero(part.share == 0.0) < 0.9 * np.count_nonzero(level > 0.0)
+            or euler_characteristic(part.triangles) != 1
+            or len(boundary_loops(part.triangles)) != 1
+        ):
             raise ParameterError(
                 "the tear would not be one piece without holes: its path runs around a hole of the surface, or over a "
                 "gap. Lead it elsewhere, or make it narrower."
@@ -266,7 +293,9 @@ class SheddingTear:
     # --- the tear --------------------------------------------------------------------------------
 
     def covered(self, t: float) -> float:
-        """Length of the path that the tear covers at time t: ``h = s + c t`` (in the unit of the surface).
+        """How much of the path the tear covers at time t: the paper's ``h = s + c t``.
+
+        It is a length along the path, in the unit of the surface, and not a height; it never becomes less.
 
         Raises
         ------
@@ -307,17 +336,16 @@ class SheddingTear:
         part = base.part(level)
         if part is None:
             raise MeshError("nothing of the surface is under the tear. Is it a frame of another surface?")
-        bottom, up = part.on(base.on(points)), part.on(base.on(normals))
-        up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-12)
+        bottom, up = part.on(points), part.on(normals)
+        normalise(up)
         height = np.maximum(np.where(part.share == 0.0, thick[part.first], 0.0), FILM / unit)
         kernels.limit_heights(
-            bottom, part.on(base.on(rest)), up, height, points, triangles, base.centres, base.radii,
-            1.0 * self.shape.half,
-        )  # fmt: skip
+            bottom, part.on(rest), up, height, part.under, points, rest, triangles, 2.0 * self.shape.half
+        )
         top = bottom + height[:, None] * up
         shaded = detail_normals(bottom, top, part.triangles, up)
         data = {"Normals": np.concatenate([shaded, -up]), "thickness": np.tile(height, 2), "under": np.tile(up, (2, 1))}
-        mesh = to_polydata(*solid(bottom, top, part.triangles), data)
+        mesh = to_polydata(*solid(bottom, top, part.triangles, part.rim), data)
         mesh.point_data.active_normals_name = "Normals"
         return mesh
 
@@ -326,20 +354,13 @@ class SheddingTear:
         ground = self._ground
         if on is None:
             return ground.points, ground.triangles, ground.normals, ground.points
-        points, triangles = np.asarray(on.points, dtype=np.float64), np.asarray(on.regular_faces, dtype=np.int32)
-        rest = on.point_data.get("rest")
-        if rest is None and len(points) != len(ground.points):
-            raise MeshError(
-                f"the frame must have the {len(ground.points)} points of the surface at rest, or an array 'rest', "
-                f"received {len(points)} points. Is it one of another surface?"
-            )
+        points, triangles, rest = ground.frame(on)
         known = "split_gamma" in on.point_data and "Normals" in on.point_data
         normals = on.point_data["Normals"] if known else vertex_normals(points, triangles)
-        before = ground.points if rest is None else np.asarray(rest, dtype=np.float64)
-        return points, triangles, np.ascontiguousarray(normals, dtype=np.float64), before
+        return points, triangles, np.ascontiguousarray(normals, dtype=np.float64), rest
 
     def _base(self, rest: Array, triangles: IntArray) -> Base:
-        self._kept = base_under(self.courses, self.shape.half, self._detail, rest, triangles, self._kept)
+        self._kept = base_under(self._below, self.courses, rest, triangles, self._kept)
         return self._kept
 
     def _thickness(self, base: Base, front: float) -> tuple[Array, Array]:

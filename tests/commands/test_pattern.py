@@ -83,7 +83,7 @@ def test_a_movie(tmp_path):
         (["dimple", "--frames", "0"], "number of frames"),
         (["dimple", "--number", "3"], "number"),
         (["forehead", "--size", "9,9"], "larger than the mesh"),
-        (["forehead", "--number", "40", "--max-level", "1"], "too fine for this mesh"),
+        (["forehead", "--number", "40", "--max-level", "1"], "too coarse to carry the pattern forehead"),
     ],
 )
 def test_errors_are_one_line(tmp_path, capsys, arguments, says):

@@ -2,6 +2,7 @@
 
 what                checked against
 carried             the sparse product of the forest's weights; affine functions of the refined positions
+barycentric         the weights that points were made of; beside a triangle, weights of a point in it
 nearest_carried     the value of the heaviest corner, one by one
 """
 
@@ -12,7 +13,7 @@ import pytest
 import pyvista as pv
 
 from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.transfer import carried, nearest_carried
+from facewrinkle.geometry.transfer import barycentric, carried, nearest_carried
 
 
 @pytest.fixture(scope="module")
@@ -60,3 +61,13 @@ def test_labels_come_from_the_heaviest_corner(refined_ball):
         assert share[value // 3] == max(share.values())
     names = np.array([f"v{i}" for i in range(len(points))])
     assert nearest_carried(names, forest.corners, forest.barycentric)[: len(points)].tolist() == names.tolist()
+
+
+def test_barycentric_finds_the_weights_that_points_were_made_of():
+    rng = np.random.default_rng(3)
+    corners, weights = rng.normal(size=(200, 3, 3)), rng.dirichlet((1.0, 1.0, 1.0), 200)
+    points = (weights[..., None] * corners).sum(axis=1)
+    np.testing.assert_allclose(barycentric(points, corners), weights, atol=1e-9)
+    beside = barycentric(points + rng.normal(size=(200, 3)), corners)
+    assert (beside >= 0.0).all()
+    np.testing.assert_allclose(beside.sum(axis=1), 1.0)

@@ -422,6 +422,59 @@ def test_shapes_become_action_units():
     }  # fmt: skip
 
 
+BOTH_SIDES = [
+    "browDown",
+    "browOuterUp",
+    "cheekSquint",
+    "eyeBlink",
+    "eyeLookDown",
+    "eyeLookIn",
+    "eyeLookOut",
+    "eyeLookUp",
+    "eyeSquint",
+    "eyeWide",
+    "mouthDimple",
+    "mouthFrown",
+    "mouthLowerDown",
+    "mouthPress",
+    "mouthSmile",
+    "mouthStretch",
+    "mouthUpperUp",
+    "noseSneer",
+]
+MIDDLE = [
+    "browInnerUp",
+    "cheekPuff",
+    "jawForward",
+    "jawLeft",
+    "jawOpen",
+    "jawRight",
+    "mouthClose",
+    "mouthFunnel",
+    "mouthLeft",
+    "mouthPucker",
+    "mouthRight",
+    "mouthRollLower",
+    "mouthRollUpper",
+    "mouthShrugLower",
+    "mouthShrugUpper",
+    "tongueOut",
+]
+
+
+def test_all_shapes_of_arkit_are_known():
+    names = [f"{name}{side}" for name in BOTH_SIDES for side in ("Left", "Right")] + MIDDLE
+    assert len(names) == 52
+    for name in names:
+        found = units_of({name: 0.5})
+        # The coding system has no unit for a mouth that goes to one side.
+        assert len(found) == (name not in ("mouthLeft", "mouthRight")), name
+        if name.startswith("eye") or name not in MIDDLE:  # the sides in their short form, and apart
+            stem, side = (name[:-4], "l") if name.endswith("Left") else (name[:-5], "r")
+            assert units_of({f"{stem}_{side.upper()}": 0.5}) == units_of({name: 0.5}, side=side) == found
+            assert units_of({name: 0.5}, side="r" if side == "l" else "l") == {}
+
+
 # --- other numberings ---------------------------------------------------------------------------
 
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
 from facewrinkle.tears.drop import SHARPEST, moments, profile
 from facewrinkle.tears.ground import lid_point
@@ -200,6 +200,12 @@ def test_refuses_on_a_surface(face):
         fw.DrippingTear(pv.Sphere(radius=50.0), "l")
     with pytest.raises(ParameterError, match="smaller than"):
         fw.DrippingTear(face, "l", size=200.0)
+
+
+def test_refuses_frames_of_another_surface(face):
+    for frame, says in ((pv.Sphere(), "another surface"), ("frame", "must be a PolyData")):
+        with pytest.raises(MeshError, match=says):
+            fw.DrippingTear(face, "l").surface(0.4, frame)
 
 
 @pytest.mark.parametrize("t", [-0.1, 99.0, np.nan])

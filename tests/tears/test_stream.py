@@ -7,6 +7,8 @@ SheddingTear closed, of genus 0, oriented and outside the skin (VTK's signed dis
              refined faces, and on surfaces that are no faces
 """
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -125,6 +127,8 @@ def test_a_fold_turns_the_stream_and_some_of_it_spills_over():
     over = divided.courses[1].points
     assert np.abs(over[len(over) // 2, 0] - over[0, 0]) < 12.0
     assert over[-1, 1] < -20.0
+    _, near = mesh.find_closest_cell(over, return_closest_point=True)
+    assert (np.linalg.norm(near - over, axis=1) < 0.05).mean() > 0.95  # the water is there, over the dam
 
 
 # --- shape ------------------------------------------------------------------------------------------
@@ -185,6 +189,67 @@ def test_closed_and_outside_at_all_times(face, tear):
 def test_same_seed_same_tear_and_other_seed_another(face, tear, fingerprint):
     assert fingerprint(fw.SheddingTear(face, start="l").surface(1.0)) == fingerprint(tear.surface(1.0))
     assert fingerprint(fw.SheddingTear(face, start="l", seed=4).surface(1.0)) != fingerprint(tear.surface(1.0))
+
+
+@pytest.mark.parametrize("expression", ["sadness", "happiness"])
+def test_no_triangle_dips_into_wrinkled_skin(face, expression):
+    """Inside its triangles too, and no vertex of the skin is in the tear (by the solid angle it is seen under)."""
+    sim = fw.Simulation(face)
+    sim.express(expression)
+    tear = fw.SheddingTear(face, start="l", c=60.0)
+    for i, frame in enumerate(sim.run(30)):
+        if i % 10 != 9:
+            continue
+        mesh = tear.surface(i / 15.0, frame)
+        points, triangles = np.asarray(mesh.points), np.asarray(mesh.regular_faces)
+        corners = points[triangles[(triangles < len(points) // 2).all(axis=1)]]
+        inside = [corners.mean(axis=1), *(corners[:, [k, k - 1]].mean(axis=1) for k in range(3))]
+        assert_outside(pv.PolyData(np.concatenate(inside)), frame)
+        skin = np.asarray(frame.points)
+        near = skin[((skin > points.min(axis=0)) & (skin < points.max(axis=0))).all(axis=1)]
+        assert len(near) > 3
+        assert np.abs(winding(near, points, triangles)).max() < 0.9  # on the base it is a half
+
+
+def winding(places, points, triangles):
+    """How often a closed mesh goes around places."""
+    a, b, c = (points[triangles[:, k]] - places[:, None] for k in range(3))
+    la, lb, lc = (np.linalg.norm(x, axis=2) for x in (a, b, c))
+    over = (a * np.cross(b, c)).sum(axis=2)
+    under = la * lb * lc + (a * b).sum(axis=2) * lc + (b * c).sum(axis=2) * la + (c * a).sum(axis=2) * lb
+    return np.arctan2(over, under).sum(axis=1) / (2.0 * np.pi)
+
+
+def test_the_frames_before_change_nothing(face):
+    """What is kept from frame to frame is what a tear that sees only this frame finds."""
+    sim = fw.Simulation(face)
+    sim.express("sadness")
+    frames = list(sim.run(34))
+    sim.relax()
+    frames += list(sim.run(60, ramp=0.1))  # and vertices go and are numbered anew
+    tear = fw.SheddingTear(face, start="l", c=60.0)
+    assert any(b.n_points < a.n_points for a, b in pairwise(frames))
+    for i, frame in enumerate(frames):
+        mesh = tear.surface(1.0, frame)
+        if i % 10 == 9:
+            alone = fw.SheddingTear(face, start="l", c=60.0).surface(1.0, frame)
+            assert mesh.n_cells == alone.n_cells
+            assert mesh.volume == pytest.approx(alone.volume, rel=1e-9)
+            apart = np.abs(alone.compute_implicit_distance(mesh)["implicit_distance"])
+            assert apart.max() < 1e-9
+
+
+def test_edges_are_no_longer_than_the_detail(face):
+    for detail in (0.1, 0.25):
+        tear = fw.SheddingTear(face, start="l", width=3.0, detail=detail)
+        mesh = tear.surface(2.0)
+        bottom = np.asarray(mesh.points)[mesh.n_points // 2 :]
+        triangles = np.asarray(mesh.regular_faces)
+        triangles = triangles[(triangles >= len(bottom)).all(axis=1)] - len(bottom)
+        longest = max(
+            np.linalg.norm(bottom[triangles[:, k]] - bottom[triangles[:, k - 1]], axis=1).max() for k in range(3)
+        )
+        assert 0.7 * 3.0 * detail < longest <= 3.0 * detail
 
 
 def test_it_is_joined_to_the_skin(face, tear):
@@ -336,3 +401,27 @@ def test_refuses_times_and_frames(tear):
             tear.surface(t)
     with pytest.raises(MeshError, match="another surface"):
         tear.surface(1.0, pv.Sphere())
+    with pytest.raises(MeshError, match="must be a PolyData"):
+        tear.surface(1.0, "frame")
+    broken = tear._ground.mesh.copy()
+    broken.points[7] = np.nan
+    with pytest.raises(MeshError, match="finite"):
+        tear.surface(1.0, broken)
+
+
+def test_refuses_gaps_no_length_and_meshes_without_end(sphere):
+    leaning = pv.Plane(i_size=60, j_size=60, i_resolution=20, j_resolution=20).triangulate()
+    leaning.points[:, 2] = 0.4 * leaning.points[:, 1]
+    rows = np.abs(leaning.cell_centers().points[:, 1]) > 3.0
+    torn = leaning.extract_cells(np.flatnonzero(rows)).extract_surface(algorithm="dataset_surface")
+    for width in (1.0, 3.0, 5.0):
+        with pytest.raises(ParameterError, match="leaves the surface|over a gap"):
+            fw.SheddingTear(torn, path=[(0.0, 25.0, 10.0), (0.0, -25.0, -10.0)], width=width, height=0.3)
+    with pytest.raises(ParameterError, match="no length"):
+        fw.SheddingTear(sphere, path=[meridian(0.0)[5], meridian(0.0)[5]])
+    with pytest.raises(ParameterError, match="too fine a mesh"):
+        fw.SheddingTear(sphere, start=meridian(0.0)[5], width=0.01, height=0.01)
+    with pytest.raises(ParameterError, match="into must be a SheddingTear"):
+        fw.SheddingTear(sphere, start=meridian(0.0)[5], into="river")
+    with pytest.raises(MeshError, match="must be a PolyData"):
+        fw.SheddingTear(sphere, start=meridian(0.0)[5], on="frame")

@@ -60,7 +60,7 @@ def test_everything_is_read_in_any_order_of_bytes(tmp_path, order):
     np.testing.assert_array_equal(found.colors, COLORS)
     assert found.colors is not None
     assert found.colors.dtype == np.uint8
-    assert found.seams == 0
+    assert found.corners is None
 
 
 @pytest.mark.parametrize("ends", [b"\r\n", b"\r"])

@@ -37,6 +37,50 @@ def test_a_series_is_played_back(face, tmp_path):
     assert top.n_points > face.mesh.n_points
 
 
+def refined(face, path, first=0, layers=None):
+    """Writes a surprise, refined and wrinkled, from a step on; returns the positions of the skin under it."""
+    sim, bare = fw.Simulation(face, layers=layers), []
+    sim.express("surprise")
+
+    def frames():
+        for step, frame in enumerate(sim.run(10, ramp=0.8)):
+            if step >= first:
+                bare.append((sim.skin.points + sim.skin.displacement) / face.unit)
+                yield frame
+
+    write_series(frames(), 0.02 * np.arange(1, 11 - first), path)
+    return np.array(bare), sim
+
+
+@pytest.mark.parametrize("unit", [1.0, 10.0])
+def test_a_refined_series_is_played_without_its_wrinkles(face, tmp_path, unit):
+    mesh = face.mesh.copy()
+    mesh.points = face.points / unit
+    corners = np.asarray(mesh.active_texture_coordinates, float)[mesh.regular_faces]
+    corners[:60] += 0.25
+    mesh.cell_data["Texture Corners"] = corners.reshape(-1, 6)
+    own = fw.fit_face(mesh, {name: point / unit for name, point in face.landmarks.items()}, unit)
+    bare, sim = refined(own, tmp_path / "surprise.vtkhdf")
+    assert sim.forest.n_points > own.mesh.n_points + 500
+    mesh, recorded = fw.read_animation(tmp_path / "surprise.vtkhdf")
+    np.testing.assert_array_equal(mesh.points, own.points)
+    np.testing.assert_array_equal(mesh.regular_faces, own.triangles)
+    np.testing.assert_allclose(recorded.track.values, bare, rtol=0, atol=1e-9 / unit)
+    np.testing.assert_array_equal(mesh.cell_data["Texture Corners"], corners.reshape(-1, 6))
+    np.testing.assert_array_equal(mesh["Colors"], own.mesh["Colors"])
+    assert not {"W", "rest", "level", "epsilon"} & set(mesh.point_data)
+
+
+def test_refined_series_that_do_not_tell_the_face_are_refused(face, tmp_path):
+    refined(face, tmp_path / "late.vtkhdf", first=8)
+    with pytest.raises(MeshError, match="refined in all 2 frames.*first frame"):
+        fw.read_animation(tmp_path / "late.vtkhdf")
+    others = [fw.Simulation(fw.default_face({"jaw": jaw})).step() for jaw in (0.0, 0.5)]
+    write_series(others, [0.0, 1.0], tmp_path / "others.vtkhdf")
+    with pytest.raises(MeshError, match="frames of several faces"):
+        fw.read_animation(tmp_path / "others.vtkhdf")
+
+
 def test_a_series_of_any_surface(tmp_path):
     waves = [pv.Plane(i_resolution=3, j_resolution=3) for _ in range(3)]
     for height, wave in enumerate(waves):
@@ -52,7 +96,7 @@ def test_series_that_cannot_be_played_are_refused(tmp_path):
     turned.flip_faces(inplace=True)
     for frames, message in (
         ([one], "one moment"),
-        ([one, other], "changes at step 1.*max_level=0"),
+        ([one, other], "changes at step 1.*without refinement"),
         ([one, one, turned], "changes at step 2"),
     ):
         for frame in frames:

@@ -1,0 +1,366 @@
+"""What comes with a face beside its skin: eyes, teeth, lashes, brows, hair, glasses. They are carried along."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from ..geometry.normals import vertex_normals
+from ..geometry.topology import vertex_rings
+from ..mesh import to_polydata
+from ..mesh.arrays import with_data
+from ..mesh.checks import PART
+from .eyes import RADIUS, Eyeball
+from .guides import Guide
+from .landmarks import FaceFrame
+from .muscles import JawMuscle
+
+if TYPE_CHECKING:
+    from .face import Face
+
+Array = npt.NDArray[np.float64]
+Follows = Literal["skull", "mandible", "eye", "skin"]
+
+NEAR_EYE = 1.6
+"""What lies within so many radii of the middle of an eye belongs to it."""
+
+ON_SKIN = 0.12
+"""Parts that nowhere are farther from the skin than this, in distances between the pupils, follow the skin."""
+
+SPECK = 0.02
+"""Parts smaller than this, in distances between the pupils, are dropped, unless they belong to an eye or a mouth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Something that comes with a face beside its skin.
+
+    Attributes
+    ----------
+    mesh : pyvista.PolyData
+        At rest, in the coordinates of the face, with the point data of the input.
+    follows : {"skull", "mandible", "eye", "skin"}
+        What carries it.
+    side : {"l", "r", ""}
+        Of an eye.
+    """
+
+    mesh: pv.PolyData
+    follows: Follows
+    side: str = ""
+
+
+def follower(name: str, mesh: pv.PolyData) -> Part:
+    """The part of a name: ``eye_l`` turns with the eye, ``lower_teeth`` with the mandible, lashes go with the skin."""
+    if name.startswith("eye_"):
+        return Part(mesh, "eye", name[-1])
+    if name == "lower_teeth":
+        return Part(mesh, "mandible")
+    return Part(mesh, "skin" if name.split("_")[0] in ("lashes", "fuzz") else "skull")
+
+
+# --- what is what -----------------------------------------------------------------------------------------
+
+
+def named_parts(
+    others: pv.PolyData, skin: pv.PolyData, landmarks: Mapping[str, Array], frame: FaceFrame
+) -> tuple[dict[str, Part], int]:
+    """Eyes, teeth, lashes, glasses, hair and the rest, told apart by size and place, and how many specks were dropped.
+
+    Parameters
+    ----------
+    others : pyvista.PolyData
+        All that is not skin; its cell data "part" number what is connected.
+    skin : pyvista.PolyData
+    landmarks : dict of str to ndarray, shape (3,)
+    frame : FaceFrame
+    """
+    triangles, label = np.asarray(others.regular_faces), np.asarray(others.cell_data[PART])
+    local = (np.asarray(others.points) - frame.origin) @ frame.axes.T / frame.pupil_distance
+    marks = {n: (p - frame.origin) @ frame.axes.T / frame.pupil_distance for n, p in landmarks.items()}
+    away = cKDTree(np.asarray(skin.points)).query(others.points)[0] / frame.pupil_distance
+    order = np.argsort(label, kind="stable")
+    ends = np.flatnonzero(np.diff(label[order], prepend=-1, append=label.max() + 1))
+    rows: dict[str, list[npt.NDArray[np.int64]]] = {}
+    for begin, end in pairwise(ends):
+        of_part = order[begin:end]
+        used = np.unique(triangles[of_part])
+        rows.setdefault(_kind(local[used], away[used], marks), []).append(of_part)
+    specks = len(rows.pop("speck", []))
+    found = {}
+    for name in sorted(rows):
+        chosen = np.sort(np.concatenate(rows[name]))
+        kept, renumbered = np.unique(triangles[chosen], return_inverse=True)
+        mesh = with_data(others, renumbered.reshape(-1, 3), kept)
+        for array in others.cell_data:
+            mesh.cell_data[array] = np.asarray(others.cell_data[array])[chosen]
+        found[name] = follower(name, mesh)
+    return found, specks
+
+
+def _kind(points: Array, away: Array, marks: Mapping[str, Array]) -> str:
+    """What a part is, from its points (n, 3) [left, up, forward] and their distances from the skin.
+
+    All lengths are in distances between the pupils.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, extent = 0.5 * (low + high), high - low
+    for side in "lr":
+        centre = marks[f"eye_{side}_centre"]
+        offset = points - centre
+        if np.linalg.norm(offset, axis=1).max() > NEAR_EYE * RADIUS + 0.1:
+            continue
+        # Balls, corneas and irises are round and lie before or about the middle of the eye; lashes stand off its rim.
+        flat = np.linalg.norm(middle[:2] - centre[:2])
+        round_ = extent[1] > 0.6 * extent[0] or extent[:2].max() < 0.8 * RADIUS
+        return f"eye_{side}" if flat < 0.5 * RADIUS and round_ else f"lashes_{side}"
+    lips = np.mean([marks[n] for n in ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")], axis=0)
+    within = np.abs(middle - lips)
+    behind = middle[2] < lips[2] + 0.05 and high[2] < lips[2] + 0.25
+    if behind and within[0] < 0.55 and within[1] < 0.5 and middle[2] > lips[2] - 1.2 and extent.max() < 1.4:
+        return "upper_teeth" if middle[1] > lips[1] else "lower_teeth"
+    if extent.max() < SPECK:
+        return "speck"
+    if away.max() < ON_SKIN:
+        return "fuzz"
+    bridge = marks["nasion"]
+    if high[2] > bridge[2] and high[1] < bridge[1] + 0.7 and low[1] > bridge[1] - 0.9 and extent[0] > 0.4:
+        return "glasses"
+    return "hair" if middle[1] > bridge[1] or low[2] < marks["nose_tip"][2] - 1.2 else "other"
+
+
+def ball_of(points: Array) -> tuple[Array, float]:
+    """Centre and radius of the sphere that fits points (n, 3) best.
+
+    Examples
+    --------
+    >>> centre, radius = ball_of(np.array([[2.0, 0, 0], [0, 2, 0], [-2, 0, 0], [0, 0, 2], [0, -2, 0]]))
+    >>> np.allclose(centre, 0.0), round(radius, 9)
+    (True, 2.0)
+    """
+    middle = points.mean(axis=0)
+    offset = points - middle
+    right = (offset**2).sum(axis=1)
+    solution = np.linalg.lstsq(np.column_stack([2.0 * offset, np.ones(len(offset))]), right, rcond=None)[0]
+    radius = float(np.sqrt(max(solution[3] + solution[:3] @ solution[:3], 0.0)))
+    return middle + solution[:3], radius
+
+
+def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part]) -> list[Eyeball]:
+    """The eyeballs, moved to the eyes that came with the face where these are balls of about their size."""
+    out = []
+    for eye in eyes:
+        part = parts.get(f"eye_{eye.side}")
+        if part is not None:
+            label = np.asarray(part.mesh.cell_data[PART])
+            largest = np.asarray(part.mesh.regular_faces)[label == np.argmax(np.bincount(label))]
+            points = np.asarray(part.mesh.points)[np.unique(largest)]
+            centre, radius = ball_of(points) if len(points) > 8 else (eye.centre, 0.0)
+            off = np.linalg.norm(points - centre, axis=1) - radius
+            near = np.linalg.norm(centre - eye.centre) < 0.6 * eye.radius
+            if near and 0.7 < radius / eye.radius < 1.4 and np.abs(off).max() < 0.25 * radius:
+                eye = replace(eye, centre=centre, radius=radius)
+        out.append(eye)
+    return out
+
+
+# --- how it moves -----------------------------------------------------------------------------------------
+
+
+class Carriers:
+    """Moves the parts of a face with its skin, its mandible and its eyes.
+
+    Parameters
+    ----------
+    face : Face
+    """
+
+    def __init__(self, face: Face) -> None:
+        self.face = face
+        self._still = _Rigid(face.points)
+        self._jaw = _jaw_of(face)
+        self._tied = {name: _Tied(part.mesh, face) for name, part in face.parts.items() if part.follows == "skin"}
+        self._bent = {name: _normals(part.mesh) for name, part in face.parts.items()}
+
+    def on(self, points: Array, gazes: Mapping[str, Array]) -> dict[str, pv.PolyData]:
+        """The parts by name, for the face's vertices (n, 3) and the eyes' directions as they are now."""
+        face, size = self.face, self.face.frame.pupil_distance
+        turn, shift = self._still.to(points, 0.01 * size)
+        eyes = {eye.side: eye for eye in face.eyes}
+        out = {}
+        for name, part in face.parts.items():
+            rest, normals = np.asarray(part.mesh.points, dtype=np.float64), self._bent[name]
+            if name in self._tied:
+                out[name] = _with(part.mesh, self._tied[name].on(points), None)
+                continue
+            own, centre = np.eye(3), np.zeros(3)
+            if part.follows == "eye" and part.side in eyes:
+                eye = eyes[part.side]
+                own, centre = _axes(eye.looking(gazes.get(part.side, eye.gaze))).T @ _axes(eye), eye.centre
+            elif part.follows == "mandible" and self._jaw is not None:
+                own, centre = self._jaw.turn((points - shift) @ turn), self._jaw.hinge
+            moved = ((rest - centre) @ own.T + centre) @ turn.T + shift
+            out[name] = _with(part.mesh, moved, normals @ (turn @ own).T)
+        return out
+
+
+def _axes(eye: Eyeball) -> Array:
+    return np.stack([np.cross(eye.up, eye.gaze), eye.up, eye.gaze])
+
+
+def _normals(mesh: pv.PolyData) -> Array:
+    return vertex_normals(np.asarray(mesh.points, dtype=np.float64), np.asarray(mesh.regular_faces, dtype=np.int32))
+
+
+def _with(mesh: pv.PolyData, points: Array, normals: Array | None) -> pv.PolyData:
+    """A copy of a mesh with other points and normals."""
+    moved = mesh.copy()
+    moved.points = points
+    moved.point_data["Normals"] = _normals(moved) if normals is None else normals
+    moved.point_data.active_normals_name = "Normals"
+    return moved
+
+
+class _Rigid:
+    """How points that mostly keep still have moved as a whole."""
+
+    def __init__(self, rest: Array) -> None:
+        self.rest = rest
+
+    def to(self, now: Array, tolerance: float, rounds: int = 12) -> tuple[Array, Array]:
+        """Rotation and shift of most points; those that moved otherwise, by more than the tolerance, count little."""
+        turn, shift = np.eye(3), np.zeros(3)
+        weights = 1.0 / (1.0 + ((now - self.rest) ** 2).sum(axis=1) / tolerance**2) ** 2
+        if weights.mean() < 0.2:  # the head has moved
+            weights = np.ones(len(now))
+        for _ in range(rounds):
+            total = weights.sum()
+            before, after = weights @ self.rest / total, weights @ now / total
+            spread = (self.rest - before).T @ ((now - after) * weights[:, None])
+            left, _, right = np.linalg.svd(spread)
+            sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+            turn = (left * sign @ right).T
+            shift = after - turn @ before
+            off = ((now - self.rest @ turn.T - shift) ** 2).sum(axis=1)
+            scale = max(tolerance**2, float(np.median(off)))
+            weights = 1.0 / (1.0 + off / scale) ** 2
+        return turn, shift
+
+
+@dataclass(frozen=True, eq=False)
+class _Jaw:
+    """Vertices that go wholly with the mandible, their offsets from its hinge at rest, the hinge, and its axis."""
+
+    vertices: npt.NDArray[np.int64]
+    before: Array
+    hinge: Array
+    axis: Array
+
+    def turn(self, points: Array) -> Array:
+        """Rotation of the mandible about its hinge, as the skin over it tells."""
+        now = points[self.vertices] - self.hinge
+        flat, turned = (offset - np.outer(offset @ self.axis, self.axis) for offset in (self.before, now))
+        angle = np.arctan2((np.cross(flat, turned) @ self.axis).sum(), (flat * turned).sum())
+        return np.asarray(Rotation.from_rotvec(angle * self.axis).as_matrix())
+
+
+def _jaw_of(face: Face) -> _Jaw | None:
+    for name, muscle in face.muscles.items():
+        if isinstance(muscle, JawMuscle) and name in face.guides:
+            guide: Guide = face.guides[name]
+            vertices = guide.vertices[guide.angles > 0.98 * muscle.angle]
+            if len(vertices):
+                return _Jaw(vertices, face.points[vertices] - muscle.hinge, muscle.hinge, muscle.axis)
+    return None
+
+
+class _Tied:
+    """A part that follows the skin at its roots, bodily: as two rings of skin around them turn and go.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData
+    face : Face
+    """
+
+    ROOT = 0.3
+    """Points nearer to the skin than this share of a part's height over it are its roots."""
+
+    BLENDED = 6
+    """Each point goes with so many places of the skin."""
+
+    def __init__(self, mesh: pv.PolyData, face: Face) -> None:
+        points, skin = np.asarray(mesh.points, dtype=np.float64), face.points
+        height, below = cKDTree(skin).query(points)
+        label = np.empty(len(points), np.int64)
+        label[np.asarray(mesh.regular_faces)] = np.asarray(mesh.cell_data[PART])[:, None]
+        root = np.arange(len(points))
+        for part in np.unique(label):
+            mine = np.flatnonzero(label == part)
+            low, high = height[mine].min(), height[mine].max()
+            roots = mine[height[mine] <= low + self.ROOT * (high - low)]
+            root[mine] = roots[cKDTree(points[roots]).query(points[mine])[1]]
+        places = np.unique(below[root])
+        start, ring = vertex_rings(face.triangles, len(skin))
+        first = csr_array((np.ones(len(ring)), ring, start), shape=(len(skin), len(skin)))
+        two = (first[places] @ first + first[places]).astype(bool).astype(np.float64)
+        self._mean = csr_array(two.multiply(1.0 / two.sum(axis=1)[:, None]))
+        self._points, self._rest = points, self._mean @ skin
+        self._skin = skin
+        count = min(self.BLENDED, len(places))
+        distance, nearest = cKDTree(skin[places]).query(points[root], k=list(range(1, count + 1)))
+        weights = 1.0 / (distance + 0.05 * face.frame.pupil_distance) ** 2
+        self._nearest, self._weights = nearest, weights / weights.sum(axis=1, keepdims=True)
+
+    def on(self, points: Array) -> Array:
+        """Where the points of the part (k, 3) are, for the vertices of the face (n, 3) as they are now."""
+        now = self._mean @ points
+        pairs = (self._skin[:, :, None] * points[:, None, :]).reshape(len(points), 9)
+        spread = (self._mean @ pairs).reshape(-1, 3, 3) - self._rest[:, :, None] * now[:, None, :]
+        left, _, right = np.linalg.svd(spread)
+        left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
+        turn = (left @ right)[self._nearest]
+        offset = self._points[:, None, :] - self._rest[self._nearest]
+        there = now[self._nearest] + np.einsum("nki,nkij->nkj", offset, turn)
+        return np.asarray(np.einsum("nk,nkj->nj", self._weights, there))
+
+
+def joined(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.PolyData:
+    """Skin and parts in one mesh: the points of the skin first; "part" tells which of `field_data["parts"]` it is.
+
+    The parts keep those arrays that the skin has; where they have none, there are zeros.
+    """
+    meshes = [skin, *parts.values()]
+    starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
+    data = {}
+    for name, values in skin.point_data.items():
+        rows = [np.asarray(values)]
+        for mesh in meshes[1:]:
+            own = mesh.point_data.get(name)
+            fits = own is not None and own.shape[1:] == rows[0].shape[1:]
+            rows.append(
+                np.asarray(own, rows[0].dtype) if fits else np.zeros((mesh.n_points, *rows[0].shape[1:]), rows[0].dtype)
+            )
+        data[name] = np.concatenate(rows)
+    data[PART] = np.repeat(np.arange(len(meshes), dtype=np.int32), [mesh.n_points for mesh in meshes])
+    whole = to_polydata(
+        np.concatenate([mesh.points for mesh in meshes]),
+        np.concatenate([mesh.regular_faces + start for mesh, start in zip(meshes, starts, strict=True)]),
+        data,
+    )
+    whole.field_data.update(skin.field_data)
+    whole.field_data["parts"] = ["skin", *parts]
+    texture = skin.point_data.active_texture_coordinates_name
+    if texture is not None:
+        whole.point_data.active_texture_coordinates_name = texture
+    whole.point_data.active_normals_name = "Normals" if "Normals" in data else None
+    return whole

@@ -1,0 +1,242 @@
+"""The mesh of a moment as a file for other programs: glTF, OBJ or PLY, with normals, texture and colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from .._features import beside
+from ..anatomy.face import Face
+from ..errors import MeshError, OutputError
+from ..geometry.normals import vertex_normals
+from ..mesh import UNIT, split_at_seams, with_normals
+from .files import output_file
+
+Array = npt.NDArray[np.float64]
+Image = npt.NDArray[np.uint8]
+
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
+
+
+@dataclass(frozen=True)
+class Model:
+    """A mesh as other programs take it: each vertex has one normal and one place in the texture.
+
+    Attributes
+    ----------
+    points, normals : (n, 3) float
+    triangles : (m, 3) int
+    origin : (n,) int
+        The vertex of the frame that each one is; the frame's own come first, then their twins at texture seams.
+    uv : (n, 2) float, optional
+        Texture coordinates, v upwards.
+    colours : (n, 3) uint8, optional
+    png : bytes, optional
+        The texture.
+    """
+
+    points: Array
+    normals: Array
+    triangles: npt.NDArray[np.int64]
+    origin: npt.NDArray[np.int64]
+    uv: Array | None
+    colours: Image | None
+    png: bytes | None
+
+
+def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *, parts: bool = False) -> Path:
+    """Write the mesh of a moment for other programs, refined and wrinkled as it is, with normals, texture and colours.
+
+    glTF holds all in one file, in metres, as the format asks; OBJ comes with NAME.mtl, and OBJ and PLY with the texture
+    as NAME.png. Points at seams of the texture are split where the format needs it (glTF, PLY); their positions and
+    normals are the same. For VTK's own formats, with all fields, there is ``frame.save``.
+
+    Parameters
+    ----------
+    frame : PolyData
+        A frame of a simulation, or the mesh of a face.
+    path : path
+        Ends in .glb, .gltf, .obj or .ply. An existing file is replaced.
+    face : Face, optional
+        The face of the frame, for its texture, and for the unit of a mesh that is no frame (else millimetres).
+    parts : bool
+        In glTF, write the eyes, and between parted lips the teeth, as meshes of their own.
+
+    Returns
+    -------
+    pathlib.Path
+
+    Raises
+    ------
+    MeshError
+        If there are no triangles, or no texture coordinates for the face's texture.
+    OutputError
+        If the file cannot be written.
+    MissingPackageError
+        For glTF without pygltflib (extra `export`).
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> import tempfile
+    >>> face = fw.default_face()
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = fw.write_mesh(face.mesh, f"{folder}/head.obj", face)
+    ...     sorted(file.name for file in path.parent.iterdir())
+    ['head.mtl', 'head.obj', 'head.png']
+    """
+    model = _model(frame, face)
+    path = output_file(path, SUFFIXES)
+    match path.suffix.lower():
+        case ".obj":
+            files = _obj(model, path)
+        case ".ply":
+            files = _ply(model, path)
+        case ending:
+            from .gltf import gltf
+
+            others = beside(face, frame) if parts and face is not None else {}
+            models = {"face": model} | {name: _part(part) for name, part in others.items()}
+            files = {path: gltf(models, _unit(frame, face), binary=ending == ".glb")}
+    for name, content in files.items():
+        try:
+            name.write_bytes(content)
+        except OSError as problem:
+            raise OutputError(f"{str(name)!r} cannot be written: {problem.strerror}. Name another file.") from None
+    return path
+
+
+def _part(part: pv.PolyData) -> Model:
+    """What is drawn beside the skin, with `paint`."""
+    points, triangles = np.asarray(part.points, np.float64), np.asarray(part.triangulate().regular_faces, np.int64)
+    normals = part.point_data.get("Normals")  # an eye has those of its cornea
+    return Model(
+        points=points,
+        normals=vertex_normals(points, triangles) if normals is None else np.asarray(normals),
+        triangles=triangles,
+        origin=np.arange(len(points)),
+        uv=None,
+        colours=np.asarray(part.point_data["paint"])[:, :3],
+        png=None,
+    )
+
+
+def _unit(frame: pv.PolyData, face: Face | None) -> float:
+    """Millimetres per unit of the mesh."""
+    if face is not None:
+        return face.unit
+    return float(frame.field_data[UNIT][0]) if UNIT in frame.field_data else 1.0
+
+
+def _model(frame: pv.PolyData, face: Face | None) -> Model:
+    if not isinstance(frame, pv.PolyData) or not frame.n_cells or not frame.is_all_triangles:
+        raise MeshError(
+            "a mesh of triangles is needed, such as a frame or the mesh of a face. Pass other meshes through "
+            "read_surface."
+        )
+    shaded = with_normals(frame)
+    shaded.point_data[ORIGIN] = np.arange(frame.n_points)
+    apart = split_at_seams(shaded)
+    uv, image = apart.active_texture_coordinates, None if face is None else face.texture
+    if image is not None and uv is None:
+        raise MeshError(
+            "the face has a texture, and the frame has no texture coordinates by which it would lie on it. Is it a "
+            "frame of this face?"
+        )
+    return Model(
+        points=np.asarray(apart.points, dtype=np.float64),
+        normals=np.asarray(apart.point_data["Normals"], dtype=np.float64),
+        triangles=np.asarray(apart.regular_faces, dtype=np.int64),
+        origin=np.asarray(apart.point_data[ORIGIN]),
+        uv=None if uv is None else np.asarray(uv, dtype=np.float64),
+        colours=_colours(apart),
+        png=None if image is None else _png(image),
+    )
+
+
+ORIGIN = " origin"
+
+
+def _png(image: Image) -> bytes:
+    from PIL import Image as Pillow
+
+    stream = BytesIO()
+    Pillow.fromarray(image).save(stream, format="PNG")
+    return stream.getvalue()
+
+
+def _colours(mesh: pv.PolyData) -> Image | None:
+    colours = mesh.point_data.get("Colors")
+    if colours is None or colours.ndim != 2 or colours.shape[1] < 3:
+        return None
+    rgb = np.asarray(colours)[:, :3]
+    return rgb if rgb.dtype == np.uint8 else np.rint(255.0 * np.clip(rgb, 0.0, 1.0)).astype(np.uint8)
+
+
+# --- OBJ ----------------------------------------------------------------------------------------
+
+
+def _obj(model: Model, path: Path) -> dict[Path, bytes]:
+    """The files of an OBJ. Its corners name position, texture and normal one by one: nothing is split at seams."""
+    n = int(model.origin.max()) + 1
+    lines = [f"# {n} vertices, {len(model.triangles)} triangles"]
+    material = path.with_suffix(".mtl")
+    if model.png is not None:
+        lines += [f"mtllib {material.name}", "usemtl skin"]
+    if model.colours is None:
+        lines += _rows("v %.9g %.9g %.9g", model.points[:n])
+    else:
+        lines += _rows("v %.9g %.9g %.9g %.4g %.4g %.4g", np.hstack([model.points[:n], model.colours[:n] / 255.0]))
+    lines += _rows("vn %.6g %.6g %.6g", model.normals[:n])
+    corner = model.origin[model.triangles] + 1
+    if model.uv is not None:
+        lines += _rows("vt %.9g %.9g", model.uv)
+        numbers = np.stack([corner, model.triangles + 1, corner], axis=2)
+        lines += _rows("f %d/%d/%d %d/%d/%d %d/%d/%d", numbers.reshape(-1, 9))
+    else:
+        lines += _rows("f %d//%d %d//%d %d//%d", np.repeat(corner, 2, axis=1))
+    files = {path: ("\n".join(lines) + "\n").encode()}
+    if model.png is not None:
+        image = path.with_suffix(".png")
+        files[material] = f"newmtl skin\nKd 1 1 1\nKs 0 0 0\nmap_Kd {image.name}\n".encode()
+        files[image] = model.png
+    return files
+
+
+def _rows(form: str, values: np.ndarray) -> list[str]:
+    return [form % tuple(row) for row in values.tolist()]
+
+
+# --- PLY ----------------------------------------------------------------------------------------
+
+
+def _ply(model: Model, path: Path) -> dict[Path, bytes]:
+    """The files of a binary PLY."""
+    columns: list[tuple[str, str, np.ndarray]] = [
+        ("x y z", "f4", model.points),
+        ("nx ny nz", "f4", model.normals),
+    ]
+    if model.uv is not None:
+        columns.append(("s t", "f4", model.uv))
+    if model.colours is not None:
+        columns.append(("red green blue", "u1", model.colours))
+    names = [(name, kind) for group, kind, _ in columns for name in group.split()]
+    vertices = np.empty(len(model.points), [(name, "<" + kind) for name, kind in names])
+    for group, _, values in columns:
+        for name, column in zip(group.split(), values.T, strict=True):
+            vertices[name] = column
+    faces = np.empty(len(model.triangles), [("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, model.triangles
+    image = path.with_suffix(".png")
+    header = ["ply", "format binary_little_endian 1.0"]
+    header += [f"comment TextureFile {image.name}"] if model.png is not None else []
+    header += [f"element vertex {len(vertices)}"]
+    header += [f"property {'float' if kind == 'f4' else 'uchar'} {name}" for name, kind in names]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header\n"]
+    files = {path: "\n".join(header).encode() + vertices.tobytes() + faces.tobytes()}
+    return files | ({image: model.png} if model.png is not None else {})

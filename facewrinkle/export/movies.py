@@ -1,0 +1,134 @@
+"""Pictures as a movie."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from ..errors import MissingPackageError, OutputError, ParameterError, check_range
+from .files import output_file
+
+
+def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.0) -> Path:
+    """Write pictures as an .mp4 (H.264) or an endless .gif, one by one.
+
+    H.264 needs even sizes: an odd picture gets its last row or column twice, nothing is rescaled. A GIF
+    counts in hundredths of a second, and shows a picture that is repeated once, for as long.
+
+    Parameters
+    ----------
+    images : iterable of (height, width, 3 or 4) uint8 arrays
+        All of one size. Transparency is dropped.
+    path : path
+        Ends in .mp4 or .gif. An existing file is replaced.
+    fps : float
+        Pictures in a second, 1 to 100.
+
+    Returns
+    -------
+    pathlib.Path
+
+    Raises
+    ------
+    MissingPackageError
+        Without imageio and its ffmpeg (extra `export`).
+    ParameterError
+        If there are no pictures, or one has another shape or type.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import numpy as np, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     pictures = (np.full((8, 8, 3), 20 * i, np.uint8) for i in range(5))
+    ...     write_movie(pictures, f"{folder}/grey.gif", fps=10).name
+    'grey.gif'
+    """
+    with movie_writer(path, fps) as append:
+        for image in images:
+            append(image)
+    return Path(os.path.expanduser(path))
+
+
+@contextmanager
+def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.ndarray], None]]:
+    """The function that appends a picture to a movie, for pictures that come one at a time; see :func:`write_movie`.
+
+    Examples
+    --------
+    >>> import numpy as np, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder, movie_writer(f"{folder}/grey.gif") as append:
+    ...     for i in range(5):
+    ...         append(np.full((8, 8, 3), 20 * i, np.uint8))
+    """
+    path = output_file(path, (".mp4", ".gif"))
+    fps = check_range("fps", fps, 1.0, 100.0)
+    movie = path.suffix.lower() == ".mp4"
+    imageio = _imageio(movie)
+    settings: dict[str, Any] = (
+        {"fps": fps, "codec": "libx264", "quality": 8, "macro_block_size": 1, "ffmpeg_log_level": "error"}
+        if movie
+        else {"duration": 1000.0 / fps, "loop": 0}
+    )
+    writer: Any = None
+    shapes: list[tuple[int, ...]] = []
+
+    def append(image: np.ndarray) -> None:
+        nonlocal writer
+        image = _checked(image, shapes)
+        if writer is None:  # not before there is a picture: nothing is left behind after an error
+            writer = imageio.get_writer(path, mode="I", **settings)
+        writer.append_data(_even(image) if movie else image)
+
+    try:
+        try:
+            yield append
+        finally:
+            if writer is not None:
+                writer.close()
+    except BaseException as problem:
+        if writer is not None:  # half a movie is of no use
+            path.unlink(missing_ok=True)
+        if isinstance(problem, OSError):
+            raise OutputError(f"{str(path)!r} cannot be written: {problem}.") from None
+        raise
+    if writer is None:
+        raise ParameterError("a movie needs one picture at least, received none.")
+
+
+def _imageio(movie: bool) -> ModuleType:
+    try:
+        import imageio.v2 as imageio
+
+        if movie:
+            import imageio_ffmpeg  # noqa: F401
+    except ImportError as missing:
+        raise MissingPackageError(
+            f"movies need the package {missing.name}, which is not installed. pip install 'facewrinkle[export]'"
+        ) from None
+    return imageio
+
+
+def _checked(image: np.ndarray, shapes: list[tuple[int, ...]]) -> np.ndarray:
+    """The picture without transparency, if it has the shape of those before, to which its own is added."""
+    image = np.asarray(image)
+    if image.ndim != 3 or image.shape[2] not in (3, 4) or image.dtype != np.uint8 or not image.size:
+        raise ParameterError(
+            f"pictures must be uint8 arrays (height, width, 3 or 4), received {image.dtype} of {image.shape}."
+        )
+    shapes.append(image.shape[:2])
+    if shapes[-1] != shapes[0]:
+        raise ParameterError(f"all pictures must be {shapes[0]} as the first, {len(shapes) - 1} is {shapes[-1]}.")
+    return image[..., :3]
+
+
+def _even(image: np.ndarray) -> np.ndarray:
+    height, width = image.shape[:2]
+    return np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")

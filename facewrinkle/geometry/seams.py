@@ -1,0 +1,125 @@
+"""Values at the corners of triangles: at a seam, the triangles around a vertex have different ones.
+
+Texture coordinates are such values. The mesh itself stays whole at a seam, so that it moves as one; only for pictures
+and files it is split, into vertices that have one value each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _mesh_kernels as kernels
+from .refinement import RedGreenForest
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+IntArray = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Split:
+    """A mesh whose vertices have one value each.
+
+    Attributes
+    ----------
+    triangles : (m, 3) int
+        In the numbers of the split vertices.
+    origin : (p,) int
+        The vertex that each of them is; the first n are the vertices themselves, in order.
+    values : (p, d) float
+    """
+
+    triangles: Ints
+    origin: Ints
+    values: Array
+
+
+def split(triangles: IntArray, values: Array, n_points: int) -> Split:
+    """Split the vertices whose corners have several values, by these.
+
+    Parameters
+    ----------
+    triangles : (m, 3) int
+    values : (m, 3, d) float
+        At the corners.
+    n_points : int
+        Number of vertices, n. Those without a triangle get the value 0.
+
+    Examples
+    --------
+    >>> parts = split(np.array([[0, 1, 2], [2, 1, 3]]), np.array([[[0.0], [1.0], [2.0]], [[2.0], [5.0], [6.0]]]), 4)
+    >>> parts.triangles.tolist(), parts.origin.tolist(), parts.values.ravel().tolist()
+    ([[0, 1, 2], [2, 4, 3]], [0, 1, 2, 3, 1], [0.0, 1.0, 2.0, 6.0, 5.0])
+    """
+    vertices, flat = np.array(triangles, np.int64).ravel(), values.reshape(-1, values.shape[-1])
+    own = np.zeros((n_points, flat.shape[1]))
+    own[vertices[::-1]] = flat[::-1]  # the first corner of each vertex is written last
+    further = np.flatnonzero((flat != own[vertices]).any(axis=1))
+    rows, which = np.unique(np.column_stack([vertices[further], flat[further]]), axis=0, return_inverse=True)
+    vertices[further] = n_points + which.ravel()
+    origin = np.concatenate([np.arange(n_points), rows[:, 0].astype(np.int64)])
+    return Split(vertices.reshape(-1, 3), origin, np.concatenate([own, rows[:, 1:]]))
+
+
+def refined_values(values: Array, base: IntArray, forest: RedGreenForest) -> Array:
+    """Values (m, 3, d) at the corners of a refined mesh, by linear interpolation in the base triangles.
+
+    Parameters
+    ----------
+    values : (m0, 3, d) float
+        At the corners of the base triangles.
+    base : (m0, 3) int
+        The triangles that the forest was made of.
+    forest : RedGreenForest
+
+    Examples
+    --------
+    >>> forest = RedGreenForest([[0, 1, 2]])
+    >>> forest.split([0])
+    Change(kept=slice(None, None, None), n_created=3)
+    >>> refined_values(np.array([[[0.0], [4.0], [8.0]]]), np.array([[0, 1, 2]]), forest)[0].ravel().tolist()
+    [0.0, 2.0, 4.0]
+    """
+    out = np.empty((*forest.triangles.shape, values.shape[2]))
+    base = np.ascontiguousarray(base, dtype=np.int32)
+    kernels.carry_corners(values, base, forest.triangles, forest.root, forest.corners, forest.barycentric, out)
+    return out
+
+
+def of_same_triangles(values: Array, source: IntArray, triangles: IntArray) -> Array | None:
+    """Values (m, 3, d) of triangles that are some of a mesh's, in any order and perhaps turned.
+
+    Parameters
+    ----------
+    values : (m0, 3, d) float
+        At the corners of the mesh's triangles.
+    source : (m0, 3) int
+    triangles : (m, 3) int
+
+    Returns
+    -------
+    ndarray or None
+        None if some are not the mesh's.
+
+    Examples
+    --------
+    >>> of_same_triangles(np.array([[[1.0], [2.0], [3.0]]]), np.array([[7, 8, 9]]), np.array([[7, 9, 8]])).ravel()
+    array([1., 3., 2.])
+    """
+    order = np.argsort(source, axis=1)
+    known, first = np.unique(np.take_along_axis(source, order, axis=1), axis=0, return_index=True)
+    turned = np.argsort(triangles, axis=1)
+    rows, number = np.unique(np.concatenate([known, np.take_along_axis(triangles, turned, axis=1)]), axis=0,
+                             return_inverse=True)  # fmt: skip
+    if len(rows) > len(known):
+        return None
+    found = first[number.ravel()[len(known) :]]
+    out = np.empty((*triangles.shape, values.shape[2]))
+    np.put_along_axis(
+        out, turned[..., None], np.take_along_axis(values[found], order[found][..., None], axis=1), axis=1
+    )
+    return out

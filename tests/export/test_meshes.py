@@ -1,0 +1,225 @@
+"""Meshes for other programs: what PyVista (VTK) and trimesh read back must be what was written, corner by corner."""
+
+from __future__ import annotations
+
+import json
+import struct
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.errors import MeshError, MissingPackageError, OutputError
+from facewrinkle.mesh import corner_texture, split_at_seams, to_polydata
+
+trimesh = pytest.importorskip("trimesh")
+pytest.importorskip("pygltflib")
+
+ENDINGS = (".glb", ".gltf", ".obj", ".ply")
+PHOTO = np.random.default_rng(8).integers(0, 256, (12, 20, 3), dtype=np.uint8)
+
+
+@pytest.fixture(scope="module")
+def moment():
+    """A face with a seam from brow to chin and a photo of its own in another unit, and a wrinkled frame of it."""
+    head = fw.default_face()
+    mesh = to_polydata(0.1 * head.points, head.triangles)
+    uv = np.asarray(head.mesh.active_texture_coordinates, dtype=float)
+    left = (head.points[head.triangles][:, :, 0].mean(axis=1) > 0.0)[:, None, None]
+    corners = np.where(left, 0.5 * uv[head.triangles] + [0.5, 0.25], uv[head.triangles])
+    mesh.point_data["uv"] = uv
+    mesh.point_data.active_texture_coordinates_name = "uv"
+    mesh.cell_data["Texture Corners"] = corners.reshape(-1, 6)
+    mesh.point_data["Colors"] = head.mesh["Colors"]
+    landmarks = {name: 0.1 * point for name, point in head.landmarks.items()}
+    face = fw.fit_face(mesh, landmarks, "cm", texture=PHOTO)
+    simulation = fw.Simulation(face)
+    simulation.express("frowning")
+    *_, frame = simulation.run(15)
+    assert frame.n_cells > mesh.n_cells + 500
+    assert split_at_seams(frame).n_points > frame.n_points + 50
+    return SimpleNamespace(face=face, frame=frame)
+
+
+def leaves(mesh):
+    for block in mesh if isinstance(mesh, pv.MultiBlock) else [mesh]:
+        yield from leaves(block) if isinstance(block, pv.MultiBlock) else [block]
+
+
+def read_by_pyvista(path):
+    """Positions, normals and texture coordinates (v upwards) of the corners; the mesh."""
+    (mesh,) = leaves(pv.read(path))
+    triangles = mesh.regular_faces
+    uv = mesh.active_texture_coordinates
+    if uv is not None and path.suffix in (".glb", ".gltf"):
+        uv = uv * [1.0, -1.0] + [0.0, 1.0]
+    normals = mesh["NORMAL"] if "NORMAL" in mesh.point_data else mesh["Normals"]
+    return mesh.points[triangles], normals[triangles], None if uv is None else uv[triangles], mesh
+
+
+def read_by_trimesh(path):
+    scene = trimesh.load_scene(path, process=False)
+    (mesh,) = scene.dump()  # as the nodes place it
+    uv = getattr(mesh.visual, "uv", None)
+    return mesh.vertices[mesh.faces], None, None if uv is None else uv[mesh.faces], mesh
+
+
+@pytest.mark.parametrize("read", [read_by_pyvista, read_by_trimesh])
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_round_trip(moment, tmp_path, fingerprint, ending, read):
+    frame, before = moment.frame, fingerprint(moment.frame)
+    path = fw.write_mesh(frame, tmp_path / f"a frown{ending}", moment.face)
+    assert fingerprint(frame) == before
+    scale = 0.01 if ending in (".glb", ".gltf") else 1.0  # centimetres, in metres
+    points, normals, uv, _ = read(path)
+    rounded = 3 * 2.0**-24  # to single precision: the point, the scale, and their product
+    wanted = scale * np.asarray(frame.points)[frame.regular_faces]
+    np.testing.assert_allclose(points, wanted, rtol=rounded, atol=1e-12)
+    np.testing.assert_allclose(uv, corner_texture(frame), rtol=0, atol=1e-7)
+    if normals is not None:
+        np.testing.assert_allclose(normals, frame["Normals"][frame.regular_faces], atol=2e-6)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_the_photo_comes_along_pixel_by_pixel(moment, tmp_path, ending):
+    path = fw.write_mesh(moment.frame, tmp_path / f"a frown{ending}", moment.face)
+    material = read_by_trimesh(path)[3].visual.material
+    image = getattr(material, "baseColorTexture", None) or material.image
+    np.testing.assert_array_equal(np.asarray(image.convert("RGB")), PHOTO)
+    np.testing.assert_array_equal(fw.read_texture(path), PHOTO)
+    # Alone in a folder: nothing in it leads elsewhere.
+    folder = tmp_path / "elsewhere"
+    folder.mkdir()
+    for file in tmp_path.glob("a frown*"):
+        file.rename(folder / file.name)
+    np.testing.assert_array_equal(fw.read_texture(folder / path.name), PHOTO)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_what_was_written_is_a_face_again(moment, tmp_path, ending):
+    """The file is read with its seams sewn, where it says which points are one."""
+    frame, face = moment.frame, moment.face
+    path = fw.write_mesh(frame, tmp_path / f"a{ending}", face)
+    again = fw.read_surface(path)
+    assert again.n_cells == frame.n_cells
+    np.testing.assert_allclose(corner_texture(again), corner_texture(frame), atol=1e-7)
+    if ending != ".ply":  # whose vertices have one place in the texture
+        assert (again.n_points, again.n_open_edges) == (frame.n_points, frame.n_open_edges)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_twins_at_a_seam_are_written_alike(moment, tmp_path, ending):
+    """Bit by bit, or the skin would gape there."""
+    path = fw.write_mesh(moment.frame, tmp_path / f"a{ending}", moment.face)
+    points, normals, _, _ = read_by_pyvista(path)
+    first = np.unique(moment.frame.regular_faces, return_index=True)[1]
+    for values in (points, normals):
+        flat = values.reshape(-1, 3)
+        np.testing.assert_array_equal(flat, flat[first][moment.frame.regular_faces.ravel()])
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_colours_where_there_is_no_photo(moment, tmp_path, ending):
+    from dataclasses import replace
+
+    path = fw.write_mesh(moment.frame, tmp_path / f"a{ending}", replace(moment.face, texture=None))
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    assert fw.read_texture(path) is None
+    wanted = moment.frame["Colors"][moment.frame.regular_faces]
+    again = fw.read_surface(path)
+    found = np.asarray(again["Colors"])[again.regular_faces]
+    found = found if found.dtype == np.uint8 else 255.0 * found
+    np.testing.assert_allclose(found, wanted, atol=0.51 if ending == ".obj" else 0.0)  # text of four digits
+    if ending == ".glb":  # as the format wants them: in linear light
+        (mesh,) = leaves(pv.read(path))
+        light = np.where(wanted <= 10.31475, wanted / 255 / 12.92, ((wanted / 255 + 0.055) / 1.055) ** 2.4)
+        np.testing.assert_allclose(np.asarray(mesh["COLOR_0"])[mesh.regular_faces][..., :3], light, atol=1e-5)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_any_mesh_without_texture_or_colours(tmp_path, ending):
+    ball = pv.Icosphere(radius=2.0, nsub=2)
+    ball["Normals"] = np.tile([1.0, 0.0, 0.0], (ball.n_points, 1))  # stale
+    path = fw.write_mesh(ball, tmp_path / f"ball{ending}")
+    points, normals, uv, _ = read_by_pyvista(path)
+    scale = 0.001 if ending in (".glb", ".gltf") else 1.0
+    np.testing.assert_allclose(points, scale * ball.points[ball.regular_faces], atol=1e-6 * scale)
+    np.testing.assert_allclose(normals, ball.points[ball.regular_faces] / 2.0, atol=0.02)
+    assert uv is None
+
+
+def test_a_glb_is_as_the_format_asks(moment, tmp_path):
+    data = fw.write_mesh(moment.frame, tmp_path / "a.glb", moment.face).read_bytes()
+    magic, version, length, text, kind = struct.unpack_from("<4sIII4s", data)
+    assert (magic, version, length, kind) == (b"glTF", 2, len(data), b"JSON")
+    assert len(data) % 4 == text % 4 == 0
+    content = json.loads(data[20 : 20 + text])
+    for view in content["bufferViews"]:
+        assert view["byteOffset"] % 4 == 0
+        assert view["byteOffset"] + view["byteLength"] <= content["buffers"][0]["byteLength"]
+    (primitive,) = content["meshes"][0]["primitives"]
+    position = content["accessors"][primitive["attributes"]["POSITION"]]
+    apart = split_at_seams(moment.frame).points.astype(np.float32)
+    np.testing.assert_array_equal([position["min"], position["max"]], [apart.min(axis=0), apart.max(axis=0)])
+    assert "COLOR_0" not in primitive["attributes"]  # it would multiply the photo
+    assert content["nodes"][0]["scale"] == [0.01] * 3
+    assert read_by_pyvista(fw.write_mesh(moment.frame, tmp_path / "b.glb"))[3].length == pytest.approx(
+        0.01 * moment.frame.length, rel=1e-6
+    )  # a frame knows its unit
+
+
+def test_eyes_and_teeth_in_meshes_of_their_own(face, tmp_path):
+    simulation = fw.Simulation(face)
+    simulation.express("AU27")
+    *_, frame = simulation.run(20)
+    path = fw.write_mesh(frame, tmp_path / "a.glb", face, parts=True)
+    scene = trimesh.load_scene(path, process=False)
+    assert set(scene.geometry) == {"face", "eye_l", "eye_r", "mouth", "upper_teeth", "lower_teeth", "tongue"}
+    np.testing.assert_allclose(scene.geometry["face"].vertices[: frame.n_points], frame.points, rtol=1e-6, atol=1e-5)
+    for eye in face.eyes:
+        ball = scene.geometry[f"eye_{eye.side}"]
+        np.testing.assert_allclose(np.linalg.norm(ball.vertices - eye.centre, axis=1), eye.radius, rtol=1e-5)
+        ahead = (ball.vertices - eye.centre) @ frame.field_data[f"gaze_{eye.side}"][0]
+        light = ball.visual.vertex_attributes["color"][:, :3] / 65535.0
+        assert light[np.argmax(ahead)].max() < 0.01  # the pupil looks ahead
+        assert light[np.argmin(ahead)].min() > 0.05
+    low, high = (scene.geometry[f"{jaw}_teeth"].vertices[:, 1].mean() for jaw in ("lower", "upper"))
+    assert low < face.landmarks["upper_lip_mid"][1] - 15.0 < high - 5.0  # these stay with the skull
+    # At rest the lips hide the teeth; and what goes with a head that moves is where the head is.
+    pose = np.eye(4)
+    pose[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
+    pose[:3, 3] = [5.0, 0.0, -20.0]
+    moved = face.mesh.copy()
+    moved.points = face.points @ pose[:3, :3].T + pose[:3, 3]
+    moved.field_data["pose"] = pose
+    turned = trimesh.load_scene(fw.write_mesh(moved, tmp_path / "b.glb", face, parts=True), process=False).geometry
+    assert set(turned) == {"face", "eye_l", "eye_r"}
+    centre = face.eyes[0].centre @ pose[:3, :3].T + pose[:3, 3]
+    eye = turned[f"eye_{face.eyes[0].side}"]
+    np.testing.assert_allclose(np.linalg.norm(eye.vertices - centre, axis=1), face.eyes[0].radius, rtol=1e-5)
+
+
+def test_what_cannot_be_written_says_so(moment, tmp_path, monkeypatch):
+    frame, face = moment.frame, moment.face
+    for name in ("a.stl", "a", "a.usd"):
+        with pytest.raises(OutputError, match=r"must end in .glb or .gltf or .obj or .ply"):
+            fw.write_mesh(frame, tmp_path / name, face)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="a file stands there"):
+        fw.write_mesh(frame, tmp_path / "file" / "a.obj", face)
+    (tmp_path / "a.png").mkdir()  # where the photo would be
+    with pytest.raises(OutputError, match="a.png' cannot be written"):
+        fw.write_mesh(frame, tmp_path / "a.obj", face)
+    bare = to_polydata(frame.points, frame.regular_faces)
+    with pytest.raises(MeshError, match="no texture coordinates.*Is it a frame of this face"):
+        fw.write_mesh(bare, tmp_path / "b.obj", face)
+    for other in (pv.PolyData(), pv.Plane(), pv.PolyData(np.eye(3)), pv.ImageData(dimensions=(2, 2, 2)), "mesh"):
+        with pytest.raises(MeshError, match="a mesh of triangles is needed"):
+            fw.write_mesh(other, tmp_path / "b.obj")
+    monkeypatch.setitem(sys.modules, "pygltflib", None)
+    with pytest.raises(MissingPackageError, match=r"pygltflib.*facewrinkle\[export\]"):
+        fw.write_mesh(frame, tmp_path / "b.glb", face)
+    assert not list(tmp_path.glob("b*"))

@@ -1,0 +1,111 @@
+"""Movies: what ffmpeg reads back must be what was written."""
+
+from __future__ import annotations
+
+import builtins
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from facewrinkle.errors import MissingPackageError, ParameterError
+from facewrinkle.export import write_movie
+
+
+def pictures(count: int, height: int, width: int, channels: int = 3):
+    """A light bar that wanders down; every picture differs from the one before."""
+    for number in range(count):
+        image = np.zeros((height, width, channels), np.uint8)
+        image[number * height // count : (number + 1) * height // count] = 255
+        yield image
+
+
+def read_movie(path: Path, height: int, width: int) -> tuple[np.ndarray, str]:
+    """The pictures of a movie of this size, decoded by ffmpeg itself, and what it says about the file."""
+    ffmpeg = pytest.importorskip("imageio_ffmpeg").get_ffmpeg_exe()
+    command = [
+        ffmpeg,
+        "-i",
+        str(path),
+        "-fps_mode",
+        "passthrough",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-",
+    ]
+    run = subprocess.run(command, capture_output=True, check=True, stdin=subprocess.DEVNULL)
+    said = run.stderr.decode().split("Output #0")[0]
+    assert f"{width}x{height}" in said
+    return np.frombuffer(run.stdout, np.uint8).reshape(-1, height, width, 3), said
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".gif"])
+@pytest.mark.parametrize("channels", [3, 4])
+def test_movie(tmp_path, ending, channels):
+    path = write_movie(pictures(12, 48, 64, channels), tmp_path / "new" / f"movie{ending}", fps=10)
+    read, said = read_movie(path, 48, 64)
+    assert len(read) == 12
+    assert "10 fps" in said
+    for image, original in zip(read, pictures(12, 48, 64), strict=True):
+        assert np.abs(image.astype(int) - original).mean() < 4.0  # H.264 loses a little at the bar's edges
+
+
+def test_odd_pictures_are_not_rescaled(tmp_path):
+    read, _ = read_movie(write_movie(pictures(3, 33, 47), tmp_path / "odd.mp4"), 34, 48)
+    assert len(read) == 3
+    assert np.abs(read[0, :33, :47].astype(int) - next(pictures(3, 33, 47))).mean() < 4.0
+    read, _ = read_movie(write_movie(pictures(3, 33, 47), tmp_path / "odd.gif"), 33, 47)
+    assert len(read) == 3
+
+
+@pytest.mark.parametrize(
+    ("images", "message"),
+    [
+        ([], "one picture at least"),
+        ([np.zeros((4, 4), np.uint8)], r"received uint8 of \(4, 4\)"),
+        ([np.zeros((4, 4, 3))], "received float64"),
+        (
+            [np.zeros((4, 4, 3), np.uint8), np.zeros((4, 6, 3), np.uint8)],
+            r"must be \(4, 4\) as the first, 1 is \(4, 6\)",
+        ),
+    ],
+)
+def test_movie_checks_its_pictures(tmp_path, images, message):
+    with pytest.raises(ParameterError, match=message):
+        write_movie(images, tmp_path / "movie.gif")
+    with pytest.raises(ParameterError, match="fps must lie in"):
+        write_movie(images, tmp_path / "movie.gif", fps=0)
+
+
+@pytest.mark.parametrize(("missing", "ending"), [("imageio", ".gif"), ("imageio_ffmpeg", ".mp4")])
+def test_movie_without_its_packages(tmp_path, monkeypatch, missing, ending):
+    original = builtins.__import__
+
+    def without(name, *args, **kwargs):
+        if name.split(".")[0] == missing:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+        return original(name, *args, **kwargs)
+
+    for name in [name for name in sys.modules if name.split(".")[0] == missing]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(MissingPackageError, match=rf"{missing}.*pip install 'facewrinkle\[export\]'"):
+        write_movie(pictures(2, 4, 4), tmp_path / f"movie{ending}")
+
+
+@pytest.mark.parametrize("problem", [KeyboardInterrupt, RuntimeError])
+def test_half_a_movie_is_not_left_behind(tmp_path, problem):
+    pytest.importorskip("imageio_ffmpeg")
+
+    def images():
+        yield np.zeros((16, 16, 3), np.uint8)
+        raise problem
+
+    for ending in ("mp4", "gif"):
+        with pytest.raises(problem):
+            write_movie(images(), tmp_path / f"movie.{ending}")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,280 @@
+"""Images that files name or hold, in files written here."""
+
+from __future__ import annotations
+
+import base64
+import json
+import shutil
+import struct
+import warnings
+from copy import deepcopy
+
+import numpy as np
+import pytest
+import pyvista as pv
+from PIL import Image
+
+import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError
+from facewrinkle.mesh import as_texture, read_texture
+
+RNG = np.random.default_rng(4)
+PHOTO, OTHER = (RNG.integers(0, 256, (6, 9, 3), dtype=np.uint8) for _ in range(2))
+
+
+def png(pixels):
+    from io import BytesIO
+
+    stream = BytesIO()
+    Image.fromarray(pixels).save(stream, format="PNG")
+    return stream.getvalue()
+
+
+QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+
+
+def obj(folder, materials, body="usemtl skin\nf 1/1 2/2 3/3 4/4\n", head="mtllib my materials.mtl\n"):
+    (folder / "my materials.mtl").write_text(materials)
+    (folder / "face.obj").write_text(head + QUAD + body)
+    return folder / "face.obj"
+
+
+# --- OBJ and PLY --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "map_Kd my photo.png",
+        "\tmap_Kd my photo.png ",
+        "map_Kd -s 1 1 1 -o 0.5 0 -bm 2.0 -clamp on my photo.png",
+        "map_Kd -mm 0 1 my photo.png",
+        "map_Kd C:\\work\\textures\\my photo.png",
+        "map_Kd textures/My Photo.PNG",
+    ],
+)
+def test_an_obj_names_its_image(tmp_path, line):
+    (tmp_path / "my photo.png").write_bytes(png(PHOTO))
+    np.testing.assert_array_equal(read_texture(obj(tmp_path, f"newmtl skin\nKd 1 1 1\n{line}\n")), PHOTO)
+
+
+def test_of_several_materials_the_one_on_most_faces_is_taken(tmp_path):
+    for name, pixels in (("skin", PHOTO), ("eye", OTHER)):
+        (tmp_path / f"{name}.png").write_bytes(png(pixels))
+    materials = "newmtl eye\nmap_Kd eye.png\nnewmtl plain\nKd 1 0 0\nnewmtl skin\nmap_Kd skin.png\n"
+    body = "usemtl eye\nf 1/1 2/2 3/3\nusemtl skin\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\nusemtl plain\n" + 3 * "f 1 2 3\n"
+    with pytest.warns(FaceWrinkleWarning, match="several textures; took 'skin.png'.*not 'eye.png'"):
+        image = read_texture(obj(tmp_path, materials, body))
+    np.testing.assert_array_equal(image, PHOTO)
+
+
+def test_meshes_without_an_image(tmp_path):
+    assert read_texture(obj(tmp_path, "newmtl skin\nKd 1 1 1\n")) is None
+    (tmp_path / "my materials.mtl").unlink()
+    assert read_texture(tmp_path / "face.obj") is None
+    pv.Sphere().save(tmp_path / "ball.ply")
+    assert read_texture(tmp_path / "ball.ply") is None
+    pv.Sphere().save(tmp_path / "ball.stl")
+    assert read_texture(tmp_path / "ball.stl") is None
+    assert read_texture(pv.Sphere()) is None
+
+
+def test_an_image_that_is_missing_or_damaged_is_left_out_with_a_notice(tmp_path):
+    path = obj(tmp_path, "newmtl skin\nmap_Kd photo.png\n")
+    with pytest.warns(FaceWrinkleWarning, match="face.obj names the image 'photo.png', which is not there"):
+        assert read_texture(path) is None
+    (tmp_path / "photo.png").write_bytes(png(PHOTO)[:40])
+    with pytest.warns(FaceWrinkleWarning, match="the image photo.png cannot be read"):
+        assert read_texture(path) is None
+    with pytest.raises(MeshError, match="the image photo.png cannot be read.*PNG or JPEG"):
+        as_texture(tmp_path / "photo.png")
+
+
+def test_a_ply_names_its_image(tmp_path):
+    mesh = pv.Sphere()
+    mesh.save(tmp_path / "ball.ply")
+    data = (
+        (tmp_path / "ball.ply").read_bytes().replace(b"element vertex", b"comment TextureFile a b.png\nelement vertex")
+    )
+    (tmp_path / "ball.ply").write_bytes(data)
+    (tmp_path / "a b.png").write_bytes(png(PHOTO))
+    np.testing.assert_array_equal(read_texture(tmp_path / "ball.ply"), PHOTO)
+    shutil.move(tmp_path / "a b.png", tmp_path / "A B.png")
+    np.testing.assert_array_equal(read_texture(tmp_path / "ball.ply"), PHOTO)
+
+
+# --- glTF ---------------------------------------------------------------------------------------
+
+
+def gltf(images, uri=None):
+    """A file with two meshes, of one and of two triangles, and its buffer; images 0 and 1 are theirs."""
+    points, uv = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4"), np.zeros((4, 2), "<f4")
+    order = np.array([0, 1, 2, 0, 2, 3], "<u2")
+    blob, views = b"", []
+    for data in (points.tobytes(), uv.tobytes(), order.tobytes(), png(OTHER), png(PHOTO)):
+        blob += b"\0" * (-len(blob) % 4)
+        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data)})
+        blob += data
+    accessors = [
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+        {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
+        {"bufferView": 2, "componentType": 5123, "count": 3, "type": "SCALAR"},
+        {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"},
+    ]
+    parts = [
+        {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2 + number, "material": number} for number in (0, 1)
+    ]
+    content = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": len(blob)} | ({"uri": uri} if uri else {})],
+        "bufferViews": views,
+        "accessors": accessors,
+        "images": deepcopy(images),
+        "textures": [{"source": 1}, {"source": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 1 - number}}} for number in (0, 1)],
+        "meshes": [{"name": name, "primitives": [part]} for name, part in zip(("eye", "skin"), parts, strict=True)],
+        "nodes": [{"mesh": 0, "name": "left"}, {"mesh": 1}],
+        "scenes": [{"nodes": [0, 1]}],
+        "scene": 0,
+    }
+    return content, blob
+
+
+def glb(path, content, blob):
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    blob += b"\0" * (-len(blob) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
+    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+    return path
+
+
+IN_BUFFER = [{"bufferView": 3, "mimeType": "image/png"}, {"bufferView": 4, "mimeType": "image/png"}]
+
+
+@pytest.mark.parametrize("kind", ["glb", "gltf", "beside", "data"])
+def test_a_gltf_holds_or_names_its_images(tmp_path, kind):
+    images, path = IN_BUFFER, tmp_path / ("a.glb" if kind == "glb" else "a.gltf")
+    if kind == "beside":
+        (tmp_path / "my photo.png").write_bytes(png(PHOTO))
+        (tmp_path / "other.png").write_bytes(png(OTHER))
+        images = [{"uri": "other.png"}, {"uri": "my%20photo.png"}]
+    if kind == "data":
+        images = [{"uri": f"data:image/png;base64,{base64.b64encode(png(p)).decode()}"} for p in (OTHER, PHOTO)]
+    content, blob = gltf(images, None if kind == "glb" else "points.bin")
+    if kind == "glb":
+        glb(path, content, blob)
+    else:
+        path.write_text(json.dumps(content))
+        (tmp_path / "points.bin").write_bytes(blob)
+    with pytest.warns(FaceWrinkleWarning, match="several textures"):
+        np.testing.assert_array_equal(read_texture(path), PHOTO)
+    for name, pixels in (("skin", PHOTO), ("eye", OTHER), ("left", OTHER)):
+        np.testing.assert_array_equal(read_texture(path, name), pixels)
+    assert read_texture(path, "nobody") is None
+
+
+def broken(change):
+    content, blob = gltf(IN_BUFFER)
+    change(content)
+    return content, blob
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda c: c["images"].pop(),
+        lambda c: c["images"][1].pop("bufferView"),
+        lambda c: c["bufferViews"].pop(),
+        lambda c: c["bufferViews"][4].update(byteLength=30),
+        lambda c: c["textures"].clear(),
+        lambda c: c["materials"].clear(),
+        lambda c: c.update(images=[{"uri": "nowhere.png"}] * 2),
+        lambda c: c.update(images=[{"uri": "data:image/png;base64,A"}] * 2),
+    ],
+)
+def test_images_of_a_gltf_that_lead_nowhere_are_left_out_with_a_notice(tmp_path, change):
+    with pytest.warns(FaceWrinkleWarning, match="the texture is left out"):
+        assert read_texture(glb(tmp_path / "a.glb", *broken(change)), "skin") is None
+
+
+def test_a_gltf_without_images_and_one_without_anything(tmp_path):
+    content, blob = gltf(IN_BUFFER)
+    for part in content["meshes"]:
+        del part["primitives"][0]["material"]
+    assert read_texture(glb(tmp_path / "a.glb", content, blob)) is None
+    (tmp_path / "b.glb").write_bytes(b"glTF")
+    with pytest.warns(FaceWrinkleWarning, match="b.glb"):
+        assert read_texture(tmp_path / "b.glb") is None
+
+
+# --- images that users give ---------------------------------------------------------------------
+
+
+def test_images_in_every_guise(tmp_path):
+    Image.fromarray(PHOTO).save(tmp_path / "photo.png")
+    with_alpha = np.dstack([PHOTO, np.full(PHOTO.shape[:2], 7, np.uint8)])
+    for given in (
+        tmp_path / "photo.png",
+        str(tmp_path / "photo.png"),
+        PHOTO,
+        with_alpha,
+        PHOTO / 255.0,
+        pv.Texture(PHOTO),
+        Image.fromarray(PHOTO),
+        Image.fromarray(with_alpha),
+    ):
+        found = as_texture(given)
+        np.testing.assert_array_equal(found, PHOTO)
+        assert found.dtype == np.uint8
+    np.testing.assert_array_equal(as_texture(PHOTO[:, :, 0]), np.dstack([PHOTO[:, :, 0]] * 3))
+    found = as_texture(PHOTO)
+    found[:] = 0
+    assert PHOTO.any()
+
+
+@pytest.mark.parametrize("image", [np.zeros((4, 4, 2)), np.zeros((4, 4, 3), int), np.full((2, 2), 3.0), 5, np.zeros(0)])
+def test_other_things_are_no_images(image):
+    with pytest.raises(ParameterError, match="a texture must be"):
+        as_texture(image)
+
+
+def test_a_face_takes_the_image_of_its_file_or_the_one_that_is_given(tmp_path):
+    (tmp_path / "photo.png").write_bytes(png(PHOTO))
+    path = obj(tmp_path, "newmtl skin\nmap_Kd photo.png\n")
+    np.testing.assert_array_equal(fw.surface(path).texture, PHOTO)
+    np.testing.assert_array_equal(fw.surface(path, texture=OTHER).texture, OTHER)
+    assert fw.surface(fw.read_surface(path)).texture is None
+    with pytest.raises(MeshError, match="no texture coordinates"):
+        fw.surface(fw.default_face().skull, texture=OTHER)
+    with warnings.catch_warnings():  # an image for which there are no coordinates is not asked for
+        warnings.simplefilter("error")
+        (tmp_path / "photo.png").unlink()
+        path.write_text(path.read_text().replace("1/1 2/2 3/3 4/4", "1 2 3 4"))
+        assert fw.surface(path).texture is None
+
+
+def test_fitted_faces_keep_their_texture_in_files(tmp_path, face):
+    mesh = face.mesh.copy()
+    fitted = fw.fit_face(mesh, face.landmarks, "mm", texture=PHOTO)
+    np.testing.assert_array_equal(fitted.texture, PHOTO)
+    again = fw.read_face(fw.write_face(fitted, tmp_path / "a.face"))
+    np.testing.assert_array_equal(again.texture, PHOTO)
+    assert "Texture Corners" not in again.mesh.cell_data
+    corners = np.asarray(mesh.active_texture_coordinates, float)[mesh.regular_faces]
+    corners[:40] += 0.25
+    mesh.cell_data["Texture Corners"] = corners.reshape(-1, 6)
+    fitted = fw.fit_face(mesh, face.landmarks, "mm")
+    again = fw.read_face(fw.write_face(fitted, tmp_path / "b.face"))
+    assert again.texture is None
+    np.testing.assert_array_equal(again.mesh.cell_data["Texture Corners"], corners.reshape(-1, 6))
+
+
+def test_a_trimesh_brings_its_image_along():
+    trimesh = pytest.importorskip("trimesh")
+    box = trimesh.creation.box()
+    material = trimesh.visual.material.SimpleMaterial(image=Image.fromarray(PHOTO))
+    box.visual = trimesh.visual.TextureVisuals(uv=box.vertices[:, :2], material=material)
+    np.testing.assert_array_equal(read_texture(box), PHOTO)
+    box.visual.material = trimesh.visual.material.PBRMaterial(baseColorTexture=Image.fromarray(OTHER))
+    np.testing.assert_array_equal(read_texture(box), OTHER)

@@ -1,0 +1,168 @@
+"""USD stages with time samples, written here with usd-core.
+
+what                  checked against
+points                the arrays that went into the stage, at and between its time codes
+place                 products of scipy's rotations, scales and shifts; the pose leads from rest to there
+faces and texture     polygons, left-handed meshes, coordinates of points and of corners
+which mesh            the choice among several
+what cannot be read   the errors that name it
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageError, UnknownNameError
+
+pytest.importorskip("pxr")
+
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+
+POINTS = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0.5], [2, 1, 0]], float)
+QUADS = [[0, 1, 4, 3], [1, 2, 5, 4]]
+SPLIT = ([0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 5, 4], [0, 1, 3], [1, 4, 3], [1, 2, 5], [1, 5, 4])
+TRIANGLES = {frozenset(corners) for corners in SPLIT}
+SHAPES = POINTS + np.random.default_rng(2).integers(-8, 8, (3, 6, 3)) / 32.0
+CODES = [1.0, 13.0, 25.0]  # at 24 a second: 0 s is not the first
+
+
+def face(stage, path="/head/skin", codes=CODES, shapes=SHAPES, faces=QUADS):
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    mesh.CreateFaceVertexCountsAttr([len(f) for f in faces])
+    mesh.CreateFaceVertexIndicesAttr([v for f in faces for v in f])
+    for code, shape in zip(codes, shapes, strict=True):
+        mesh.CreatePointsAttr().Set(Vt.Vec3fArray.FromNumpy(shape.astype(np.float32)), code)
+    return mesh
+
+
+@pytest.fixture
+def stage(tmp_path):
+    stage = Usd.Stage.CreateNew(str(tmp_path / "face.usda"))
+    stage.SetTimeCodesPerSecond(24.0)
+    UsdGeom.Xform.Define(stage, "/head")
+    return stage
+
+
+def read(stage, **which):
+    stage.Save()
+    return fw.read_animation(stage.GetRootLayer().realPath, **which)
+
+
+def test_points_move_with_the_time_samples(stage):
+    face(stage)
+    mesh, recorded = read(stage)
+    np.testing.assert_array_equal(mesh.points, SHAPES[0])
+    assert mesh.n_cells == 4
+    assert {frozenset(t) for t in mesh.regular_faces.tolist()} <= TRIANGLES
+    assert (mesh.n_open_edges, recorded.duration, recorded.pose) == (6, 1.0, None)
+    for time, expected in ((0.0, SHAPES[0]), (0.5, SHAPES[1]), (0.75, 0.5 * (SHAPES[1] + SHAPES[2])), (9.0, SHAPES[2])):
+        np.testing.assert_allclose(recorded.positions(time, np.asarray(mesh.points)), expected, atol=1e-12)
+    frame = fw.Simulation(mesh, motion=recorded, time_step=0.5).step()
+    np.testing.assert_allclose(frame.points, SHAPES[1], atol=1e-12)
+
+
+def test_a_head_that_turns_while_it_speaks(stage):
+    skin = face(stage)
+    UsdGeom.Xformable(skin).AddScaleOp().Set((2.0, 2.0, 2.0))
+    head = UsdGeom.Xform.Get(stage, "/head")
+    shift, turn = head.AddTranslateOp(), head.AddRotateYOp()
+    for code, y, angle in ((1.0, 3.0, 0.0), (37.0, 5.0, 60.0)):  # longer than the points move
+        shift.Set(Gf.Vec3d(0.0, y, 0.0), code)
+        turn.Set(angle, code)
+    mesh, recorded = read(stage)
+    assert recorded.duration == 1.5
+    np.testing.assert_allclose(mesh.points, 2.0 * SHAPES[0] + [0.0, 3.0, 0.0], atol=1e-12)
+    for time in (0.0, 0.4, 1.0, 1.25, 1.5):
+        own = np.array([np.interp(time, [0.0, 0.5, 1.0], column) for column in SHAPES.reshape(3, -1).T]).reshape(-1, 3)
+        turned = Rotation.from_euler("y", 40.0 * time, degrees=True).apply(2.0 * own)
+        moved = np.add(turned, [0.0, 3.0 + time * 4 / 3, 0.0])
+        np.testing.assert_allclose(recorded.positions(time, np.asarray(mesh.points)), moved, atol=1e-6)
+    # Its pose is what eyes and hair go with.
+    frame = [*fw.Simulation(mesh, motion=recorded, time_step=0.25).run(4)][-1]
+    pose = frame.field_data["pose"]
+    np.testing.assert_allclose(pose[:3, :3], Rotation.from_euler("y", 40.0, degrees=True).as_matrix(), atol=1e-6)
+    np.testing.assert_allclose(pose @ [0.0, 3.0, 0.0, 1.0], [0.0, 3.0 + 4 / 3, 0.0, 1.0], atol=1e-6)
+
+
+def test_a_place_that_moves_without_points(stage):
+    face(stage, codes=CODES[:1], shapes=SHAPES[:1])
+    shift = UsdGeom.Xform.Get(stage, "/head").AddTranslateOp()
+    for code, x in ((0.0, 0.0), (48.0, 4.0)):
+        shift.Set(Gf.Vec3d(x, 0.0, 0.0), code)
+    mesh, recorded = read(stage)
+    np.testing.assert_allclose(recorded.positions(1.0, np.asarray(mesh.points)), SHAPES[0] + [2.0, 0.0, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("each", [True, False])
+def test_texture_coordinates(stage, each):
+    skin = face(stage)
+    kind = UsdGeom.Tokens.faceVarying if each else UsdGeom.Tokens.vertex
+    variable = UsdGeom.PrimvarsAPI(skin).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, kind)
+    corners = np.array([[SHAPES[0][v, :2] / 4.0 + [0.25 * i, 0.0] for v in quad] for i, quad in enumerate(QUADS)])
+    points = POINTS[:, :2] / 4.0
+    variable.Set(Vt.Vec2fArray.FromNumpy((corners.reshape(-1, 2) if each else points).astype(np.float32)))
+    mesh, _ = read(stage)
+    assert ("Texture Corners" in mesh.cell_data) == each
+    if not each:
+        np.testing.assert_allclose(mesh.active_texture_coordinates, points, atol=1e-7)
+        return
+    for triangle, uv in zip(mesh.regular_faces, mesh.cell_data["Texture Corners"].reshape(-1, 3, 2), strict=True):
+        side = 0 if {*triangle.tolist()} <= {0, 1, 4, 3} else 1
+        np.testing.assert_allclose(uv, SHAPES[0][triangle, :2] / 4.0 + [0.25 * side, 0.0], atol=1e-7)
+
+
+def test_the_outside_is_out_whichever_way_the_mesh_is_turned(stage):
+    normals = []
+    for path, hand, mirror in (("/a", "rightHanded", 1.0), ("/b", "leftHanded", 1.0), ("/c", "rightHanded", -1.0)):
+        skin = face(stage, path, shapes=SHAPES[:, :] * [1.0, 1.0, 0.0])
+        skin.CreateOrientationAttr(hand)
+        UsdGeom.Xformable(skin).AddScaleOp().Set((mirror, 1.0, 1.0))
+        mesh, _ = read(stage, mesh=path[1:])
+        normals.append(mesh.compute_normals(point_normals=False, auto_orient_normals=False).cell_data["Normals"][:, 2])
+    np.testing.assert_allclose(normals, [[1.0] * 4, [-1.0] * 4, [1.0] * 4], atol=1e-6)
+
+
+def test_among_several_meshes_the_one_that_deforms_is_taken(stage):
+    face(stage, "/head/hat", codes=[1.0], shapes=np.vstack([POINTS, POINTS])[None], faces=[*QUADS, [6, 7, 10, 9]])
+    face(stage)
+    mesh, _ = read(stage)
+    assert mesh.n_points == 6
+    face(stage, "/head/more", shapes=np.concatenate([SHAPES, SHAPES], axis=1))
+    with pytest.warns(FaceWrinkleWarning, match="2 meshes that may be meant: more, skin"):
+        assert read(stage)[0].n_points == 12
+    assert read(stage, mesh="skin")[0].n_points == read(stage, mesh="/head/skin")[0].n_points == 6
+    with pytest.raises(UnknownNameError, match="unknown mesh 'skim'. Did you mean 'skin'"):
+        read(stage, mesh="skim")
+
+
+def test_what_cannot_be_played_says_so(stage, tmp_path, monkeypatch):
+    with pytest.raises(MeshError, match="holds no mesh"):
+        read(stage)
+    skin = face(stage, codes=[1.0], shapes=SHAPES[:1])
+    with pytest.raises(MeshError, match="skin has no time samples.*blend shapes.*Bake the motion"):
+        read(stage)
+    skin.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(POINTS[:5].astype(np.float32)), 9.0)
+    with pytest.raises(MeshError, match="skin changes from 6 to 5 points"):
+        read(stage)
+    skin.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(POINTS.astype(np.float32)), 9.0)
+    skin.GetFaceVertexIndicesAttr().Set([0, 1, 4, 3, 1, 2, 5, 77])
+    with pytest.raises(MeshError, match="77.*has 6 vertices"):
+        read(stage)
+    skin.GetFaceVertexIndicesAttr().Set([0, 1, 4, 3, 1, 2, 5])
+    with pytest.raises(MeshError, match="faces of skin lead nowhere"):
+        read(stage)
+    for code in (1.0, 9.0):
+        skin.GetFaceVertexIndicesAttr().Set([v for f in QUADS for v in f], code)
+    with pytest.raises(MeshError, match="faces of skin change with time"):
+        read(stage)
+    (tmp_path / "broken.usdc").write_bytes(b"PXR-USDC" + bytes(40))
+    with pytest.raises(MeshError, match="broken.usdc cannot be read"):
+        fw.read_animation(tmp_path / "broken.usdc")
+    monkeypatch.setitem(sys.modules, "pxr", None)
+    with pytest.raises(MissingPackageError, match=r"usd-core.*facewrinkle\[export\]"):
+        fw.read_animation(stage.GetRootLayer().realPath)

@@ -1,0 +1,125 @@
+"""Photos on faces, and heads that move as a whole, in pictures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import facewrinkle as fw
+from facewrinkle.mesh import add_seams
+from facewrinkle.motion.recorded import Recorded
+from facewrinkle.plotting import Scene, Style, picture
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*bad X server")
+RED, BLUE, GREEN = (200, 40, 40), (40, 40, 200), (0, 255, 0)
+SIZE = (240, 240)
+
+
+@pytest.fixture(scope="module")
+def seamed():
+    """The built-in head with a photo whose left half lies at one end of it, and the right half at the other: red, then
+    green, then blue.
+    """
+    head = fw.default_face()
+    mesh = head.mesh.copy()
+    x, y = (head.points[head.triangles][:, :, axis] for axis in (0, 1))
+    left = x.mean(axis=1, keepdims=True) > 0.0
+    u = np.where(left, 0.05, 0.95) + 0.0005 * x
+    corners = np.stack([u, 0.5 + 0.001 * y], axis=-1)
+    uv = np.zeros((mesh.n_points, 2))
+    uv[head.triangles.ravel()[::-1]] = corners.reshape(-1, 2)[::-1]
+    mesh.point_data["uv"] = uv
+    mesh.point_data.active_texture_coordinates_name = "uv"
+    add_seams(mesh, corners)
+    photo = np.empty((8, 100, 3), np.uint8)
+    photo[:, :30], photo[:, 30:70], photo[:, 70:] = RED, GREEN, BLUE
+    return replace(head, mesh=mesh, texture=photo, brows=None)
+
+
+def hue(image, channel):
+    """Pixels in which one channel outweighs the others."""
+    others = [image[..., other].astype(int) for other in range(3) if other != channel]
+    return image[..., channel].astype(int) > 1.15 * np.maximum(*others)
+
+
+def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):
+    simulation = fw.Simulation(seamed)
+    simulation.express("surprise")
+    *_, frame = simulation.run(20)
+    assert frame.n_cells > seamed.mesh.n_cells + 500
+    style = Style(SIZE, eyes=False, brows=False)
+    for shown in (seamed.mesh, frame):
+        image = picture(shown, seamed, style)
+        assert hue(image, 0).sum() > 0.1 * image[..., 0].size  # red, to the left of the subject
+        assert hue(image, 2).sum() > 0.1 * image[..., 0].size
+        assert hue(image, 1).sum() == 0
+        columns = np.arange(SIZE[0])
+        assert columns[hue(image, 0).any(axis=0)].mean() > columns[hue(image, 2).any(axis=0)].mean()
+    # The oracle sees what goes wrong: with the points' own coordinates alone, green shows along the seam.
+    torn = seamed.mesh.copy()
+    del torn.cell_data["Texture Corners"]
+    assert hue(picture(torn, seamed, style), 1).sum() > 20
+
+
+def test_wrinkles_show_in_a_photo(seamed):
+    plain = replace(seamed, texture=np.full((4, 4, 3), 180, np.uint8))
+    simulation = fw.Simulation(plain)
+    simulation.express("surprise")
+    *_, frame = simulation.run(20)
+    bare = fw.Simulation(plain, layers=[])
+    bare.express("surprise")
+    *_, smooth = bare.run(20)
+    style = Style(SIZE, "forehead", eyes=False, brows=False)
+    middle = (slice(60, 180), slice(60, 180))  # away from the outline and the hair
+    contrast = [np.diff(picture(f, plain, style)[middle].astype(float), axis=0).std() for f in (frame, smooth)]
+    assert contrast[0] > 2.0 * contrast[1]
+
+
+# --- heads that move as a whole -----------------------------------------------------------------
+
+TURN = np.eye(4)
+TURN[:3, :3] = Rotation.from_euler("yx", [30.0, -10.0], degrees=True).as_matrix()
+TURN[:3, 3] = [15.0, -8.0, 4.0]
+
+
+@pytest.fixture(scope="module")
+def surprised(face, played):
+    """Plays a recorded surprise on the built-in head, which may have moved as a whole; returns its frames."""
+    shape = played("surprise").held.displacement
+
+    def surprised(pose=None):
+        recorded = Recorded.of_shapes([shape], [[0.0], [1.0]], times=[0.0, 0.1], pose=pose)
+        return list(fw.Simulation(face, motion=recorded, time_step=0.02).run(7))
+
+    return surprised
+
+
+def test_a_head_that_turns_has_the_same_wrinkles(surprised):
+    for still, turned in zip(surprised(), surprised(lambda time: TURN), strict=True):
+        np.testing.assert_array_equal(turned.regular_faces, still.regular_faces)
+        np.testing.assert_allclose(turned.points, still.points @ TURN[:3, :3].T + TURN[:3, 3], atol=1e-6)
+        np.testing.assert_allclose(turned["W"], still["W"], atol=1e-6)
+        np.testing.assert_array_equal(turned.field_data["pose"], TURN)
+        assert "pose" not in still.field_data
+    assert np.ptp(still["W"]) > 0.5
+
+
+def test_eyes_lashes_and_brows_go_with_a_head_that_turns(face, surprised):
+    still, turned = surprised()[-1], surprised(lambda time: TURN)[-1]
+    with Scene(face, Style(SIZE)) as scene:
+        at_rest = scene.picture(still)
+        parts = {name: np.array(part.points) for name, part in scene._parts.items()}
+        there = scene.picture(turned)
+        assert {"eye_l", "eye_r", "lashes_l", "brows", "mouth"} <= set(parts)
+        for name, points in parts.items():
+            np.testing.assert_array_equal(scene.plotter.actors[name].user_matrix, TURN)
+            np.testing.assert_allclose(scene._parts[name].points, points, atol=1e-3)
+        assert np.abs(there.astype(int) - at_rest).mean() > 4.0
+        again = scene.picture(still)
+        np.testing.assert_array_equal(again, at_rest)
+    # A camera that goes with the head sees what it sees of a head that keeps still.
+    followed = picture(turned, face, Style(SIZE, follow=True))
+    assert np.abs(followed.astype(int) - at_rest).mean() < 0.05
