@@ -10,7 +10,7 @@ export VTK_DEFAULT_OPENGL_WINDOW
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench lint clean
+.PHONY: help demo test bench mutants lint clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -25,13 +25,16 @@ bench: $(READY)  ## time the hot paths
 	$(BIN)/python -m pytest benchmarks -q --benchmark-only --benchmark-group-by=group \
 		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
 
+mutants: $(READY)  ## do the tests notice changed formulas? (20 minutes)
+	$(BIN)/python tools/mutants.py
+
 lint: $(READY)  ## style, format and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
 clean:  ## remove the set-up, caches and output
-	rm -rf .venv build dist output *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf .venv build dist output *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks mutants
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(READY): pyproject.toml tools/check_opengl.py
