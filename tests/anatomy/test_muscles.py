@@ -518,6 +518,7 @@ def test_what_moves_a_bone_neither_pulls_nor_folds():
         shapes = [getattr(muscle, name)(x).shape for name in ("force", "fold_direction", "height", "envelope")]
         assert shapes == [(30, 3), (30, 3), (30,), (30,)]
         assert (muscle.half_cycles(x) == np.inf).all()
+    assert [c.tolist() for c in Muscle().coordinates(x)] == [[0.0] * 30] * 2
 
 
 def test_round_furrows_are_arcs_about_the_attachment():
