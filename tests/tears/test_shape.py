@@ -139,6 +139,15 @@ def test_on_a_long_film_far_away_bumps_hardly_count():
     assert difference.mean() < 0.01
 
 
+@pytest.mark.parametrize("unit", [0.01, 25.4])
+def test_noise_does_not_depend_on_the_unit(unit):
+    noise, spacing = film(70.0, 1.5, 0.4, 1, 6)
+    other, other_spacing = film(70.0 * unit, 1.5 * unit, 0.4, 1, 6)
+    assert other_spacing == pytest.approx(unit * spacing, rel=1e-15)
+    rows = min(len(noise), len(other))
+    np.testing.assert_allclose(other[:rows], noise[:rows], atol=1e-7)
+
+
 @settings(max_examples=15, deadline=None)
 @given(st.floats(0.0, 1.0), st.integers(0, 2**32), st.floats(0.5, 9.0))
 def test_bumps_of_degree_0_lie_between_none_and_the_highest(roughness, seed, length):
