@@ -10,7 +10,7 @@ export VTK_DEFAULT_OPENGL_WINDOW
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test coverage pictures bench analysis docs lint clean
+.PHONY: help demo test coverage pictures mutants bench analysis docs lint clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -40,6 +40,9 @@ docs: $(READY)  ## build the site into docs/_build/html
 analysis: $(READY)  ## redo every table and plot, with a page of them all, in output/analysis
 	$(BIN)/python -m analysis --out output/analysis
 
+mutants: $(READY)  ## do the tests notice changed formulas? (20 minutes)
+	$(BIN)/python tools/mutants.py
+
 lint: $(READY)  ## style, format and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -47,7 +50,7 @@ lint: $(READY)  ## style, format and types
 
 clean:  ## remove the set-up, caches and output
 	rm -rf .venv build dist output docs/_build docs/gallery docs/api/generated *.egg-info .coverage .pytest_cache .mypy_cache \
-		.ruff_cache .hypothesis .benchmarks
+		.ruff_cache .hypothesis .benchmarks mutants
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(READY): pyproject.toml tools/check_opengl.py

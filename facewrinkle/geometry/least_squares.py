@@ -111,7 +111,7 @@ def _fitted(where: Array, points: Array, values: Array, degree: int, epsilon: fl
     weight = np.maximum(weight / weight.max(axis=1, keepdims=True), np.where(on_point[:, None], 0.0, LEAST))
     out = (weight * values).sum(axis=1) / weight.sum(axis=1)  # degree 0, and the data themselves
     open_ = np.flatnonzero(~on_point)
-    scale = np.sqrt(square.max(axis=1, initial=0.0))
+    scale = np.sqrt(square.max(axis=1))
     lowered = 0
     for r in range(degree, 0, -1):
         if not len(open_):

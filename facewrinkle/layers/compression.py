@@ -118,7 +118,7 @@ class StrainField:
         self._dual_a = (bb[:, None] * a - ab[:, None] * b) / determinant[:, None]
         self._dual_b = (aa[:, None] * b - ab[:, None] * a) / determinant[:, None]
         area = np.sqrt(determinant)
-        total = np.bincount(t.ravel(), np.repeat(area, 3), minlength=len(p))
+        total = np.bincount(t.ravel(), np.repeat(area, 3))
         self._share = np.ascontiguousarray(area[:, None] / total[t])
         self.metric = np.zeros((len(p), 6))
         kernels.change_of_metric(
@@ -209,7 +209,6 @@ def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple
     """
     first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     first -= (first * normals).sum(axis=1, keepdims=True) * normals
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
     second = np.cross(normals, first)
     # Coordinates in which the rest metric is the unit matrix: Gram-Schmidt in it.
     first = first / np.sqrt(along(metric, first))[:, None]

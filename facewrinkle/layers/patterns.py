@@ -313,7 +313,7 @@ def eye_pouch(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: 
     0.346356
     """
     check_range("t", t, SMALLEST_T, np.inf, "The eye pouch grows beyond all bounds as t falls to 0.")
-    return np.asarray((2.0 ** check_whole("gamma", gamma, 0, 64) / t) * eye_pouch_relief(x, y, t, alpha, beta, gamma))
+    return np.asarray(eye_pouch_relief(x, y, t, alpha, beta, gamma) * 2.0**gamma / t)
 
 
 def eye_pouch_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: int) -> Array:

@@ -191,6 +191,25 @@ def test_linear_region_ends_at_its_borders():
     assert not muscle.wrinkling_region(outside).any()
 
 
+def test_the_borders_of_a_region_belong_to_it():
+    """Muscles along the axes, whose coordinates of these points are exact."""
+    muscle = LinearMuscle((0, 0, 0), (0, 30, 0), math.atan2(10.0, 20.0), radius=40.0, wrinkles=STYLE)
+    assert muscle.wrinkling_region([(0, 10, 0), (0, 40, 0), (10, 20, 0), (-6, 20, 8)]).all()
+    flat = SheetMuscle(*LINES, thickness=8.0, wrinkles=STYLE)
+    assert flat.wrinkling_region([(0, 30, 0), (0, 0, 0), (10, 20, 0), (-10, 20, 0), (0, 20, 8), (0, 20, -8)]).all()
+    side = math.atan2(12.0, 16.0)
+    ring = SphincterMuscle(
+        (0, 0, 0), 40.0, 32.0, (0, 0, 1), (1, 0, 0), inner=0.5, beta1=side, beta2=side, dead_zone=0.25, thickness=8.0
+    )
+    assert ring.wrinkling_region([(20, 0, 0), (40, 0, 0), (20, 15, 0), (20, -15, 0), (30, 0, 8), (30, 0, -8)]).all()
+    # The pull reaches as far: to the border of the thickness, but not to where Theta2 has fallen to 0.
+    assert flat.force([(0, 20, 8), (0, 0, 0), (0, 20, -8)]).any(axis=1).all()
+    assert ring.force([(20, 0, 8), (0, 20, -8), (10.001, 0, 0)]).any(axis=1).all()
+    assert not flat.force([(10, 20, 0), (-11, 20, 0), (15, 20, 0), (0, 40, 0)]).any()
+    assert not ring.force([(40, 0, 0), (0, -32, 0), (50, 0, 0), (10, 0, 0)]).any()
+    assert not muscle.force([(10, 20, 0), (12, 20, 0), (0, 0, 0)]).any()
+
+
 def test_nothing_lies_behind_the_attachment_even_from_start_zero():
     muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=1.5, radius=40.0, wrinkles=Wrinkles(start=0.0))
     behind = [(0.0, -1e-9, 0.0), (0.0, -20.0, 0.0), (5.0, -0.1, 0.0), (0.0, 0.0, 0.0)]
@@ -347,6 +366,27 @@ def test_force_is_one_at_the_insertion_and_none_at_the_ends():
     np.testing.assert_allclose(short.force([(0, 30, 0)]), [[0, -1, 0]], atol=1e-15)
 
 
+def test_a_sheet_shorter_than_its_fibres_pulls_the_most_at_its_end():
+    muscle = SheetMuscle(*LINES, length=30.0)
+    l = np.linspace(0.5, 29.5, 59)
+    force = muscle.force(np.c_[0.0 * l, 40.0 - l, 0.0 * l])
+    np.testing.assert_allclose(force[:, 1], np.sin(l / 30.0 * math.pi / 2), atol=1e-12)
+    np.testing.assert_allclose(muscle.force([(0, 10, 0)]), [[0, 1, 0]], atol=1e-12)
+    assert not muscle.force([(0, 9.999, 0)]).any()
+
+
+def test_lips_that_purse_are_pushed_forward():
+    plain, pursed = sphincter(), sphincter(protrusion=0.4)
+    x = around(plain)
+    r, _ = plain.coordinates(x)
+    near = np.abs((x - SHIFT) @ TURN[:, 2]) <= 12.0
+    push = np.where(near & (r < 1.0), 0.4 * np.cos(np.minimum(r, 1.0) * math.pi / 2), 0.0)
+    expected = plain.force(x) + push[:, None] * TURN[:, 2]
+    np.testing.assert_allclose(pursed.force(x), expected, rtol=0, atol=1e-13)
+    assert (near & (r < 0.2)).any()
+    assert (~near & (r < 1.0)).any()
+
+
 # --- invariance ---------------------------------------------------------------------------------
 
 MOVES = {
@@ -363,7 +403,7 @@ MOVES = {
 @pytest.mark.parametrize("kind", KINDS)
 def test_muscles_move_with_the_face(kind, move):
     rotation, scale = MOVES[move]
-    muscle = KINDS[kind](folds=sheet()) if kind == "linear" else KINDS[kind]()
+    muscle = KINDS[kind](folds=linear() if kind == "sheet" else sheet())
     x = around(muscle)
     shift = scale * np.array([13.0, -29.0, 47.0])
     y = scale * x @ rotation.T + shift
@@ -377,6 +417,19 @@ def test_muscles_move_with_the_face(kind, move):
     pattern = muscle.fold_pattern.unit_amplitude(x)
     np.testing.assert_allclose(moved.fold_pattern.unit_amplitude(y), pattern, rtol=0, atol=1e-10)
     assert moved.wrinkles is muscle.wrinkles
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_turn_alone_neither_scales_nor_moves(kind):
+    muscle = KINDS[kind](folds=linear() if kind == "sheet" else sheet())
+    quarter = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    x = around(muscle)
+    y = np.stack([-x[:, 1], x[:, 0], x[:, 2]], axis=1)
+    turned = muscle.transformed(quarter)
+    for one, other in ((turned, muscle), (turned.fold_pattern, muscle.fold_pattern)):
+        np.testing.assert_allclose(one.unit_amplitude(y), other.unit_amplitude(x), rtol=0, atol=1e-10)
+    assert turned.half_wavelength == pytest.approx(muscle.half_wavelength, rel=1e-14)
+    assert KINDS[kind]().transformed(quarter).folds is None
 
 
 def test_order_and_company_of_points_do_not_matter(muscle):
@@ -421,6 +474,27 @@ def test_replaced_changes_muscle_and_wrinkles_and_leaves_the_original():
     assert (muscle.wrinkles.depth, muscle.wrinkles.count, muscle.strength, muscle.radius) == (0.9, 3, 1.0, 32.0)
 
 
+def test_replaced_wrinkles_are_those_of_the_folds_where_there_are_any():
+    muscle = linear(folds=sheet())
+    other = muscle.replaced(depth=3.0, strength=0.5)
+    assert (other.folds.wrinkles.depth, other.wrinkles.depth, other.strength) == (3.0, 0.9, 0.5)
+    assert (muscle.folds.wrinkles.depth, muscle.strength, other.folds.strength) == (0.9, 1.0, 1.0)
+    assert np.array_equal(other.folds.attachment, muscle.folds.attachment)
+
+
+def test_directions_of_a_sphincter_count_whatever_their_length():
+    along = ring_along((5.0, 0.0, 0.0), None)
+    for lateral in ((1e-10, 0.0, 0.0), (1e10, 0.0, 3e9)):
+        assert ring_along(lateral, None).lateral.tolist() == pytest.approx(along.lateral.tolist(), abs=1e-15)
+    for vertical in ((0.0, 0.1, 0.0), (3.0, 0.0, 0.0), (0.0, 1e9, 5.0)):
+        assert ring_along((1, 0, 0), vertical).vertical.tolist() == [0.0, 1.0, 0.0]
+    assert ring_along((1, 0, 0), (0.0, -1e-3, 0.0)).vertical.tolist() == [0.0, -1.0, 0.0]
+
+
+def ring_along(lateral, vertical):
+    return SphincterMuscle((0, 0, 0), 3.0, 2.0, (0, 0, 2), lateral, vertical=vertical)
+
+
 def test_muscles_keep_their_own_copies_of_the_input():
     attachment, centre = np.zeros(3), np.zeros(3)
     muscle = LinearMuscle(attachment, (0, 30, 0), 0.5, 40.0)
@@ -441,6 +515,11 @@ def test_what_moves_a_bone_neither_pulls_nor_folds():
         assert not np.any(muscle.unit_amplitude(x))
         assert not muscle.wrinkling_region(x).any()
         assert muscle.half_wavelength == np.inf
+        assert muscle.wrinkling_region(x).dtype == bool
+        shapes = [getattr(muscle, name)(x).shape for name in ("force", "fold_direction", "height", "envelope")]
+        assert shapes == [(30, 3), (30, 3), (30,), (30,)]
+        assert (muscle.half_cycles(x) == np.inf).all()
+    assert [c.tolist() for c in Muscle().coordinates(x)] == [[0.0] * 30] * 2
 
 
 def test_round_furrows_are_arcs_about_the_attachment():
@@ -454,6 +533,10 @@ def test_round_furrows_are_arcs_about_the_attachment():
     fibre = (muscle.insertion - muscle.attachment) / muscle.length
     onto = muscle.attachment + r[:, None] * fibre
     np.testing.assert_allclose(muscle.height(x), linear().height(onto), atol=1e-9)
+    tapered = muscle.replaced(taper=1.0)
+    share = 1.0 - np.abs(2.0 * (r[inside] / 32.0 - 0.25) / 0.75 - 1.0)
+    expected = muscle.envelope(x)[inside] * (3.0 * share**2 - 2.0 * share**3)
+    np.testing.assert_allclose(tapered.envelope(x)[inside], expected, atol=1e-12)
     # H changes along the direction in which compression is measured, and not across it.
     across = np.cross(muscle.fold_direction(x), [0.3, -0.5, 0.8])
     np.testing.assert_allclose(muscle.height(x + 1e-5 * across), muscle.height(x), atol=1e-8)

@@ -17,3 +17,9 @@ def test_it_rises_from_0_to_1_and_is_level_at_both_ends():
     slope = np.gradient(rise, t)
     np.testing.assert_allclose(slope[[500, 1500]], 0.0, atol=2e-3)
     np.testing.assert_allclose(slope.max(), 1.5, rtol=1e-5)
+
+
+def test_single_precision_is_reckoned_in_double():
+    single = np.linspace(0.0, 1.0, 40, dtype=np.float32)
+    assert np.array_equal(smoothstep(single), smoothstep(single.astype(np.float64)))
+    assert smoothstep(single).dtype == np.float64

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from facewrinkle.errors import FaceWrinkleWarning, FitWarning, ParameterError
+from facewrinkle.geometry import least_squares
 from facewrinkle.geometry.least_squares import monomials, moving_least_squares
 
 
@@ -74,6 +75,39 @@ def test_points_on_a_line_fall_back_to_a_lower_degree():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         moving_least_squares([[0.3, 0.6]], points, np.full(9, 4.0), 0)
+
+
+@pytest.mark.parametrize("degree", [2, 4])
+def test_the_corners_of_a_square_determine_a_linear_function(degree):
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    x = cloud(7, 2) + 3.0
+    with pytest.warns(FitWarning, match=f"degree {degree} at 7 of 7 places"):
+        found = moving_least_squares(x, corners, corners @ [2.0, -3.0] + 5.0, degree)
+    assert found == pytest.approx(x @ [2.0, -3.0] + 5.0, abs=1e-10)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+@pytest.mark.parametrize("epsilon", [0.0, 0.3])
+def test_the_unit_of_length_does_not_matter(unit, epsilon):
+    points, x, values = cloud(40, 2), cloud(20, 2, 1), cloud(40, 1, 2)[:, 0]
+    expected = moving_least_squares(x, points, values, 3, epsilon)
+    found = moving_least_squares(unit * x, unit * points, values, 3, unit * epsilon)
+    assert found == pytest.approx(expected, rel=1e-8, abs=1e-8)
+
+
+def test_every_place_is_fitted_by_itself(monkeypatch):
+    points, values = cloud(30, 2), cloud(30, 1, 2)[:, 0]
+    x = np.concatenate([cloud(12, 2, 1), points[:1] + 1e-13, points[1:2]])  # and next to a point, and on one
+    together = moving_least_squares(x, points, values, 2)
+    alone = [moving_least_squares(x[i : i + 1], points, values, 2)[0] for i in range(len(x))]
+    assert together == pytest.approx(alone, rel=1e-10, abs=1e-10)
+    for block in (1, 30 * 6 * 5):  # one at a time, and five
+        monkeypatch.setattr(least_squares, "BLOCK", block)
+        assert moving_least_squares(x, points, values, 2) == pytest.approx(alone, rel=1e-10, abs=1e-10)
+        with pytest.warns(FitWarning, match="degree 2 at 13 of 14 places") as caught:  # on a point nothing is fitted
+            moving_least_squares(x, points[:4], values[:4], 2)
+        assert len(caught) == 1
+        assert str(caught[0].message).endswith("or ask for a lower degree.")
 
 
 @pytest.mark.parametrize(

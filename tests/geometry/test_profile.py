@@ -232,6 +232,7 @@ def test_band_is_linear_between_its_borders_in_both_directions():
 def test_a_band_of_zero_width_is_a_hard_edge():
     fade = profile.attenuation(profile.band([1.9, 2.0, np.nextafter(2.0, 3.0), 2.1], 2.0, 2.0))
     assert fade.tolist() == [1.0, 1.0, 0.0, 0.0]
+    assert profile.band([1.9, 2.0, 2.1], 2.0, 2.0).tolist() == [0.0, 0.0, 1.0]
 
 
 @given(st.floats(-3.0, 3.0))
@@ -300,3 +301,32 @@ def test_the_deepest_wave_is_as_long_as_the_skin(wavelength, epsilon):
 
 def test_stretched_skin_does_not_fold():
     assert profile.deepest(10.0, [-0.3, 0.0]).tolist() == [0.0, 0.0]
+
+
+def test_skin_that_vanished_folds_as_if_none_were_left():
+    assert profile.deepest(10.0, [1.5, 7.0]).tolist() == [profile.deepest(10.0, 1.0)] * 2
+    assert profile.deepest(10.0, 1.0) == pytest.approx(20.0 / math.pi)
+
+
+def test_defaults_are_those_of_the_paper():
+    w = np.linspace(0.0, 3.0, 31)
+    assert np.array_equal(profile.shape(w, 1.5), profile.shape(w, 1.5, k0=1.0, alpha=2.0))
+    assert np.array_equal(profile.phase(w, 0.2, 0.7, 2.0), profile.phase(w, 0.2, 0.7, 2.0, ends="continuous"))
+    assert np.array_equal(profile.attenuation(w), profile.attenuation(w, "paper"))
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        lambda x: profile.shape(x, 0.7),
+        lambda x: profile.phase(x, 0.1, 0.3, 2.0),
+        lambda x: profile.attenuation(x),
+        lambda x: profile.attenuation(x, "smoothstep"),
+        lambda x: profile.band(x, 0.2, 0.7),
+        lambda x: profile.anisotropy(x),
+    ],
+)
+def test_single_precision_is_reckoned_in_double(formula):
+    single = np.random.default_rng(0).uniform(0.0, 1.0, 50).astype(np.float32)
+    assert formula(single).dtype == np.float64
+    assert np.array_equal(formula(single), formula(single.astype(np.float64)))

@@ -25,6 +25,7 @@ from facewrinkle.layers.compression import (
     along,
     compression_along,
     edge_compression,
+    mixed,
     principal_compression,
     products,
 )
@@ -251,6 +252,26 @@ def test_along_is_the_quadratic_form():
     t, m = rng.normal(size=(5, 6)), rng.normal(size=(5, 3))
     full = t[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]]
     np.testing.assert_allclose(along(t, m), np.einsum("ni,nij,nj->n", m, full, m), atol=1e-13)
+    # One direction for all tensors, one pair alone, many directions of each.
+    np.testing.assert_allclose(along(t, m[0]), np.einsum("i,nij,j->n", m[0], full, m[0]), atol=1e-13)
+    np.testing.assert_allclose(along(t[1], m[1]), m[1] @ full[1] @ m[1], atol=1e-13)
+    fan = rng.normal(size=(4, 5, 3))
+    np.testing.assert_allclose(along(t, fan), np.einsum("kni,nij,knj->kn", fan, full, fan), atol=1e-13)
+    np.testing.assert_allclose(mixed(t, m, fan[0]), np.einsum("ni,nij,nj->n", m, full, fan[0]), atol=1e-13)
+    assert products(np.float32(m)).dtype == np.float64
+    assert np.array_equal(products(np.float32(m)), products(np.float64(np.float32(m))))
+
+
+def test_single_precision_is_reckoned_in_double():
+    points, triangles, tangents = bowl()
+    points, tangents = np.float32(points), np.float32(tangents)
+    deformed = points * np.float32([0.9, 1.1, 0.7])
+    rings = vertex_rings(triangles, len(points))
+    given_ = edge_compression(points, deformed, rings, tangents)
+    assert np.array_equal(given_, edge_compression(*np.float64([points, deformed]), rings, np.float64(tangents)))
+    one, other = StrainField(points, triangles.tolist()), StrainField(np.float64(points), triangles)
+    assert np.array_equal(one.metric, other.metric)
+    assert np.array_equal(one.strain(np.float64(deformed)), other.strain(np.float64(deformed)))
 
 
 def test_principal_compression_is_that_of_the_singular_values():
@@ -299,5 +320,10 @@ def test_only_the_part_of_a_direction_in_the_surface_counts():
     slanted = 3.0 * tangents - 7.0 * normals
     np.testing.assert_allclose(compression_along(*state, slanted), compression_along(*state, tangents), atol=1e-12)
     assert not compression_along(*state, normals).any()
+    lengths = np.geomspace(1e-12, 1e12, len(points))[:, None]
+    np.testing.assert_allclose(
+        compression_along(*state, lengths * tangents), compression_along(*state, tangents), atol=1e-12
+    )
+    assert not compression_along(*state, np.zeros_like(tangents)).any()
     one = compression_along(*state, np.array([1.0, 0.0, 0.0]))
     assert np.array_equal(one, compression_along(*state, np.tile([1.0, 0.0, 0.0], (len(points), 1))))

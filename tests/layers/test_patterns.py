@@ -118,6 +118,18 @@ def test_angle_is_the_arctangent_of_the_quotient():
     np.testing.assert_allclose(p.angle(x, y), np.arctan(y / x), atol=1e-15)
     assert p.angle(0.0, 1.0) == np.pi / 2
     assert p.angle(0.0, -1.0) == -np.pi / 2
+    # From the left, y / x has the other sign.
+    assert p.angle([-0.0, -0.0, -0.0], [1.0, 2.0, -3.0]).tolist() == [-np.pi / 2, -np.pi / 2, np.pi / 2]
+    assert p.angle([0.0, -0.0, -2.0], [0.0, 0.0, 0.0]).tolist() == [0.0, 0.0, 0.0]
+
+
+def test_an_odd_gamma_is_taken_on_one_side_and_refused_from_the_axis_on():
+    for x in ([0.5, 2.0], [1e-9, 1.0], [-3.0, -1e-9], [0.0, 0.0], []):
+        y = np.ones(len(x))
+        assert np.array_equal(p.eye_corner_phase(x, y, 3), 3.0 * p.angle(x, y))
+    for x in ([0.0, 1.0], [-1.0, 0.0], [-0.1, 3.0]):
+        with pytest.raises(ParameterError, match="even number"):
+            p.eye_corner_phase(x, [1.0, 1.0], 3)
 
 
 @pytest.mark.parametrize("gamma", [3, 7, 2.5])
@@ -144,6 +156,13 @@ def test_frown_variants():
     crest = {"paper": np.pi / 2 * 0.4 / (y + 3.0), "fan": np.pi / 2 * 0.4 * (y + 3.0)}
     for variant, x in crest.items():
         np.testing.assert_allclose(p.frown(x, y, 3.0, 1.0, 0.4, variant), 1.0, atol=1e-14)
+        shifted = p.frown_phase(0.3, y, 3.0, 0.4, variant) + 0.7
+        np.testing.assert_allclose(p.frown(0.3, y, 3.0, 2.0, 0.4, variant, 0.7), 2.0 * np.sin(shifted), atol=1e-14)
+    assert np.array_equal(p.frown(0.3, y, 3.0, 2.0, 0.4), p.frown(0.3, y, 3.0, 2.0, 0.4, "paper", 0.0))
+    assert np.array_equal(p.frown_phase(0.3, y, 3.0, 0.4), p.frown_phase(0.3, y, 3.0, 0.4, "paper"))
+    assert p.frown_phase(1.0, [-0.5, 0.0], 0.75, 2.0, "fan").tolist() == [2.0, 1 / 1.5]  # y + t from 0.25
+    with pytest.raises(ParameterError, match="y . t must be above 0"):
+        p.frown([1.0, 1.0], [-0.75, 0.0], 0.75, 1.0, 2.0, "fan")
     both = [p.frown(s * 0.7, y, 3.0, 1.0, 0.4, "fan", offset=np.pi / 2) for s in (1, -1)]
     np.testing.assert_allclose(*both, atol=1e-14)
 
@@ -157,6 +176,7 @@ def test_depth_of_a_dimple_is_its_strength():
     steps = np.diff(p.dimple_relief(r, 0.0, 1.0, 0.03))
     assert (steps >= 0).all()
     assert not p.dimple_relief(r[r >= 1], 0.0, 1.0, 0.03).any()
+    assert p.dimple_relief(np.zeros((4, 1)), np.zeros(3), 0.0, 0.03).tolist() == [[0.0] * 3] * 4
 
 
 def test_an_even_pouch_sticks_out():
@@ -181,8 +201,36 @@ def test_primary_is_a_sum():
     x, y = np.random.default_rng(4).normal(size=(2, 20))
     one, two = (lambda x, y, t: p.cheek(x, y, t, 1.0, 3.0)), (lambda x, y, t: p.dimple(x, y, t))
     np.testing.assert_allclose(p.primary(one, two)(x, y, 0.4), one(x, y, 0.4) + two(x, y, 0.4), atol=1e-15)
+    assert p.primary(lambda x, y, t: [1, 2], lambda x, y, t: [0.5, t])(0, 0, 3.0).tolist() == [1.5, 5.0]
+    single = p.primary(lambda x, y, t: np.float32(1.0), lambda x, y, t: np.float32(1e-9))(0, 0, 0.0)
+    assert single == 1.0 + np.float64(np.float32(1e-9))
     with pytest.raises(ParameterError, match="none"):
         p.primary()
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        lambda x, y: p.forehead(x, y, 1.3, alpha=0.7, beta=5),
+        lambda x, y: p.forehead_relief(x, y, 1.3, alpha=0.7, beta=5),
+        lambda x, y: p.eye_corner(x, y, 0.9, alpha=2, beta=-0.5, gamma=6),
+        lambda x, y: p.cheek(x, y, 0.25, alpha=3, beta=4),
+        lambda x, y: p.frown(x, y, 3, alpha=2, beta=0.5),
+        lambda x, y: p.dimple(x, y, 0.02),
+        lambda x, y: p.eye_pouch(x, y, 0.4, alpha=2, beta=3, gamma=4),
+        lambda x, y: p.sharpened(x, 0.0),
+        lambda x, y: p.sharpened(y, 2.0),
+    ],
+)
+def test_single_precision_is_reckoned_in_double(formula):
+    x, y = np.random.default_rng(6).uniform(-3, 3, (2, 50)).astype(np.float32)
+    for single, expected in (
+        (formula(x, y), formula(*np.float64([x, y]))),
+        (formula(x, 0.5), formula(np.float64(x), 0.5)),
+    ):
+        assert single.dtype == np.float64
+        assert np.array_equal(single, expected)
+    assert np.array_equal(formula(0.5, y), formula(0.5, np.float64(y)))
 
 
 @pytest.mark.parametrize(

@@ -21,12 +21,12 @@ def _longitudinal(along: Array, insertion: float) -> Array:
     if insertion < 1.0:
         falling = np.cos((along - insertion) / (1.0 - insertion) * (0.5 * np.pi))
         rising = np.where(along <= insertion, rising, falling)
-    return np.where((along >= 0.0) & (along <= 1.0), rising, 0.0)
+    return np.where((along > 0.0) & (along <= 1.0), rising, 0.0)
 
 
 def _lateral(across: Array) -> Array:
     """Theta2: 1 on the central fibre, 0 from the border on."""
-    return np.where(across <= 1.0, np.cos(np.minimum(across, 1.0) * (0.5 * np.pi)), 0.0)
+    return np.where(across < 1.0, np.cos(across * (0.5 * np.pi)), 0.0)
 
 
 BELLY = (0.38, 0.7)
@@ -416,9 +416,9 @@ class SphincterMuscle(Muscle):
         """
         r, _ = self.coordinates(points)
         s, t, away = self._local(points)
-        inside = (r < 1.0) & (away <= self.thickness)
-        pull = np.where(inside & (r > self.dead_zone), _lateral((r - self.dead_zone) / (1.0 - self.dead_zone)), 0.0)
-        push = np.where(inside, self.protrusion * _lateral(r), 0.0)
+        near = away <= self.thickness
+        pull = np.where(near & (r > self.dead_zone), _lateral((r - self.dead_zone) / (1.0 - self.dead_zone)), 0.0)
+        push = np.where(near, self.protrusion * _lateral(r), 0.0)
         inwards = -unit(
             s[:, None] / self.semi_major**2 * self.lateral + t[:, None] / self.semi_minor**2 * self.vertical
         )

@@ -1,0 +1,228 @@
+"""The shape of a shed tear, formulas alone.
+
+what             checked against
+thickness        its formula written out point by point; its extent, head and trail; volume of the head by quadrature
+noise of a film  moving least squares over all places, drawn from the same stream of random numbers; its bounds
+waves            the convolution with a bell written out
+solid            volume of prisms under a piecewise linear roof; each side met once in each direction
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import Delaunay
+
+from facewrinkle.geometry.least_squares import moving_least_squares
+from facewrinkle.geometry.topology import boundary_loops, euler_characteristic
+from facewrinkle.tears.shape import DRAINED, TAPER, Shape, rough_film, solid, thickness, waves
+
+SHAPE = Shape(1.5, 1.1, 0.8, 0.12)
+
+
+# --- thickness ----------------------------------------------------------------------------------
+
+
+def plain_thickness(s, w, front, shape, wobble=0.0, rough=0.0):
+    """Level and height at one place."""
+    behind = (front - s) / shape.half
+    taper = min(max((behind - 1.0) / TAPER, 0.0), 1.0)
+    head = (1.0 + math.cos(math.pi * taper)) / 2.0
+    drained = DRAINED + (1.0 - DRAINED) * math.exp(-max(behind, 0.0) / 15.0)
+    trail = shape.trail * (1.0 + wobble) * drained
+    half = head * shape.half + (1.0 - head) * trail
+    level = 1.0 - (w / half) ** 2 - max(1.0 - behind, 0.0) ** 2 - max(1.0 - s / shape.trail, 0.0) ** 2
+    film = shape.film * (1.0 + rough)
+    return level, max(level, 0.0) * (film + (shape.height - film) * head**1.5)
+
+
+@pytest.mark.parametrize("front", [2.0, 5.0, 17.0, 60.0])
+def test_thickness_is_its_formula_written_out(front):
+    random = np.random.default_rng(3)
+    s, w = random.uniform(-3.0, front + 3.0, 800), random.uniform(-2.0, 2.0, 800)
+    wobble, rough = random.uniform(-0.4, 0.4, 800), random.uniform(0.0, 1.0, 800)
+    found = np.stack(thickness(s, w, front, SHAPE, wobble, rough), axis=1)
+    expected = [
+        plain_thickness(*place, front, SHAPE, *more) for *place, more in zip(s, w, np.c_[wobble, rough], strict=True)
+    ]
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    assert 20 < (found[:, 1] > 0.0).sum() < 780
+
+
+def test_without_wobble_and_roughness_and_with_the_same_everywhere():
+    s, w = np.random.default_rng(4).uniform(0.0, 20.0, (2, 300)) * [[1.0], [0.1]]
+    none = np.zeros(300)
+    assert np.array_equal(thickness(s, w, 18.0, SHAPE), thickness(s, w, 18.0, SHAPE, none, none))
+    all_over = thickness(s, w, 18.0, SHAPE, 0.25, 0.5)
+    assert np.array_equal(all_over, thickness(s, w, 18.0, SHAPE, none + 0.25, none + 0.5))
+
+
+def test_the_trail_is_a_parabola_of_the_film_that_narrows_to_what_is_drained():
+    front = 2000.0
+    w = np.linspace(-1.0, 1.0, 2001)
+    level, height = thickness(np.full_like(w, 30.0), w, front, SHAPE)
+    half = SHAPE.trail * DRAINED
+    np.testing.assert_allclose(height, SHAPE.film * np.maximum(1.0 - (w / half) ** 2, 0.0), atol=1e-12)
+    assert np.array_equal(level > 0.0, np.abs(w) < half - 1e-12)
+    behind = front - (1.0 + TAPER) * SHAPE.half
+    assert thickness(np.array([behind]), np.zeros(1), front, SHAPE)[1][0] == pytest.approx(SHAPE.film, rel=1e-12)
+
+
+def test_the_front_half_of_the_head_is_half_a_paraboloid():
+    """Its volume is pi a^2 h / 4."""
+    n = 1500
+    middle = (np.arange(n) + 0.5) / n
+    s, w = (a.ravel() for a in np.meshgrid(48.5 + 1.5 * middle, 3.0 * middle - 1.5, indexing="ij"))
+    _, height = thickness(s, w, 50.0, SHAPE)
+    volume = height.mean() * SHAPE.half * 2.0 * SHAPE.half
+    assert volume == pytest.approx(math.pi * SHAPE.half**2 * SHAPE.height / 4.0, rel=1e-5)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(0.01, 100.0), st.floats(0.1, 80.0))
+def test_a_larger_tear_is_the_same_tear_in_another_unit(factor, front):
+    assert SHAPE.scaled(1.0) == SHAPE
+    larger = SHAPE.scaled(factor)
+    sizes = [getattr(larger, name) / getattr(SHAPE, name) for name in ("half", "height", "trail", "film")]
+    assert sizes == pytest.approx([factor] * 4, rel=1e-15)
+    s, w = np.linspace(-1.0, front, 60), np.linspace(-1.2, 1.3, 60)
+    level, height = thickness(s, w, front, SHAPE)
+    other_level, other_height = thickness(factor * s, factor * w, factor * front, larger)
+    np.testing.assert_allclose(other_level, level, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(other_height, factor * height, rtol=1e-9, atol=1e-9 * factor)
+
+
+# --- noise --------------------------------------------------------------------------------------
+
+
+def drawn_places(length, half, roughness, seed):
+    """Where bumps may be and how high they are: a grid that covers the film, shaken, with its rows one by one."""
+    random = np.random.default_rng(seed)
+    apart = 2.5 * half / 4.0
+    rows = math.ceil((length + apart) / apart - 1e-9)
+    grid = np.array([(i * apart, k * apart) for i in range(rows) for k in (-2, -1, 0, 1, 2)])
+    places = grid + 0.35 * apart * (2.0 * random.random(grid.shape) - 1.0)
+    raised = np.array([random.random() < roughness for _ in grid])
+    return places, np.where(raised, 0.3 + 0.7 * random.random(len(grid)), 0.0), apart
+
+
+def film(length, half, roughness, degree, seed):
+    return rough_film(length, half, roughness, degree, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+@pytest.mark.parametrize(("length", "half", "roughness"), [(7.0, 1.5, 0.4), (0.9, 0.2, 0.7), (3.0, 4.0, 1.0)])
+def test_noise_is_the_least_squares_surface_of_its_bumps(length, half, roughness, degree):
+    noise, spacing = film(length, half, roughness, degree, 5)
+    assert spacing == half / 4.0
+    places, values, apart = drawn_places(length, half, roughness, 5)
+    s = spacing * np.arange(len(noise))
+    assert s[-2] < length <= s[-1]
+    x = np.array([(a, b) for a in s for b in np.linspace(-half, half, 9)])
+    expected = moving_least_squares(x, places, values, degree, 0.4 * apart).reshape(-1, 9)
+    np.testing.assert_allclose(noise, np.maximum(expected, 0.0), rtol=0, atol=1e-9)
+    assert noise.max() > 0.1
+
+
+def test_on_a_long_film_far_away_bumps_hardly_count():
+    noise, spacing = film(70.0, 1.5, 0.4, 1, 6)
+    places, values, apart = drawn_places(70.0, 1.5, 0.4, 6)
+    assert len(noise) > 5 * 32
+    x = np.array([(a, b) for a in spacing * np.arange(len(noise)) for b in np.linspace(-1.5, 1.5, 9)])
+    expected = moving_least_squares(x, places, values, 1, 0.4 * apart).reshape(-1, 9)
+    difference = np.abs(noise - np.maximum(expected, 0.0))
+    assert difference.max() < 0.06
+    assert difference.mean() < 0.01
+
+
+@pytest.mark.parametrize("unit", [0.01, 25.4])
+def test_noise_does_not_depend_on_the_unit(unit):
+    noise, spacing = film(70.0, 1.5, 0.4, 1, 6)
+    other, other_spacing = film(70.0 * unit, 1.5 * unit, 0.4, 1, 6)
+    assert other_spacing == pytest.approx(unit * spacing, rel=1e-15)
+    rows = min(len(noise), len(other))
+    np.testing.assert_allclose(other[:rows], noise[:rows], atol=1e-7)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.0, 1.0), st.integers(0, 2**32), st.floats(0.5, 9.0))
+def test_bumps_of_degree_0_lie_between_none_and_the_highest(roughness, seed, length):
+    noise, _ = film(length, 1.0, roughness, 0, seed)
+    assert noise.min() >= 0.0
+    assert noise.max() <= 1.0
+    assert film(length, 1.0, 1.0, 0, seed)[0].min() >= 0.3 - 1e-12
+    assert not film(length, 1.0, 0.0, 0, seed)[0].any()
+
+
+# --- waves --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("n", "scale"), [(200, 5.0), (60, 1.5), (30, 12.0), (1, 2.0)])
+def test_waves_are_white_noise_under_a_bell(n, scale):
+    found = waves(np.random.default_rng(7), n, scale)
+    reach = int(4.0 * scale + 0.5)
+    bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) / scale) ** 2)
+    noise = np.pad(np.random.default_rng(7).normal(size=n), reach, mode="edge")
+    smooth = np.convolve(noise, bell / bell.sum(), mode="valid")
+    np.testing.assert_allclose(found, smooth / np.abs(smooth).max(), rtol=0, atol=1e-12)
+    assert found.shape == (n,)
+
+
+def test_waves_of_nothing_are_flat():
+    class Silent:
+        def normal(self, size):
+            return np.zeros(size)
+
+    assert not waves(Silent(), 9, 2.0).any()
+
+
+# --- solid --------------------------------------------------------------------------------------
+
+
+def roof(n, seed):
+    """A disk of random triangles, and heights above it."""
+    random = np.random.default_rng(seed)
+    plane = random.uniform(-1.0, 1.0, (n, 2))
+    triangles = Delaunay(plane).simplices.astype(np.int32)
+    return np.c_[plane, random.normal(size=n)], random.uniform(0.1, 2.0, n), triangles
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(3, 40), st.integers(0, 10_000))
+def test_a_solid_is_closed_and_holds_what_is_between_base_and_top(n, seed):
+    base, height, triangles = roof(n, seed)
+    top = base + height[:, None] * [0.0, 0.0, 1.0]
+    points, closed = solid(base, top, triangles)
+    assert np.array_equal(points, np.concatenate([top, base]))
+    assert closed.dtype == np.int32
+    (loop,) = boundary_loops(triangles)
+    assert closed.shape == (2 * len(triangles) + 2 * len(loop), 3)
+    # Each side is met once in each direction: closed and oriented. As a sphere is.
+    sides = {(int(t[k]), int(t[k - 2])) for t in closed for k in range(3)}
+    assert len(sides) == 3 * len(closed)
+    assert sides == {(b, a) for a, b in sides}
+    assert euler_characteristic(closed) == 2
+    a, b, c = (points[closed[:, k]] for k in range(3))
+    x, y, _ = base[triangles].T
+    flat = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])
+    expected = (0.5 * flat * height[triangles].mean(axis=1)).sum()
+    assert (np.cross(a, b) * c).sum() / 6.0 == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    assert expected > 0.0
+
+
+def test_the_outline_can_be_given():
+    base, height, triangles = roof(25, 2)
+    top = base + height[:, None]
+    points, found = solid(base, top, triangles)
+    sides = [(int(t[k]), int(t[(k + 1) % 3])) for t in triangles for k in range(3)]
+    rim = np.array([side for side in sides if side[::-1] not in sides], np.int32)
+    same, given_ = solid(base, top, triangles, rim)
+    assert np.array_equal(points, same)
+    assert np.array_equal(found, given_)
+    fewer = solid(base, top, triangles, rim[:-1])[1]
+    assert len(fewer) == len(found) - 2
+    assert len(boundary_loops(fewer)) == 1

@@ -1,0 +1,180 @@
+"""What the formulas say about numbers that they cannot use: which parameter, what is allowed, what was received."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from facewrinkle.anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle, Wrinkles
+from facewrinkle.errors import FaceWrinkleError
+from facewrinkle.geometry import profile
+from facewrinkle.geometry.least_squares import moving_least_squares
+from facewrinkle.layers import patterns
+
+LINES = ([(-10, 40, 0), (10, 40, 0)], [(-10, 0, 0), (10, 0, 0)])
+
+
+def linear(insertion=(0, 5, 0), angle=0.5, radius=6.0, **words):
+    return LinearMuscle((0, 0, 0), insertion, angle, radius, **words)
+
+
+def ring(centre=(0, 0, 0), a=40.0, b=30.0, normal=(0, 0, 1), lateral=(1, 0, 0), **words):
+    return SphincterMuscle(centre, a, b, normal, lateral, **words)
+
+
+def fitted(x=((0.0,),), points=((0.0,), (1.0,)), values=(1.0, 2.0), **words):
+    return moving_least_squares(x, points, values, **words)
+
+
+UNIT, NEVER_1 = "in [0, 1]", "in [0, 1"
+CASES = [  # call, what the message begins with, what is allowed, what was received
+    (lambda: Wrinkles(count=0), "the number of wrinkles", "in [1, 1e+09]", "0"),
+    (lambda: Wrinkles(count=10**9 + 1), "the number of wrinkles", "in [1, 1e+09]", "1e+09"),
+    (lambda: Wrinkles(count=1.5), "the number of wrinkles", "whole number", "1.5"),
+    (lambda: Wrinkles(start=1.0), "lambda_w", NEVER_1, "1"),
+    (lambda: Wrinkles(start=-0.1), "lambda_w", NEVER_1, "-0.1"),
+    (lambda: Wrinkles(depth=-1.0), "depth", "in [0, 1e+06]", "-1"),
+    (lambda: Wrinkles(depth=1e6 + 0.5), "depth", "in [0, 1e+06]", "1e+06"),
+    (lambda: Wrinkles(core=1.1), "core", UNIT, "1.1"),
+    (lambda: Wrinkles(taper=1.5), "taper", UNIT, "1.5"),
+    (lambda: Wrinkles(taper=-0.5), "taper", UNIT, "-0.5"),
+    (lambda: Wrinkles(alpha=-0.5), "alpha", "in [0, 100]", "-0.5"),
+    (lambda: Wrinkles(alpha=100.5), "alpha", "in [0, 100]", "100.5"),
+    (lambda: profile.bulge_height(1.0, -1.5), "alpha", "in [-1, 100]", "-1.5"),
+    (lambda: Wrinkles(ends="loose"), "ends", "one of continuous, paper,", "'loose'"),
+    (lambda: Wrinkles(falloff="hard"), "falloff", "one of paper, smoothstep,", "'hard'"),
+    (lambda: Wrinkles(fronts="bent"), "fronts", "one of straight, round,", "'bent'"),
+    (lambda: profile.shape(0.0, -2.0), "the half cycle u", "positive", "-2.0"),
+    (lambda: linear(strength=-1.0), "strength", "in [0, 1e+06]", "-1"),
+    (lambda: linear(strength=1e6 + 0.5), "strength", "in [0, 1e+06]", "1e+06"),
+    (lambda: linear(normal_share=1.5), "normal_share", UNIT, "1.5"),
+    (lambda: linear(insertion=(0, 5)), "insertion", "three finite coordinates", "(0, 5)"),
+    (lambda: linear(angle=2.0), "max_angle", "(0, pi/2) radians", "2.0"),
+    (lambda: linear(radius=4.9), "radius", "at least the distance from attachment to insertion (5)", "4.9"),
+    (lambda: linear().force([[1.0, 2.0]]), "points", "the shape (n, 3)", "(1, 2)"),
+    (
+        lambda: SheetMuscle([*LINES[0], (0, 0, 0)], LINES[1]),
+        "attachment",
+        "a pair of points",
+        "an array of shape (3, 3)",
+    ),
+    (lambda: SheetMuscle(*LINES, length=-3.0), "length", "at least 0", "-3"),
+    (lambda: SheetMuscle(*LINES, width=-3.0), "width", "at least 0", "-3"),
+    (lambda: SheetMuscle(*LINES, normal_share=-0.5), "normal_share", UNIT, "-0.5"),
+    (lambda: ring(centre=(0, math.inf, 0)), "centre", "three finite coordinates", "(0, inf, 0)"),
+    (lambda: ring(normal=(0, 1)), "normal", "three finite coordinates", "(0, 1)"),
+    (lambda: ring(lateral="x"), "lateral", "three finite coordinates", "'x'"),
+    (lambda: ring(vertical=(0, 1)), "vertical", "three finite coordinates", "(0, 1)"),
+    (lambda: ring(inner=1.0), "inner", NEVER_1, "1"),
+    (lambda: ring(inner=-0.1), "inner", NEVER_1, "-0.1"),
+    (lambda: ring(dead_zone=1.0), "dead_zone", NEVER_1, "1"),
+    (lambda: ring(beta1=3.2), "beta1", "in [0, 3.14159]", "3.2"),
+    (lambda: ring(beta2=-0.1), "beta2", "in [0, 3.14159]", "-0.1"),
+    (lambda: ring(strength=-1.0), "strength", "in [0, 1e+06]", "-1"),
+    (lambda: patterns.dimple(0.0, 0.0, -1.0), "t", "a finite number greater than 0", "-1"),
+    (lambda: patterns.dimple_time(10.5, 0.1), "strength", "in [0, 10]", "10.5"),
+    (lambda: patterns.dimple_time(-0.5, 0.1), "strength", "in [0, 10]", "-0.5"),
+    (lambda: patterns.eye_pouch(0.0, 0.0, 0.001, 1, 1, 2), "t", "at least 0.01", "0.001"),
+    (lambda: patterns.eye_pouch(0.0, 0.0, 1.0, 1, 1, 65), "gamma", "in [0, 64]", "65"),
+    (lambda: patterns.eye_pouch_relief(0.0, 0.0, 1.0, 1, 1, -1), "gamma", "in [0, 64]", "-1"),
+    (lambda: patterns.eye_pouch_relief(0.0, 0.0, 1.0, 1, 1, 2.5), "gamma", "whole number", "2.5"),
+    (lambda: patterns.frown([0.0, 1.0], [-1.0, 1.0], 0.25, 1, 1, "fan"), "y + t", "above 0 all over", "-0.75"),
+    (lambda: patterns.sharpened(0.0, 20.5), "sharpness", "in [0, 20]", "20.5"),
+    (lambda: patterns.eye_corner([-1.0, 1.0], [0.0, 0.0], 1, 1, 1, 3), "gamma", "an even number", "3"),
+    (lambda: fitted(degree=9), "degree", "in [0, 8]", "9"),
+    (lambda: fitted(degree=-1), "degree", "in [0, 8]", "-1"),
+    (lambda: fitted(epsilon=-1.0), "epsilon", "in [0, 1e+50]", "-1"),
+    (lambda: fitted(values=(1.0,)), "x", "(q, d), points (n, d) and values (n,)", "(1, 1), (2, 1), (1,)"),
+]
+
+
+@pytest.mark.parametrize(("call", "name", "allowed", "received"), CASES)
+def test_messages_name_the_parameter_the_range_and_the_value(call, name, allowed, received):
+    with pytest.raises(FaceWrinkleError) as caught:
+        call()
+    message = str(caught.value)
+    assert message.startswith(f"{name} must ")
+    assert allowed in message[: message.index(", received ") + 1]
+    told = message[message.index(", received ") + len(", received ") :]
+    assert told.startswith(received)
+    assert told[len(received)] in ".:"
+    assert message.endswith(".")
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: linear(insertion=(0, 0, 0)), "attachment and insertion coincide"),
+        (lambda: SheetMuscle(LINES[0], LINES[0]), "a sheet muscle needs"),
+        (lambda: SheetMuscle([(0, 40, 0), (0, 60, 0)], LINES[1]), "the attachment line runs along the fibres"),
+        (lambda: ring(lateral=(0, 0, 2)), "normal and lateral must be"),
+        (lambda: ring(lateral=(0, 0, 0)), "normal and lateral must be"),
+        (lambda: ring(a=-1.0, thickness=1.0), "semi_major, semi_minor and thickness must be"),
+        (lambda: ring(beta1=0.0, beta2=0.0), "beta1 + beta2 must be"),
+        (lambda: patterns.cheek([np.inf], [0.0], 1, 1, 1), "x and y must be finite; NaN"),
+        (lambda: patterns.frown(0.0, 0.0, 1.0, 1.0, 0.0), "beta must not be 0"),
+        (lambda: patterns.frown(0.0, 0.0, 1.0, 1.0, 1.0, "fen"), "unknown variant of frown 'fen'"),
+        (lambda: patterns.primary(), "a primary function is a sum of one pattern or more"),
+        (lambda: fitted(x=((np.nan,),)), "x, points and values must be finite"),
+        (lambda: fitted(points=np.empty((0, 1)), values=[]), "x, points and values must be finite"),
+        (lambda: linear().replaced(dept=1), "unknown property of a muscle 'dept'"),
+    ],
+)
+def test_messages_say_what_does_not_go_together(call, says):
+    with pytest.raises(FaceWrinkleError) as caught:
+        call()
+    assert str(caught.value).startswith(says)
+    assert str(caught.value)[-1] in ".?"
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: Wrinkles(start=1.0),
+        lambda: Wrinkles(alpha=-0.5),
+        lambda: linear(radius=4.9),
+        lambda: patterns.dimple(0.0, 0.0, 0.0),
+        lambda: patterns.eye_pouch(0.0, 0.0, 0.0, 1, 1, 2),
+        lambda: patterns.eye_pouch_relief(0.0, 0.0, 1.0, 1, 1, -2),
+        lambda: patterns.frown([1.0], [-1.0], 0.5, 1, 1, "fan"),
+        lambda: patterns.eye_corner([-1.0, 1.0], [0.0, 0.0], 1, 1, 1, 3),
+    ],
+)
+def test_messages_go_on_with_what_helps(call):
+    with pytest.raises(FaceWrinkleError) as caught:
+        call()
+    told = str(caught.value).split(", received ")[1]
+    remedy = re.split("[.:] ", told, maxsplit=1)[1]
+    assert len(remedy.split()) > 3
+    assert remedy.endswith(".")
+    assert remedy[0].isupper() or ": " in told
+    assert remedy != remedy.upper()
+
+
+@pytest.mark.parametrize("gamma", [1, 3, 5, 7, 21, 0.5, 6.5])
+def test_an_odd_number_of_fans_is_answered_with_an_even_one_nearby(gamma):
+    with pytest.raises(FaceWrinkleError) as caught:
+        patterns.eye_corner_phase([-1.0, 1.0], [0.0, 0.0], gamma)
+    suggested = int(str(caught.value).split("Use ")[1].split(",")[0])
+    assert suggested % 2 == 0
+    assert suggested >= 2
+    assert abs(suggested - gamma) <= 1.5
+
+
+def test_the_ends_of_the_ranges_are_allowed():
+    assert profile.half_cycle(2e9, 0.0, 10**9) == 1.0
+    style = Wrinkles(count=1, start=0.0, depth=1e6, alpha=0.0, core=1.0, taper=1.0)
+    assert Wrinkles(depth=0.0, core=0.0, taper=0.0, alpha=100.0).depth == 0.0
+    muscle = linear(radius=5.0, strength=1e6, normal_share=0.0, wrinkles=style)
+    assert linear(strength=0.0, normal_share=1.0).strength == 0.0
+    assert muscle.half_wavelength == 2.5
+    assert ring(inner=0.0, dead_zone=0.0, beta1=math.pi, beta2=math.pi).half_wavelength > 0.0
+    assert ring(beta1=0.0).beta1 == ring(beta2=0.0).beta2 == 0.0
+    assert patterns.dimple_time(10.0, 1.0) == pytest.approx(1.0 / 1023.0, rel=1e-12)
+    assert patterns.eye_pouch(3.0, 4.0, patterns.SMALLEST_T, 1, 1, 0) == pytest.approx(100.0)
+    assert patterns.eye_pouch(0.0, 0.0, 0.5, 0, 0, 64) == 2.0**65
+    assert np.ptp(patterns.sharpened([-1.0, 1.0], 20.0)) == pytest.approx(1.0)
+    assert fitted(degree=0, epsilon=1e50).tolist() == [1.5]
