@@ -22,8 +22,7 @@ test: lint  ## lint, types, tests and doctests
 	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --doctest-modules tests facewrinkle
 
 coverage: $(READY)  ## the tests again, with the share of lines that they run (at least 95 %)
-	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --cov --cov-report=term --doctest-modules tests facewrinkle \
-		--deselect tests/mesh/test_mesh.py::test_prepare_is_fast  # the tracer takes its time
+	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --cov --cov-report=term --doctest-modules tests facewrinkle
 
 pictures: $(READY)  ## draw the pictures under test anew (look at them before they are committed)
 	rm -rf tests/pictures/baselines/*.png output/pictures

@@ -49,13 +49,20 @@ class FitWarning(FaceWrinkleWarning):
     """Points that do not determine the polynomial asked for; a simpler one was fitted."""
 
 
+LISTED = 48
+"""An error lists so many known names at most."""
+
+
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameError:
     """The error for `name`, with the nearest known names as a suggestion."""
     known = list(dict.fromkeys(known))
     close = get_close_matches(str(name), known, n=3, cutoff=0.5)
     if not known:
         return UnknownNameError(f"unknown {kind} {name!r}. There is none here.")
-    hint = f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else f"Known are: {', '.join(known)}."
+    rest = f" and {len(known) - LISTED} more" if len(known) > LISTED else ""
+    hint = f"Did you mean {' or '.join(repr(c) for c in close)}?"
+    if not close:
+        hint = f"Known are: {', '.join(known[:LISTED])}{rest}."
     return UnknownNameError(f"unknown {kind} {name!r}. {hint}")
 
 

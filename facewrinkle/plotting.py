@@ -228,6 +228,7 @@ class Scene:
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         if self._texture is not None and self.style.scalars is None:
             skin = split_at_seams(skin)
+            skin.active_scalars_name = None  # VTK's normals drop texture coordinates that are scalars, too
         options = SKIN | self._colouring(skin)
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 import time
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -133,6 +134,12 @@ class Simulation:
         if layers is None:
             layers = [MuscleWrinkles()] if face.muscles else []
         # Layers keep the state of a simulation: each simulation has its own.
+        methods = ("attach", "follow", "relief", "fields")
+        if not isinstance(layers, Sequence) or not all(hasattr(layer, name) for layer in layers for name in methods):
+            raise ParameterError(
+                "layers must be a list of layers, such as [MuscleWrinkles()], each with the methods attach, follow, "
+                f"relief and fields; received {reprlib.repr(layers)}."
+            )
         self.layers: list[Layer] = [copy(layer) for layer in layers]
         with self._timed("precompute"):
             self.motion = _motion(face, time_step, material, motion)
@@ -267,10 +274,12 @@ class Simulation:
     def _check_wavelength(self, name: str, spacing: float) -> None:
         u = self.face.muscles[name].fold_pattern.half_wavelength
         if u < spacing:
+            level = self._level + int(np.ceil(np.log2(spacing / u)))
+            remedy = "Ask for fewer wrinkles" + (f", or for max_level={level}." if level <= FINEST else ".")
             raise ParameterError(
                 f"the wrinkles of {name} are too fine: half a wavelength of {u * self.face.unit:.3g} mm, "
                 f"but with max_level={self.refinement.max_level} vertices are {spacing * self.face.unit:.3g} mm apart. "
-                f"Ask for fewer wrinkles, or for max_level={self._level + int(np.ceil(np.log2(spacing / u)))}."
+                f"{remedy}"
             )
 
     # --- time ----------------------------------------------------------------------------------

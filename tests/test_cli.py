@@ -292,6 +292,12 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, message, tmp_pa
         ("express AU1 --identity jawz=1", "unknown parameter of an identity 'jawz'. Did you mean 'jaw'"),
         ("express AU1 --identity jaw=nan", "jaw must lie in [-1, 1], received nan"),
         ("express AU1 --identity jaw=1 --face nan.obj", "leave out --face, or --identity"),
+        ("express AU1 --identity jaw=1 --face none.face", "leave out --face, or --identity"),
+        ("pattern forehead --number 5 --spacing 3", "--number and --spacing exclude each other"),
+        ("fit nan.obj --units furlong", "unknown unit 'furlong'"),
+        ("fit nan.obj --texture none.png", "there is no file 'none.png'"),
+        ("fit nan.obj --out empty.glb/folder", "a file stands there"),
+        ("express xyzzy", "All of them: facewrinkle info."),
         ("express AU1 --face nan.obj --landmarks nan.json", "must have three finite coordinates"),
         ("express AU1 --atlas folder.glb", "cannot read the atlas"),
     ],
@@ -504,3 +510,14 @@ def test_nothing_complains_after_an_interrupt(tmp_path, monkeypatch, capfd):
     assert main(["express", "AU1", "--out", str(tmp_path)]) == 130
     assert capfd.readouterr().err == "facewrinkle: interrupted.\n"
     assert logging.getLogger().isEnabledFor(logging.ERROR)
+
+
+def test_what_is_no_plain_mesh_says_what_to_do_with_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "head.face").write_bytes(b"PK\x03\x04")
+    assert main(["fit", "head.face"]) == 1
+    assert "has been fitted" in capsys.readouterr().err
+    pv.Sphere(radius=40.0).save(tmp_path / "ball.ply")
+    assert main(["pattern", "dimple", "--face", "ball.ply", "--centre", "0,0,40"]) == 1
+    assert "--centre needs --size" in capsys.readouterr().err
+    assert not (tmp_path / "output").exists()

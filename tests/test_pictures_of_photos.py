@@ -45,6 +45,21 @@ def hue(image, channel):
     return image[..., channel].astype(int) > 1.15 * np.maximum(*others)
 
 
+def test_a_photo_lies_on_the_mesh_at_rest_as_it_was_read(tmp_path):
+    head = fw.default_face()
+    uv = head.mesh.active_texture_coordinates
+    rows = ["v {} {} {}".format(*p) for p in head.points] + ["vt {} {}".format(*p) for p in uv]
+    rows += ["f {0}/{0} {1}/{1} {2}/{2}".format(*f) for f in head.triangles + 1]
+    (tmp_path / "scan.obj").write_text("\n".join(rows))
+    photo = np.full((8, 8, 3), BLUE, np.uint8)
+    face = fw.fit_face(tmp_path / "scan.obj", head.landmarks, "mm", texture=photo)
+    style = Style(SIZE, eyes=False, brows=False)
+    assert hue(picture(face.mesh, face, style), 2).sum() > 0.2 * SIZE[0] * SIZE[1]
+    both = face.mesh.copy()
+    both.point_data.active_scalars_name = both.point_data.active_texture_coordinates_name
+    np.testing.assert_array_equal(picture(both, face, style), picture(face.mesh, face, style))
+
+
 def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):
     simulation = fw.Simulation(seamed)
     simulation.express("surprise")

@@ -436,6 +436,12 @@ def test_errors_of_refinement(settings):
         fw.Refinement(**settings)
 
 
+@pytest.mark.parametrize("layers", [[3], fw.MuscleWrinkles(), "wrinkles"])
+def test_what_is_no_list_of_layers_is_refused(face, layers):
+    with pytest.raises(ParameterError, match="layers must be a list of layers"):
+        fw.Simulation(face, layers=layers)
+
+
 def test_wrinkles_too_fine_for_the_level_cap_are_refused(face):
     fine = face.with_muscles({"corrugator_l": face.muscles["corrugator_l"].replaced(folds=None, count=60)})
     sim = fw.Simulation(fine, fw.Refinement(max_level=2))
@@ -446,6 +452,9 @@ def test_wrinkles_too_fine_for_the_level_cap_are_refused(face):
     assert 3 <= level <= 8
     fw.Simulation(fine, fw.Refinement(max_level=level)).express("frowning")
     sim.contract({"corrugator_r": 1.0})
+    finest = face.with_muscles({"corrugator_l": face.muscles["corrugator_l"].replaced(folds=None, count=60_000)})
+    with pytest.raises(ParameterError, match=r"Ask for fewer wrinkles\.$"):  # no level is enough
+        fw.Simulation(finest).express("frowning")
 
 
 class Raised:

@@ -112,6 +112,9 @@ class Face:
         tissue = Tissue(nothing, nothing, vertex_normals(points, triangles), points, nothing.astype(bool))
         return cls(mesh, {}, {}, [], tissue, unit, load_atlas(), source_points=source_points)
 
+    def __repr__(self) -> str:
+        return f"Face({self.mesh.n_cells} triangles, {len(self.landmarks)} landmarks, {len(self.muscles)} muscles)"
+
     @property
     def points(self) -> Array:
         """Rest positions (n, 3)."""

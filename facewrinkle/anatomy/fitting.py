@@ -133,6 +133,10 @@ def fit_face(
     """
     if not isinstance(atlas, Atlas | None):
         raise ParameterError(f"atlas must be an Atlas, such as read_atlas(path) gives, received {atlas!r}.")
+    if units is not None:
+        _scale(units)  # what cannot be used is refused before the search
+    if texture is not None:
+        texture = as_texture(texture)
     source = read_surface(mesh)
     given = read_landmarks(landmarks) if landmarks is not None else {}
     known, search = mirrored(given), None

@@ -12,7 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ParameterError, check_range, unknown_name
+from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.blending import smoothstep
 from .head import DATA, MIRROR, Eye, Head, cage_data, load_head
 
@@ -112,6 +112,8 @@ class Identity:
         (True, False)
         """
         check_range("spread", spread, 0.0, 1.0)
+        if seed is not None:
+            seed = check_whole("seed", seed, 0, 2**63)
         values = np.random.default_rng(seed).uniform(-spread, spread, len(dataclasses.fields(cls)))
         return cls(*values.tolist())
 

@@ -57,14 +57,14 @@ class FaceOptions:
         from ..anatomy.fitting import default_face, fit_face
 
         atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
+        if self.face is not None and self.identity is not None:
+            raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
         if self.face is not None and self.face.suffix == SUFFIX:
             for name in ("landmarks", "units", "texture"):
                 if getattr(self, name) is not None:
                     raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
             return read_face(self.face, atlas)
         if self.face is not None:
-            if self.identity is not None:
-                raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
             return fit_face(self.face, self.landmarks, units_of(self.units), atlas, texture=self.texture)
         for name in ("landmarks", "units", "texture"):
             if getattr(self, name) is not None:
@@ -181,7 +181,8 @@ def mixture(text: str, atlas: Atlas) -> dict[str, float]:
         except UnknownNameError:
             pairs = dict.fromkeys(muscle.removesuffix("_l").removesuffix("_r") for muscle in atlas.muscles)
             known = [*atlas.expressions, *atlas.action_units, *pairs, *atlas.muscles]
-            raise unknown_name("expression, action unit or muscle", name, known) from None
+            problem = unknown_name("expression, action unit or muscle", name, known)
+            raise UnknownNameError(f"{problem} All of them: facewrinkle info.") from None
     return weights
 
 

@@ -55,6 +55,8 @@ def fit(
     """
     begin = time.perf_counter()
     report = Report(quiet)
+    stem = file.stem
+    folder = output_folder(out or Path("output") / stem, make=False)  # the search takes a while
     face = fit_face(
         file,
         landmarks,
@@ -62,8 +64,7 @@ def fit(
         watch=lambda steps, count: report.progress(iter(steps), "Finding the face", count),
         texture=texture,
     )
-    stem = file.stem
-    folder = output_folder(out or Path("output") / stem)
+    folder = output_folder(folder)
     write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated, face.confidences)
     write_face(face, folder / f"{stem}{SUFFIX}")
     save_picture(stacked([side_by_side(row) for row in _rows(face)]), folder / f"{stem}.png")

@@ -104,6 +104,8 @@ def pattern(
     check_whole("the number of frames", frames, 2, 1e6)
     check_range("fps", fps, 1.0, 100.0)
     check_range("strength", strength, 0.0, 1.0)
+    if number is not None and spacing is not None:
+        raise ParameterError("--number and --spacing exclude each other: leave one of them out.")
     words: dict[str, Any] = {"depth": depth, "number": number, "spacing": spacing, "sharpness": sharpness}
     words |= {"style": style, "variation": variation, "seed": seed}
     words |= {"size": _numbers("size", size, (1, 2)), "up": _numbers("up", up, (3,))}
@@ -172,6 +174,8 @@ def _placed(
     if source.landmarks is not None:
         raise ParameterError("--centre and --landmarks exclude each other: landmarks place the pattern by themselves.")
     face = surface(source.face, units_of(source.units) or "mm")
+    if "size" not in words:
+        raise ParameterError("--centre needs --size: width and height of the pattern in the unit of the mesh.")
     return face, [PatternLayer(name, centre, **words)]
 
 

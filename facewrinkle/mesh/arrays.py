@@ -165,10 +165,11 @@ def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> p
     mesh = to_polydata(
         np.asarray(source.points)[kept], triangles, {name: source.point_data[name][kept] for name in names}
     )
-    for active in ("active_texture_coordinates_name", "active_scalars_name"):
-        name = getattr(source.point_data, active)
-        if name in names:
-            setattr(mesh.point_data, active, name)
+    texture, scalars = source.point_data.active_texture_coordinates_name, source.point_data.active_scalars_name
+    if texture in names:
+        mesh.point_data.active_texture_coordinates_name = texture
+    if scalars in names and scalars != texture:  # PyVista makes the first array both; filters of VTK then drop it
+        mesh.point_data.active_scalars_name = scalars
     mesh.field_data.update(source.field_data)
     if CORNERS in source.cell_data:
         corners = np.asarray(source.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)

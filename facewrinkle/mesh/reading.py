@@ -123,6 +123,8 @@ def _read_by_ending(path: Path) -> pv.PolyData:
             return _from_primitives(read_usd_file(path), path.name)
         case ending if ending in OF_VTK:
             return _from_dataset(_read_with_vtk(path), path.name)
+    if path.suffix == ".face":
+        raise MeshError(f"{path.name} holds a face that has been fitted: facewrinkle.read_face(path), or --face PATH.")
     ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
     raise MeshError(f"{path.name}: there is no reader {ending}. Export the mesh as one of: {READABLE}.")
 

@@ -265,3 +265,7 @@ def test_tissue_is_thick_in_the_cheek_and_thin_on_the_forehead(face):
     samples = face.atlas.tissue_samples(marks, face.frame)
     assert face.tissue.depth.min() >= samples[1].min()
     assert face.tissue.depth.max() <= samples[1].max()
+
+
+def test_a_face_is_named_in_one_line(face):
+    assert repr(face) == f"Face(4517 triangles, {len(face.landmarks)} landmarks, {len(face.muscles)} muscles)"

@@ -174,3 +174,9 @@ def test_unknown_parameters_are_refused() -> None:
         fw.default_face(0.5)  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="spread"):
         Identity.random(1, 2.0)
+
+
+@pytest.mark.parametrize("seed", ["a", -1, 1.5])
+def test_seeds_are_whole_numbers(seed):
+    with pytest.raises(ParameterError, match="seed must"):
+        Identity.random(seed)

@@ -179,7 +179,7 @@ PLACED = ["--centre", "0,0,40", "--size", "30,30"]
         (["dimple", "--centre", "0,0,90", "--size", "9"], "lies off the mesh"),
         (["dimple", "--centre", "0,0,40", "--size", "900"], "larger than the mesh"),
         (["dimple", "--centre", "0,0,40", "--size", "0"], "size must be a finite number greater than 0, received 0"),
-        (["dimple", "--centre", "0,0,40"], "needs a centre and a size"),
+        (["dimple", "--centre", "0,0,40"], "--centre needs --size"),
         (["dimple", *PLACED, "--up", "0,0,1"], "straight out of the surface"),
         (["cheek", *PLACED, "--strength", "1.5"], "strength must lie in [0, 1], received 1.5"),
         (["cheek", *PLACED, "--spacing", "0"], "spacing must be a finite number greater than 0"),

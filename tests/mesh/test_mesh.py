@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import time
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
@@ -623,18 +622,6 @@ def test_bad_landmarks(near):
 def test_bad_direction(forward):
     with pytest.raises(ParameterError, match="forward must be"):
         prepare(cap(), forward=forward)
-
-
-def test_prepare_is_fast():
-    mesh = cap(79)
-    assert mesh.n_cells > 12_000
-    prepare(cap())  # loads what is compiled
-    durations = []
-    for _ in range(3):
-        start = time.perf_counter()
-        prepare(mesh)
-        durations.append(time.perf_counter() - start)
-    assert min(durations) < 0.3
 
 
 # --- out ----------------------------------------------------------------------------------------
