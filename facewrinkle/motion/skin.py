@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from ..anatomy.face import Face
 from ..anatomy.guides import Guide, turned
@@ -399,22 +399,27 @@ class _Factors:
     """Factors L D L^T of symmetric matrices of one pattern, one per coordinate, kept side by side."""
 
     def __init__(self, matrices: list[csr_array], points: Array) -> None:
-        n, order, ordering = len(points), slice(None), "MMD_AT_PLUS_A"
+        n = len(points)
+        self._inverse, self._scratch = np.empty((n, 3)), np.empty((n, 3))
+        order, ordering = np.arange(n), "MMD_AT_PLUS_A"
         if n > LARGE:
             order, ordering = nested_dissection((matrices[0].indptr, matrices[0].indices), points), "NATURAL"
-        self._inverse, self._scratch = np.empty((n, 3)), np.empty((n, 3))
-        for k, matrix in enumerate(matrices):  # one by one: factors are large
+        options = {"SymmetricMode": True}
+        for k, matrix in enumerate(matrices):  # one by one: on fine meshes factors take gigabytes
             ordered = matrix[order][:, order].tocsc()
-            factor = splu(ordered, permc_spec=ordering, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-            self._inverse[:, k] = 1.0 / factor.U.diagonal()
-            lower = factor.L.tocsc()
-            lower.sort_indices()
-            if k == 0:
-                self._pattern = lower.indptr, lower.indices
-                self._lower = np.empty((lower.nnz, 3))
-                self._order = np.empty(n, np.int32), np.empty(n, np.int32)
-                self._order[0][order], self._order[1][order] = factor.perm_r, factor.perm_c
-            self._lower[:, k] = lower.data
+            self._keep(k, order, splu(ordered, permc_spec=ordering, diag_pivot_thresh=0.0, options=options))
+
+    def _keep(self, k: int, order: npt.NDArray[np.int64], factor: SuperLU) -> None:
+        """Of the factors of coordinate k what the solution needs."""
+        self._inverse[:, k] = 1.0 / factor.U.diagonal()
+        lower = factor.L.tocsc()
+        lower.sort_indices()
+        if k == 0:
+            self._pattern = lower.indptr, lower.indices
+            self._lower = np.empty((lower.nnz, 3))
+            self._order = np.empty_like(factor.perm_r), np.empty_like(factor.perm_c)
+            self._order[0][order], self._order[1][order] = factor.perm_r, factor.perm_c
+        self._lower[:, k] = lower.data
 
     def solved(self, right: Array) -> Array:
         """The solutions (n, 3) for the right-hand sides (n, 3)."""
