@@ -78,7 +78,7 @@ def cpu(function):
 def test_fine_mesh(benchmark, results, splits, goal, rounds):
     """From 72 and 289 thousand triangles with landmarks to a simulation, beside three factors by SciPy's defaults.
 
-    In seconds of the processor: the larger one takes about 2 GB.
+    In seconds of the processor; the larger one takes some gigabytes.
     """
     head = fw.default_face()
     mesh = pv.PolyData.from_regular_faces(head.points, head.triangles).subdivide(splits, "loop")
