@@ -17,7 +17,6 @@ from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.geometry.transfer import carried, displaced
 from facewrinkle.layers.base import Layer, Moment, Relief, Sites
 from facewrinkle.layers.compression import StrainField
-from facewrinkle.layers.muscle_wrinkles import zone
 from facewrinkle.mesh import to_polydata
 
 Array = npt.NDArray[np.float64]
@@ -100,9 +99,9 @@ def uniform(face: fw.Face, level: int) -> RedGreenForest:
 def wrinkling(face: fw.Face, rates: Mapping[str, float], level: int) -> RedGreenForest:
     """The base mesh with all triangles that these muscles may wrinkle split so often."""
     inside = np.zeros(len(face.triangles), bool)
-    for name, rate in rates.items():
-        if rate > 0.0:
-            inside |= zone(face.muscles[name].fold_pattern, face.points, face.triangles)
+    for name, zone in zip(face.muscles, face.zones, strict=True):
+        if rates.get(name, 0.0) > 0.0:
+            inside |= zone
     return refined(face, inside, level)
 
 

@@ -28,7 +28,7 @@ from .geometry.refinement import Change, RedGreenForest
 from .geometry.transfer import carried, displaced
 from .layers.base import Layer, Moment, Relief, Sites
 from .layers.compression import StrainField
-from .layers.muscle_wrinkles import MuscleWrinkles, zone
+from .layers.muscle_wrinkles import MuscleWrinkles
 from .layers.pattern_layer import PatternLayer
 from .mesh import MUSCLES, POSE, UNIT, carried_point_data, refilled, refine_seams, to_polydata
 from .motion.base import Motion, Still
@@ -526,8 +526,8 @@ def _spacing(face: Face) -> Array:
     """Per muscle (k,) the typical edge of the base mesh in its wrinkling region, in the unit of the mesh."""
     points, triangles = face.points, face.triangles
     out = np.zeros(len(face.muscles))
-    for k, muscle in enumerate(face.muscles.values()):
-        inside = triangles[zone(muscle.fold_pattern, points, triangles)]
+    for k, zone in enumerate(face.zones):
+        inside = triangles[zone]
         if len(inside):
             edges = points[inside] - points[np.roll(inside, 1, axis=1)]
             out[k] = np.median(np.linalg.norm(edges, axis=2))

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.cli import main
 from facewrinkle.commands import demo as demo_module
 from facewrinkle.commands import take as take_module
-from facewrinkle.commands.common import FaceOptions, mixture
+from facewrinkle.commands.common import FaceOptions, Report, mixture
 from facewrinkle.commands.take import FIELDS, Take
 from facewrinkle.errors import MissingPackageError, ParameterError, UnknownNameError
 from facewrinkle.table1 import PAPER, as_text, measure
@@ -521,3 +522,13 @@ def test_what_is_no_plain_mesh_says_what_to_do_with_it(tmp_path, monkeypatch, ca
     assert main(["pattern", "dimple", "--face", "ball.ply", "--centre", "0,0,40"]) == 1
     assert "--centre needs --size" in capsys.readouterr().err
     assert not (tmp_path / "output").exists()
+
+
+@pytest.mark.parametrize("terminal, quiet, shown", [(True, False, True), (True, True, False), (False, False, False)])
+def test_what_takes_a_while_is_told_where_there_is_a_terminal(capsys, monkeypatch, terminal, quiet, shown):
+    monkeypatch.setattr("rich.console.Console.is_terminal", terminal)
+    with warnings.catch_warnings(), Report(quiet).waiting("Preparing the skin"):
+        pass
+    out, err = capsys.readouterr()
+    assert ("Preparing the skin" in err) is shown
+    assert not out

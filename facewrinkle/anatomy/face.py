@@ -21,7 +21,7 @@ from .guides import Guide
 from .head import Hairs
 from .jaw import jaw_guide
 from .landmarks import FaceFrame, frame_of
-from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle
+from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle, zones
 from .parts import Carriers, Part, joined
 from .skull import Tissue, tissue_of
 
@@ -132,6 +132,11 @@ class Face:
             low, high = self.points.min(axis=0), self.points.max(axis=0)
             return FaceFrame(np.eye(3), 0.5 * (low + high), 0.2 * float(np.linalg.norm(high - low)))
         return frame_of(self.landmarks)
+
+    @cached_property
+    def zones(self) -> list[npt.NDArray[np.bool_]]:
+        """Per muscle the triangles (m,) that its wrinkles may touch."""
+        return zones((muscle.fold_pattern for muscle in self.muscles.values()), self.points, self.triangles)
 
     @cached_property
     def guides(self) -> dict[str, Guide]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array, eye_array
-from scipy.sparse.linalg import spsolve
+from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
 from ..geometry.normals import vertex_normals
@@ -109,4 +109,4 @@ def _smoother(points: Array, triangles: npt.NDArray[np.int32], radius: float):  
     graph = diags_array(1.0 / degree) @ graph
     laplacian = diags_array(np.asarray(graph.sum(axis=1))) - graph
     system = (eye_array(n) + radius**2 * laplacian).tocsc()
-    return lambda values: spsolve(system, values)
+    return splu(system).solve

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -222,6 +223,11 @@ class Report:
         for name, value in rows.items():
             table.add_row(name, value)
         self.console.print(table)
+
+    def waiting(self, what: str) -> AbstractContextManager[object]:
+        """Say what takes a while, until it is done, where there is a terminal to show it."""
+        console = Console(stderr=True)
+        return nullcontext() if self.quiet or not console.is_terminal else console.status(f"{what} ...")
 
     def progress(self, items: Iterator[T], what: str, total: int) -> Iterator[T]:
         """The items, with a bar while they are taken where there is a terminal to show it."""

@@ -86,7 +86,8 @@ def record(
     take: Take, folder: Path, stem: str, report: Report, output: OutputOptions, *, fields: bool = True
 ) -> pv.PolyData:
     """Play a take, write what belongs to it into a folder, say what came out, and return the frame at its height."""
-    simulation = take.simulation()  # refuses what cannot be played before anything is written
+    with report.waiting("Preparing the skin"):
+        simulation = take.simulation()  # refuses what cannot be played before anything is written
     folder = output_folder(folder)
     film, frames = folder / f"{stem}.mp4", folder / f"{stem}.vtkhdf"
     peak = take.shoot(simulation, film if output.movie else None, frames if output.series else None, report)

@@ -200,7 +200,7 @@ class MuscleWrinkles:
         self._muscles = [muscle.fold_pattern for muscle in face.muscles.values()]
         self._k0 = self.depth * np.array([m.wrinkles.depth for m in self._muscles])
         self._rest_scale = face.unit
-        self._zones = [zone(m, face.points, face.triangles) for m in self._muscles]
+        self._zones = face.zones
         self._corners = [np.unique(face.triangles[z]) for z in self._zones]
         self._unseen = np.empty(0, int)
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
@@ -371,20 +371,3 @@ def _leading(starts: IntArray, size: Array, swing: Array) -> IntArray:
     leading = np.full(n, -1, np.int32)
     leading[owner[last]] = order[last]
     return leading
-
-
-def zone(muscle: Muscle, points: Array, triangles: IntArray) -> npt.NDArray[np.bool_]:
-    """Base triangles (m,) that a muscle's wrinkling region may touch.
-
-    Those with a corner, an edge's midpoint or the centroid in it, and the ring around them.
-    """
-    corners = points[triangles]
-    inside = muscle.wrinkling_region(points)
-    touched = inside[triangles].any(axis=1) | muscle.wrinkling_region(corners.mean(axis=1))
-    for side in range(3):
-        touched |= muscle.wrinkling_region(0.5 * (corners[:, side] + corners[:, side - 1]))
-    if not touched.any():
-        return touched
-    near = np.zeros(len(points), bool)
-    near[triangles[touched]] = True
-    return np.asarray(near[triangles].any(axis=1))

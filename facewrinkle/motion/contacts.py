@@ -8,10 +8,12 @@ on the teeth in a balance of forces that does not depend on the time step, and n
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from ..anatomy.eyes import ROOM
 from ..anatomy.face import Face
@@ -194,29 +196,38 @@ def _seen(
     Vertices, corners, barycentric coordinates, distances and signs; coordinates are [left, up, forward].
     """
     flat = local[:, [0, 2]]
-    a, b, c = (flat[triangles[:, k]] for k in range(3))
-    vertices, corners, shares, gaps = [], [], [], []
-    for i in own:
-        offset = flat[i]
-        parts = np.stack(
-            [_doubled(b - offset, c - offset), _doubled(c - offset, a - offset), _doubled(a - offset, b - offset)],
-            axis=1,
+    i, k = _close(flat, own, triangles)
+    a, b, c = (flat[triangles[k, side]] - flat[i] for side in range(3))
+    parts = np.stack([_doubled(b, c), _doubled(c, a), _doubled(a, b)], axis=1)
+    total = parts.sum(axis=1)
+    shares = parts / np.where(total == 0.0, 1.0, total)[:, None]
+    gaps = sign * (local[i, 1] - (shares * local[triangles[k], 1]).sum(axis=1))
+    over = (shares.min(axis=1) >= 0.0) & (total != 0.0) & (gaps >= 0.0) & (gaps < far)
+    over = np.flatnonzero(over & ~(triangles[k] == i[:, None]).any(axis=1))
+    over = over[np.lexsort((k[over], gaps[over], i[over]))]
+    over = over[np.unique(i[over], return_index=True)[1]]
+    corners = triangles[k[over]].astype(np.int64)
+    return i[over], corners, shares[over], gaps[over], np.full(len(over), sign)
+
+
+def _close(flat: Array, own: IntArray, triangles: npt.NDArray[np.int32]) -> tuple[IntArray, IntArray]:
+    """Pairs (p,) of vertices and triangles that may lie one over the other: no farther apart than the triangle reaches.
+
+    Triangles are looked up among those of about their size, so that a few large ones do not make all reach far.
+    """
+    corners = flat[triangles]
+    centres = corners.mean(axis=1)
+    reach = (1.0 + 1e-9) * np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1, initial=0.0))
+    pairs = [(np.empty(0, np.int64), np.empty(0, np.int64))]
+    octave = np.frexp(reach)[1]
+    for size in np.unique(octave):
+        alike = np.flatnonzero(octave == size)
+        found = cKDTree(centres[alike]).query_ball_point(flat[own], reach[alike].max()) if len(own) else []
+        pairs.append(
+            (np.repeat(own, [len(f) for f in found]), alike[np.fromiter(chain.from_iterable(found), np.int64)])
         )
-        total = parts.sum(axis=1)
-        share = parts / np.where(total == 0.0, 1.0, total)[:, None]
-        over = (share.min(axis=1) >= 0.0) & (total != 0.0) & ~(triangles == i).any(axis=1)
-        gap = sign * (local[i, 1] - (share * local[triangles, 1]).sum(axis=1))
-        over &= (gap >= 0.0) & (gap < far)
-        if over.any():
-            k = int(np.argmin(np.where(over, gap, np.inf)))
-            vertices.append(i)
-            corners.append(triangles[k])
-            shares.append(share[k])
-            gaps.append(gap[k])
-    return (
-        np.array(vertices, dtype=np.int64), np.array(corners, dtype=np.int64).reshape(-1, 3),
-        np.array(shares).reshape(-1, 3), np.array(gaps), np.full(len(gaps), sign),
-    )  # fmt: skip
+    vertices, hits = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    return vertices, hits
 
 
 def _doubled(p: Array, q: Array) -> Array:

@@ -6,6 +6,7 @@ wrinkling region                     the inequalities of those coordinates; poin
 amplitude (Eqs. 3-6, 11, 13, 15-18)  H and At written out point by point; 0 outside; furrows counted along the fibre
 fold direction                       the gradient of the phase by differences
 force                                Theta1 Theta2 written out; its direction; its jump at the borders of the area
+zones, reach                         their definition, triangle by triangle; random points of the region
 all of these                         themselves on the moved, turned, scaled, mirrored, relabelled muscle
 """
 
@@ -16,6 +17,7 @@ import math
 
 import numpy as np
 import pytest
+import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 from facewrinkle.anatomy.muscles import (
@@ -26,6 +28,7 @@ from facewrinkle.anatomy.muscles import (
     SheetMuscle,
     SphincterMuscle,
     Wrinkles,
+    zones,
 )
 from facewrinkle.anatomy.muscles.pulling import BELLY
 from facewrinkle.errors import ParameterError, UnknownNameError
@@ -647,3 +650,41 @@ def test_bad_parameters_are_refused(case):
 def test_unknown_properties_are_refused():
     with pytest.raises(UnknownNameError, match="unknown property of a muscle 'dept'. Did you mean 'depth'"):
         SheetMuscle(*LINES).replaced(dept=1.0)
+
+
+# --- zones ----------------------------------------------------------------------------------------
+
+
+def zone_by_definition(muscle, points, triangles):
+    """Each triangle with a corner, a midpoint or the centroid in the region, and all that share a vertex with one."""
+    corners = points[triangles]
+    weights = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5], [1 / 3] * 3])
+    places = np.einsum("pc,mck->mpk", weights, corners)
+    touched = muscle.wrinkling_region(places.reshape(-1, 3)).reshape(len(triangles), -1).any(axis=1)
+    return np.isin(triangles, triangles[touched]).any(axis=1)
+
+
+def test_zones_are_those_of_their_definition(face):
+    patterns = [muscle.fold_pattern for muscle in face.muscles.values()]
+    coarse = pv.PolyData.from_regular_faces(face.points, face.triangles).decimate(0.93)
+    for points, triangles in ((face.points, face.triangles), (np.asarray(coarse.points, float), coarse.regular_faces)):
+        found = zones(patterns, points, triangles)
+        assert sum(zone.any() for zone in found) > 20
+        for muscle, zone in zip(patterns, found, strict=True):
+            assert np.array_equal(zone, zone_by_definition(muscle, points, triangles))
+
+
+def test_a_face_computes_its_zones_once(face):
+    assert face.zones is face.zones
+    assert len(face.zones) == len(face.muscles)
+    elsewhere = face.with_muscles({"corrugator_l": face.muscles["corrugator_r"]}).zones
+    left, right = (list(face.muscles).index(f"corrugator_{side}") for side in "lr")
+    assert np.array_equal(elsewhere[left], face.zones[right])
+    assert not np.array_equal(elsewhere[left], face.zones[left])
+
+
+def test_the_wrinkling_region_lies_within_reach(muscle):
+    middle, reach = muscle.reach
+    points = middle + 2.0 * reach * np.random.default_rng(8).uniform(-1.0, 1.0, (200_000, 3))
+    distance = np.linalg.norm(points[muscle.wrinkling_region(points)] - middle, axis=1)
+    assert 0.7 * reach < distance.max() <= reach

@@ -15,9 +15,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
+from facewrinkle.anatomy.muscles import zones
 from facewrinkle.layers.activation import SLACK, TAUT, Activation
 from facewrinkle.layers.compression import StrainField
-from facewrinkle.layers.muscle_wrinkles import zone
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +26,9 @@ def activation(face):
 
 
 def activation_of(face, muscles):
-    zones = [zone(muscle, face.points, face.triangles) for muscle in muscles]
-    return Activation(face, muscles, zones, StrainField(face.points, face.triangles))
+    return Activation(
+        face, muscles, zones(muscles, face.points, face.triangles), StrainField(face.points, face.triangles)
+    )
 
 
 def named(face, values):

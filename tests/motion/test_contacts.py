@@ -3,6 +3,7 @@
 what                    checked against
 force of a contact      differences of its energy; zero, soft, linear and constant parts
 balls, pairs, walls     differences of their energies; their geometry written out
+pairs of lips           every vertex with every triangle
 lips                    rays from each lip to the other at rest; parted lips are left alone
 teeth                   the ellipse of the arches; what goes with the jaw meets the lower teeth
 """
@@ -15,6 +16,7 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.motion import _skin_kernels as kernels
+from facewrinkle.motion.contacts import _seen
 from facewrinkle.motion.skin import Skin
 
 
@@ -111,3 +113,44 @@ def test_parted_lips_do_not_feel_each_other(face):
     x = held(skin, fw.ACTION_UNITS["AU27"])
     touching = lip_gap(skin, x) < skin.contacts.lips.allowed
     assert touching.mean() < 0.1
+
+
+def lowest_under(local, i, triangles, sign, far):
+    """The triangle that vertex i sees, by looking at all of them: its gap and its number."""
+    seen = []
+    for t, corners in enumerate(triangles):
+        if i in corners:
+            continue
+        flat = np.vstack([local[corners][:, [0, 2]].T, np.ones(3)])
+        if abs(np.linalg.det(flat)) < 1e-12:
+            continue
+        share = np.linalg.solve(flat, [*local[i, [0, 2]], 1.0])
+        gap = sign * (local[i, 1] - share @ local[corners, 1])
+        if share.min() >= 0.0 and 0.0 <= gap < far:
+            seen.append((gap, t))
+    return min(seen, default=None)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_nearest_triangle_is_found_among_large_and_small_ones(sign):
+    rng = np.random.default_rng(11)
+    large, small = rng.uniform(-1.0, 1.0, (12, 3, 3)), rng.uniform(-1.0, 1.0, (60, 1, 3))
+    corners = np.concatenate([large, small + rng.uniform(-0.05, 0.05, (60, 3, 3))])
+    local = np.concatenate([corners.reshape(-1, 3), rng.uniform(-1.0, 1.0, (80, 3))])
+    triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
+    own = np.arange(100, len(local))
+    vertices, found, shares, gaps, signs = _seen(local, own, triangles, sign, 0.6)
+    expected = {i: hit for i in own if (hit := lowest_under(local, i, triangles, sign, 0.6))}
+    assert 20 < len(expected) < len(own)
+    assert {t < 12 for _, t in expected.values()} == {True, False}
+    assert vertices.tolist() == list(expected)
+    assert found.tolist() == [triangles[t].tolist() for _, t in expected.values()]
+    np.testing.assert_allclose(gaps, [gap for gap, _ in expected.values()], atol=1e-9)
+    np.testing.assert_allclose(shares.sum(axis=1), 1.0, atol=1e-12)
+    assert set(signs) == {sign}
+
+
+def test_nothing_is_seen_where_there_is_nothing():
+    nothing, triangle = np.empty(0, int), np.array([[0, 1, 2]], np.int32)
+    for own, triangles in ((nothing, triangle), (np.arange(3), triangle[:0]), (np.arange(3), triangle)):
+        assert all(len(part) == 0 for part in _seen(np.eye(3), own, triangles, 1.0, 9.0))

@@ -11,6 +11,7 @@ long runs of random contractions  finite, bounded
 skull, eyeballs                   signed distances of all vertices, in all expressions of the library
 left, right                       each other, mirrored
 lids                              the gap between the margins of the mesh's own hole
+factors of a fine mesh            the same motion with the factors of a coarse one
 insertions                        they move towards the attachment
 """
 
@@ -25,6 +26,7 @@ import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.motion import _skin_kernels as kernels
+from facewrinkle.motion import skin as skin_module
 from facewrinkle.motion.skin import Skin, SkinMaterial
 
 
@@ -496,3 +498,18 @@ def test_stiffer_ties_let_the_skin_move_less(coarse):
             skin.step()
         moved.append(np.abs(skin.displacement).max())
     assert moved[1] < 0.6 * moved[0]
+
+
+def test_the_order_of_the_factors_does_not_show(face, monkeypatch):
+    rates = {"zygomaticus_major_l": 1.0, "frontalis_inner_r": 0.7, "jaw": 0.5}
+    moved = []
+    for large in (skin_module.LARGE, 100):
+        monkeypatch.setattr(skin_module, "LARGE", large)
+        skin = Skin(face)
+        skin.contract(rates)
+        for _ in range(10):
+            last = skin.step()
+        moved.append((skin._solver._lower.size, last))
+    assert moved[0][0] != moved[1][0], "another order has other factors"
+    assert np.abs(moved[0][1] - skin.points).max() > 3.0
+    np.testing.assert_allclose(moved[1][1], moved[0][1], atol=1e-8)

@@ -7,6 +7,7 @@ once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear
 from .base import FRONTS, Fronts, Muscle, Wrinkles
 from .pulling import LinearMuscle, SheetMuscle, SphincterMuscle
 from .turning import TURNS, EyeMuscle, JawMuscle, LidMuscle
+from .zones import zones
 
 __all__ = [
     "FRONTS",
@@ -20,4 +21,5 @@ __all__ = [
     "SheetMuscle",
     "SphincterMuscle",
     "Wrinkles",
+    "zones",
 ]

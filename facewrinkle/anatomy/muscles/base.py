@@ -150,6 +150,11 @@ class Muscle:
         """Whether each of (n, 3) points lies in the wrinkling region."""
         return np.zeros(len(checked_points(points)), dtype=bool)
 
+    @property
+    def reach(self) -> tuple[Array, float]:
+        """Centre (3,) and radius of a ball that holds the wrinkling region; infinite if none is known."""
+        return np.zeros(3), np.inf
+
     def envelope(self, points: npt.ArrayLike) -> Array:
         """The lateral attenuation At of (n, 3) points; exactly 0 outside the wrinkling region."""
         return np.zeros(len(checked_points(points)))

@@ -105,6 +105,11 @@ class LinearMuscle(Muscle):
         lam = self._towards_folds(along, offset) / self.radius
         return (lam >= self.wrinkles.start) & (lam <= 1.0) & (angle <= self.max_angle) & (along > 0.0)
 
+    @property
+    def reach(self) -> tuple[Array, float]:
+        """About the attachment, up to the farthest corner of the cone."""
+        return self.attachment, self.radius / float(np.cos(self.max_angle))
+
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 11)."""
         along, angle, offset = self._polar(points)
@@ -234,6 +239,13 @@ class SheetMuscle(Muscle):
         lam, gamma = self.coordinates(points)
         near = self._plane(points)[2] <= self.thickness
         return (lam >= self.wrinkles.start) & (lam <= 1.0) & (gamma <= 1.0) & near
+
+    @property
+    def reach(self) -> tuple[Array, float]:
+        """About the middle of the sheet, up to its corners."""
+        origin, fibre, _, _ = self._axes
+        half = 0.5 * self.length, 0.5 * self.width, self.thickness
+        return origin + half[0] * fibre, float(np.linalg.norm(half))
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 13)."""
@@ -379,6 +391,11 @@ class SphincterMuscle(Muscle):
         r, psi = self.coordinates(points)
         near = self._local(points)[2] <= self.thickness
         return (psi >= -self.beta1) & (psi <= self.beta2) & (r >= self.inner) & (r <= 1.0) & near
+
+    @property
+    def reach(self) -> tuple[Array, float]:
+        """About the centre, up to the rims of the cylinder."""
+        return self.centre, float(np.hypot(max(self.semi_major, self.semi_minor), self.thickness))
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At on the inner and outer band (Eqs. 17-18)."""

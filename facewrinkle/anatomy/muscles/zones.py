@@ -1,0 +1,46 @@
+"""The triangles of a mesh that muscles fold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+from .base import Array, BoolArray, Muscle
+
+
+def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.int32]) -> list[BoolArray]:
+    """Per muscle the triangles (m,) that its wrinkling region may touch.
+
+    Those with a corner, an edge's midpoint or the centroid in it, and the ring around them. Only triangles that come
+    within the muscle's reach are looked at.
+
+    Examples
+    --------
+    >>> from facewrinkle.anatomy.muscles import LinearMuscle
+    >>> points = np.array([[0.0, 20, 0], [1, 20, 0], [0, 21, 0], [90, 0, 0], [91, 0, 0], [90, 1, 0]])
+    >>> muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=0.5, radius=40.0)
+    >>> [zone.tolist() for zone in zones([muscle], points, np.array([[0, 1, 2], [3, 4, 5]], np.int32))]
+    [[True, False]]
+    """
+    corners = points[triangles]
+    centres = corners.mean(axis=1)
+    sizes = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1, initial=0.0))
+    between = [centres, *(0.5 * (corners[:, side] + corners[:, side - 1]) for side in range(3))]
+    out = []
+    for muscle in muscles:
+        middle, reach = muscle.reach
+        near = np.flatnonzero(((centres - middle) ** 2).sum(axis=1) <= (1.0 + 1e-9) * (reach + sizes) ** 2)
+        inside = muscle.wrinkling_region(points)
+        touched = _any_corner(inside, triangles[near])
+        for places in between:
+            touched |= muscle.wrinkling_region(places[near])
+        ring = np.zeros(len(points), bool)
+        ring[triangles[near[touched]]] = True
+        out.append(_any_corner(ring, triangles))
+    return out
+
+
+def _any_corner(marked: BoolArray, triangles: npt.NDArray[np.int32]) -> BoolArray:
+    return np.asarray(marked[triangles[:, 0]] | marked[triangles[:, 1]] | marked[triangles[:, 2]])
