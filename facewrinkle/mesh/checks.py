@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from ..errors import LARGEST, FaceWrinkleWarning, MeshError, ParameterError
 from ..geometry import topology
-from .arrays import CORNERS, with_data
+from .arrays import CORNERS, MOVED, with_data
 from .reading import read_surface
 from .repair import Patchwork, areas_doubled, closed_up, mended, reconstructed, unfolded
 
@@ -101,7 +101,8 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
     source = read_surface(mesh)
     points, faces = np.asarray(source.points), np.asarray(source.regular_faces)
     _check_finite(points, faces)
-    whole = _in_one_piece(mended(Patchwork.of(points, faces)), near)
+    moved = source.point_data.pop(MOVED, None)  # of a new object
+    whole = _in_one_piece(mended(Patchwork.of(points, faces), moved), near)
     skin, others = _parted(source, whole, near)
     skin = unfolded(_oriented(skin, forward))
     for sentence in skin.report:

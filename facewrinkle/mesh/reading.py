@@ -17,7 +17,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from ..errors import MeshError
-from .arrays import TEXTURE, numbers, to_polydata, with_data
+from .arrays import MOVED, TEXTURE, blended, numbers, to_polydata, with_data
 from .formats import Polygons, Primitive, polygon_triangles, read_obj, read_off
 from .gltf_file import read_gltf_file
 from .ply import read_ply
@@ -200,6 +200,8 @@ def _from_primitives(primitives: list[Primitive], name: str) -> pv.PolyData:
     triangles = np.concatenate([part.triangles + start for part, start in zip(primitives, starts[:-1], strict=True)])
     kept, number = welded(points, shapes, triangles)
     mesh = to_polydata(points[kept], number[triangles])
+    if count:
+        mesh.point_data[MOVED] = blended(shapes[:, kept])
     if any(part.colors is not None for part in primitives):
         mesh.point_data[COLORS] = colors[kept]
     if any(part.texture is not None for part in primitives):

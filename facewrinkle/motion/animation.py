@@ -14,6 +14,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from ..errors import MeshError
 from ..geometry.normals import vertex_normals
 from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
+from ..mesh.arrays import MOVED, blended
 from ..mesh.reading import GLTF, check_file
 from .gltf import NAME, read_gltf
 from .recorded import Recorded
@@ -115,6 +116,7 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
                     f"{path.name}: the mesh changes at step {step}, from {rest.n_points} to {frame.n_points} points. A "
                     "recording needs the same triangles at all times: write it without refinement."
                 )
+    rest.point_data[MOVED] = blended(np.array(positions) - rest.points)
     written = [float(str(np.float32(time))) for time in times]  # VTK keeps single precision: 0.1 is meant to be 0.1
     return rest, Recorded.of_positions(positions, times=written, rest=rest.points)
 

@@ -19,7 +19,7 @@ import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown_name
 from ..mesh import to_polydata
-from ..mesh.arrays import TEXTURE
+from ..mesh.arrays import MOVED, TEXTURE, blended
 from ..mesh.reading import check_file, welded
 from ..mesh.seams import add_seams
 from .recorded import Interpolation, Recorded, Track
@@ -66,6 +66,8 @@ def _animated(document: _Document, node: int, channels: list[Any]) -> tuple[pv.P
         mesh.point_data.active_texture_coordinates_name = TEXTURE
         add_seams(mesh, texture[triangles])
     deltas = deltas[:, kept]
+    if len(deltas):
+        mesh.point_data[MOVED] = blended(deltas)
     weights, pose = _tracks(document, node, channels, len(deltas), still, skinned)
     if not len(deltas):
         return mesh, Recorded(weights, (), deltas, np.array(mesh.points), pose)
