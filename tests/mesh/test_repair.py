@@ -252,7 +252,7 @@ def test_pv_read_tears_a_file_and_it_is_sewn_again(tmp_path, face):
 def lips(gap):
     """Two sheets whose borders run along each other, and displacements that part them by `gap` in the middle."""
     points, triangles = sheet()
-    both = np.vstack([points, points + [0.0, np.ptp(points[:, 1]), 0.0]])
+    both = np.vstack([points, points + np.array([0.0, np.ptp(points[:, 1]), 0.0])])
     moved = np.zeros_like(both)
     moved[len(points) :, 1] = gap * np.maximum(1.0 - (3.0 * both[len(points) :, 0]) ** 2, 0.0)
     return pv.PolyData.from_regular_faces(both, np.vstack([triangles, triangles + len(points)])), moved
