@@ -43,6 +43,10 @@ TEXTURE = "Texture Coordinates"
 CORNERS = "Texture Corners"
 """The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, where there are seams."""
 
+IMAGE, IMAGES = "image", "images"
+"""The cell-data array of the image that lies on each triangle, its number in the file, -1 for none, and the field-data
+array that names the file."""
+
 MOVED = "moved"
 """The point-data array of a mesh that others animated: where its points go (n, 3), all its shapes or moments in one.
 
