@@ -190,7 +190,10 @@ class Face:
 
         The frame itself where there are no parts.
         """
-        return joined(frame, self.parts_at(frame)) if self.parts else frame
+        parts = self.parts_at(frame)
+        for name, part in parts.items():
+            part.point_data["rest"] = np.asarray(self.parts[name].mesh.points)
+        return joined(frame, parts) if parts else frame
 
     @property
     def skull(self) -> pv.PolyData:

@@ -325,19 +325,22 @@ class _Tied:
 def joined(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.PolyData:
     """Skin and parts in one mesh: the points of the skin first; "part" tells which of `field_data["parts"]` it is.
 
-    The parts keep those arrays that the skin has; where they have none, there are zeros.
+    The parts keep those arrays that the skin has; where they have none, there are zeros. Colours of parts are kept, and
+    what has none is white.
     """
     meshes = [skin, *parts.values()]
     starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
     data = {}
-    for name, values in skin.point_data.items():
-        rows = [np.asarray(values)]
-        for mesh in meshes[1:]:
+    for name in (*skin.point_data, *({COLORS} - set(skin.point_data))):
+        values = next((mesh.point_data[name] for mesh in meshes if name in mesh.point_data), None)
+        if values is None:
+            continue
+        rows = []
+        for mesh in meshes:
             own = mesh.point_data.get(name)
-            fits = own is not None and own.shape[1:] == rows[0].shape[1:]
-            rows.append(
-                np.asarray(own, rows[0].dtype) if fits else np.zeros((mesh.n_points, *rows[0].shape[1:]), rows[0].dtype)
-            )
+            fits = own is not None and own.shape[1:] == values.shape[1:]
+            nothing = np.full((mesh.n_points, *values.shape[1:]), 255 if name == COLORS else 0, values.dtype)
+            rows.append(np.asarray(own, values.dtype) if fits else nothing)
         data[name] = np.concatenate(rows)
     data[PART] = np.repeat(np.arange(len(meshes), dtype=np.int32), [mesh.n_points for mesh in meshes])
     whole = to_polydata(

@@ -17,7 +17,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from ..errors import MeshError
-from .arrays import CORNERS, IMAGE, IMAGES, MOVED, TEXTURE, blended, numbers, to_polydata, with_data
+from .arrays import IMAGE, IMAGES, MOVED, TEXTURE, blended, numbers, to_polydata, with_data
 from .formats import Polygons, Primitive, polygon_triangles, read_obj, read_off
 from .gltf_file import read_gltf_file
 from .ply import read_ply
@@ -210,8 +210,9 @@ def from_primitives(primitives: list[Primitive], path: Path) -> pv.PolyData:
             [none if part.texture is None else part.texture for part, none in zip(primitives, nothing, strict=True)]
         )
         lay_texture(mesh, at_corners)
-    if any(part.image >= 0 for part in primitives):
-        mesh.cell_data[IMAGE] = np.repeat([part.image for part in primitives], [len(p.triangles) for p in primitives])
+    images = [-1 if part.texture is None else part.image for part in primitives]
+    if max(images) >= 0:
+        mesh.cell_data[IMAGE] = np.repeat(images, [len(part.triangles) for part in primitives])
         mesh.field_data[IMAGES] = [str(path.absolute())]
     return mesh
 
@@ -323,7 +324,14 @@ def _from_dataset(data: Any, name: str) -> pv.PolyData:
             "points or lines), or reconstruct one with mesh.reconstruct_surface()."
         )
     _check_cells(data, name)
-    return with_data(data, _triangles(data), np.arange(data.n_points))
+    surface = with_data(data, _triangles(data), np.arange(data.n_points))
+    if IMAGE in data.cell_data and data.is_all_triangles:  # what was read here once
+        surface.cell_data[IMAGE] = data.cell_data[IMAGE]
+    return surface
+
+
+NOTHING = {COLORS: np.uint8(255), MOVED: 0.0}
+"""What stands for colours and motion where a mesh has none beside others that have."""
 
 
 def joined(surfaces: list[pv.PolyData]) -> pv.PolyData:
@@ -332,9 +340,14 @@ def joined(surfaces: list[pv.PolyData]) -> pv.PolyData:
         return surfaces[0]
     starts = np.cumsum([0, *(surface.n_points for surface in surfaces[:-1])])
     data = {}
-    for key, values in surfaces[0].point_data.items():
-        rows = [np.asarray(surface.point_data[key]) for surface in surfaces if key in surface.point_data]
-        if len(rows) == len(surfaces) and all(row.shape[1:] == values.shape[1:] for row in rows):
+    for key in dict.fromkeys(key for surface in surfaces for key in surface.point_data):
+        shape = next(surface.point_data[key].shape[1:] for surface in surfaces if key in surface.point_data)
+        rows = [
+            np.asarray(s.point_data[key]) if key in s.point_data else np.full((s.n_points, *shape), NOTHING[key])
+            for s in surfaces
+            if key in s.point_data or key in NOTHING
+        ]
+        if len(rows) == len(surfaces) and all(row.shape[1:] == shape for row in rows):
             data[key] = np.concatenate(rows)
     mesh = to_polydata(
         np.concatenate([surface.points for surface in surfaces]),

@@ -279,7 +279,7 @@ class Recorded:
         if set(units) - set(atlas.action_units):
             lacking = sorted(set(units_of(dict.fromkeys(self.names, 1.0))) - set(atlas.action_units), key=_number)
             warnings.warn(  # the same at all times: Python shows it once
-                f"the recording has shapes for which there are no muscles, and they are left out: {', '.join(lacking)}.",
+                f"the recording has shapes without muscles, which are left out: {', '.join(lacking)}.",
                 FaceWrinkleWarning,
                 stacklevel=2,
             )

@@ -483,7 +483,7 @@ def test_units_without_muscles_are_told_and_left_out(face):
     simulation = fw.Simulation(face)
     with pytest.raises(UnknownNameError, match="AU19"):
         simulation.express(recorded.action_units(1.0))
-    with pytest.warns(FaceWrinkleWarning, match=r"no muscles, and they are left out: AU19, AU30, AU34\."):
+    with pytest.warns(FaceWrinkleWarning, match=r"shapes without muscles, which are left out: AU19, AU30, AU34\."):
         simulation.express(recorded.action_units(1.0, atlas=face.atlas))
 
 
