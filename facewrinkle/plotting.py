@@ -203,7 +203,7 @@ class Scene:
         eyes = [eye for eye in face.eyes if f"eye_{eye.side}" not in self._own]
         self._eyes = [PaintedEye(eye, face) for eye in eyes] if self.style.eyes else []
         self._lashes = (
-            [Lashes(eye, face, pixel) for eye in eyes if f"lashes_{eye.side}" not in self._own]
+            [Lashes(eye, face, pixel) for eye in face.eyes if f"lashes_{eye.side}" not in self._own]
             if self.style.eyes and self.style.brows and self.style.scalars is None
             else []
         )

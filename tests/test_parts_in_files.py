@@ -12,7 +12,9 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
+from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.anatomy.parts import follower
+from facewrinkle.cli import main
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import corner_texture, to_polydata
 from facewrinkle.plotting import Scene, Style, picture
@@ -203,3 +205,31 @@ def test_the_other_meshes_of_an_animation_come_along(dressed, animated, tmp_path
     for name, part in face.parts.items():
         np.testing.assert_allclose(again.parts[name].mesh.points, part.mesh.points, atol=1e-6)
     np.testing.assert_array_equal(again.parts["eye_l"].mesh["Colors"], face.parts["eye_l"].mesh["Colors"])
+
+
+@pytest.mark.parametrize("command", ["tear", "play"])
+def test_series_of_the_commands_hold_the_parts(dressed, animated, tmp_path, command):
+    if command == "tear":
+        fw.write_face(dressed, tmp_path / "a.face")
+        given = ["shedding", "--face", str(tmp_path / "a.face"), "--seconds", "0.5", "--fps", "8", "--plain"]
+    else:
+        write_landmarks({name: 1e-3 * p for name, p in dressed.landmarks.items()}, tmp_path / "a.json")
+        given = [str(animated), "--landmarks", str(tmp_path / "a.json"), "--fps", "8", "--max-level", "1"]
+    out = tmp_path / "out"
+    assert main([command, *given, "--size", "48", "--no-movie", "--quiet", "--out", str(out)]) == 0
+    (path,) = (p for p in out.glob("*.vtkhdf") if "_tears" not in p.name)
+    frame = pv.read(path)
+    listed = list(frame.field_data["parts"])
+    assert listed == ["skin", *NAMES]
+    hair = np.asarray(frame.points)[frame["part"] == listed.index("hair")]
+    rest = (1.0 if command == "tear" else 1e-3) * np.asarray(dressed.parts["hair"].mesh.points)
+    size = np.linalg.norm(rest[0] - rest[-1])
+    assert np.linalg.norm(hair[0] - hair[-1]) == pytest.approx(size, rel=1e-5)  # it goes bodily
+    np.testing.assert_allclose(hair, rest, atol=1e-3 * size)
+
+
+def test_lashes_are_drawn_where_a_face_has_eyes_and_no_lashes(dressed):
+    with Scene(dressed, Style((48, 48))) as scene:
+        scene.show(dressed.mesh)
+        assert {"lashes_l", "lashes_r", "own eye_l"} <= set(scene._parts)
+        assert "eye_l" not in scene._parts
