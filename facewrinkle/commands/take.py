@@ -102,7 +102,8 @@ class Take:
         frames = report.progress(played(), "Frames", self.steps)
         styles = [Style(self.size, view) for view in ("front", self.close)] if movie is not None else []
         times = (1 + np.arange(self.steps)) * simulation.motion.time_step
-        return peak[0], shot(frames, times, self.face, styles, self.fps, movie, series)
+        files = shot(frames, times, self.face, styles, self.fps, movie, series)
+        return peak[0], files
 
     def panels(self, view: str, peak: pv.PolyData, bare: pv.PolyData) -> list[Image]:
         """Neutral, expression without wrinkles, with wrinkles, and its triangles."""
