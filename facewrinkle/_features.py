@@ -13,10 +13,11 @@ from .anatomy.eyes import RADIUS, Eyeball, lid_margins
 from .anatomy.face import Face
 from .anatomy.head import Hairs
 from .anatomy.muscles import JawMuscle
+from .anatomy.parts import Part
 from .anatomy.teeth import teeth_of
 from .geometry.normals import vertex_normals
 from .geometry.topology import boundary_loops
-from .mesh import POSE, to_polydata
+from .mesh import POSE, split_at_seams, to_polydata
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -39,6 +40,41 @@ COLOURS = {
         "tears": (226, 186, 180),
     }.items()
 }
+
+
+PART_COLOURS = {"teeth": (214, 205, 186), "glasses": (40, 40, 44), "other": (150, 140, 134), "hair": (62, 46, 38)}
+"""Of what came with a face, where it has no colours."""
+
+
+def has_colours(mesh: pv.PolyData) -> bool:
+    """Whether the points of a mesh have colours, of uint8 or from 0 to 1."""
+    colours = mesh.point_data.get("Colors")
+    if colours is None or colours.ndim != 2 or colours.shape[1] not in (3, 4):
+        return False
+    return colours.dtype == np.uint8 or (colours.dtype.kind == "f" and 0.0 <= colours.min() <= colours.max() <= 1.0)
+
+
+def is_drawn(name: str, part: Part) -> bool:
+    """Whether a part is drawn as it is: an eye without colours, or of one, would be blind, and is painted."""
+    if part.texture is not None or not name.startswith("eye"):
+        return True
+    return has_colours(part.mesh) and bool(np.ptp(part.mesh.point_data["Colors"], axis=0).any())
+
+
+def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
+    """What came with the face and is drawn as it is, where it is in a frame: with `paint` where it has no texture."""
+    if not face.parts:
+        return {}
+    parts = {name: part for name, part in face.parts_at(frame).items() if is_drawn(name, face.parts[name])}
+    for name, part in parts.items():
+        if face.parts[name].texture is not None:
+            parts[name] = split_at_seams(part)
+        elif has_colours(part):
+            part.point_data["paint"] = np.asarray(part.point_data["Colors"])
+        else:
+            colour = next((c for stem, c in PART_COLOURS.items() if stem in name), PART_COLOURS["hair"])
+            part.point_data["paint"] = np.tile(np.array(colour, np.uint8), (part.n_points, 1))
+    return parts
 
 
 class PaintedEye:
@@ -139,22 +175,28 @@ def _eye_paint(angle: Array, spoke: Array) -> Array:
 
 
 def beside(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
-    """Eyeballs, and between parted lips the dark, teeth and tongue, with `paint` (rgb), where they are in a frame."""
+    """What is beside the skin in a frame, with `paint` (rgb): the parts that came with the face, painted eyes where it
+    has none, and between parted lips the dark, teeth and tongue.
+    """
+    own = own_parts(face, frame)
     pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
     back = np.linalg.inv(pose)
     points = np.asarray(frame.points, dtype=np.float64)[: face.mesh.n_points] @ back[:3, :3].T + back[:3, 3]
     parts = {}
     for eye in face.eyes:
+        if f"eye_{eye.side}" in own:
+            continue
         gaze = np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
         parts[f"eye_{eye.side}"] = PaintedEye(eye, face).on(points, gaze)
     mouth = Mouth(face)
     if mouth.parted(points):
-        parts |= {"mouth": mouth.pocket(points)} | mouth.inside(points)
+        inside = {name: part for name, part in mouth.inside(points).items() if name not in own}
+        parts |= {"mouth": mouth.pocket(points)} | inside
     for part in parts.values():
         part.points = np.asarray(part.points, dtype=np.float64) @ pose[:3, :3].T + pose[:3, 3]
         if "Normals" in part.point_data:
             part.point_data["Normals"] = np.asarray(part.point_data["Normals"]) @ pose[:3, :3].T
-    return parts
+    return parts | own
 
 
 class Ribbons:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from . import _shading
-from ._features import Brows, Lashes, Mouth, PaintedEye
+from ._features import Brows, Lashes, Mouth, PaintedEye, has_colours, is_drawn, own_parts
 from .anatomy.complexion import painted
 from .anatomy.face import Face
 from .anatomy.fitting import carried_brows
@@ -84,6 +84,9 @@ VIEWS: dict[str, View] = {
 }
 """All views that have a name."""
 
+OWN = "own "
+"""What names of actors of parts that came with the face begin with."""
+
 VIEW_ANGLE = 15.0
 SAMPLES = 2
 """Pictures are drawn this many times larger and reduced: in software that takes half the time of multisampling."""
@@ -92,8 +95,6 @@ SKIN: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specu
 EYE: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
 SKIN_COLOUR = (0.87, 0.67, 0.56)
-PART_COLOURS = {"teeth": (214, 205, 186), "glasses": (40, 40, 44), "other": (150, 140, 134), "hair": (62, 46, 38)}
-"""Of what came with a face, where it has no colours."""
 BACKGROUND = ("#20242a", "#3a4048")
 LIGHTS = (
     ((-0.6, 0.6, 0.75), (1.0, 0.95, 0.88), 1.12),
@@ -188,20 +189,19 @@ class Scene:
         self._parts: dict[str, pv.PolyData] = {}
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         _aim(self.plotter, face, self.style)
-        self._texture = _texture(face)
+        self._texture = _texture(face.texture)
         self._brows = None
         pixel = _height(face, self.style) / window[1]
         self._paint = None
-        if face.landmarks and face.texture is None and not _has_colours(face.mesh):
+        if face.landmarks and face.texture is None and not has_colours(face.mesh):
             self._paint = painted(face.points, face.landmarks, face.frame)
         brows = carried_brows(face) if face.brows is None and self._paint is not None else face.brows
         if self.style.brows and self.style.scalars is None and brows is not None:
             self._brows = Brows(brows, face.frame.pupil_distance, pixel)
         self._mouth = Mouth(face)
-        self._own = {name for name, part in face.parts.items() if _is_drawn(name, part.mesh)}
-        eyes = [eye for eye in face.eyes if f"eye_{eye.side}" not in self._own] if self.style.eyes else []
-        balls = [PaintedEye(eye, face) for eye in eyes]
-        self._eyes = [ball for ball in balls if ball.open]
+        self._own = {name: _texture(part.texture) for name, part in face.parts.items() if is_drawn(name, part)}
+        balls = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
+        self._eyes = [ball for ball in balls if ball.open and f"eye_{ball.eye.side}" not in self._own]
         self._lashes = (
             [
                 Lashes(ball.eye, face, pixel)
@@ -255,15 +255,13 @@ class Scene:
                 self._put(lashes.on(points), f"lashes_{lashes.eye.side}", **HAIR)
         if self._brows is not None:
             self._put(self._brows.on(points, self.face.triangles, normals), "brows", **HAIR)
-        for name, part in self.face.parts_at(frame).items() if self._own else ():
-            if name in self._own:
-                part.points = np.asarray(part.points) @ back[:3, :3].T + back[:3, 3]
-                part.point_data["Normals"] = np.asarray(part.point_data["Normals"]) @ pose[:3, :3]
-                part.point_data["paint"] = _paint_of(name, part)
-                self._put(part, f"own {name}", **(EYE if name.startswith("eye") else HAIR))
-        self.plotter.actors["skin"].user_matrix = back if self.style.follow else np.eye(4)
-        for name in self._parts:
-            self.plotter.actors[name].user_matrix = np.eye(4) if self.style.follow else pose
+        for name, part in own_parts(self.face, frame).items():
+            look = EYE if name.startswith("eye") else HAIR
+            self._put(part, f"{OWN}{name}", texture=self._own[name], **look)
+        for name in ("skin", *self._parts):
+            there = name == "skin" or name.startswith(OWN)  # where they are in the frame
+            goes, stays = (back, np.eye(4)) if there else (np.eye(4), pose)
+            self.plotter.actors[name].user_matrix = goes if self.style.follow else stays
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
@@ -286,16 +284,24 @@ class Scene:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _put(self, part: pv.PolyData, name: str, surface: _shading.Surface | None = None, **options: Any) -> None:
-        """Draw a part with `paint` beside the skin, in the place of what it was."""
+    def _put(
+        self,
+        part: pv.PolyData,
+        name: str,
+        surface: _shading.Surface | None = None,
+        texture: pv.Texture | None = None,
+        **options: Any,
+    ) -> None:
+        """Draw a part with `paint` or a texture beside the skin, in the place of what it was."""
         if "Normals" in part.point_data:
             part.point_data.active_normals_name = "Normals"
         if name in self._parts:
-            part.active_scalars_name = "paint"
+            part.active_scalars_name = "paint" if texture is None else None
             self._parts[name].shallow_copy(part)
         else:
             self._parts[name] = part
-            self._add(part, name, surface, scalars="paint", rgb=True, smooth_shading=False, **options)
+            colours: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
+            self._add(part, name, surface, smooth_shading=False, **colours, **options)
             self.plotter.actors[name].prop.interpolation = "phong"
 
     def _add(self, mesh: pv.PolyData, name: str, surface: _shading.Surface | None = None, **options: Any) -> None:
@@ -312,7 +318,7 @@ class Scene:
             return _field(skin, self.style.scalars, self.style.size[1] * self._samples)
         if self._texture is not None and skin.active_texture_coordinates is not None:
             return {"texture": self._texture}
-        if _has_colours(skin):
+        if has_colours(skin):
             return {"scalars": "Colors", "rgb": True}
         if self._paint is not None:
             n = len(self._paint)
@@ -445,30 +451,10 @@ def _furrowed(heights: Array) -> npt.NDArray[np.uint8]:
     return np.rint(255.0 * (1.0 - dark[:, None] * [0.75, 1.0, 1.0])).astype(np.uint8)
 
 
-def _has_colours(mesh: pv.PolyData) -> bool:
-    colours = mesh.point_data.get("Colors")
-    if colours is None or colours.ndim != 2 or colours.shape[1] not in (3, 4):
-        return False
-    return colours.dtype == np.uint8 or (colours.dtype.kind == "f" and 0.0 <= colours.min() <= colours.max() <= 1.0)
-
-
-def _is_drawn(name: str, part: pv.PolyData) -> bool:
-    """Whether a part is drawn as it is: an eye without colours would be blind, and is painted."""
-    return _has_colours(part) or not name.startswith("eye")
-
-
-def _paint_of(name: str, part: pv.PolyData) -> npt.NDArray[np.uint8]:
-    """The colours (n, 3 or 4) of a part: its own, or those of what it is."""
-    if _has_colours(part):
-        return np.asarray(part.point_data["Colors"])
-    colour = next((c for stem, c in PART_COLOURS.items() if stem in name), PART_COLOURS["hair"])
-    return np.tile(np.array(colour, np.uint8), (part.n_points, 1))
-
-
-def _texture(face: Face) -> pv.Texture | None:
-    if face.texture is None:
+def _texture(image: Image | None) -> pv.Texture | None:
+    if image is None:
         return None
-    texture = pv.Texture(np.array(face.texture))
+    texture = pv.Texture(np.array(image))
     texture.interpolate = True
     texture.mipmap = True
     return texture

@@ -427,6 +427,8 @@ class Simulation:
         frame = refilled(self._template, points / self.face.unit, data)
         if (pose := getattr(self.motion, "pose", None)) is not None:
             frame.field_data[POSE] = pose
+        for side, gaze in getattr(self.motion, "gazes", {}).items():
+            frame.field_data[f"gaze_{side}"] = gaze[None]
         return frame
 
     def _look_on(self, template: pv.PolyData) -> None:

@@ -271,10 +271,10 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, message, tmp_pa
         ("play broken.glb --view forhead", "Did you mean 'forehead'?"),
         ("pattern forhead", "Did you mean 'forehead'?"),
         ("pattern forehead --view forhead", "Did you mean 'forehead'?"),
-        ("pattern forehead --size=-60,30", "size must be a finite number greater than 0"),
-        ("pattern forehead --size nan", "size must be a finite number greater than 0"),
+        ("pattern forehead --extent=-60,30", "size must be a finite number greater than 0"),
+        ("pattern forehead --extent nan", "size must be a finite number greater than 0"),
         ("pattern forehead --depth nan", "depth must lie in"),
-        ("pattern forehead --pixels=-5", "must lie in [16, 8192], received -5"),
+        ("pattern forehead --size=-5", "must lie in [16, 8192], received -5"),
         ("pattern forehead --expression nope", "unknown expression, action unit or muscle 'nope'"),
         ("pattern forehead --out empty.glb/folder", "a file stands there"),
         ("pattern forehead --centre 0,0,0", "--centre belongs to a mesh"),
@@ -520,7 +520,7 @@ def test_what_is_no_plain_mesh_says_what_to_do_with_it(tmp_path, monkeypatch, ca
     assert "has been fitted" in capsys.readouterr().err
     pv.Sphere(radius=40.0).save(tmp_path / "ball.ply")
     assert main(["pattern", "dimple", "--face", "ball.ply", "--centre", "0,0,40"]) == 1
-    assert "--centre needs --size" in capsys.readouterr().err
+    assert "--centre needs --extent" in capsys.readouterr().err
     assert not (tmp_path / "output").exists()
 
 

@@ -57,10 +57,13 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsy
     source = ["--face", str(tmp_path / "face.ply"), "--landmarks", str(tmp_path / "face.json")]
     folder = tmp_path / "out"
     options = ["--expression", "AU4", "--no-movie", "--no-series", "--view", "left_eye", "--out", str(folder)]
+    options += ["--save-mesh", "obj"]
     assert main(["tear", "dripping", *FEW, *source, *options]) == 0
     out, err = capsys.readouterr()
     assert err == ""
-    assert {path.name for path in folder.iterdir()} == {"tear_dripping.png", "tear_dripping_closeup.png"}
+    pictures = {"tear_dripping.png", "tear_dripping_closeup.png"}
+    assert {path.name for path in folder.iterdir()} == pictures | {"tear_dripping.obj"}
+    assert fw.read_surface(folder / "tear_dripping.obj").n_cells > face.mesh.n_cells
     assert "triangles" in out
 
 

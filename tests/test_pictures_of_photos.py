@@ -149,3 +149,33 @@ def test_eyes_lashes_and_brows_go_with_a_head_that_turns(face, surprised):
     # A camera that goes with the head sees what it sees of a head that keeps still.
     followed = picture(turned, face, Style(SIZE, follow=True))
     assert np.abs(followed.astype(int) - at_rest).mean() < 0.05
+
+
+def test_eyes_go_with_positions_that_hold_the_turn_of_the_head(face, played):
+    """A vertex cache does not tell how the head moved: most of its points do."""
+    shape = played("surprise").held.displacement
+    moments = [face.points, (face.points + shape) @ TURN[:3, :3].T + TURN[:3, 3]]
+    recorded = Recorded.of_positions(moments, times=[0.0, 0.02])
+    frame = fw.Simulation(face, fw.Refinement(max_level=0), [], motion=recorded).step()
+    pose = frame.field_data["pose"]
+    for eye in face.eyes:
+        where, wanted = ((m[:3, :3] @ eye.centre + m[:3, 3]) for m in (pose, TURN))
+        assert np.linalg.norm(where - wanted) < 0.5  # mm, of 58
+    turned = Rotation.from_matrix(pose[:3, :3] @ TURN[:3, :3].T).magnitude()
+    assert np.degrees(turned) < 0.5  # of 32
+    # The picture is that of a head whose turn is known.
+    known = frame.copy()
+    known.field_data["pose"] = TURN
+    shown = [picture(moment, face, Style(SIZE)).astype(int) for moment in (frame, known)]
+    lost = frame.copy()
+    del lost.field_data["pose"]
+    assert np.abs(shown[0] - shown[1]).mean() < 0.1 * np.abs(picture(lost, face, Style(SIZE)) - shown[1]).mean()
+
+
+def test_a_recorded_turn_and_one_within_the_positions_add_up(face):
+    half = np.eye(4)
+    half[:3, :3], half[:3, 3] = Rotation.from_euler("y", 12.0, degrees=True).as_matrix(), [0.0, 5.0, 0.0]
+    moved = face.points @ half[:3, :3].T + half[:3, 3]
+    recorded = replace(Recorded.of_positions([face.points, moved], times=[0.0, 0.02]), pose=lambda time: TURN)
+    frame = fw.Simulation(face, fw.Refinement(max_level=0), [], motion=recorded).step()
+    np.testing.assert_allclose(frame.field_data["pose"], TURN @ half, atol=1e-6)

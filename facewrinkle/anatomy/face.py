@@ -14,7 +14,7 @@ import pyvista as pv
 
 from ..errors import MeshError
 from ..geometry.normals import vertex_normals
-from ..mesh import to_polydata
+from ..mesh import POSE, to_polydata
 from .atlas import Atlas, load_atlas
 from .eyes import Eyeball, lids_of, place_eyeballs
 from .guides import Guide
@@ -196,14 +196,18 @@ class Face:
             eye.side: np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
             for eye in self.eyes
         }
-        return self._carriers.on(np.asarray(frame.points, dtype=np.float64)[: self.mesh.n_points], gazes)
+        points = np.asarray(frame.points, dtype=np.float64)[: self.mesh.n_points]
+        return self._carriers.on(points, gazes, frame.field_data.get(POSE))
 
     def with_parts(self, frame: pv.PolyData) -> pv.PolyData:
         """A frame and the parts beside the skin in one mesh, for files; its points come first, "part" tells them apart.
 
         The frame itself where there are no parts.
         """
-        return joined(frame, self.parts_at(frame)) if self.parts else frame
+        parts = self.parts_at(frame)
+        for name, part in parts.items():
+            part.point_data["rest"] = np.asarray(self.parts[name].mesh.points)
+        return joined(frame, parts) if parts else frame
 
     @property
     def skull(self) -> pv.PolyData:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import MeshError, OutputError
@@ -36,30 +37,16 @@ def write_face(face: Face, path: str | Path) -> Path:
     names = list(face.landmarks)
     arrays: dict[str, Any] = {
         "version": VERSION,
-        "points": face.points,
-        "triangles": face.triangles,
         "unit": face.unit,
         "landmark_names": np.array(names),
         "landmarks": np.array([face.landmarks[name] for name in names]),
         "confidences": np.array([face.confidences.get(name, np.nan) for name in names]),
         "estimated": np.array(face.estimated, dtype=str),
-        "texture_coordinates": np.array(face.mesh.point_data.active_texture_coordinates_name or "", dtype=str),
+        "report": np.array(face.report, dtype=str),
     }
-    for name, values in face.mesh.point_data.items():
-        if np.asarray(values).dtype.kind in "fiub" and "/" not in name:
-            arrays[_DATA + name] = np.asarray(values)
-    if CORNERS in face.mesh.cell_data:
-        arrays["texture_corners"] = np.asarray(face.mesh.cell_data[CORNERS])
-    if face.texture is not None:
-        arrays["texture"] = face.texture
+    arrays |= _stored("", face.mesh, face.texture)
     for name, part in face.parts.items():
-        arrays |= {
-            f"{_PARTS}/{name}/points": np.asarray(part.mesh.points),
-            f"{_PARTS}/{name}/triangles": np.asarray(part.mesh.regular_faces),
-            f"{_PARTS}/{name}/{PART}": np.asarray(part.mesh.cell_data[PART]),
-        }
-        if (colours := part.mesh.point_data.get("Colors")) is not None:
-            arrays[f"{_PARTS}/{name}/Colors"] = np.asarray(colours)
+        arrays |= _stored(f"{_PARTS}/{name}/", part.mesh, part.texture)
     target = Path(os.path.expanduser(path))
     try:
         with target.open("wb") as file:
@@ -67,6 +54,35 @@ def write_face(face: Face, path: str | Path) -> Path:
     except OSError as problem:
         raise OutputError(f"{str(target)!r} cannot be written: {problem.strerror or problem}.") from None
     return target
+
+
+def _stored(key: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None) -> dict[str, Any]:
+    """The arrays of a mesh and its texture; their names begin with `key`."""
+    arrays: dict[str, Any] = {
+        key + "points": np.asarray(mesh.points),
+        key + "triangles": np.asarray(mesh.regular_faces),
+        key + "texture_coordinates": np.array(mesh.point_data.active_texture_coordinates_name or "", dtype=str),
+    }
+    for name, values in mesh.point_data.items():
+        if np.asarray(values).dtype.kind in "fiub" and "/" not in name:
+            arrays[key + _DATA + name] = np.asarray(values)
+    for name in (CORNERS, PART):
+        if name in mesh.cell_data:
+            arrays[key + name] = np.asarray(mesh.cell_data[name])
+    return arrays if texture is None else arrays | {key + "texture": texture}
+
+
+def _restored(data: dict[str, Any], key: str) -> tuple[pv.PolyData, npt.NDArray[np.uint8] | None]:
+    """What `_stored` was given."""
+    data = {name.removeprefix(key): values for name, values in data.items() if name.startswith(key)}
+    point_data = {name.removeprefix(_DATA): values for name, values in data.items() if name.startswith(_DATA)}
+    mesh = to_polydata(data["points"], data["triangles"], point_data)
+    if texture := str(data["texture_coordinates"]):
+        mesh.point_data.active_texture_coordinates_name = texture
+    for name in (CORNERS, PART):
+        if name in data:
+            mesh.cell_data[name] = data[name]
+    return mesh, data.get("texture")
 
 
 def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
@@ -111,28 +127,16 @@ def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
 def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
     if int(data["version"]) > VERSION:
         raise MeshError(f"{name} was written by a later facewrinkle (format {data['version']}, known is {VERSION}).")
-    point_data = {key.removeprefix(_DATA): values for key, values in data.items() if key.startswith(_DATA)}
-    mesh = to_polydata(data["points"], data["triangles"], point_data)
-    if texture := str(data["texture_coordinates"]):
-        mesh.point_data.active_texture_coordinates_name = texture
-    if "texture_corners" in data:
-        mesh.cell_data[CORNERS] = data["texture_corners"]
+    mesh, texture = _restored(data, "")
     names = data["landmark_names"].tolist()
     landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
     estimated = tuple(data["estimated"].tolist())
     face = Face.from_landmarks(mesh, landmarks, float(data["unit"]), atlas, estimated)
     parts = {
-        name: follower(name, _part(data, name))
+        name: follower(name, *_restored(data, f"{_PARTS}/{name}/"))
         for name in sorted({k.split("/")[1] for k in data if k.startswith(_PARTS)})
     }
     eyes = eyes_of(face.eyes, parts)
-    return dataclasses.replace(face, confidences=known, texture=data.get("texture"), parts=parts, eyes=eyes)
-
-
-def _part(data: dict[str, Any], name: str) -> pv.PolyData:
-    key = f"{_PARTS}/{name}/"
-    colours = {"Colors": data[key + "Colors"]} if key + "Colors" in data else {}
-    mesh = to_polydata(data[key + "points"], data[key + "triangles"], colours)
-    mesh.cell_data[PART] = data[key + PART]
-    return mesh
+    told = tuple(data["report"].tolist())
+    return dataclasses.replace(face, confidences=known, texture=texture, parts=parts, eyes=eyes, report=told)

@@ -14,7 +14,8 @@ import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, unknown_name
 from ..geometry.transfer import barycentric
-from ..mesh import Surface, as_texture, prepare, read_surface, read_texture, to_polydata
+from ..mesh import Surface, as_texture, prepare, read_surface, read_texture, texture_of, to_polydata
+from ..mesh.arrays import IMAGE
 from .atlas import Atlas
 from .face import Face
 from .head import Hairs, load_head
@@ -176,7 +177,10 @@ def _with_parts(face: Face, others: pv.PolyData) -> Face:
 def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.uint8] | None:
     """The image that was given or that the mesh brings along, if it can be laid on it."""
     if clean.active_texture_coordinates is not None:
-        return read_texture(mesh) if texture is None else as_texture(texture)
+        if texture is not None:
+            return as_texture(texture)
+        found = texture_of(clean) if IMAGE in clean.cell_data else read_texture(mesh)
+        return None if found is None else found[:, :, :3]
     if texture is not None:
         raise MeshError(
             "the mesh has no texture coordinates, by which the texture would lie on it. Export it with its UVs."

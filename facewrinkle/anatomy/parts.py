@@ -15,10 +15,12 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from ..geometry.normals import vertex_normals
+from ..geometry.rigid import Rigid
 from ..geometry.topology import vertex_rings
-from ..mesh import to_polydata
-from ..mesh.arrays import with_data
+from ..mesh import texture_of, to_polydata
+from ..mesh.arrays import IMAGE, with_data
 from ..mesh.checks import PART
+from ..mesh.reading import COLORS
 from .eyes import RADIUS, Eyeball
 from .guides import Guide
 from .landmarks import FaceFrame
@@ -36,6 +38,9 @@ NEAR_EYE = 1.6
 ON_SKIN = 0.12
 """Parts that nowhere are farther from the skin than this, in distances between the pupils, follow the skin."""
 
+STILL = 0.01
+"""Vertices that move by less than this, in distances between the pupils, go with the head."""
+
 SPECK = 0.02
 """Parts smaller than this, in distances between the pupils, are dropped, unless they belong to an eye or a mouth."""
 
@@ -52,20 +57,23 @@ class Part:
         What carries it.
     side : {"l", "r", ""}
         Of an eye.
+    texture : ndarray of uint8, shape (h, w, 3 or 4), optional
+        Colour, and how opaque it is, over the mesh's texture coordinates.
     """
 
     mesh: pv.PolyData
     follows: Follows
     side: str = ""
+    texture: npt.NDArray[np.uint8] | None = None
 
 
-def follower(name: str, mesh: pv.PolyData) -> Part:
+def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None = None) -> Part:
     """The part of a name: ``eye_l`` turns with the eye, ``lower_teeth`` with the mandible, lashes go with the skin."""
     if name.startswith("eye_"):
-        return Part(mesh, "eye", name[-1])
+        return Part(mesh, "eye", name[-1], texture)
     if name == "lower_teeth":
-        return Part(mesh, "mandible")
-    return Part(mesh, "skin" if name.split("_")[0] in ("lashes", "fuzz") else "skull")
+        return Part(mesh, "mandible", "", texture)
+    return Part(mesh, "skin" if name.split("_")[0] in ("lashes", "fuzz") else "skull", "", texture)
 
 
 # --- what is what -----------------------------------------------------------------------------------------
@@ -103,7 +111,9 @@ def named_parts(
         mesh = with_data(others, renumbered.reshape(-1, 3), kept)
         for array in others.cell_data:
             mesh.cell_data[array] = np.asarray(others.cell_data[array])[chosen]
-        found[name] = follower(name, mesh)
+        if COLORS in mesh.point_data and np.asarray(mesh.point_data[COLORS]).min() == 255:
+            del mesh.point_data[COLORS]  # where others have colours
+        found[name] = follower(name, mesh, texture_of(mesh) if IMAGE in mesh.cell_data else None)
     return found, specks
 
 
@@ -186,15 +196,19 @@ class Carriers:
 
     def __init__(self, face: Face) -> None:
         self.face = face
-        self._still = _Rigid(face.points)
+        self._still = Rigid(face.points)
         self._jaw = _jaw_of(face)
         self._tied = {name: _Tied(part.mesh, face) for name, part in face.parts.items() if part.follows == "skin"}
         self._bent = {name: _normals(part.mesh) for name, part in face.parts.items()}
 
-    def on(self, points: Array, gazes: Mapping[str, Array]) -> dict[str, pv.PolyData]:
-        """The parts by name, for the face's vertices (n, 3) and the eyes' directions as they are now."""
-        face, size = self.face, self.face.frame.pupil_distance
-        turn, shift = self._still.to(points, 0.01 * size)
+    def on(self, points: Array, gazes: Mapping[str, Array], pose: Array | None = None) -> dict[str, pv.PolyData]:
+        """The parts by name, for the face's vertices (n, 3) and the eyes' directions as they are now.
+
+        Where it is not known how the head has moved, a matrix (4, 4), the vertices tell.
+        """
+        face = self.face
+        pose = self._still.pose(points, STILL * face.frame.pupil_distance) if pose is None else pose
+        turn, shift = pose[:3, :3], pose[:3, 3]
         eyes = {eye.side: eye for eye in face.eyes}
         out = {}
         for name, part in face.parts.items():
@@ -207,7 +221,7 @@ class Carriers:
                 eye = eyes[part.side]
                 own, centre = _axes(eye.looking(gazes.get(part.side, eye.gaze))).T @ _axes(eye), eye.centre
             elif part.follows == "mandible" and self._jaw is not None:
-                own, centre = self._jaw.turn((points - shift) @ turn), self._jaw.hinge
+                own, centre = self._jaw.turn((points - shift) @ np.linalg.inv(turn).T), self._jaw.hinge
             moved = ((rest - centre) @ own.T + centre) @ turn.T + shift
             out[name] = _with(part.mesh, moved, normals @ (turn @ own).T)
         return out
@@ -228,32 +242,6 @@ def _with(mesh: pv.PolyData, points: Array, normals: Array | None) -> pv.PolyDat
     moved.point_data["Normals"] = _normals(moved) if normals is None else normals
     moved.point_data.active_normals_name = "Normals"
     return moved
-
-
-class _Rigid:
-    """How points that mostly keep still have moved as a whole."""
-
-    def __init__(self, rest: Array) -> None:
-        self.rest = rest
-
-    def to(self, now: Array, tolerance: float, rounds: int = 12) -> tuple[Array, Array]:
-        """Rotation and shift of most points; those that moved otherwise, by more than the tolerance, count little."""
-        turn, shift = np.eye(3), np.zeros(3)
-        weights = 1.0 / (1.0 + ((now - self.rest) ** 2).sum(axis=1) / tolerance**2) ** 2
-        if weights.mean() < 0.2:  # the head has moved
-            weights = np.ones(len(now))
-        for _ in range(rounds):
-            total = weights.sum()
-            before, after = weights @ self.rest / total, weights @ now / total
-            spread = (self.rest - before).T @ ((now - after) * weights[:, None])
-            left, _, right = np.linalg.svd(spread)
-            sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-            turn = (left * sign @ right).T
-            shift = after - turn @ before
-            off = ((now - self.rest @ turn.T - shift) ** 2).sum(axis=1)
-            scale = max(tolerance**2, float(np.median(off)))
-            weights = 1.0 / (1.0 + off / scale) ** 2
-        return turn, shift
 
 
 @dataclass(frozen=True, eq=False)
@@ -337,19 +325,22 @@ class _Tied:
 def joined(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.PolyData:
     """Skin and parts in one mesh: the points of the skin first; "part" tells which of `field_data["parts"]` it is.
 
-    The parts keep those arrays that the skin has; where they have none, there are zeros.
+    The parts keep those arrays that the skin has; where they have none, there are zeros. Colours of parts are kept, and
+    what has none is white.
     """
     meshes = [skin, *parts.values()]
     starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
     data = {}
-    for name, values in skin.point_data.items():
-        rows = [np.asarray(values)]
-        for mesh in meshes[1:]:
+    for name in (*skin.point_data, *({COLORS} - set(skin.point_data))):
+        values = next((mesh.point_data[name] for mesh in meshes if name in mesh.point_data), None)
+        if values is None:
+            continue
+        rows = []
+        for mesh in meshes:
             own = mesh.point_data.get(name)
-            fits = own is not None and own.shape[1:] == rows[0].shape[1:]
-            rows.append(
-                np.asarray(own, rows[0].dtype) if fits else np.zeros((mesh.n_points, *rows[0].shape[1:]), rows[0].dtype)
-            )
+            fits = own is not None and own.shape[1:] == values.shape[1:]
+            nothing = np.full((mesh.n_points, *values.shape[1:]), 255 if name == COLORS else 0, values.dtype)
+            rows.append(np.asarray(own, values.dtype) if fits else nothing)
         data[name] = np.concatenate(rows)
     data[PART] = np.repeat(np.arange(len(meshes), dtype=np.int32), [mesh.n_points for mesh in meshes])
     whole = to_polydata(

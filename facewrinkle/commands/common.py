@@ -116,6 +116,11 @@ class OutputOptions:
         """Where the files go, if nothing else was asked for: output/NAME."""
         return self.out or Path("output") / name
 
+    def files(self, path: Path) -> tuple[Path | None, Path | None]:
+        """The movie and the time series, where they were asked for; `path` is without ending."""
+        movie, series = (path.with_name(f"{path.name}{ending}") for ending in (".mp4", ".vtkhdf"))
+        return movie if self.movie else None, series if self.series else None
+
     def mesh_of(self, frame: pv.PolyData, face: Face, path: Path) -> list[Path]:
         """Write the mesh of a moment, if that was asked for; `path` is without ending. Returns what was written."""
         if self.save_mesh is None:

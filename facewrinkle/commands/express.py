@@ -89,10 +89,8 @@ def record(
     with report.waiting("Preparing the skin"):
         simulation = take.simulation()  # refuses what cannot be played before anything is written
     folder = output_folder(folder)
-    film, frames = folder / f"{stem}.mp4", folder / f"{stem}.vtkhdf"
-    peak = take.shoot(simulation, film if output.movie else None, frames if output.series else None, report)
+    peak, files = take.shoot(simulation, *output.files(folder / stem), report)
     bare = take.bare()
-    files = [path for path, wanted in ((film, output.movie), (frames, output.series)) if wanted and path.exists()]
     files += output.mesh_of(peak, take.face, folder / stem)
     for suffix, view in (("", "front"), ("_closeup", take.close)):
         files.append(save_picture(side_by_side(take.panels(view, peak, bare)), folder / f"{stem}{suffix}.png"))

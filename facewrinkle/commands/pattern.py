@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,15 +13,15 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..errors import ParameterError, check_range, check_whole
-from ..export import output_folder, write_series
+from ..export import output_folder
 from ..geometry.blending import smoothstep
 from ..layers.pattern_layer import PatternLayer
 from ..layers.presets import presets
 from ..motion.base import Still
 from ..plotting import Style, View, closeup, picture, save_picture, side_by_side
 from ..simulation import Refinement, Simulation
-from .common import FaceOptions, Report, mixture, size_of, units_of
-from .take import filmed
+from .common import FaceOptions, OutputOptions, Report, mixture, units_of
+from .take import shot
 
 
 def pattern(
@@ -32,7 +31,7 @@ def pattern(
     source: FaceOptions | None = None,
     centre: str | None = None,
     up: str | None = None,
-    size: str | None = None,
+    extent: str | None = None,
     depth: float | None = None,
     number: float | None = None,
     spacing: float | None = None,
@@ -44,13 +43,7 @@ def pattern(
     expression: str | None = None,
     frames: int = 60,
     max_level: int | None = None,
-    pixels: str = "800",
-    view: str | None = None,
-    fps: float = 25.0,
-    movie: bool = True,
-    series: bool = True,
-    out: Path | None = None,
-    quiet: bool = False,
+    output: OutputOptions | None = None,
 ) -> None:
     """Write pictures, a movie and a time series of a pattern.
 
@@ -62,7 +55,7 @@ def pattern(
         Middle of the pattern on any surface, such as 10,0,45: where --face has no landmarks.
     up
         Direction that is up in the pattern. Default: 0,1,0.
-    size
+    extent
         Width and height of the pattern, such as 60,30: in the unit of the mesh with --centre, else in distances between
         the pupils.
     depth
@@ -87,28 +80,17 @@ def pattern(
         Frames until the pattern is out; as many lead back.
     max_level
         How often triangles may be split. Default: as often as the pattern needs.
-    pixels
-        Of each picture: 800, or 800x600.
-    view
-        View of the close-up. Default: where the pattern is.
-    fps
-        Pictures in a second of the movie.
-    out
-        Folder to write to. Default: output/pattern_NAME.
-    quiet
-        Print nothing but errors.
     """
-    report, look = Report(quiet), Style(size_of(pixels))
-    if view is not None:
-        Style(look.size, view)  # refuses an unknown one
+    output = output or OutputOptions()
+    report, fps = Report(output.quiet), check_range("fps", output.fps, 1.0, 100.0)
+    Style(output.pixels, output.view or "front")  # refuses an unknown one
     check_whole("the number of frames", frames, 2, 1e6)
-    check_range("fps", fps, 1.0, 100.0)
     check_range("strength", strength, 0.0, 1.0)
     if number is not None and spacing is not None:
         raise ParameterError("--number and --spacing exclude each other: leave one of them out.")
     words: dict[str, Any] = {"depth": depth, "number": number, "spacing": spacing, "sharpness": sharpness}
     words |= {"style": style, "variation": variation, "seed": seed}
-    words |= {"size": _numbers("size", size, (1, 2)), "up": _numbers("up", up, (3,))}
+    words |= {"size": _numbers("extent", extent, (1, 2)), "up": _numbers("up", up, (3,))}
     words = {word: value for word, value in words.items() if value is not None}
     if expression is None:
         words["strength"] = _Rise(strength, frames, fps)
@@ -119,8 +101,8 @@ def pattern(
     motion = Still(face, 1.0 / fps) if expression is None else None
     refinement = Refinement() if max_level is None else Refinement(max_level=max_level)
     show = _Show(Simulation(face, refinement, layers, motion=motion), rates, frames, fps)
-    folder, stem = output_folder(out or Path("output") / f"pattern_{name}"), f"pattern_{name}"
-    _record(show, folder, stem, look, view, report, movie, series)
+    stem = f"pattern_{name}"
+    _record(show, output_folder(output.folder(stem)), stem, report, output)
 
 
 @dataclass(frozen=True)
@@ -173,9 +155,9 @@ def _placed(
         raise ParameterError("--centre belongs to a mesh: name it with --face.")
     if source.landmarks is not None:
         raise ParameterError("--centre and --landmarks exclude each other: landmarks place the pattern by themselves.")
-    face = surface(source.face, units_of(source.units) or "mm")
+    face = surface(source.face, units_of(source.units) or "mm", source.texture)
     if "size" not in words:
-        raise ParameterError("--centre needs --size: width and height of the pattern in the unit of the mesh.")
+        raise ParameterError("--centre needs --extent: width and height of the pattern in the unit of the mesh.")
     return face, [PatternLayer(name, centre, **words)]
 
 
@@ -192,11 +174,9 @@ def _numbers(name: str, text: str | None, counts: tuple[int, ...]) -> tuple[floa
     return numbers * 2 if counts == (1, 2) and len(numbers) == 1 else numbers
 
 
-def _record(
-    show: _Show, folder: Path, stem: str, style: Style, view: str | None, report: Report, movie: bool, series: bool
-) -> None:
+def _record(show: _Show, folder: Path, stem: str, report: Report, output: OutputOptions) -> None:
     """Play, write what belongs to it, and say what came out."""
-    face = show.simulation.face
+    face, style = show.simulation.face, Style(output.pixels)
     peak: list[pv.PolyData] = []
 
     def played() -> Iterator[pv.PolyData]:
@@ -205,19 +185,10 @@ def _record(
                 peak[:] = [frame]
             yield frame
 
-    film, files = folder / f"{stem}.mp4", []
-    with ExitStack() as stack:
-        frames: Iterator[pv.PolyData] = played()
-        if movie:
-            frames = filmed(frames, film, face, [style], show.fps, stack)
-        if series:
-            files.append(write_series(map(face.with_parts, frames), show.times(), folder / f"{stem}.vtkhdf"))
-        else:
-            for _ in frames:
-                pass
-    files += [film] if movie and film.exists() else []
+    files = shot(played(), show.times(), face, [style], show.fps, *output.files(folder / stem))
     top = peak[0]
-    for suffix, where in (("", "front"), ("_closeup", _close(face, top, view, show.simulation.layers))):
+    files += output.mesh_of(top, face, folder / stem)
+    for suffix, where in (("", "front"), ("_closeup", _close(face, top, output.view, show.simulation.layers))):
         shots = [picture(frame, face, Style(style.size, where)) for frame in (face.mesh, top)]
         shots.append(picture(top, face, Style(style.size, where, wireframe=True)))
         files.append(save_picture(side_by_side(shots), folder / f"{stem}{suffix}.png"))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +12,14 @@ import pyvista as pv
 
 from ..anatomy.fitting import fit_face
 from ..errors import ParameterError, check_range, check_whole
-from ..export import output_folder, write_series
+from ..export import output_folder
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..mesh import read_texture
 from ..motion.animation import NAME, read_animation
 from ..plotting import Style, closeup, picture, save_picture, side_by_side, stacked
 from ..simulation import Refinement, Simulation
 from .common import OutputOptions, Report, units_of
-from .take import filmed
+from .take import shot
 
 LONGEST = 100_000
 """Steps; a clip of more is a mistake in its speed or in --fps."""
@@ -85,19 +84,10 @@ def play(
     if steps > LONGEST:
         raise ParameterError(f"the clip would have {steps} steps, at most {LONGEST} are allowed. Raise --speed.")
     folder = output_folder(output.folder(file.stem))
-    film, cache = folder / f"{file.stem}.mp4", folder / f"{file.stem}.vtkhdf"
     peaks: list[Peak] = []
     frames = report.progress(_watched(simulation, steps, count, peaks), "Frames", steps)
-    with ExitStack() as stack:
-        if output.movie:
-            frames = filmed(frames, film, face, styles, output.fps, stack)
-        if output.series:
-            write_series(frames, (1 + np.arange(steps)) * step, cache)
-        else:
-            for _ in frames:
-                pass
-    written = ((film, output.movie), (cache, output.series))
-    columns, files = [], [path for path, wanted in written if wanted and path.exists()]
+    times = (1 + np.arange(steps)) * step
+    columns, files = [], shot(frames, times, face, styles, output.fps, *output.files(folder / file.stem))
     for _, when, frame in peaks:
         close = Style(output.pixels, output.view or closeup(frame, face), follow=follow)
         pair = [picture(frame, face, style) for style in (styles[0], close)]

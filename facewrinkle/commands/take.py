@@ -83,8 +83,10 @@ class Take:
         *_, frame = simulation.run(self.frames)
         return frame
 
-    def shoot(self, simulation: Simulation, movie: Path | None, series: Path | None, report: Report) -> pv.PolyData:
-        """Play the expression there and back, write it as it goes, and return the frame at its height.
+    def shoot(
+        self, simulation: Simulation, movie: Path | None, series: Path | None, report: Report
+    ) -> tuple[pv.PolyData, list[Path]]:
+        """Play the expression there and back, write it as it goes; returns the frame at its height, and the files.
 
         Without the packages for movies there is a notice in place of the movie.
         """
@@ -98,18 +100,10 @@ class Take:
             yield from simulation.run(self.steps - self.frames, ramp=0.8)
 
         frames = report.progress(played(), "Frames", self.steps)
-        with ExitStack() as stack:
-            if movie is not None:
-                frames = filmed(
-                    frames, movie, self.face, [Style(self.size, v) for v in ("front", self.close)], self.fps, stack
-                )
-            if series is not None:
-                times = (1 + np.arange(self.steps)) * simulation.motion.time_step
-                write_series(map(self.face.with_parts, frames), times, series)
-            else:
-                for _ in frames:
-                    pass
-        return peak[0]
+        styles = [Style(self.size, view) for view in ("front", self.close)] if movie is not None else []
+        times = (1 + np.arange(self.steps)) * simulation.motion.time_step
+        files = shot(frames, times, self.face, styles, self.fps, movie, series)
+        return peak[0], files
 
     def panels(self, view: str, peak: pv.PolyData, bare: pv.PolyData) -> list[Image]:
         """Neutral, expression without wrinkles, with wrinkles, and its triangles."""
@@ -121,6 +115,27 @@ class Take:
         """The fields in colour on the whole face, by name."""
         for name in FIELDS:
             yield name, picture(peak, self.face, Style(self.size, scalars=name))
+
+
+def shot(
+    frames: Iterator[pv.PolyData],
+    times: np.ndarray,
+    face: Face,
+    styles: Sequence[Style],
+    fps: float,
+    movie: Path | None,
+    series: Path | None,
+) -> list[Path]:
+    """Take all frames; those files that are named are written as they pass by, and returned."""
+    with ExitStack() as stack:
+        if movie is not None:
+            frames = filmed(frames, movie, face, styles, fps, stack)
+        if series is not None:
+            write_series(map(face.with_parts, frames), times, series)
+        else:
+            for _ in frames:
+                pass
+    return [path for path in (movie, series) if path is not None and path.exists()]
 
 
 def film(path: Path, fps: float, stack: ExitStack) -> Callable[[np.ndarray], None] | None:

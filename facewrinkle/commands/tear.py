@@ -20,8 +20,8 @@ from ..plotting import Image, Style, save_picture, side_by_side
 from ..simulation import Simulation
 from ..tears.presets import PRESETS, Tear, preset, surfaces
 from ..wet import TearScene
-from .common import FaceOptions, Report, mixture, size_of
-from .take import film
+from .common import FaceOptions, OutputOptions, Report, mixture
+from .take import film, shot
 
 Kind = Literal["dripping", "shedding", "one_tear", "weeping", "joy"]
 MOMENTS = 4
@@ -39,14 +39,8 @@ def tear(
     roughness: float | None = None,
     seed: int = 0,
     seconds: float = 4.0,
-    size: str = "800",
-    view: str = "cheeks",
-    fps: float = 25.0,
     plain: bool = False,
-    movie: bool = True,
-    series: bool = True,
-    out: Path | None = None,
-    quiet: bool = False,
+    output: OutputOptions | None = None,
 ) -> None:
     """Write pictures, a movie and time series of a face that cries.
 
@@ -66,22 +60,11 @@ def tear(
         Another number, other tears.
     seconds
         Length of the movie.
-    size
-        Pixels of each picture: 800, or 800x600.
-    view
-        View of the close-up.
-    fps
-        Frames in a second.
     plain
         Draw the tears of the movie without refraction: quicker.
-    out
-        Folder to write to. Default: output/tear_KIND.
-    quiet
-        Print nothing but errors.
     """
-    begin = time.perf_counter()
-    report = Report(quiet)
-    folder, stem = output_folder(out or Path("output") / f"tear_{kind}", make=False), f"tear_{kind}"
+    begin, output, stem = time.perf_counter(), output or OutputOptions(), f"tear_{kind}"
+    report, folder = Report(output.quiet), output_folder(output.folder(stem), make=False)
     face = (source or FaceOptions()).load()
     rates = face.atlas.contractions(mixture(expression or PRESETS[kind].expression, face.atlas), intensity)
     given = {name: value for name, value in (("c", speed), ("roughness", roughness)) if value is not None}
@@ -89,11 +72,11 @@ def tear(
         raise ParameterError("--speed and --roughness belong to tears that are shed; those that drip fall freely.")
     if speed is not None:
         check_range("speed", speed, 1e-6, 1e9)
-    seconds, fps = check_range("seconds", seconds, 0.1, 1e4), check_range("fps", fps, 1.0, 100.0)
+    seconds, fps = check_range("seconds", seconds, 0.1, 1e4), check_range("fps", output.fps, 1.0, 100.0)
     frames = check_whole("seconds times fps", round(seconds * fps), MOMENTS, 1e6)
-    style = Style(size_of(size), view)
+    style = Style(output.pixels, output.view or "cheeks")
     play = Play(face, rates, preset(kind, face, seed, **given), frames, fps)
-    files = play.record(output_folder(folder), stem, style, report, movie=movie, series=series, plain=plain)
+    files = play.record(output_folder(folder) / stem, style, report, output, plain=plain)
     report.table(
         stem,
         {
@@ -148,43 +131,39 @@ class Play:
             self.triangles = max(self.triangles, sum(tear.n_cells for tear in tears))
             yield frame, tears
 
-    def record(
-        self, folder: Path, stem: str, style: Style, report: Report, *, movie: bool, series: bool, plain: bool
-    ) -> list[Path]:
-        """Play it, and write what belongs to it; returns the files."""
+    def record(self, path: Path, style: Style, report: Report, output: OutputOptions, *, plain: bool) -> list[Path]:
+        """Play it, and write what belongs to it; returns the files, whose names begin as that of `path`."""
         files: list[Path] = []
         shown: list[tuple[float, pv.PolyData]] = []
         rows: list[list[Image]] = [[], []]
-        clip = folder / f"{stem}.mp4"
+        clip, cache = output.files(path)
         with ExitStack() as stack:
-            append = film(clip, self.fps, stack) if movie else None
+            append = film(clip, self.fps, stack) if clip is not None else None
             quick = [stack.enter_context(TearScene(self.face, one, not plain)) for one in _both(style)]
             still = [stack.enter_context(TearScene(self.face, one)) for one in _both(style)] if plain else quick
 
             def passing() -> Iterator[pv.PolyData]:
                 moments = self.moments()
                 for i, (frame, tears) in enumerate(report.progress(self.played(), "Frames", self.frames)):
-                    if series and tears:
+                    if cache is not None and tears:
                         shown.append((self.times[i], pv.merge(tears) if len(tears) > 1 else tears[0]))
                     if append is not None:
                         append(side_by_side([scene.picture(frame, tears) for scene in quick]))
                     if i in moments:
                         for row, scene in zip(rows, still, strict=True):
                             row.extend([scene.picture(frame, tears)] * moments.count(i))
+                    if i == moments[-1]:
+                        files.extend(output.mesh_of(frame, self.face, path))
                     yield frame
 
-            if series:
-                files.append(write_series(passing(), self.times, folder / f"{stem}.vtkhdf"))
-            else:
-                for _ in passing():
-                    pass
-        if append is not None:
+            files += shot(passing(), np.array(self.times), self.face, (), self.fps, None, cache)
+        if clip is not None and append is not None:
             files.append(clip)
         if shown:
             times, meshes = zip(*shown, strict=True)
-            files.append(write_series(meshes, times, folder / f"{stem}_tears.vtkhdf"))
+            files.append(write_series(meshes, times, path.with_name(f"{path.name}_tears.vtkhdf")))
         for row, suffix in zip(rows, ("", "_closeup"), strict=True):
-            files.append(save_picture(side_by_side(row), folder / f"{stem}{suffix}.png"))
+            files.append(save_picture(side_by_side(row), path.with_name(f"{path.name}{suffix}.png")))
         return files
 
 

@@ -113,7 +113,9 @@ class _File:
         indices = self.array(model.triangles.astype("<u4").reshape(-1, 1), INT, "SCALAR", target=INDICES)
         shape = lib.Primitive(attributes=lib.Attributes(**attributes), indices=indices, material=len(content.materials))
         surface = lib.PbrMetallicRoughness(**look)
-        content.materials.append(lib.Material(name=name, doubleSided=True, pbrMetallicRoughness=surface))
+        alpha = lib.MASK if model.cutout else lib.OPAQUE
+        material = lib.Material(name=name, doubleSided=True, pbrMetallicRoughness=surface, alphaMode=alpha)
+        content.materials.append(material)
         content.nodes.append(lib.Node(name=name, mesh=len(content.meshes), scale=[scale] * 3))
         content.meshes.append(lib.Mesh(name=name, primitives=[shape]))
 

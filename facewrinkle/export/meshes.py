@@ -38,6 +38,8 @@ class Model:
     colours : (n, 3) uint8, optional
     png : bytes, optional
         The texture.
+    cutout : bool
+        What is transparent in the texture is not drawn.
     """
 
     points: Array
@@ -47,6 +49,7 @@ class Model:
     uv: Array | None
     colours: Image | None
     png: bytes | None
+    cutout: bool = False
 
 
 def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *, parts: bool = False) -> Path:
@@ -65,7 +68,8 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *
     face : Face, optional
         The face of the frame, for its texture, and for the unit of a mesh that is no frame (else millimetres).
     parts : bool
-        In glTF, write the eyes, and between parted lips the teeth, as meshes of their own.
+        In glTF, write what came with the face (eyes, teeth, hair), else eyes, and between parted lips teeth, as meshes
+        of their own.
 
     Returns
     -------
@@ -101,7 +105,7 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *
             from .gltf import gltf
 
             others = beside(face, frame) if parts and face is not None else {}
-            models = {"face": model} | {name: _part(part) for name, part in others.items()}
+            models = {"face": model} | {name: _part(part, _own_texture(face, name)) for name, part in others.items()}
             files = {path: gltf(models, _unit(frame, face), binary=ending == ".glb")}
     for name, content in files.items():
         try:
@@ -111,8 +115,13 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *
     return path
 
 
-def _part(part: pv.PolyData) -> Model:
-    """What is drawn beside the skin, with `paint`."""
+def _own_texture(face: Face | None, name: str) -> Image | None:
+    part = None if face is None else face.parts.get(name)
+    return None if part is None else part.texture
+
+
+def _part(part: pv.PolyData, image: Image | None) -> Model:
+    """What is drawn beside the skin, with `paint` or a texture."""
     points, triangles = np.asarray(part.points, np.float64), np.asarray(part.triangulate().regular_faces, np.int64)
     normals = part.point_data.get("Normals")  # an eye has those of its cornea
     return Model(
@@ -120,9 +129,10 @@ def _part(part: pv.PolyData) -> Model:
         normals=vertex_normals(points, triangles) if normals is None else np.asarray(normals),
         triangles=triangles,
         origin=np.arange(len(points)),
-        uv=None,
-        colours=np.asarray(part.point_data["paint"])[:, :3],
-        png=None,
+        uv=None if image is None else np.asarray(part.active_texture_coordinates, dtype=np.float64),
+        colours=_colours(part, "paint"),
+        png=None if image is None else _png(image),
+        cutout=image is not None and image.shape[2] == 4,
     )
 
 
@@ -170,8 +180,8 @@ def _png(image: Image) -> bytes:
     return stream.getvalue()
 
 
-def _colours(mesh: pv.PolyData) -> Image | None:
-    colours = mesh.point_data.get("Colors")
+def _colours(mesh: pv.PolyData, name: str = "Colors") -> Image | None:
+    colours = mesh.point_data.get(name)
     if colours is None or colours.ndim != 2 or colours.shape[1] < 3:
         return None
     rgb = np.asarray(colours)[:, :3]

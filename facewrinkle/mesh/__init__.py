@@ -9,7 +9,7 @@ from .checks import Surface, prepare
 from .reading import read_surface
 from .refining import refine
 from .seams import add_seams, corner_texture, refine_seams, split_at_seams
-from .texture import as_texture, read_texture
+from .texture import as_texture, read_texture, texture_of
 
 __all__ = [
     "ARRAYS",
@@ -28,6 +28,7 @@ __all__ = [
     "refine",
     "refine_seams",
     "split_at_seams",
+    "texture_of",
     "to_polydata",
     "with_data",
     "with_normals",

@@ -43,6 +43,15 @@ TEXTURE = "Texture Coordinates"
 CORNERS = "Texture Corners"
 """The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, where there are seams."""
 
+IMAGE, IMAGES = "image", "images"
+"""The cell-data array of the image that lies on each triangle, its number in the file, -1 for none, and the field-data
+array that names the file."""
+
+MOVED = "moved"
+"""The point-data array of a mesh that others animated: where its points go (n, 3), all its shapes or moments in one.
+
+Borders at one place that part as the mesh moves, such as closed lips, are told by it from seams."""
+
 
 def to_polydata(
     points: np.ndarray, triangles: np.ndarray, point_data: Mapping[str, np.ndarray] | None = None
@@ -97,6 +106,11 @@ def to_polydata(
         else:  # PyVista keeps what VTK has no type for
             mesh.point_data[name] = values
     return mesh
+
+
+def blended(shapes: np.ndarray) -> np.ndarray:
+    """Displacements (k, n, 3) as one (n, 3), in which all have a share of their own; see `MOVED`."""
+    return np.asarray(np.tensordot(np.linspace(1.0, 2.0, len(shapes)) / max(len(shapes), 1), shapes, axes=1))
 
 
 def _add_array(mesh: pv.PolyData, name: str, values: np.ndarray) -> None:

@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 
 from ..errors import LARGEST, FaceWrinkleWarning, MeshError, ParameterError
 from ..geometry import topology
-from .arrays import CORNERS, with_data
-from .reading import read_surface
+from .arrays import CORNERS, IMAGE, MOVED, with_data
+from .reading import COLORS, read_surface
 from .repair import Patchwork, areas_doubled, closed_up, mended, reconstructed, unfolded
 
 IN_PIECES, FEW = 0.5, 4
@@ -101,7 +101,8 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
     source = read_surface(mesh)
     points, faces = np.asarray(source.points), np.asarray(source.regular_faces)
     _check_finite(points, faces)
-    whole = _in_one_piece(mended(Patchwork.of(points, faces)), near)
+    moved = source.point_data.pop(MOVED, None)  # of a new object
+    whole = _in_one_piece(mended(Patchwork.of(points, faces), moved), near)
     skin, others = _parted(source, whole, near)
     skin = unfolded(_oriented(skin, forward))
     for sentence in skin.report:
@@ -116,6 +117,10 @@ def _surface(source: pv.PolyData, skin: Patchwork, others: pv.PolyData | None) -
     kept = skin.origin[used]
     clean = with_data(source, triangles, kept)
     clean.points = skin.points[used]
+    if COLORS in clean.point_data and not np.ptp(clean.point_data[COLORS], axis=0).any():
+        del clean.point_data[COLORS]  # one colour is that of a material, and tells nothing
+    if IMAGE in source.cell_data:
+        clean.cell_data[IMAGE] = np.asarray(source.cell_data[IMAGE])[skin.corners[:, 0] // 3]
     faces = np.asarray(source.regular_faces)
     texture = source.active_texture_coordinates
     if CORNERS in source.cell_data:
@@ -193,6 +198,8 @@ def _others(source: pv.PolyData, apart: Patchwork, label: np.ndarray) -> pv.Poly
     others = with_data(source, renumbered.reshape(-1, 3), kept)
     if CORNERS in source.cell_data:
         others.cell_data[CORNERS] = np.asarray(source.cell_data[CORNERS])[rows]
+    if IMAGE in source.cell_data:
+        others.cell_data[IMAGE] = np.asarray(source.cell_data[IMAGE])[rows]
     others.cell_data[PART] = np.unique(label[first], return_inverse=True)[1].ravel()
     return others
 

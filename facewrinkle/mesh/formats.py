@@ -56,6 +56,8 @@ class Primitive:
     colors : (n, 3) uint8 or None
     shapes : (k, n, 3) float64 or None
         Displacements of the morph targets.
+    image : int
+        The number of the image on it in the file, -1 for none.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Primitive:
     texture: np.ndarray | None = None
     colors: np.ndarray | None = None
     shapes: np.ndarray | None = None
+    image: int = -1
 
 
 def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:

@@ -36,8 +36,8 @@ DEEPEST = 200
 """Levels of nodes, at most; nodes that hang on themselves have no end."""
 
 
-def read_gltf_file(path: Path) -> list[Primitive]:
-    """The triangles of all meshes in the scene of a glTF or GLB file.
+def read_gltf_file(path: Path, without: int | None = None) -> list[Primitive]:
+    """The triangles of all meshes in the scene of a glTF or GLB file, but those of the node `without`.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def read_gltf_file(path: Path) -> list[Primitive]:
     """
     document = _Document(path)
     try:
-        return list(document.primitives())
+        return list(document.primitives(without))
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as problem:
         if isinstance(problem, MeshError):
             raise
@@ -157,7 +157,7 @@ class _Document:
 
     # --- the scene ---------------------------------------------------------------------------------
 
-    def primitives(self) -> Iterator[Primitive]:
+    def primitives(self, without: int | None = None) -> Iterator[Primitive]:
         """The primitives of all meshes of the scene."""
         nodes, scenes = self.file.get("nodes") or [], self.file.get("scenes") or []
         if scenes:
@@ -176,7 +176,7 @@ class _Document:
             pending += [(child, world[index], depth + 1) for child in node.get("children") or []]
         for index in sorted(world):
             node = nodes[index]
-            if "mesh" not in node:
+            if "mesh" not in node or index == without:
                 continue
             mesh = self._at("meshes", node["mesh"])
             bones = self._bones(node["skin"], world) if "skin" in node else None
@@ -221,12 +221,27 @@ class _Document:
         if np.linalg.det(world[:3, :3]) < 0.0:
             triangles = triangles[:, ::-1]
         texture = self._vectors(attributes["TEXCOORD_0"], 2) if "TEXCOORD_0" in attributes else None
-        colors = _seen(self.numbers(attributes["COLOR_0"])) if "COLOR_0" in attributes else None
+        image, light = self._look(primitive)
+        light = self.numbers(attributes["COLOR_0"]) if "COLOR_0" in attributes else light
+        colors = None if light is None else np.array(np.broadcast_to(_seen(light), (max(n, len(light)), 3)))
         for values in (texture, colors):
             if values is not None and len(values) != n:
                 raise self.broken(f"it has {n} points and {len(values)} texture coordinates or colours")
         at_corners = None if texture is None else (texture * [1.0, -1.0] + [0.0, 1.0])[triangles]
-        return Primitive(name, points, triangles, at_corners, colors, shapes)
+        return Primitive(name, points, triangles, at_corners, colors, shapes, image)
+
+    def _look(self, primitive: dict[str, Any]) -> tuple[int, Array | None]:
+        """The number of the image on a primitive, -1 for none, and else the colour (1, 4) of its material."""
+        try:
+            material = self._at("materials", primitive["material"]).get("pbrMetallicRoughness") or {}
+            if "baseColorTexture" in material:
+                chosen = self._at("textures", material["baseColorTexture"]["index"])
+                for extension in (chosen.get("extensions") or {}).values():
+                    chosen = {"source": extension.get("source", chosen.get("source"))}
+                return int(chosen["source"]), None
+            return -1, np.array(material["baseColorFactor"], dtype=np.float64).reshape(1, 4)
+        except (MeshError, KeyError, TypeError, ValueError, AttributeError):  # a mesh is read without its look, too
+            return -1, None
 
     def _vectors(self, index: Any, width: int) -> Array:
         values = self.numbers(index).astype(np.float64)

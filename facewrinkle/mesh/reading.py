@@ -17,11 +17,11 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from ..errors import MeshError
-from .arrays import TEXTURE, numbers, to_polydata, with_data
+from .arrays import IMAGE, IMAGES, MOVED, TEXTURE, blended, numbers, to_polydata, with_data
 from .formats import Polygons, Primitive, polygon_triangles, read_obj, read_off
 from .gltf_file import read_gltf_file
 from .ply import read_ply
-from .seams import add_seams
+from .seams import add_seams, corner_texture
 from .usd_file import read_usd_file
 
 COLORS = "Colors"
@@ -118,9 +118,9 @@ def _read_by_ending(path: Path) -> pv.PolyData:
         case ".ply":
             return from_polygons(read_ply(path), path.name)
         case ending if ending in GLTF:
-            return _from_primitives(read_gltf_file(path), path.name)
+            return from_primitives(read_gltf_file(path), path)
         case ending if ending in USD:
-            return _from_primitives(read_usd_file(path), path.name)
+            return from_primitives(read_usd_file(path), path)
         case ending if ending in OF_VTK:
             return _from_dataset(_read_with_vtk(path), path.name)
     if path.suffix == ".face":
@@ -185,10 +185,10 @@ def _read_with_vtk(path: Path) -> Any:
     return data
 
 
-def _from_primitives(primitives: list[Primitive], name: str) -> pv.PolyData:
+def from_primitives(primitives: list[Primitive], path: Path) -> pv.PolyData:
     """All meshes of a scene as one surface, without the seams at which their points are split."""
     if not primitives:
-        raise MeshError(f"{name} holds no triangles. Export the face with its geometry, as a mesh.")
+        raise MeshError(f"{path.name} holds no triangles. Export the face with its geometry, as a mesh.")
     starts = np.cumsum([0, *(len(part.points) for part in primitives)])
     count = max(0 if part.shapes is None else len(part.shapes) for part in primitives)
     shapes = np.zeros((count, starts[-1], 3))
@@ -202,6 +202,8 @@ def _from_primitives(primitives: list[Primitive], name: str) -> pv.PolyData:
     triangles = np.concatenate([part.triangles + start for part, start in zip(primitives, starts[:-1], strict=True)])
     kept, number = welded(points, shapes, triangles)
     mesh = to_polydata(points[kept], number[triangles])
+    if count:
+        mesh.point_data[MOVED] = blended(shapes[:, kept])
     if any(part.colors is not None for part in primitives):
         mesh.point_data[COLORS] = colors[kept]
     if any(part.texture is not None for part in primitives):
@@ -209,11 +211,15 @@ def _from_primitives(primitives: list[Primitive], name: str) -> pv.PolyData:
         at_corners = np.concatenate(
             [none if part.texture is None else part.texture for part, none in zip(primitives, nothing, strict=True)]
         )
-        _lay_texture(mesh, at_corners)
+        lay_texture(mesh, at_corners)
+    images = [-1 if part.texture is None else part.image for part in primitives]
+    if max(images) >= 0:
+        mesh.cell_data[IMAGE] = np.repeat(images, [len(part.triangles) for part in primitives])
+        mesh.field_data[IMAGES] = [str(path.absolute())]
     return mesh
 
 
-def _lay_texture(mesh: pv.PolyData, at_corners: np.ndarray) -> None:
+def lay_texture(mesh: pv.PolyData, at_corners: np.ndarray) -> None:
     """Give a mesh its texture coordinates (m, 3, 2): points the first that they have, corners where these differ."""
     triangles = np.asarray(mesh.regular_faces)
     texture = np.zeros((mesh.n_points, 2))
@@ -307,7 +313,7 @@ def _from_dataset(data: Any, name: str) -> pv.PolyData:
         blocks = [(path, block) for path, block in _leaves(data) if _count_faces(block)]
         if not blocks:
             raise MeshError(f"{name} holds no surface: none of its {data.n_blocks} blocks has faces.")
-        return _joined([_from_dataset(block, f"{name}, block {path!r}") for path, block in blocks])
+        return joined([_from_dataset(block, f"{name}, block {path!r}") for path, block in blocks])
     if not isinstance(data, pv.DataSet):
         raise MeshError(f"{name} is a {type(data).__name__}, which holds no surface. Pass a PolyData.")
     if not isinstance(data, pv.PolyData):
@@ -320,27 +326,44 @@ def _from_dataset(data: Any, name: str) -> pv.PolyData:
             "points or lines), or reconstruct one with mesh.reconstruct_surface()."
         )
     _check_cells(data, name)
-    return with_data(data, _triangles(data), np.arange(data.n_points))
+    surface = with_data(data, _triangles(data), np.arange(data.n_points))
+    if IMAGE in data.cell_data and data.is_all_triangles:  # what was read here once
+        surface.cell_data[IMAGE] = data.cell_data[IMAGE]
+    return surface
 
 
-def _joined(surfaces: list[pv.PolyData]) -> pv.PolyData:
-    """Surfaces side by side, with the point data that all of them have."""
+NOTHING = {COLORS: np.uint8(255), MOVED: 0.0}
+"""What stands for colours and motion where a mesh has none beside others that have."""
+
+
+def joined(surfaces: list[pv.PolyData]) -> pv.PolyData:
+    """Surfaces side by side, with the point data that all of them have, and their texture where some have none."""
     if len(surfaces) == 1:
         return surfaces[0]
     starts = np.cumsum([0, *(surface.n_points for surface in surfaces[:-1])])
     data = {}
-    for key, values in surfaces[0].point_data.items():
-        rows = [np.asarray(surface.point_data[key]) for surface in surfaces if key in surface.point_data]
-        if len(rows) == len(surfaces) and all(row.shape[1:] == values.shape[1:] for row in rows):
+    for key in dict.fromkeys(key for surface in surfaces for key in surface.point_data):
+        shape = next(surface.point_data[key].shape[1:] for surface in surfaces if key in surface.point_data)
+        rows = [
+            np.asarray(s.point_data[key]) if key in s.point_data else np.full((s.n_points, *shape), NOTHING[key])
+            for s in surfaces
+            if key in s.point_data or key in NOTHING
+        ]
+        if len(rows) == len(surfaces) and all(row.shape[1:] == shape for row in rows):
             data[key] = np.concatenate(rows)
     mesh = to_polydata(
         np.concatenate([surface.points for surface in surfaces]),
         np.concatenate([surface.regular_faces + start for surface, start in zip(surfaces, starts, strict=True)]),
         data,
     )
-    texture = surfaces[0].point_data.active_texture_coordinates_name
-    if texture in data:
-        mesh.point_data.active_texture_coordinates_name = texture
+    corners = [corner_texture(surface) for surface in surfaces]
+    if any(own is not None for own in corners):
+        rows = [np.zeros((s.n_cells, 3, 2)) if c is None else c for s, c in zip(surfaces, corners, strict=True)]
+        lay_texture(mesh, np.concatenate(rows))
+    if any(IMAGE in surface.cell_data for surface in surfaces):
+        number = [np.asarray(s.cell_data.get(IMAGE, np.full(s.n_cells, -1))) for s in surfaces]
+        mesh.cell_data[IMAGE] = np.concatenate(number)
+        mesh.field_data[IMAGES] = next(s.field_data[IMAGES] for s in surfaces if IMAGES in s.field_data)
     return mesh
 
 

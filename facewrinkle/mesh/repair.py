@@ -76,15 +76,17 @@ class Patchwork:
         return replace(self, report=(*self.report, sentence))
 
 
-def mended(mesh: Patchwork) -> Patchwork:
+def mended(mesh: Patchwork, moved: Array | None = None) -> Patchwork:
     """The mesh without degenerate and duplicate triangles, whole at its seams, with two triangles at most on each edge.
+
+    `moved` (n, 3) is where the points of the source go as the mesh moves: borders that part are no seams.
 
     Raises
     ------
     MeshError
         If no triangle has an area.
     """
-    return without_crowded_edges(without_duplicates(sewn(without_slivers(without_duplicates(mesh)))))
+    return without_crowded_edges(without_duplicates(sewn(without_slivers(without_duplicates(mesh)), moved)))
 
 
 def areas_doubled(points: Array, triangles: Ints) -> Array:
@@ -197,16 +199,17 @@ def _flipped(mesh: Patchwork) -> Patchwork:
 # --- seams ------------------------------------------------------------------------------------------
 
 
-def sewn(mesh: Patchwork) -> Patchwork:
+def sewn(mesh: Patchwork, moved: Array | None = None) -> Patchwork:
     """The mesh joined where two of its borders run along the same places, as at seams of texture or shading.
 
-    Points alone are not joined: lids and lips may touch.
+    Points alone are not joined: lids and lips may touch. Nor are borders that part as the source's points have `moved`.
     """
     edges, sides = topology.unique_edges(mesh.triangles)
     border = edges[np.bincount(sides.ravel()) == 1].astype(np.int64)
     if not len(border):
         return mesh
-    place = _near_places(mesh.points, np.unique(border))
+    where = mesh.points if moved is None else np.hstack([mesh.points, moved[mesh.origin]])
+    place = _near_places(where, np.unique(border))
     ends = place[border]
     turned = ends[:, 0] > ends[:, 1]
     border[turned], ends[turned] = border[turned][:, ::-1], ends[turned][:, ::-1]

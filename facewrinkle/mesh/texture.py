@@ -11,6 +11,8 @@ import re
 import struct
 import warnings
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -20,6 +22,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, MeshError, ParameterError
+from .arrays import IMAGE, IMAGES
 from .reading import GLTF, check_file
 
 Image = npt.NDArray[np.uint8]
@@ -112,11 +115,35 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
     return None
 
 
+def texture_of(mesh: pv.PolyData) -> Image | None:
+    """The image on most triangles of a mesh that :func:`facewrinkle.read_surface` gave, or of a part of one.
+
+    Returns
+    -------
+    ndarray of uint8, shape (h, w, 3), or (h, w, 4) where it is transparent; or None
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        If it cannot be read, or if there are several.
+    """
+    numbers = np.asarray(mesh.cell_data[IMAGE])
+    if not (numbers >= 0).any():
+        return None
+    path = Path(str(mesh.field_data[IMAGES][0]))
+    try:
+        number = int(_most(Counter(map(str, numbers[numbers >= 0].tolist())), path.name))
+        return _image_of_gltf(path, *_gltf_of(path), number, alpha=True)
+    except MeshError as problem:
+        _warn(f"the texture is left out: {problem}")
+        return None
+
+
 def _warn(message: str) -> None:
     warnings.warn(message, FaceWrinkleWarning, stacklevel=4)
 
 
-def _decoded(data: bytes, name: str) -> Image:
+def _decoded(data: bytes, name: str, *, alpha: bool = False) -> Image:
     from PIL import Image as Pillow
 
     try:
@@ -125,7 +152,7 @@ def _decoded(data: bytes, name: str) -> Image:
             with Pillow.open(io.BytesIO(data)) as image:
                 if max(image.size) > LARGEST_SIDE:
                     raise MeshError(f"{name} has {image.size[0]} x {image.size[1]} pixels, {LARGEST_SIDE} are allowed.")
-                return np.array(image.convert("RGB"))
+                return np.array(image.convert("RGBA" if alpha and image.has_transparency_data else "RGB"))
     except MeshError:
         raise
     except Exception as problem:  # every format fails in its own way
@@ -220,18 +247,36 @@ def _comments_of_ply(path: Path) -> Counter[str]:
 
 
 def _of_gltf(path: Path, mesh: str | None) -> Image | None:
-    check_file(path)
-    try:
-        content, blob = _gltf(path.read_bytes())
+    with _damage(path):
+        content, blob = _gltf_of(path)
         images = _images_of_gltf(content, mesh)
         if not images:
             return None
         number = int(_most(Counter({str(i): count for i, count in images.items()}), path.name))
-        return _decoded(_bytes_of_gltf(content, blob, content["images"][number], path), f"{number} of {path.name}")
+    return _image_of_gltf(path, content, blob, number)
+
+
+def _image_of_gltf(path: Path, content: dict[str, Any], blob: bytes, number: int, *, alpha: bool = False) -> Image:
+    with _damage(path):
+        data = _bytes_of_gltf(content, blob, content["images"][number], path)
+    return _decoded(data, f"{number} of {path.name}", alpha=alpha)
+
+
+@contextmanager
+def _damage(path: Path) -> Iterator[None]:
+    """A MeshError for whatever a damaged file leads to."""
+    try:
+        yield
     except (KeyError, IndexError, TypeError, AttributeError, ValueError, struct.error, binascii.Error) as problem:
         if isinstance(problem, MeshError):
             raise
         raise MeshError(f"{path.name} does not hold the image that it names ({problem}). Export it again.") from None
+
+
+def _gltf_of(path: Path) -> tuple[dict[str, Any], bytes]:
+    check_file(path)
+    with _damage(path):
+        return _gltf(path.read_bytes())
 
 
 def _gltf(data: bytes) -> tuple[dict[str, Any], bytes]:

@@ -13,8 +13,8 @@ from .formats import Primitive, polygon_triangles
 __all__ = ["read_usd_file"]
 
 
-def read_usd_file(path: Path) -> list[Primitive]:
-    """The triangles of all meshes that are drawn on the stage of a USD file.
+def read_usd_file(path: Path, without: str | None = None) -> list[Primitive]:
+    """The triangles of all meshes that are drawn on the stage of a USD file, but those at the path `without`.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def read_usd_file(path: Path) -> list[Primitive]:
     found = []
     for prim in Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()):
         mesh = UsdGeom.Mesh(prim)
-        if not mesh or mesh.ComputeVisibility(first) == UsdGeom.Tokens.invisible:
+        if not mesh or str(prim.GetPath()) == without or mesh.ComputeVisibility(first) == UsdGeom.Tokens.invisible:
             continue
         if mesh.ComputePurpose() in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy):
             continue

@@ -8,7 +8,7 @@ few beside them of ICT-FaceKit. The units follow from what the names' documentat
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Literal
 
@@ -58,6 +58,31 @@ ARKIT: Mapping[str, str] = MappingProxyType(
 _SIDE = re.compile(r"(.+?)_?(L|R|Left|Right)")
 
 
+LOOKS: Mapping[str, str] = MappingProxyType(
+    {"eyeLookUp": "up", "eyeLookDown": "down", "eyeLookIn": "inwards", "eyeLookOut": "outwards"}
+)
+"""Turn of an eye by shape."""
+
+
+def looks_of(shapes: Iterable[str]) -> dict[str, tuple[str, str]]:
+    """The side, and the turn of the eye there, by shape, of those that turn eyes.
+
+    Examples
+    --------
+    >>> looks_of(["jawOpen", "eyeLookInLeft", "eyeLookUp_R"])
+    {'eyeLookInLeft': ('l', 'inwards'), 'eyeLookUp_R': ('r', 'up')}
+    """
+    sided = {shape: _sided(shape) for shape in shapes}
+    return {shape: (side, LOOKS[stem]) for shape, (stem, side) in sided.items() if side and stem in LOOKS}
+
+
+def _sided(shape: str) -> tuple[str, str | None]:
+    """A shape's name without its side, and the side."""
+    if shape in ARKIT or not (match := _SIDE.fullmatch(shape)):
+        return shape, None
+    return match[1], match[2][0].lower()
+
+
 def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None) -> dict[str, float]:
     """Action units by the weights of shapes; the largest weight counts where several shapes are one unit.
 
@@ -86,9 +111,7 @@ def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None
         raise unknown_name("side", side, ("l", "r"))
     found: dict[str, float] = {}
     for shape, weight in weights.items():
-        stem, own = shape, None
-        if shape not in ARKIT and (match := _SIDE.fullmatch(shape)):
-            stem, own = match[1], match[2][0].lower()
+        stem, own = _sided(shape)
         stem = f"{stem}_{own}" if f"{stem}_{own}" in ARKIT else stem
         if stem in ARKIT and weight > 0.0 and (side is None or own in (None, side)):
             unit = ARKIT[stem]

@@ -14,7 +14,9 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from ..errors import MeshError
 from ..geometry.normals import vertex_normals
 from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
-from ..mesh.reading import GLTF, check_file
+from ..mesh.arrays import MOVED, blended, with_data
+from ..mesh.checks import PART
+from ..mesh.reading import GLTF, check_file, joined
 from .gltf import NAME, read_gltf
 from .recorded import Recorded
 from .usd import read_usd
@@ -32,7 +34,9 @@ def read_animation(
 
     From glTF come morph targets (named as in the file) with their weights over time, and the motion of the node. Points
     that the file splits at seams of texture or shading, and that move alike, are one point here; the cell data "Texture
-    Corners" then holds the texture coordinates of all corners.
+    Corners" then holds the texture coordinates of all corners. Other meshes of the file (eyes, teeth, hair) come after
+    the one that is recorded, as they are at rest: :func:`facewrinkle.fit_face` sets them apart, and they go with the
+    face.
 
     From USD come the time samples of the points and of the place of a mesh. From VTKHDF come the positions of all
     points over time; the first are those at rest. Frames of a simulation of our own may be refined in it: the motion is
@@ -105,7 +109,9 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
         if len(times) < 2:
             raise MeshError(f"{path.name} holds one moment, and no animation. read_surface and fit_face read meshes.")
         frames = [_moment(reader, step) for step in range(len(times))]
+    others = None
     if _is_ours(frames[0]):
+        others, frames = _apart(frames)
         rest, positions = _bare(frames, path.name)
     else:
         positions = [np.asarray(frame.points) for frame in frames]
@@ -115,13 +121,31 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
                     f"{path.name}: the mesh changes at step {step}, from {rest.n_points} to {frame.n_points} points. A "
                     "recording needs the same triangles at all times: write it without refinement."
                 )
+    rest.point_data[MOVED] = blended(np.array(positions) - rest.points)
     written = [float(str(np.float32(time))) for time in times]  # VTK keeps single precision: 0.1 is meant to be 0.1
-    return rest, Recorded.of_positions(positions, times=written, rest=rest.points)
+    recorded = Recorded.of_positions(positions, times=written, rest=rest.points)
+    return rest if others is None else joined([rest, others]), recorded
 
 
 def _is_ours(frame: pv.PolyData) -> bool:
     """Whether a frame is one of a simulation, and tells what its wrinkles and its base mesh are."""
     return {"W", "level", "rest"} <= set(frame.point_data) and UNIT in frame.field_data
+
+
+def _apart(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, list[pv.PolyData]]:
+    """What was written beside the skin, as it is at rest, if there is anything, and the frames without it."""
+    if PART not in frames[0].point_data:
+        return None, frames
+    skins = []
+    for frame in frames:
+        kept = np.flatnonzero(frame[PART] == 0)  # which come first
+        triangles = np.asarray(frame.regular_faces)
+        skins.append(with_data(frame, triangles[triangles[:, 0] < len(kept)], kept))
+    first = np.asarray(frames[0].regular_faces)
+    count = skins[0].n_points
+    others = with_data(frames[0], first[first[:, 0] >= count] - count, np.arange(count, frames[0].n_points))
+    others.points = np.asarray(others["rest"])
+    return others, skins
 
 
 def _bare(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData, list[np.ndarray]]:

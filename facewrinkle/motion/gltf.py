@@ -19,8 +19,9 @@ import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown_name
 from ..mesh import to_polydata
-from ..mesh.arrays import TEXTURE
-from ..mesh.reading import check_file, welded
+from ..mesh.arrays import IMAGE, IMAGES, MOVED, TEXTURE, blended
+from ..mesh.gltf_file import read_gltf_file
+from ..mesh.reading import check_file, from_primitives, joined, welded
 from ..mesh.seams import add_seams
 from .recorded import Interpolation, Recorded, Track
 
@@ -46,7 +47,9 @@ def read_gltf(path: Path, mesh: str | None = None, animation: str | None = None)
     """The mesh of a glTF file at rest, and the recording that moves it; see :func:`facewrinkle.read_animation`."""
     document = _Document(path)
     node = document.chosen_node(mesh)
-    return _animated(document, node, document.channels(node, animation))
+    rest, recorded = _animated(document, node, document.channels(node, animation))
+    others = read_gltf_file(path, without=node)
+    return joined([rest, from_primitives(others, path)]) if others else rest, recorded
 
 
 def _animated(document: _Document, node: int, channels: list[Any]) -> tuple[pv.PolyData, Recorded]:
@@ -60,12 +63,16 @@ def _animated(document: _Document, node: int, channels: list[Any]) -> tuple[pv.P
     kept, number = welded(points, deltas, triangles)
     mesh = to_polydata(points[kept], number[triangles])
     mesh.field_data[NAME] = [document.label(node)]
+    if (images := document.images(node)).max() >= 0:
+        mesh.cell_data[IMAGE], mesh.field_data[IMAGES] = images, [str(document.path.absolute())]
     if texture is not None:
         texture = texture * [1.0, -1.0] + [0.0, 1.0]
         mesh.point_data[TEXTURE] = texture[kept]
         mesh.point_data.active_texture_coordinates_name = TEXTURE
         add_seams(mesh, texture[triangles])
     deltas = deltas[:, kept]
+    if len(deltas):
+        mesh.point_data[MOVED] = blended(deltas)
     weights, pose = _tracks(document, node, channels, len(deltas), still, skinned)
     if not len(deltas):
         return mesh, Recorded(weights, (), deltas, np.array(mesh.points), pose)
@@ -138,7 +145,7 @@ class _Document:
                 "animations of glTF files need the package pygltflib, which is not installed. "
                 "pip install 'facewrinkle[export]'"
             ) from None
-        self.name, self._folder = path.name, path.parent
+        self.path, self.name, self._folder = path, path.name, path.parent
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -314,6 +321,23 @@ class _Document:
         if len(names) != len(deltas) or len(set(names)) < len(names):
             names = [f"shape_{i}" for i in range(len(deltas))]
         return np.concatenate([part[0] for part in parts]), triangles, texture, deltas, tuple(names)
+
+    def images(self, node: int) -> npt.NDArray[np.int64]:
+        """The number of the image on each triangle of a node's mesh, -1 for none."""
+        found = []
+        for primitive in self.file.meshes[self.file.nodes[node].mesh].primitives:
+            count = self.file.accessors[
+                primitive.attributes.POSITION if primitive.indices is None else primitive.indices
+            ].count
+            number = -1
+            if primitive.material is not None and primitive.material < len(self.file.materials):
+                look = self.file.materials[primitive.material].pbrMetallicRoughness
+                texture = None if look is None else look.baseColorTexture
+                if texture is not None and texture.index < len(self.file.textures):
+                    source = self.file.textures[texture.index].source
+                    number = -1 if source is None else source
+            found.append(np.full(count // 3, number))
+        return np.concatenate(found)
 
     def _part(self, primitive: Any) -> tuple[Array, npt.NDArray[np.int64], Array | None, Array]:
         if primitive.mode not in (None, TRIANGLES) or primitive.attributes.POSITION is None:

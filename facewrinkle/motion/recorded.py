@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Self
 
@@ -10,9 +11,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
-from ..errors import LARGEST, ParameterError, check_range, unknown_name
-from .action_units import units_of
+from ..anatomy.muscles import EyeMuscle
+from ..anatomy.parts import STILL
+from ..errors import LARGEST, FaceWrinkleWarning, ParameterError, check_range, unknown_name
+from ..geometry.rigid import Rigid
+from .action_units import looks_of, units_of
 from .base import Undriven
 
 Array = npt.NDArray[np.float64]
@@ -243,7 +248,9 @@ class Recorded:
             raise ParameterError("this recording holds positions, which have no weights.")
         return dict(zip(self.names, self.track.at(self.recorded_time(time)).tolist(), strict=True))
 
-    def action_units(self, time: float, side: Literal["l", "r"] | None = None) -> dict[str, float]:
+    def action_units(
+        self, time: float, side: Literal["l", "r"] | None = None, atlas: Atlas | None = None
+    ) -> dict[str, float]:
         """Action units of the shapes that bear ARKit's names, with their weights; the stronger side counts.
 
         Parameters
@@ -251,6 +258,13 @@ class Recorded:
         time : float
         side : {"l", "r"}, optional
             Only this side of the face.
+        atlas : Atlas, optional
+            Only units that it has muscles for: ``sim.express(recorded.action_units(t, atlas=sim.face.atlas))``.
+
+        Warns
+        -----
+        FaceWrinkleWarning
+            If units act that the atlas has no muscles for.
 
         Examples
         --------
@@ -259,7 +273,17 @@ class Recorded:
         >>> recorded.action_units(0.0), recorded.action_units(0.0, side="r")
         ({'AU12': 0.7, 'AU26': 0.2}, {'AU26': 0.2})
         """
-        return units_of(self.weights(time), side)
+        units = units_of(self.weights(time), side)
+        if atlas is None:
+            return units
+        if set(units) - set(atlas.action_units):
+            lacking = sorted(set(units_of(dict.fromkeys(self.names, 1.0))) - set(atlas.action_units), key=_number)
+            warnings.warn(  # the same at all times: Python shows it once
+                f"the recording has shapes without muscles, which are left out: {', '.join(lacking)}.",
+                FaceWrinkleWarning,
+                stacklevel=2,
+            )
+        return {unit: weight for unit, weight in units.items() if unit in atlas.action_units}
 
     def positions(self, time: float, rest: Array, which: npt.NDArray[np.int64] | slice = slice(None)) -> Array:
         """Positions (n, 3) of the vertices `which` whose rest is `rest` (n, 3)."""
@@ -328,7 +352,13 @@ class Playback(Undriven):
         self.recorded = recorded
         self.time_step = check_range("time_step", time_step, 1e-9, 1e9)
         self._which = recorded.points_of(face)
+        baked = recorded.deltas is None and face.landmarks
+        self._head, self._near = Rigid(face.points) if baked else None, STILL * face.frame.pupil_distance
         self._rest, self._unit = face.points, face.unit
+        muscles = {(m.side, m.turn): name for name, m in face.muscles.items() if isinstance(m, EyeMuscle)}
+        looks = looks_of(recorded.names).items()
+        self._looks = {shape: muscles[look] for shape, look in looks if look in muscles}
+        self._face = face
         self.points = self._rest * self._unit
         self.reset()
 
@@ -342,10 +372,31 @@ class Playback(Undriven):
         return self.recorded.positions(self._steps * self.time_step, self._rest, self._which) * self._unit
 
     @property
+    def gazes(self) -> Mapping[str, Array]:
+        """The unit directions (3,) in which the eyes of the head at rest look, by side, where shapes turn them."""
+        if not self._looks:
+            return {}
+        weights = self.recorded.weights(self._steps * self.time_step)
+        rates = {muscle: min(max(weights[shape], 0.0), 1.0) for shape, muscle in self._looks.items()}
+        return self._face.gazes(rates)
+
+    @property
     def pose(self) -> Array | None:
-        """How the head as a whole has moved since rest: a matrix (4, 4) in the unit of the mesh, or None."""
-        recorded = self.recorded
-        return None if recorded.pose is None else recorded.pose(recorded.recorded_time(self._steps * self.time_step))
+        """How the head as a whole has moved since rest: a matrix (4, 4) in the unit of the mesh, or None.
+
+        As it was recorded, and as most positions tell where these were recorded.
+        """
+        recorded, time = self.recorded, self._steps * self.time_step
+        pose = None if recorded.pose is None else recorded.pose(recorded.recorded_time(time))
+        if self._head is None:
+            return pose
+        own = replace(recorded, pose=None).positions(time, self._rest, self._which)
+        baked = self._head.pose(own, self._near)
+        return baked if pose is None else pose @ baked
+
+
+def _number(unit: str) -> tuple[int, str]:
+    return int(unit.removeprefix("AU")), unit
 
 
 def _near(ours: Array, theirs: Array) -> bool:

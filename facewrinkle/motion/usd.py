@@ -15,8 +15,10 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown_name
+from ..mesh.arrays import MOVED, blended
 from ..mesh.formats import Polygons, check_vertices, textured
-from ..mesh.reading import from_polygons
+from ..mesh.reading import from_polygons, from_primitives, joined
+from ..mesh.usd_file import read_usd_file
 from .recorded import Recorded, Track
 
 __all__ = ["read_usd"]
@@ -52,7 +54,11 @@ def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded
     positions = np.array([chosen.points(time) for time in times]) @ still[:3, :3].T + still[:3, 3]
     seconds = np.asarray(times) / stage.GetTimeCodesPerSecond()
     recorded = Recorded(Track(seconds, positions), rest=rest.points, pose=chosen.pose(still, stage))
-    return from_polygons(rest, path.name), recorded
+    surface = from_polygons(rest, path.name)
+    if chosen.deforms:
+        surface.point_data[MOVED] = blended(positions - rest.points)
+    others = read_usd_file(path, without=chosen.path)
+    return joined([surface, from_primitives(others, path)]) if others else surface, recorded
 
 
 def _chosen(found: list[_Mesh], name: str | None, file: str) -> _Mesh:

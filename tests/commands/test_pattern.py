@@ -9,7 +9,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from facewrinkle.cli import main
 
-FEW = ["--frames", "4", "--pixels", "96", "--no-movie"]
+FEW = ["--frames", "4", "--size", "96", "--no-movie"]
 
 
 def heights(path):
@@ -49,15 +49,19 @@ def test_a_preset_comes_and_goes(tmp_path, capsys):
 def test_on_any_surface_about_a_centre(tmp_path):
     mesh = tmp_path / "ball.ply"
     pv.Sphere(radius=4.0, theta_resolution=40, phi_resolution=40).save(mesh)
-    place = ["--face", str(mesh), "--units", "cm", "--centre", "0,0,4", "--size", "2,1.5", "--up", "0,1,0.2"]
-    assert main(["pattern", "dimple", *place, *FEW, "--depth", "3", "--quiet", "--out", str(tmp_path / "out")]) == 0
+    place = ["--face", str(mesh), "--units", "cm", "--centre", "0,0,4", "--extent", "2,1.5", "--up", "0,1,0.2"]
+    out = ["--save-mesh", "ply", "--out", str(tmp_path / "out")]
+    assert main(["pattern", "dimple", *place, *FEW, "--depth", "3", "--quiet", *out]) == 0
     w = heights(tmp_path / "out" / "pattern_dimple.vtkhdf")
     assert w[4, 0] == pytest.approx(-3.0, abs=0.1)
     assert (w[:, 1] == 0.0).all()
+    dimpled = pv.read(tmp_path / "out" / "pattern_dimple.ply")
+    deepest = dimpled.points[np.argmin(np.linalg.norm(dimpled.points[:, :2], axis=1))]
+    assert deepest[2] == pytest.approx(4.0 + w[4, 0] / 10.0, abs=0.01)  # the mesh at its height, in its own unit
 
 
 def test_an_expression_brings_it_out(tmp_path):
-    arguments = ["pattern", "dimple_l", "--expression", "AU12", "--frames", "14", "--pixels", "64", "--no-movie"]
+    arguments = ["pattern", "dimple_l", "--expression", "AU12", "--frames", "14", "--size", "64", "--no-movie"]
     assert main([*arguments, "--out", str(tmp_path), "--quiet"]) == 0
     deepest = -heights(tmp_path / "pattern_dimple_l.vtkhdf")[:, 0]
     assert deepest[0] == 0.0
@@ -67,7 +71,7 @@ def test_an_expression_brings_it_out(tmp_path):
 
 def test_a_movie(tmp_path):
     pytest.importorskip("imageio_ffmpeg")
-    arguments = ["pattern", "eye_pouch", "--frames", "2", "--pixels", "64", "--no-series", "--out", str(tmp_path)]
+    arguments = ["pattern", "eye_pouch", "--frames", "2", "--size", "64", "--no-series", "--out", str(tmp_path)]
     assert main([*arguments, "--quiet"]) == 0
     assert (tmp_path / "pattern_eye_pouch.mp4").stat().st_size > 0
     assert not (tmp_path / "pattern_eye_pouch.vtkhdf").exists()
@@ -82,7 +86,7 @@ def test_a_movie(tmp_path):
         (["dimple", "--strength", "2"], "strength must lie"),
         (["dimple", "--frames", "0"], "number of frames"),
         (["dimple", "--number", "3"], "number"),
-        (["forehead", "--size", "9,9"], "larger than the mesh"),
+        (["forehead", "--extent", "9,9"], "larger than the mesh"),
         (["forehead", "--number", "40", "--max-level", "1"], "too coarse to carry the pattern forehead"),
     ],
 )

@@ -170,16 +170,16 @@ def files(tmp_path_factory, ball):
     return folder
 
 
-PLACED = ["--centre", "0,0,40", "--size", "30,30"]
+PLACED = ["--centre", "0,0,40", "--extent", "30,30"]
 
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["dimple", "--centre", "0,0,90", "--size", "9"], "lies off the mesh"),
-        (["dimple", "--centre", "0,0,40", "--size", "900"], "larger than the mesh"),
-        (["dimple", "--centre", "0,0,40", "--size", "0"], "size must be a finite number greater than 0, received 0"),
-        (["dimple", "--centre", "0,0,40"], "--centre needs --size"),
+        (["dimple", "--centre", "0,0,90", "--extent", "9"], "lies off the mesh"),
+        (["dimple", "--centre", "0,0,40", "--extent", "900"], "larger than the mesh"),
+        (["dimple", "--centre", "0,0,40", "--extent", "0"], "size must be a finite number greater than 0, received 0"),
+        (["dimple", "--centre", "0,0,40"], "--centre needs --extent"),
         (["dimple", *PLACED, "--up", "0,0,1"], "straight out of the surface"),
         (["cheek", *PLACED, "--strength", "1.5"], "strength must lie in [0, 1], received 1.5"),
         (["cheek", *PLACED, "--spacing", "0"], "spacing must be a finite number greater than 0"),
@@ -213,7 +213,7 @@ def test_a_mesh_that_stays_too_coarse_is_told_the_same_way_everywhere(files, bal
         out = ball.facewrinkle.pattern("cheek", TOP, size=30.0, max_level=level or 6, **words)
         heard.append([str(w.message) for w in record])
     assert out.n_cells > ball.n_cells
-    arguments = ["--frames", "2", "--pixels", "32", "--no-movie", "--no-series", "--number", "9"]
+    arguments = ["--frames", "2", "--size", "32", "--no-movie", "--no-series", "--number", "9"]
     arguments += [] if level is None else ["--max-level", str(level)]
     place = ["--face", str(files / "ball.ply"), "--out", str(files / f"told{level}")]
     assert main(["pattern", "cheek", *PLACED, *place, *arguments]) == 0

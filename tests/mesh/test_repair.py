@@ -247,3 +247,30 @@ def test_pv_read_tears_a_file_and_it_is_sewn_again(tmp_path, face):
         whole, own = prepare(torn), read_surface(path)
     assert whole.mesh.n_points == own.n_points
     assert rim(whole.triangles) == rim(face.triangles)
+
+
+def lips(gap):
+    """Two sheets whose borders run along each other, and displacements that part them by `gap` in the middle."""
+    points, triangles = sheet()
+    both = np.vstack([points, points + np.array([0.0, np.ptp(points[:, 1]), 0.0])])
+    moved = np.zeros_like(both)
+    moved[len(points) :, 1] = gap * np.maximum(1.0 - (3.0 * both[len(points) :, 0]) ** 2, 0.0)
+    return pv.PolyData.from_regular_faces(both, np.vstack([triangles, triangles + len(points)])), moved
+
+
+def test_borders_that_part_as_the_mesh_moves_are_not_sewn():
+    mesh, moved = lips(0.0)
+    still = mesh.copy()
+    for data in (None, moved):  # a seam, whether it is known how it moves or not
+        if data is not None:
+            mesh.point_data["moved"] = data
+        with pytest.warns(FaceWrinkleWarning, match="Joined points"):
+            whole = prepare(mesh)
+        assert whole.points.shape[0] == still.n_points - 7
+        assert "moved" not in whole.mesh.point_data
+    mesh.point_data["moved"] = lips(0.1)[1]
+    with pytest.warns(FaceWrinkleWarning, match="Joined points at which the mesh was split along seams: 4 of"):
+        opened = prepare(mesh)  # at the corners of the mouth, which stay together
+    assert opened.points.shape[0] == still.n_points - 4
+    assert rim(opened.triangles) == rim(whole.triangles) + 2 * 4
+    assert "moved" in mesh.point_data

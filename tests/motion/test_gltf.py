@@ -379,10 +379,14 @@ def test_among_several_meshes_the_largest_that_moves_is_taken(tmp_path):
     file.animate((2, "weights", TIMES, WEIGHTS), (3, "weights", TIMES, WEIGHTS))
     path = file.glb(tmp_path / "a.glb")
     with pytest.warns(FaceWrinkleWarning, match="2 meshes.*mesh1, mesh2.*mesh="):
-        mesh, _ = fw.read_animation(path)
-    assert mesh.n_points == len(POINTS)
+        mesh, recorded = fw.read_animation(path)
+    assert recorded.n_points == len(POINTS)
+    np.testing.assert_array_equal(mesh.points, np.vstack([POINTS, big, sheet(3)[0]]))  # the others come after it
     for name, n in (("teeth", 9), ("mesh2", 9), ("mesh1", 16)):
-        assert fw.read_animation(path, mesh=name)[0].n_points == n
+        mesh, recorded = fw.read_animation(path, mesh=name)
+        assert recorded.n_points == n
+        assert mesh.n_points == 9 + 16 + 36
+        np.testing.assert_array_equal(mesh.points[:n], recorded.rest)
     with pytest.raises(UnknownNameError, match="'tooth'.*mesh"):
         fw.read_animation(path, mesh="tooth")
     with pytest.raises(MeshError, match="no animation.*mesh0"):

@@ -27,7 +27,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.base import Relief
 from facewrinkle.layers.compression import StrainField, principal_compression
@@ -473,6 +473,32 @@ def test_all_shapes_of_arkit_are_known():
             stem, side = (name[:-4], "l") if name.endswith("Left") else (name[:-5], "r")
             assert units_of({f"{stem}_{side.upper()}": 0.5}) == units_of({name: 0.5}, side=side) == found
             assert units_of({name: 0.5}, side="r" if side == "l" else "l") == {}
+
+
+def test_units_without_muscles_are_told_and_left_out(face):
+    names = ["jawOpen", "tongueOut", "jawLeft", "cheekPuff"]
+    recorded = Recorded.of_shapes(np.zeros((4, 5, 3)), [[0.4, 0.0, 0.0, 0.0], [0.6, 0.5, 0.0, 0.0]], fps=1, names=names)
+    assert recorded.action_units(0.0, atlas=face.atlas) == {"AU26": 0.4}  # nothing else acts: no warning
+    assert recorded.action_units(1.0) == {"AU26": 0.6, "AU19": 0.5}
+    simulation = fw.Simulation(face)
+    with pytest.raises(UnknownNameError, match="AU19"):
+        simulation.express(recorded.action_units(1.0))
+    with pytest.warns(FaceWrinkleWarning, match=r"shapes without muscles, which are left out: AU19, AU30, AU34\."):
+        simulation.express(recorded.action_units(1.0, atlas=face.atlas))
+
+
+def test_shapes_of_looking_turn_the_eyes(face):
+    looks = {"eyeLookOutLeft": 0.5, "eyeLookInRight": 0.25, "eyeLookUp_R": 0.25, "jawOpen": 1.0}
+    still = np.zeros((len(looks), len(face.points), 3))
+    recorded = Recorded.of_shapes(still, [[0.0] * 4, list(looks.values())], times=[0.0, 0.1], names=list(looks))
+    *_, frame = fw.Simulation(face, fw.Refinement(max_level=0), [], motion=recorded).run(5)
+    rates = {"rectus_lateralis_l": 0.5, "rectus_medialis_r": 0.25, "rectus_superior_r": 0.25}
+    for side, gaze in face.gazes(rates).items():
+        np.testing.assert_allclose(frame.field_data[f"gaze_{side}"][0], gaze, atol=1e-12)
+        assert gaze[0] > 0.1  # to the subject's left
+    assert frame.field_data["gaze_r"][0, 1] > frame.field_data["gaze_l"][0, 1] + 0.1
+    silent = Recorded.of_shapes(still[:1], [[1.0]], fps=1, names=["jawOpen"])
+    assert "gaze_l" not in fw.Simulation(face, fw.Refinement(max_level=0), [], motion=silent).step().field_data
 
 
 # --- other numberings ---------------------------------------------------------------------------

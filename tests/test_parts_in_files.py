@@ -1,0 +1,235 @@
+"""What comes with a face, through files and back: eyes with colours, hair with a photo that is partly transparent."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import struct
+import warnings
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.anatomy.landmarks import write_landmarks
+from facewrinkle.anatomy.parts import follower
+from facewrinkle.cli import main
+from facewrinkle.errors import FaceWrinkleWarning
+from facewrinkle.mesh import corner_texture, to_polydata
+from facewrinkle.plotting import Scene, Style, picture
+
+pytest.importorskip("pygltflib")
+pytestmark = pytest.mark.filterwarnings("ignore:.*bad X server")
+
+PHOTO = np.random.default_rng(4).integers(0, 256, (9, 7, 4), dtype=np.uint8)
+RED, WHITE = [200, 20, 20], [212, 204, 199]
+NAMES = ["eye_l", "eye_r", "hair"]
+
+
+def card(face):
+    """A sheet over the head with more triangles than the skin, and its texture coordinates."""
+    plane = pv.Plane(i_resolution=56, j_resolution=50).triangulate()
+    size, axes = face.frame.pupil_distance, face.frame.axes
+    local = np.asarray(plane.points, float) * [2.2, 1.6, 0.0] + [0.0, 1.5, 0.6]
+    mesh = to_polydata(local * size @ axes + face.frame.origin, plane.regular_faces)
+    mesh.point_data["Texture Coordinates"] = np.asarray(plane.points, float)[:, :2] + 0.5
+    mesh.point_data.active_texture_coordinates_name = "Texture Coordinates"
+    mesh.cell_data["part"] = np.zeros(mesh.n_cells, np.int64)
+    return mesh
+
+
+@pytest.fixture(scope="module")
+def dressed(face):
+    """The built-in head with eyes of its own, red all over the iris, and a card of hair."""
+    parts = {"hair": follower("hair", card(face), PHOTO)}
+    for eye in face.eyes:
+        ball = pv.Sphere(radius=eye.radius, center=eye.centre, theta_resolution=40, phi_resolution=40)
+        mesh = to_polydata(ball.points, ball.regular_faces)
+        ahead = (np.asarray(mesh.points) - eye.centre) @ eye.gaze > 0.87 * eye.radius
+        mesh.point_data["Colors"] = np.where(ahead[:, None], RED, WHITE).astype(np.uint8)
+        mesh.cell_data["part"] = np.zeros(mesh.n_cells, np.int64)
+        parts[f"eye_{eye.side}"] = follower(f"eye_{eye.side}", mesh)
+    return dataclasses.replace(face, parts={name: parts[name] for name in NAMES})
+
+
+def fitted(source, face):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        scale = 1.0 if isinstance(source, pv.PolyData) else 1e-3
+        return fw.fit_face(source, {name: scale * p for name, p in face.landmarks.items()}, 1.0 / scale)
+
+
+@pytest.fixture(scope="module")
+def written(dressed, tmp_path_factory):
+    path = tmp_path_factory.mktemp("parts") / "dressed.glb"
+    return fw.write_mesh(dressed.mesh, path, dressed, parts=True)
+
+
+def test_what_is_written_is_read_again(dressed, written):
+    again = fitted(written, dressed)
+    assert list(again.parts) == NAMES
+    assert again.mesh.n_cells == dressed.mesh.n_cells
+    np.testing.assert_array_equal(again.texture, dressed.texture)  # that of the skin, though the hair has more faces
+    np.testing.assert_array_equal(again.parts["hair"].texture, PHOTO)
+    for name in NAMES:
+        old, new = dressed.parts[name], again.parts[name]
+        assert new.follows == old.follows
+        np.testing.assert_allclose(1e3 * new.mesh.points, old.mesh.points, atol=1e-4)
+    np.testing.assert_allclose(
+        corner_texture(again.parts["hair"].mesh), corner_texture(dressed.parts["hair"].mesh), atol=1e-6
+    )
+    eye = again.parts["eye_l"]
+    np.testing.assert_array_equal(eye.mesh["Colors"], dressed.parts["eye_l"].mesh["Colors"])
+    assert eye.texture is None
+    assert "Colors" not in again.parts["hair"].mesh.point_data
+    assert "Colors" not in again.mesh.point_data  # the white that stands for none
+
+
+def test_eyes_of_ones_own_are_written_in_place_of_painted_ones(dressed, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    simulation = fw.Simulation(dressed, layers=[])
+    simulation.look(yaw=25.0)
+    *_, frame = simulation.run(3)
+    scene = trimesh.load_scene(fw.write_mesh(frame, tmp_path / "a.glb", dressed, parts=True), process=False)
+    assert set(scene.geometry) == {"face", *NAMES}
+    wanted = dressed.parts_at(frame)
+    for name in NAMES:
+        geometry = scene.geometry[name]
+        assert len(geometry.faces) == wanted[name].n_cells
+        np.testing.assert_allclose(geometry.vertices, wanted[name].points, atol=1e-3)
+    assert np.abs(wanted["eye_l"].points - dressed.parts["eye_l"].mesh.points).max() > 3.0
+    material = scene.geometry["hair"].visual.material
+    np.testing.assert_array_equal(np.asarray(material.baseColorTexture), PHOTO)
+    assert material.alphaMode == "MASK"
+
+
+def test_a_face_file_keeps_parts_with_photos_and_the_report(dressed, tmp_path):
+    told = dataclasses.replace(dressed, report=("Mended this.", "And that."))
+    again = fw.read_face(fw.write_face(told, tmp_path / "a.face"))
+    assert again.report == told.report
+    np.testing.assert_array_equal(again.parts["hair"].texture, PHOTO)
+    uv = again.parts["hair"].mesh.active_texture_coordinates
+    np.testing.assert_array_equal(uv, dressed.parts["hair"].mesh.active_texture_coordinates)
+    np.testing.assert_array_equal(again.parts["eye_r"].mesh["Colors"], dressed.parts["eye_r"].mesh["Colors"])
+    assert again.parts["eye_r"].texture is None
+
+
+def test_photos_of_parts_are_in_the_picture(dressed):
+    green = np.zeros((4, 4, 4), np.uint8)
+    green[..., 1], green[..., 3] = 255, 255
+    style = Style((96, 96), view="front", brows=False)
+    shown = {}
+    for alpha in (255, 0):
+        green[..., 3] = alpha
+        part = dataclasses.replace(dressed.parts["hair"], texture=green.copy())
+        shown[alpha] = picture(dressed.mesh, dataclasses.replace(dressed, parts={"hair": part}), style).astype(int)
+    is_green = shown[255][..., 1] > 1.5 * shown[255][..., [0, 2]].max(axis=2)
+    assert 0.05 < is_green.mean() < 0.5
+    assert is_green[:48].sum() > 10 * is_green[48:].sum()  # over the brow
+    assert not (shown[0][..., 1] > 1.5 * shown[0][..., [0, 2]].max(axis=2)).any()
+
+
+def test_parts_stay_with_a_head_that_turns(dressed, face):
+    turn = np.eye(4)
+    turn[:3, :3], turn[:3, 3] = [[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]], [4.0, 7.0, -3.0]
+    frame = fw.Simulation(face, layers=[]).step()
+    moved = frame.copy()
+    moved.points = np.asarray(frame.points) @ turn[:3, :3].T + turn[:3, 3]
+    moved.point_data["Normals"] = np.asarray(frame["Normals"]) @ turn[:3, :3].T
+    moved.field_data["pose"] = turn
+    style = Style((96, 96), follow=True)
+    still, followed = (picture(f, dressed, style).astype(int) for f in (frame, moved))
+    assert np.abs(still - followed).mean() < 0.1
+    with Scene(dressed, Style((64, 64))) as scene:
+        scene.show(moved)
+        np.testing.assert_array_equal(scene.plotter.actors["own hair"].user_matrix, np.eye(4))
+        where = dressed.parts["hair"].mesh.points @ turn[:3, :3].T + turn[:3, 3]
+        np.testing.assert_allclose(scene._parts["own hair"].points, where, atol=1e-9 * 1e3)
+
+
+@pytest.fixture(scope="module")
+def animated(written, played, tmp_path_factory):
+    """The same file with a shape on the skin that comes within half a second."""
+    data = written.read_bytes()
+    length = struct.unpack_from("<I", data, 12)[0]
+    content, blob = json.loads(data[20 : 20 + length]), bytearray(data[28 + length :])
+    face = next(mesh for mesh in content["meshes"] if mesh["name"] == "face")
+    skin = content["accessors"][face["primitives"][0]["attributes"]["POSITION"]]
+    shape = np.asarray(played("surprise").held.displacement)
+    assert skin["count"] == len(shape)  # the built-in head has no seams
+    for values, kind in ((shape, "VEC3"), (np.array([0.0, 0.5]), "SCALAR"), (np.array([0.0, 1.0]), "SCALAR")):
+        raw = values.astype("<f4").tobytes()
+        content["bufferViews"].append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(raw)})
+        content["accessors"].append(
+            {"bufferView": len(content["bufferViews"]) - 1, "componentType": 5126, "count": len(values), "type": kind}
+        )
+        blob += raw
+    last = len(content["accessors"]) - 1
+    face["primitives"][0]["targets"] = [{"POSITION": last - 2}]
+    node = next(i for i, node in enumerate(content["nodes"]) if node["name"] == "face")
+    content["animations"] = [
+        {
+            "samplers": [{"input": last - 1, "output": last}],
+            "channels": [{"sampler": 0, "target": {"node": node, "path": "weights"}}],
+        }
+    ]
+    content["buffers"] = [{"byteLength": len(blob)}]
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
+    path = tmp_path_factory.mktemp("animated") / "clip.glb"
+    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+    return path
+
+
+def test_the_other_meshes_of_an_animation_come_along(dressed, animated, tmp_path):
+    rest, recorded = fw.read_animation(animated)
+    assert recorded.n_points == dressed.mesh.n_points
+    assert rest.n_cells == dressed.mesh.n_cells + sum(part.mesh.n_cells for part in dressed.parts.values())
+    rest.points = 1e3 * np.asarray(rest.points)
+    recorded = dataclasses.replace(recorded, deltas=1e3 * recorded.deltas, rest=1e3 * recorded.rest)
+    face = fitted(rest, dressed)
+    assert list(face.parts) == NAMES
+    np.testing.assert_array_equal(face.parts["hair"].texture, PHOTO)
+    np.testing.assert_array_equal(face.texture, dressed.texture)
+    frames = list(fw.Simulation(face, fw.Refinement(max_level=1), motion=recorded, time_step=0.1).run(5))
+    np.testing.assert_allclose(frames[-1].points[: len(face.points)], rest.points[: len(face.points)], atol=30.0)
+    # As a series, which is an animation again, with the parts as they are at rest.
+    times = 0.1 * np.arange(1, 6)
+    path = fw.export.write_series(map(face.with_parts, frames), times, tmp_path / "clip.vtkhdf")
+    once_more, positions = fw.read_animation(path)
+    assert positions.n_points == face.mesh.n_points
+    again = fitted(once_more, dressed)
+    assert list(again.parts) == NAMES
+    for name, part in face.parts.items():
+        np.testing.assert_allclose(again.parts[name].mesh.points, part.mesh.points, atol=1e-6)
+    np.testing.assert_array_equal(again.parts["eye_l"].mesh["Colors"], face.parts["eye_l"].mesh["Colors"])
+
+
+@pytest.mark.parametrize("command", ["tear", "play"])
+def test_series_of_the_commands_hold_the_parts(dressed, animated, tmp_path, command):
+    if command == "tear":
+        fw.write_face(dressed, tmp_path / "a.face")
+        given = ["shedding", "--face", str(tmp_path / "a.face"), "--seconds", "0.5", "--fps", "8", "--plain"]
+    else:
+        write_landmarks({name: 1e-3 * p for name, p in dressed.landmarks.items()}, tmp_path / "a.json")
+        given = [str(animated), "--landmarks", str(tmp_path / "a.json"), "--fps", "8", "--max-level", "1"]
+    out = tmp_path / "out"
+    assert main([command, *given, "--size", "48", "--no-movie", "--quiet", "--out", str(out)]) == 0
+    (path,) = (p for p in out.glob("*.vtkhdf") if "_tears" not in p.name)
+    frame = pv.read(path)
+    listed = list(frame.field_data["parts"])
+    assert listed == ["skin", *NAMES]
+    hair = np.asarray(frame.points)[frame["part"] == listed.index("hair")]
+    rest = (1.0 if command == "tear" else 1e-3) * np.asarray(dressed.parts["hair"].mesh.points)
+    size = np.linalg.norm(rest[0] - rest[-1])
+    assert np.linalg.norm(hair[0] - hair[-1]) == pytest.approx(size, rel=1e-5)  # it goes bodily
+    np.testing.assert_allclose(hair, rest, atol=1e-3 * size)
+
+
+def test_lashes_are_drawn_where_a_face_has_eyes_and_no_lashes(dressed):
+    with Scene(dressed, Style((48, 48))) as scene:
+        scene.show(dressed.mesh)
+        assert {"lashes_l", "lashes_r", "own eye_l"} <= set(scene._parts)
+        assert "eye_l" not in scene._parts
