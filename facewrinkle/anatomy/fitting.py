@@ -201,8 +201,8 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | No
         missing = [name for name in REQUIRED if name not in mirrored(given)]
         raise LandmarkError(
             f"no face was found on the mesh: likeness {found.confidence:.2f}, at least {REFUSED:.2f} is needed. If it "
-            f"is a face, give landmarks: three that are not in a line say where it is; all that are required are, on one "
-            f"side at least, {', '.join(missing)}."
+            f"is a face, give landmarks: three that are not in a line say where it is; all that are required are, on "
+            f"one side at least, {', '.join(missing)}."
         )
     if found.confidence < DOUBTED:
         warnings.warn(
@@ -211,11 +211,12 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | No
             FaceWrinkleWarning,
             stacklevel=3,
         )
-    unsure = [f"{n} ({c:.2f})" for n, c in found.confidences.items() if n in CENTRAL and n not in given and c < UNSURE]
+    doubted = {name: found.confidences[name] for name in CENTRAL if name not in given}
+    unsure = [f"{name} ({value:.2f})" for name, value in doubted.items() if value < UNSURE]
     if unsure and found.confidence >= DOUBTED:
         warnings.warn(
-            f"landmarks that are hardly to be trusted, with their confidence: {', '.join(unsure)}. Is the face at rest, "
-            "with its mouth closed? Check them, and give those that are wrong.",
+            f"landmarks that are hardly to be trusted, with their confidence: {', '.join(unsure)}. Is the face at "
+            "rest, with its mouth closed? Check them, and give those that are wrong.",
             FaceWrinkleWarning,
             stacklevel=3,
         )

@@ -94,15 +94,13 @@ MOUTH, CAVITY, NOSTRILS = 0.9, 0.25, -0.8
 def closed(depth: Array, grid: Grid, agape: bool = False) -> tuple[Array, npt.NDArray[np.bool_]]:
     """The map with its openings closed, and where it is known; an open mouth is kept as a hollow where that is said."""
     deep = np.where(np.isnan(depth), FARTHEST, depth)
+    below = grid.y < NOSTRILS
     if agape:
-        below = grid.y < NOSTRILS
         deep[below] = np.maximum(deep, _closing(deep, MOUTH, grid) - CAVITY)[below]
     shallow = np.maximum(deep, _closing(deep, SLIT, grid) - FURROW)
-    if agape:
-        known = (_closing(shallow, OPENING, grid) - shallow < PIT) & (shallow > FARTHEST)
-        known[below] = shallow[below] > FARTHEST
-        return _filled(np.where(known, shallow, 0.0), known), known
     known = (_closing(shallow, OPENING, grid) - shallow < PIT) & (shallow > FARTHEST)
+    if agape:
+        known[below] = shallow[below] > FARTHEST
     return _filled(np.where(known, shallow, 0.0), known), known
 
 

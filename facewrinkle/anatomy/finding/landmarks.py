@@ -216,7 +216,6 @@ class _Search:
             self.matches.append(matched(points, self.triangles, pose, person))
             yield
 
-
     def _likely(self) -> Generator[None, None, list[tuple[float, Pose]]]:
         """Poses in which something looks like a face, the likeliest first."""
         points, triangles = self.points, self.triangles

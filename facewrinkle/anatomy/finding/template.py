@@ -15,10 +15,13 @@ from ..atlas import load_atlas
 from ..identity import Identity, head_of
 from ..jaw import jaw_guide
 from ..landmarks import NAMES, FaceFrame, frame_of
+from ..muscles import JawMuscle
 from .depth import Grid, closed, depth_map
 
 Array = npt.NDArray[np.float64]
 
+
+MEAN = Identity()
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,7 @@ class Look:
     in distances between the pupils.
     """
 
-    person: Identity = Identity()
+    person: Identity = MEAN
     jaw: float = 0.0
     aside: float = 0.0
 
@@ -47,6 +50,7 @@ LOOKS = (*PEOPLE, Look(jaw=0.5), Look(jaw=1.2), Look(aside=0.22), Look(aside=-0.
 ASIDE = 0.5
 """How far round the middle of the mouth the skin goes with it, in distances between the pupils."""
 
+
 @dataclass(frozen=True, eq=False)
 class Template:
     """The face in distances between its pupils, from the middle between its eyes, +x to the subject's left, +z forward.
@@ -56,6 +60,8 @@ class Template:
     points : ndarray, shape (n, 3)
     triangles : ndarray of int, shape (m, 3)
     landmarks : dict of str to ndarray, shape (3,)
+    agape : bool
+        Whether the mouth is open.
     """
 
     points: Array
@@ -107,7 +113,9 @@ def _posed(
     """The points of a head with its jaw open, or its mouth drawn aside."""
     there = points.copy()
     if look.jaw:
-        guide = jaw_guide(load_atlas().place(marks, frame)["jaw"], points, triangles, marks, frame)
+        jaw = load_atlas().place(marks, frame)["jaw"]
+        assert isinstance(jaw, JawMuscle)
+        guide = jaw_guide(jaw, points, triangles, marks, frame)
         there[guide.vertices] += guide.turned(points, look.jaw)
     if look.aside:
         at = (points - 0.5 * (marks["mouth_l"] + marks["mouth_r"])) / frame.pupil_distance
