@@ -242,8 +242,8 @@ def posed_by(marks: Mapping[str, Array]) -> Pose | None:
     --------
     >>> marks = template().landmarks
     >>> pose = posed_by({name: 7.0 * marks[name] + 1.0 for name in ("nasion", "mouth_l", "mouth_r")})
-    >>> pose.size.round(6), pose.origin.round(6)
-    (np.float64(7.0), array([1., 1., 1.]))
+    >>> round(pose.size, 6), np.allclose(pose.origin, 1.0)
+    (7.0, True)
     """
     names = [name for name in NAMES if name in marks and name not in UNMEASURED]
     if len(names) < 3:
