@@ -56,6 +56,8 @@ class Face:
         Eyebrows, tied to the triangles of the mesh.
     confidences : dict of str to float
         How far landmarks that were found by the shape of the mesh can be trusted, 0 to 1.
+    likeness : float, optional
+        How much the shape looks like a face, at most 1, where landmarks were found by it.
     source_points : ndarray of int, shape (n,), optional
         The number that each vertex has in the mesh that was given. Default: the same.
     parts : dict of str to Part
@@ -78,6 +80,7 @@ class Face:
     source_points: npt.NDArray[np.int64] | None = None
     parts: dict[str, Part] = field(default_factory=dict)
     report: tuple[str, ...] = ()
+    likeness: float | None = None
 
     @classmethod
     def from_landmarks(

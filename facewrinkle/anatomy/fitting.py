@@ -41,6 +41,15 @@ ELSEWHERE = 0.5
 """A given landmark that lies farther than this from where it was found, in distances between the pupils, is an error.
 """
 
+CENTRAL = (
+    *("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid"),
+    *("eye_l_inner", "eye_r_inner", "mouth_l", "mouth_r"),
+)
+"""Landmarks that much depends on."""
+
+UNSURE = 0.5
+"""Confidence of these below which they are to be checked."""
+
 NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 
 
@@ -158,6 +167,9 @@ def fit_face(
     face = Face.from_landmarks(clean.mesh, found, scale, atlas, estimated)
     confidences = {} if search is None else search.confidences
     face = dataclasses.replace(face, source_points=clean.source_points, confidences=confidences, report=clean.report)
+    if search is not None:
+        said = f"Landmarks were found by the shape: its likeness to a face is {search.confidence:.2f}."
+        face = dataclasses.replace(face, likeness=search.confidence, report=(said, *face.report))
     face = dataclasses.replace(face, texture=_image(mesh, texture, clean.mesh))
     return face if clean.others is None else _with_parts(face, clean.others)
 
@@ -190,19 +202,29 @@ def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.
 
 def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | None) -> Found:
     """The landmarks that the shape shows, moved onto those that are given; an error where it shows no face."""
-    from .finding import find_landmarks
+    from .finding import find_landmarks, posed_by
 
-    found = find_landmarks(source, watch)
-    if found.confidence < REFUSED:
+    found = find_landmarks(source, watch, given)
+    if found.confidence < REFUSED and posed_by(given) is None:
         missing = [name for name in REQUIRED if name not in mirrored(given)]
         raise LandmarkError(
             f"no face was found on the mesh: likeness {found.confidence:.2f}, at least {REFUSED:.2f} is needed. If it "
-            f"is a face, give landmarks; required are, on one side at least, {', '.join(missing)}."
+            f"is a face, give landmarks: three that are not in a line say where it is; all that are required are, on "
+            f"one side at least, {', '.join(missing)}."
         )
     if found.confidence < DOUBTED:
         warnings.warn(
             f"what was found may be no face: likeness {found.confidence:.2f}, faces have {DOUBTED:.2f} and more. Check "
             "the landmarks, and give those that are wrong.",
+            FaceWrinkleWarning,
+            stacklevel=3,
+        )
+    doubted = {name: found.confidences[name] for name in CENTRAL if name not in given}
+    unsure = [f"{name} ({value:.2f})" for name, value in doubted.items() if value < UNSURE]
+    if unsure and found.confidence >= DOUBTED:
+        warnings.warn(
+            f"landmarks that are hardly to be trusted, with their confidence: {', '.join(unsure)}. Is the face at "
+            "rest, with its mouth closed? Check them, and give those that are wrong.",
             FaceWrinkleWarning,
             stacklevel=3,
         )

@@ -78,6 +78,8 @@ def fit(
     }
     if measured:
         rows = {"confidence of landmarks": f"{min(measured):.2f} to {max(measured):.2f}"} | rows
+    if face.likeness is not None:
+        rows = {"likeness to a face": f"{face.likeness:.2f}"} | rows
     if face.report:
         rows["mended and set apart"] = "\n".join(face.report)
     report.table(stem, rows)

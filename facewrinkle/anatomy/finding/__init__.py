@@ -6,6 +6,6 @@ warp (:mod:`.warp`) says where each of the template's landmarks lies.
 """
 
 from .depth import Pose
-from .landmarks import Found, find_landmarks
+from .landmarks import Found, find_landmarks, posed_by
 
-__all__ = ["Found", "Pose", "find_landmarks"]
+__all__ = ["Found", "Pose", "find_landmarks", "posed_by"]

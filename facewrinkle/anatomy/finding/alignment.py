@@ -54,7 +54,7 @@ def seen(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, grid: Grid
     raw = depth_map(pose.local(points), triangles, grid)
     offset = _offset(raw, base)
     raw[np.abs(raw - base.depth - offset) > OFF] = np.nan
-    depth, known = closed(raw, grid)
+    depth, known = closed(raw, grid, template(person).agape)
     sure = gaussian_filter(known.astype(float), SCALES[0] / grid.step) ** 2
     return Map(depth, _compressed(relief(depth, grid, SCALES)), base.weight * sure, sure)
 
@@ -96,13 +96,13 @@ def _correlation(a: Array, b: Array, weight: Array) -> float:
     return float((weight * a * b).sum() / max(norm, 1e-12))
 
 
-def laid_on(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, steps: int = 14) -> Pose:
+def laid_on(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, look: int = 0, steps: int = 14) -> Pose:
     """The pose in which the depth is closest to the template's: Gauss-Newton over turn, shift, size and stretch.
 
     A surface of height h(x, y) that moves by a small (a, b, c) has the new height h + c - a dh/dx - b dh/dy at the
     same place. Places that differ much count less and less.
     """
-    grid, base = COARSE, template_map(COARSE)
+    grid, base = COARSE, template_map(COARSE, look)
     x, y = np.meshgrid(grid.x, grid.y)
     for step in range(steps):
         raw = depth_map(pose.local(points), triangles, grid)

@@ -48,7 +48,7 @@ class Grid:
     """A grid over the face, in distances between the pupils from the middle between the eyes."""
 
     step: float
-    low: tuple[float, float] = (-1.32, -2.1)
+    low: tuple[float, float] = (-1.32, -2.52)
     high: tuple[float, float] = (1.32, 1.11)
 
     @property
@@ -87,17 +87,26 @@ OPENING, PIT = 0.27, 0.12
 """Wider ones up to this width that are deeper than the second, such as open eyes, are filled."""
 
 
-def closed(depth: Array, grid: Grid) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """The map with its openings closed, and where it is known."""
+MOUTH, CAVITY, NOSTRILS = 0.9, 0.25, -0.8
+"""An open mouth of up to the first's size becomes a hollow of the second's depth; it is below the third."""
+
+
+def closed(depth: Array, grid: Grid, agape: bool = False) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """The map with its openings closed, and where it is known; an open mouth is kept as a hollow where that is said."""
     deep = np.where(np.isnan(depth), FARTHEST, depth)
+    below = grid.y < NOSTRILS
+    if agape:
+        deep[below] = np.maximum(deep, _closing(deep, MOUTH, grid) - CAVITY)[below]
     shallow = np.maximum(deep, _closing(deep, SLIT, grid) - FURROW)
     known = (_closing(shallow, OPENING, grid) - shallow < PIT) & (shallow > FARTHEST)
+    if agape:
+        known[below] = shallow[below] > FARTHEST
     return _filled(np.where(known, shallow, 0.0), known), known
 
 
 def _closing(depth: Array, size: float, grid: Grid) -> Array:
     width = 2 * max(int(size / grid.step / 2), 1) + 1
-    return np.asarray(ndimage.grey_closing(depth, size=(width, width)))
+    return np.asarray(ndimage.grey_closing(depth, size=(width, width), mode="constant", cval=FARTHEST))
 
 
 def _filled(values: Array, known: npt.NDArray[np.bool_]) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import grey_dilation, map_coordinates
 from scipy.spatial import cKDTree
 
 from ...errors import LARGEST, LandmarkError, MeshError
@@ -22,7 +22,7 @@ from .depth import Pose, foremost
 from .matching import Match, matched
 from .samples import spread
 from .search import SIZES, candidates, distinct
-from .template import PEOPLE, template
+from .template import LOOKS, PEOPLE, template
 
 Array = npt.NDArray[np.float64]
 Triangles = npt.NDArray[np.int64]
@@ -40,6 +40,10 @@ UNMEASURED = (
 OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_centre", "eye_r_centre")
 """Landmarks that cannot be read off the front view: carried over from the template by the others."""
 
+MOUTH = ("mouth_l", "mouth_r", "upper_lip_mid", "lower_lip_mid")
+LOWER = (*MOUTH, "subnasale", "pogonion", "menton")
+"""Landmarks that a template shows all or not at all."""
+
 SAMPLES = 30_000
 
 SURE, HOPELESS = 0.75, 0.25
@@ -48,8 +52,25 @@ SURE, HOPELESS = 0.75, 0.25
 CHOICE = 0.03
 """A template whose relief around a landmark correlates less by this counts a third."""
 
+CLOSE = 0.02
+"""Templates whose mouths correlate less than the best one's by at most this might be as right."""
+
 DISAGREEMENT = 0.12
 """Scatter of a landmark among the templates that halves its confidence, in distances between the pupils."""
+
+PARTED = 0.1
+"""Depth of the hollow between open lips, at least, in distances between the pupils."""
+
+UNLIKE, ALIKE = 0.70, 0.95
+"""Correlation of relief around a landmark that means nothing, and that of faces that are like the template there."""
+
+ESTIMATE = 0.3
+"""Confidence of an estimate, at most."""
+
+ON_A_LINE, MISFIT = 0.2, 0.45
+"""Given landmarks say nothing of the pose if they scatter less than the first to the side of a line, or if they lie
+farther than the second from where they are on the template, in distances between the pupils.
+"""
 
 NO_FACE = (
     "no face was found on the mesh: nothing on it looks like one. If it is a face, give landmarks; required are, on "
@@ -83,7 +104,11 @@ class Found:
     pose: Pose
 
 
-def find_landmarks(mesh: pv.DataSet | str | Path, watch: Watch | None = None) -> Found:
+def find_landmarks(
+    mesh: pv.DataSet | str | Path,
+    watch: Watch | None = None,
+    given: Mapping[str, npt.ArrayLike] | None = None,
+) -> Found:
     """Find a face on a mesh by its shape: any unit, any direction, either winding, with or without other parts.
 
     Parameters
@@ -93,6 +118,9 @@ def find_landmarks(mesh: pv.DataSet | str | Path, watch: Watch | None = None) ->
     watch : callable, optional
         Given the steps of the search and their number, gives them back one by one: to show progress. Default: a bar
         on stderr where that is a terminal.
+    given : dict, optional
+        Landmarks that are known. Three or more that do not lie on a line say where the face is, and nothing else is
+        searched; fewer do not guide the search.
 
     Returns
     -------
@@ -117,7 +145,8 @@ def find_landmarks(mesh: pv.DataSet | str | Path, watch: Watch | None = None) ->
     points, triangles = _surface(mesh)
     middle, diagonal = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.linalg.norm(np.ptp(points, axis=0)))
     points = (points - middle) / diagonal
-    search = _Search(points, triangles)
+    marks = {name: (np.asarray(point, dtype=np.float64) - middle) / diagonal for name, point in (given or {}).items()}
+    search = _Search(points, triangles, posed_by(marks))
     for _ in (watch or bar)(search.steps(), search.STEPS):
         pass
     match = search.matches[0]
@@ -156,14 +185,39 @@ class _Search:
     """The search in steps: `matches` with all templates, the mean one's first, and the `triangles` of the face."""
 
     TRIED, REFINED = 40, 3
-    STEPS = len(SIZES) + TRIED + REFINED + len(PEOPLE)
+    STEPS = len(SIZES) + TRIED + REFINED + len(LOOKS)
 
-    def __init__(self, points: Array, triangles: Triangles) -> None:
-        self.points, self.triangles = points, triangles
+    def __init__(self, points: Array, triangles: Triangles, pose: Pose | None) -> None:
+        self.points, self.triangles, self.pose = points, triangles, pose
         self.matches: list[Match] = []
 
     def steps(self) -> Iterator[None]:
         """Do one step after the other: sizes, poses, the best of these, and templates."""
+        points, triangles = self.points, self.triangles
+        if self.pose is None:
+            poses = yield from self._likely()
+        else:
+            poses = [(1.0, self.pose)]
+        matches = []
+        for _, pose in distinct(poses, self.REFINED):
+            matches.append(matched(points, triangles, laid_on(points, triangles, pose)))
+            yield
+            if matches[-1].confidence > SURE:
+                break
+        best = max(matches, key=lambda match: match.confidence)
+        part = _face_part(points, triangles, best)
+        if len(part) < len(triangles):
+            alone = matched(points, part, laid_on(points, part, best.pose))
+            best, self.triangles = max((alone, part), (best, triangles), key=lambda pair: pair[0].confidence)
+        self.matches.append(best)
+        yield
+        for person in range(1, len(LOOKS) if best.confidence > HOPELESS else 1):
+            pose = laid_on(points, self.triangles, best.pose, person) if template(person).agape else best.pose
+            self.matches.append(matched(points, self.triangles, pose, person))
+            yield
+
+    def _likely(self) -> Generator[None, None, list[tuple[float, Pose]]]:
+        """Poses in which something looks like a face, the likeliest first."""
         points, triangles = self.points, self.triangles
         starts: list[tuple[float, Pose]] = []
         for found in candidates(spread(points, triangles, SAMPLES)):
@@ -178,22 +232,32 @@ class _Search:
         if not poses:
             raise LandmarkError(NO_FACE)
         poses.sort(key=lambda pair: -pair[0])
-        matches = []
-        for _, pose in distinct(poses, self.REFINED):
-            matches.append(matched(points, triangles, laid_on(points, triangles, pose)))
-            yield
-            if matches[-1].confidence > SURE:
-                break
-        best = max(matches, key=lambda match: match.confidence)
-        part = _face_part(points, triangles, best)
-        if len(part) < len(triangles):
-            alone = matched(points, part, laid_on(points, part, best.pose))
-            best, self.triangles = max((alone, part), (best, triangles), key=lambda pair: pair[0].confidence)
-        self.matches.append(best)
-        yield
-        for person in range(1, len(PEOPLE) if best.confidence > HOPELESS else 1):
-            self.matches.append(matched(points, self.triangles, best.pose, person))
-            yield
+        return poses
+
+
+def posed_by(marks: Mapping[str, Array]) -> Pose | None:
+    """The pose in which the template's landmarks are closest to given ones; none if these are too few or do not fit.
+
+    Examples
+    --------
+    >>> marks = template().landmarks
+    >>> pose = posed_by({name: 7.0 * marks[name] + 1.0 for name in ("nasion", "mouth_l", "mouth_r")})
+    >>> round(pose.size, 6), np.allclose(pose.origin, 1.0)
+    (7.0, True)
+    """
+    names = [name for name in NAMES if name in marks and name not in UNMEASURED]
+    if len(names) < 3:
+        return None
+    model, face = (np.array([source[name] for name in names]) for source in (template().landmarks, marks))
+    from_, to = model - model.mean(axis=0), face - face.mean(axis=0)
+    if np.linalg.svd(from_, compute_uv=False)[1] < ON_A_LINE:
+        return None
+    u, stretch, v = np.linalg.svd(from_.T @ to)
+    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
+    axes, size = (u * sign) @ v, float((stretch * sign).sum() / (from_**2).sum())
+    if size <= 0.0 or np.linalg.norm(to / size - from_ @ axes, axis=1).max() > MISFIT:
+        return None
+    return Pose(axes, face.mean(axis=0) - size * model.mean(axis=0) @ axes, size, np.ones(3))
 
 
 def bar(steps: Iterable[None], count: int) -> Iterable[None]:
@@ -225,28 +289,65 @@ def _face_part(points: Array, triangles: Triangles, match: Match) -> Triangles:
 
 def _landmarks(points: Array, triangles: Triangles, matches: list[Match]) -> tuple[dict[str, Array], dict[str, float]]:
     """All landmarks on the surface, from where every template has them, and how far each can be trusted."""
-    pose, view = matches[0].pose, matches[0].view
-    people = [template(person).landmarks for person in range(len(matches))]
+    pose, view, persons = matches[0].pose, matches[0].view, len(PEOPLE)
+    templates = [template(k).landmarks for k in range(len(matches))]
     names = [name for name in NAMES if name not in OFF_FRONT]
-    trusts = dict(zip(NAMES, np.transpose([_alike(m, people[k]) for k, m in enumerate(matches)]), strict=True))
-    places = np.array([m.warp(_flat(people[k], names)) for k, m in enumerate(matches)])
-    weights = np.transpose([np.exp((trusts[name] - trusts[name].max()) / CHOICE) for name in names])[..., None]
-    there = (weights * places).sum(axis=0) / weights.sum(axis=0)
-    there[names.index("nose_tip")] = foremost(view.depth, FINE, there[names.index("nose_tip")])
-    height = map_coordinates(view.depth, FINE.index(there), order=1, mode="nearest")
-    read = dict(zip(names, pose.world(np.column_stack([there, height])), strict=True))
-    landmarks, _ = complete(read, people[0])
+    places = np.array([_placed(match, templates[k], names) for k, match in enumerate(matches)])
+    trusts = dict(zip(NAMES, np.transpose([_alike(m, templates[k]) for k, m in enumerate(matches)]), strict=True))
+    mouth = np.mean([trusts[name] for name in MOUTH], axis=0)
+    mouth[[match.agape and not _parted(match, templates[k]) for k, match in enumerate(matches)]] = -1.0
+    look = int(np.argmax(mouth))
+    there, sure = [], {name: float(trust[:persons].mean()) for name, trust in trusts.items()}
+    for name, at in zip(names, places.swapaxes(0, 1), strict=True):
+        trust = trusts[name][:persons]
+        place = np.average(at[:persons], axis=0, weights=np.exp((trust - trust.max()) / CHOICE))
+        rivals = at[:persons]
+        if name in LOWER:
+            rivals = at[mouth > mouth[look] - CLOSE]
+            if look >= persons:
+                place, sure[name] = at[look], float(trusts[name][look])
+        there.append(place)
+        scatter = np.sqrt(((rivals - place) ** 2).sum(axis=1).mean()) / pose.size
+        sure[name] = _certain(sure[name]) / (1.0 + (scatter / DISAGREEMENT) ** 2)
+    tip = names.index("nose_tip")
+    there[tip] = _raised(matches[0], foremost(view.depth, FINE, pose.local(there[tip])[:2])[None], view.depth)[0]
+    read = dict(zip(names, there, strict=True))
+    landmarks, _ = complete(read, templates[0])
     on_skin = [name for name in NAMES if not name.endswith("centre")]
     skin = to_polydata(points, triangles)
     closest: Any = skin.find_closest_cell(np.array([landmarks[n] for n in on_skin]), return_closest_point=True)
     landmarks |= dict(zip(on_skin, np.asarray(closest[1], dtype=np.float64), strict=True))
-    spread = dict(zip(names, np.sqrt(places.var(axis=0).sum(axis=1)), strict=True))
-    cap = dict.fromkeys(UNMEASURED, 0.3)
-    sure = {
-        name: float(np.clip(t.mean(), 0.0, cap.get(name, 1.0)) / (1.0 + (spread.get(name, 0.0) / DISAGREEMENT) ** 2))
-        for name, t in trusts.items()
-    }
-    return landmarks, sure
+    for name in UNMEASURED:
+        sure[name] = min(sure[name], ESTIMATE)
+    return landmarks, {name: float(np.clip(value, 0.0, 1.0)) for name, value in sure.items()}
+
+
+def _certain(trust: float) -> float:
+    return float(np.clip((trust - UNLIKE) / (ALIKE - UNLIKE), 0.0, 1.0))
+
+
+def _placed(match: Match, landmarks: Mapping[str, Array], names: list[str]) -> Array:
+    """Where landmarks of a template are on the surface (n, 3)."""
+    flat = match.warp(_flat(landmarks, names))
+    places = _raised(match, flat, match.view.depth)
+    if match.agape:  # on the lips, not between them
+        lips = [names.index(name) for name in ("upper_lip_mid", "lower_lip_mid")]
+        places[lips] = _raised(match, flat[lips], grey_dilation(match.view.depth, size=(5, 5)))
+    return places
+
+
+def _parted(match: Match, landmarks: Mapping[str, Array]) -> bool:
+    """Whether there is a hollow between the lips."""
+    upper, lower = match.warp(_flat(landmarks, ("upper_lip_mid", "lower_lip_mid")))
+    x, y = (upper + (lower - upper) * np.linspace(0.0, 1.0, 13)[:, None]).T
+    depth = map_coordinates(match.view.depth, FINE.index(np.column_stack([x, y])), order=1, mode="nearest")
+    return bool(depth.min() < min(depth[:3].max(), depth[-3:].max()) - PARTED)
+
+
+def _raised(match: Match, flat: Array, depth: Array) -> Array:
+    """Places (n, 2) of what is seen, on the surface."""
+    height = map_coordinates(depth, FINE.index(flat), order=1, mode="nearest")
+    return match.pose.world(np.column_stack([flat, height]))
 
 
 def _alike(match: Match, landmarks: Mapping[str, Array]) -> Array:

@@ -65,6 +65,8 @@ class Match:
         Correlation of relief around every place of the template.
     confidence : float
         0 to 1.
+    agape : bool
+        Whether the template's mouth is open.
     """
 
     pose: Pose
@@ -72,6 +74,7 @@ class Match:
     warp: Warp
     trust: Array
     confidence: float
+    agape: bool
 
 
 def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, person: int = 0) -> Match:
@@ -94,7 +97,7 @@ def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, person:
     confidence = float(np.clip(likeness, 0.0, 1.0))
     sigma = AROUND / FINE.step
     share = gaussian_filter(weight, sigma) / np.maximum(gaussian_filter(base.weight, sigma), 1e-3)
-    return Match(pose, view, warp, alike * np.clip(share, 0.0, 1.0), confidence)
+    return Match(pose, view, warp, alike * np.clip(share, 0.0, 1.0), confidence, template(person).agape)
 
 
 def _nose(alike: Array, weight: Array, person: int) -> float:
