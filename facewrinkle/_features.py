@@ -404,6 +404,7 @@ class Mouth:
             return
         self._ends = self._middles(face)
         self._rest = self._gap(face.points)
+        self._width = float(np.ptp(face.points[self.loop] @ self._axes[0]))
         self.teeth = teeth_of(face.landmarks, face.frame)
         self._bones = [self._shaded(arch.points, arch.paint, centre) for arch in self.teeth]
         self._normals = [vertex_normals(arch.points, arch.triangles) for arch in self.teeth]
@@ -441,7 +442,8 @@ class Mouth:
         turn = np.arctan2(local[:, 1] / max(float(np.abs(local[:, 1]).max()), 0.02 * size), local[:, 0] / (0.4 * size))
         oval = np.stack([np.cos(turn), 0.65 * np.sin(turn), np.zeros(n)], axis=1)
         rings = [rim]
-        for half, depth in ((0.38, 0.12), (0.47, 0.3), (0.45, 0.85)):
+        narrow = min(float(np.ptp(local[:, 0])) / self._width, 1.0)  # pursed lips take the cheeks beside them along
+        for half, depth in ((0.38 * narrow, 0.12), (0.47 * narrow, 0.3), (0.45, 0.85)):
             rings.append(middle + (half * oval - [0.0, 0.0, depth]) * size @ self._axes)
         here = np.arange(n)
         after = (here + 1) % n

@@ -199,7 +199,7 @@ def _direction(local: npt.ArrayLike, side: str, frame: FaceFrame) -> Array:
     return np.array([lateral if side == "l" else -lateral, up, forward]) @ frame.axes
 
 
-COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "wrinkles", "folds"}
+COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "closing", "wrinkles", "folds"}
 KEYS = {
     "linear": {"attachment", "insertion", "radius", "max_angle"},
     "sheet": {"attachment", "insertion", "length", "width"},
@@ -222,6 +222,7 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         "strength": entry.get("strength", 1.0),
         "normal_share": entry.get("normal_share", 1.0),
         "swell": entry.get("swell", 0.0),
+        "closing": entry.get("closing", 0.0),
     }
     if "folds" in entry:
         common["folds"] = _placed({**entry["folds"], "side": side}, landmarks, frame)

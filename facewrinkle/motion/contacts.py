@@ -32,6 +32,9 @@ STIFFNESS = 2.5
 THICKNESS = 0.1
 """Lips that are farther apart at rest than this touch when they are as near, mm."""
 
+LIP_LINE, AROUND_LIPS = 4.0, 6.0
+"""How far behind the red of the lips these meet, and how far around this line their ties run to the teeth, mm."""
+
 TEETH = 8.0
 """Stiffness of the contact with the teeth per area, relative to the membrane stiffness of the skin, 1/mm^2."""
 
@@ -118,7 +121,7 @@ class Contacts:
 
     def __init__(self, face: Face, resistance: Array, area: Array) -> None:
         weight = STIFFNESS * resistance
-        self._points = face.points * face.unit
+        self._points, self._area = face.points * face.unit, area
         self.balls = [_ball(self._points, weight, eye.centre * face.unit, eye.radius * face.unit) for eye in face.eyes]
         self.lips = _lip_pairs(face, self._points, weight)
         self.teeth = _dental_wall(face, self._points, TEETH * area)
@@ -133,10 +136,39 @@ class Contacts:
         energy += kernels.wall(u, shift, t.vertices, t.local, t.axes, t.half, t.allowed, t.weight, gradient)
         return float(energy)
 
+    def closing(self) -> Array:
+        """Forces (n, 3) under which a pressure of 1 presses the lips on each other."""
+        p, forces = self.lips, np.zeros_like(self._points)
+        push = self._area[p.vertices, None] * p.away
+        np.subtract.at(forces, p.vertices, push)
+        np.add.at(forces, p.corners, p.shares[:, :, None] * push[:, None])
+        return forces
+
     def keep_off_eyes(self, u: Array) -> None:
         """Push out what a step that did not converge has left deep in an eyeball."""
         for ball in self.balls:
             kernels.keep_off_eye(u, self._points, ball.vertices, ball.centre, ball.least)
+
+
+def ties_of_lips(face: Face) -> tuple[Array, Array]:
+    """How far (n,) each vertex is part of the lips, and the unit directions (n, 3) of the ties that hold the skin:
+    those of the tissue, and where the lips fold over, which turns these every way, straight off the dental arch.
+    """
+    scale = face.frame.pupil_distance / MEAN_PUPIL_DISTANCE
+    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+    middle = lips - LIP_LINE * scale * face.frame.axes[2]
+    square = np.full(len(face.points), np.inf)
+    for corner in (face.landmarks["mouth_l"], face.landmarks["mouth_r"]):
+        line, offset = corner - middle, face.points - middle
+        along = np.clip(offset @ line / (line @ line), 0.0, 1.0)
+        square = np.minimum(square, ((offset - along[:, None] * line) ** 2).sum(axis=1))
+    near = np.exp(-square / (AROUND_LIPS * scale) ** 2)
+    half = scale * np.array(ELLIPSE["upper"])
+    local = (face.points - lips) @ face.frame.axes.T + [0.0, 0.0, half[1] + BEHIND_LIPS * scale]
+    off = np.stack([local[:, 0] / half[0] ** 2, np.zeros(len(local)), local[:, 2] / half[1] ** 2], axis=1)
+    off /= np.maximum(np.linalg.norm(off, axis=1, keepdims=True), 1e-12)
+    out = face.tissue.normals + near[:, None] * (off @ face.frame.axes - face.tissue.normals)
+    return near, np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))
 
 
 def _ball(points: Array, weight: Array, centre: Array, radius: float) -> Ball:

@@ -26,7 +26,7 @@ from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas, vertex_normals
 from ..geometry.topology import unique_edges, vertex_rings
 from . import _skin_kernels as kernels
-from .contacts import STIFFNESS, Contacts
+from .contacts import STIFFNESS, Contacts, ties_of_lips
 
 Array = npt.NDArray[np.float64]
 
@@ -55,6 +55,8 @@ class SkinMaterial:
         Triangles are kept from falling below this share of their area.
     lid_stiffness : float
         Of the ties of the lids' plates, relative to the forehead's.
+    lip_firmness : float
+        How much stiffer the ties of the lips are along the surface: they are flesh, and do not glide as skin on bone.
     """
 
     decay: float = 14.0
@@ -67,6 +69,7 @@ class SkinMaterial:
     damping: float = 1.0
     smallest_area: float = 0.3
     lid_stiffness: float = 5000.0
+    lip_firmness: float = 1.3
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -123,6 +126,7 @@ class Skin:
         stiffness = self._stiffness_matrices()
         resistance = np.mean([matrix.diagonal() for matrix in stiffness], axis=0)
         self.contacts = Contacts(face, resistance, self._area)
+        self._close_lips(face)
         self._stopped = np.flatnonzero(self._slack == 0.0)
         self._bone_weight = STIFFNESS * resistance[self._stopped]
         self._factor(stiffness)
@@ -156,7 +160,8 @@ class Skin:
     def _build_ties(self, face: Face) -> None:
         m = self.material
         base = self._area / m.decay**2
-        self._normals = np.ascontiguousarray(face.tissue.normals)
+        lips, directions = ties_of_lips(face)
+        self._normals = np.ascontiguousarray(directions)
         ties = base * face.tissue.stiffness
         plates = np.zeros_like(ties)
         shares = {}
@@ -169,7 +174,7 @@ class Skin:
             for name, guide in face.guides.items()
         }
         self._carried = {name: self._turns_of_triangles(guide, shares[name]) for name, guide in face.guides.items()}
-        self._along = ties + plates
+        self._along = (1.0 + m.lip_firmness * lips) * ties + plates
         self._across = m.normal_ratio * ties + plates
 
     def _turns_of_triangles(self, guide: Guide, share: Array) -> tuple[npt.NDArray[np.int64], Array]:
@@ -193,6 +198,12 @@ class Skin:
             self._pull[k] = force * self._area[:, None]
         for name, (guide, share) in self._guides.items():
             self._pull[self.names.index(name)][guide.vertices] *= (1.0 - share)[:, None]
+
+    def _close_lips(self, face: Face) -> None:
+        m = self.material
+        closing = np.array([muscle.closing * muscle.strength for muscle in face.muscles.values()])
+        some = np.flatnonzero(closing)
+        self._pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * self.contacts.closing()
 
     def _build_contacts(self, face: Face) -> None:
         self._foot = np.ascontiguousarray(face.tissue.foot * face.unit)

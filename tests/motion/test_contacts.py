@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.anatomy.teeth import teeth_of
@@ -154,3 +155,33 @@ def test_nothing_is_seen_where_there_is_nothing():
     nothing, triangle = np.empty(0, int), np.array([[0, 1, 2]], np.int32)
     for own, triangles in ((nothing, triangle), (np.arange(3), triangle[:0]), (np.arange(3), triangle)):
         assert all(len(part) == 0 for part in _seen(np.eye(3), own, triangles, 1.0, 9.0))
+
+
+# --- lips ---------------------------------------------------------------------------------------
+
+
+def test_the_pressure_of_the_lips_on_each_other_moves_nothing_as_a_whole(face):
+    skin = fw.Skin(face)
+    forces, pairs = skin.contacts.closing(), skin.contacts.lips
+    np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-9)
+    parting = (forces[pairs.vertices] * pairs.away).sum(axis=1)
+    assert (parting < 0.0).all()
+
+
+@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
+def test_pursed_lips_come_forward_and_stay_together(face, real_face, stem):
+    face = face if stem is None else real_face(stem)
+    skin = fw.Skin(face, time_step=1.0)
+    skin.contract({"orbicularis_oris": 1.0})
+    for _ in range(15):
+        skin.step()
+    local = skin.displacement @ face.frame.axes.T
+    lips = cKDTree(face.points).query([face.landmarks[f"{lip}_lip_mid"] for lip in ("upper", "lower")])[1]
+    assert (local[lips, 2] > 5.0).all()
+    corners = cKDTree(face.points).query([face.landmarks["mouth_l"], face.landmarks["mouth_r"]])[1]
+    assert local[corners[0], 0] < -3.0
+    assert local[corners[1], 0] > 3.0
+    pairs = skin.contacts.lips
+    opposite = np.einsum("kc,kcj->kj", pairs.shares, skin.displacement[pairs.corners])
+    parted = ((skin.displacement[pairs.vertices] - opposite) * pairs.away).sum(axis=1)
+    assert parted.max() < 0.5  # without the pressure they part by millimetres

@@ -126,6 +126,8 @@ class Muscle:
     """Share of the pull along the skin's normal that reaches the skin."""
     swell: float = field(default=0.0, kw_only=True)
     """Push of the flesh that it bunches up on the skin over it, outwards, relative to its pull."""
+    closing: float = field(default=0.0, kw_only=True)
+    """Pressure with which it closes the lips, relative to its pull."""
     folds: Muscle | None = field(default=None, kw_only=True)
     """Where the skin folds elsewhere than over the muscle, or not across its fibres: the muscle-like region on which
     the wrinkles are laid instead. None, as in the paper: over the muscle and across its fibres.
@@ -135,6 +137,7 @@ class Muscle:
         check_range("strength", self.strength, 0.0, 1e6)
         check_range("normal_share", self.normal_share, 0.0, 1.0)
         check_range("swell", self.swell, 0.0, 1e6)
+        check_range("closing", self.closing, 0.0, 1e6)
 
     @property
     def fold_pattern(self) -> Muscle:
