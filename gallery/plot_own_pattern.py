@@ -40,7 +40,7 @@ layers = [
 # %%
 # They stack with the wrinkles of the muscles, and ride on the skin.
 
-sim = fw.Simulation(face, fw.Refinement(max_level=3), layers=[fw.MuscleWrinkles(), *layers])
+sim = fw.Simulation(face, fw.Refinement(max_level=4), layers=[fw.MuscleWrinkles(), *layers])
 sim.express({"AU4": 0.6, "AU12L": 0.7})
 frames = list(sim.run(40))
 near = View((0.45, 0.08, 1.0), "nose_tip", (0.1, 0.45, -0.6), 2.6)

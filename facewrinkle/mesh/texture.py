@@ -127,7 +127,7 @@ def texture_of(mesh: pv.PolyData) -> Image | None:
     FaceWrinkleWarning
         If it cannot be read, or if there are several.
     """
-    numbers = np.asarray(mesh.cell_data[IMAGE])
+    numbers = np.asarray(mesh.cell_data.get(IMAGE, [-1]))
     if not (numbers >= 0).any():
         return None
     path = Path(str(mesh.field_data[IMAGES][0]))
