@@ -6,10 +6,13 @@ import base64
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..errors import MissingPackageError
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from .meshes import Model
 
 FLOAT, SHORT, INT = 5126, 5123, 5125
@@ -20,7 +23,7 @@ ROUGH = {"eye": 0.05, "upper": 0.25, "lower": 0.25, "mouth": 1.0}
 """Of eyes and teeth, which are wet, and of the dark behind the lips."""
 
 
-def gltf(models: dict[str, Model], unit: float, *, binary: bool) -> bytes:
+def gltf(models: dict[str, Model], unit: float, turn: npt.NDArray[np.float64] | None = None, *, binary: bool) -> bytes:
     """A .glb file, or a .gltf file with everything in it.
 
     Parameters
@@ -29,6 +32,8 @@ def gltf(models: dict[str, Model], unit: float, *, binary: bool) -> bytes:
         What becomes a mesh and a node of this name.
     unit : float
         Millimetres per unit: points are kept as they are, and the nodes scale them to metres.
+    turn : (3, 3) float, optional
+        A rotation by which the nodes make +y up and +z the front, as the format asks.
     binary : bool
     """
     try:
@@ -40,7 +45,7 @@ def gltf(models: dict[str, Model], unit: float, *, binary: bool) -> bytes:
         ) from None
     file = _File(pygltflib)
     for name, model in models.items():
-        file.mesh(name, model, unit / 1000.0)
+        file.mesh(name, model, unit / 1000.0, turn)
     return file.written(binary=binary)
 
 
@@ -94,7 +99,7 @@ class _File:
         content.textures.append(lib.Texture(source=len(content.images) - 1, sampler=len(content.samplers) - 1))
         return len(content.textures) - 1
 
-    def mesh(self, name: str, model: Model, scale: float) -> None:
+    def mesh(self, name: str, model: Model, scale: float, turn: npt.NDArray[np.float64] | None) -> None:
         """Add a mesh in a node of its own, with a material."""
         lib, content = self.lib, self.content
         attributes = {
@@ -116,7 +121,8 @@ class _File:
         alpha = lib.MASK if model.cutout else lib.OPAQUE
         material = lib.Material(name=name, doubleSided=True, pbrMetallicRoughness=surface, alphaMode=alpha)
         content.materials.append(material)
-        content.nodes.append(lib.Node(name=name, mesh=len(content.meshes), scale=[scale] * 3))
+        rotation = None if turn is None else Rotation.from_matrix(turn).as_quat().tolist()
+        content.nodes.append(lib.Node(name=name, mesh=len(content.meshes), scale=[scale] * 3, rotation=rotation))
         content.meshes.append(lib.Mesh(name=name, primitives=[shape]))
 
     def written(self, *, binary: bool) -> bytes:

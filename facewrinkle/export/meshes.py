@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
+from scipy.optimize import linear_sum_assignment
 
 from .._features import beside
 from ..anatomy.face import Face
@@ -55,9 +56,11 @@ class Model:
 def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *, parts: bool = False) -> Path:
     """Write the mesh of a moment for other programs, refined and wrinkled as it is, with normals, texture and colours.
 
-    glTF holds all in one file, in metres, as the format asks; OBJ comes with NAME.mtl, and OBJ and PLY with the texture
-    as NAME_texture.png. Points at seams of the texture are split where the format needs it (glTF, PLY); their
-    positions and normals are the same. For VTK's own formats, with all fields, there is ``frame.save``.
+    glTF holds all in one file, in metres and upright, as the format asks: points stay as they are, and the nodes scale
+    and turn them by right angles, so that a face that is given looks along +z with +y up. OBJ comes with NAME.mtl, and
+    OBJ and PLY with the texture as NAME_texture.png. Points at seams of the texture are split where the format needs it
+    (glTF, PLY); their positions and normals are the same. For VTK's own formats, with all fields, there is
+    ``frame.save``.
 
     Parameters
     ----------
@@ -106,7 +109,7 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *
 
             others = beside(face, frame) if parts and face is not None else {}
             models = {"face": model} | {name: _part(part, _own_texture(face, name)) for name, part in others.items()}
-            files = {path: gltf(models, _unit(frame, face), binary=ending == ".glb")}
+            files = {path: gltf(models, _unit(frame, face), _upright(face), binary=ending == ".glb")}
     for name, content in files.items():
         try:
             name.write_bytes(content)
@@ -141,6 +144,17 @@ def _unit(frame: pv.PolyData, face: Face | None) -> float:
     if face is not None:
         return face.unit
     return float(frame.field_data[UNIT][0]) if UNIT in frame.field_data else 1.0
+
+
+def _upright(face: Face | None) -> Array | None:
+    """The rotation by right angles that brings the face closest to +y up and +z forward; none where it is so."""
+    if face is None or not face.landmarks:
+        return None
+    axes = face.frame.axes
+    rows, columns = linear_sum_assignment(-np.abs(axes))
+    turn = np.zeros((3, 3))
+    turn[rows, columns] = np.sign(axes[rows, columns])
+    return None if np.linalg.det(turn) < 0.0 or (turn == np.eye(3)).all() else turn
 
 
 def _model(frame: pv.PolyData, face: Face | None) -> Model:

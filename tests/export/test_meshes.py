@@ -171,6 +171,21 @@ def test_a_glb_is_as_the_format_asks(moment, tmp_path):
     )  # a frame knows its unit
 
 
+@pytest.mark.parametrize("tilt", [0.0, 20.0])
+def test_a_glb_stands_upright_whatever_way_the_scan_lies(face, tmp_path, tilt):
+    up, forward = np.array([0.0, 0.0, 1.0]), np.array([-1.0, 0.0, 0.0])
+    turned = np.array([np.cross(up, forward), up, forward])  # rows: the face's left, up and forward in the scan
+    angle = np.deg2rad(tilt)
+    lean = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+    scan = to_polydata(face.points @ lean.T @ turned, face.triangles)
+    marks = {name: lean @ point @ turned for name, point in face.landmarks.items()}
+    lying = fw.fit_face(scan, marks, "mm")
+    path = fw.write_mesh(lying.mesh, tmp_path / "scan.glb", lying)
+    expected = face.points @ lean.T / 1000.0
+    np.testing.assert_allclose(trimesh.load(path, process=False).to_mesh().vertices, expected, atol=1e-7)
+    np.testing.assert_allclose(fw.read_surface(path).points[:, 1].max(), expected[:, 1].max(), rtol=1e-5)
+
+
 def test_eyes_and_teeth_in_meshes_of_their_own(face, tmp_path):
     simulation = fw.Simulation(face)
     simulation.express("AU27")
