@@ -86,3 +86,24 @@ def test_names_in_the_text_exist():
 def test_the_reference_has_all_names_of_the_top_level():
     listed = set(re.findall(r"^   (\w+)$|^\.\. data:: (\w+)$", (DOCS / "api" / "main.rst").read_text(), re.MULTILINE))
     assert set(fw.__all__) <= {name for pair in listed for name in pair}
+
+
+def found(module, name):
+    """What a name of the reference stands for: an attribute, or one of a module below."""
+    *rooms, last = name.split(".")
+    try:
+        return getattr(import_module(".".join([module, *rooms])), last)
+    except ModuleNotFoundError:  # a method
+        return getattr(getattr(import_module(module), rooms[-1]), last)
+
+
+@pytest.mark.parametrize("page", sorted((DOCS / "api").glob("*.rst")), ids=lambda page: page.stem)
+def test_the_reference_names_what_there_is(page):
+    module, count = "", 0
+    for line in page.read_text(encoding="utf-8").splitlines():
+        if said := re.match(r"\.\. (?:current)?module:: (\S+)", line):
+            module = said[1]
+        elif module and (said := re.fullmatch(r"   ([A-Za-z_][\w.]*)", line)):
+            assert found(module, said[1]) is not None
+            count += 1
+    assert count or page.stem == "index"
