@@ -24,17 +24,13 @@ def read_usd_file(path: Path, without: str | None = None) -> list[Primitive]:
         For a file that USD cannot open, or whose faces lead nowhere.
     """
     try:
-        from pxr import Tf, Usd, UsdGeom
+        from pxr import Usd, UsdGeom
     except ImportError:
         raise MissingPackageError(
             f"{path.name}: USD files need the package usd-core, which is not installed. "
             "pip install 'facewrinkle[export]', or export the mesh as OBJ, PLY or glTF."
         ) from None
-    try:
-        stage = Usd.Stage.Open(str(path))
-    except Tf.ErrorException as problem:
-        reason = str(problem).strip().splitlines()[-1].strip()
-        raise MeshError(f"{path.name} cannot be read: {reason[:200]}. Export it again.") from None
+    stage = opened(path)
     first = Usd.TimeCode.EarliestTime()
     places = UsdGeom.XformCache(first)
     found = []
@@ -49,6 +45,17 @@ def read_usd_file(path: Path, without: str | None = None) -> list[Primitive]:
         if primitive is not None:
             found.append(primitive)
     return found
+
+
+def opened(path: Path) -> Any:
+    """The stage of a USD file; needs usd-core."""
+    from pxr import Tf, Usd
+
+    try:
+        return Usd.Stage.Open(str(path))
+    except Tf.ErrorException as problem:
+        reason = str(problem).strip().splitlines()[-1].strip()
+        raise MeshError(f"{path.name} cannot be read: {reason[:200]}. Export it again.") from None
 
 
 def _primitive(path: Path, mesh: Any, matrix: np.ndarray, time: Any, usd: Any) -> Primitive | None:

@@ -18,7 +18,7 @@ from ..errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown
 from ..mesh.arrays import MOVED, blended
 from ..mesh.formats import Polygons, check_vertices, textured
 from ..mesh.reading import from_polygons, from_primitives, joined
-from ..mesh.usd_file import read_usd_file
+from ..mesh.usd_file import opened, read_usd_file
 from .recorded import Recorded, Track
 
 __all__ = ["read_usd"]
@@ -31,17 +31,13 @@ TEXTURES = ("st", "UVMap", "st0", "uv")
 def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded]:
     """The mesh of a USD stage at rest, and the recording that moves it; see :func:`facewrinkle.read_animation`."""
     try:
-        from pxr import Tf, Usd, UsdGeom
+        from pxr import Usd, UsdGeom
     except ImportError:
         raise MissingPackageError(
             "animations of USD files need the package usd-core, which is not installed. pip install "
             "'facewrinkle[export]'"
         ) from None
-    try:
-        stage = Usd.Stage.Open(str(path))
-    except Tf.ErrorException as problem:
-        reason = str(problem).strip().splitlines()[-1].strip()
-        raise MeshError(f"{path.name} cannot be read: {reason[:200]}. Export it again.") from None
+    stage = opened(path)
     found = [_Mesh(prim, path.name, Usd, UsdGeom) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
     chosen = _chosen(found, mesh, path.name)
     times = chosen.times
