@@ -15,6 +15,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import read_landmarks
 from facewrinkle.geometry import topology
+from facewrinkle.geometry.crossings import crossings
 from facewrinkle.mesh import to_polydata
 from facewrinkle.mesh.repair import areas_doubled
 
@@ -173,6 +175,22 @@ def flipped(points: Array, triangles: Ints, random: Random, size: float) -> Mesh
 
 Fault = Callable[[Array, Ints, Random, float], Mesh]
 
+
+def crossed(points: Array, triangles: Ints) -> int:
+    """Number of triangles that run through others."""
+    proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    return len(np.unique(crossings(points, triangles[proper])))
+
+
+def self_intersecting(fault: Fault, points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
+    """The fault, over again until more of the mesh runs through itself than before."""
+    before = crossed(points, triangles)
+    while True:
+        spoiled = fault(points.copy(), triangles.copy(), random, size)
+        if crossed(*spoiled) > before:
+            return spoiled
+
+
 FAULTS: Mapping[str, tuple[float, tuple[Fault, ...]]] = {
     "self-intersecting": (0.45, (spikes, noise, lump, shell, pinch)),
     "not manifold": (0.22, (fins, wall, grown)),
@@ -221,8 +239,10 @@ def corpus(count: int = 100, seed: int = 0) -> Iterator[Dirty]:
             ways = FAULTS[kind][1]
             fault = ways[turns[kind] % len(ways)]  # one after the other, so that each has its turn
             turns[kind] += 1
-            points, triangles = fault(points, triangles, random, size)
             how.append(fault.__name__)
+            if kind == "self-intersecting":
+                fault = partial(self_intersecting, fault)
+            points, triangles = fault(points, triangles, random, size)
         turn = Rotation.random(rng=random).as_matrix()
         scale, shift = 10.0 ** random.uniform(-3.0, 3.0), random.normal(0.0, 5.0, 3)
         landmarks = {mark: scale * (turn @ place + size * shift) for mark, place in marks.items()}

@@ -93,8 +93,11 @@ def mixtures(face: fw.Face, every: int = 1) -> Iterator[tuple[tuple[str, ...], d
 
 
 def soundness(face: fw.Face, every: int = 1, steps: int = 10) -> Iterator[Soundness]:
-    """All mixtures on a face, each after so many long steps from rest."""
-    skin = fw.Skin(face, time_step=0.1)
+    """All mixtures on a face, each after so many long steps from rest.
+
+    Each has as many iterations as the short steps in its place would have: with fewer, lips that meet have not settled.
+    """
+    skin = fw.Skin(face, time_step=0.1, iterations=15)
     orientation = Orientation(skin.points, face.triangles)
     rest = [np.linalg.norm(skin.points - eye.centre * face.unit, axis=1) for eye in face.eyes]
     for names, rates in mixtures(face, every):

@@ -11,7 +11,6 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from facewrinkle.mesh import to_polydata
 from facewrinkle.plotting import Scene, Style
 from facewrinkle.table1 import PAPER, Row, measure
 
-from .report import COLOURS, OUTPUT, Plot, Report, Table, log_scales, order, plot, publish, run
+from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
 from .surfaces import Given, rates_of, settled, uniform
 
 STAGES = ("skin", "refinement", "wrinkles", "frame", "drawing")
@@ -201,18 +200,5 @@ def _size_plot(rows: list[Cost], powers: dict[str, float]) -> Plot:
     )  # fmt: skip
 
 
-def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
-    """Measure what frames cost.
-
-    Parameters
-    ----------
-    out
-        Folder for performance.json, the plots and the index page.
-    quick
-        Few iterations and small meshes.
-    """
-    publish(report(quick), out)
-
-
 if __name__ == "__main__":
-    run(main)
+    run_report(report)

@@ -7,7 +7,6 @@ the simulated skin.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from facewrinkle import plotting
 from facewrinkle.anatomy.muscles import Muscle, Wrinkles
 from facewrinkle.geometry import profile
 
-from .report import COLOURS, OUTPUT, Plot, Report, Table, log_scales, order, plot, publish, run
+from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
 from .sections import Section, cut, expected, measure
 from .surfaces import EXPRESSIONS, Laid, lay, plate, rates_of, settled, squeezed, uniform, wrinkling
 
@@ -311,18 +310,5 @@ def _papers_plots(face: fw.Face, size: tuple[int, int]) -> list[Plot]:
     ]
 
 
-def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
-    """Cut wrinkles and compare them with the closed form.
-
-    Parameters
-    ----------
-    out
-        Folder for profiles.json, the plots and the index page.
-    quick
-        Fewer levels and expressions.
-    """
-    publish(report(quick), out)
-
-
 if __name__ == "__main__":
-    run(main)
+    run_report(report)

@@ -7,7 +7,6 @@ everywhere, what becomes of the angles, and which edges either criterion finds.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +18,7 @@ from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.mesh import to_polydata
 from facewrinkle.table1 import PAPER
 
-from .report import COLOURS, OUTPUT, Plot, Report, Table, log_scales, plot, publish, run
+from .report import COLOURS, Plot, Report, Table, log_scales, plot, run_report
 from .surfaces import EXPRESSIONS, IntArray, Laid, lay, rates_of, settled, squeezed, uniform, wrinkling
 
 Array = npt.NDArray[np.float64]
@@ -386,18 +385,5 @@ def _caught_plot(found: dict[tuple[str, int], dict[str, float]]) -> Plot:
     )  # fmt: skip
 
 
-def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
-    """Measure what adaptive refinement does.
-
-    Parameters
-    ----------
-    out
-        Folder for refinement.json, the plots and the index page.
-    quick
-        Fewer expressions and levels.
-    """
-    publish(report(quick), out)
-
-
 if __name__ == "__main__":
-    run(main)
+    run_report(report)

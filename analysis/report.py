@@ -121,6 +121,24 @@ def run(command: Callable[..., None]) -> None:
     app()
 
 
+def run_report(report: Callable[[bool], Report]) -> None:
+    """The command line of an analysis that needs nothing but the package."""
+
+    def command(*, out: Path = OUTPUT, quick: bool = False) -> None:
+        """Print the tables of this analysis, and write them and its plots.
+
+        Parameters
+        ----------
+        out
+            Folder for the tables as JSON, the plots and the index page.
+        quick
+            Coarser meshes, fewer expressions and repetitions.
+        """
+        publish(report(quick), out)
+
+    run(command)
+
+
 def shown(value: Cell) -> str:
     """A value as it stands in a table.
 

@@ -8,7 +8,6 @@ paper makes these integrals vanish; the option ``MuscleWrinkles(balance=True)`` 
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +20,7 @@ from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
 from .profiles import EPSILON, sheet
-from .report import COLOURS, OUTPUT, Plot, Report, Table, log_scales, order, plot, publish, run
+from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
 from .surfaces import EXPRESSIONS, Laid, lay, plate, rates_of, settled, squeezed, uniform, wrinkling
 
 Array = npt.NDArray[np.float64]
@@ -259,18 +258,5 @@ def _ladder_plot(rungs: dict[str, dict[str, float]]) -> Plot:
     )  # fmt: skip
 
 
-def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
-    """Measure the volume of wrinkles.
-
-    Parameters
-    ----------
-    out
-        Folder for volume.json, the plots and the index page.
-    quick
-        Coarser meshes and fewer expressions.
-    """
-    publish(report(quick), out)
-
-
 if __name__ == "__main__":
-    run(main)
+    run_report(report)

@@ -18,6 +18,7 @@ import pytest
 from scipy.sparse import csr_array
 
 import facewrinkle as fw
+from facewrinkle.anatomy.muscles import zones
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.geometry.topology import unique_edges
@@ -54,7 +55,9 @@ def state(size, compression):
         forest = RedGreenForest(triangles, 0, len(points))
     sites = sites_of(forest, points, triangles)
     layer = fw.MuscleWrinkles(compression)
-    layer.attach(SimpleNamespace(points=points, triangles=triangles, unit=face.unit, muscles=face.muscles))
+    touched = zones((muscle.fold_pattern for muscle in face.muscles.values()), points, triangles)
+    parts = {"points": points, "triangles": triangles, "unit": face.unit, "muscles": face.muscles, "zones": touched}
+    layer.attach(SimpleNamespace(**parts))
     layer.follow(Change(slice(None), len(sites.points)), sites)
     base = squeezed(points)
     bare = carried(base, sites.corners, sites.barycentric)

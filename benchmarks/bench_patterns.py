@@ -59,7 +59,7 @@ def scene():
         for layer in sim.layers:
             layer.follow(change, created)
         sim._template, sim._levels, sim._marks = None, sim.forest.level, None
-        frame = sim._frame(face.points * face.unit)
+        frame = sim._polydata(*sim._shape(face.points * face.unit))
     bare = sim._sites.points * face.unit
     moment = Moment(np.empty(0), sim._sites, sim.forest.triangles, bare[: len(face.points)], bare, 0.0)
     return sim.layers, moment, frame.n_cells

@@ -1,5 +1,6 @@
 """The site: `make docs`."""
 
+import logging
 import os
 import sys
 import warnings
@@ -21,6 +22,7 @@ import facewrinkle  # noqa: E402
 pv.OFF_SCREEN = True
 pv.BUILDING_GALLERY = True
 warnings.filterwarnings("ignore", message=".*non-interactive, and thus cannot be shown")
+logging.getLogger("asyncio").setLevel(logging.CRITICAL)  # trame asks the network for what scenes do without
 
 summaries.WELL_KNOWN_ABBREVIATIONS += ("Eq.", "Eqs.", "Fig.", "Figs.")  # no ends of sentences
 
@@ -43,6 +45,7 @@ templates_path = ["_templates"]
 exclude_patterns = ["_build", "images"]
 html_math_renderer = "mathml"
 nitpicky = False
+smartquotes_action = "qe"  # "--face" is no dash
 
 autosummary_generate = True
 autosummary_ignore_module_all = False
@@ -94,3 +97,12 @@ html_theme_options = {
     "pygments_dark_style": "monokai",
 }
 html_sidebars = {"index": []}
+
+
+def dashed(app, what, name, thing, options, lines):
+    """The dashes that napoleon puts before descriptions; in all other places two hyphens are those of an option."""
+    lines[:] = [line.replace(" -- ", " – ") for line in lines]
+
+
+def setup(app):
+    app.connect("autodoc-process-docstring", dashed, priority=600)  # after napoleon

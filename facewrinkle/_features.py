@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.spatial.transform import Rotation
 
+from .anatomy.cavities import Cavities
 from .anatomy.eyes import RADIUS, Eyeball, lid_margins
 from .anatomy.face import Face
 from .anatomy.head import Hairs
@@ -191,7 +192,7 @@ def beside(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
     mouth = Mouth(face)
     if mouth.parted(points):
         inside = {name: part for name, part in mouth.inside(points).items() if name not in own}
-        parts |= {"mouth": mouth.pocket(points)} | inside
+        parts |= inside if mouth.bag else {"mouth": mouth.pocket(points)} | inside
     for part in parts.values():
         part.points = np.asarray(part.points, dtype=np.float64) @ pose[:3, :3].T + pose[:3, 3]
         if "Normals" in part.point_data:
@@ -376,38 +377,49 @@ def _unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))
 
 
+IN_MOUTH = 14.0
+"""Skin that lies deeper behind the lips is that of a mouth, mm on a face of average size."""
+
+
 class Mouth:
     """What shows between parted lips: the dark inside, teeth, gums and tongue.
 
     Parameters
     ----------
     face : Face
-        Where its mesh has no opening at the mouth, there is nothing (`loop` is empty).
+        Its mouth is an opening of the mesh (`loop`), or a bag of skin behind the lips (`bag`); where it is neither,
+        there is nothing.
     """
 
     INSIDE = ("upper_teeth", "lower_teeth", "tongue")
 
     def __init__(self, face: Face) -> None:
-        self.loop = np.empty(0, np.int64)
+        self.loop, self.bag = np.empty(0, np.int64), False
         if not face.landmarks:
             return
         centre = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
         self._size, self._axes = face.frame.pupil_distance, face.frame.axes
+        width = 0.5 * float((face.landmarks["mouth_l"] - face.landmarks["mouth_r"]) @ self._axes[0])
         for loop in boundary_loops(face.triangles):
-            near = np.linalg.norm(face.points[loop] - centre, axis=1)
+            near, across = np.linalg.norm(face.points[loop] - centre, axis=1), np.ptp(face.points[loop] @ self._axes[0])
             if (
                 near.max() < 0.8 * self._size
                 and np.linalg.norm(face.points[loop].mean(axis=0) - centre) < 0.3 * self._size
+                and across > width  # others are holes beside it
             ):
-                self.loop = np.asarray(loop, dtype=np.int64)
-        if not len(self.loop):
+                self.loop, width = np.asarray(loop, dtype=np.int64), across
+        ends = self._middles(face) if len(self.loop) else _lips_of_bag(face)
+        if ends is None:
             return
-        self._ends = self._middles(face)
+        self._ends, self.bag = ends, not len(self.loop)
         self._rest = self._gap(face.points)
-        self._width = float(np.ptp(face.points[self.loop] @ self._axes[0]))
+        self._width = float(np.ptp(face.points[self.loop] @ self._axes[0])) if not self.bag else 0.0
         self.teeth = teeth_of(face.landmarks, face.frame)
-        self._bones = [self._shaded(arch.points, arch.paint, centre) for arch in self.teeth]
         self._normals = [vertex_normals(arch.points, arch.triangles) for arch in self.teeth]
+        self._bones = [
+            self._shaded(arch.points, arch.paint * self._facing(normals), centre)
+            for arch, normals in zip(self.teeth, self._normals, strict=True)
+        ]
         ball = pv.Sphere(radius=1.0, theta_resolution=24, phi_resolution=16)
         self._tongue = centre + (ball.points * [0.30, 0.15, 0.42] - [0.0, 0.15, 0.62]) * self._size @ self._axes
         self._tongue_triangles = np.asarray(ball.regular_faces, np.int32)
@@ -430,9 +442,13 @@ class Mouth:
         back = (centre - points) @ self._axes[2] / self._size - 0.2
         return np.rint(paint * (0.08 + 0.84 * np.exp(-np.maximum(back, 0.0) / 0.26))[:, None]).astype(np.uint8)
 
+    def _facing(self, normals: Array) -> Array:
+        """Share (n, 1) of the light that comes in between the lips: little on the sides towards the tongue."""
+        return 0.25 + 0.75 * _smooth((normals @ self._axes[2] + 0.1) / 0.5)[:, None]
+
     def parted(self, points: Array) -> bool:
         """Whether the lips are farther apart than at rest."""
-        return len(self.loop) > 0 and self._gap(points) - self._rest > 0.012 * self._size
+        return (self.bag or len(self.loop) > 0) and self._gap(points) - self._rest > 0.012 * self._size
 
     def pocket(self, points: Array) -> pv.PolyData:
         """The dark inside, with `paint` (rgb), behind the lips as they are now: the face's vertices (n, 3)."""
@@ -481,6 +497,25 @@ class Mouth:
         flat, turned = (offset - np.outer(offset @ axis, axis) for offset in (before, now))
         angle = np.arctan2((np.cross(flat, turned) @ axis).sum(), (flat * turned).sum())
         return Rotation.from_rotvec(angle * axis).as_matrix(), hinge
+
+
+def _lips_of_bag(face: Face) -> tuple[int, int] | None:
+    """The vertices in the middle of the lips where these meet, if the skin goes on from there into a mouth."""
+    size = face.frame.pupil_distance
+    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+    local = (face.points - lips) @ face.frame.axes.T / size
+    depth = Cavities(face.points, face.triangles, face.landmarks, face.frame).depth(face.points)
+    if not (depth[(np.abs(local[:, :2]) < [0.3, 0.25]).all(axis=1)] > IN_MOUTH).any():
+        return None
+    up = vertex_normals(face.points, face.triangles) @ face.frame.axes[1]
+    near = (np.abs(local[:, 0]) < 0.1) & (np.abs(local[:, 1]) < 0.25) & (local[:, 2] > -0.2)
+    ends = []
+    for sign in (-1.0, 1.0):  # the upper lip faces down where it meets the lower one
+        at = np.flatnonzero(near & (sign * up > 0.5) & (depth < IN_MOUTH))
+        if not len(at):
+            return None
+        ends.append(int(at[np.argmin(np.abs(local[at, 0]) + 2.0 * np.abs(local[at, 1]))]))
+    return ends[0], ends[1]
 
 
 def _jaw_bone(face: Face) -> tuple[npt.NDArray[np.int64], Array, Array, Array] | None:

@@ -22,7 +22,7 @@ from cyclopts import App, CycloptsError
 from . import __version__
 from .errors import FaceWrinkleError, FaceWrinkleWarning
 
-USAGE, FAILED, INTERRUPTED = 2, 1, 130
+USAGE, FAILED = 2, 1
 
 app = App(
     name="facewrinkle",
@@ -39,7 +39,10 @@ app.command(
     help="Write pictures, a movie and a time series of a wrinkle pattern.",
 )
 app.command("facewrinkle.commands.table1:table1", help="Measure the paper's Table 1 and print it beside the paper's.")
-app.command("facewrinkle.commands.info:info", help="List the muscles, action units and expressions.")
+app.command(
+    "facewrinkle.commands.info:info",
+    help="List the muscles, action units and expressions; or tell what a file holds.",
+)
 app.command(
     "facewrinkle.commands.demo:demo", help="The paper's five expressions with pictures and movies, then Table 1."
 )
@@ -56,7 +59,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 after success, 1 after an error, 2 after wrong usage, 130 after Ctrl-C. Errors are one line on stderr.
+        0 after success, 1 after an error, 2 after wrong usage, 130 after Ctrl-C, 143 after SIGTERM. Errors are one
+        line on stderr.
     """
     if sys.platform.startswith("linux"):  # VTK would look for a display first
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
@@ -70,13 +74,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
             return _complain(f"{_one_line(error)} Try: {hint} --help", USAGE)
         except KeyboardInterrupt:
-            return _complain("interrupted.", INTERRUPTED)
+            return _complain("interrupted.", _code(interrupts))
         except BrokenPipeError:  # the reader, such as head, has gone
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return FAILED
         except Exception as error:
             if interrupts:  # VTK drops the interrupt inside its callbacks, and something else breaks
-                return _complain("interrupted.", INTERRUPTED)
+                return _complain("interrupted.", _code(interrupts))
             if isinstance(error, FaceWrinkleError):
                 return _complain(_one_line(error), FAILED)
             raise
@@ -85,7 +89,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _interrupts() -> Iterator[list[int]]:
-    """The Ctrl-C that came meanwhile; each raises KeyboardInterrupt as ever, and again where Python had to drop it."""
+    """The Ctrl-C and SIGTERM that came meanwhile, by number; each raises KeyboardInterrupt as Ctrl-C ever does, and
+    again where Python had to drop it.
+    """
     seen: list[int] = []
     dropping, raised = False, True
 
@@ -115,13 +121,14 @@ def _interrupts() -> Iterator[list[int]]:
     if threading.current_thread() is not threading.main_thread():
         yield seen
         return
-    before = signal.signal(signal.SIGINT, interrupted)
+    before = {number: signal.signal(number, interrupted) for number in (signal.SIGINT, signal.SIGTERM)}
     show, sys.unraisablehook = sys.unraisablehook, dropped
     try:
         yield seen
     finally:
         raised = True
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
         sys.unraisablehook = show
         logging.disable(logging.NOTSET)
 
@@ -129,9 +136,15 @@ def _interrupts() -> Iterator[list[int]]:
 def program() -> NoReturn:
     """Run the command line and end the process with its code."""
     code = main()
-    if code == INTERRUPTED:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # impatient second ones would break the tidying up
+    if code > 128:  # impatient second ones would break the tidying up
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
     sys.exit(code)
+
+
+def _code(interrupts: list[int]) -> int:
+    """The exit code after a signal."""
+    return 128 + (interrupts[0] if interrupts else signal.SIGINT)
 
 
 def _one_line(error: Exception) -> str:

@@ -12,8 +12,10 @@ import numpy.typing as npt
 import pyvista as pv
 
 from . import _shading
+from ._drawn_skin import DrawnSkin
 from ._features import Brows, Lashes, Mouth, PaintedEye, has_colours, is_drawn, own_parts
-from .anatomy.complexion import painted
+from ._files import replaced
+from .anatomy.complexion import Paint
 from .anatomy.face import Face
 from .anatomy.fitting import carried_brows
 from .anatomy.landmarks import NAMES, mirrored_name
@@ -36,6 +38,12 @@ class View:
         What is looked at, moved by `offset` (in distances between the pupils, along the same axes).
     height : float
         Height of the picture there, in distances between the pupils.
+
+    Examples
+    --------
+    >>> near = View((0.5, 0.0, 1.0), "mouth_l", height=1.2)
+    >>> near.mirrored().landmark
+    'mouth_r'
     """
 
     direction: tuple[float, float, float]
@@ -137,6 +145,11 @@ class Style:
         One headlight and no anti-aliasing.
     follow : bool
         The camera goes with a head that moves as a whole.
+
+    Examples
+    --------
+    >>> near = Style(size=(640, 480), view="left_eye", wireframe=True)
+    >>> heights = Style(view=View((0.0, 0.0, 1.0), "glabella", height=1.5), scalars="W")
     """
 
     size: tuple[int, int] = (800, 800)
@@ -194,11 +207,14 @@ class Scene:
         pixel = _height(face, self.style) / window[1]
         self._paint = None
         if face.landmarks and face.texture is None and not has_colours(face.mesh):
-            self._paint = painted(face.points, face.landmarks, face.frame)
+            self._paint = Paint(face)
+            self._painted = self._paint(face.points)
         brows = carried_brows(face) if face.brows is None and self._paint is not None else face.brows
         if self.style.brows and self.style.scalars is None and brows is not None:
             self._brows = Brows(brows, face.frame.pupil_distance, pixel)
         self._mouth = Mouth(face)
+        plain = not self.style.wireframe and self.style.scalars is None
+        self._drawn = DrawnSkin(face, self._mouth.bag) if plain else None
         self._own = {name: _texture(part.texture) for name, part in face.parts.items() if is_drawn(name, part)}
         balls = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
         self._eyes = [ball for ball in balls if ball.open and f"eye_{ball.eye.side}" not in self._own]
@@ -226,6 +242,9 @@ class Scene:
         back = np.linalg.inv(pose)  # parts are placed on the head as it is at rest, and go with it
         points, normals = points @ back[:3, :3].T + back[:3, 3], normals @ pose[:3, :3]
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        if self._drawn is not None:
+            place = np.append(self.plotter.camera.position, 1.0)
+            skin = self._drawn.of(skin, (pose @ place if self.style.follow else place)[:3])
         if self._texture is not None and self.style.scalars is None:
             skin = split_at_seams(skin)
             skin.active_scalars_name = None  # VTK's normals drop texture coordinates that are scalars, too
@@ -234,12 +253,13 @@ class Scene:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
         self._add(skin, "skin", None if self.style.scalars else _shading.SKIN, **options)
         if "texture" in options and "W" in skin.point_data:
-            skin.point_data["shade"] = _furrowed(np.asarray(skin.point_data["W"]))
+            skin.point_data["shade"] = _shading.furrowed(skin)
             mapper = self.plotter.actors["skin"].mapper
             mapper.scalar_visibility, mapper.color_mode, mapper.scalar_map_mode = True, "direct", "point_field"
             mapper.SelectColorArray("shade")
         if len(self._mouth.loop):
             self._put(self._mouth.pocket(points), "mouth", lighting=False)
+        if len(self._mouth.loop) or self._mouth.bag:
             inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
             inside = {name: part for name, part in inside.items() if name not in self._own}
             for name, part in inside.items():
@@ -321,9 +341,8 @@ class Scene:
         if has_colours(skin):
             return {"scalars": "Colors", "rgb": True}
         if self._paint is not None:
-            n = len(self._paint)
-            new = np.asarray(skin.point_data.get("rest", skin.points))[n:]
-            paint = np.concatenate([self._paint, painted(new, self.face.landmarks, self.face.frame)])
+            new = np.asarray(skin.point_data.get("rest", skin.points))[len(self._painted) :]
+            paint = np.concatenate([self._painted, self._paint(new)])
             return {"scalars": paint, "rgb": True}
         return {"color": SKIN_COLOUR}  # the texture is not for this mesh
 
@@ -392,7 +411,14 @@ def closeup(frame: pv.PolyData, face: Face) -> str:
 
 
 def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
-    """Pictures of one height in a row."""
+    """Pictures of one height in a row.
+
+    Examples
+    --------
+    >>> dark, light = np.zeros((20, 30, 3), np.uint8), np.full((20, 30, 3), 255, np.uint8)
+    >>> side_by_side([dark, light]).shape, stacked([dark, light]).shape
+    ((20, 64, 3), (44, 30, 3))
+    """
     spacer = np.full((images[0].shape[0], gap, 3), 255, np.uint8)
     parts = [part for image in images for part in (spacer, image)][1:]
     return np.concatenate(parts, axis=1)
@@ -433,7 +459,8 @@ def save_picture(image: Image, path: str | Path, colours: int | None = None) -> 
     if colours is not None:
         picture = picture.quantize(check_whole("colours", colours, 1, 256))
     try:
-        picture.save(path, format="PNG", optimize=colours is not None)
+        with replaced(path) as whole:
+            picture.save(whole, format="PNG", optimize=colours is not None)
     except (OSError, ValueError) as problem:
         raise OutputError(f"{str(path)!r} cannot be written: {problem}. Name a file that you may write.") from None
     return Path(path)
@@ -443,12 +470,6 @@ def _reduced(image: Image, factor: int) -> Image:
     from PIL import Image as Pillow
 
     return np.array(Pillow.fromarray(image).reduce(factor))
-
-
-def _furrowed(heights: Array) -> npt.NDArray[np.uint8]:
-    """Factors (n, 3) of the colour, as bytes: little light comes into furrows, and what comes out is red."""
-    dark = 0.42 * -np.expm1(np.minimum(heights, 0.0) / 0.6)
-    return np.rint(255.0 * (1.0 - dark[:, None] * [0.75, 1.0, 1.0])).astype(np.uint8)
 
 
 def _texture(image: Image | None) -> pv.Texture | None:

@@ -31,6 +31,7 @@ from .layers.compression import StrainField
 from .layers.muscle_wrinkles import MuscleWrinkles
 from .layers.pattern_layer import PatternLayer
 from .mesh import MUSCLES, POSE, UNIT, carried_point_data, refilled, refine_seams, to_polydata
+from .mesh.arrays import OF_PART
 from .motion.base import Motion, Still
 from .motion.recorded import Recorded
 from .motion.skin import Skin, SkinMaterial
@@ -58,6 +59,14 @@ class Refinement:
     hysteresis : float
         In (0, 1): an edge is taken back when its bend is below this share of what would split it, and when twice its
         length would still be short enough, by this share.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> sim = fw.Simulation(fw.default_face(), fw.Refinement(max_level=0))
+    >>> sim.express("surprise")
+    >>> {frame.n_cells for frame in sim.run(10)}
+    {4517}
     """
 
     gamma_c: float = 0.03
@@ -301,6 +310,10 @@ class Simulation:
             layer.follow(Change(slice(None), len(face.points)), self._sites)
         self._template: pv.PolyData | None = None
         self._shown_turn: Array | None = None
+        self._given = {name: np.asarray(values) for name, values in face.mesh.point_data.items()}
+        self._facts = pv.PolyData()  # its field data are those of every frame
+        self._facts.field_data[MUSCLES] = list(self.muscles)
+        self._facts.field_data[UNIT] = [face.unit]
         self._levels = self.forest.level
         self._marks: tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]] | None = None
 
@@ -321,14 +334,14 @@ class Simulation:
         with self._timed("skin"):
             self.motion.set_rates(rates)
             base = self.motion.step()
-        with self._timed("refinement"):
-            change, created = self._refined()
-        if change:
-            with self._timed("wrinkles"):
-                for layer in self.layers:
-                    layer.follow(change, created)
+        self._refine()
         self._steps += 1
-        return self._frame(base)
+        shape = self._shape(base)
+        if not self.motion.names:  # a recording may go far in a step, and still patterns begin at once
+            while self._marks is not None and self._marks[0].any() and self._refine():
+                shape = self._shape(base)
+        with self._timed("frame"):
+            return self._polydata(*shape)
 
     def run(self, frames: int, ramp: float = 0.6) -> Iterator[pv.PolyData]:
         """Ramp smoothly from the present contraction to what was asked for when the run began, then hold it.
@@ -353,39 +366,45 @@ class Simulation:
 
     # --- one frame -----------------------------------------------------------------------------
 
-    def _refined(self) -> tuple[Change, Sites]:
-        """Split or take back what the last frame's criterion marked; what changed, and the new vertices."""
+    def _refine(self) -> bool:
+        """Split or take back what the last shape's criterion marked, and whether there was any; the layers follow."""
         change = Change(slice(None), 0)
-        if self._marks is not None and self._level > 0:
-            split, fine = self._marks
-            if split.any():
-                change = self.forest.split(split)
-            elif fine.any():
-                change = self.forest.coarsen(fine)
-        self._marks = None
-        created = self._sites_from(self.forest.n_points - change.n_created)
-        if change:
+        with self._timed("refinement"):
+            if self._marks is not None and self._level > 0:
+                split, fine = self._marks
+                if split.any():
+                    change = self.forest.split(split)
+                elif fine.any():
+                    change = self.forest.coarsen(fine)
+            self._marks = None
+            if not change:
+                return False
+            created = self._sites_from(self.forest.n_points - change.n_created)
             old, kept = self._sites, change.kept
             joined = ([getattr(old, name)[kept], getattr(created, name)] for name in Sites.__dataclass_fields__)
             self._sites = Sites(*map(np.concatenate, joined))
             self._template = None
             self._levels = self.forest.level
-        return change, created
+        with self._timed("wrinkles"):
+            for layer in self.layers:
+                layer.follow(change, created)
+        return True
 
     def _sites_from(self, first: int) -> Sites:
         """The places of the vertices from `first` on."""
         forest = self.forest
         corners, weights = forest.corners[first:], forest.barycentric[first:]
         normals = carried(self._base_normals, corners, weights)
-        _normalise(normals)
+        kernels.normalise(normals)
         return Sites(carried(self.face.points, corners, weights), normals, corners, weights, forest.host[first:])
 
-    def _frame(self, base: Array) -> pv.PolyData:
+    def _shape(self, base: Array) -> tuple[Array, Array, Array, Array]:
+        """Points, normals, heights and Eq. 19 of the present triangles; what they lack or have too much is marked."""
         sites, triangles = self._sites, self.forest.triangles
         with self._timed("wrinkles"):
             bare = carried(base, sites.corners, sites.barycentric)
             smooth = carried(vertex_normals(base, self.face.triangles), sites.corners, sites.barycentric)
-            _normalise(smooth)
+            kernels.normalise(smooth)
             moment = Moment(
                 self.motion.rates, sites, triangles, base, bare, self.time, lambda: self._strain_field, smooth
             )
@@ -394,16 +413,14 @@ class Simulation:
             moved = displaced(bare, height, smooth)
             normals = detail_normals(bare, moved, triangles, smooth)
         with self._timed("refinement"):
-            split_gamma = self._criterion(normals, reliefs)
-        with self._timed("frame"):
-            return self._polydata(moved, normals, height, split_gamma)
+            return moved, normals, height, self._criterion(normals, reliefs)
 
     @cached_property
     def _strain_field(self) -> StrainField:
         return StrainField(self.face.points * self.face.unit, self.face.triangles)
 
     def _criterion(self, normals: Array, reliefs: list[Relief]) -> Array:
-        """Mark triangles for the next step; returns the largest Eq. 19 over the edges of each vertex."""
+        """Mark triangles to split or take back; returns the largest Eq. 19 over the edges of each vertex."""
         r, sites, triangles = self.refinement, self._sites, self.forest.triangles
         n, m = len(normals), len(triangles)
         spacing, across, active = _joined(reliefs, n)
@@ -421,35 +438,36 @@ class Simulation:
             data.update(layer.fields())
         data["W"] = height  # of all layers together
         if self._template is None:
-            self._template, self._shown_turn = self._new_template(data), None
+            self._template = self._new_template(data)
         if len(self._looking):
-            self._look_on(self._template)
+            self._look_on()
         frame = refilled(self._template, points / self.face.unit, data)
         if (pose := getattr(self.motion, "pose", None)) is not None:
             frame.field_data[POSE] = pose
         for side, gaze in getattr(self.motion, "gazes", {}).items():
             frame.field_data[f"gaze_{side}"] = gaze[None]
+        for name, where in getattr(self.motion, "parts", {}).items():
+            frame.field_data[OF_PART + name] = where
         return frame
 
-    def _look_on(self, template: pv.PolyData) -> None:
+    def _look_on(self) -> None:
         """Tell where the eyes look, where that has changed."""
         turned = self.motion.rates[self._looking]
         if self._shown_turn is None or not np.array_equal(turned, self._shown_turn):
             rates = dict(zip(self.motion.names, self.motion.rates.tolist(), strict=True))
             for side, gaze in self.face.gazes(rates).items():
-                template.field_data[f"gaze_{side}"] = gaze[None]
+                self._facts.field_data[f"gaze_{side}"] = gaze[None]
             self._shown_turn = turned.copy()
 
     def _new_template(self, data: dict[str, np.ndarray]) -> pv.PolyData:
         """A frame of the present triangles; only what `data` holds and the points change from one frame to the next."""
         sites, source = self._sites, self.face.mesh.point_data
-        carried_data = carried_point_data(self.face.mesh, sites.corners, sites.barycentric)
+        carried_data = carried_point_data(self._given, sites.corners, sites.barycentric)
         n = len(sites.points)
         blank = {name: np.zeros(n) for name in ("lambda", "gamma", "epsilon")} | {"muscle": np.full(n, -1, np.int32)}
         data = {**carried_data, **blank, **data, "rest": sites.points, "level": self.forest.vertex_level}
         frame = to_polydata(sites.points, self.forest.triangles, data)
-        frame.field_data[MUSCLES] = list(self.muscles)
-        frame.field_data[UNIT] = [self.face.unit]
+        frame.SetFieldData(self._facts.GetFieldData())
         if source.active_texture_coordinates_name is not None:
             frame.point_data.active_texture_coordinates_name = source.active_texture_coordinates_name
         frame.point_data.active_normals_name = "Normals"
@@ -518,10 +536,6 @@ def _motion(
             f"its names are {', '.join(motion.names[:8])}. Make it from this face."
         )
     return motion
-
-
-def _normalise(vectors: Array) -> None:
-    vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def _spacing(face: Face) -> Array:

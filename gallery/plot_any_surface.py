@@ -2,7 +2,7 @@
 Patterns on any surface
 =======================
 
-An animal of plain shapes gets a wrinkled brow, and a sphere a dimple: no anatomy is needed.
+A pattern needs no anatomy: here an animal of plain shapes gets a wrinkled brow.
 """
 
 import warnings

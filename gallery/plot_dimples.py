@@ -11,7 +11,7 @@ import numpy as np
 
 import facewrinkle as fw
 from facewrinkle.layers.presets import presets
-from facewrinkle.plotting import Style, picture, side_by_side
+from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 face = fw.default_face()
 sim = fw.Simulation(face, layers=presets("dimple", face, strength="skin"))
@@ -23,19 +23,16 @@ frames = list(sim.run(24))
 images = [
     picture(frame, face, Style(size=(420, 420), view="left_mouth")) for frame in (frames[0], frames[9], frames[-1])
 ]
-figure, axes = plt.subplots(figsize=(12, 4))
-axes.imshow(side_by_side(images))
-axes.set_axis_off()
-figure.tight_layout()
+figure(side_by_side(images))
 
 # %%
 # The depth over time.
 depth = [float(np.abs(frame["W"]).max()) for frame in frames]
-figure, axes = plt.subplots(figsize=(6, 2.5))
+_, axes = plt.subplots(figsize=(9, 2.4))
 axes.plot(depth)
 axes.set_xlabel("frame")
 axes.set_ylabel("depth (mm)")
-figure.tight_layout()
+plt.tight_layout()
 print(f"{depth[0]:.2f} mm at rest, {depth[-1]:.2f} mm in the smile")
 assert depth[0] == 0.0
 assert depth[-1] > 1.0

@@ -11,7 +11,7 @@ import numpy as np
 
 import facewrinkle as fw
 from facewrinkle.layers.presets import presets
-from facewrinkle.plotting import Style, picture, side_by_side
+from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 face = fw.default_face()
 layers = presets("eye_pouch", face, frequency=6.0, trembling=0.5, depth=2.5)
@@ -21,19 +21,16 @@ frames = [sim.step() for _ in range(30)]
 # %%
 # Neutral, and two frames of the cycle.
 images = [picture(frame, face, Style(size=(420, 420), view="left_eye")) for frame in (face.mesh, frames[8], frames[12])]
-figure, axes = plt.subplots(figsize=(12, 4))
-axes.imshow(side_by_side(images))
-axes.set_axis_off()
-figure.tight_layout()
+figure(side_by_side(images))
 
 # %%
 # The lid's skin at one place over time: 25 frames of 0.02 s are three turns.
 highest = int(np.argmax(frames[8]["pattern_eye_pouch_l"][: face.mesh.n_points]))
 height = np.array([frame["W"][highest] for frame in frames])
-figure, axes = plt.subplots(figsize=(6, 2.5))
+_, axes = plt.subplots(figsize=(9, 2.4))
 axes.plot(0.02 * np.arange(1, 31), height)
 axes.set_xlabel("time (s)")
 axes.set_ylabel("height (mm)")
-figure.tight_layout()
+plt.tight_layout()
 assert np.allclose(height[25:], height[:5])
 assert np.ptp(height) > 0.3

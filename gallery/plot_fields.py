@@ -31,8 +31,8 @@ for name, meaning in ARRAYS.items():
 # Each in colour. Fields of a muscle are grey where no muscle wrinkles the skin.
 
 names = [None, "W", "epsilon", "lambda", "gamma", "split_gamma", "level", "muscle"]
-images = [picture(frame, face, Style(size=(380, 330), view="forehead", scalars=name)) for name in names]
-figure(stacked([side_by_side(images[:4]), side_by_side(images[4:])]))
+images = [picture(frame, face, Style(size=(460, 400), view="forehead", scalars=name)) for name in names]
+figure(stacked([side_by_side(images[k : k + 2]) for k in range(0, 8, 2)]))
 
 # %%
 # A frame is a :class:`pyvista.PolyData`: every filter of PyVista works on it. Here lines of equal height over the

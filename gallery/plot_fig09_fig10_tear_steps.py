@@ -65,7 +65,7 @@ plotter = pv.Plotter(off_screen=True, shape=(2, 3), window_size=(1300, 560), bor
 for i, (title, mesh) in enumerate(steps.items()):
     plotter.subplot(*divmod(i, 3))
     plotter.set_background("white")
-    plotter.add_text(title, font_size=11, color="black")
+    plotter.add_text(title, position=(12, 250), font_size=11, color="black")
     if i < 2:
         plotter.add_mesh(steps["(a) base surface"], color="#b5442e")
     if i:

@@ -8,13 +8,11 @@ Four frames of Lin and Cheng's Fig. 12. The tears find their own way, down the s
 joined to the skin and ride on it while the face becomes sad and its wrinkles refine the mesh.
 """
 
-import matplotlib.pyplot as plt
-
 import facewrinkle as fw
-from facewrinkle.plotting import Style, View
+from facewrinkle.plotting import Style, View, figure, side_by_side, stacked
 from facewrinkle.wet import TearScene
 
-VIEW = View((0.25, 0.02, 1.0), "nose_tip", (0.0, -0.05, -0.4), 2.5)
+VIEW = View((0.25, 0.02, 1.0), "nose_tip", (0.0, -0.1, -0.4), 1.8)
 
 # %%
 # Two tears, and a face that moves.
@@ -26,21 +24,15 @@ tears = [fw.SheddingTear(face, start="l"), fw.SheddingTear(face, start="r", begi
 frames = list(sim.run(32))
 
 # %%
-# What is covered grows with time, ``h = s + c t``.
+# What is covered grows with time, ``h = s + c t``: here at 0.1, 1, 2 and 3.2 s.
 
 moments = [0.1, 1.0, 2.0, 3.2]
-pictures = []
-with TearScene(face, Style((420, 420), VIEW)) as scene:
+images = []
+with TearScene(face, Style((460, 460), VIEW)) as scene:
     for t in moments:
         frame = frames[min(int(10 * t), 31)]
-        pictures.append(scene.picture(frame, fw.tears.surfaces(tears, t, frame)))
-
-figure, axes = plt.subplots(1, 4, figsize=(12, 3.3))
-for axis, picture, t in zip(axes, pictures, moments, strict=True):
-    axis.imshow(picture)
-    axis.set_title(f"t = {t:.1f} s", fontsize=9)
-    axis.axis("off")
-figure.tight_layout()
+        images.append(scene.picture(frame, fw.tears.surfaces(tears, t, frame)))
+figure(stacked([side_by_side(images[:2]), side_by_side(images[2:])]))
 
 # %%
 # The tear is never in the skin, however that moves.

@@ -58,10 +58,12 @@ reach = (lam > 0.0) & (lam <= 1.0) & (gamma <= 1.0)
 skin["lambda"], skin["gamma"] = np.where(reach, lam, np.nan), np.where(reach, gamma, np.nan)
 skin["pull"] = muscle.force(skin.points)
 
-plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=(1000, 480), border=False)
+bar = {"n_labels": 3, "fmt": "%.1f", "title_font_size": 16, "label_font_size": 14}
+plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=(1000, 520), border=False)
 for column, name in enumerate(("lambda", "gamma")):
     plotter.subplot(0, column)
-    plotter.add_mesh(skin.copy(), scalars=name, cmap="viridis", nan_color="#d9c8bf", clim=(0, 1), smooth_shading=True)
+    colours = {"scalars": name, "cmap": "viridis", "nan_color": "#d9c8bf", "clim": (0, 1)}
+    plotter.add_mesh(skin.copy(), smooth_shading=True, scalar_bar_args={"title": f"{name}\n", **bar}, **colours)
     plotter.camera_position = [(330, 10, 330), (20, -10, 20), (0, 1, 0)]
 plotter.show()
 

@@ -13,7 +13,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.plotting import Style, figure, picture, side_by_side
+from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side
 
 # %%
 # This "scan" is made here, so that the page needs no data: another person, finer triangles, a quarter of them dropped
@@ -44,13 +44,13 @@ print(f"{len(face.landmarks)} landmarks; least sure is {doubtful}, {face.confide
 # ``fw.fit_face(scan, {"nose_tip": (x, y, z)})`` or in a JSON file; the others follow them. To look for them alone, and
 # to see how much a mesh looks like a face, there is :func:`facewrinkle.find_landmarks`.
 
-plotter = pv.Plotter(off_screen=True, window_size=(700, 640))
-plotter.add_mesh(face.mesh, color="#d9a78f", smooth_shading=True)
+scene = Scene(face, Style(size=(700, 700), view="left_three_quarter", quick=True))
+scene.show(face.mesh)
 skin = [point for name, point in face.landmarks.items() if not name.endswith("_centre")]
-plotter.add_points(np.array(skin), color="#2e86ab", point_size=12, render_points_as_spheres=True)
-axes, centre = face.frame.axes, face.landmarks["nose_tip"]
-plotter.camera_position = [centre + 0.45 * axes[2] + 0.2 * axes[0], centre - 0.05 * axes[2], axes[1]]
-plotter.show()
+scene.plotter.add_points(
+    np.array(skin), color="#35d07f", point_size=12, render_points_as_spheres=True, reset_camera=False
+)
+scene.plotter.show()
 
 # %%
 # Now it is a face like the built-in one: any expression, pattern or tear can be laid on it. Frames are in the unit and

@@ -4,7 +4,7 @@
 Other people, and where they look
 =================================
 
-A dozen parameters in an artist's words make other people of the built-in head. Muscles, skull, eyes and teeth follow,
+Parameters in an artist's words make other people of the built-in head. Muscles, skull, eyes and teeth follow,
 and so do the wrinkles.
 """
 

@@ -32,19 +32,21 @@ def pulled(seconds=0.6, time_step=0.02, **material):
 # %%
 # In time: with the default damping the brow rises without a swing; with little, it overshoots.
 
-_, (left, right) = plt.subplots(1, 2, figsize=(10, 3))
+_, axes = plt.subplots(figsize=(9, 2.8))
 for damping in (0.1, 0.3, 1.0, 2.0):
     lift, _ = pulled(damping=damping)
-    left.plot(0.02 * np.arange(len(lift)), lift, label=f"damping {damping:g}")
-left.set_xlabel("time (s)")
-left.set_ylabel("lift of the brow (mm)")
-left.legend(frameon=False)
+    axes.plot(0.02 * np.arange(len(lift)), lift, label=f"damping {damping:g}")
+axes.set_xlabel("time (s)")
+axes.set_ylabel("lift of the brow (mm)")
+axes.legend(frameon=False)
+plt.tight_layout()
 
 # %%
 # In space: `decay` is the length over which a local pull dies out: the longer, the wider and the weaker the same
 # pull.
 
 shown = []
+_, axes = plt.subplots(figsize=(9, 2.8))
 for decay in (7.0, 14.0, 28.0):
     _, moved = pulled(decay=decay)
     shown.append(np.linalg.norm(moved, axis=1))
@@ -52,21 +54,24 @@ for decay in (7.0, 14.0, 28.0):
     ring = np.digitize(away, np.arange(0.0, 80.0, 4.0))
     front = face.points[:, 2] > 0.0
     mean = [shown[-1][front & (ring == k)].mean() for k in range(1, 20)]
-    right.plot(np.arange(2.0, 78.0, 4.0), mean, label=f"decay {decay:g} mm")
-right.set_xlabel("distance from the brow (mm)")
-right.set_ylabel("mean displacement (mm)")
-right.legend(frameon=False)
+    axes.plot(np.arange(2.0, 78.0, 4.0), mean, label=f"decay {decay:g} mm")
+axes.set_xlabel("distance from the brow (mm)")
+axes.set_ylabel("mean displacement (mm)")
+axes.legend(frameon=False)
 plt.tight_layout()
 
 # %%
 # The displacement of the skin at 7, 14 (the default) and 28 mm.
 
+bar = {"title": "displacement (mm)\n", "n_labels": 4, "fmt": "%.1f", "title_font_size": 15, "label_font_size": 13}
 plotter = pv.Plotter(off_screen=True, shape=(1, 3), window_size=(1200, 460), border=False)
 for column, size in enumerate(shown):
     plotter.subplot(0, column)
     skin = face.mesh.copy()
-    skin["displacement (mm)"] = size
-    plotter.add_mesh(skin, scalars="displacement (mm)", cmap="OrRd", clim=(0, 4.5), smooth_shading=True)
+    skin["displacement"] = size
+    plotter.add_mesh(
+        skin, scalars="displacement", cmap="OrRd", clim=(0, 4.5), smooth_shading=True, scalar_bar_args=bar.copy()
+    )
     plotter.camera_position = [(120, 60, 480), (5, 20, 20), (0, 1, 0)]
 plotter.show()
 

@@ -6,12 +6,11 @@ The neutral face, and with wrinkles on forehead, eye corners and cheeks; then fo
 (Lin, Cheng, Figs. 2 and 4).
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import facewrinkle as fw
 from facewrinkle.layers.presets import presets
-from facewrinkle.plotting import Style, picture, side_by_side
+from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 face = fw.default_face()
 
@@ -26,11 +25,7 @@ def shown(layers):
 
 def show(frames, view="front", size=(420, 480)):
     """Pictures side by side."""
-    images = [picture(frame, face, Style(size=size, view=view)) for frame in frames]
-    figure, axes = plt.subplots(figsize=(len(images) * 4, 4.6))
-    axes.imshow(side_by_side(images))
-    axes.set_axis_off()
-    figure.tight_layout()
+    figure(side_by_side([picture(frame, face, Style(size=size, view=view)) for frame in frames]))
 
 
 # %%

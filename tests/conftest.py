@@ -62,6 +62,20 @@ def real_face():
 
 
 @pytest.fixture(scope="session")
+def clip():
+    """A captured animation of a real face: that face, and the recording. Not to be changed."""
+    import facewrinkle as fw
+
+    path = FACES / "ict_face_narrow_anim.glb"
+    if not path.exists():
+        pytest.skip(f"{path.name} is not beside the repository")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fw.FaceWrinkleWarning)  # landmarks that we have no name for
+        mesh, recorded = fw.read_animation(path)
+        return fw.fit_face(mesh, FACES / "ict_face_narrow.landmarks.json"), recorded
+
+
+@pytest.fixture(scope="session")
 def played(face):
     """Expressions of the built-in face: 70 frames to full strength and hold, then 160 after release."""
     import facewrinkle as fw

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import logging
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -340,7 +341,6 @@ def test_a_folder_that_cannot_be_written_is_found_before_the_work(tmp_path, caps
         (["express", "surprise", "--framez", "3"], "--framez"),
         (["express", "surprise", "--frames", "many"], "many"),
         (["express", "surprise", "--compression", "none"], '"gradient", "edges"'),
-        (["info", "bones"], '"muscles", "action-units", "expressions"'),
     ],
 )
 def test_wrong_usage_is_one_line_with_a_hint(arguments, message, capsys):
@@ -352,23 +352,33 @@ def test_wrong_usage_is_one_line_with_a_hint(arguments, message, capsys):
     assert err.count("\n") == 1
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is another thing there")
-def test_interrupt_ends_without_traceback(tmp_path):
-    command = [*PROGRAM, "express", "surprise", "--frames", "100000", "--no-series", "--out", str(tmp_path)]
+@pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("there", [False, True])
+def test_an_interrupted_run_leaves_nothing_half_done(tmp_path, number, there):
+    folder = tmp_path / "deep" / "out"
+    command = [*PROGRAM, "express", "surprise", "--frames", "100000", "--size", "100", "--out", str(folder)]
+    if there:
+        folder.mkdir(parents=True)
+        (folder / "surprise.mp4").write_bytes(b"of an earlier run")
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         deadline = time.monotonic() + 120.0
-        while not (tmp_path / "surprise.mp4").exists() and time.monotonic() < deadline:
+        while len(list(folder.glob(".*"))) < 2 and time.monotonic() < deadline:  # movie and series have begun
             time.sleep(0.1)
+        assert len(list(folder.glob(".*"))) == 2
+        time.sleep(0.5)
         try:
-            while process.poll() is None and time.monotonic() < deadline:
-                process.send_signal(signal.SIGINT)  # again: Python drops it inside of callbacks
-                time.sleep(2.0)
+            process.send_signal(number)
+            out, err = process.communicate(timeout=60.0)
         finally:
             process.kill()
-        out, err = process.communicate()
-    assert (process.returncode, out) == (130, "")
+    assert (process.returncode, out) == (128 + number, "")
     assert "Traceback" not in err
     assert err.splitlines()[-1] == "facewrinkle: interrupted."
+    if there:
+        assert [(path.name, path.read_bytes()) for path in folder.iterdir()] == [("surprise.mp4", b"of an earlier run")]
+    else:
+        assert not list(tmp_path.iterdir())
 
 
 def test_interrupt_inside_a_finalizer_is_not_lost(monkeypatch, capsys):
@@ -416,6 +426,34 @@ def test_mixtures():
         assert mixture(name, atlas) == {name: 1.0}
     with pytest.raises(UnknownNameError, match="'' *"):
         mixture("AU1,", atlas)
+
+
+def test_info_tells_what_a_file_holds(tmp_path, capsys):
+    face = fw.default_face()
+    ball = pv.Sphere(center=face.landmarks["nose_tip"], radius=8.0)
+    crossing = face.mesh.copy(deep=False)
+    crossing.points = face.points * np.where(np.arange(len(face.points)) % 97, 1.0, 0.8)[:, None]
+    crossing.append_polydata(ball).save(tmp_path / "head.vtp")
+    assert main(["info", str(tmp_path / "head.vtp")]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    told = " ".join(out.split())
+    assert f"triangles {face.mesh.n_cells} size" in told
+    assert "Kept one of 2 separate parts" in told
+    number = re.search(r"runs through itself at .*, with (\d+) of 4517 triangles", told)
+    assert number is not None
+    assert int(number[1]) > 118  # those of its lips
+    fw.write_face(dataclasses.replace(face, likeness=0.93), tmp_path / "head.face")
+    assert main(["info", str(tmp_path / "head.face")]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "likeness to a face 0.93 landmarks 33, estimated: none" in told
+    for name, message in (
+        ("bones", "muscles, action-units, expressions"),
+        ("no.obj", "no file"),
+        ("no.face", "No such"),
+    ):
+        assert main(["info", name]) == 1
+        assert message in capsys.readouterr().err
 
 
 def test_table1_measures_and_writes(tmp_path, capsys):
@@ -487,6 +525,28 @@ def test_the_module_runs():
     assert "stretching_mouth" in result.stdout
 
 
+@pytest.mark.parametrize(
+    ("command", "shown"),
+    [
+        (["express", "AU4", "--frames", "2"], ("Preparing the skin", "Frames", "Drawing")),
+        (["pattern", "dimple_l", "--frames", "2"], ("Preparing the skin", "Frames", "Pictures")),
+        (["table1", "--iterations", "2", "--drawings", "1"], ("Table 1",)),
+    ],
+)
+def test_progress_is_shown_on_a_terminal_only(tmp_path, monkeypatch, capsys, command, shown):
+    if command[0] != "table1":
+        command = [*command, "--no-movie", "--no-series", "--size", "60"]
+    command = [*command, "--out", str(tmp_path)]
+    assert main(command) == 0
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("rich.console.Console.is_terminal", True)
+    assert main(command) == 0
+    err = capsys.readouterr().err
+    assert [what for what in shown if what not in err] == []
+    assert main([*command, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
 def test_long_mixtures_have_short_file_names(tmp_path, capsys):
     name = ",".join(load_atlas().muscles)
     assert len(name) > 255
@@ -532,3 +592,52 @@ def test_what_takes_a_while_is_told_where_there_is_a_terminal(capsys, monkeypatc
     out, err = capsys.readouterr()
     assert ("Preparing the skin" in err) is shown
     assert not out
+
+
+def test_the_expression_without_wrinkles_is_the_same_with_a_skin_that_was_used(face):
+    take = Take(face, face.atlas.contractions("AU4"), frames=3, size=(40, 40))
+    used = take.simulation()
+    for _ in used.run(4):
+        pass
+    np.testing.assert_array_equal(take.bare(used.motion).points, take.bare().points)
+
+
+FACES_THAT_ARE_NONE = (
+    "no.obj",
+    "empty.obj",
+    "text.obj",
+    "a.txt",
+    "nan.obj",
+    "bad.face",
+    "folder.obj",
+    "no.face",
+    "\0",
+    "",
+)
+NUMBERS = {
+    "express": ("intensity", "depth", "gamma-c", "samples", "alpha", "count", "max-level", "frames", "size", "fps"),
+    "pattern": ("number", "spacing", "sharpness", "variation", "seed", "strength", "frames", "max-level", "fps"),
+    "tear": ("intensity", "speed", "roughness", "seed", "seconds", "fps", "size"),
+    "table1": ("iterations", "drawings"),
+}
+WHAT = {"express": ["AU4"], "pattern": ["dimple_l"], "tear": ["shedding"], "table1": []}
+
+
+@pytest.mark.parametrize("command", WHAT)
+def test_bad_input_is_one_line_that_helps(tmp_path, monkeypatch, capsys, command):
+    monkeypatch.chdir(tmp_path)
+    for name, text in {"empty.obj": "", "text.obj": "hello", "a.txt": "x", "bad.face": "PK", "file": "x"}.items():
+        Path(name).write_text(text)
+    Path("nan.obj").write_text("v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    Path("folder.obj").mkdir()
+    wrong = [["--face", name] for name in FACES_THAT_ARE_NONE]
+    wrong += [[f"--{name}", value] for name in NUMBERS[command] for value in ("nan", "-1", "1e999", "x")]
+    wrong += [["--out", "file"], ["--identity", "jaw=nan"], ["--atlas", "no.toml"], ["--units", "cm"]]
+    there = sorted(tmp_path.iterdir())
+    for options in wrong:
+        assert main([command, *WHAT[command], *options]) in (1, 2), options
+        out, err = capsys.readouterr()
+        assert out == "", options
+        assert err.startswith("facewrinkle: "), options
+        assert (err.count("\n"), "Traceback" in err, len(err) > 40) == (1, False, True), (options, err)
+        assert sorted(tmp_path.iterdir()) == there, options

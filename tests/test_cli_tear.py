@@ -62,7 +62,8 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsy
     out, err = capsys.readouterr()
     assert err == ""
     pictures = {"tear_dripping.png", "tear_dripping_closeup.png"}
-    assert {path.name for path in folder.iterdir()} == pictures | {"tear_dripping.obj"}
+    assert {path.name for path in folder.iterdir()} == pictures | {"tear_dripping.obj", "tear_dripping.mtl"}
+    assert "\ng tears\n" in (folder / "tear_dripping.obj").read_text()
     assert fw.read_surface(folder / "tear_dripping.obj").n_cells > face.mesh.n_cells
     assert "triangles" in out
 

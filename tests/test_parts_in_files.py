@@ -207,6 +207,119 @@ def test_the_other_meshes_of_an_animation_come_along(dressed, animated, tmp_path
     np.testing.assert_array_equal(again.parts["eye_l"].mesh["Colors"], face.parts["eye_l"].mesh["Colors"])
 
 
+@pytest.fixture(scope="module")
+def lively(face, tmp_path_factory):
+    """A clip of the head, in mm, whose right eye turns, whose lashes have the blink of the skin, and whose hair nods.
+
+    The left eye and the teeth keep still in it; the head turns as a whole.
+    """
+    blink = np.zeros_like(face.points)
+    lids = np.linalg.norm(face.points - face.landmarks["eye_l_centre"], axis=1) < 0.35 * face.frame.pupil_distance
+    blink[lids, 1] = -2.0
+    eyes = {eye.side: pv.Sphere(radius=eye.radius, center=[0.0] * 3).triangulate() for eye in face.eyes}
+    centres = {eye.side: eye.centre for eye in face.eyes}
+    lash = pv.Plane(i_size=22.0, j_size=5.0, i_resolution=12, j_resolution=3).triangulate()
+    rim = np.asarray(lash.points) + centres["l"] + [0.0, 4.0, face.eyes[0].radius + 4.0]
+    fall = np.tile([0.0, -7.0, 0.0], (lash.n_points, 1))
+    cap = np.asarray(card(face).points)
+    content = {"asset": {"version": "2.0"}, "bufferViews": [], "accessors": [], "meshes": [], "nodes": []}
+    blob = bytearray()
+
+    def array(values, kind="<f4"):
+        values = np.atleast_2d(np.asarray(values).T).T
+        raw = values.astype(kind).tobytes()
+        view = {"buffer": 0, "byteOffset": len(blob), "byteLength": len(raw)}
+        content["bufferViews"].append(view)
+        shape = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[values.shape[1]]
+        kinds = {"<f4": 5126, "<u4": 5125}[kind]
+        content["accessors"].append(
+            {"bufferView": len(content["bufferViews"]) - 1, "componentType": kinds, "count": len(values), "type": shape}
+        )
+        blob.extend(raw)
+        return len(content["accessors"]) - 1
+
+    def node(name, points, triangles, shape=None, **place):
+        primitive = {"attributes": {"POSITION": array(points)}, "indices": array(np.ravel(triangles), "<u4")}
+        mesh = {"name": name, "primitives": [primitive]}
+        if shape is not None:
+            primitive["targets"], mesh["extras"] = [{"POSITION": array(shape)}], {"targetNames": ["eyeBlinkLeft"]}
+        content["meshes"].append(mesh)
+        content["nodes"].append({"mesh": len(content["meshes"]) - 1, "name": name, **place})
+
+    node("face", face.points, face.triangles, blink)
+    for side, ball in eyes.items():
+        node(f"eye {side}", ball.points, ball.regular_faces, translation=centres[side].tolist())
+    node("lashes", rim, lash.regular_faces, fall)
+    node("hair", cap, card(face).regular_faces)
+    content["nodes"].append({"children": [0, 1, 2, 3, 4]})
+    content["scenes"], content["scene"] = [{"nodes": [5]}], 0
+    half = [0.0, np.sin(0.1), 0.0, np.cos(0.1)]
+    times, still = array([0.0, 1.0]), [0.0, 0.0, 0.0, 1.0]
+    right = 1 + list(eyes).index("r")
+    channels = [(0, "weights", [0.0, 1.0]), (5, "rotation", [still, half]), (right, "rotation", [still, half])]
+    channels.append((4, "translation", [[0.0] * 3, [0.0, 3.0, 0.0]]))
+    content["animations"] = [
+        {
+            "samplers": [{"input": times, "output": array(values)} for *_, values in channels],
+            "channels": [
+                {"sampler": i, "target": {"node": n, "path": path}} for i, (n, path, _) in enumerate(channels)
+            ],
+        }
+    ]
+    content["buffers"] = [{"byteLength": len(blob)}]
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
+    path = tmp_path_factory.mktemp("lively") / "clip.glb"
+    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+    return path
+
+
+def test_parts_that_the_file_moves_go_where_it_says(lively, face, tmp_path):
+    rest, recorded = fw.read_animation(lively)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        whole = fw.fit_face(rest, face.landmarks, "mm")
+    assert list(whole.parts) == ["eye_l", "eye_r", "hair", "lashes_l"]
+    frames = list(fw.Simulation(whole, fw.Refinement(max_level=0), [], motion=recorded, time_step=0.5).run(2))
+    frame = frames[-1]
+    assert {name for name in frame.field_data if name.startswith("part_")} == {
+        "part_eye_r",
+        "part_hair",
+        "part_lashes_l",
+    }
+    turn = np.array([[np.cos(0.2), 0.0, np.sin(0.2)], [0.0, 1.0, 0.0], [-np.sin(0.2), 0.0, np.cos(0.2)]])
+    np.testing.assert_allclose(frame.field_data["pose"][:3, :3], turn, atol=1e-6)
+    now, before = whole.parts_at(frame), {name: np.asarray(part.mesh.points) for name, part in whole.parts.items()}
+    (centre,) = (eye.centre for eye in face.eyes if eye.side == "r")
+    expected = {
+        "eye_l": before["eye_l"] @ turn.T,  # carried: it keeps still on the head
+        "eye_r": ((before["eye_r"] - centre) @ turn.T + centre) @ turn.T,
+        "hair": (before["hair"] + [0.0, 3.0, 0.0]) @ turn.T,
+        "lashes_l": (before["lashes_l"] + [0.0, -7.0, 0.0]) @ turn.T,  # by the weight of the face's shape of that name
+    }
+    for name, points in expected.items():
+        np.testing.assert_allclose(now[name].points, points, atol=2e-4)
+    gaze = {eye.side: eye.gaze for eye in whole.eyes}
+    np.testing.assert_allclose(np.ravel(frame.field_data["gaze_r"]), turn @ gaze["r"], atol=1e-5)
+    assert "gaze_l" not in frame.field_data
+    # The face may come from a file of its own: points are known by their places.
+    kept = fw.read_face(fw.write_face(whole, tmp_path / "a.face"))
+    *_, same = fw.Simulation(kept, fw.Refinement(max_level=0), [], motion=recorded, time_step=0.5).run(2)
+    for name, part in kept.parts_at(same).items():
+        np.testing.assert_allclose(part.points, expected[name], atol=2e-4)
+    # And once more, from the series that is written of it.
+    path = fw.export.write_series(map(whole.with_parts, frames), [0.5, 1.0], tmp_path / "clip.vtkhdf")
+    again, positions = fw.read_animation(path)
+    assert not [name for name in pv.read(path).field_data if name.startswith("part_")]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        replayed = fw.fit_face(again, face.landmarks, "mm")
+    *_, last = fw.Simulation(replayed, fw.Refinement(max_level=0), [], motion=positions, time_step=0.5).run(1)
+    for name, part in replayed.parts_at(last).items():
+        np.testing.assert_allclose(part.points, expected[name], atol=1e-2)
+
+
 @pytest.mark.parametrize("command", ["tear", "play"])
 def test_series_of_the_commands_hold_the_parts(dressed, animated, tmp_path, command):
     if command == "tear":

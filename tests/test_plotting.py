@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle._features import Lashes, Mouth, PaintedEye
+from facewrinkle._shading import furrowed
 from facewrinkle.anatomy.eyes import lid_margins
 from facewrinkle.errors import MeshError, OutputError, ParameterError, UnknownNameError
 from facewrinkle.mesh import ARRAYS
@@ -242,6 +243,25 @@ def test_any_view(face):
     assert difference(from_behind, picture(face.mesh, face, Style((60, 60)))).max() > 30
 
 
+def test_furrows_are_dark_and_dimples_are_not():
+    """A furrow and a round pit, equally deep and wide, with as many vertices across as refinement gives them."""
+    x, y = np.meshgrid(np.linspace(-8.0, 8.0, 21), np.linspace(-8.0, 8.0, 21))
+    turn = Rotation.from_rotvec([0.4, 0.7, -0.2]).as_matrix()
+    darkest = []
+    for distance in (np.abs(x), np.hypot(x, y), np.hypot(x, y + 100.0)):
+        plane = pv.StructuredGrid(x, y, 0.0 * x).extract_surface(algorithm=None).triangulate()
+        plane.point_data["rest"] = plane.points @ turn.T
+        plane.point_data["W"] = -np.exp(-((distance.T.ravel() / 2.0) ** 2))
+        shade = furrowed(plane)
+        assert shade.shape == (plane.n_points, 3)
+        darkest.append(255 - int(shade[:, 1].min()))
+        assert (shade[:, 0] >= shade[:, 1]).all()
+        assert (shade[plane["W"] > -1e-3] == 255).all()
+    assert darkest[0] > 80
+    assert darkest[1] < 0.25 * darkest[0]
+    assert darkest[2] == 0
+
+
 def test_parted_lips_show_the_dark_of_the_mouth(face):
     """Not what is behind the head: the picture between the lips is darker than the background and reddish."""
     parted = face.mesh.copy()
@@ -373,12 +393,13 @@ def test_views_and_frames_that_cannot_be_drawn(face, tmp_path):
 
 def test_pictures_that_cannot_be_written(tmp_path):
     image = np.zeros((4, 4, 3), np.uint8)
-    for name in ("x" * 300 + ".png", "missing/x.png", "null\0.png"):
+    (tmp_path / "file").touch()
+    for name in ("x" * 300 + ".png", "file/x.png", "null\0.png"):
         with pytest.raises(OutputError, match="cannot be written"):
             save_picture(image, tmp_path / name)
     with pytest.raises(ParameterError, match="colours must lie in"):
         save_picture(image, tmp_path / "x.png", colours=257)
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
 def test_a_figure_shows_a_picture_pixel_by_pixel():

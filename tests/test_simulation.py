@@ -25,6 +25,7 @@ from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import unique_edges
 from facewrinkle.layers.base import Relief
+from facewrinkle.layers.presets import preset
 from facewrinkle.mesh import ARRAYS, MUSCLES
 
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
@@ -252,6 +253,17 @@ def test_meshes_settle(face, played):
         sim.express(name)
         counts = [frame.n_cells for frame in sim.run(80, ramp=0.3)]
         assert len(set(counts[-10:])) == 1, name
+
+
+def test_what_no_muscle_moves_has_its_triangles_at_once(face, played):
+    """A shape that a recording reaches in one step is as finely split as one that is held; so are still patterns."""
+    surprise = played("surprise").held.displacement / face.unit
+    there = fw.Recorded.of_shapes([surprise], [[0.0], [1.0], [1.0]], times=[0.0, 1.0, 20.0], names=["surprise"])
+    for motion, layers in ((there, [fw.MuscleWrinkles()]), (fw.Still(face, 1.0), [preset("forehead", face)])):
+        sim = fw.Simulation(face, layers=layers, time_step=1.0, motion=motion)
+        first, *_, last = (sim.step() for _ in range(8))
+        assert first.n_cells == last.n_cells > 5000
+        np.testing.assert_array_equal(first["level"], last["level"])
 
 
 # --- frames over time ---------------------------------------------------------------------------

@@ -7,6 +7,7 @@ ORDER = (
     "five_expressions",
     "own_expression",
     "people",
+    "data",
     "own_scan",
     "animation",
     "muscles",

@@ -123,6 +123,11 @@ def read_atlas(path: str | Path) -> Atlas:
         If the file cannot be read or is not TOML.
     UnknownNameError
         If an action unit or expression names a muscle that the file does not have.
+
+    Examples
+    --------
+    >>> read_atlas(DEFAULT_ATLAS).expressions["frowning"]
+    {'corrugator_l': 1.0, 'corrugator_r': 1.0}
     """
     try:
         content = tomllib.loads(Path(path).read_text(encoding="utf-8"))

@@ -7,13 +7,19 @@ face whose pupils are 63 mm apart.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ..geometry.blending import smoothstep
-from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame, of_side
+from .cavities import INSIDE as WITHIN
+from .cavities import Cavities, Lining, local
+from .landmarks import FaceFrame, of_side
+
+if TYPE_CHECKING:
+    from .face import Face
 
 Array = npt.NDArray[np.float64]
 
@@ -61,28 +67,65 @@ AROUND = 80.0
 """Radius at which an azimuth is a length, mm."""
 
 
+SCALP = 25.0
+"""A mesh that reaches so far above the hairline in mm, and twice as far behind the ears, is a whole head."""
+
 LIPS = (178.0, 104.0, 96.0)
 
 
-def painted(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> npt.NDArray[np.uint8]:
-    """Colour (n, 3) of a face that has none of its own: skin, lips and cropped hair, for its vertices at rest.
+INSIDE = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
+"""Of mouth and nostrils: colour, the depth where it begins, and over how much more it comes."""
+
+DEEP = 20.0
+"""Where it is all dark, mm."""
+
+
+class Paint:
+    """The colours of a face that has none of its own: skin, lips, cropped hair, and the dark of mouth and nostrils.
+
+    Parameters
+    ----------
+    face : Face
+        With landmarks. Hair is painted where the mesh is a whole head: on a mask it would look like dirt.
 
     Examples
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> painted(face.points, face.landmarks, face.frame).dtype
+    >>> Paint(face)(face.points).dtype
     dtype('uint8')
     """
-    colour = complexion(points, landmarks, frame)
-    colour += 0.7 * lips(points, landmarks, frame)[:, None] * (np.array(LIPS) - colour)
-    hair = 0.93 * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
-    return np.asarray(np.rint(colour + hair * (np.array(HAIR) - colour)), dtype=np.uint8)
 
+    def __init__(self, face: Face) -> None:
+        self._face = face
+        self._cavities = Cavities(face.points, face.triangles, face.landmarks, face.frame)
+        self._lining = Lining(face)
+        where = local(face.points, face.frame)
+        ear, top = (local(face.landmarks[name], face.frame) for name in ("zygion_l", "trichion"))
+        self._hair = bool((where[:, 1].max() > top[1] + SCALP) & (where[:, 2].min() < ear[2] - 2.0 * SCALP))
 
-def local(points: Array, frame: FaceFrame) -> Array:
-    """Coordinates (n, 3) [left, up, forward] from the middle between the eyes, mm on a face of average size."""
-    return np.asarray((points - frame.origin) @ frame.axes.T * (MEAN_PUPIL_DISTANCE / frame.pupil_distance))
+    def __call__(self, points: Array) -> npt.NDArray[np.uint8]:
+        """Colours (n, 3) of points of the face at rest."""
+        landmarks, frame = self._face.landmarks, self._face.frame
+        colour = complexion(points, landmarks, frame)
+        depth = self._cavities.depth(points)
+        creased = smoothstep((depth - 0.3) / 1.2) * self._by_corners(points)
+        red = np.maximum(lips(points, landmarks, frame), creased)
+        colour += 0.7 * red[:, None] * (np.array(LIPS) - colour)
+        if self._hair:
+            hair = 0.93 * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
+            colour += hair * (np.array(HAIR) - colour)
+        depth[self._lining.holds(points) & (depth < WITHIN)] = DEEP  # farther than is seen from the front
+        for tint, begin, over in INSIDE:
+            colour += smoothstep((depth - begin) / over)[:, None] * (np.array(tint) - colour)
+        return np.asarray(np.rint(colour), dtype=np.uint8)
+
+    def _by_corners(self, points: Array) -> Array:
+        """How much (0 to 1) points lie by the corners of the mouth, where lips end in a crease."""
+        where = local(points, self._face.frame)
+        corners = [local(self._face.landmarks[f"mouth_{side}"], self._face.frame) for side in "lr"]
+        away = np.min([np.linalg.norm(where - corner, axis=1) for corner in corners], axis=0)
+        return np.asarray(smoothstep((9.0 - away) / 4.0))
 
 
 def complexion(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:

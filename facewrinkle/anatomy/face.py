@@ -15,12 +15,13 @@ import pyvista as pv
 from ..errors import MeshError
 from ..geometry.normals import vertex_normals
 from ..mesh import POSE, to_polydata
+from ..mesh.arrays import OF_PART
 from .atlas import Atlas, load_atlas
 from .eyes import Eyeball, lids_of, place_eyeballs
 from .guides import Guide
 from .head import Hairs
 from .jaw import jaw_guide
-from .landmarks import FaceFrame, frame_of
+from .landmarks import NOT_ON_SKIN, FaceFrame, frame_of
 from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle, zones
 from .parts import Carriers, Part, joined
 from .skull import Tissue, tissue_of
@@ -137,8 +138,8 @@ class Face:
         return frame_of(self.landmarks)
 
     @cached_property
-    def zones(self) -> list[npt.NDArray[np.bool_]]:
-        """Per muscle the triangles (m,) that its wrinkles may touch."""
+    def zones(self) -> npt.NDArray[np.bool_]:
+        """The triangles that the wrinkles of each muscle may touch, (k, m)."""
         return zones((muscle.fold_pattern for muscle in self.muscles.values()), self.points, self.triangles)
 
     @cached_property
@@ -185,6 +186,7 @@ class Face:
         """The parts beside the skin, where they are in a frame of :meth:`facewrinkle.Simulation.step`.
 
         Eyes turn with the gaze, lower teeth with the mandible, lashes go with the lids; the rest goes with the head.
+        Those that a recording moves by themselves are where it says.
 
         Examples
         --------
@@ -195,12 +197,14 @@ class Face:
         """
         if not self.parts:
             return {}
+        told = frame.field_data.keys()
         gazes = {
             eye.side: np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
             for eye in self.eyes
         }
         points = np.asarray(frame.points, dtype=np.float64)[: self.mesh.n_points]
-        return self._carriers.on(points, gazes, frame.field_data.get(POSE))
+        given = {name: np.asarray(frame.field_data[OF_PART + name]) for name in self.parts if OF_PART + name in told}
+        return self._carriers.on(points, gazes, frame.field_data.get(POSE), given)
 
     def with_parts(self, frame: pv.PolyData) -> pv.PolyData:
         """A frame and the parts beside the skin in one mesh, for files; its points come first, "part" tells them apart.
@@ -211,6 +215,58 @@ class Face:
         for name, part in parts.items():
             part.point_data["rest"] = np.asarray(self.parts[name].mesh.points)
         return joined(frame, parts) if parts else frame
+
+    def landmarks_on(self, frame: pv.PolyData) -> dict[str, Array]:
+        """Where the landmarks are in a frame of :meth:`facewrinkle.Simulation.step`: on the moved and wrinkled skin.
+
+        The centres of the eyes go with the head.
+
+        Parameters
+        ----------
+        frame : PolyData
+            A frame of this face, refined or not, or its mesh.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (3,)
+            In the unit and coordinates of the frame.
+
+        Raises
+        ------
+        MeshError
+            If it is no frame of this face.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> sim = fw.Simulation(face)
+        >>> sim.express("surprise")
+        >>> *_, frame = sim.run(30)
+        >>> raised = face.landmarks_on(frame)["brow_l_mid"] - face.landmarks["brow_l_mid"]
+        >>> bool(raised[1] > 2.0)
+        True
+        """
+        if frame.n_points < self.mesh.n_points or not (
+            "rest" in frame.point_data or frame.n_points == len(self.points)
+        ):
+            raise MeshError(
+                f"a frame of this face has its {self.mesh.n_points} vertices and those of split triangles, with the "
+                f"array 'rest'; received a mesh of {frame.n_points} points. Give a frame of its simulation."
+            )
+        points, triangles = np.asarray(frame.points, np.float64), np.asarray(frame.regular_faces)
+        rest = np.asarray(frame.point_data.get("rest", self.points), dtype=np.float64)
+        pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
+        there = to_polydata(rest, triangles)
+        found = {}
+        for name, place in self.landmarks.items():
+            if name in NOT_ON_SKIN:
+                found[name] = pose[:3, :3] @ place + pose[:3, 3]
+                continue
+            corners = triangles[there.find_closest_cell(place)]
+            before, after = (_frame_of_triangle(where[corners]) for where in (rest, points))
+            found[name] = points[corners[0]] + after @ np.linalg.solve(before, place - rest[corners[0]])
+        return found
 
     @property
     def skull(self) -> pv.PolyData:
@@ -229,3 +285,10 @@ class Face:
         3.0
         """
         return dataclasses.replace(self, muscles={**self.muscles, **changes})
+
+
+def _frame_of_triangle(corners: Array) -> Array:
+    """Two sides and the unit normal of a triangle (3, 3), as columns."""
+    a, b = corners[1] - corners[0], corners[2] - corners[0]
+    normal = np.cross(a, b)
+    return np.column_stack([a, b, normal / max(float(np.linalg.norm(normal)), 1e-300)])

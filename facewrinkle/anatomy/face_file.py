@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from .._files import replaced
 from ..errors import MeshError, OutputError
 from ..mesh import to_polydata
 from ..mesh.arrays import CORNERS
@@ -33,6 +34,15 @@ def write_face(face: Face, path: str | Path) -> Path:
     ------
     OutputError
         If the file cannot be written.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = fw.write_face(fw.default_face(), f"{folder}/head.face")
+    ...     fw.read_face(path).mesh.n_cells
+    4517
     """
     names = list(face.landmarks)
     arrays: dict[str, Any] = {
@@ -44,12 +54,14 @@ def write_face(face: Face, path: str | Path) -> Path:
         "estimated": np.array(face.estimated, dtype=str),
         "report": np.array(face.report, dtype=str),
     }
+    if face.likeness is not None:
+        arrays["likeness"] = face.likeness
     arrays |= _stored("", face.mesh, face.texture)
     for name, part in face.parts.items():
         arrays |= _stored(f"{_PARTS}/{name}/", part.mesh, part.texture)
     target = Path(os.path.expanduser(path))
     try:
-        with target.open("wb") as file:
+        with replaced(target) as whole, whole.open("wb") as file:
             np.savez_compressed(file, **arrays)
     except OSError as problem:
         raise OutputError(f"{str(target)!r} cannot be written: {problem.strerror or problem}.") from None
@@ -139,4 +151,7 @@ def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
     }
     eyes = eyes_of(face.eyes, parts)
     told = tuple(data["report"].tolist())
-    return dataclasses.replace(face, confidences=known, texture=texture, parts=parts, eyes=eyes, report=told)
+    likeness = float(data["likeness"]) if "likeness" in data else None
+    return dataclasses.replace(
+        face, confidences=known, texture=texture, parts=parts, eyes=eyes, report=told, likeness=likeness
+    )

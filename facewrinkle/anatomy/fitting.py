@@ -14,13 +14,22 @@ import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, unknown_name
 from ..geometry.transfer import barycentric
-from ..mesh import Surface, as_texture, prepare, read_surface, read_texture, texture_of, to_polydata
+from ..mesh import Surface, as_texture, laid_image, prepare, read_surface, read_texture, to_polydata
 from ..mesh.arrays import IMAGE
 from .atlas import Atlas
 from .face import Face
 from .head import Hairs, load_head
 from .identity import Identity, head_of
-from .landmarks import MEAN_PUPIL_DISTANCE, REQUIRED, complete, fitted_map, frame_of, mirrored, read_landmarks
+from .landmarks import (
+    MEAN_PUPIL_DISTANCE,
+    NOT_ON_SKIN,
+    REQUIRED,
+    complete,
+    fitted_map,
+    frame_of,
+    mirrored,
+    read_landmarks,
+)
 from .parts import eyes_of, follower, named_parts
 
 if TYPE_CHECKING:
@@ -34,12 +43,15 @@ UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4
 OFF_MESH = 0.2
 """A landmark farther from the mesh than this many distances between the pupils is an error."""
 
-REFUSED, DOUBTED = 0.50, 0.65
+REFUSED, DOUBTED = 0.60, 0.75
 """Confidence below which what was found is no face, and below which it is to be checked."""
 
 ELSEWHERE = 0.5
 """A given landmark that lies farther than this from where it was found, in distances between the pupils, is an error.
 """
+
+ASIDE = 0.3
+"""A side of the face begins this far from its middle, in distances between the pupils."""
 
 CENTRAL = (
     *("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid"),
@@ -49,8 +61,6 @@ CENTRAL = (
 
 UNSURE = 0.5
 """Confidence of these below which they are to be checked."""
-
-NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 
 
 def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
@@ -72,7 +82,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     --------
     >>> face = default_face()
     >>> face.mesh.n_cells, len(face.muscles)
-    (4517, 44)
+    (4517, 45)
     >>> bool(default_face({"width": 1.0}).mesh.bounds[1] > face.mesh.bounds[1])
     True
     """
@@ -92,6 +102,7 @@ def fit_face(
     atlas: Atlas | None = None,
     watch: Watch | None = None,
     texture: object = None,
+    untangle: bool = False,
 ) -> Face:
     """Place skull, eyes and muscles under a mesh.
 
@@ -112,6 +123,9 @@ def fit_face(
         Shows the progress of the search, see :func:`find_landmarks`.
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
         The photo on the mesh. Default: the image that the file names or holds.
+    untangle : bool
+        Smooth small places where the surface runs through itself, as much as it takes. Such places do no harm but to
+        looks; they are told in the face's `report`.
 
     Returns
     -------
@@ -157,8 +171,9 @@ def fit_face(
     if search is not None:
         estimated = tuple(name for name in search.estimated if name not in given)
     frame = frame_of(found)
+    _check_both_sides(source, frame.axes, frame.origin, frame.pupil_distance)
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
-    clean = prepare(source, near=near, forward=frame.axes[2])
+    clean = prepare(source, near=near, forward=frame.axes[2], untangle=untangle)
     _check_on_mesh(given, clean, frame.pupil_distance)
     for name in found:
         if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
@@ -168,8 +183,7 @@ def fit_face(
     confidences = {} if search is None else search.confidences
     face = dataclasses.replace(face, source_points=clean.source_points, confidences=confidences, report=clean.report)
     if search is not None:
-        said = f"Landmarks were found by the shape: its likeness to a face is {search.confidence:.2f}."
-        face = dataclasses.replace(face, likeness=search.confidence, report=(said, *face.report))
+        face = dataclasses.replace(face, likeness=search.confidence)
     face = dataclasses.replace(face, texture=_image(mesh, texture, clean.mesh))
     return face if clean.others is None else _with_parts(face, clean.others)
 
@@ -187,11 +201,11 @@ def _with_parts(face: Face, others: pv.PolyData) -> Face:
 
 
 def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.uint8] | None:
-    """The image that was given or that the mesh brings along, if it can be laid on it."""
+    """The image that was given or that the mesh brings along, if it can be laid on it; several are put into one."""
     if clean.active_texture_coordinates is not None:
         if texture is not None:
             return as_texture(texture)
-        found = texture_of(clean) if IMAGE in clean.cell_data else read_texture(mesh)
+        found = laid_image(clean) if IMAGE in clean.cell_data else read_texture(mesh)
         return None if found is None else found[:, :, :3]
     if texture is not None:
         raise MeshError(
@@ -205,6 +219,8 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | No
     from .finding import find_landmarks, posed_by
 
     found = find_landmarks(source, watch, given)
+    if posed_by(given) is not None:
+        _check_both_sides(source, found.pose.axes, found.pose.origin, found.pose.size)
     if found.confidence < REFUSED and posed_by(given) is None:
         missing = [name for name in REQUIRED if name not in mirrored(given)]
         raise LandmarkError(
@@ -255,7 +271,9 @@ def _drawn_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, si
     return {name: point + size * field(point[None] / size)[0] for name, point in landmarks.items()}
 
 
-def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm", texture: object = None) -> Face:
+def surface(
+    mesh: pv.DataSet | str | Path, units: str | float = "mm", texture: object = None, untangle: bool = False
+) -> Face:
     """Any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.
 
     Parameters
@@ -266,6 +284,8 @@ def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm", texture: o
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
         Unit of the mesh, or millimetres per unit.
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
+        See :func:`fit_face`.
+    untangle : bool
         See :func:`fit_face`.
 
     Returns
@@ -288,9 +308,10 @@ def surface(mesh: pv.DataSet | str | Path, units: str | float = "mm", texture: o
     >>> fw.Simulation(cloth).step().n_points == cloth.mesh.n_points
     True
     """
-    clean = prepare(mesh)
+    clean = prepare(mesh, untangle=untangle)
     face = Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
-    parts = {} if clean.others is None else {"other": follower("other", clean.others)}
+    others = clean.others
+    parts = {} if others is None else {"other": follower("other", others, laid_image(others))}
     return dataclasses.replace(face, parts=parts, report=clean.report, texture=_image(mesh, texture, clean.mesh))
 
 
@@ -352,6 +373,19 @@ def _closest(surface: Surface, point: Array) -> Array:
     """The closest point of the surface."""
     found = cast(tuple[int, Array], surface.mesh.find_closest_cell(point, return_closest_point=True))
     return np.asarray(found[1], dtype=np.float64)
+
+
+def _check_both_sides(source: pv.PolyData, axes: Array, origin: Array, size: float) -> None:
+    """Raise a LandmarkError where the mesh goes no farther than to the middle of the face on one side."""
+    points = np.asarray(source.points, dtype=np.float64)[np.unique(source.regular_faces)]
+    at = (points - origin) @ axes.T / size
+    face = at[(np.abs(at) < [1.2, 2.0, 1.2]).all(axis=1), 0]
+    for side, other, across in (("left", "right", face), ("right", "left", -face)):
+        if (across < -ASIDE).sum() < 0.02 * (across > ASIDE).sum():
+            raise LandmarkError(
+                f"by the landmarks, the mesh has only the subject's {side} side of the face; muscles need both. Mirror "
+                f"it in a modeller, join the halves, and give the landmarks of both; or check the {other} ones."
+            )
 
 
 def _check_on_mesh(given: Mapping[str, Array], surface: Surface, size: float) -> None:

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from .eyes import Eyeball
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -39,13 +41,10 @@ def seated(points: Floats, share: Floats, centre: Floats, radius: float) -> Floa
     return np.asarray(centre + away * (wanted / distance)[:, None])
 
 
-@dataclass(frozen=True)
-class Eye:
-    """An eyeball: `name` 'l' or 'r' (the subject's), `centre` (3,) and `radius` in mm."""
-
-    name: str
-    centre: Floats
-    radius: float
+def pair_of_eyes(centre: Floats, radius: float) -> tuple[Eyeball, Eyeball]:
+    """The left eyeball, which looks ahead, and its mirror image."""
+    ahead, up = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+    return Eyeball("l", centre, radius, ahead, up), Eyeball("r", centre * MIRROR, radius, ahead, up)
 
 
 @dataclass(frozen=True)
@@ -113,7 +112,8 @@ class Head:
         Texture coordinates in [0, 1], without overlaps.
     landmarks : dict of (3,) arrays
         On the surface; ``eye_l_centre`` and ``eye_r_centre`` are the eyeballs' centres.
-    eyes : tuple of two Eye
+    eyes : tuple of two Eyeball
+        The left one and the right one.
     colour : (n, 3) uint8 array
         Skin colour.
     texture : (s, s, 3) uint8 array
@@ -126,7 +126,7 @@ class Head:
     triangles: NDArray[np.int32]
     uv: Floats
     landmarks: dict[str, Floats]
-    eyes: tuple[Eye, Eye]
+    eyes: tuple[Eyeball, Eyeball]
     colour: NDArray[np.uint8]
     texture: NDArray[np.uint8]
     brows: Hairs
@@ -166,7 +166,6 @@ def _unpacked(data: dict[str, NDArray[Any]]) -> Head:
     for array in data.values():
         array.setflags(write=False)
     landmarks = dict(zip(data["landmark_names"].tolist(), data["landmarks"], strict=True))
-    left, right = (Eye(name, landmarks[f"eye_{name}_centre"], float(data["eye_radius"])) for name in ("l", "r"))
     hairs = Hairs(data["brow_triangles"], data["brow_weights"], data["brow_heights"])
     shape = len(data["lid_share"]), int(data["mould_size"])
     columns = data["mould_cage_points"].astype(np.int32)
@@ -176,7 +175,7 @@ def _unpacked(data: dict[str, NDArray[Any]]) -> Head:
         triangles=data["triangles"],
         uv=data["uv"],
         landmarks=landmarks,
-        eyes=(left, right),
+        eyes=pair_of_eyes(landmarks["eye_l_centre"], float(data["eye_radius"])),
         colour=data["colour"],
         texture=data["texture"],
         brows=hairs,

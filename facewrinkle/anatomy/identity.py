@@ -1,4 +1,4 @@
-"""Whose face it is: a dozen parameters in an artist's words that move the cage of the built-in head."""
+"""Whose face it is: parameters in an artist's words that move the cage of the built-in head, and colour it."""
 
 from __future__ import annotations
 
@@ -11,12 +11,32 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import LinearNDInterpolator
 
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.blending import smoothstep
-from .head import DATA, MIRROR, Eye, Head, cage_data, load_head
+from ..geometry.chart import foot
+from .complexion import hair_cover
+from .head import DATA, Head, cage_data, load_head, pair_of_eyes
+from .landmarks import frame_of
 
 Array = NDArray[np.float64]
+
+
+COLOURS = ("skin", "hair")
+"""Parameters that change no shape."""
+
+TINTS = {
+    "skin": np.array([[1.08, 1.13, 1.18], [0.46, 0.375, 0.33]]),
+    "hair": np.array([[3.1, 3.0, 2.5], [0.55, 0.6, 0.65]]),
+}
+"""Factors of red, green and blue at -1 and at 1."""
+
+GREYING, GREY = 0.2, np.array([152.0, 145.0, 136.0])
+"""The age at which hair begins to turn grey, and what it turns to."""
+
+DARK, TEXELS = 130.0, 4
+"""Brightness of the mean head's texture below which it is hair where hair grows; that is looked up every few texels."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +67,10 @@ class Identity:
         From younger to older: brows, cheeks and jowls sag, lips get thinner, folds deeper.
     sex : float
         From feminine to masculine.
+    skin : float
+        From fair to dark skin.
+    hair : float
+        From fair to black hair; with `age` it turns grey.
 
     Raises
     ------
@@ -71,6 +95,8 @@ class Identity:
     cheeks: float = 0.0
     age: float = 0.0
     sex: float = 0.0
+    skin: float = 0.0
+    hair: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -103,8 +129,10 @@ class Identity:
         return cls(**(what or {}))
 
     @classmethod
-    def random(cls, seed: int | None = None, spread: float = 0.7) -> Self:
+    def random(cls, seed: int | None = None, spread: float = 0.9) -> Self:
         """Somebody: all parameters at random in [-spread, spread]; the same for the same seed.
+
+        Who has dark skin has hair no fairer than it.
 
         Examples
         --------
@@ -115,7 +143,8 @@ class Identity:
         if seed is not None:
             seed = check_whole("seed", seed, 0, 2**63)
         values = np.random.default_rng(seed).uniform(-spread, spread, len(dataclasses.fields(cls)))
-        return cls(*values.tolist())
+        somebody = cls(*values.tolist())
+        return dataclasses.replace(somebody, hair=max(somebody.hair, somebody.skin))
 
 
 @cache
@@ -128,9 +157,9 @@ def _moves() -> dict[str, Any]:
 def head_of(identity: Identity) -> Head:
     """The built-in head of a person: the same triangles and texture coordinates, moved with its landmarks and eyes."""
     mean = load_head()
-    weights = {name: value for name, value in dataclasses.asdict(identity).items() if value != 0.0}
-    if not weights:
+    if identity == Identity():
         return mean
+    weights = {name: value for name, value in dataclasses.asdict(identity).items() if value and name not in COLOURS}
     data = cage_data()
     cage = np.array(list(data["points"].values()))
     left = mean.eyes[0]
@@ -138,9 +167,41 @@ def head_of(identity: Identity) -> Head:
     centre = left.centre + eye_shift
     points = mean.mould(cage + shift, centre, left.radius)
     landmarks = {name: _carried(mean, place, points) for name, place in mean.landmarks.items()}
-    eyes = (Eye("l", centre, left.radius), Eye("r", centre * MIRROR, left.radius))
-    landmarks |= {f"eye_{eye.name}_centre": eye.centre for eye in eyes}
-    return dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes)
+    eyes = pair_of_eyes(centre, left.radius)
+    landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
+    head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes)
+    if identity.skin == identity.hair == 0.0 and identity.age <= GREYING:
+        return head
+    colour, texture = (_tinted(c, h, identity) for c, h in zip((mean.colour, mean.texture), _hair(), strict=True))
+    return dataclasses.replace(head, colour=colour, texture=texture)
+
+
+def _tinted(colour: NDArray[np.uint8], hair: Array, identity: Identity) -> NDArray[np.uint8]:
+    """Colours (..., 3) of the mean head for somebody's skin and hair, which is `hair` (...) of it."""
+    skin = TINTS["skin"][int(identity.skin > 0.0)] ** abs(identity.skin)
+    strands = TINTS["hair"][int(identity.hair > 0.0)] ** abs(identity.hair)
+    grey = smoothstep((identity.age - GREYING) / (1.0 - GREYING)) * 0.85
+    shown = colour * (skin + hair[..., None] * (strands - skin))
+    bright = GREY * (0.5 + 0.5 * colour.mean(axis=-1, keepdims=True) / 40.0)  # strand by strand as the brown was
+    shown += grey * hair[..., None] * (np.minimum(bright, 200.0) - shown)
+    return np.rint(np.clip(shown, 0.0, 255.0)).astype(np.uint8)
+
+
+@cache
+def _hair() -> tuple[Array, Array]:
+    """How much (0 to 1) of the mean head's colours (n,) and of its texture (s, s) is hair."""
+    mean = load_head()
+    cover = hair_cover(mean.points, mean.landmarks, frame_of(mean.landmarks))
+    size = len(mean.texture)
+    at = (np.arange(size // TEXELS) + 0.5) * TEXELS / size
+    u, v = np.meshgrid(at, at[::-1])
+    coarse = LinearNDInterpolator(mean.uv, cover, fill_value=float(cover.min()))(u, v)
+    flat = np.repeat(np.repeat(coarse, TEXELS, axis=0), TEXELS, axis=1)
+    out = []
+    for colour, distance in ((mean.colour, cover), (mean.texture, flat)):
+        dark = smoothstep((DARK - colour.mean(axis=-1)) / 50.0)
+        out.append(dark * smoothstep((distance + 12.0) / 6.0))
+    return out[0], out[1]
 
 
 def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Array) -> tuple[Array, Array]:
@@ -170,13 +231,5 @@ def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Ar
 
 def _carried(head: Head, place: Array, points: Array) -> Array:
     """Where a place on the skin of a head lies when its vertices are at other points."""
-    corners = head.points[head.triangles]
-    near = np.argsort(np.linalg.norm(corners.mean(axis=1) - place, axis=1))[:40]
-    a, b, c = np.moveaxis(corners[near], 1, 0)
-    normal = np.cross(b - a, c - a)
-    size = np.einsum("mi,mi->m", normal, normal)
-    faces = [np.cross(v - u, place - u) for u, v in ((b, c), (c, a), (a, b))]
-    weights = np.stack([np.einsum("mi,mi->m", f, normal) / size for f in faces], axis=1)
-    off = np.abs(np.einsum("mi,mi->m", place - a, normal)) / np.sqrt(size)
-    best = int(np.argmin(off + 1e3 * np.maximum(-weights.min(axis=1), 0.0)))
-    return np.asarray(np.clip(weights[best], 0.0, 1.0) @ points[head.triangles[near[best]]])
+    on = foot(head.points, head.triangles, place)
+    return np.asarray(on.barycentric @ points[head.triangles[on.triangle]])

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import LARGEST, FaceWrinkleWarning, LandmarkError, unknown_name
+from .._files import replaced
+from ..errors import LARGEST, FaceWrinkleWarning, LandmarkError, OutputError, unknown_name
 
 Array = npt.NDArray[np.float64]
 
@@ -48,6 +49,8 @@ PAIRED = [
     "gonion_{}",
 ]
 NAMES: tuple[str, ...] = (*MIDLINE, *(name.format(side) for name in PAIRED for side in "lr"))
+
+NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 
 # Geometry and expression hang on these; they cannot be guessed from the others (the mirrored one of a pair can).
 REQUIRED = (
@@ -320,4 +323,8 @@ def write_landmarks(
     }
     for name in trust.keys() & entries.keys():
         entries[name]["confidence"] = round(trust[name], 3)
-    Path(path).write_text(json.dumps({"landmarks": entries}, indent=1) + "\n", encoding="utf-8")
+    try:
+        with replaced(path) as whole:
+            whole.write_text(json.dumps({"landmarks": entries}, indent=1) + "\n", encoding="utf-8")
+    except OSError as problem:
+        raise OutputError(f"{str(path)!r} cannot be written: {problem.strerror or problem}.") from None

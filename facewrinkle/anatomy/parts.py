@@ -17,8 +17,8 @@ from scipy.spatial.transform import Rotation
 from ..geometry.normals import vertex_normals
 from ..geometry.rigid import Rigid
 from ..geometry.topology import vertex_rings
-from ..mesh import texture_of, to_polydata
-from ..mesh.arrays import IMAGE, with_data
+from ..mesh import laid_image, to_polydata
+from ..mesh.arrays import OF_PART, SOURCE, with_data
 from ..mesh.checks import PART
 from ..mesh.reading import COLORS
 from .eyes import RADIUS, Eyeball
@@ -59,21 +59,26 @@ class Part:
         Of an eye.
     texture : ndarray of uint8, shape (h, w, 3 or 4), optional
         Colour, and how opaque it is, over the mesh's texture coordinates.
+    source_points : ndarray of int, shape (k,), optional
+        The number that each point has in the mesh that the face was made from.
     """
 
     mesh: pv.PolyData
     follows: Follows
     side: str = ""
     texture: npt.NDArray[np.uint8] | None = None
+    source_points: npt.NDArray[np.int64] | None = None
 
 
 def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None = None) -> Part:
     """The part of a name: ``eye_l`` turns with the eye, ``lower_teeth`` with the mandible, lashes go with the skin."""
+    source, side = mesh.point_data.pop(SOURCE, None), ""  # of a new object
+    follows: Follows = "skin" if name.split("_")[0] in ("lashes", "fuzz") else "skull"
     if name.startswith("eye_"):
-        return Part(mesh, "eye", name[-1], texture)
-    if name == "lower_teeth":
-        return Part(mesh, "mandible", "", texture)
-    return Part(mesh, "skin" if name.split("_")[0] in ("lashes", "fuzz") else "skull", "", texture)
+        follows, side = "eye", name[-1]
+    elif name == "lower_teeth":
+        follows = "mandible"
+    return Part(mesh, follows, side, texture, None if source is None else np.asarray(source))
 
 
 # --- what is what -----------------------------------------------------------------------------------------
@@ -113,7 +118,7 @@ def named_parts(
             mesh.cell_data[array] = np.asarray(others.cell_data[array])[chosen]
         if COLORS in mesh.point_data and np.asarray(mesh.point_data[COLORS]).min() == 255:
             del mesh.point_data[COLORS]  # where others have colours
-        found[name] = follower(name, mesh, texture_of(mesh) if IMAGE in mesh.cell_data else None)
+        found[name] = follower(name, mesh, laid_image(mesh))
     return found, specks
 
 
@@ -145,7 +150,8 @@ def _kind(points: Array, away: Array, marks: Mapping[str, Array]) -> str:
     bridge = marks["nasion"]
     if high[2] > bridge[2] and high[1] < bridge[1] + 0.7 and low[1] > bridge[1] - 0.9 and extent[0] > 0.4:
         return "glasses"
-    return "hair" if middle[1] > bridge[1] or low[2] < marks["nose_tip"][2] - 1.2 else "other"
+    hangs = low[2] < marks["nose_tip"][2] - 1.2 and high[1] > lips[1]  # what ends below is a neck or a pedestal
+    return "hair" if middle[1] > bridge[1] or hangs else "other"
 
 
 def ball_of(points: Array) -> tuple[Array, float]:
@@ -201,11 +207,25 @@ class Carriers:
         self._tied = {name: _Tied(part.mesh, face) for name, part in face.parts.items() if part.follows == "skin"}
         self._bent = {name: _normals(part.mesh) for name, part in face.parts.items()}
 
-    def on(self, points: Array, gazes: Mapping[str, Array], pose: Array | None = None) -> dict[str, pv.PolyData]:
+    def on(
+        self,
+        points: Array,
+        gazes: Mapping[str, Array],
+        pose: Array | None = None,
+        given: Mapping[str, Array] | None = None,
+    ) -> dict[str, pv.PolyData]:
         """The parts by name, for the face's vertices (n, 3) and the eyes' directions as they are now.
 
-        Where it is not known how the head has moved, a matrix (4, 4), the vertices tell.
+        Where it is not known how the head has moved, a matrix (4, 4), the vertices tell. Parts that move by themselves
+        are `given`, points (k, 3) by name; those of them that are NaN are carried like the others.
         """
+        carried = self._carried(points, gazes, pose)
+        for name, own in (given or {}).items():
+            part = carried[name]
+            carried[name] = _with(part, np.where(np.isnan(own), part.points, own), None)
+        return carried
+
+    def _carried(self, points: Array, gazes: Mapping[str, Array], pose: Array | None) -> dict[str, pv.PolyData]:
         face = self.face
         pose = self._still.pose(points, STILL * face.frame.pupil_distance) if pose is None else pose
         turn, shift = pose[:3, :3], pose[:3, 3]
@@ -348,7 +368,7 @@ def joined(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.PolyData:
         np.concatenate([mesh.regular_faces + start for mesh, start in zip(meshes, starts, strict=True)]),
         data,
     )
-    whole.field_data.update(skin.field_data)
+    whole.field_data.update({key: value for key, value in skin.field_data.items() if not key.startswith(OF_PART)})
     whole.field_data["parts"] = ["skin", *parts]
     texture = skin.point_data.active_texture_coordinates_name
     if texture is not None:

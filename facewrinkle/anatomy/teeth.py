@@ -170,7 +170,7 @@ def _gum(jaw: str) -> tuple[Array, IntArray, Array]:
     triangles = np.concatenate(
         [np.stack([corner, corner + n, corner + 1], axis=1), np.stack([corner + 1, corner + n, corner + n + 1], axis=1)]
     )
-    return whole.reshape(-1, 3), triangles[:, ::-1], np.tile(GUM, (m * n, 1))
+    return whole.reshape(-1, 3), triangles, np.tile(GUM, (m * n, 1))
 
 
 def _tube(around: int, levels: int) -> IntArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +20,7 @@ from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..errors import ParameterError, UnknownNameError, unknown_name
 from ..export import write_mesh
+from ..export.meshes import beside_ply
 
 T = TypeVar("T")
 
@@ -53,8 +54,8 @@ class FaceOptions:
     atlas: Path | None = None
     texture: Path | None = None
 
-    def load(self) -> Face:
-        """The face; an error where an option makes no sense without another."""
+    def load(self, report: Report | None = None) -> Face:
+        """The face; an error where an option makes no sense without another. `report` shows how the search goes on."""
         from ..anatomy.fitting import default_face, fit_face
 
         atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
@@ -66,7 +67,8 @@ class FaceOptions:
                     raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
             return read_face(self.face, atlas)
         if self.face is not None:
-            return fit_face(self.face, self.landmarks, units_of(self.units), atlas, texture=self.texture)
+            watch = None if report is None else report.search
+            return fit_face(self.face, self.landmarks, units_of(self.units), atlas, watch, self.texture)
         for name in ("landmarks", "units", "texture"):
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
@@ -91,7 +93,8 @@ class OutputOptions:
     series
         Write all frames as a time series (VTKHDF), which ParaView plays.
     save_mesh
-        Write the wrinkled mesh with its texture, too: glb or gltf (with eyes and teeth), obj or ply.
+        Write the wrinkled mesh with its texture, too: glb or gltf (with eyes and teeth), obj or ply; and tears, in
+        ply as a file of their own.
     out
         Folder to write to. Default: output/NAME.
     quiet
@@ -121,11 +124,13 @@ class OutputOptions:
         movie, series = (path.with_name(f"{path.name}{ending}") for ending in (".mp4", ".vtkhdf"))
         return movie if self.movie else None, series if self.series else None
 
-    def mesh_of(self, frame: pv.PolyData, face: Face, path: Path) -> list[Path]:
+    def mesh_of(self, frame: pv.PolyData, face: Face, path: Path, tears: Sequence[pv.PolyData] = ()) -> list[Path]:
         """Write the mesh of a moment, if that was asked for; `path` is without ending. Returns what was written."""
         if self.save_mesh is None:
             return []
-        return [write_mesh(frame, path.with_name(f"{path.name}.{self.save_mesh}"), face, parts=True)]
+        file = path.with_name(f"{path.name}.{self.save_mesh}")
+        beside = [beside_ply(file)] if self.save_mesh == "ply" and tears else []
+        return [write_mesh(frame, file, face, parts=True, tears=tears), *beside]
 
 
 def units_of(text: str | None) -> str | float | None:
@@ -209,6 +214,16 @@ def size_of(text: str) -> tuple[int, int]:
     return numbers[0], numbers[-1]
 
 
+def facts_of(face: Face) -> dict[str, str]:
+    """What is known of a fitted face, for a table."""
+    measured = [value for name, value in face.confidences.items() if name not in face.estimated]
+    facts = {"likeness to a face": "not known" if face.likeness is None else f"{face.likeness:.2f}"}
+    facts["landmarks"] = f"{len(face.landmarks)}, estimated: {', '.join(face.estimated) or 'none'}"
+    if measured:
+        facts["confidence of measured ones"] = f"{min(measured):.2f} to {max(measured):.2f}"
+    return facts | {"unit": f"{face.unit:.4g} mm", "distance between the pupils": f"{face.frame.pupil_distance:.4g}"}
+
+
 class Report:
     """What a command says on stdout, and its progress on stderr; nothing when quiet."""
 
@@ -233,6 +248,10 @@ class Report:
         """Say what takes a while, until it is done, where there is a terminal to show it."""
         console = Console(stderr=True)
         return nullcontext() if self.quiet or not console.is_terminal else console.status(f"{what} ...")
+
+    def search(self, steps: Iterable[T], count: int) -> Iterator[T]:
+        """The steps of a search for a face, with a bar."""
+        return self.progress(iter(steps), "Finding the face", count)
 
     def progress(self, items: Iterator[T], what: str, total: int) -> Iterator[T]:
         """The items, with a bar while they are taken where there is a terminal to show it."""

@@ -35,7 +35,7 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     """
     begin = time.perf_counter()
     report = Report(quiet)
-    folder = output_folder(out)
+    folder = output_folder(out, make=False)
     face = default_face()
     output = OutputOptions(series=False)
     columns, rows = [], [_sides(face.mesh, face, "front")]

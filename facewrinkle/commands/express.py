@@ -65,7 +65,7 @@ def express(
     """
     begin, output = time.perf_counter(), output or OutputOptions()
     report = Report(output.quiet)
-    face = (source or FaceOptions()).load()
+    face = (source or FaceOptions()).load(report)
     rates = face.atlas.contractions(mixture(name, face.atlas), intensity)
     take = Take(
         face=_altered(face, rates, _given(alpha=alpha, count=count, ends=ends)),
@@ -88,14 +88,15 @@ def record(
     """Play a take, write what belongs to it into a folder, say what came out, and return the frame at its height."""
     with report.waiting("Preparing the skin"):
         simulation = take.simulation()  # refuses what cannot be played before anything is written
-    folder = output_folder(folder)
+    folder = output_folder(folder, make=False)
     peak, files = take.shoot(simulation, *output.files(folder / stem), report)
-    bare = take.bare()
     files += output.mesh_of(peak, take.face, folder / stem)
-    for suffix, view in (("", "front"), ("_closeup", take.close)):
-        files.append(save_picture(side_by_side(take.panels(view, peak, bare)), folder / f"{stem}{suffix}.png"))
-    if fields:
-        files += [save_picture(image, folder / f"{stem}_{name}.png") for name, image in take.fields(peak)]
+    with report.waiting("Drawing"):
+        bare = take.bare(simulation.motion)
+        for suffix, view in (("", "front"), ("_closeup", take.close)):
+            files.append(save_picture(side_by_side(take.panels(view, peak, bare)), folder / f"{stem}{suffix}.png"))
+        if fields:
+            files += [save_picture(image, folder / f"{stem}_{name}.png") for name, image in take.fields(peak)]
     height, acting = np.asarray(peak["W"]), np.asarray(peak["W"]) != 0.0
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
     report.table(

@@ -9,15 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import pyvista as pv
+from scipy.spatial import cKDTree
 
+from ..anatomy.cavities import lining
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, write_face
-from ..anatomy.fitting import NOT_ON_SKIN, fit_face
-from ..anatomy.landmarks import write_landmarks
+from ..anatomy.fitting import fit_face
+from ..anatomy.landmarks import NOT_ON_SKIN, write_landmarks
 from ..anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle
 from ..export import output_folder
+from ..geometry.normals import vertex_normals
+from ..mesh import to_polydata
 from ..plotting import Image, Scene, Style, save_picture, side_by_side, stacked
-from .common import Report, units_of
+from .common import Report, facts_of, units_of
 
 MEASURED, ESTIMATED, MUSCLE = "#35d07f", "#ffb347", "#b3262e"
 SIZE = (760, 860)
@@ -30,6 +34,7 @@ def fit(
     landmarks: Path | None = None,
     units: str | None = None,
     texture: Path | None = None,
+    untangle: bool = False,
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
@@ -48,6 +53,8 @@ def fit(
         Unit of the mesh: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
     texture
         Photo that lies on the mesh. Default: the image that the file names or holds.
+    untangle
+        Smooth small places where the mesh runs through itself, as much as it takes.
     out
         Folder to write to. Default: output/NAME.
     quiet
@@ -61,25 +68,18 @@ def fit(
         file,
         landmarks,
         units_of(units),
-        watch=lambda steps, count: report.progress(iter(steps), "Finding the face", count),
+        watch=report.search,
         texture=texture,
+        untangle=untangle,
     )
-    folder = output_folder(folder)
     write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated, face.confidences)
     write_face(face, folder / f"{stem}{SUFFIX}")
-    save_picture(stacked([side_by_side(row) for row in _rows(face)]), folder / f"{stem}.png")
-    measured = [value for name, value in face.confidences.items() if name not in face.estimated]
-    rows = {
+    with report.waiting("Drawing"):
+        save_picture(stacked([side_by_side(row) for row in _rows(face)]), folder / f"{stem}.png")
+    rows = facts_of(face) | {
         "triangles": str(face.mesh.n_cells),
-        "unit": f"{face.unit:.4g} mm",
-        "distance between the pupils": f"{face.frame.pupil_distance:.4g}",
-        "estimated": ", ".join(face.estimated) or "none",
         f"files in {folder}": "\n".join(f"{stem}{ending}" for ending in (SUFFIX, ".landmarks.json", ".png")),
     }
-    if measured:
-        rows = {"confidence of landmarks": f"{min(measured):.2f} to {max(measured):.2f}"} | rows
-    if face.likeness is not None:
-        rows = {"likeness to a face": f"{face.likeness:.2f}"} | rows
     if face.report:
         rows["mended and set apart"] = "\n".join(face.report)
     report.table(stem, rows)
@@ -118,13 +118,22 @@ def _with_landmarks(scene: Scene, face: Face) -> Image:
 
 def _with_anatomy(scene: Scene, face: Face) -> Image:
     size = face.frame.pupil_distance
-    scene.plotter.add_mesh(face.skull, color="#e9e2d0", smooth_shading=True, reset_camera=False)
+    scene.plotter.add_mesh(_bone(face), color="#e9e2d0", smooth_shading=True, reset_camera=False)
     scene.plotter.add_mesh(face.mesh, color="#d9a58c", opacity=0.25, smooth_shading=True, reset_camera=False)
     for muscle in face.muscles.values():
         for line in _lines(muscle):
             tube = pv.MultipleLines(line).tube(radius=0.014 * size)
             scene.plotter.add_mesh(tube, color=MUSCLE, reset_camera=False)
     return _taken(scene)
+
+
+def _bone(face: Face) -> pv.PolyData:
+    """The skull without what lies under the skin of mouth and nostrils: that would stand out of the face."""
+    skin, bone = face.points, face.tissue.foot
+    outer = ~lining(face)
+    nearest = np.flatnonzero(outer)[cKDTree(skin[outer]).query(bone)[1]]
+    height = ((bone - skin[nearest]) * vertex_normals(skin, face.triangles)[nearest]).sum(axis=1)
+    return to_polydata(bone, face.triangles[(outer & (height < 0.0))[face.triangles].all(axis=1)])
 
 
 def _lines(muscle: object) -> Iterator[np.ndarray]:

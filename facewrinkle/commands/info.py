@@ -1,30 +1,85 @@
-"""``facewrinkle info``: what there is to contract."""
+"""``facewrinkle info``: what there is to contract, and what a file holds."""
 
 from __future__ import annotations
 
-from typing import Literal
+import warnings
+from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
 from rich.table import Table
 
 from ..anatomy.atlas import Atlas, load_atlas
-from .common import Report
+from ..anatomy.face_file import SUFFIX, read_face
+from ..errors import FaceWrinkleWarning, unknown_name
+from ..geometry.topology import boundary_loops
+from ..mesh import laid_image, prepare, read_surface, read_texture
+from ..mesh.arrays import IMAGE
+from ..mesh.untangling import crossing_told
+from .common import Report, facts_of
 
-Topic = Literal["muscles", "action-units", "expressions"]
+Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int32]
+
+TOPICS = ("muscles", "action-units", "expressions")
 
 
-def info(topic: Topic | None = None) -> None:
-    """List the muscles, action units and expressions.
+def info(topic: str | None = None, /) -> None:
+    """List the muscles, action units and expressions; or tell what a file holds.
 
     Parameters
     ----------
     topic
-        Only these. Default: all three.
+        Only these: muscles, action-units or expressions; default: all three. Or a mesh, or a .face file.
     """
-    tables = {"muscles": _muscles, "action-units": _action_units, "expressions": _expressions}
     report = Report(quiet=False)
+    if topic is not None and topic not in TOPICS:
+        path = Path(topic)
+        if not path.suffix and not path.exists():
+            raise unknown_name("topic or file", topic, TOPICS)
+        report.table(path.name, _of_face(path) if path.suffix == SUFFIX else _of_mesh(path))
+        return
+    tables = {"muscles": _muscles, "action-units": _action_units, "expressions": _expressions}
     for name, table in tables.items():
         if topic in (None, name):
             report.say(table(load_atlas()))
+
+
+def _of_face(path: Path) -> dict[str, str]:
+    """What is known of a fitted face."""
+    face = read_face(path)
+    rows = facts_of(face) | {"muscles": str(len(face.muscles))}
+    if face.parts:
+        rows["parts"] = ", ".join(face.parts)
+    return rows | _surface(face.points, face.triangles, face.texture is not None, face.report)
+
+
+def _of_mesh(path: Path) -> dict[str, str]:
+    """What a mesh is like, and what has to be mended; landmarks are not looked for."""
+    source = read_surface(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)  # it is in the table
+        clean = prepare(source)
+    rows = {"in the file": f"{source.n_points} points, {source.n_cells} triangles"}
+    laid = source.active_texture_coordinates is not None
+    textured = laid and (laid_image(clean.mesh) if IMAGE in clean.mesh.cell_data else read_texture(path)) is not None
+    rows["texture coordinates"] = "yes" if laid else "no"
+    return rows | _surface(clean.points, clean.triangles, textured, clean.report)
+
+
+def _surface(points: Array, triangles: Ints, textured: bool, told: tuple[str, ...]) -> dict[str, str]:
+    holes = boundary_loops(triangles)
+    crossing = crossing_told(points, triangles)
+    told = tuple(sentence for sentence in told if sentence != crossing)
+    width, height, depth = np.ptp(points, axis=0)
+    return {
+        "triangles": str(len(triangles)),
+        "size": f"{width:.4g} x {height:.4g} x {depth:.4g}",
+        "texture": "yes" if textured else "no",
+        "borders": "none" if not holes else f"{len(holes)}, of {', '.join(str(len(hole)) for hole in holes[:8])} edges",
+        "runs through itself": crossing.removeprefix("The surface runs through itself ") or "no",
+        "mended and set apart": "\n".join(told) or "nothing",
+    }
 
 
 def _muscles(atlas: Atlas) -> Table:

@@ -96,13 +96,14 @@ def pattern(
         words["strength"] = _Rise(strength, frames, fps)
     elif centre is None:
         words["strength"] = "skin"
-    face, layers = _placed(name, source or FaceOptions(), _numbers("centre", centre, (3,)), words)
+    face, layers = _placed(name, source or FaceOptions(), _numbers("centre", centre, (3,)), words, report)
     rates = {} if expression is None else face.atlas.contractions(mixture(expression, face.atlas), strength)
     motion = Still(face, 1.0 / fps) if expression is None else None
     refinement = Refinement() if max_level is None else Refinement(max_level=max_level)
-    show = _Show(Simulation(face, refinement, layers, motion=motion), rates, frames, fps)
+    with report.waiting("Preparing the skin"):
+        show = _Show(Simulation(face, refinement, layers, motion=motion), rates, frames, fps)
     stem = f"pattern_{name}"
-    _record(show, output_folder(output.folder(stem)), stem, report, output)
+    _record(show, output_folder(output.folder(stem), make=False), stem, report, output)
 
 
 @dataclass(frozen=True)
@@ -145,11 +146,11 @@ class _Show:
 
 
 def _placed(
-    name: str, source: FaceOptions, centre: tuple[float, ...] | None, words: dict[str, Any]
+    name: str, source: FaceOptions, centre: tuple[float, ...] | None, words: dict[str, Any], report: Report
 ) -> tuple[Face, list[PatternLayer]]:
     """The face and the layers: by landmarks, or about a centre on any surface."""
     if centre is None:
-        face = source.load()
+        face = source.load(report)
         return face, presets(name, face, **words)
     if source.face is None:
         raise ParameterError("--centre belongs to a mesh: name it with --face.")
@@ -188,7 +189,8 @@ def _record(show: _Show, folder: Path, stem: str, report: Report, output: Output
     files = shot(played(), show.times(), face, [style], show.fps, *output.files(folder / stem))
     top = peak[0]
     files += output.mesh_of(top, face, folder / stem)
-    for suffix, where in (("", "front"), ("_closeup", _close(face, top, output.view, show.simulation.layers))):
+    views = [("", "front"), ("_closeup", _close(face, top, output.view, show.simulation.layers))]
+    for suffix, where in report.progress(iter(views), "Pictures", len(views)):
         shots = [picture(frame, face, Style(style.size, where)) for frame in (face.mesh, top)]
         shots.append(picture(top, face, Style(style.size, where, wireframe=True)))
         files.append(save_picture(side_by_side(shots), folder / f"{stem}{suffix}.png"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -14,8 +13,7 @@ from ..anatomy.fitting import fit_face
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
 from ..layers.muscle_wrinkles import MuscleWrinkles
-from ..mesh import read_texture
-from ..motion.animation import NAME, read_animation
+from ..motion.animation import read_animation
 from ..plotting import Style, closeup, picture, save_picture, side_by_side, stacked
 from ..simulation import Refinement, Simulation
 from .common import OutputOptions, Report, units_of
@@ -46,7 +44,7 @@ def play(
     Parameters
     ----------
     file
-        .glb or .gltf with morph targets (blend shapes) and an animation of their weights, or a .vtkhdf time series.
+        .glb, .gltf or USD with an animation of blend shapes, bones or points, or a .vtkhdf time series.
     landmarks
         JSON file with the coordinates of the landmarks of the face at rest.
     units
@@ -75,20 +73,19 @@ def play(
     styles = [Style(output.pixels, view, follow=follow) for view in ("front", output.view or "cheeks")]
     rest, recorded = read_animation(file, mesh, animation)
     recorded = recorded.played(speed)
-    image: Any = texture
-    if texture is None and rest.active_texture_coordinates is not None:
-        image = read_texture(file, str(rest.field_data[NAME][0]) if NAME in rest.field_data else None)
-    face = fit_face(rest, landmarks, units_of(units), texture=image)
-    simulation = Simulation(face, Refinement(max_level=max_level), [MuscleWrinkles(depth=depth)], step, motion=recorded)
+    face = fit_face(rest, landmarks, units_of(units), watch=report.search, texture=texture)
+    with report.waiting("Preparing the skin"):
+        layers = [MuscleWrinkles(depth=depth)]
+        simulation = Simulation(face, Refinement(max_level=max_level), layers, step, motion=recorded)
     steps = max(int(np.ceil(recorded.duration / step - 1e-6)), 1)
     if steps > LONGEST:
         raise ParameterError(f"the clip would have {steps} steps, at most {LONGEST} are allowed. Raise --speed.")
-    folder = output_folder(output.folder(file.stem))
+    folder = output_folder(output.folder(file.stem), make=False)
     peaks: list[Peak] = []
     frames = report.progress(_watched(simulation, steps, count, peaks), "Frames", steps)
     times = (1 + np.arange(steps)) * step
     columns, files = [], shot(frames, times, face, styles, output.fps, *output.files(folder / file.stem))
-    for _, when, frame in peaks:
+    for _, when, frame in report.progress(iter(peaks), "Pictures", len(peaks)):
         close = Style(output.pixels, output.view or closeup(frame, face), follow=follow)
         pair = [picture(frame, face, style) for style in (styles[0], close)]
         files.append(save_picture(side_by_side(pair), folder / f"{file.stem}_{when:.2f}s.png"))

@@ -8,6 +8,7 @@ import os
 import platform
 from pathlib import Path
 
+from .._files import replaced
 from ..anatomy.face import Face
 from ..errors import check_range
 from ..export import output_folder
@@ -39,8 +40,8 @@ def table1(
     report = Report(quiet)
     check_range("the number of iterations", iterations, 1, 1_000_000)
     check_range("the number of drawings", drawings, 1, 1_000_000)
-    face = (source or FaceOptions()).load()
-    tabulate(face, report, None if out is None else output_folder(out), iterations, drawings)
+    face = (source or FaceOptions()).load(report)
+    tabulate(face, report, None if out is None else output_folder(out, make=False), iterations, drawings)
 
 
 def tabulate(face: Face, report: Report, folder: Path | None, iterations: int, drawings: int) -> None:
@@ -50,7 +51,6 @@ def tabulate(face: Face, report: Report, folder: Path | None, iterations: int, d
     text = as_text(rows, iterations, machine)
     report.say(text)
     if folder is not None:
-        (folder / "table1.txt").write_text(text + "\n", encoding="utf-8")
         content = {
             "machine": machine,
             "iterations": iterations,
@@ -59,7 +59,9 @@ def tabulate(face: Face, report: Report, folder: Path | None, iterations: int, d
             "here": [dataclasses.asdict(row) for row in rows],
             "paper": [dataclasses.asdict(row) for row in PAPER],
         }
-        (folder / "table1.json").write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        for name, whole in (("table1.txt", text), ("table1.json", json.dumps(content, indent=2))):
+            with replaced(folder / name) as file:
+                file.write_text(whole + "\n", encoding="utf-8")
 
 
 def _processor() -> str:

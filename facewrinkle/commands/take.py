@@ -16,6 +16,7 @@ from ..anatomy.face import Face
 from ..errors import FaceWrinkleWarning, MissingPackageError, check_range, check_whole
 from ..export import movie_writer, write_series
 from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..motion.base import Motion
 from ..plotting import Image, Scene, Style, closeup, picture, side_by_side
 from ..simulation import Refinement, Simulation
 from .common import Report
@@ -76,9 +77,9 @@ class Take:
         simulation.contract(self.rates)
         return simulation
 
-    def bare(self) -> pv.PolyData:
-        """The expression without wrinkles."""
-        simulation = Simulation(self.face, Refinement(max_level=0), layers=[])
+    def bare(self, motion: Motion | None = None) -> pv.PolyData:
+        """The expression without wrinkles; with the motion of a simulation that is over, its skin is not made again."""
+        simulation = Simulation(self.face, Refinement(max_level=0), layers=[], motion=motion)
         simulation.contract(self.rates)
         *_, frame = simulation.run(self.frames)
         return frame

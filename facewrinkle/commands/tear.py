@@ -65,7 +65,7 @@ def tear(
     """
     begin, output, stem = time.perf_counter(), output or OutputOptions(), f"tear_{kind}"
     report, folder = Report(output.quiet), output_folder(output.folder(stem), make=False)
-    face = (source or FaceOptions()).load()
+    face = (source or FaceOptions()).load(report)
     rates = face.atlas.contractions(mixture(expression or PRESETS[kind].expression, face.atlas), intensity)
     given = {name: value for name, value in (("c", speed), ("roughness", roughness)) if value is not None}
     if given and kind == "dripping":
@@ -75,8 +75,9 @@ def tear(
     seconds, fps = check_range("seconds", seconds, 0.1, 1e4), check_range("fps", output.fps, 1.0, 100.0)
     frames = check_whole("seconds times fps", round(seconds * fps), MOMENTS, 1e6)
     style = Style(output.pixels, output.view or "cheeks")
-    play = Play(face, rates, preset(kind, face, seed, **given), frames, fps)
-    files = play.record(output_folder(folder) / stem, style, report, output, plain=plain)
+    with report.waiting("Letting tears run"):
+        play = Play(face, rates, preset(kind, face, seed, **given), frames, fps)
+    files = play.record(folder / stem, style, report, output, plain=plain)
     report.table(
         stem,
         {
@@ -153,7 +154,7 @@ class Play:
                         for row, scene in zip(rows, still, strict=True):
                             row.extend([scene.picture(frame, tears)] * moments.count(i))
                     if i == moments[-1]:
-                        files.extend(output.mesh_of(frame, self.face, path))
+                        files.extend(output.mesh_of(frame, self.face, path, tears))
                     yield frame
 
             files += shot(passing(), np.array(self.times), self.face, (), self.fps, None, cache)

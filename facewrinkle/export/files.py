@@ -56,7 +56,7 @@ def output_file(path: str | Path, endings: Sequence[str]) -> Path:
     path = Path(os.path.expanduser(path))
     if path.suffix.lower() not in endings:
         raise OutputError(f"the file must end in {' or '.join(endings)}, received {path.name!r}.")
-    output_folder(path.parent)
+    output_folder(path.parent, make=False)
     try:
         folder = S_ISDIR(path.stat().st_mode)
     except FileNotFoundError:

@@ -15,12 +15,14 @@ if TYPE_CHECKING:
 
     from .meshes import Model
 
+WATER, CLEAR = 1.33, 0.3
+"""Refractive index of tears, and how opaque they are where nothing is refracted."""
 FLOAT, SHORT, INT = 5126, 5123, 5125
 VERTICES, INDICES = 34962, 34963
 SKIN = [0.72, 0.41, 0.27, 1.0]
 """Linear colour where there is neither texture nor colours."""
-ROUGH = {"eye": 0.05, "upper": 0.25, "lower": 0.25, "mouth": 1.0}
-"""Of eyes and teeth, which are wet, and of the dark behind the lips."""
+ROUGH = {"eye": 0.05, "upper": 0.25, "lower": 0.25, "mouth": 1.0, "tears": 0.0}
+"""Of eyes, teeth and tears, which are wet, and of the dark behind the lips."""
 
 
 def gltf(models: dict[str, Model], unit: float, turn: npt.NDArray[np.float64] | None = None, *, binary: bool) -> bytes:
@@ -40,8 +42,8 @@ def gltf(models: dict[str, Model], unit: float, turn: npt.NDArray[np.float64] | 
         import pygltflib
     except ImportError:
         raise MissingPackageError(
-            "glTF files need the package pygltflib, which is not installed. pip install 'facewrinkle[export]'. OBJ and "
-            "PLY are written without it."
+            "to write glTF needs the package pygltflib, which is not installed. pip install 'facewrinkle[export]'. OBJ "
+            "and PLY are written without it."
         ) from None
     file = _File(pygltflib)
     for name, model in models.items():
@@ -114,12 +116,15 @@ class _File:
         elif model.colours is not None:  # they would multiply the texture
             attributes["COLOR_0"] = self.array(_linear(model.colours), SHORT, "VEC4", normalized=True)
         else:
-            look["baseColorFactor"] = SKIN
+            look["baseColorFactor"] = [1.0, 1.0, 1.0, CLEAR] if model.clear else SKIN
         indices = self.array(model.triangles.astype("<u4").reshape(-1, 1), INT, "SCALAR", target=INDICES)
         shape = lib.Primitive(attributes=lib.Attributes(**attributes), indices=indices, material=len(content.materials))
         surface = lib.PbrMetallicRoughness(**look)
-        alpha = lib.MASK if model.cutout else lib.OPAQUE
+        alpha = lib.BLEND if model.clear else lib.MASK if model.cutout else lib.OPAQUE
         material = lib.Material(name=name, doubleSided=True, pbrMetallicRoughness=surface, alphaMode=alpha)
+        if model.clear:
+            material.extensions = {"KHR_materials_ior": {"ior": WATER}}
+            content.extensionsUsed = ["KHR_materials_ior"]
         content.materials.append(material)
         rotation = None if turn is None else Rotation.from_matrix(turn).as_quat().tolist()
         content.nodes.append(lib.Node(name=name, mesh=len(content.meshes), scale=[scale] * 3, rotation=rotation))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 
@@ -12,11 +13,13 @@ import pyvista as pv
 from scipy.optimize import linear_sum_assignment
 
 from .._features import beside
+from .._files import replaced
 from ..anatomy.face import Face
 from ..errors import MeshError, OutputError
 from ..geometry.normals import vertex_normals
 from ..mesh import UNIT, split_at_seams, with_normals
 from .files import output_file
+from .gltf import CLEAR, WATER, gltf
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
@@ -41,6 +44,8 @@ class Model:
         The texture.
     cutout : bool
         What is transparent in the texture is not drawn.
+    clear : bool
+        It is water.
     """
 
     points: Array
@@ -51,9 +56,17 @@ class Model:
     colours: Image | None
     png: bytes | None
     cutout: bool = False
+    clear: bool = False
 
 
-def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *, parts: bool = False) -> Path:
+def write_mesh(
+    frame: pv.PolyData,
+    path: str | Path,
+    face: Face | None = None,
+    *,
+    parts: bool = False,
+    tears: Iterable[pv.PolyData] = (),
+) -> Path:
     """Write the mesh of a moment for other programs, refined and wrinkled as it is, with normals, texture and colours.
 
     glTF holds all in one file, in metres and upright, as the format asks: points stay as they are, and the nodes scale
@@ -73,6 +86,9 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *
     parts : bool
         In glTF, write what came with the face (eyes, teeth, hair), else eyes, and between parted lips teeth, as meshes
         of their own.
+    tears : iterable of PolyData
+        Surfaces of tears at this moment. glTF holds them as a transparent mesh "tears", OBJ as a group of this name
+        with a material of its own; PLY knows neither, and they are a file beside it, NAME_tears.ply.
 
     Returns
     -------
@@ -98,21 +114,22 @@ def write_mesh(frame: pv.PolyData, path: str | Path, face: Face | None = None, *
     ['head.mtl', 'head.obj', 'head_texture.png']
     """
     model = _model(frame, face)
-    path = output_file(path, SUFFIXES)
+    path, water = output_file(path, SUFFIXES), _water(tears)
     match path.suffix.lower():
         case ".obj":
-            files = _obj(model, path)
+            files = _obj(model, path, water)
         case ".ply":
-            files = _ply(model, path)
+            files = _ply(model, path) | ({} if water is None else _ply(water, beside_ply(path)))
         case ending:
-            from .gltf import gltf
-
             others = beside(face, frame) if parts and face is not None else {}
             models = {"face": model} | {name: _part(part, _own_texture(face, name)) for name, part in others.items()}
+            if water is not None:
+                models["tears"] = water
             files = {path: gltf(models, _unit(frame, face), _upright(face), binary=ending == ".glb")}
     for name, content in files.items():
         try:
-            name.write_bytes(content)
+            with replaced(name) as whole:
+                whole.write_bytes(content)
         except OSError as problem:
             raise OutputError(f"{str(name)!r} cannot be written: {problem.strerror}. Name another file.") from None
     return path
@@ -137,6 +154,19 @@ def _part(part: pv.PolyData, image: Image | None) -> Model:
         png=None if image is None else _png(image),
         cutout=image is not None and image.shape[2] == 4,
     )
+
+
+def beside_ply(path: Path) -> Path:
+    """Where the tears of a PLY file are."""
+    return path.with_name(f"{path.stem}_tears{path.suffix}")
+
+
+def _water(tears: Iterable[pv.PolyData]) -> Model | None:
+    """All tears as one."""
+    surfaces = [tear for tear in tears if tear.n_cells]
+    if not surfaces:
+        return None
+    return replace(_part(pv.merge(surfaces) if len(surfaces) > 1 else surfaces[0], None), colours=None, clear=True)
 
 
 def _unit(frame: pv.PolyData, face: Face | None) -> float:
@@ -205,13 +235,13 @@ def _colours(mesh: pv.PolyData, name: str = "Colors") -> Image | None:
 # --- OBJ ----------------------------------------------------------------------------------------
 
 
-def _obj(model: Model, path: Path) -> dict[Path, bytes]:
+def _obj(model: Model, path: Path, water: Model | None = None) -> dict[Path, bytes]:
     """The files of an OBJ. Its corners name position, texture and normal one by one: nothing is split at seams."""
     n = int(model.origin.max()) + 1
     lines = [f"# {n} vertices, {len(model.triangles)} triangles"]
     material = path.with_suffix(".mtl")
-    if model.png is not None:
-        lines += [f"mtllib {material.name}", "usemtl skin"]
+    if model.png is not None or water is not None:
+        lines += [f"mtllib {material.name}", "g face", "usemtl skin"]
     if model.colours is None:
         lines += _rows("v %.9g %.9g %.9g", model.points[:n])
     else:
@@ -224,12 +254,21 @@ def _obj(model: Model, path: Path) -> dict[Path, bytes]:
         lines += _rows("f %d/%d/%d %d/%d/%d %d/%d/%d", numbers.reshape(-1, 9))
     else:
         lines += _rows("f %d//%d %d//%d %d//%d", np.repeat(corner, 2, axis=1))
+    if water is not None:
+        corner = np.repeat(water.triangles + 1, 2, axis=1) + n
+        lines += ["g tears", "usemtl tears", *_rows("v %.9g %.9g %.9g", water.points)]
+        lines += [*_rows("vn %.6g %.6g %.6g", water.normals), *_rows("f %d//%d %d//%d %d//%d", corner)]
     files = {path: ("\n".join(lines) + "\n").encode()}
+    if model.png is None and water is None:
+        return files
+    look = ["newmtl skin", "Kd 1 1 1", "Ks 0 0 0"]
     if model.png is not None:
         image = _image(path)
-        files[material] = f"newmtl skin\nKd 1 1 1\nKs 0 0 0\nmap_Kd {image.name}\n".encode()
+        look += [f"map_Kd {image.name}"]
         files[image] = model.png
-    return files
+    if water is not None:
+        look += ["newmtl tears", "Kd 1 1 1", "Ks 1 1 1", "Ns 900", f"Ni {WATER}", f"d {CLEAR}", "illum 7"]
+    return files | {material: ("\n".join(look) + "\n").encode()}
 
 
 def _image(path: Path) -> Path:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from .._files import replaced
 from ..errors import MissingPackageError, OutputError, ParameterError, check_range
 from .files import output_file
 
@@ -84,21 +85,15 @@ def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.n
         nonlocal writer
         image = _checked(image, shapes)
         if writer is None:  # not before there is a picture: nothing is left behind after an error
-            writer = imageio.get_writer(path, mode="I", **settings)
+            writer = imageio.get_writer(stack.enter_context(replaced(path)), mode="I", **settings)
+            stack.callback(writer.close)
         writer.append_data(_even(image) if movie else image)
 
     try:
-        try:
+        with ExitStack() as stack:
             yield append
-        finally:
-            if writer is not None:
-                writer.close()
-    except BaseException as problem:
-        if writer is not None:  # half a movie is of no use
-            path.unlink(missing_ok=True)
-        if isinstance(problem, OSError):
-            raise OutputError(f"{str(path)!r} cannot be written: {problem}.") from None
-        raise
+    except OSError as problem:
+        raise OutputError(f"{str(path)!r} cannot be written: {problem}.") from None
     if writer is None:
         raise ParameterError("a movie needs one picture at least, received none.")
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyvista as pv
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonCore import vtkCollection, vtkInformation
 from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkCommonExecutionModel import vtkDemandDrivenPipeline, vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
+from .._files import replaced
 from ..errors import OutputError, ParameterError, check_range
 from .files import output_file
 
@@ -63,21 +65,32 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     if not steps or not np.isfinite(stored).all() or not (np.diff(stored) > 0).all():
         raise ParameterError(f"times must be finite and increase (as float32), received {steps[:8]}.")
     source = _FrameSource(iter(frames), steps)
-    path.unlink(missing_ok=True)
-    writer = vtkHDFWriter()
-    writer.SetInputConnection(source.GetOutputPort())
-    writer.SetFileName(str(path))
-    writer.SetWriteAllTimeSteps(True)
-    writer.SetCompressionLevel(COMPRESSION)
-    with pv.vtk_verbosity("off"):  # what goes wrong is raised below, once
-        written = writer.Write()
-    problem = source.problem or source.unfinished()
-    if problem is None and not written:
-        problem = OutputError(f"VTK could not write {str(path)!r}. Is the disk full?")
-    if problem is not None:
-        path.unlink(missing_ok=True)
-        raise problem
+    with replaced(path) as beside:
+        writer = vtkHDFWriter()
+        writer.SetInputConnection(source.GetOutputPort())
+        source.stop = lambda: _told_of_fewer_steps(writer, source)
+        writer.SetFileName(str(beside))
+        writer.SetWriteAllTimeSteps(True)
+        writer.SetCompressionLevel(COMPRESSION)
+        with pv.vtk_verbosity("off"):  # what goes wrong is raised below, once
+            written = writer.Write()
+        problem = source.problem or source.unfinished()
+        if problem is None and not (written and beside.exists()):
+            problem = OutputError(f"VTK could not write {str(path)!r}. Is the disk full?")
+        if problem is not None:
+            raise problem
     return path
+
+
+def _told_of_fewer_steps(writer: vtkHDFWriter, source: _FrameSource) -> None:
+    """The writer would go on through all steps, even when it is aborted: it hears that there are no more."""
+    information = source.GetOutputInformation(0)
+    count = max(source.taken, 1)
+    information.Set(vtkStreamingDemandDrivenPipeline.TIME_STEPS(), source.times[:count], count)
+    request, inputs = vtkInformation(), vtkCollection()
+    request.Set(vtkDemandDrivenPipeline.REQUEST_INFORMATION())
+    inputs.AddItem(writer.GetExecutive().GetInputInformation(0))
+    writer.ProcessRequest(request, inputs, writer.GetExecutive().GetOutputInformation())
 
 
 COMPRESSION = 1
@@ -95,6 +108,7 @@ class _FrameSource(VTKPythonAlgorithmBase):
         self.arrays: dict[str, tuple[str, tuple[int, ...]]] | None = None
         self.frame = pv.PolyData()
         self.problem: BaseException | None = None
+        self.stop: Callable[[], None] = lambda: None
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         information = outputs.GetInformationObject(0)
@@ -109,6 +123,7 @@ class _FrameSource(VTKPythonAlgorithmBase):
                 self.frame = self._next()
         except BaseException as problem:  # VTK would swallow it; write_series raises it again
             self.problem = problem
+            self.stop()
         vtkPolyData.GetData(outputs).ShallowCopy(self.frame)
         return 1  # also after a problem: the writer would ask for the same step for ever
 

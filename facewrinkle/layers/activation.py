@@ -36,15 +36,15 @@ class Activation:
     face : Face
     muscles : list of Muscle
         Fold patterns of its muscles.
-    zones : list of ndarray of bool, shape (m0,)
+    zones : ndarray of bool, shape (k, m0)
         Triangles that each may touch.
     field : StrainField
         Of the base mesh, where the zones are.
     """
 
-    def __init__(self, face: Face, muscles: list[Muscle], zones: list[Marks], field: StrainField) -> None:
+    def __init__(self, face: Face, muscles: list[Muscle], zones: Marks, field: StrainField) -> None:
         self._field = field
-        hosts = np.flatnonzero(np.any(zones, axis=0)) if zones else np.empty(0, int)
+        hosts = np.flatnonzero(zones.any(axis=0))
         corners = np.repeat(face.triangles[hosts], 4, axis=0)
         weights = np.tile(QUARTERS, (len(hosts), 1))
         where, normals, metric = (

@@ -138,7 +138,7 @@ class Layer(Protocol):
         """Drop what belongs to vertices that went, and evaluate the new ones."""
 
     def relief(self, moment: Moment) -> Relief:
-        """Heights, and where triangles are needed."""
+        """Heights, and where triangles are needed; asked again at the same time where triangles were split for it."""
 
     def fields(self) -> dict[str, np.ndarray]:
         """Point data of the last moment."""

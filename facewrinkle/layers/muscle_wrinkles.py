@@ -64,17 +64,14 @@ class Folds:
     leading: IntArray
 
     @classmethod
-    def at(
-        cls, sites: Sites, muscles: list[Muscle], zones: list[npt.NDArray[np.bool_]], metric: Array, unit: float
-    ) -> Self:
-        """Evaluate the muscles at some places; `zones` tells the base triangles that each may touch, `unit` the
+    def at(cls, sites: Sites, muscles: list[Muscle], zones: npt.NDArray[np.bool_], metric: Array, unit: float) -> Self:
+        """Evaluate the muscles at some places; `zones` (k, m0) tells the base triangles that each may touch, `unit` the
         millimetres per unit of the places.
         """
         parts = []
-        for k, (muscle, zone) in enumerate(zip(muscles, zones, strict=True)):
-            inside = np.flatnonzero(zone[sites.host])
-            if len(inside) == 0:
-                continue
+        touched, near = np.nonzero(zones[:, sites.host])
+        for k in np.unique(touched):
+            muscle, inside = muscles[k], near[touched == k]
             envelope = muscle.envelope(sites.points[inside])
             hit = envelope > 0.0
             if not hit.any():
@@ -202,6 +199,7 @@ class MuscleWrinkles:
         self._rest_scale = face.unit
         self._zones = face.zones
         self._corners = [np.unique(face.triangles[z]) for z in self._zones]
+        self._folding = np.array([len(corners) > 0 for corners in self._corners], bool)
         self._unseen = np.empty(0, int)
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
         needed = np.isin(face.triangles, np.concatenate([*self._corners, np.empty(0, int)])).any(axis=1)
@@ -212,7 +210,7 @@ class MuscleWrinkles:
         self._face = face
         self._folds = Folds.none(0)
         self._height, self._share = np.empty(0), np.empty(0)
-        self._steps = 0
+        self._steps, self._last = 0, -1.0
         self._edges: EdgeWeights | None = None
         self._labels: dict[str, np.ndarray] = {}
         self._epsilon = np.empty(0)
@@ -232,8 +230,9 @@ class MuscleWrinkles:
         self._folded = np.flatnonzero(np.diff(self._folds.starts)).astype(np.int32)
         self._room = np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
         self._seeded = np.empty(0, int)
-        seen = np.isin(np.arange(len(self._zones)), self._folds.muscle)
-        self._unseen = np.flatnonzero(np.array([z.any() for z in self._zones], dtype=bool) & ~seen)
+        seen = np.zeros(len(self._zones), bool)
+        seen[self._folds.muscle] = True
+        self._unseen = np.flatnonzero(self._folding & ~seen)
 
     def relief(self, moment: Moment) -> Relief:
         """See :class:`facewrinkle.layers.base.Layer`."""
@@ -251,7 +250,7 @@ class MuscleWrinkles:
         if self.balance:
             height = self._balanced(k0, height, moment)
         if self.accumulate:
-            height = self._accumulated(height, self.rates)
+            height = self._accumulated(height, moment.time)
         self._height = height
         return Relief(height, spacing, across, active)
 
@@ -335,14 +334,13 @@ class MuscleWrinkles:
         kernels.strain_epsilon(folds.starts, sites.corners, sites.barycentric, strain, folds.products, self._epsilon)
         return self._epsilon
 
-    def _accumulated(self, height: Array, rates: Array) -> Array:
-        if not rates.any():
+    def _accumulated(self, height: Array, time: float) -> Array:
+        if not self.rates.any():
             self._steps = 0
-            return self._height
-        if self._steps >= self.accumulate:
-            return self._height
-        self._steps += 1
-        return self._height + height / self.accumulate
+        elif self._steps < self.accumulate and time != self._last:
+            self._steps, self._last = self._steps + 1, time
+            return self._height + height / self.accumulate
+        return self._height
 
 
 BALANCING = 6

@@ -68,6 +68,15 @@ class Region:
         Share of the vertices of the mesh that carry the pattern, in (0, 1].
     seed : int
         Of the choice of these.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> brow = fw.Region(face.landmarks["forehead_mid"], size=(80, 30), outline="box")
+    >>> sim = fw.Simulation(face, layers=[fw.PatternLayer("forehead", region=brow, depth=1.0)], motion=fw.Still(face))
+    >>> bool(abs(sim.step()["W"]).max() > 0.1)
+    True
     """
 
     centre: npt.ArrayLike | None = None

@@ -4,12 +4,26 @@
 it, and `to_polydata` turns results into PolyData. No other room converts; this one also names the arrays of a frame.
 """
 
-from .arrays import ARRAYS, MUSCLES, POSE, UNIT, carried_point_data, refilled, to_polydata, with_data, with_normals
+from .arrays import (
+    ARRAYS,
+    MUSCLES,
+    POSE,
+    UNIT,
+    array_of,
+    carried_point_data,
+    of_own_arrays,
+    points_and_triangles,
+    refilled,
+    to_polydata,
+    with_data,
+    with_normals,
+)
 from .checks import Surface, prepare
+from .collage import laid_image
 from .reading import read_surface
 from .refining import refine
 from .seams import add_seams, corner_texture, refine_seams, split_at_seams
-from .texture import as_texture, read_texture, texture_of
+from .texture import as_texture, read_texture
 
 __all__ = [
     "ARRAYS",
@@ -18,9 +32,13 @@ __all__ = [
     "UNIT",
     "Surface",
     "add_seams",
+    "array_of",
     "as_texture",
     "carried_point_data",
     "corner_texture",
+    "laid_image",
+    "of_own_arrays",
+    "points_and_triangles",
     "prepare",
     "read_surface",
     "read_texture",
@@ -28,7 +46,6 @@ __all__ = [
     "refine",
     "refine_seams",
     "split_at_seams",
-    "texture_of",
     "to_polydata",
     "with_data",
     "with_normals",

@@ -8,6 +8,8 @@ from types import MappingProxyType
 import numpy as np
 import pyvista as pv
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPointData
 
 from ..errors import MeshError
 from ..geometry.normals import vertex_normals
@@ -37,6 +39,13 @@ UNIT = "unit"
 POSE = "pose"
 """The field-data array of a frame of a head that moves as a whole: a matrix (4, 4), in the unit of the mesh."""
 
+OF_PART = "part_"
+"""Begins the names of field-data arrays of a frame with the points (k, 3) of parts beside the skin that a recording
+moves, in the unit of the mesh; NaN for those that are carried along."""
+
+SOURCE = "source point"
+"""The point-data array of parts beside a skin: the number that each point has in the mesh that was given."""
+
 TEXTURE = "Texture Coordinates"
 """The point-data array of texture coordinates (n, 2); at seams of the texture the first that a point has."""
 
@@ -44,8 +53,8 @@ CORNERS = "Texture Corners"
 """The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, where there are seams."""
 
 IMAGE, IMAGES = "image", "images"
-"""The cell-data array of the image that lies on each triangle, its number in the file, -1 for none, and the field-data
-array that names the file."""
+"""The cell-data array of the image that lies on each triangle, -1 for none, and the field-data array that these number:
+files of images, `a.glb#3` for one in a glTF file, `a.usdz[b.png]` for one in a USD package."""
 
 MOVED = "moved"
 """The point-data array of a mesh that others animated: where its points go (n, 3), all its shapes or moments in one.
@@ -54,9 +63,13 @@ Borders at one place that part as the mesh moves, such as closed lips, are told 
 
 
 def to_polydata(
-    points: np.ndarray, triangles: np.ndarray, point_data: Mapping[str, np.ndarray] | None = None
+    points: np.ndarray,
+    triangles: np.ndarray,
+    point_data: Mapping[str, np.ndarray] | None = None,
+    *,
+    copy: bool = True,
 ) -> pv.PolyData:
-    """A PolyData that shares no memory with the arrays.
+    """A PolyData of arrays.
 
     Parameters
     ----------
@@ -66,6 +79,8 @@ def to_polydata(
         Vertex numbers.
     point_data : mapping of name to (n,) or (n, k) array, optional
         The arrays of the vertices; those that facewrinkle itself writes are named in `ARRAYS`.
+    copy : bool
+        False: it may keep the very arrays, which nobody may change then. Otherwise it shares no memory with them.
 
     Returns
     -------
@@ -83,7 +98,8 @@ def to_polydata(
     >>> mesh.n_points, mesh.n_cells, mesh.points.dtype.name, mesh.array_names
     (3, 1, 'float64', ['W'])
     """
-    points, triangles = numbers("points", points).astype(np.float64, copy=False), numbers("triangles", triangles)
+    points = numbers("points", points, copy).astype(np.float64, copy=False)
+    triangles = numbers("triangles", triangles, copy)
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError(f"points must have the shape (n, 3), received {points.shape}.")
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
@@ -94,15 +110,17 @@ def to_polydata(
         raise MeshError(
             f"triangles must use vertices from 0 to {len(points) - 1}, received {triangles.min()} to {triangles.max()}."
         )
-    mesh = pv.PolyData.from_regular_faces(points, triangles)
+    if triangles.dtype != np.int32:
+        triangles = triangles.astype(np.int64)
+    mesh = of_own_arrays(points, triangles, {})
     for name, values in (point_data or {}).items():
-        values = np.array(values)
+        values = np.array(values) if copy else np.asarray(values)
         if len(values) != len(points):
             raise MeshError(
                 f"point data {name!r} must have {len(points)} rows, one for each point, received {len(values)}."
             )
         if values.dtype.kind in "fiu" and values.ndim <= 2:
-            _add_array(mesh, name, values)
+            _add_array(mesh.GetPointData(), name, values)
         else:  # PyVista keeps what VTK has no type for
             mesh.point_data[name] = values
     return mesh
@@ -113,22 +131,49 @@ def blended(shapes: np.ndarray) -> np.ndarray:
     return np.asarray(np.tensordot(np.linspace(1.0, 2.0, len(shapes)) / max(len(shapes), 1), shapes, axes=1))
 
 
-def _add_array(mesh: pv.PolyData, name: str, values: np.ndarray) -> None:
+def of_own_arrays(points: np.ndarray, triangles: np.ndarray, point_data: Mapping[str, np.ndarray]) -> pv.PolyData:
+    """What `to_polydata` does with arrays that need no checks, and that nobody else changes: a tear in each frame."""
+    mesh, place, cells = pv.PolyData(), vtkPoints(), vtkCellArray()
+    place.SetData(numpy_to_vtk(points))
+    cells.SetData(3, numpy_to_vtk(triangles.ravel(), deep=True))
+    mesh.SetPoints(place)
+    mesh.SetPolys(cells)
+    data = mesh.GetPointData()
+    for name, values in point_data.items():
+        _add_array(data, name, values)
+    return mesh
+
+
+def _add_array(data: vtkPointData, name: str, values: np.ndarray) -> None:
     """What ``mesh.point_data[name] = values`` does, without its checks: a frame adds a dozen arrays."""
-    array = numpy_to_vtk(values, deep=True)
+    array = numpy_to_vtk(values)
     array.SetName(name)
-    mesh.GetPointData().AddArray(array)
+    data.AddArray(array)
 
 
-def numbers(name: str, values: object) -> np.ndarray:
-    """A copy as an array of real numbers."""
+def numbers(name: str, values: object, copy: bool = True) -> np.ndarray:
+    """An array of real numbers; a copy, or the very array."""
     try:
-        array = np.array(values)
+        array = np.array(values) if copy else np.asarray(values)
     except (TypeError, ValueError):  # rows of different lengths
         array = np.array(None)
     if array.dtype.kind not in "fiu":
         raise MeshError(f"{name} must be an array of real numbers, received {type(values).__name__} of {array.dtype}.")
     return array
+
+
+def array_of(mesh: pv.PolyData, name: str) -> np.ndarray | None:
+    """What ``mesh.point_data.get(name)`` is, as a plain array of numbers: a tear asks for it in each frame."""
+    array = mesh.GetPointData().GetArray(name)
+    return None if array is None else np.asarray(array)
+
+
+def points_and_triangles(mesh: pv.PolyData) -> tuple[np.ndarray, np.ndarray]:
+    """What ``mesh.points`` and ``mesh.regular_faces`` are, as plain arrays: a tear asks for them in each frame."""
+    polys, points = mesh.GetPolys(), np.asarray(mesh.GetPoints().GetData())
+    if polys.IsHomogeneous() != 3:
+        return points, mesh.regular_faces
+    return points, np.asarray(polys.GetConnectivityArray()).reshape(-1, 3)
 
 
 def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str, np.ndarray]) -> pv.PolyData:
@@ -141,13 +186,15 @@ def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str,
     return mesh
 
 
-def carried_point_data(mesh: pv.PolyData, corners: np.ndarray, barycentric: np.ndarray) -> dict[str, np.ndarray]:
+def carried_point_data(
+    point_data: Mapping[str, np.ndarray], corners: np.ndarray, barycentric: np.ndarray
+) -> dict[str, np.ndarray]:
     """The point data of a mesh at places given by three of its vertices and weights (n, 3).
 
     Numbers are interpolated, labels come from the nearest vertex; normals, which do not interpolate, are left out.
     """
     out = {}
-    for name, values in mesh.point_data.items():
+    for name, values in point_data.items():
         array = np.asarray(values)
         if name == "Normals":
             continue

@@ -11,9 +11,10 @@ from scipy.spatial import cKDTree
 
 from ..errors import LARGEST, FaceWrinkleWarning, MeshError, ParameterError
 from ..geometry import topology
-from .arrays import CORNERS, IMAGE, MOVED, with_data
+from .arrays import CORNERS, IMAGE, MOVED, SOURCE, with_data
 from .reading import COLORS, read_surface
 from .repair import Patchwork, areas_doubled, closed_up, mended, reconstructed, unfolded
+from .untangling import crossing_told, untangled
 
 IN_PIECES, FEW = 0.5, 4
 """One sheet must be the nearest to this share of the landmarks, where there are so many."""
@@ -37,7 +38,8 @@ class Surface:
     report : tuple of str
         What was mended, one sentence each.
     others : pyvista.PolyData, optional
-        The other parts of the input, as they are there; its cell data "part" number them.
+        The other parts of the input, as they are there; its cell data "part" number them, and its point data "source
+        point" say which points of the input they have.
     """
 
     mesh: pv.PolyData
@@ -48,15 +50,17 @@ class Surface:
     others: pv.PolyData | None = None
 
 
-def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> Surface:
+def prepare(
+    mesh: object, near: np.ndarray | None = None, forward: np.ndarray | None = None, untangle: bool = False
+) -> Surface:
     """A clean copy of a surface, on which the algorithms can rely.
 
     Degenerate and duplicate triangles are dropped without tearing the surface, points that are split at seams are
     joined, edges with three triangles or more are cut, one component is chosen, the triangles are oriented alike and
     outward, those that lie turned over are laid flat, and unused points are dropped. Where the surface under the
     landmarks is in pieces or has only one side, small gaps are closed; if that is not enough, pymeshlab (extra
-    `remesh`) reconstructs it. What changes the surface is reported. Places where it runs through itself stay: lips and
-    lids of real faces do.
+    `remesh`) reconstructs it. What changes the surface is reported. Places where it runs through itself are reported,
+    too, and stay, for lips and lids of real faces do; unless they are to be untangled.
 
     Parameters
     ----------
@@ -69,6 +73,8 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
         The direction in which the face looks. The inside of the surface lies behind it. Without it, the
         inside is taken to be where the centroid is, which holds for closed surfaces and for masks that bulge
         outward.
+    untangle : bool
+        Smooth small places where the surface runs through itself, as much as it takes.
 
     Returns
     -------
@@ -104,9 +110,12 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
     moved = source.point_data.pop(MOVED, None)  # of a new object
     whole = _in_one_piece(mended(Patchwork.of(points, faces), moved), near)
     skin, others = _parted(source, whole, near)
-    skin = unfolded(_oriented(skin, forward))
+    skin = _oriented(skin, forward)
+    skin = unfolded(untangled(skin) if untangle else skin)
     for sentence in skin.report:
         warnings.warn(sentence, FaceWrinkleWarning, stacklevel=2)
+    if told := crossing_told(skin.points, skin.triangles):  # as the lips of many sound heads do: no warning
+        skin = skin.told(told)
     return _surface(source, skin, others)
 
 
@@ -196,6 +205,7 @@ def _others(source: pv.PolyData, apart: Patchwork, label: np.ndarray) -> pv.Poly
     rows, first = np.unique(apart.corners[:, 0] // 3, return_index=True)
     kept, renumbered = np.unique(np.asarray(source.regular_faces)[rows], return_inverse=True)
     others = with_data(source, renumbered.reshape(-1, 3), kept)
+    others.point_data[SOURCE] = kept
     if CORNERS in source.cell_data:
         others.cell_data[CORNERS] = np.asarray(source.cell_data[CORNERS])[rows]
     if IMAGE in source.cell_data:

@@ -12,8 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pyvista as pv
+from scipy.sparse import csr_array
 
 from ..errors import MeshError
+from .materials import images_of_materials
 
 __all__ = ["Polygons", "read_obj", "read_off"]
 
@@ -33,6 +35,8 @@ class Polygons:
         The texture coordinates of each corner, face by face; None where those of the points suffice.
     colors : (n, 3) or (n, 4) array or None
         Colours of the points, as the file writes them: OBJ behind the coordinates, PLY as properties.
+    images : tuple of str
+        The image on each face, by the name that its material gives it, "" for none; empty where no face has one.
     """
 
     points: np.ndarray
@@ -40,6 +44,7 @@ class Polygons:
     texture: np.ndarray | None = None
     corners: np.ndarray | None = None
     colors: np.ndarray | None = None
+    images: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -56,8 +61,10 @@ class Primitive:
     colors : (n, 3) uint8 or None
     shapes : (k, n, 3) float64 or None
         Displacements of the morph targets.
-    image : int
-        The number of the image on it in the file, -1 for none.
+    image : str or (m,) array of str
+        What image lies on it, or on each triangle: a file, `a.glb#3` or `a.usdz[b.png]`; "" for none.
+    weights : (n, b) sparse array or None
+        How much each bone of its skin carries of each point; they add up to 1.
     """
 
     name: str
@@ -66,7 +73,8 @@ class Primitive:
     texture: np.ndarray | None = None
     colors: np.ndarray | None = None
     shapes: np.ndarray | None = None
-    image: int = -1
+    image: str | np.ndarray = ""
+    weights: csr_array | None = None
 
 
 def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -146,7 +154,7 @@ def _array(rows: list[list[float]], columns: int) -> np.ndarray:
 
 
 def read_obj(path: Path) -> Polygons:
-    """The polygons of a Wavefront OBJ file; normals, lines, groups and materials are passed over.
+    """The polygons of a Wavefront OBJ file, and the images of their materials; normals, lines, groups are passed over.
 
     Raises
     ------
@@ -158,6 +166,9 @@ def read_obj(path: Path) -> Polygons:
     texture: list[list[float]] = []
     faces: list[list[int]] = []
     corners: list[int] = []  # the texture coordinates of every corner, -1 for none
+    libraries: list[str] = []
+    materials: list[str] = []  # of every face
+    material = ""
     for number, words in _lines(path):
         try:
             match words[0]:
@@ -171,9 +182,16 @@ def read_obj(path: Path) -> Polygons:
                     face, numbers = _obj_face(words[1:], len(points), len(texture))
                     faces.append(face)
                     corners += numbers
+                    materials.append(material)
+                case "usemtl":
+                    material = " ".join(words[1:])
+                case "mtllib":
+                    libraries.append(" ".join(words[1:]))
         except (ValueError, IndexError):
             raise _broken(path, number, words) from None
     check_vertices(path, faces, len(points))
+    known = images_of_materials(path.parent, libraries)
+    images = tuple(known.get(name, "") for name in materials)
     coordinates, of_corners = textured(faces, np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
     return Polygons(
         _array(points, 3),
@@ -181,6 +199,7 @@ def read_obj(path: Path) -> Polygons:
         coordinates,
         of_corners,
         _array(colors, 3) if 0 < len(colors) == len(points) else None,
+        images if any(images) else (),
     )
 
 

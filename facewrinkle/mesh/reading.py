@@ -20,13 +20,14 @@ from ..errors import MeshError
 from .arrays import IMAGE, IMAGES, MOVED, TEXTURE, blended, numbers, to_polydata, with_data
 from .formats import Polygons, Primitive, polygon_triangles, read_obj, read_off
 from .gltf_file import read_gltf_file
+from .materials import beside
 from .ply import read_ply
 from .seams import add_seams, corner_texture
 from .usd_file import read_usd_file
 
 COLORS = "Colors"
 OF_VTK = (".stl", ".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".hdf")
-GLTF = (".glb", ".gltf")
+GLTF = (".glb", ".gltf", ".vrm")
 USD = (".usd", ".usda", ".usdc", ".usdz")
 READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf), USD"
 
@@ -53,6 +54,7 @@ def read_surface(source: object) -> pv.PolyData:
     ------
     MeshError
         If there is no such file, if it cannot be read, or if no single surface is in it.
+
     Examples
     --------
     >>> import pyvista as pv
@@ -85,7 +87,7 @@ def _read_file(path: Path) -> pv.PolyData:
 
 SIGNS: tuple[tuple[bytes, str, tuple[str, ...]], ...] = (
     (b"ply", "PLY", (".ply",)),
-    (b"glTF", "binary glTF", (".glb",)),
+    (b"glTF", "binary glTF", (".glb", ".vrm")),
     (b"solid", "STL", (".stl",)),
     (b"OFF", "OFF", (".off",)),
     (b"# vtk DataFile", "a legacy VTK file", (".vtk",)),
@@ -112,7 +114,7 @@ def _looks_like(path: Path) -> tuple[str, tuple[str, ...]] | None:
 def _read_by_ending(path: Path) -> pv.PolyData:
     match path.suffix.lower():
         case ".obj":
-            return from_polygons(read_obj(path), path.name)
+            return from_polygons(read_obj(path), path.name, path.parent)
         case ".off":
             return from_polygons(read_off(path), path.name)
         case ".ply":
@@ -187,23 +189,32 @@ def _read_with_vtk(path: Path) -> Any:
 
 def from_primitives(primitives: list[Primitive], path: Path) -> pv.PolyData:
     """All meshes of a scene as one surface, without the seams at which their points are split."""
+    return united(primitives, path)[0]
+
+
+def united(primitives: list[Primitive], path: Path) -> tuple[pv.PolyData, np.ndarray, np.ndarray]:
+    """The same, and with it which points (p,) of all primitives it has, and what their shapes (k, p, 3) are."""
     if not primitives:
         raise MeshError(f"{path.name} holds no triangles. Export the face with its geometry, as a mesh.")
     starts = np.cumsum([0, *(len(part.points) for part in primitives)])
     count = max(0 if part.shapes is None else len(part.shapes) for part in primitives)
     shapes = np.zeros((count, starts[-1], 3))
+    borne = np.zeros((starts[-1], 3))
     colors = np.full((starts[-1], 3), 255, np.uint8)
     for part, start, end in zip(primitives, starts[:-1], starts[1:], strict=True):
         if part.shapes is not None:
             shapes[: len(part.shapes), start:end] = part.shapes
+        if part.weights is not None:
+            borne[start:end] = part.weights @ np.cos(np.outer(np.arange(part.weights.shape[1]), [1.0, 1.4, 1.7]))
         if part.colors is not None:
             colors[start:end] = part.colors
     points = np.concatenate([part.points for part in primitives])
     triangles = np.concatenate([part.triangles + start for part, start in zip(primitives, starts[:-1], strict=True)])
-    kept, number = welded(points, shapes, triangles)
+    kept, number = welded(points, np.concatenate([shapes, borne[None]]), triangles)
     mesh = to_polydata(points[kept], number[triangles])
-    if count:
-        mesh.point_data[MOVED] = blended(shapes[:, kept])
+    shapes = shapes[:, kept]
+    if count or borne.any():  # other bones lead elsewhere
+        mesh.point_data[MOVED] = blended(shapes) + borne[kept] * np.ptp(points, axis=0).max()
     if any(part.colors is not None for part in primitives):
         mesh.point_data[COLORS] = colors[kept]
     if any(part.texture is not None for part in primitives):
@@ -212,11 +223,19 @@ def from_primitives(primitives: list[Primitive], path: Path) -> pv.PolyData:
             [none if part.texture is None else part.texture for part, none in zip(primitives, nothing, strict=True)]
         )
         lay_texture(mesh, at_corners)
-    images = [-1 if part.texture is None else part.image for part in primitives]
-    if max(images) >= 0:
-        mesh.cell_data[IMAGE] = np.repeat(images, [len(part.triangles) for part in primitives])
-        mesh.field_data[IMAGES] = [str(path.absolute())]
-    return mesh
+    images = ["" if part.texture is None else part.image for part in primitives]
+    lengths = [len(part.triangles) for part in primitives]
+    _name_images(mesh, np.concatenate([np.broadcast_to(i, m) for i, m in zip(images, lengths, strict=True)]))
+    return mesh, kept, shapes
+
+
+def _name_images(mesh: pv.PolyData, images: np.ndarray) -> None:
+    """Say which image lies on each triangle (m,), "" for none."""
+    known, number = np.unique(images, return_inverse=True)  # which puts "" first
+    bare = int("" in known)
+    if len(known) > bare:
+        mesh.cell_data[IMAGE] = number.ravel() - bare
+        mesh.field_data[IMAGES] = known[bare:].tolist()
 
 
 def lay_texture(mesh: pv.PolyData, at_corners: np.ndarray) -> None:
@@ -266,8 +285,8 @@ def _is_empty(data: Any) -> bool:
     return data is None or (isinstance(data, pv.DataSet) and data.n_points == 0)
 
 
-def from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
-    """The triangles of the polygons of a file, with its name for errors."""
+def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> pv.PolyData:
+    """The triangles of the polygons of a file, with its name for errors, and its folder where the images lie."""
     padded = [number for face in polygons.faces for number in (len(face), *face)]
     mesh = pv.PolyData()
     mesh.points = polygons.points
@@ -280,6 +299,11 @@ def from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
     surface = _from_dataset(mesh, name)
     if polygons.corners is not None:
         add_seams(surface, _at_triangles(polygons.corners, polygons.faces, mesh))
+    if folder is not None and polygons.images and polygons.texture is not None:
+        places = {name: str((beside(folder, name) or folder / name).absolute()) for name in set(polygons.images) - {""}}
+        images = np.array([places.get(name, "") for name in polygons.images])
+        face = np.repeat(np.arange(len(images)), [len(face) for face in polygons.faces])[:, None]
+        _name_images(surface, images[_at_triangles(face, polygons.faces, mesh)[:, 0, 0]])
     return surface
 
 
@@ -319,7 +343,7 @@ def _from_dataset(data: Any, name: str) -> pv.PolyData:
     if not isinstance(data, pv.PolyData):
         data = _faces_of_grid(data.cast_to_unstructured_grid(), name)
     if data.n_points == 0:
-        raise MeshError(f"{name} has no points.")
+        raise MeshError(f"{name} has no points: it is no mesh, or empty. Export it again, or name another file.")
     if not _count_faces(data):
         raise MeshError(
             f"{name} has {data.n_points} points and no faces. A surface is needed: export polygons (not "
@@ -361,9 +385,9 @@ def joined(surfaces: list[pv.PolyData]) -> pv.PolyData:
         rows = [np.zeros((s.n_cells, 3, 2)) if c is None else c for s, c in zip(surfaces, corners, strict=True)]
         lay_texture(mesh, np.concatenate(rows))
     if any(IMAGE in surface.cell_data for surface in surfaces):
-        number = [np.asarray(s.cell_data.get(IMAGE, np.full(s.n_cells, -1))) for s in surfaces]
-        mesh.cell_data[IMAGE] = np.concatenate(number)
-        mesh.field_data[IMAGES] = next(s.field_data[IMAGES] for s in surfaces if IMAGES in s.field_data)
+        names = [np.append(np.asarray(s.field_data.get(IMAGES, []), dtype=str), "") for s in surfaces]
+        numbered = [np.asarray(s.cell_data.get(IMAGE, np.full(s.n_cells, -1))) for s in surfaces]
+        _name_images(mesh, np.concatenate([own[number] for own, number in zip(names, numbered, strict=True)]))
     return mesh
 
 

@@ -46,7 +46,7 @@ def refine(mesh: pv.PolyData, marked: np.ndarray) -> pv.PolyData:
     forest = RedGreenForest(triangles, n_points=source.n_points)
     forest.split(marked)
     points = carried(np.asarray(source.points, dtype=np.float64), forest.corners, forest.barycentric)
-    data = carried_point_data(source, forest.corners, forest.barycentric)
+    data = carried_point_data(dict(source.point_data), forest.corners, forest.barycentric)
     fine = to_polydata(points, forest.triangles, data)
     fine.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
     refine_seams(source, fine, forest)

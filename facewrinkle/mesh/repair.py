@@ -95,8 +95,8 @@ def areas_doubled(points: Array, triangles: Ints) -> Array:
     return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def _slim(points: Array, triangles: Ints) -> NDArray[np.bool_]:
-    """The triangles that have no area."""
+def slim(points: Array, triangles: Ints) -> NDArray[np.bool_]:
+    """The triangles (m,) that have no area."""
     corners = points[triangles]
     longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
     return np.asarray(~(areas_doubled(points, triangles) > SLIVER * longest))
@@ -131,21 +131,21 @@ def without_slivers(mesh: Patchwork) -> Patchwork:
     One without an area may hold its neighbours together. Where two of its corners lie at one place they become one
     point; where a corner lies on the opposite side, the neighbour there is split at it.
     """
-    slim = _slim(mesh.points, mesh.triangles)
-    if not slim.any():
+    flat = slim(mesh.points, mesh.triangles)
+    if not flat.any():
         return mesh
-    count, dropped = len(mesh.triangles), int(slim.sum())
-    mesh = _collapsed(mesh, slim)
+    count, dropped = len(mesh.triangles), int(flat.sum())
+    mesh = _collapsed(mesh, flat)
     mesh = _flipped(mesh)
-    mesh = mesh.only(~_slim(mesh.points, mesh.triangles))
+    mesh = mesh.only(~slim(mesh.points, mesh.triangles))
     if not len(mesh.triangles):
         raise MeshError("all triangles are degenerate: none has an area. Export the mesh again.")
     return mesh.told(f"Dropped degenerate triangles (no area): {dropped} of {count}.")
 
 
-def _collapsed(mesh: Patchwork, slim: NDArray[np.bool_]) -> Patchwork:
+def _collapsed(mesh: Patchwork, flat: NDArray[np.bool_]) -> Patchwork:
     """The corners of triangles without area that lie at one place become one point."""
-    sides = mesh.triangles[slim][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    sides = mesh.triangles[flat][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     length = np.linalg.norm(mesh.points[sides[:, 0]] - mesh.points[sides[:, 1]], axis=1)
     same = length <= ROUNDING * 1e-3 * np.abs(mesh.points[sides]).max(axis=(1, 2))
     return _united(mesh, sides[same])
@@ -167,15 +167,15 @@ def _united(mesh: Patchwork, pairs: Ints) -> Patchwork:
 def _flipped(mesh: Patchwork) -> Patchwork:
     """Triangles whose one corner lies on the opposite side, and their neighbours there, split the other way."""
     for _ in range(4):  # neighbours of slivers may be slivers
-        slim = np.flatnonzero(_slim(mesh.points, mesh.triangles))
-        slim = slim[(mesh.triangles[slim] != np.roll(mesh.triangles[slim], 1, axis=1)).all(axis=1)]
-        if not len(slim):
+        flat = np.flatnonzero(slim(mesh.points, mesh.triangles))
+        flat = flat[(mesh.triangles[flat] != np.roll(mesh.triangles[flat], 1, axis=1)).all(axis=1)]
+        if not len(flat):
             break
         triangles, corners = mesh.triangles.copy(), mesh.corners.copy()
         _, sides = topology.unique_edges(triangles)
         offsets, around = topology.edge_triangles(sides)
         touched: set[int] = set()
-        for t in slim.tolist():
+        for t in flat.tolist():
             ends = mesh.points[triangles[t]]
             k = int(np.argmax(np.linalg.norm(ends - np.roll(ends, -1, axis=0), axis=1)))  # the longest side
             on = [around[offsets[e] : offsets[e + 1]].tolist() for e in sides[t]]
@@ -367,7 +367,7 @@ def unfolded(mesh: Patchwork, rounds: int = 8) -> Patchwork:
         over = turned_over(points, mesh.triangles)
         if not over.any() or not len(moved):
             break
-    if _slim(points, mesh.triangles).any():
+    if slim(points, mesh.triangles).any():
         return mesh
     return replace(mesh, points=points).told(f"Laid triangles flat that were turned over: {count}.")
 

@@ -26,8 +26,8 @@ def add_seams(mesh: pv.PolyData, corners: np.ndarray) -> None:
 
 def refine_seams(source: pv.PolyData, fine: pv.PolyData, forest: RedGreenForest) -> None:
     """Carry the texture coordinates at the corners of a mesh to the same mesh refined."""
-    corners = corner_texture(source)
-    if corners is not None and CORNERS in source.cell_data:
+    if CORNERS in source.cell_data:
+        corners = np.asarray(source.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)
         fine.cell_data[CORNERS] = refined_values(corners, source.regular_faces, forest).reshape(-1, 6)
 
 

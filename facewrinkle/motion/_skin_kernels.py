@@ -208,13 +208,41 @@ def wall(u, shift, vertices, local, axes, half, allowed, weight, grad):
 
 
 @njit(cache=True)
-def keep_off_bone(u, points, foot, normals, below, nearest, slack, indptr, ring):
-    """Move vertices that entered the skull back onto it: not deeper than `slack` (0, or -inf where there is no bone).
+def inertia(u, target, old, mass, drag, h, force, grad):
+    """Inertia and drag of a step of length h from `old` towards `target`, less the work of a force. Adds to grad."""
+    energy = 0.0
+    for i in range(u.shape[0]):
+        m = mass[i] / h**2
+        for k in range(3):
+            ahead, since = u[i, k] - target[i, k], u[i, k] - old[i, k]
+            energy += 0.5 * m * (ahead * ahead + drag * since * since) - force[i, k] * u[i, k]
+            grad[i, k] += m * (ahead + drag * since) - force[i, k]
+    return energy
+
+
+@njit(cache=True)
+def take(q, step, other, curvature, less):
+    """Take as many times `step` from q as it measures along `other`, but `less`; how many were to be taken."""
+    x, y, z = 0.0, 0.0, 0.0
+    for i in range(q.shape[0]):
+        x += q[i, 0] * other[i, 0]
+        y += q[i, 1] * other[i, 1]
+        z += q[i, 2] * other[i, 2]
+    share = (x + y + z) / curvature - less
+    for i in range(q.shape[0]):
+        for k in range(3):
+            q[i, k] -= share * step[i, k]
+    return share
+
+
+@njit(cache=True)
+def keep_off_bone(u, points, vertices, foot, normals, below, nearest, indptr, ring):
+    """Move those of some vertices that entered the skull back onto it.
 
     `nearest` holds the skull vertex under each vertex, `below` that at rest; the walk goes from neighbour to neighbour,
     from whichever of the two is nearer, and updates `nearest`.
     """
-    for i in range(u.shape[0]):
+    for i in vertices:
         x, y, z = points[i, 0] + u[i, 0], points[i, 1] + u[i, 1], points[i, 2] + u[i, 2]
         best, own = nearest[i], below[i]
         d = (x - foot[best, 0]) ** 2 + (y - foot[best, 1]) ** 2 + (z - foot[best, 2]) ** 2
@@ -233,10 +261,10 @@ def keep_off_bone(u, points, foot, normals, below, nearest, slack, indptr, ring)
         nearest[i] = best
         n = normals[best]
         depth = (x - foot[best, 0]) * n[0] + (y - foot[best, 1]) * n[1] + (z - foot[best, 2]) * n[2]
-        if depth < slack[i]:
-            u[i, 0] += (slack[i] - depth) * n[0]
-            u[i, 1] += (slack[i] - depth) * n[1]
-            u[i, 2] += (slack[i] - depth) * n[2]
+        if depth < 0.0:
+            u[i, 0] -= depth * n[0]
+            u[i, 1] -= depth * n[1]
+            u[i, 2] -= depth * n[2]
 
 
 @njit(cache=True)

@@ -55,7 +55,30 @@ ARKIT: Mapping[str, str] = MappingProxyType(
 )
 """Action unit by shape, without its side where that does not matter."""
 
-_SIDE = re.compile(r"(.+?)_?(L|R|Left|Right)")
+OTHERS: Mapping[str, str] = MappingProxyType(
+    {
+        "eyesClosed": "eyeBlink",
+        "eyesLookUp": "eyeLookUp",
+        "eyesLookDown": "eyeLookDown",
+        "mouthOpen": "jawOpen",
+        "blink": "eyeBlink",
+        "browRaiseInner": "browInnerUp",
+        "browRaiseOuter": "browOuterUp",
+        "browDrop": "browDown",
+    }
+)
+"""What avatars call the same beside ARKit's names (Ready Player Me, VRM, Character Creator)."""
+
+_PREFIX = re.compile(r".*[.:|]|^[A-Za-z]\d+_")
+_SIDE = re.compile(r"(.+?)(l|r|left|right)")
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]", "", name).lower()
+
+
+_KNOWN = {_plain(name): name for name in ARKIT} | {_plain(other): name for other, name in OTHERS.items()}
+_STEMS = {_plain(name.removesuffix("_l").removesuffix("_r")): name for name in ARKIT} | _KNOWN
 
 
 LOOKS: Mapping[str, str] = MappingProxyType(
@@ -77,10 +100,17 @@ def looks_of(shapes: Iterable[str]) -> dict[str, tuple[str, str]]:
 
 
 def _sided(shape: str) -> tuple[str, str | None]:
-    """A shape's name without its side, and the side."""
-    if shape in ARKIT or not (match := _SIDE.fullmatch(shape)):
-        return shape, None
-    return match[1], match[2][0].lower()
+    """The name that ARKit gives a shape, without its side, and the side: as it is where ARKit has none.
+
+    Writers change case and underscores, and put names of meshes and numbers before it: ``head.eyeBlink_L``,
+    ``A14_Eye_Blink_Left``.
+    """
+    for plain in (_plain(shape), _plain(_PREFIX.sub("", shape))):
+        if plain in _KNOWN:
+            return _KNOWN[plain], None
+        if (match := _SIDE.fullmatch(plain)) and match[1] in _STEMS:
+            return _STEMS[match[1]].removesuffix("_l").removesuffix("_r"), match[2][0]
+    return shape, None
 
 
 def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None) -> dict[str, float]:
@@ -89,7 +119,7 @@ def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None
     Parameters
     ----------
     weights : mapping of str to float
-        Shapes such as "mouthSmile_L", "mouthSmileLeft" or "jawOpen"; others are passed over.
+        Shapes such as "mouthSmile_L", "mouthSmileLeft", "A38_Mouth_Smile_Left" or "jawOpen"; others are passed over.
     side : {"l", "r"}, optional
         Only shapes of this side of the face, and those without a side.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,11 @@ from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_pol
 from ..mesh.arrays import MOVED, blended, with_data
 from ..mesh.checks import PART
 from ..mesh.reading import GLTF, check_file, joined
-from .gltf import NAME, read_gltf
+from .gltf import read_gltf
 from .recorded import Recorded
 from .usd import read_usd
 
-__all__ = ["NAME", "read_animation"]
+__all__ = ["read_animation"]
 
 SERIES = (".vtkhdf", ".hdf")
 USD = (".usd", ".usda", ".usdc", ".usdz")
@@ -32,26 +33,30 @@ def read_animation(
 ) -> tuple[pv.PolyData, Recorded]:
     """The mesh of an animated file at rest, and the recording that moves it.
 
-    From glTF come morph targets (named as in the file) with their weights over time, and the motion of the node. Points
-    that the file splits at seams of texture or shading, and that move alike, are one point here; the cell data "Texture
-    Corners" then holds the texture coordinates of all corners. Other meshes of the file (eyes, teeth, hair) come after
-    the one that is recorded, as they are at rest: :func:`facewrinkle.fit_face` sets them apart, and they go with the
-    face.
+    From glTF come morph targets (named as in the file) with their weights over time, the motion of the node, and bones
+    (linear blend skinning). Points that the file splits at seams of texture or shading, and that move alike, are one
+    point here; the cell data "Texture Corners" then holds the texture coordinates of all corners.
 
-    From USD come the time samples of the points and of the place of a mesh. From VTKHDF come the positions of all
+    From USD come the time samples of the points and of the place of a mesh, and bones and blend shapes (UsdSkel); it is
+    at rest at its first time. From VTKHDF come the positions of all
     points over time; the first are those at rest. Frames of a simulation of our own may be refined in it: the motion is
     that of the base mesh, without the wrinkles that lie on it.
+
+    Other meshes of the file (eyes, teeth, lashes, hair) come after the one that is recorded, as they are at rest:
+    :func:`facewrinkle.fit_face` sets them apart. Those that the file moves on the head play that motion; shapes that
+    nothing moves follow those of the same names on the face; all else is carried along.
 
     Parameters
     ----------
     path : path
-        .glb or .gltf, with morph targets or with a node that moves; .usd, .usda, .usdc or .usdz, with time samples;
-        .vtkhdf, a time series of one mesh.
+        .glb or .gltf, with morph targets, bones or a node that moves; .usd, .usda, .usdc or .usdz, with
+        time samples or UsdSkel; .vtkhdf, a time series of one mesh.
     mesh : str, optional
         Name of a mesh or node of a glTF file, name or path of one of a USD file. Default: the one that
         moves; of several, the one with the most points.
     animation : str, optional
-        Name of an animation of a glTF file. Default: the first that moves the mesh.
+        Name of an animation of a glTF file, which is played alone. Default: the first that moves the mesh, and with it
+        those that move other things, as exporters write one for each object.
 
     Returns
     -------
@@ -62,17 +67,17 @@ def read_animation(
     Raises
     ------
     MeshError
-        If the file cannot be read, or nothing in it moves; for glTF that is compressed (Draco, meshopt) or moved by
-        bones alone; for USD that is moved by bones or blend shapes; for a series whose triangles change.
+        If the file cannot be read, or nothing in it moves; for glTF that is compressed (Draco, meshopt); for a series
+        whose triangles change.
     UnknownNameError
         For a mesh or animation that is not there.
     MissingPackageError
-        For glTF without pygltflib, and USD without usd-core (extra `export`).
+        For USD without usd-core (extra `export`).
 
     Warns
     -----
     FaceWrinkleWarning
-        If there are several meshes that move, or bones, which are passed over.
+        If there are several meshes that move.
 
     Examples
     --------
@@ -109,9 +114,9 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
         if len(times) < 2:
             raise MeshError(f"{path.name} holds one moment, and no animation. read_surface and fit_face read meshes.")
         frames = [_moment(reader, step) for step in range(len(times))]
-    others = None
+    others, beside = None, np.zeros(0)
     if _is_ours(frames[0]):
-        others, frames = _apart(frames)
+        others, beside, frames = _apart(frames)
         rest, positions = _bare(frames, path.name)
     else:
         positions = [np.asarray(frame.points) for frame in frames]
@@ -124,7 +129,10 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
     rest.point_data[MOVED] = blended(np.array(positions) - rest.points)
     written = [float(str(np.float32(time))) for time in times]  # VTK keeps single precision: 0.1 is meant to be 0.1
     recorded = Recorded.of_positions(positions, times=written, rest=rest.points)
-    return rest if others is None else joined([rest, others]), recorded
+    if others is None:
+        return rest, recorded
+    own = Recorded.of_positions(beside, times=written, rest=others.points)
+    return joined([rest, others]), replace(recorded, beside={rest.n_points: own})
 
 
 def _is_ours(frame: pv.PolyData) -> bool:
@@ -132,10 +140,10 @@ def _is_ours(frame: pv.PolyData) -> bool:
     return {"W", "level", "rest"} <= set(frame.point_data) and UNIT in frame.field_data
 
 
-def _apart(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, list[pv.PolyData]]:
-    """What was written beside the skin, as it is at rest, if there is anything, and the frames without it."""
+def _apart(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, np.ndarray, list[pv.PolyData]]:
+    """What was written beside the skin, as it is at rest, its positions (f, k, 3), and the frames without it."""
     if PART not in frames[0].point_data:
-        return None, frames
+        return None, np.zeros(0), frames
     skins = []
     for frame in frames:
         kept = np.flatnonzero(frame[PART] == 0)  # which come first
@@ -145,7 +153,7 @@ def _apart(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, list[pv.PolyD
     count = skins[0].n_points
     others = with_data(frames[0], first[first[:, 0] >= count] - count, np.arange(count, frames[0].n_points))
     others.points = np.asarray(others["rest"])
-    return others, skins
+    return others, np.array([np.asarray(frame.points)[frame[PART] != 0] for frame in frames]), skins
 
 
 def _bare(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData, list[np.ndarray]]:

@@ -30,7 +30,8 @@ class Motion(Protocol):
 
     A motion that also moves the head as a whole may tell so: its `pose` is a matrix (4, 4) in the unit of the face's
     mesh, or None. What is drawn beside the skin goes with it. One that no muscles drive may tell where the eyes look:
-    its `gazes` are unit vectors (3,) by side ("l", "r"), of the head at rest.
+    its `gazes` are unit vectors (3,) by side ("l", "r"), of the head at rest; and where parts beside the skin are: its
+    `parts` are points (k, 3) by name in the unit of the mesh, NaN for those that are carried along.
     """
 
     @property

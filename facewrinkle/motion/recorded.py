@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal, Self
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,82 +13,18 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
-from ..anatomy.muscles import EyeMuscle
-from ..anatomy.parts import STILL
-from ..errors import LARGEST, FaceWrinkleWarning, ParameterError, check_range, unknown_name
-from ..geometry.rigid import Rigid
-from .action_units import looks_of, units_of
-from .base import Undriven
+from ..errors import FaceWrinkleWarning, ParameterError, check_range
+from .action_units import units_of
+from .bones import Bones
+from .track import Track, finite
+
+if TYPE_CHECKING:
+    from .playback import Playback
 
 Array = npt.NDArray[np.float64]
-Interpolation = Literal["linear", "step", "cubic"]
-INTERPOLATIONS = ("linear", "step", "cubic")
 
 OFF_REST = 1e-4
 """Recording and face have to agree at rest to this share of their size."""
-
-
-@dataclass(frozen=True, eq=False)
-class Track:
-    """Values at some times, and between them.
-
-    Attributes
-    ----------
-    times : ndarray, shape (f,)
-        Increasing, s.
-    values : ndarray, shape (f, ...)
-    interpolation : {"linear", "step", "cubic"}
-        "step" holds each value until the next; "cubic" is the Hermite spline of `slopes`.
-    slopes : ndarray, shape (2, f, ...), optional
-        Derivatives before and after each time.
-
-    Examples
-    --------
-    >>> Track(np.array([0.0, 2.0]), np.array([[1.0], [5.0]])).at(0.5)
-    array([2.])
-    """
-
-    times: Array
-    values: Array
-    interpolation: Interpolation = "linear"
-    slopes: Array | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("times", "values") + (("slopes",) if self.slopes is not None else ()):
-            object.__setattr__(self, name, _finite(name, getattr(self, name)))
-        if self.interpolation not in INTERPOLATIONS:
-            raise unknown_name("interpolation", self.interpolation, INTERPOLATIONS)
-        if self.times.ndim != 1 or not len(self.times) or not (np.diff(self.times) > 0.0).all():
-            raise ParameterError(f"times must be a list of increasing seconds, received {self.times[:8]}.")
-        if self.values.ndim < 1 or len(self.values) != len(self.times):
-            raise ParameterError(
-                f"there must be as many values as times, received {len(self.times)} times and values of the shape "
-                f"{self.values.shape}."
-            )
-        if self.interpolation == "cubic" and (self.slopes is None or self.slopes.shape != (2, *self.values.shape)):
-            raise ParameterError("cubic interpolation needs the slopes before and after each time, as (2, f, ...).")
-
-    def at(self, time: float) -> Array:
-        """The value at a time; before the first and after the last time it is theirs."""
-        i, share, length = self.place(time)
-        a = self.values[i]
-        if share == 0.0 or self.interpolation == "step":
-            return a
-        b = self.values[i + 1]
-        if self.interpolation == "linear" or self.slopes is None:
-            return np.asarray(a + share * (b - a))
-        s, s2, s3 = share, share**2, share**3
-        out, into = length * self.slopes[1, i], length * self.slopes[0, i + 1]
-        return np.asarray(a + (3 * s2 - 2 * s3) * (b - a) + (s3 - 2 * s2 + s) * out + (s3 - s2) * into)
-
-    def place(self, time: float) -> tuple[int, float, float]:
-        """The interval that a time lies in, how far in it as a share of its length, and that length."""
-        times = self.times
-        if time >= times[-1]:
-            return len(times) - 1, 0.0, 1.0
-        i = max(int(np.searchsorted(times, time, side="right")) - 1, 0)
-        length = float(times[i + 1] - times[i])
-        return i, max((time - float(times[i])) / length, 0.0), length
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +46,11 @@ class Recorded:
         The mesh at rest.
     pose : callable, optional
         Matrix (4, 4) at a time that moves the whole mesh, as (x, y, z, 1).
+    bones : Bones, optional
+        What carries the points, after the shapes and in place of a pose.
+    beside : mapping of int to Recorded
+        Recordings of the meshes beside (eyes, teeth, lashes), of the same time, each by the number that its first point
+        has in the mesh of :func:`facewrinkle.read_animation`.
     speed : float
         Seconds of the recording in one second.
     loop : bool
@@ -123,7 +64,7 @@ class Recorded:
     >>> recorded = Recorded.of_shapes([lifted], [[0.0], [1.0]], times=[0.0, 0.5], names=["puff"])
     >>> recorded.duration, recorded.weights(0.25)
     (0.5, {'puff': 0.5})
-    >>> frame = fw.Simulation(face, motion=recorded, time_step=0.25).step()
+    >>> frame = fw.Simulation(face, layers=[], motion=recorded, time_step=0.25).step()
     >>> bool(np.allclose(frame.points[: len(face.points)] - face.points, face.tissue.normals))
     True
     """
@@ -133,6 +74,8 @@ class Recorded:
     deltas: Array | None = None
     rest: Array | None = None
     pose: Callable[[float], Array] | None = None
+    bones: Bones | None = None
+    beside: Mapping[int, Recorded] = field(default_factory=dict)
     speed: float = 1.0
     loop: bool = False
 
@@ -166,13 +109,13 @@ class Recorded:
         pose : callable, optional
             See :class:`Recorded`.
         """
-        moved = _finite("deltas", deltas)
+        moved = finite("deltas", deltas)
         if moved.ndim != 3 or moved.shape[2] != 3 or not moved.size:
             raise ParameterError(
                 f"deltas must have the shape (shapes, points, 3), received {moved.shape}. One shape is deltas[None]."
             )
         track = (
-            weights if isinstance(weights, Track) else Track(_times(weights, times, fps), _finite("weights", weights))
+            weights if isinstance(weights, Track) else Track(_times(weights, times, fps), finite("weights", weights))
         )
         labels = tuple(f"shape_{i}" for i in range(len(moved))) if names is None else tuple(map(str, names))
         if track.values.shape[1:] != (len(moved),):
@@ -204,7 +147,7 @@ class Recorded:
         times, fps, rest
             See :meth:`of_shapes`.
         """
-        where = _finite("positions", positions)
+        where = finite("positions", positions)
         if where.ndim != 3 or where.shape[2] != 3 or not where.size:
             raise ParameterError(f"positions must have the shape (frames, points, 3), received {where.shape}.")
         return cls(Track(_times(where, times, fps), where), rest=_rest(rest, where.shape[1]))
@@ -287,16 +230,21 @@ class Recorded:
 
     def positions(self, time: float, rest: Array, which: npt.NDArray[np.int64] | slice = slice(None)) -> Array:
         """Positions (n, 3) of the vertices `which` whose rest is `rest` (n, 3)."""
-        recorded = self.recorded_time(time)
-        values = self.track.at(recorded)
+        return self.positions_then(self.recorded_time(time), rest, which)
+
+    def positions_then(self, time: float, rest: Array, which: npt.NDArray[np.int64] | slice = slice(None)) -> Array:
+        """The same for a time of the recording itself."""
+        values = self.track.at(time)
         if self.deltas is None:
             moved = values[which]
         else:
             moved = rest.copy()
             for k in np.flatnonzero(values):
                 moved += values[k] * self.deltas[k][which]
+        if self.bones is not None:
+            return self.bones.carried(moved, time, which)
         if self.pose is not None:
-            matrix = self.pose(recorded)
+            matrix = self.pose(time)
             if not np.array_equal(matrix, np.eye(4)):
                 moved = moved @ matrix[:3, :3].T + matrix[:3, 3]
         return moved
@@ -311,6 +259,8 @@ class Recorded:
         ParameterError
             If it was recorded on another mesh.
         """
+        from .playback import Playback  # which knows recordings
+
         return Playback(self, face, time_step)
 
     def points_of(self, face: Face) -> npt.NDArray[np.int64]:
@@ -325,11 +275,11 @@ class Recorded:
             if self.rest is None:
                 if face.source_points is not None or n == len(points):
                     return numbers
-            elif _near(self.rest[numbers], points):
+            elif near(self.rest[numbers], points):
                 return numbers
         if self.rest is not None:
             nearest = cKDTree(self.rest).query(points)[1]
-            if _near(self.rest[nearest], points):
+            if near(self.rest[nearest], points):
                 return np.asarray(nearest)
         raise ParameterError(
             f"the recording has {n} points and was not made on this face, which has {len(points)}: at rest they must "
@@ -337,83 +287,13 @@ class Recorded:
         )
 
 
-class Playback(Undriven):
-    """The motion that plays a recording on a face.
-
-    Parameters
-    ----------
-    recorded : Recorded
-    face : Face
-    time_step : float
-        Seconds per step.
-    """
-
-    def __init__(self, recorded: Recorded, face: Face, time_step: float = 0.02) -> None:
-        self.recorded = recorded
-        self.time_step = check_range("time_step", time_step, 1e-9, 1e9)
-        self._which = recorded.points_of(face)
-        baked = recorded.deltas is None and face.landmarks
-        self._head, self._near = Rigid(face.points) if baked else None, STILL * face.frame.pupil_distance
-        self._rest, self._unit = face.points, face.unit
-        muscles = {(m.side, m.turn): name for name, m in face.muscles.items() if isinstance(m, EyeMuscle)}
-        looks = looks_of(recorded.names).items()
-        self._looks = {shape: muscles[look] for shape, look in looks if look in muscles}
-        self._face = face
-        self.points = self._rest * self._unit
-        self.reset()
-
-    def reset(self) -> None:
-        """See :class:`facewrinkle.Motion`."""
-        self._steps = 0
-
-    def step(self) -> Array:
-        """See :class:`facewrinkle.Motion`; the first step leads to the time of one time step."""
-        self._steps += 1
-        return self.recorded.positions(self._steps * self.time_step, self._rest, self._which) * self._unit
-
-    @property
-    def gazes(self) -> Mapping[str, Array]:
-        """The unit directions (3,) in which the eyes of the head at rest look, by side, where shapes turn them."""
-        if not self._looks:
-            return {}
-        weights = self.recorded.weights(self._steps * self.time_step)
-        rates = {muscle: min(max(weights[shape], 0.0), 1.0) for shape, muscle in self._looks.items()}
-        return self._face.gazes(rates)
-
-    @property
-    def pose(self) -> Array | None:
-        """How the head as a whole has moved since rest: a matrix (4, 4) in the unit of the mesh, or None.
-
-        As it was recorded, and as most positions tell where these were recorded.
-        """
-        recorded, time = self.recorded, self._steps * self.time_step
-        pose = None if recorded.pose is None else recorded.pose(recorded.recorded_time(time))
-        if self._head is None:
-            return pose
-        own = replace(recorded, pose=None).positions(time, self._rest, self._which)
-        baked = self._head.pose(own, self._near)
-        return baked if pose is None else pose @ baked
+def near(ours: Array, theirs: Array) -> bool:
+    """Whether points (n, 3) are those of a recording at rest."""
+    return bool(np.abs(ours - theirs).max() <= OFF_REST * np.ptp(theirs, axis=0).max())
 
 
 def _number(unit: str) -> tuple[int, str]:
     return int(unit.removeprefix("AU")), unit
-
-
-def _near(ours: Array, theirs: Array) -> bool:
-    return bool(np.abs(ours - theirs).max() <= OFF_REST * np.ptp(theirs, axis=0).max())
-
-
-def _finite(name: str, values: object) -> Array:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ParameterError(
-            f"{name} must be numbers in rows of one length, received {type(values).__name__}."
-        ) from None
-    if not (np.abs(array) < LARGEST).all():
-        broken = np.argwhere(~(np.abs(array) < LARGEST))[0].tolist()
-        raise ParameterError(f"{name} must be finite; entry {broken} is {array[tuple(broken)]}. Record it again.")
-    return array
 
 
 def _times(values: Any, times: npt.ArrayLike | None, fps: float | None) -> Array:
@@ -421,14 +301,14 @@ def _times(values: Any, times: npt.ArrayLike | None, fps: float | None) -> Array
     if (times is None) == (fps is None):
         raise ParameterError("give either times (seconds of each frame) or fps (frames in a second).")
     if times is not None:
-        return _finite("times", times)
+        return finite("times", times)
     return np.arange(len(values)) / check_range("fps", fps or 0.0, 1e-6, 1e6)
 
 
 def _rest(rest: npt.ArrayLike | None, n: int) -> Array | None:
     if rest is None:
         return None
-    points = _finite("rest", rest)
+    points = finite("rest", rest)
     if points.shape != (n, 3):
         raise ParameterError(f"rest must hold the {n} points of the recording, received the shape {points.shape}.")
     return points

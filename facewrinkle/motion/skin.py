@@ -57,6 +57,12 @@ class SkinMaterial:
         Of the ties of the lids' plates, relative to the forehead's.
     lip_firmness : float
         How much stiffer the ties of the lips are along the surface: they are flesh, and do not glide as skin on bone.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> soft = fw.SkinMaterial(decay=20.0, damping=0.3)  # felt further away, and it swings
+    >>> sim = fw.Simulation(fw.default_face(), material=soft)
     """
 
     decay: float = 14.0
@@ -121,13 +127,11 @@ class Skin:
         self.points = face.points * face.unit
         self._build_membrane(face)
         self._build_ties(face)
-        self._build_muscles(face)
         self._build_contacts(face)
         stiffness = self._stiffness_matrices()
         resistance = np.mean([matrix.diagonal() for matrix in stiffness], axis=0)
         self.contacts = Contacts(face, resistance, self._area)
-        self._close_lips(face)
-        self._stopped = np.flatnonzero(self._slack == 0.0)
+        self._pull = csr_array(self._forces(face).reshape(len(self.names), -1).T)
         self._bone_weight = STIFFNESS * resistance[self._stopped]
         self._factor(stiffness)
         self.reset()
@@ -137,7 +141,6 @@ class Skin:
     def _build_membrane(self, face: Face) -> None:
         points, self._triangles = self.points, face.triangles
         edges, sides = unique_edges(self._triangles)
-        self._edges = np.ascontiguousarray(edges, dtype=np.int32)
         self._rest = np.ascontiguousarray(points[edges[:, 1]] - points[edges[:, 0]])
         self._length = np.linalg.norm(self._rest, axis=1)
         a, b, c = (points[self._triangles[:, k]] for k in range(3))
@@ -156,6 +159,10 @@ class Skin:
             stiffness[guide.vertices] = np.minimum(stiffness[guide.vertices], thin)
         bending = laplacian.T @ diags_array(stiffness / self._area) @ laplacian
         self._bending = csr_array(0.5 * (bending + bending.T))
+        # Unsigned, for the loops: no number counts from the end.
+        self._edges, self._corners, self._bent = (
+            i.astype(np.uint32) for i in (edges, self._triangles, self._bending.indices)
+        )
 
     def _build_ties(self, face: Face) -> None:
         m = self.material
@@ -185,39 +192,36 @@ class Skin:
         faces = np.flatnonzero(mean)
         return faces, mean[faces]
 
-    def _build_muscles(self, face: Face) -> None:
+    def _forces(self, face: Face) -> Array:
         """Force (k, n, 3) of each muscle at full contraction."""
         m, n = self.material, self._normals
-        self._pull = np.zeros((len(self.names), len(self.points), 3))
+        pull = np.zeros((len(self.names), len(self.points), 3))
         for k, muscle in enumerate(face.muscles.values()):
             force = muscle.force(face.points) * (muscle.strength * m.pull / m.decay**2)
             out = (force * n).sum(axis=1, keepdims=True)
             force -= (1.0 - muscle.normal_share) * out * n
             swell = muscle.swell * muscle.strength * m.pull / m.decay**2
             force += (swell * muscle.bunched(face.points))[:, None] * n
-            self._pull[k] = force * self._area[:, None]
+            pull[k] = force * self._area[:, None]
         for name, (guide, share) in self._guides.items():
-            self._pull[self.names.index(name)][guide.vertices] *= (1.0 - share)[:, None]
-
-    def _close_lips(self, face: Face) -> None:
-        m = self.material
+            pull[self.names.index(name)][guide.vertices] *= (1.0 - share)[:, None]
         closing = np.array([muscle.closing * muscle.strength for muscle in face.muscles.values()])
         some = np.flatnonzero(closing)
-        self._pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * self.contacts.closing()
+        pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * self.contacts.closing()
+        return pull
 
     def _build_contacts(self, face: Face) -> None:
         self._foot = np.ascontiguousarray(face.tissue.foot * face.unit)
         self._bone_normals = vertex_normals(self._foot, self._triangles)
         self._foot[~face.tissue.solid] = FAR
         self._ring = vertex_rings(self._triangles, len(self.points))
-        self._nearest = np.arange(len(self.points))
-        self._slack = np.full(len(self.points), -np.inf)
-        self._bone = np.arange(len(self.points))
+        self._stopped = self._bone = np.arange(len(self.points))
+        self._nearest = self._bone.copy()
         self._stop_at_bone(np.zeros_like(self.points))
         # Only skin that the bone lies straight below is stopped by it.
         below = (self.points - self._foot[self._nearest]) * self._bone_normals[self._nearest]
         depth = face.tissue.depth * face.unit
-        self._slack[(below.sum(axis=1) > 0.25 * depth) & (np.abs(below).sum(axis=1) < 2.0 * depth)] = 0.0
+        self._stopped = np.flatnonzero((below.sum(axis=1) > 0.25 * depth) & (np.abs(below).sum(axis=1) < 2.0 * depth))
         self._bone = self._nearest.copy()
 
     def _stiffness_matrices(self) -> list[csr_array]:
@@ -230,13 +234,16 @@ class Skin:
             # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the normals.
             weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * self.material.stiffening)
             tie = self._along + (self._across - self._along) * ties[:, k] * ties.sum(axis=1)
-            matrices.append(self._bending + graph_laplacian(self._edges, weight, len(tie)) + diags_array(tie))
+            matrices.append(
+                self._bending + graph_laplacian(self._edges.astype(np.int32), weight, len(tie)) + diags_array(tie)
+            )
         return matrices
 
     def _factor(self, stiffness: list[csr_array]) -> None:
         m, h = self.material, self.time_step
         self._mass = self._area / (m.decay * m.rate) ** 2
-        inertia = diags_array(self._mass * (1.0 + 2.0 * m.damping * m.rate * h) / h**2)
+        self._drag = 2.0 * m.damping * m.rate * h
+        inertia = diags_array(self._mass * (1.0 + self._drag) / h**2)
         self._solver = _Factors([matrix + inertia for matrix in stiffness], self.points)
 
     # --- use ----------------------------------------------------------------------------------
@@ -285,8 +292,7 @@ class Skin:
         if np.array_equal(rates, self.rates):
             return
         self.rates = rates.copy()
-        active = np.flatnonzero(rates)
-        self._force = np.tensordot(rates[active], self._pull[active], axes=1)
+        self._force = (self._pull @ rates).reshape(-1, 3)
         self._shift, self._upright = np.zeros_like(self.points), self._facing.copy()
         for name, (guide, share) in self._guides.items():
             rate = rates[self.names.index(name)]
@@ -310,8 +316,8 @@ class Skin:
         return self.points + u
 
     def _stop_at_bone(self, u: Array) -> None:
-        bone = self._foot, self._bone_normals, self._bone, self._nearest, self._slack
-        kernels.keep_off_bone(u, self.points, *bone, *self._ring)
+        bone = self._foot, self._bone_normals, self._bone, self._nearest
+        kernels.keep_off_bone(u, self.points, self._stopped, *bone, *self._ring)
 
     def energy(self) -> float:
         """Kinetic plus potential energy; without the work of the muscles, in units of the membrane stiffness times
@@ -330,11 +336,11 @@ class Skin:
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
         energy += kernels.guard(
-            u, self._triangles, self.points, self._upright, self._double_area, m.smallest_area, GUARD, gradient
+            u, self._corners, self.points, self._upright, self._double_area, m.smallest_area, GUARD, gradient
         )
         b = self._bending
         energy += kernels.ties(
-            u, self._shift, self._normals, self._along, self._across, b.indptr, b.indices, b.data, gradient
+            u, self._shift, self._normals, self._along, self._across, b.indptr, self._bent, b.data, gradient
         )
         energy += kernels.bone(
             u, self.points, self._stopped, self._foot, self._bone_normals, self._nearest, OFF_BONE, self._bone_weight,
@@ -344,14 +350,8 @@ class Skin:
 
     def _objective(self, u: Array, target: Array, old: Array, gradient: Array) -> float:
         """What implicit Euler minimises: inertia, drag, potential, and the work of the muscles."""
-        h, m = self.time_step, self.material
         value = self._potential(u, gradient)
-        mass = self._mass[:, None]
-        drag = 2.0 * m.damping * m.rate * h
-        ahead, since = u - target, u - old
-        gradient += mass / h**2 * (ahead + drag * since) - self._force
-        inertia = 0.5 / h**2 * float((mass * (ahead * ahead + drag * since * since)).sum())
-        return value + inertia - float((self._force * u).sum())
+        return value + kernels.inertia(u, target, old, self._mass, self._drag, self.time_step, self._force, gradient)
 
     def _minimised(self, target: Array, old: Array) -> Array:
         """L-BFGS with the prefactored matrix as the first guess of the curvature, and a backtracking line search."""
@@ -361,11 +361,11 @@ class Skin:
         enough = ENOUGH * self._residual(gradient)
         for _ in range(self.iterations):
             direction = -self._inverse_curvature(gradient)
-            slope = float((direction * gradient).sum())
+            slope = _inner(direction, gradient)
             if slope >= 0.0:
                 self._memory.clear()
                 direction = -self._solver.solved(gradient)
-                slope = float((direction * gradient).sum())
+                slope = _inner(direction, gradient)
             if -slope < TOLERANCE * self._area.sum():
                 break
             length = 1.0
@@ -386,28 +386,33 @@ class Skin:
         return u
 
     def _residual(self, gradient: Array) -> float:
-        return float(((gradient * gradient).sum(axis=1) / self._area).sum())
+        return float(np.einsum("nk,nk,n->", gradient, gradient, 1.0 / self._area))
 
     def _inverse_curvature(self, gradient: Array) -> Array:
         """The two loops of L-BFGS over the remembered steps."""
-        q, shares = gradient.copy(), []
+        q, taken = gradient.copy(), []
         for step, change, curvature in reversed(self._memory):
-            share = float((step * q).sum()) / curvature
-            q -= share * change
-            shares.append(share)
+            taken.append(kernels.take(q, change, step, curvature, 0.0))
         q = self._solver.solved(q)
-        for (step, change, curvature), share in zip(self._memory, reversed(shares), strict=True):
-            q += (share - float((change * q).sum()) / curvature) * step
+        for (step, change, curvature), share in zip(self._memory, reversed(taken), strict=True):
+            kernels.take(q, step, change, curvature, share)
         return q
 
     def _remember(self, step: Array, change: Array) -> None:
-        curvature = float((step * change).sum())
-        if curvature > 1e-12 * float((step * step).sum()):
+        curvature = _inner(step, change)
+        if curvature > 1e-12 * _inner(step, step):
             self._memory = [*self._memory[-(MEMORY - 1) :], (step, change, curvature)]
 
 
+def _inner(left: Array, right: Array) -> float:
+    return float(np.vdot(left, right))
+
+
 class _Factors:
-    """Factors L D L^T of symmetric matrices of one pattern, one per coordinate, kept side by side."""
+    """Factors L D L^T of symmetric matrices of one pattern, one per coordinate, kept side by side.
+
+    Kept in single precision: they only guess which way to go, and how fast they are read is how fast they are solved.
+    """
 
     def __init__(self, matrices: list[csr_array], points: Array) -> None:
         n = len(points)
@@ -426,8 +431,8 @@ class _Factors:
         lower = factor.L.tocsc()
         lower.sort_indices()
         if k == 0:
-            self._pattern = lower.indptr, lower.indices
-            self._lower = np.empty((lower.nnz, 3))
+            self._pattern = lower.indptr, lower.indices.astype(np.uint32)
+            self._lower = np.empty((lower.nnz, 3), np.float32)
             self._order = np.empty_like(factor.perm_r), np.empty_like(factor.perm_c)
             self._order[0][order], self._order[1][order] = factor.perm_r, factor.perm_c
         self._lower[:, k] = lower.data

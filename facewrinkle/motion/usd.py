@@ -1,4 +1,4 @@
-"""USD stages with an animation: the mesh at rest, and how its points and its place move with the time samples.
+"""USD stages with an animation: the meshes at rest, and how their points, places, bones and blend shapes move them.
 
 The stage is usd-core's business (extra `export`); here its numbers become arrays.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,47 +15,68 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import FaceWrinkleWarning, MeshError, MissingPackageError, unknown_name
-from ..mesh.arrays import MOVED, blended
-from ..mesh.formats import Polygons, check_vertices, textured
-from ..mesh.reading import from_polygons, from_primitives, joined
-from ..mesh.usd_file import opened, read_usd_file
-from .recorded import Recorded, Track
+from ..errors import FaceWrinkleWarning, MeshError, unknown_name
+from ..mesh.formats import Primitive
+from ..mesh.reading import joined, united
+from ..mesh.usd_file import opened, primitive_of, shown
+from .recorded import Recorded
+from .track import Track
 
 __all__ = ["read_usd"]
 
 Array = npt.NDArray[np.float64]
 
-TEXTURES = ("st", "UVMap", "st0", "uv")
+MOMENTS = 16
+"""About as many tell which borders stay together as the mesh moves."""
 
 
 def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded]:
-    """The mesh of a USD stage at rest, and the recording that moves it; see :func:`facewrinkle.read_animation`."""
-    try:
-        from pxr import Usd, UsdGeom
-    except ImportError:
-        raise MissingPackageError(
-            "animations of USD files need the package usd-core, which is not installed. pip install "
-            "'facewrinkle[export]'"
-        ) from None
-    stage = opened(path)
-    found = [_Mesh(prim, path.name, Usd, UsdGeom) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
-    chosen = _chosen(found, mesh, path.name)
-    times = chosen.times
-    if len(times) < 2:
+    """The meshes of a USD stage at rest, and the recording that moves them; see :func:`facewrinkle.read_animation`."""
+    stage = _baked(opened(path))
+    found = [_Mesh(prim, path) for prim in shown(stage)]
+    chosen = _chosen([model for model in found if model.count], mesh, path.name)
+    if len(chosen.times) < 2:
         raise MeshError(
-            f"{path.name}: {chosen.name} has no time samples of its points or its place, and no animation is read from "
-            "bones and blend shapes (UsdSkel). Bake the motion to the points of the mesh."
+            f"{path.name}: {chosen.name} keeps still: it has no time samples of its points or its place, and no bones "
+            "or blend shapes that move. Name another mesh with mesh=, or export the animation too."
         )
-    rest, still = chosen.polygons(times[0])
-    positions = np.array([chosen.points(time) for time in times]) @ still[:3, :3].T + still[:3, 3]
-    seconds = np.asarray(times) / stage.GetTimeCodesPerSecond()
-    recorded = Recorded(Track(seconds, positions), rest=rest.points, pose=chosen.pose(still, stage))
-    surface = from_polygons(rest, path.name)
-    if chosen.deforms:
-        surface.point_data[MOVED] = blended(positions - rest.points)
-    others = read_usd_file(path, without=chosen.path)
-    return joined([surface, from_primitives(others, path)]) if others else surface, recorded
+    surface, recorded = _animated(chosen, path)
+    surfaces, beside, start = [surface], {}, surface.n_points
+    for model in found:
+        if model is chosen or model.primitive is None:
+            continue
+        other, own = _animated(model, path) if len(model.times) > 1 else (united([model.primitive], path)[0], None)
+        surfaces.append(other)
+        if own is not None:
+            beside[start] = own
+        start += other.n_points
+    return joined(surfaces), replace(recorded, beside=beside)
+
+
+def _baked(stage: Any) -> Any:
+    """The stage with time samples of points in place of bones and blend shapes (UsdSkel); its file stays as it is."""
+    from pxr import Usd, UsdSkel
+
+    if any(prim.IsA(UsdSkel.Root) for prim in stage.Traverse()):
+        stage.SetEditTarget(stage.GetSessionLayer())
+        UsdSkel.BakeSkinning(Usd.PrimRange(stage.GetPseudoRoot()))
+    return stage
+
+
+def _animated(model: _Mesh, path: Path) -> tuple[pv.PolyData, Recorded]:
+    """A mesh at its first time, and the recording that moves it."""
+    primitive = model.primitive
+    if primitive is None:
+        raise MeshError(f"{path.name}: {model.name} has no faces. Export the face with its geometry.")
+    still = model.world(model.times[0])
+    samples = [model.points(time) @ still[:3, :3].T + still[:3, 3] for time in model.times]
+    if model.deforms:
+        some = samples[:: max(len(samples) // MOMENTS, 1)]
+        primitive = replace(primitive, shapes=np.array(some) - primitive.points)
+    surface, kept, _ = united([primitive], path)
+    positions = np.array([sample[kept] for sample in samples])
+    track = Track(np.asarray(model.times) / model.per_second, positions)
+    return surface, Recorded(track, rest=np.array(surface.points), pose=model.pose(still))
 
 
 def _chosen(found: list[_Mesh], name: str | None, file: str) -> _Mesh:
@@ -82,26 +104,44 @@ def _chosen(found: list[_Mesh], name: str | None, file: str) -> _Mesh:
 class _Mesh:
     """A mesh of a stage."""
 
-    def __init__(self, prim: Any, file: str, usd: Any, geometry: Any) -> None:
-        self._prim, self._file, self._usd, self._geometry = prim, file, usd, geometry
-        self._mesh = geometry.Mesh(prim)
+    def __init__(self, prim: Any, path: Path) -> None:
+        from pxr import Usd, UsdGeom
+
+        self._prim, self._file, self._usd, self._geometry = prim, path, Usd, UsdGeom
+        self._mesh = UsdGeom.Mesh(prim)
         self.name, self.path = prim.GetName(), str(prim.GetPath())
         own = self._mesh.GetPointsAttr().GetTimeSamples()
         placed, parent = set(own), prim
         while parent and not parent.IsPseudoRoot():
-            placed |= set(geometry.Xformable(parent).GetTimeSamples())
+            placed |= set(UsdGeom.Xformable(parent).GetTimeSamples())
             parent = parent.GetParent()
         self.deforms = len(own) > 1
         self.times: list[float] = sorted(placed)
-        self.count = len(self.points(usd.TimeCode.EarliestTime()))
+        self._stage = prim.GetStage()  # which is kept open
+        self.per_second = float(self._stage.GetTimeCodesPerSecond())
+        self.count = len(self.points(self.first))
+
+    @property
+    def first(self) -> Any:
+        """The time code at which it is at rest."""
+        return self._usd.TimeCode(self.times[0]) if self.times else self._usd.TimeCode.EarliestTime()
+
+    @property
+    def primitive(self) -> Primitive | None:
+        """Its triangles at rest, placed as they are then; None if there are none."""
+        if self._mesh.GetFaceVertexIndicesAttr().GetNumTimeSamples() > 1:
+            raise MeshError(
+                f"{self._file.name}: the faces of {self.name} change with time. A recording needs the same."
+            )
+        return primitive_of(self._file, self._mesh, self.world(self.first), self.first)
 
     def points(self, time: Any) -> Array:
         """Positions (n, 3) at a time code, in the mesh's own coordinates."""
         points = np.array(self._mesh.GetPointsAttr().Get(time) or [], dtype=np.float64).reshape(-1, 3)
         if hasattr(self, "count") and len(points) != self.count:
             raise MeshError(
-                f"{self._file}: {self.name} changes from {self.count} to {len(points)} points. A recording needs the "
-                "same points at all times: export it without subdivision or remeshing."
+                f"{self._file.name}: {self.name} changes from {self.count} to {len(points)} points. A recording needs "
+                "the same points at all times: export it without subdivision or remeshing."
             )
         return points
 
@@ -110,47 +150,9 @@ class _Mesh:
         cache = self._geometry.XformCache(self._usd.TimeCode(time))
         return np.array(cache.GetLocalToWorldTransform(self._prim), dtype=np.float64).T
 
-    def pose(self, still: Array, stage: Any) -> Callable[[float], Array] | None:
+    def pose(self, still: Array) -> Callable[[float], Array] | None:
         """How the place has changed since rest, at a time in seconds."""
         back = np.linalg.inv(still)
         if all(np.allclose(self.world(time), still, rtol=0.0, atol=1e-12) for time in self.times):
             return None
-
-        def pose(seconds: float) -> Array:
-            return np.asarray(self.world(seconds * stage.GetTimeCodesPerSecond()) @ back)  # which keeps the stage open
-
-        return pose
-
-    def polygons(self, time: float) -> tuple[Polygons, Array]:
-        """The faces at a time, placed as they are then, and the matrix that placed them."""
-        mesh, tokens = self._mesh, self._geometry.Tokens
-        counts, indices = mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr()
-        if indices.GetNumTimeSamples() > 1:
-            raise MeshError(f"{self._file}: the faces of {self.name} change with time. A recording needs the same.")
-        sizes, vertices = (np.array(a.Get(time) or [], dtype=np.int64) for a in (counts, indices))
-        if sizes.sum() != len(vertices) or (len(sizes) and sizes.min() < 3):
-            raise MeshError(f"{self._file}: the faces of {self.name} lead nowhere, it is damaged: export it again.")
-        still = self.world(time)
-        ends = np.cumsum(sizes)
-        corner = [np.arange(end - size, end) for size, end in zip(sizes, ends, strict=True)]
-        turned = (mesh.GetOrientationAttr().Get() == tokens.leftHanded) != (np.linalg.det(still[:3, :3]) < 0.0)
-        corner = [numbers[::-1] for numbers in corner] if turned else corner
-        faces = [vertices[numbers].tolist() for numbers in corner]
-        check_vertices(Path(self._file), faces, self.count)
-        order = np.concatenate(corner) if corner else np.zeros(0, np.int64)
-        texture, at_corners = self._texture(faces, order, vertices, time)
-        return Polygons(self.points(time) @ still[:3, :3].T + still[:3, 3], faces, texture, at_corners), still
-
-    def _texture(
-        self, faces: list[list[int]], order: npt.NDArray[np.int64], vertices: npt.NDArray[np.int64], time: float
-    ) -> tuple[np.ndarray | None, np.ndarray | None]:
-        """Texture coordinates of points, and of corners where these differ."""
-        variables = self._geometry.PrimvarsAPI(self._prim)
-        for name in TEXTURES:
-            variable = variables.GetPrimvar(name)
-            values = variable.ComputeFlattened(time) if variable and variable.HasValue() else None
-            if values is None:
-                continue
-            each = variable.GetInterpolation() == self._geometry.Tokens.faceVarying
-            return textured(faces, order if each else vertices[order], np.array(values, np.float64), self.count)
-        return None, None
+        return lambda seconds: np.asarray(self.world(seconds * self.per_second) @ back)

@@ -6,23 +6,7 @@ import numpy as np
 from numba import njit
 
 from ._kernels import nearest_in
-from ._subdivision_kernels import distance
-
-
-@njit(cache=True)
-def _overlapping(points, triangles, low, high):
-    """The triangles whose boxes overlap the one from `low` to `high`."""
-    out, count = np.empty(len(triangles), np.int32), 0
-    for t in range(len(triangles)):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        away = False
-        for k in range(3):
-            x, y, z = points[a, k], points[b, k], points[c, k]
-            away = away or max(x, y, z) < low[k] or min(x, y, z) > high[k]
-        if not away:
-            out[count] = t
-            count += 1
-    return out[:count]
+from ._subdivision_kernels import distance, overlapping
 
 
 @njit(cache=True)
@@ -42,7 +26,7 @@ def limit_heights(base, rest, normals, height, under, skin, skin_rest, triangles
                 for k in range(3):
                     x = skin[triangles[t, s], k]
                     low[k], high[k] = min(low[k], x - 2.5 * tallest[t]), max(high[k], x + 2.5 * tallest[t])
-    near = _overlapping(skin, triangles, low, high)
+    near = overlapping(skin, triangles, low, high)
     bounds, home = np.empty((len(near), 6)), np.zeros((len(near), 4))
     boxes, shape = np.empty((len(near), 6), np.int32), np.empty(3, np.int64)
     for k in range(3):
@@ -60,7 +44,7 @@ def limit_heights(base, rest, normals, height, under, skin, skin_rest, triangles
     start, content = _sorted_in(boxes, shape)
     least = 6e-08 * cell  # nearer is the triangle that the ray starts from
     found, seen, around = np.empty(3), np.full(len(near), -1, np.int32), np.empty(len(near), np.int32)
-    rising, here, count = np.empty(len(near), np.bool_), -1, 0
+    rising, here, count, boxed = np.empty(len(near), np.bool_), -1, 0, np.empty((len(near), 6))
     nx, ny, nz = 0.0, 0.0, 0.0
     for i in range(len(base)):
         if under[i] != here:
@@ -68,19 +52,19 @@ def limit_heights(base, rest, normals, height, under, skin, skin_rest, triangles
             nx, ny, nz = _normal(skin, triangles[here, 0], triangles[here, 1], triangles[here, 2])
             count = _around(
                 here, 2.5 * tallest[here], nx, ny, nz, (start, content, low, shape, cell), skin, triangles, near,
-                bounds, least, seen, around, rising,
+                bounds, least, seen, around, rising, boxed,
             )  # fmt: skip
         px, py, pz, dx, dy, dz = base[i, 0], base[i, 1], base[i, 2], normals[i, 0], normals[i, 1], normals[i, 2]
         leaning = dx * nx + dy * ny + dz * nz <= 0.0
         nearest = 3.0 * height[i]
         for at in range(count):
-            j = around[at]
-            t = near[j]
-            x = max(bounds[j, 0] - px, px - bounds[j, 3], 0.0)
-            y = max(bounds[j, 1] - py, py - bounds[j, 4], 0.0)
-            z = max(bounds[j, 2] - pz, pz - bounds[j, 5], 0.0)
+            x = max(boxed[at, 0] - px, px - boxed[at, 3], 0.0)
+            y = max(boxed[at, 1] - py, py - boxed[at, 4], 0.0)
+            z = max(boxed[at, 2] - pz, pz - boxed[at, 5], 0.0)
             if x * x + y * y + z * z > nearest * nearest:
                 continue
+            j = around[at]
+            t = near[j]
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             if rising[at] or leaning:  # what lies below the plane of its own triangle is never met
                 nearest = _met(px, py, pz, dx, dy, dz, skin, a, b, c, least, nearest)
@@ -91,47 +75,49 @@ def limit_heights(base, rest, normals, height, under, skin, skin_rest, triangles
 
 
 @njit(cache=True)
-def _around(here, reach, nx, ny, nz, grid, skin, triangles, near, bounds, least, seen, around, rising):
+def _around(here, reach, nx, ny, nz, grid, skin, triangles, near, bounds, least, seen, around, rising, boxed):
     """What may be met within `reach` of triangle `here` of normal n: how many there are, and which rise above it.
 
     What is joined to it and does not rise above its plane is never met.
     """
     start, content, low, shape, cell = grid
     a, b, c = triangles[here, 0], triangles[here, 1], triangles[here, 2]
-    box, first, last, count = np.empty(6), np.empty(3, np.int64), np.empty(3, np.int64), 0
-    for k in range(3):
-        x, y, z = skin[a, k], skin[b, k], skin[c, k]
-        box[k], box[3 + k] = min(x, y, z) - reach, max(x, y, z) + reach
-        first[k], last[k] = int((box[k] - low[k]) / cell), int((box[3 + k] - low[k]) / cell)
-    for x in range(first[0], last[0] + 1):
-        for y in range(first[1], last[1] + 1):
-            for z in range(first[2], last[2] + 1):
-                g = (x * shape[1] + y) * shape[2] + z
-                for at in range(start[g], start[g + 1]):
-                    j = content[at]
-                    if seen[j] == here:
-                        continue
-                    seen[j] = here
-                    if near[j] == here or not _overlap(bounds[j], box):
-                        continue
-                    above, joined = False, False
-                    for s in range(3):
-                        v = triangles[near[j], s]
-                        up = (skin[v, 0] - skin[a, 0]) * nx + (skin[v, 1] - skin[a, 1]) * ny
-                        above = above or up + (skin[v, 2] - skin[a, 2]) * nz > least
-                        joined = joined or v in (a, b, c)
-                    if above or not joined:
-                        around[count], rising[count] = j, above
-                        count += 1
+    x0, x1, i0, i1 = _span(skin, a, b, c, 0, reach, low, cell)
+    y0, y1, j0, j1 = _span(skin, a, b, c, 1, reach, low, cell)
+    z0, z1, k0, k1 = _span(skin, a, b, c, 2, reach, low, cell)
+    count = 0
+    for i in range(i0, i1 + 1):
+        for j in range(j0, j1 + 1):
+            row = (i * shape[1] + j) * shape[2]
+            for at in range(start[row + k0], start[row + k1 + 1]):
+                other = content[at]
+                if seen[other] == here:
+                    continue
+                seen[other] = here
+                apart = (bounds[other, 0] > x1) | (bounds[other, 1] > y1) | (bounds[other, 2] > z1)
+                apart |= (bounds[other, 3] < x0) | (bounds[other, 4] < y0) | (bounds[other, 5] < z0)
+                if apart or near[other] == here:
+                    continue
+                above, joined = False, False
+                for s in range(3):
+                    v = triangles[near[other], s]
+                    up = (skin[v, 0] - skin[a, 0]) * nx + (skin[v, 1] - skin[a, 1]) * ny
+                    above |= up + (skin[v, 2] - skin[a, 2]) * nz > least
+                    joined |= (v == a) | (v == b) | (v == c)
+                if above or not joined:
+                    around[count], rising[count] = other, above
+                    for k in range(6):
+                        boxed[count, k] = bounds[other, k]
+                    count += 1
     return count
 
 
 @njit(cache=True)
-def _overlap(first, second):
-    out = True
-    for k in range(3):
-        out = out and first[k] <= second[3 + k] and first[3 + k] >= second[k]
-    return out
+def _span(points, a, b, c, k, reach, low, cell):
+    """What a triangle and `reach` around it take up along axis k, and the cells of a grid there."""
+    x, y, z = points[a, k], points[b, k], points[c, k]
+    first, last = min(x, y, z) - reach, max(x, y, z) + reach
+    return first, last, int((first - low[k]) / cell), int((last - low[k]) / cell)
 
 
 @njit(cache=True)

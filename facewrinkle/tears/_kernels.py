@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..geometry._mesh_kernels import normalise
 from ._subdivision_kernels import put
 
 
@@ -148,9 +149,17 @@ def look_up(s, w, wobble, noise, out_wobble, out_noise):
 
 
 @njit(cache=True)
-def rings(edges, offsets, neighbours):
-    """Neighbours of every vertex; `offsets` (n + 1,) are 0 before."""
+def connected(edges, sides, n):
+    """Neighbours of n vertices: offsets (n + 1,) and vertices. Which edges are of one triangle only; their vertices."""
+    offsets, neighbours = np.zeros(n + 1, np.int32), np.empty(2 * len(edges), np.int32)
+    triangles = np.zeros(len(edges), np.int32)
+    for t in range(len(sides)):
+        for k in range(3):
+            triangles[sides[t, k]] += 1
+    single, border = triangles == 1, np.zeros(n, np.bool_)
     for e in range(len(edges)):
+        border[edges[e, 0]] |= single[e]
+        border[edges[e, 1]] |= single[e]
         for k in range(2):
             offsets[edges[e, k] + 1] += 1
     for v in range(1, len(offsets)):
@@ -161,21 +170,29 @@ def rings(edges, offsets, neighbours):
         neighbours[at[a]], neighbours[at[b]] = b, a
         at[a] += 1
         at[b] += 1
+    return (offsets, neighbours), single, border
 
 
 @njit(cache=True)
-def carry(values, corners, weights, first, second, share, out):
-    """Values (n, 3) of vertices, at a share of the way from one place to another between three of them each."""
+def carry(points, normals, corners, weights, rest, first, second, share, bottom, up, home):
+    """Points and unit normals of a mesh, at a share of the way from one place in it to another.
+
+    A place is between three vertices; `rest` is where it is at rest.
+    """
     for i in range(len(first)):
-        v, w = first[i], second[i]
+        v, w, part = first[i], second[i], share[i]
+        a, b, c, x, y, z = corners[v, 0], corners[v, 1], corners[v, 2], weights[v, 0], weights[v, 1], weights[v, 2]
         for k in range(3):
-            a, b = 0.0, 0.0
-            for j in range(3):
-                a += weights[v, j] * values[corners[v, j], k]
-            if v != w:
-                for j in range(3):
-                    b += weights[w, j] * values[corners[w, j], k]
-            out[i, k] = a + share[i] * (b - a)
+            bottom[i, k] = x * points[a, k] + y * points[b, k] + z * points[c, k]
+            up[i, k] = x * normals[a, k] + y * normals[b, k] + z * normals[c, k]
+            home[i, k] = rest[v, k] + part * (rest[w, k] - rest[v, k])
+        if v == w:
+            continue
+        a, b, c, x, y, z = corners[w, 0], corners[w, 1], corners[w, 2], weights[w, 0], weights[w, 1], weights[w, 2]
+        for k in range(3):
+            bottom[i, k] += part * (x * points[a, k] + y * points[b, k] + z * points[c, k] - bottom[i, k])
+            up[i, k] += part * (x * normals[a, k] + y * normals[b, k] + z * normals[c, k] - up[i, k])
+    normalise(up)
 
 
 @njit(cache=True)
@@ -200,7 +217,13 @@ def thicken(s, w, front, sizes, tapering, drained, wobble, rough, level, height)
 
 @njit(cache=True)
 def make_disk(level, triangles, edges, offsets, rings, border, tiny):
-    """Change `level` so that the vertices above 0 are connected and enclose none that are not; how many there are."""
+    """Change `level` so that the vertices above 0 are connected and enclose none that are not; how many there are.
+
+    None is nearer to 0 than `tiny` then.
+    """
+    for v in range(len(level)):
+        if abs(level[v]) < tiny:
+            level[v] = tiny
     label, queue = np.full(len(level), -1, np.int32), np.empty(len(level), np.int32)
     largest, kept = 0, -1
     for seed in range(len(level)):
@@ -259,6 +282,8 @@ def clip(triangles, sides, edges, single, level, out, rim, first, second, share,
     vertex, between, count = np.full(n, -1, np.int32), np.full(len(edges), -1, np.int32), 0
     ring, side = np.empty(4, np.int64), np.empty(4, np.bool_)
     for t in range(len(triangles)):
+        if level[triangles[t, 0]] <= 0.0 and level[triangles[t, 1]] <= 0.0 and level[triangles[t, 2]] <= 0.0:
+            continue
         size = 0
         for k in range(3):
             v, w, e = triangles[t, k], triangles[t, (k + 1) % 3], sides[t, k]

@@ -7,38 +7,47 @@ from numba import njit
 
 
 @njit(cache=True)
-def near_course(points, triangles, course, spacing, reach, near):
-    """Which triangles may hold points within `reach` of a polyline with points `spacing` apart."""
+def near_course(points, triangles, course, spacing, reach):
+    """The triangles that may hold points within `reach` of a polyline with points `spacing` apart."""
     low, high = course[0].copy(), course[0].copy()
     for k in range(len(course)):
         for i in range(3):
             low[i], high[i] = min(low[i], course[k, i]), max(high[i], course[k, i])
-    gap, hint = _widest_gap(course), 0
-    centre = np.empty(3)
-    for t in range(len(triangles)):
-        square = 0.0
-        for s in range(3):
-            v, w = triangles[t, s], triangles[t, (s + 1) % 3]
-            x, y, z = points[v, 0] - points[w, 0], points[v, 1] - points[w, 1], points[v, 2] - points[w, 2]
-            square = max(square, x * x + y * y + z * z)
-        far = reach + 0.6 * np.sqrt(square) + 0.5 * spacing  # from the centroid no corner is farther than 0.58 sides
-        near[t] = False
-        away = False
+    reach += 0.5 * spacing
+    near, count = overlapping(points, triangles, low - reach, high + reach), 0
+    gap, hint, centre = _widest_gap(course), 0, np.empty(3)
+    for t in near:
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        side = max(length_of(points, a, b), length_of(points, b, c), length_of(points, c, a))
+        far = reach + 0.6 * side  # from the centroid no corner is farther than 0.58 sides
         for i in range(3):
-            centre[i] = (points[triangles[t, 0], i] + points[triangles[t, 1], i] + points[triangles[t, 2], i]) / 3.0
-            away = away or centre[i] < low[i] - far or centre[i] > high[i] + far
-        if away:
-            continue
-        if distance(centre[0], centre[1], centre[2], course, hint) < far:
-            near[t] = True
-            continue
-        k = 0
+            centre[i] = (points[a, i] + points[b, i] + points[c, i]) / 3.0
+        x, y, z = centre
+        k = hint if distance(x, y, z, course, hint) < far else 0
         while k < len(course):
-            apart = distance(centre[0], centre[1], centre[2], course, k)
+            apart = distance(x, y, z, course, k)
             if apart < far:
-                near[t], hint = True, k  # the next triangle is often beside this one
+                near[count], hint = t, k  # the next triangle is often beside this one
+                count += 1
                 break
             k += max(1, int(0.999 * (apart - far) / gap))  # no point before that one is close enough
+    return near[:count]
+
+
+@njit(cache=True)
+def overlapping(points, triangles, low, high):
+    """The triangles whose boxes overlap the one from `low` to `high`."""
+    x0, y0, z0, x1, y1, z1 = low[0], low[1], low[2], high[0], high[1], high[2]
+    beyond = np.empty(len(points), np.uint8)  # which of the six sides of the box
+    for v in range(len(points)):
+        x, y, z = points[v, 0], points[v, 1], points[v, 2]
+        beyond[v] = (x < x0) | (x > x1) << 1 | (y < y0) << 2 | (y > y1) << 3 | (z < z0) << 4 | (z > z1) << 5
+    out, count = np.empty(len(triangles), np.int32), 0
+    for t in range(len(triangles)):
+        if not beyond[triangles[t, 0]] & beyond[triangles[t, 1]] & beyond[triangles[t, 2]]:
+            out[count] = t
+            count += 1
+    return out[:count]
 
 
 @njit(cache=True)
@@ -131,10 +140,9 @@ def _settle(v, points, normals, courses, lengths, starts, balls, guess, place, a
 
 @njit(cache=True)
 def _slot(v, w, table):
-    """Where the side between v and w is in the table, or belongs."""
-    low, high = min(v, w), max(v, w)
-    at = ((low * 0x9E3779B1 + high) * 0x85EBCA77 >> 15) & (len(table) - 1)
-    while table[at, 0] >= 0 and (table[at, 0] != low or table[at, 1] != high):
+    """Where the row that begins with v and w is in the table, or belongs."""
+    at = ((v * 0x9E3779B1 + w) * 0x85EBCA77 >> 15) & (len(table) - 1)
+    while table[at, 0] >= 0 and (table[at, 0] != v or table[at, 1] != w):
         at = (at + 1) & (len(table) - 1)
     return at
 
@@ -146,14 +154,14 @@ than this share of it."""
 
 @njit(cache=True)
 def subdivide(
-    mesh, triangles, points, normals, corners, weights, place, apart, halves, used, first, courses, lengths, starts,
-    detail, reach, out, hosts,
+    mesh, triangles, points, normals, corners, weights, place, apart, halves, done, fine, used, first, courses, lengths,
+    starts, detail, reach, runs,
 ):  # fmt: skip
-    """Halve sides longer than `detail` within `reach` of the courses; the number of triangles then.
+    """Halve sides longer than `detail` within `reach` of the courses; whether there was room for all.
 
     `triangles` are those of `mesh` in numbers of the vertices that are kept, of which there are used[0], those from
-    `first` on new; used[1] sides are in the table `halves`. Triangles that are out of reach are left out. -1 if there
-    is too little room for vertices, sides or triangles.
+    `first` on new. used[1] sides are in the table `halves`, used[2] triangles in the table `done`, and used[3] are in
+    `fine`, where `runs` (m, 2) says which each triangle becomes: none of those that are out of reach.
     """
     guess, far, n = np.zeros(len(starts) - 1), reach + SLACK * detail, used[0]
     balls = [_balls(courses[starts[c] : starts[c + 1]]) for c in range(len(starts) - 1)]
@@ -161,12 +169,19 @@ def subdivide(
     for v in range(first, n):
         _settle(v, points, normals, courses, lengths, starts, balls, guess, place, apart)
         guess[:] = place[:, 0, v]
-    m, corner, middle = 0, np.empty(3, np.int64), np.empty(3, np.int64)
+    m, corner, middle = used[3], np.empty(3, np.int64), np.empty(3, np.int64)
     for t in range(len(triangles)):
-        top = put(stack, 0, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        row = _slot(a, b, done)
+        if done[row, 2] == c:
+            runs[t, 0], runs[t, 1] = done[row, 3], done[row, 4]
+            continue
+        used[2] += done[row, 0] < 0
+        done[row, 0], done[row, 1], done[row, 2], runs[t, 0] = a, b, c, m
+        top = put(stack, 0, a, b, c)
         while top > 0:
-            if n + 3 > len(points) or m + 1 > len(out) or 2 * used[1] > len(halves):
-                return -1
+            if n + 3 > len(points) or m + 1 > len(fine) or 2 * max(used[1], used[2]) > len(halves):
+                return False
             top -= 1
             corner[:] = stack[top]
             for k in range(3):
@@ -175,7 +190,7 @@ def subdivide(
                 length = length_of(points, v, w)
                 if length <= detail or max(apart[v], apart[w]) > far + length:
                     continue
-                at = _slot(v, w, halves)
+                at = _slot(min(v, w), max(v, w), halves)
                 if halves[at, 0] >= 0:
                     middle[k] = halves[at, 2]
                     continue
@@ -203,8 +218,7 @@ def subdivide(
                 a, b, c, p, q, r = b, c, a, q, r, p
             if p < 0:
                 if min(apart[a], apart[b], apart[c]) < reach:
-                    hosts[m] = t
-                    m = put(out, m, a, b, c)
+                    m = put(fine, m, a, b, c)
             elif q < 0:
                 top = put(stack, put(stack, top, a, p, c), p, b, c)
             elif r < 0:
@@ -216,8 +230,41 @@ def subdivide(
             else:
                 top = put(stack, put(stack, top, a, p, r), p, b, q)
                 top = put(stack, put(stack, top, r, q, c), p, q, r)
-    used[0] = n
-    return m
+        runs[t, 1] = done[row, 4] = m
+        done[row, 3] = runs[t, 0]
+    used[0], used[3] = n, m
+    return True
+
+
+@njit(cache=True)
+def joined(fine, runs, n):
+    """Runs of triangles of n vertices as one mesh: the vertices in use, triangles of these, and which run has each."""
+    m, number = 0, np.full(n, -1, np.int32)
+    for t in range(len(runs)):
+        m += runs[t, 1] - runs[t, 0]
+        for i in range(runs[t, 0], runs[t, 1]):
+            number[fine[i, 0]] = number[fine[i, 1]] = number[fine[i, 2]] = 0
+    vertices, count = np.empty(n, np.int32), 0
+    for v in range(n):
+        if number[v] == 0:
+            vertices[count], number[v] = v, count
+            count += 1
+    triangles, hosts, m = np.empty((m, 3), np.int32), np.empty(m, np.int32), 0
+    for t in range(len(runs)):
+        for i in range(runs[t, 0], runs[t, 1]):
+            hosts[m] = t
+            m = put(triangles, m, number[fine[i, 0]], number[fine[i, 1]], number[fine[i, 2]])
+    return vertices[:count].copy(), triangles, hosts
+
+
+@njit(cache=True)
+def first_change(points, others):
+    """The first row in which two arrays of points differ."""
+    n = min(len(points), len(others))
+    for v in range(n):
+        if points[v, 0] != others[v, 0] or points[v, 1] != others[v, 1] or points[v, 2] != others[v, 2]:
+            return v
+    return n
 
 
 @njit(cache=True)

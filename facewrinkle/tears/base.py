@@ -67,6 +67,8 @@ class Base:
         The triangles of the mesh below the tear.
     corners, weights : ndarray, shape (n, 3)
         Barycentric coordinates of the base's vertices, in the mesh.
+    home : ndarray, shape (n, 3)
+        Where they are at rest.
     triangles, hosts : ndarray of int32, shapes (m, 3) and (m,)
         The base's triangles, and those of `cells` in which they lie.
     edges, sides : ndarray of int32, shapes (e, 2) and (m, 3)
@@ -84,6 +86,7 @@ class Base:
     cells: IntArray
     corners: IntArray
     weights: Array
+    home: Array
     triangles: IntArray
     hosts: IntArray
     edges: IntArray
@@ -98,7 +101,7 @@ class Base:
 
     def part(self, level: Array) -> Part | None:
         """What is covered: where the linear function `level` (n,) is above 0, as one piece without holes."""
-        level = np.where(np.abs(level) < TINY, TINY, level)
+        level = level.copy()
         if kernels.make_disk(level, self.triangles, self.edges, *self.rings, self.border, TINY) == 0:
             return None
         room = len(level) + len(self.edges)
@@ -135,11 +138,12 @@ class Part:
     share: Array
     inside: IntArray
 
-    def on(self, values: Array) -> Array:
-        """Values (n0, 3) of the mesh's vertices, at those of the part."""
-        out = np.empty((len(self.first), 3))
-        kernels.carry(values, self.base.corners, self.base.weights, self.first, self.second, self.share, out)
-        return out
+    def on(self, points: Array, normals: Array) -> tuple[Array, Array, Array]:
+        """Where its vertices (n, 3) are in a frame of the mesh, their unit normals, and where they are at rest."""
+        base, places = self.base, (self.first, self.second, self.share)
+        bottom, up, home = np.empty((3, len(self.first), 3))
+        kernels.carry(points, normals, base.corners, base.weights, base.home, *places, bottom, up, home)
+        return bottom, up, home
 
     @property
     def under(self) -> IntArray:
@@ -171,13 +175,11 @@ def base_under(
             return replace(kept, rest=mesh[0], mesh=mesh[1], cells=cells)
     vertices, fine, hosts = below.halved(rest, triangles[cells])
     edges, sides = unique_edges(fine)
-    offsets, neighbours = np.zeros(len(vertices) + 1, np.int32), np.empty(edges.size, np.int32)
-    kernels.rings(edges, offsets, neighbours)
-    single, border = np.bincount(sides.ravel(), minlength=len(edges)) == 1, np.zeros(len(vertices), bool)
-    border[edges[single]] = True
-    place = below.place[:, :, vertices]
+    rings, single, border = kernels.connected(edges, sides, len(vertices))
+    place = below.place.take(vertices, axis=2)
     wobble, noise = np.array([course.fields(*at) for course, at in zip(courses, place, strict=True)]).swapaxes(0, 1)
     return Base(
-        *mesh, cells, below.corners[vertices], below.weights[vertices], fine, hosts, edges, sides, single, border,
-        (offsets, neighbours), place[:, 0], place[:, 1], wobble, noise,
+        *mesh, cells, below.corners.take(vertices, axis=0), below.weights.take(vertices, axis=0),
+        below.points.take(vertices, axis=0), fine, hosts, edges, sides, single, border, rings, place[:, 0], place[:, 1],
+        wobble, noise,
     )  # fmt: skip

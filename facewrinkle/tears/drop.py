@@ -278,7 +278,7 @@ class DrippingTear:
         normals, n = vertex_normals(points, self._triangles), len(points)
         data = {"Normals": normals, "thickness": np.full(n, self.diameter), "under": np.tile(self.forward, (n, 1))}
         mesh = to_polydata(points, self._triangles, data)
-        mesh.point_data.active_normals_name = "Normals"
+        mesh.GetPointData().SetActiveNormals("Normals")
         return mesh
 
     def _shift(self, t: float) -> float:

@@ -15,7 +15,7 @@ from ..anatomy.face import Face
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.normals import vertex_normals
 from ..geometry.transfer import barycentric
-from ..mesh import read_surface, to_polydata
+from ..mesh import array_of, points_and_triangles, read_surface, to_polydata
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -92,8 +92,9 @@ class Ground:
         """
         if not isinstance(on, pv.PolyData):
             raise MeshError(f"a frame must be a PolyData, such as a simulation gives, received {type(on).__name__}.")
-        points, triangles = np.asarray(on.points, dtype=np.float64), np.asarray(on.regular_faces, dtype=np.int32)
-        rest = on.point_data.get("rest")
+        points, triangles = points_and_triangles(on)
+        points, triangles = np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int32)
+        rest = array_of(on, "rest")
         if rest is None and len(points) != len(self.points):
             raise MeshError(
                 f"the frame must have the {len(self.points)} points of the surface at rest, or an array 'rest', "

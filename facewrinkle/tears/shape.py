@@ -71,7 +71,9 @@ def thickness(
     [0.8, 0.05, 0.0]
     """
     sizes = shape.half, shape.height, shape.trail, shape.film
-    wobbles, bumps = (np.full(len(s), values, dtype=np.float64) for values in (wobble, rough))
+    wobbles, bumps = (
+        values if isinstance(values, np.ndarray) else np.full(len(s), values, np.float64) for values in (wobble, rough)
+    )
     level, height = np.empty(len(s)), np.empty(len(s))
     kernels.thicken(s, w, front, sizes, TAPER, DRAINED, wobbles, bumps, level, height)
     return level, height

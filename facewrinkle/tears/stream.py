@@ -16,10 +16,9 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..errors import MeshError, ParameterError, check_range, check_whole
-from ..geometry._mesh_kernels import normalise
 from ..geometry.normals import detail_normals, vertex_normals
 from ..geometry.topology import boundary_loops, euler_characteristic
-from ..mesh import to_polydata
+from ..mesh import array_of, of_own_arrays
 from . import _height_kernels as kernels
 from . import path as paths
 from .base import Base, Course, base_under
@@ -336,17 +335,17 @@ class SheddingTear:
         part = base.part(level)
         if part is None:
             raise MeshError("nothing of the surface is under the tear. Is it a frame of another surface?")
-        bottom, up = part.on(points), part.on(normals)
-        normalise(up)
-        height = np.maximum(np.where(part.share == 0.0, thick[part.first], 0.0), FILM / unit)
-        kernels.limit_heights(
-            bottom, part.on(rest), up, height, part.under, points, rest, triangles, 2.0 * self.shape.half
-        )
+        bottom, up, home = part.on(points, normals)
+        height = np.maximum(thick[part.first] * (part.share == 0.0), FILM / unit)
+        kernels.limit_heights(bottom, home, up, height, part.under, points, rest, triangles, 2.0 * self.shape.half)
         top = bottom + height[:, None] * up
         shaded = detail_normals(bottom, top, part.triangles, up)
-        data = {"Normals": np.concatenate([shaded, -up]), "thickness": np.tile(height, 2), "under": np.tile(up, (2, 1))}
-        mesh = to_polydata(*solid(bottom, top, part.triangles, part.rim), data)
-        mesh.point_data.active_normals_name = "Normals"
+        data = {"Normals": (shaded, -up), "thickness": (height, height), "under": (up, up)}
+        mesh = of_own_arrays(
+            *solid(bottom, top, part.triangles, part.rim),
+            {name: np.concatenate(of_top_and_bottom) for name, of_top_and_bottom in data.items()},
+        )
+        mesh.GetPointData().SetActiveNormals("Normals")
         return mesh
 
     def _frame(self, on: pv.PolyData | None) -> tuple[Array, IntArray, Array, Array]:
@@ -355,8 +354,9 @@ class SheddingTear:
         if on is None:
             return ground.points, ground.triangles, ground.normals, ground.points
         points, triangles, rest = ground.frame(on)
-        known = "split_gamma" in on.point_data and "Normals" in on.point_data
-        normals = on.point_data["Normals"] if known else vertex_normals(points, triangles)
+        normals = array_of(on, "Normals") if on.GetPointData().HasArray("split_gamma") else None
+        if normals is None:
+            normals = vertex_normals(points, triangles)
         return points, triangles, np.ascontiguousarray(normals, dtype=np.float64), rest
 
     def _base(self, rest: Array, triangles: IntArray) -> Base:
@@ -365,14 +365,14 @@ class SheddingTear:
 
     def _thickness(self, base: Base, front: float) -> tuple[Array, Array]:
         """Level and height at the base's vertices: of all courses, those of the thickest."""
-        level, height = np.full(base.s.shape[1], -np.inf), np.zeros(base.s.shape[1])
+        level, height = np.empty(0), np.empty(0)
         for k, course in enumerate(self.courses):
             here = min(front - course.begin, float(course.lengths[-1]))
             shape = self.shape.scaled(course.flow)
             if k and here < shape.half + shape.trail:
                 continue
-            grown = np.clip((here - self.s) / (4.0 * shape.half), 0.0, 1.0)  # it fills as it begins to run
+            grown = min(max((here - self.s) / (4.0 * shape.half), 0.0), 1.0)  # it fills as it begins to run
             head = Shape(shape.half * (0.7 + 0.3 * grown), shape.height * (0.6 + 0.4 * grown), shape.trail, shape.film)
             one, thick = thickness(base.s[k], base.w[k], here, head, base.wobble[k], ROUGH * base.noise[k])
-            level, height = np.maximum(level, one), np.maximum(height, thick)
+            level, height = (np.maximum(level, one), np.maximum(height, thick)) if k else (one, thick)
         return level, height

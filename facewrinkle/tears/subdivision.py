@@ -49,14 +49,14 @@ class Subdivision:
         self.points, self.normals, self.weights = (np.empty((room, 3)) for _ in range(3))
         self.corners = np.empty((room, 3), np.int32)
         self.place, self._apart = np.empty((len(self._starts) - 1, 2, room)), np.empty(room)
-        self._halves = np.full((1 << (4 * room).bit_length(), 3), -1, np.int32)
-        self._number, self._used = self._number[:0], np.zeros(2, np.int64)
+        rows = 1 << (4 * room).bit_length()
+        self._halves, self._done = np.full((rows, 3), -1, np.int32), np.full((rows, 5), -1, np.int32)
+        self._fine, self._number = np.empty((4 * room, 3), np.int32), self._number[:0]
+        self._used = np.zeros(4, np.int64)
 
     def cells(self, rest: Array, triangles: IntArray) -> IntArray:
         """The triangles of a mesh that may have points within reach."""
-        near = np.empty(len(triangles), bool)
-        kernels.near_course(rest, triangles, self._way, 0.5 * self.reach, self.reach, near)
-        return np.flatnonzero(near).astype(np.int32)
+        return np.asarray(kernels.near_course(rest, triangles, self._way, 0.5 * self.reach, self.reach))
 
     def halved(self, rest: Array, triangles: IntArray) -> tuple[IntArray, IntArray, IntArray]:
         """Subdivide triangles (m0, 3) of a mesh.
@@ -71,9 +71,7 @@ class Subdivision:
         normals, used = vertex_normals(rest, triangles), np.unique(triangles)
         while True:
             number = np.full(len(rest), -1, np.int32)
-            same = min(len(rest), len(self._number))
-            changed = (rest[:same] != self._rest[:same]).any(axis=1)
-            same = int(np.argmax(changed)) if changed.any() else same  # from there on they are numbered anew
+            same = min(kernels.first_change(rest, self._rest), len(self._number))  # the others are numbered anew
             number[:same] = self._number[:same]
             new, first = used[number[used] < 0], int(self._used[0])
             if first + len(new) <= len(self.points):
@@ -82,22 +80,12 @@ class Subdivision:
                 self.points[at], self.normals[at], self.corners[at] = rest[new], normals[new], new[:, None]
                 self.weights[at] = 1.0, 0.0, 0.0
                 self._rest, self._number, self._used[0] = rest.copy(), number, at.stop
-                room = 2 * len(self.points)
-                fine, hosts = np.empty((room, 3), np.int32), np.empty(room, np.int32)
-                m = kernels.subdivide(
+                runs = np.empty((len(triangles), 2), np.int64)
+                if kernels.subdivide(
                     triangles, number[triangles], self.points, self.normals, self.corners, self.weights, self.place,
-                    self._apart, self._halves, self._used, first, self._lines, self._lengths, self._starts, self.detail,
-                    self.reach, fine, hosts,
-                )  # fmt: skip
-                if m >= 0:
-                    return *numbered(fine[:m], int(self._used[0])), hosts[:m].copy()
+                    self._apart, self._halves, self._done, self._fine, self._used, first, self._lines, self._lengths,
+                    self._starts, self.detail, self.reach, runs,
+                ):  # fmt: skip
+                    vertices, fine, hosts = kernels.joined(self._fine, runs, int(self._used[0]))
+                    return vertices, fine, hosts
             self._clear(len(self.points) if first else 2 * len(self.points))  # what is not used any more fills it
-
-
-def numbered(triangles: IntArray, n: int) -> tuple[IntArray, IntArray]:
-    """Which of n vertices triangles use, and the triangles in numbers of these."""
-    number = np.zeros(n, np.int32)
-    number[triangles] = 1
-    used = np.flatnonzero(number).astype(np.int32)
-    number[used] = np.arange(len(used), dtype=np.int32)
-    return used, number[triangles]

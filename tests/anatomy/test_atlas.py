@@ -188,7 +188,7 @@ def test_muscles_of_mirrored_landmarks_are_mirrored(face):
 
 
 def test_the_mouth_folds_alike_on_both_sides(face):
-    muscle = face.muscles["orbicularis_oris"]
+    muscle = face.muscles["orbicularis_oris"].fold_pattern
     centre, frame = np.asarray(muscle.centre), face.frame
     rng = np.random.default_rng(2)
     x = rng.normal(scale=20, size=(500, 3)) @ frame.axes

@@ -10,8 +10,11 @@ copies                      with_muscles leaves the face as it was
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
+import pyvista as pv
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
@@ -269,3 +272,47 @@ def test_tissue_is_thick_in_the_cheek_and_thin_on_the_forehead(face):
 
 def test_a_face_is_named_in_one_line(face):
     assert repr(face) == f"Face(4517 triangles, {len(face.landmarks)} landmarks, {len(face.muscles)} muscles)"
+
+
+def test_landmarks_move_with_the_skin(face):
+    sim = fw.Simulation(face)
+    sim.express({"AU1": 1.0, "AU2": 1.0, "AU27": 1.0})
+    *_, frame = sim.run(25)
+    assert frame.n_points > face.mesh.n_points
+    now = face.landmarks_on(frame)
+    assert list(now) == list(face.landmarks)
+    on_skin = [name for name in now if not name.endswith("_centre")]
+    _, closest = frame.find_closest_cell([now[name] for name in on_skin], return_closest_point=True)
+    assert np.abs(closest - [now[name] for name in on_skin]).max() < 1e-4
+    shift = {name: now[name] - place for name, place in face.landmarks.items()}
+    assert shift["brow_l_mid"][1] > 5.0
+    assert shift["lower_lip_mid"][1] < -10.0  # the lips touch at rest, and each landmark stays on its own
+    assert abs(shift["upper_lip_mid"][1]) < 2.0
+    for side in "lr":
+        np.testing.assert_array_equal(shift[f"eye_{side}_centre"], 0.0)
+    on_mesh = fw.Simulation(face, fw.Refinement(max_level=0), layers=[])
+    np.testing.assert_allclose(
+        list(face.landmarks_on(on_mesh.step()).values()), list(face.landmarks.values()), atol=0.01
+    )
+
+
+def test_landmarks_at_rest_are_where_they_were_given(face):
+    beside = {name: place + np.array([0.0, 0.0, 0.5]) for name, place in face.landmarks.items()}
+    moved = dataclasses.replace(face, landmarks=beside)
+    for name, place in moved.landmarks_on(face.mesh).items():
+        np.testing.assert_allclose(place, beside[name], atol=1e-9)
+
+
+def test_landmarks_of_another_mesh_are_refused(face):
+    for mesh in (pv.Sphere(), face.mesh.append_polydata(pv.Sphere())):
+        with pytest.raises(MeshError, match="Give a frame of its simulation"):
+            face.landmarks_on(mesh)
+
+
+def test_landmarks_go_with_a_head_that_turns(face):
+    turned = face.mesh.copy()
+    pose = np.array([[0, 0, 1, 3], [0, 1, 0, 4], [-1, 0, 0, 5], [0, 0, 0, 1]], dtype=float)
+    turned.points = face.points @ pose[:3, :3].T + pose[:3, 3]
+    turned["rest"], turned.field_data["pose"] = face.points, pose
+    for name, place in face.landmarks_on(turned).items():
+        np.testing.assert_allclose(place, pose[:3, :3] @ face.landmarks[name] + pose[:3, 3], atol=1e-9)

@@ -13,7 +13,12 @@ from facewrinkle.errors import MeshError, OutputError
 
 def test_a_face_comes_back(face, tmp_path):
     marked = dataclasses.replace(
-        face, estimated=("trichion", "gonion_l"), confidences={"nose_tip": 0.9, "trichion": 0.25}, unit=2.5
+        face,
+        estimated=("trichion", "gonion_l"),
+        confidences={"nose_tip": 0.9, "trichion": 0.25},
+        unit=2.5,
+        likeness=0.87,
+        report=("Dropped specks: 1.",),
     )
     again = fw.read_face(fw.write_face(marked, tmp_path / "head.face"))
     assert np.array_equal(again.points, face.points)
@@ -22,6 +27,8 @@ def test_a_face_comes_back(face, tmp_path):
     for name, point in face.landmarks.items():
         assert np.array_equal(again.landmarks[name], point)
     assert (again.unit, again.estimated, again.confidences) == (2.5, marked.estimated, marked.confidences)
+    assert (again.likeness, again.report) == (0.87, marked.report)
+    assert fw.read_face(fw.write_face(face, tmp_path / "head.face")).likeness is None  # as in files of old
     assert np.array_equal(again.mesh["Colors"], face.mesh["Colors"])
     assert np.array_equal(again.mesh.active_texture_coordinates, face.mesh.active_texture_coordinates)
     assert list(again.muscles) == list(face.muscles)
@@ -56,4 +63,4 @@ def test_other_files_are_refused(face, tmp_path):
     with pytest.raises(MeshError, match="is no face"):
         fw.read_face(path)
     with pytest.raises(OutputError, match="cannot be written"):
-        fw.write_face(face, tmp_path / "nowhere" / "a.face")
+        fw.write_face(face, good / "a.face")

@@ -69,7 +69,7 @@ def test_lids_rest_on_the_eyeballs(identity: Identity) -> None:
         assert np.linalg.norm(samples - eye.centre, axis=2).min() > eye.radius
         # The margins, where the lids end, keep to the ball as on the mean head.
         margin = np.linalg.norm(load_head().points - load_head().eyes[0].centre, axis=1) - eye.radius < 0.3
-        if eye.name == "l":
+        if eye.side == "l":
             assert away[margin].max() < 0.6
 
 
@@ -103,6 +103,47 @@ def test_age_draws_the_face_down_and_sex_makes_it_larger() -> None:
         assert old[name][1] < young[name][1] - 2.0
     her, him = (head_of(Identity(sex=value)) for value in (-1.0, 1.0))
     assert (np.ptp(him.points, axis=0) > 1.02 * np.ptp(her.points, axis=0)).all()
+
+
+def brightness(head: Head, hair: bool) -> float:
+    """Mean of the colours on the crown, or of cheeks, forehead and chin."""
+    names = ("malar_l", "malar_r", "forehead_mid", "pogonion")
+    mean = load_head()
+    places = np.array([[0.0, 90.0, -60.0], [25.0, 85.0, -60.0]]) if hair else [mean.landmarks[n] for n in names]
+    near = [np.linalg.norm(mean.points - place, axis=1).argmin() for place in places]
+    return float(head.colour[near].mean())
+
+
+def test_skin_and_hair_get_darker_and_hair_turns_grey() -> None:
+    for hair, name in ((False, "skin"), (True, "hair")):
+        fair, middle, dark = (brightness(head_of(Identity(**{name: v})), hair) for v in (-1.0, 0.0, 1.0))
+        assert dark < 0.75 * middle
+        assert middle * 1.05 < fair
+        # The one leaves the other as it is, and both leave the shape.
+        assert brightness(head_of(Identity(**{name: 1.0})), not hair) == pytest.approx(
+            brightness(load_head(), not hair), rel=0.02
+        )
+        np.testing.assert_array_equal(head_of(Identity(**{name: 1.0})).points, load_head().points)
+    old, young = (head_of(Identity(age=value)) for value in (1.0, 0.0))
+    assert brightness(old, True) > 2.0 * brightness(young, True)
+    assert brightness(old, False) == pytest.approx(brightness(young, False), rel=0.02)
+
+
+def test_texture_and_colours_agree() -> None:
+    """The image at the texture coordinates of the skin has the colours of its vertices, whoever it is."""
+    for identity in (Identity(), Identity(skin=1.0, hair=1.0), Identity(skin=-0.5, hair=-1.0), Identity(age=1.0)):
+        head = head_of(identity)
+        size = len(head.texture)
+        column, row = (np.clip(c * size, 0, size - 1).astype(int) for c in (head.uv[:, 0], 1.0 - head.uv[:, 1]))
+        off = np.abs(head.texture[row, column].astype(float) - head.colour).mean(axis=1)
+        assert np.median(off) < 8.0
+        assert np.percentile(off, 95) < 45.0
+
+
+def test_random_people_differ_in_colour_and_dark_skin_has_no_fair_hair() -> None:
+    crowd = [Identity.random(seed) for seed in range(40)]
+    assert np.ptp([brightness(head_of(person), False) for person in crowd[:8]]) > 50.0
+    assert all(person.hair >= person.skin for person in crowd)
 
 
 def test_effects_add_up() -> None:

@@ -16,7 +16,7 @@ from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.plotting import Style, picture
 
-NAMES = ("eye_l", "eye_r", "glasses", "hair", "lashes_l", "lashes_r", "lower_teeth", "upper_teeth")
+NAMES = ("eye_l", "eye_r", "glasses", "hair", "lashes_l", "lashes_r", "lower_teeth", "other", "upper_teeth")
 
 
 def ellipsoid(face, where, radii, resolution=16):
@@ -40,7 +40,7 @@ def lash(face, eye):
 
 @pytest.fixture(scope="module")
 def pieces(face):
-    """Eyes, teeth, lashes, hair and glasses for the built-in head."""
+    """Eyes, teeth, lashes, hair, glasses and a pedestal for the built-in head."""
     out = {}
     for eye in face.eyes:
         ball = pv.Sphere(radius=1.02 * eye.radius, center=eye.centre, theta_resolution=20, phi_resolution=20)
@@ -49,6 +49,7 @@ def pieces(face):
     for arch in teeth_of(face.landmarks, face.frame):
         out[f"{arch.jaw}_teeth"] = arch.points, arch.triangles
     out["hair"] = ellipsoid(face, [0.0, 1.6, -1.5], [1.4, 0.8, 1.4])
+    out["other"] = ellipsoid(face, [0.0, -4.0, -1.2], [1.2, 0.8, 1.2])  # a pedestal
     out["glasses"] = ellipsoid(face, [0.0, 0.0, 0.42], [1.0, 0.35, 0.04])
     return out
 

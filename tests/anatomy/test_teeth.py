@@ -9,7 +9,8 @@ from scipy.sparse.csgraph import connected_components
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import frame_of
-from facewrinkle.anatomy.teeth import BELOW, OVERBITE, OVERJET, WIDTHS, Arch, teeth_of
+from facewrinkle.anatomy.teeth import BELOW, GUM, OVERBITE, OVERJET, WIDTHS, Arch, teeth_of
+from facewrinkle.geometry.normals import vertex_normals
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +51,16 @@ def test_fourteen_crowns_in_each_jaw_that_enclose_their_volume(arches):
             root = arch.points[rim[:, 0]].mean(axis=0)
             volume = np.einsum("mi,mi->m", np.cross(a - root, b - root), c - root).sum()
             assert 100.0 < volume / 6.0 < 1000.0
+
+
+def test_gums_face_the_lips(face, arches):
+    """In the middle, where light falls on them from ahead."""
+    for arch in arches:
+        gum = (arch.paint == np.rint(GUM)).all(axis=1)
+        points, normals = local(face, arch.points), vertex_normals(arch.points, arch.triangles) @ face.frame.axes.T
+        ahead = gum & (np.abs(points[:, 0]) < 5.0) & (points[:, 2] > points[gum, 2].max() - 1.5)
+        assert ahead.sum() > 5
+        assert np.median(normals[ahead, 2]) > 0.9
 
 
 def test_arches_are_mirror_symmetric(face, arches):

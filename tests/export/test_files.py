@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from facewrinkle._files import replaced
 from facewrinkle.errors import OutputError
 from facewrinkle.export import output_folder, write_movie, write_series
 
@@ -56,4 +57,49 @@ def test_names_that_no_file_can_have(tmp_path, name):
     ):
         with pytest.raises(OutputError, match="cannot be written"):
             call()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_is_whole_or_not_there(tmp_path):
+    path = tmp_path / "a" / "b" / "c.txt"
+
+    def half(problem):
+        with replaced(path) as beside:
+            beside.write_text("half")
+            raise problem
+
+    for problem in (ValueError, KeyboardInterrupt):
+        with pytest.raises(problem):
+            half(problem)
+        assert not list(tmp_path.iterdir())
+    with replaced(path) as beside:
+        beside.write_text("old")
+        assert beside.suffix == path.suffix
+        assert not path.exists()
+    with pytest.raises(ValueError, match="late"):
+        half(ValueError("late"))
+    assert path.read_text() == "old"
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_folders_that_others_use_stay(tmp_path):
+    def disturbed():
+        with replaced(tmp_path / "new" / "mine") as beside:
+            beside.with_name("theirs").touch()
+            raise ValueError("mine")
+
+    with pytest.raises(ValueError, match="mine"):
+        disturbed()
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["theirs"]
+
+
+def test_the_last_of_several_removes_the_folder(tmp_path):
+    def both():
+        with replaced(tmp_path / "a" / "b" / "movie") as one, replaced(tmp_path / "a" / "b" / "series") as other:
+            other.touch()
+            one.touch()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        both()
     assert not list(tmp_path.iterdir())

@@ -238,3 +238,46 @@ def test_what_cannot_be_written_says_so(moment, tmp_path, monkeypatch):
     with pytest.raises(MissingPackageError, match=r"pygltflib.*facewrinkle\[export\]"):
         fw.write_mesh(frame, tmp_path / "b.glb", face)
     assert not list(tmp_path.glob("b*"))
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_tears_are_in_the_file(moment, tmp_path, fingerprint, ending):
+    tears = [fw.SheddingTear(moment.face, start=side).surface(1.0, moment.frame) for side in "lr"]
+    before = [fingerprint(tear) for tear in tears]
+    path = fw.write_mesh(moment.frame, tmp_path / f"head{ending}", moment.face, tears=tears)
+    assert [fingerprint(tear) for tear in tears] == before
+    expected = np.vstack([tear.points[tear.regular_faces] for tear in tears])
+    if ending == ".ply":  # knows no groups
+        bare = fw.write_mesh(moment.frame, tmp_path / "bare.ply", moment.face).read_bytes()
+        assert bare == path.read_bytes().replace(b"head_texture", b"bare_texture")
+        meshes = [pv.read(tmp_path / "head_tears.ply")]
+    elif ending == ".obj":
+        names = path.read_text().splitlines()
+        assert [line for line in names if line[:2] in ("g ", "us")] == [
+            "g face",
+            "usemtl skin",
+            "g tears",
+            "usemtl tears",
+        ]
+        assert "newmtl tears" in path.with_suffix(".mtl").read_text()
+        meshes = [trimesh.load(path, process=False, group_material=True)]
+        meshes = [pv.wrap(meshes[0].geometry["tears"])]
+    else:
+        scene = trimesh.load(path, process=False)
+        assert set(scene.geometry) == {"face", "tears"}
+        water = scene.geometry["tears"]
+        assert water.visual.material.alphaMode == "BLEND"
+        assert water.visual.material.baseColorFactor[3] < 128
+        meshes = [pv.wrap(water)]
+    corners = np.asarray(meshes[0].points)[meshes[0].regular_faces]
+    np.testing.assert_allclose(corners, expected, atol=1e-6 * np.abs(expected).max())
+    again = fw.read_surface(path)
+    assert again.n_cells >= moment.frame.n_cells
+
+
+def test_no_tears_change_nothing(moment, tmp_path):
+    for ending in ENDINGS:
+        paths = [tmp_path / name / f"head{ending}" for name in ("without", "with")]
+        fw.write_mesh(moment.frame, paths[0], moment.face)
+        fw.write_mesh(moment.frame, paths[1], moment.face, tears=[pv.PolyData()])
+        assert paths[0].read_bytes() == paths[1].read_bytes()

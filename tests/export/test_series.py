@@ -151,3 +151,21 @@ def test_files_of_other_kinds(tmp_path):
     (tmp_path / "folder.gif").mkdir()
     with pytest.raises(OutputError, match="is a folder"):
         write_movie([], tmp_path / "folder.gif")
+
+
+@pytest.mark.parametrize("when", [0, 1, 2, 7])
+def test_an_interrupt_stops_the_writer(tmp_path, when):
+    """VTK would go on through all steps."""
+    taken = []
+
+    def frames():
+        for number in range(100_000):
+            taken.append(number)
+            if number == when:
+                raise KeyboardInterrupt
+            yield frame(number % 3)
+
+    with pytest.raises(KeyboardInterrupt):
+        write_series(frames(), range(100_000), tmp_path / "new" / "series.vtkhdf")
+    assert taken == list(range(when + 1))
+    assert not list(tmp_path.iterdir())

@@ -10,7 +10,6 @@ recorded motion   a number, a function of time and measured compression as stren
 from __future__ import annotations
 
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,21 +18,6 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.presets import names, preset, presets
-
-FACES = Path(__file__).parents[3] / "shared" / "faces"
-
-
-@pytest.fixture(scope="module")
-def clip():
-    """A captured animation and its face."""
-    path = FACES / "ict_face_narrow_anim.glb"
-    pytest.importorskip("pygltflib")
-    if not path.exists():
-        pytest.skip(f"{path.name} is not beside the repository")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fw.FaceWrinkleWarning)  # landmarks that we have no name for
-        mesh, recorded = fw.read_animation(path)
-        return fw.fit_face(mesh, FACES / "ict_face_narrow.landmarks.json"), recorded
 
 
 def laid_out(layer, face, strength, seconds):

@@ -81,7 +81,7 @@ def test_a_mesh_comes_as_it_is_from_all_three_containers(tmp_path):
         np.testing.assert_array_equal(mesh.regular_faces, TRIANGLES)
     assert [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths] == before
     (tmp_path / "data file.bin").unlink()
-    with pytest.raises(MeshError, match=r"needs the file 'data%20file.bin' beside it.*No such file"):
+    with pytest.raises(MeshError, match=r"needs the file 'data%20file.bin' beside it, which is not there"):
         read_surface(paths[1])
 
 
@@ -159,6 +159,26 @@ def test_colours_and_texture_come_along_and_a_missing_picture_does_not_matter(tm
     mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
     np.testing.assert_allclose(mesh.active_texture_coordinates, POINTS[:, :2] * [1, -1] + [0, 1])
     np.testing.assert_array_equal(mesh["Colors"], np.tile([255, 0, 188], (5, 1)))  # light of 0.5 is seen as 0.735
+
+
+def test_textures_lie_by_their_own_coordinates_and_transforms(tmp_path):
+    file, blob = document()
+    quantised = np.rint(POINTS[:, :2] * 4095).astype(np.uint16)  # as packers write them, with a scale in the material
+    blob, texture = with_data(file, blob, quantised, 5123, "VEC2")
+    primitive = file["meshes"][0]["primitives"][0]
+    primitive["attributes"] |= {"TEXCOORD_0": 0, "TEXCOORD_1": texture}
+    primitive["material"] = 0
+    file["images"], file["textures"] = [{"uri": "nowhere.png"}], [{"source": 0}]
+    half = {"scale": [0.5 / 4095, 1.0 / 4095], "offset": [0.25, 0.5]}
+    laid = {"index": 0, "texCoord": 1, "extensions": {"KHR_texture_transform": half}}
+    file["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": laid}}]
+    mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
+    expected = POINTS[:, :2] * [0.5, -1.0] + [0.25, 0.5]
+    np.testing.assert_allclose(mesh.active_texture_coordinates, expected, atol=2e-4)
+    half["rotation"] = np.pi / 2  # of the coordinates, against the clock where v goes up
+    mesh = read_surface(glb(tmp_path / "b.glb", file, blob))
+    x, y = POINTS[:, :2].T
+    np.testing.assert_allclose(mesh.active_texture_coordinates, np.stack([y + 0.25, 0.5 * x + 0.5], axis=1), atol=2e-4)
 
 
 DAMAGE = {

@@ -145,7 +145,7 @@ def test_real_faces_are_turned_outward(name, forward):
         warnings.simplefilter("ignore", FaceWrinkleWarning)
         mesh = read_surface(FACES / f"{name}.obj")
     clean = prepare(mesh, forward=forward)
-    assert clean.report == ()
+    assert all("runs through itself" in line for line in clean.report)  # lips and lids may touch; nothing is changed
     assert same_triangles(clean.triangles, mesh.regular_faces)
     with pytest.warns(FaceWrinkleWarning, match="inward"):
         turned = prepare(to_polydata(mesh.points, mesh.regular_faces[:, ::-1]), forward=forward)
@@ -695,3 +695,13 @@ def test_vertices_that_are_no_numbers(vertices):
         read_surface(SimpleNamespace(vertices=vertices, faces=[[0, 1, 2]]))
     with pytest.raises(MeshError, match="faces must be an array of real numbers"):
         read_surface(SimpleNamespace(vertices=np.eye(3), faces=vertices))
+
+
+@pytest.mark.parametrize("copy", [True, False])
+def test_polydata_share_memory_with_the_arrays_only_where_asked(copy):
+    points, values = np.random.default_rng(0).random((2, 3, 3))
+    mesh = to_polydata(points, np.array([[0, 1, 2]]), {"v": values}, copy=copy)
+    assert np.shares_memory(mesh.points, points) is not copy
+    assert np.shares_memory(mesh["v"], values) is not copy
+    assert np.array_equal(mesh["v"], values)
+    assert mesh.regular_faces.tolist() == [[0, 1, 2]]

@@ -5,6 +5,7 @@ tracks                     lines, steps and cubics in closed form; scipy's Hermi
 shapes                     the sum of weighted displacements, at and between the times
 positions                  the recorded ones; straight lines between them
 playing                    speed, loops and holds in closed form; every frame of a simulation at its time
+bones                      two turns in closed form
 a captured clip            the morph sum of the file, parsed here by hand, to 1e-9 mm, on a refined mesh
 wrinkles on the clip       none in neutral frames; where the skin is compressed, and whether a head turns or not
 other numberings           permuted, fewer and unknown points
@@ -24,6 +25,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from scipy.interpolate import CubicHermiteSpline
+from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
@@ -32,7 +34,9 @@ from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.base import Relief
 from facewrinkle.layers.compression import StrainField, principal_compression
 from facewrinkle.motion.action_units import ARKIT, units_of
-from facewrinkle.motion.recorded import Recorded, Track
+from facewrinkle.motion.bones import Bones
+from facewrinkle.motion.recorded import Recorded
+from facewrinkle.motion.track import Track
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 RNG = np.random.default_rng(11)
@@ -261,7 +265,6 @@ def clip():
     path = FACES / "ict_face_narrow_anim.glb"
     if not path.exists():
         pytest.skip(f"{path.name} is not beside the repository")
-    pytest.importorskip("pygltflib")
     mesh, recorded = fw.read_animation(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
@@ -414,6 +417,19 @@ def test_shapes_become_action_units():
     assert units_of({"mouthSmileLeft": 0.2, "mouthSmileRight": 0.9}) == {"AU12": 0.9}
     assert units_of({"mouthSmile_L": 0.2, "mouthSmile_R": 0.9}, side="l") == {"AU12": 0.2}
     assert units_of({"jawLeft": 0.5, "mouthLeft": 0.4, "unknown": 1.0, "browDownLeft": 0.0}) == {"AU30": 0.5}
+    for left in ("EyeBlinkLeft", "Eye_Blink_L", "eyeBlink.L", "eyeBlink.Left", "head_shapes.eyeBlinkLeft", "blinkLeft",
+                 "A14_Eye_Blink_Left", "rig:eye_blink_left"):  # fmt: skip
+        assert units_of({left: 0.5}, side="l") == {"AU45": 0.5}
+        assert units_of({left: 0.5}, side="r") == {}
+    for name, unit in (
+        ("BrowInnerUp", 1),
+        ("Brow_Drop_R", 4),
+        ("eyesClosed", 45),
+        ("A25_Jaw_Open", 26),
+        ("JawLeft", 30),
+    ):
+        assert units_of({name: 1.0}) == {f"AU{unit}": 1.0}
+    assert units_of(dict.fromkeys(("mouthLeft", "viseme_aa", "Fcl_ALL_Joy", "browL", "Left", "L", ""), 1.0)) == {}
     assert units_of({"jawLeft": 0.5, "jawOpen": 0.25}, side="r") == {"AU30": 0.5, "AU26": 0.25}
     with pytest.raises(UnknownNameError, match="side"):
         units_of({}, side="left")
@@ -502,6 +518,26 @@ def test_shapes_of_looking_turn_the_eyes(face):
 
 
 # --- other numberings ---------------------------------------------------------------------------
+
+
+def test_bones_carry_the_head_and_its_pose_is_told(face):
+    jaw = face.points[:, 1] < face.landmarks["lower_lip_mid"][1]
+    weights = csr_array(np.stack([~jaw, jaw], axis=1).astype(float))
+    turns = Rotation.from_rotvec([[0.0, 0.4, 0.0], [0.25, 0.0, 0.0]]).as_matrix()
+
+    def matrices(time):
+        out = np.tile(np.eye(4), (2, 1, 1))
+        if time > 0.0:
+            out[0, :3, :3], out[1, :3, :3] = turns[0], turns[0] @ turns[1]
+        return out
+
+    still = Track(np.array([0.0, 1.0]), np.zeros((2, 0)))
+    bones = Bones(weights, matrices, matrices(0.0))
+    recorded = Recorded(still, (), np.zeros((0, len(face.points), 3)), face.points, bones=bones)
+    frame = fw.Simulation(face, fw.Refinement(max_level=0), [], motion=recorded, time_step=1.0).step()
+    expected = np.where(jaw[:, None], face.points @ turns[1].T, face.points) @ turns[0].T
+    np.testing.assert_allclose(frame.points, expected, atol=1e-9)
+    np.testing.assert_allclose(frame.field_data["pose"][:3, :3], turns[0], atol=1e-3)  # most of it is no jaw
 
 
 def test_points_are_recognised_by_number_and_by_place(cloth, shapes):

@@ -4,6 +4,8 @@ what                  checked against
 points                the arrays that went into the stage, at and between its time codes
 place                 products of scipy's rotations, scales and shifts; the pose leads from rest to there
 faces and texture     polygons, left-handed meshes, coordinates of points and of corners
+bones, blend shapes   closed forms
+meshes beside         what each does on its own
 which mesh            the choice among several
 what cannot be read   the errors that name it
 """
@@ -21,7 +23,7 @@ from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageErro
 
 pytest.importorskip("pxr")
 
-from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0.5], [2, 1, 0]], float)
 QUADS = [[0, 1, 4, 3], [1, 2, 5, 4]]
@@ -132,7 +134,7 @@ def test_among_several_meshes_the_one_that_deforms_is_taken(stage):
     face(stage, "/head/hat", codes=[1.0], shapes=np.vstack([POINTS, POINTS])[None], faces=[*QUADS, [6, 7, 10, 9]])
     face(stage)
     mesh, recorded = read(stage)
-    assert (recorded.n_points, mesh.n_points) == (6, 6 + 8)  # unused ones of the hat stay behind
+    assert (recorded.n_points, mesh.n_points) == (6, 6 + 8)  # two of its points at one place are one
     np.testing.assert_allclose(mesh.points[:6], recorded.rest)
     face(stage, "/head/more", shapes=np.concatenate([SHAPES, SHAPES], axis=1))
     with pytest.warns(FaceWrinkleWarning, match="2 meshes that may be meant: more, skin"):
@@ -142,18 +144,76 @@ def test_among_several_meshes_the_one_that_deforms_is_taken(stage):
         read(stage, mesh="skim")
 
 
+def test_bones_and_blend_shapes(stage):
+    UsdSkel.Root.Define(stage, "/head")
+    skin = face(stage, codes=[Usd.TimeCode.Default()], shapes=POINTS[None])
+    skeleton = UsdSkel.Skeleton.Define(stage, "/head/skeleton")
+    animation = UsdSkel.Animation.Define(stage, "/head/skeleton/animation")
+    still, hinge = Gf.Matrix4d(1.0), Gf.Matrix4d(1.0).SetTranslate((1.0, 0.0, 0.0))
+    for owner in (skeleton, animation):
+        owner.CreateJointsAttr(["head", "head/jaw"])
+    skeleton.CreateBindTransformsAttr([still, hinge])
+    skeleton.CreateRestTransformsAttr([still, hinge])
+    animation.CreateTranslationsAttr([(0, 0, 0), (1, 0, 0)])
+    animation.CreateScalesAttr([(1, 1, 1)] * 2)
+    animation.CreateBlendShapesAttr(["smile"])
+    for code, angle in ((0.0, 0.0), (24.0, 90.0)):
+        turn = Gf.Quatf(Gf.Rotation((0, 0, 1), angle).GetQuat())
+        animation.CreateRotationsAttr().Set([Gf.Quatf(1.0), turn], code)
+        animation.CreateBlendShapeWeightsAttr().Set([code / 24.0], code)
+    shape = UsdSkel.BlendShape.Define(stage, "/head/skin/smile")
+    shape.CreateOffsetsAttr([(0, 0, 1)])
+    shape.CreatePointIndicesAttr([3])
+    binding = UsdSkel.BindingAPI.Apply(skin.GetPrim())
+    binding.CreateSkeletonRel().SetTargets(["/head/skeleton"])
+    binding.CreateJointIndicesPrimvar(False, 1).Set([0, 0, 1, 0, 0, 1])
+    binding.CreateJointWeightsPrimvar(False, 1).Set([1.0] * 6)
+    binding.CreateBlendShapesAttr(["smile"])
+    binding.CreateBlendShapeTargetsRel().SetTargets(["/head/skin/smile"])
+    UsdSkel.BindingAPI.Apply(skeleton.GetPrim()).CreateAnimationSourceRel().SetTargets(["/head/skeleton/animation"])
+    stage.SetStartTimeCode(0.0)
+    stage.SetEndTimeCode(24.0)
+    mesh, recorded = read(stage)
+    np.testing.assert_allclose(mesh.points, POINTS, atol=1e-6)
+    assert recorded.duration == 1.0
+    expected = POINTS + np.outer([0, 0, 0, 1, 0, 0], [0.0, 0.0, 1.0])
+    jaw = POINTS[:, 0] == 2.0
+    expected[jaw] = [[1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]  # (2, 0, 0) and (2, 1, 0), a quarter about (1, 0, 0)
+    np.testing.assert_allclose(recorded.positions(1.0, np.asarray(mesh.points)), expected, atol=1e-5)
+    assert skin.GetPointsAttr().GetTimeSamples() == []  # the file stays as it is
+
+
+def test_other_meshes_have_recordings_of_their_own(stage):
+    face(stage, shapes=np.tile(SHAPES, (1, 2, 1)), faces=[*QUADS, [6, 7, 10, 9]])
+    eye = face(stage, "/head/eye", codes=[1.0], shapes=POINTS[None])
+    face(stage, "/head/lashes")
+    face(stage, "/head/hat", codes=[1.0], shapes=POINTS[None])
+    turn = UsdGeom.Xformable(eye).AddRotateYOp()
+    for code, angle in ((1.0, 0.0), (25.0, 80.0)):
+        turn.Set(angle, code)
+    mesh, recorded = read(stage, mesh="skin")
+    n = recorded.n_points
+    numbers = {start: own.n_points for start, own in recorded.beside.items()}
+    assert numbers == {n: 6, n + 6: 6}
+    first = recorded.track.times[0]
+    half = Rotation.from_euler("y", 40.0, degrees=True).apply(POINTS)
+    np.testing.assert_allclose(recorded.beside[n].positions_then(first + 0.5, POINTS), half, atol=1e-6)
+    np.testing.assert_allclose(recorded.beside[n + 6].positions_then(first + 0.5, SHAPES[0]), SHAPES[1], atol=1e-12)
+    np.testing.assert_allclose(mesh.points[n + 6 : n + 12], SHAPES[0])
+
+
 def test_what_cannot_be_played_says_so(stage, tmp_path, monkeypatch):
     with pytest.raises(MeshError, match="holds no mesh"):
         read(stage)
     skin = face(stage, codes=[1.0], shapes=SHAPES[:1])
-    with pytest.raises(MeshError, match="skin has no time samples.*blend shapes.*Bake the motion"):
+    with pytest.raises(MeshError, match="skin keeps still: it has no time samples.*blend shapes"):
         read(stage)
     skin.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(POINTS[:5].astype(np.float32)), 9.0)
     with pytest.raises(MeshError, match="skin changes from 6 to 5 points"):
         read(stage)
     skin.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(POINTS.astype(np.float32)), 9.0)
     skin.GetFaceVertexIndicesAttr().Set([0, 1, 4, 3, 1, 2, 5, 77])
-    with pytest.raises(MeshError, match="77.*has 6 vertices"):
+    with pytest.raises(MeshError, match="faces of skin lead nowhere"):
         read(stage)
     skin.GetFaceVertexIndicesAttr().Set([0, 1, 4, 3, 1, 2, 5])
     with pytest.raises(MeshError, match="faces of skin lead nowhere"):

@@ -54,7 +54,7 @@ def seen(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, grid: Grid
     raw = depth_map(pose.local(points), triangles, grid)
     offset = _offset(raw, base)
     raw[np.abs(raw - base.depth - offset) > OFF] = np.nan
-    depth, known = closed(raw, grid, template(person).agape)
+    depth, known = closed(raw, grid, template(person).agape, base.depth)
     sure = gaussian_filter(known.astype(float), SCALES[0] / grid.step) ** 2
     return Map(depth, _compressed(relief(depth, grid, SCALES)), base.weight * sure, sure)
 

@@ -91,17 +91,29 @@ MOUTH, CAVITY, NOSTRILS = 0.9, 0.25, -0.8
 """An open mouth of up to the first's size becomes a hollow of the second's depth; it is below the third."""
 
 
-def closed(depth: Array, grid: Grid, agape: bool = False) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """The map with its openings closed, and where it is known; an open mouth is kept as a hollow where that is said."""
+def closed(
+    depth: Array, grid: Grid, agape: bool = False, model: Array | None = None
+) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """The map with its openings closed, and where it is known; an open mouth is kept as a hollow where that is said.
+
+    What is not known goes on smoothly from what is, or as the depth of a model does: a rim must not look like relief.
+    """
     deep = np.where(np.isnan(depth), FARTHEST, depth)
     below = grid.y < NOSTRILS
     if agape:
         deep[below] = np.maximum(deep, _closing(deep, MOUTH, grid) - CAVITY)[below]
-    shallow = np.maximum(deep, _closing(deep, SLIT, grid) - FURROW)
-    known = (_closing(shallow, OPENING, grid) - shallow < PIT) & (shallow > FARTHEST)
+    level = shallow(deep, grid)
+    known = (_closing(level, OPENING, grid) - level < PIT) & (level > FARTHEST)
     if agape:
-        known[below] = shallow[below] > FARTHEST
-    return _filled(np.where(known, shallow, 0.0), known), known
+        known[below] = level[below] > FARTHEST
+    like = np.zeros_like(level) if model is None else model
+    return like + _filled(np.where(known, level - like, 0.0), known), known
+
+
+def shallow(depth: Array, grid: Grid) -> Array:
+    """The map with its slits, such as that between lips, as furrows."""
+    deep = np.where(np.isnan(depth), FARTHEST, depth)
+    return np.asarray(np.maximum(deep, _closing(deep, SLIT, grid) - FURROW))
 
 
 def _closing(depth: Array, size: float, grid: Grid) -> Array:

@@ -19,7 +19,8 @@ from ...mesh import read_surface, to_polydata
 from ..landmarks import NAMES, complete
 from .alignment import COARSE, FINE, laid_on, likeness, seen, template_map
 from .depth import Pose, foremost
-from .matching import Match, matched
+from .matching import DOUBT, Match, matched
+from .mouth import MOUTH, corners
 from .samples import spread
 from .search import SIZES, candidates, distinct
 from .template import LOOKS, PEOPLE, template
@@ -40,11 +41,10 @@ UNMEASURED = (
 OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_centre", "eye_r_centre")
 """Landmarks that cannot be read off the front view: carried over from the template by the others."""
 
-MOUTH = ("mouth_l", "mouth_r", "upper_lip_mid", "lower_lip_mid")
 LOWER = (*MOUTH, "subnasale", "pogonion", "menton")
 """Landmarks that a template shows all or not at all."""
 
-SAMPLES = 30_000
+SAMPLES = 40_000
 
 SURE, HOPELESS = 0.75, 0.25
 """Confidence above which no other pose is tried, and below which no other template is."""
@@ -72,6 +72,9 @@ ON_A_LINE, MISFIT = 0.2, 0.45
 farther than the second from where they are on the template, in distances between the pupils.
 """
 
+FEWEST = 200
+"""Triangles that show a face, at least: on it they are a third of the distance between the pupils in size."""
+
 NO_FACE = (
     "no face was found on the mesh: nothing on it looks like one. If it is a face, give landmarks; required are, on "
     "one side at least, eye_l_inner, eye_l_outer, mouth_l, brow_l_mid; nose_tip, upper_lip_mid, lower_lip_mid."
@@ -92,7 +95,7 @@ class Found:
     estimated : tuple of str
         The landmarks that cannot be measured on the shape, or are hidden.
     confidence : float
-        Likeness to a face, at most 1; other things stay below 0.5.
+        Likeness to a face, at most 1; other things stay below 0.6.
     pose : Pose
         Rotation (`axes`), scale (`size`) and translation (`origin`).
     """
@@ -132,7 +135,8 @@ def find_landmarks(
     MeshError
         If there is no surface, or points are not finite.
     LandmarkError
-        If nothing on the mesh looks like a face at all.
+        If nothing on the mesh looks like a face at all, or if it has fewer than 200 triangles and not three landmarks
+        are given.
 
     Examples
     --------
@@ -146,7 +150,13 @@ def find_landmarks(
     middle, diagonal = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.linalg.norm(np.ptp(points, axis=0)))
     points = (points - middle) / diagonal
     marks = {name: (np.asarray(point, dtype=np.float64) - middle) / diagonal for name, point in (given or {}).items()}
-    search = _Search(points, triangles, posed_by(marks))
+    pose = posed_by(marks)
+    if pose is None and len(triangles) < FEWEST:
+        raise LandmarkError(
+            f"no face was found on the mesh: its {len(triangles)} triangles are too few to show one; {FEWEST} are "
+            "needed at least. Give a finer mesh, or at least three landmarks that are not in a line."
+        )
+    search = _Search(points, triangles, pose)
     for _ in (watch or bar)(search.steps(), search.STEPS):
         pass
     match = search.matches[0]
@@ -297,22 +307,23 @@ def _landmarks(points: Array, triangles: Triangles, matches: list[Match]) -> tup
     mouth = np.mean([trusts[name] for name in MOUTH], axis=0)
     mouth[[match.agape and not _parted(match, templates[k]) for k, match in enumerate(matches)]] = -1.0
     look = int(np.argmax(mouth))
-    there, sure = [], {name: float(trust[:persons].mean()) for name, trust in trusts.items()}
+    there, sure, rivals = {}, {name: float(trust[:persons].mean()) for name, trust in trusts.items()}, {}
     for name, at in zip(names, places.swapaxes(0, 1), strict=True):
         trust = trusts[name][:persons]
-        place = np.average(at[:persons], axis=0, weights=np.exp((trust - trust.max()) / CHOICE))
-        rivals = at[:persons]
+        there[name] = np.average(at[:persons], axis=0, weights=np.exp((trust - trust.max()) / CHOICE))
+        rivals[name] = at[:persons]
         if name in LOWER:
-            rivals = at[mouth > mouth[look] - CLOSE]
+            rivals[name] = at[mouth > mouth[look] - CLOSE]
             if look >= persons:
-                place, sure[name] = at[look], float(trusts[name][look])
-        there.append(place)
-        scatter = np.sqrt(((rivals - place) ** 2).sum(axis=1).mean()) / pose.size
+                there[name], sure[name] = at[look], float(trusts[name][look])
+    if not matches[look].agape:
+        there |= _mouth(points, triangles, matches[0], there)
+    for name, place in there.items():
+        scatter = np.sqrt(((rivals[name] - place) ** 2).sum(axis=1).mean()) / pose.size
         sure[name] = _certain(sure[name]) / (1.0 + (scatter / DISAGREEMENT) ** 2)
-    tip = names.index("nose_tip")
-    there[tip] = _raised(matches[0], foremost(view.depth, FINE, pose.local(there[tip])[:2])[None], view.depth)[0]
-    read = dict(zip(names, there, strict=True))
-    landmarks, _ = complete(read, templates[0])
+    tip = foremost(view.depth, FINE, pose.local(there["nose_tip"])[:2])
+    there["nose_tip"] = _raised(matches[0], tip[None], view.depth)[0]
+    landmarks, _ = complete(there, templates[0])
     on_skin = [name for name in NAMES if not name.endswith("centre")]
     skin = to_polydata(points, triangles)
     closest: Any = skin.find_closest_cell(np.array([landmarks[n] for n in on_skin]), return_closest_point=True)
@@ -320,6 +331,20 @@ def _landmarks(points: Array, triangles: Triangles, matches: list[Match]) -> tup
     for name in UNMEASURED:
         sure[name] = min(sure[name], ESTIMATE)
     return landmarks, {name: float(np.clip(value, 0.0, 1.0)) for name, value in sure.items()}
+
+
+def _mouth(points: Array, triangles: Triangles, match: Match, there: Mapping[str, Array]) -> dict[str, Array]:
+    """The corners of the mouth where the furrow between the lips shows them; the lips go with both."""
+    expected = match.pose.local(np.array([there[name] for name in MOUTH]))[:, :2]
+    ends = corners(points, triangles, match.pose, expected)
+    if ends is None:
+        return {}
+    square = ((ends - expected[:2]) ** 2).sum(axis=1, keepdims=True)
+    ends = expected[:2] + (ends - expected[:2]) * square / (square + DOUBT**2)
+    left, right = ends[:, 0] - expected[:2, 0]
+    aside = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
+    flat = np.concatenate([ends, expected[2:] + np.array([aside, 0.0])])
+    return dict(zip(MOUTH, _raised(match, flat, match.view.depth), strict=True))
 
 
 def _certain(trust: float) -> float:

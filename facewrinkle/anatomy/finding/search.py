@@ -17,8 +17,8 @@ from .template import template
 
 Array = npt.NDArray[np.float64]
 
-SIZES = np.geomspace(1 / 27.0, 1 / 2.9, 12)
-"""Distance between the pupils over the diagonal of the bounding box: from a whole body to a narrow mask."""
+SIZES = np.geomspace(1 / 45.0, 1 / 2.9, 15)
+"""Distance between the pupils over the diagonal of the bounding box: from a whole body on a floor to a narrow mask."""
 
 NOSES = 40
 """Protruding points that are tried at every size."""
@@ -62,7 +62,8 @@ def candidates(points: Array) -> Iterator[list[tuple[float, Pose]]]:
         Spread evenly over the surface.
     """
     middle = points.mean(axis=0)
-    for size in SIZES * float(np.linalg.norm(np.ptp(points, axis=0))):
+    along = np.linalg.svd(points - middle, full_matrices=False)[2]  # a box that turns with them
+    for size in SIZES * float(np.linalg.norm(np.ptp(points @ along.T, axis=0))):
         found = _at_size(points - middle, size)
         yield [(cost, Pose(pose.axes, pose.origin + middle, pose.size, pose.stretch)) for cost, pose in found]
 

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from .base import Array, BoolArray, Muscle
 
 
-def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.int32]) -> list[BoolArray]:
-    """Per muscle the triangles (m,) that its wrinkling region may touch.
+def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.int32]) -> BoolArray:
+    """The triangles that the wrinkling region of each muscle may touch, (k, m).
 
     Those with a corner, an edge's midpoint or the centroid in it, and the ring around them. Only triangles that come
     within the muscle's reach are looked at.
@@ -21,7 +21,7 @@ def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.in
     >>> from facewrinkle.anatomy.muscles import LinearMuscle
     >>> points = np.array([[0.0, 20, 0], [1, 20, 0], [0, 21, 0], [90, 0, 0], [91, 0, 0], [90, 1, 0]])
     >>> muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=0.5, radius=40.0)
-    >>> [zone.tolist() for zone in zones([muscle], points, np.array([[0, 1, 2], [3, 4, 5]], np.int32))]
+    >>> zones([muscle], points, np.array([[0, 1, 2], [3, 4, 5]], np.int32)).tolist()
     [[True, False]]
     """
     corners = points[triangles]
@@ -39,7 +39,7 @@ def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.in
         ring = np.zeros(len(points), bool)
         ring[triangles[near[touched]]] = True
         out.append(_any_corner(ring, triangles))
-    return out
+    return np.array(out, bool).reshape(-1, len(triangles))
 
 
 def _any_corner(marked: BoolArray, triangles: npt.NDArray[np.int32]) -> BoolArray:

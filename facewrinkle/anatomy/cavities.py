@@ -1,0 +1,195 @@
+"""The mouth and the nostrils: how far behind the front of a face its skin lies there.
+
+Lengths are mm on a face whose pupils are 63 mm apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ..geometry.blending import smoothstep
+from ..geometry.normals import vertex_normals
+from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame
+
+if TYPE_CHECKING:
+    from .face import Face
+
+Array = npt.NDArray[np.float64]
+
+STEP = 0.5
+"""Of the grid."""
+
+HALF, ABOVE, BELOW = 34.0, 16.0, 30.0
+"""Half the width of what is seen, and how far it reaches above the base of the nose and below the lower lip."""
+
+BACK = 130.0
+"""What lies farther behind is the other side of the head."""
+
+INSIDE = 3.0
+"""Skin that lies deeper behind lips or the rims of nostrils than this is inside."""
+
+BACKWARD = -0.5
+"""Skin that faces forward less than this (a cosine) is not seen from the front, however thin lips are before it."""
+
+WIDE = {"nose": 9.0, "mouth": 13.0}
+"""Hollows narrower than this are cavities, there and there."""
+
+
+def local(points: Array, frame: FaceFrame) -> Array:
+    """Coordinates (n, 3) [left, up, forward] from the middle between the eyes, mm on a face of average size."""
+    return np.asarray((points - frame.origin) @ frame.axes.T * (MEAN_PUPIL_DISTANCE / frame.pupil_distance))
+
+
+class Cavities:
+    """Where mouth and nostrils of a face at rest are, from what is seen of it from the front.
+
+    A grey-scale closing of the depth map fills all hollows that are narrow; what lies deeper than it is inside them.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    landmarks : mapping of str to ndarray, shape (3,)
+    frame : FaceFrame
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> cavities = Cavities(face.points, face.triangles, face.landmarks, face.frame)
+    >>> inside = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]) - [0, 0, 20]
+    >>> bool(cavities.depth(inside[None])[0] > 10.0), float(cavities.depth(face.landmarks["malar_l"][None])[0])
+    (True, 0.0)
+    """
+
+    def __init__(
+        self,
+        points: Array,
+        triangles: npt.NDArray[np.int32],
+        landmarks: Mapping[str, Array],
+        frame: FaceFrame,
+    ) -> None:
+        self.frame = frame
+        marks = {name: local(place, frame) for name, place in landmarks.items()}
+        nose = marks["subnasale"]
+        self._low = np.array([-HALF, marks["lower_lip_mid"][1] - BELOW])
+        shape = np.ceil((np.array([HALF, nose[1] + ABOVE]) - self._low) / STEP).astype(int) + 1
+        front = _front(local(points, frame)[triangles], self._low, shape)
+        x, y = (low + STEP * np.arange(n) for low, n in zip(self._low, shape, strict=True))
+        # Below the nose the lips are what is hollow; above their border the nostrils are.
+        upper = smoothstep((y - 0.5 * (nose[1] + marks["upper_lip_mid"][1])) / 4.0 + 0.5)[None, :]
+        corner = np.abs([marks["mouth_l"][0], marks["mouth_r"][0]]).max()
+        wing = np.abs([marks["ala_l"][0], marks["ala_r"][0]]).max()
+        across = np.abs(x)[:, None]
+        within = smoothstep((wing + 1.0 - across) / 2.0)  # behind the wings of the nose it is skin, too
+        near = upper * within + (1.0 - upper) * smoothstep((corner + 4.0 - across) / 4.0)
+        near = near * smoothstep((y - marks["lower_lip_mid"][1] + 4.0) / 4.0)[None, :]
+        closed = [_closed(front, WIDE[what]) for what in ("nose", "mouth")]
+        self._cover = front + near * (upper * closed[0] + (1.0 - upper) * closed[1] - front)
+        self._within = 1.0 - upper * (1.0 - within)
+        self._lowest = 0.5 * (marks["lower_lip_mid"][1] + marks["menton"][1])
+
+    def _behind(self, points: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+        """How far points are behind what is seen, how much of that may be a cavity, and which are where those are."""
+        where = local(points, self.frame)
+        at = (where[:, :2] - self._low) / STEP
+        inside = ((at >= 0.0) & (at <= np.array(self._cover.shape) - 1.0)).all(axis=1)
+        cover, within = (
+            ndimage.map_coordinates(grid, at.T, order=1, mode="nearest") for grid in (self._cover, self._within)
+        )
+        behind = cover - where[:, 2]
+        return behind, within, inside & (where[:, 1] > self._lowest) & (behind < BACK)
+
+    def depth(self, points: Array) -> Array:
+        """How far (n,) points lie inside, from the skin that is seen from the front; 0 outside."""
+        behind, within, near = self._behind(points)
+        return np.asarray(np.where(near, np.maximum(behind * within, 0.0), 0.0))
+
+    def outer(self, points: Array) -> npt.NDArray[np.bool_]:
+        """Which points (n,) are on the skin that is seen from the front, where mouth and nostrils may be."""
+        behind, _, near = self._behind(points)
+        return np.asarray(near & (behind < INSIDE))
+
+
+def lining(face: Face) -> npt.NDArray[np.bool_]:
+    """Which vertices (n,) of a face are the lining of mouth and nostrils, all of it that is behind lips and rims.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> bool(lining(face)[(face.points @ face.frame.axes[2]).argmax()])  # the tip of the nose
+    False
+    """
+    cavities = Cavities(face.points, face.triangles, face.landmarks, face.frame)
+    depth, forward = cavities.depth(face.points), vertex_normals(face.points, face.triangles) @ face.frame.axes[2]
+    free = ~cavities.outer(face.points) | (forward < BACKWARD)
+    edges = face.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    edges = edges[free[edges].all(axis=1)]
+    n = len(face.points)
+    label = connected_components(coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(n, n)), directed=False)[1]
+    # Of the face itself, or where it is reached by another way, only what is seen to be inside counts.
+    tops = cKDTree(face.points).query([face.landmarks[name] for name in ("glabella", "zygion_l", "zygion_r")])[1]
+    inner = np.isin(label, np.setdiff1d(label[depth >= INSIDE], label[tops]))
+    return np.asarray(free & inner | (depth >= INSIDE))
+
+
+class Lining:
+    """Which places of the skin of a face are the lining of mouth and nostrils: as the vertices nearest to them.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> bool(Lining(face).holds(face.landmarks["nose_tip"][None])[0])
+    False
+    """
+
+    def __init__(self, face: Face) -> None:
+        self.vertices = lining(face)
+        self._cavities = Cavities(face.points, face.triangles, face.landmarks, face.frame)
+        self._tree = cKDTree(face.points)
+
+    def holds(self, points: Array) -> npt.NDArray[np.bool_]:
+        """Which points (n,) of the face at rest are of it."""
+        away, nearest = self._tree.query(points)
+        return np.asarray(self.vertices[nearest] & ((away == 0.0) | ~self._cavities.outer(points)))
+
+
+def _closed(front: Array, wide: float) -> Array:
+    radius = round(0.5 * wide / STEP)
+    i = np.arange(-radius, radius + 1)
+    disc = i[:, None] ** 2 + i[None, :] ** 2 <= radius**2
+    return np.asarray(ndimage.grey_closing(front, footprint=disc, mode="nearest"))
+
+
+def _front(corners: Array, low: Array, shape: npt.NDArray[np.int64]) -> Array:
+    """The foremost place of triangles (m, 3, 3) over each node of a grid; where there is none, that of the nearest."""
+    high = low + STEP * (shape - 1)
+    flat = corners[:, :, :2]
+    seen = ((flat.max(axis=1) >= low) & (flat.min(axis=1) <= high)).all(axis=1)
+    corners = corners[seen & (corners[:, :, 2].max(axis=1) > -40.0)]
+    edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    parts = np.ceil(1.5 * edge / STEP).astype(int)
+    front = np.full(shape, -np.inf)
+    for k in np.unique(parts):
+        i, j = np.divmod(np.arange((k + 1) ** 2), k + 1)
+        i, j = i[i + j <= k], j[i + j <= k]
+        weights = np.stack([i, j, k - i - j], axis=1) / max(k, 1)
+        samples = (weights @ corners[parts == k]).reshape(-1, 3)
+        node = np.rint((samples[:, :2] - low) / STEP).astype(int)
+        kept = ((node >= 0) & (node < shape)).all(axis=1)
+        np.maximum.at(front, tuple(node[kept].T), samples[kept, 2])
+    empty = ~np.isfinite(front)
+    if empty.all():
+        return np.zeros(shape)
+    nearest = ndimage.distance_transform_edt(empty, return_distances=False, return_indices=True)
+    return np.asarray(front[tuple(nearest)])

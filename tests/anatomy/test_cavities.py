@@ -1,0 +1,135 @@
+"""Mouth and nostrils: what lies inside is known from the front, is dark, has teeth, and has no bone in front of it.
+
+The built-in head's mouth is an opening; closed with a pocket of skin, as most heads of games are, it is a bag.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle._features import Mouth, beside
+from facewrinkle.anatomy.cavities import BACK, INSIDE, Cavities, lining
+from facewrinkle.anatomy.complexion import HAIR, Paint
+from facewrinkle.anatomy.face import Face
+from facewrinkle.commands.fit import _bone
+from facewrinkle.mesh import to_polydata
+
+
+@pytest.fixture(scope="module")
+def face() -> Face:
+    return fw.default_face()
+
+
+@pytest.fixture(scope="module")
+def bagged(face) -> Face:
+    """The built-in head with a pocket of skin behind its lips; its vertices come first, the pocket's after them."""
+    loop, pocket = Mouth(face).loop, Mouth(face).pocket(face.points)
+    number = np.concatenate([loop, face.mesh.n_points + np.arange(pocket.n_points - len(loop))])
+    mesh = to_polydata(
+        np.concatenate([face.points, pocket.points[len(loop) :]]),
+        np.concatenate([face.triangles, number[pocket.regular_faces]]),
+    )
+    return Face.from_landmarks(mesh, face.landmarks, 1.0)
+
+
+def pocket_of(bagged: Face, face: Face) -> np.ndarray:
+    return np.arange(bagged.mesh.n_points) >= face.mesh.n_points
+
+
+def cavities_of(face: Face) -> Cavities:
+    return Cavities(face.points, face.triangles, face.landmarks, face.frame)
+
+
+def test_depth_is_that_behind_the_lips(face):
+    """Straight behind where the lips meet it grows as fast as the way, up to the other side of the head."""
+    lips = 0.5 * (face.landmarks["mouth_l"] + face.landmarks["mouth_r"])
+    way = np.linspace(10.0, 60.0, 6)
+    line = lips * [0, 1, 1] - np.outer(way, face.frame.axes[2])
+    depth = cavities_of(face).depth(line)
+    scale = 63.0 / face.frame.pupil_distance
+    np.testing.assert_allclose(np.diff(depth), scale * np.diff(way), atol=1e-6)
+    assert cavities_of(face).depth(lips[None] - 1.3 * BACK * face.frame.axes[2])[0] == 0.0
+
+
+def test_outer_skin_is_not_inside(face):
+    names = [name for name in face.landmarks if not name.endswith("centre")]
+    depth = cavities_of(face).depth(np.array([face.landmarks[name] for name in names]))
+    assert depth.max() < INSIDE
+    assert not depth[[names.index(n) for n in ("malar_l", "glabella", "zygion_r", "menton")]].any()
+
+
+def test_depth_goes_with_the_face(face):
+    """Turned, scaled and moved, the same places are as deep."""
+    turn = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
+    moved = {name: 0.1 * turn @ place + [3.0, -2, 5] for name, place in face.landmarks.items()}
+    there = 0.1 * face.points @ turn.T + [3.0, -2, 5]
+    other = Cavities(there, face.triangles, moved, fw.anatomy.landmarks.frame_of(moved))
+    np.testing.assert_allclose(other.depth(there), cavities_of(face).depth(face.points), atol=1e-3)
+
+
+def test_the_lining_is_the_pocket(bagged, face):
+    inside, pocket = lining(bagged), pocket_of(bagged, face)
+    assert inside[pocket].mean() > 0.95
+    assert inside[~pocket].mean() < 0.05
+    marks = [
+        bagged.mesh.find_closest_point(bagged.landmarks[n]) for n in ("nose_tip", "pogonion", "malar_l", "glabella")
+    ]
+    assert not inside[marks].any()
+
+
+def test_the_pocket_is_dark_and_the_face_is_not(bagged, face):
+    paint, pocket = Paint(bagged)(bagged.points).astype(float), pocket_of(bagged, face)
+    deep = pocket & (cavities_of(bagged).depth(bagged.points) > 20.0)
+    assert deep.sum() > 30
+    assert paint[deep].max() < 60.0
+    for name in ("malar_l", "pogonion", "glabella", "nose_tip", "mouth_l"):
+        assert Paint(bagged)(bagged.landmarks[name][None]).astype(float).mean() > 100.0
+
+
+def test_hair_grows_on_whole_heads_only(face):
+    crown = face.frame.origin + np.array([[0.0, 90.0, -70.0]])
+    np.testing.assert_allclose(Paint(face)(crown)[0], HAIR, atol=20.0)
+    front = face.triangles[(face.points[:, 2] > face.landmarks["zygion_l"][2] - 20.0)[face.triangles].all(axis=1)]
+    mask = Face.from_landmarks(pv.PolyData.from_regular_faces(face.points, front).clean(), face.landmarks, 1.0)
+    assert Paint(mask)(crown).mean() > 120.0
+
+
+def test_a_bag_has_teeth_when_the_lips_part(bagged, face):
+    mouth = Mouth(bagged)
+    assert mouth.bag
+    assert not len(mouth.loop)
+    assert not mouth.parted(bagged.points)
+    guide, opened = bagged.guides["jaw"], bagged.mesh.copy()
+    opened.points[guide.vertices] += guide.turned(bagged.points, 0.7)
+    assert mouth.parted(np.asarray(opened.points, dtype=np.float64))
+    parts = beside(bagged, opened)
+    assert {"upper_teeth", "lower_teeth", "tongue"} <= set(parts)
+    assert "mouth" not in parts  # the bag is there already
+
+
+def test_a_face_whose_lips_are_one_has_no_bag(face):
+    """Closed flat, between the lips."""
+    loop = Mouth(face).loop
+    middle = face.points[loop].mean(axis=0)
+    fan = np.stack([loop, np.full(len(loop), face.mesh.n_points), np.roll(loop, -1)], axis=1)
+    mesh = to_polydata(np.vstack([face.points, middle]), np.vstack([face.triangles, fan]))
+    mouth = Mouth(Face.from_landmarks(mesh, face.landmarks, 1.0))
+    assert not mouth.bag
+    assert not len(mouth.loop)
+
+
+def test_no_bone_is_drawn_before_the_face(bagged, face):
+    """In no part of the picture of the anatomy is the skull nearer than the skin before it."""
+    skull = _bone(bagged)
+    assert 0 < skull.n_cells < bagged.mesh.n_cells
+    ahead = 300.0 * bagged.frame.axes[2]
+    used = np.unique(skull.regular_faces)
+    lips = 0.5 * (bagged.landmarks["upper_lip_mid"] + bagged.landmarks["lower_lip_mid"])
+    near = used[np.linalg.norm((skull.points[used] - lips)[:, :2], axis=1) < 35.0]
+    near = near[skull.points[near] @ bagged.frame.axes[2] > lips @ bagged.frame.axes[2] - 60.0]
+    met = [len(bagged.mesh.ray_trace(skull.points[k], skull.points[k] + ahead)[0]) for k in near]
+    assert len(met) > 50
+    assert min(met) > 0
