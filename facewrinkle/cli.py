@@ -5,21 +5,17 @@ The commands live in :mod:`facewrinkle.commands` and are imported when they are 
 
 from __future__ import annotations
 
-import _thread
-import logging
 import os
 import signal
 import sys
-import threading
-import time
 import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import NoReturn
 
 from cyclopts import App, CycloptsError
 
 from . import __version__
+from .commands.interrupts import interrupts
 from .errors import FaceWrinkleError, FaceWrinkleWarning
 
 USAGE, FAILED = 2, 1
@@ -65,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if sys.platform.startswith("linux"):  # VTK would look for a display first
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     tokens = list(sys.argv[1:] if arguments is None else arguments)
-    with warnings.catch_warnings(), _interrupts() as interrupts:
+    with warnings.catch_warnings(), interrupts() as seen:
         warnings.simplefilter("always", FaceWrinkleWarning)
         warnings.showwarning = _notice
         try:
@@ -74,63 +70,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
             return _complain(f"{_one_line(error)} Try: {hint} --help", USAGE)
         except KeyboardInterrupt:
-            return _complain("interrupted.", _code(interrupts))
+            return _complain("interrupted.", _code(seen))
         except BrokenPipeError:  # the reader, such as head, has gone
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return FAILED
         except Exception as error:
-            if interrupts:  # VTK drops the interrupt inside its callbacks, and something else breaks
-                return _complain("interrupted.", _code(interrupts))
+            if seen:  # VTK drops the interrupt inside its callbacks, and something else breaks
+                return _complain("interrupted.", _code(seen))
             if isinstance(error, FaceWrinkleError):
                 return _complain(_one_line(error), FAILED)
             raise
     return 0
-
-
-@contextmanager
-def _interrupts() -> Iterator[list[int]]:
-    """The Ctrl-C and SIGTERM that came meanwhile, by number; each raises KeyboardInterrupt as Ctrl-C ever does, and
-    again where Python had to drop it.
-    """
-    seen: list[int] = []
-    dropping, raised = False, True
-
-    def interrupted(number: int, _: object) -> None:
-        nonlocal raised
-        seen.append(number)
-        if dropping:  # not within the hook below: what it starts asks again
-            return
-        raised = True
-        logging.disable()  # VTK, where it is in the middle of something, would complain at length
-        raise KeyboardInterrupt
-
-    def insist() -> None:
-        while not raised:
-            _thread.interrupt_main()
-            time.sleep(0.02)
-
-    def dropped(unraisable: sys.UnraisableHookArgs) -> None:
-        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
-            show(unraisable)
-            return
-        nonlocal dropping, raised
-        dropping, raised = True, False
-        threading.Thread(target=insist, daemon=True).start()  # it fell into a finalizer: once more, outside of it
-        dropping = False
-
-    if threading.current_thread() is not threading.main_thread():
-        yield seen
-        return
-    before = {number: signal.signal(number, interrupted) for number in (signal.SIGINT, signal.SIGTERM)}
-    show, sys.unraisablehook = sys.unraisablehook, dropped
-    try:
-        yield seen
-    finally:
-        raised = True
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        sys.unraisablehook = show
-        logging.disable(logging.NOTSET)
 
 
 def program() -> NoReturn:
@@ -142,9 +92,9 @@ def program() -> NoReturn:
     sys.exit(code)
 
 
-def _code(interrupts: list[int]) -> int:
+def _code(seen: list[int]) -> int:
     """The exit code after a signal."""
-    return 128 + (interrupts[0] if interrupts else signal.SIGINT)
+    return 128 + (seen[0] if seen else signal.SIGINT)
 
 
 def _one_line(error: Exception) -> str:

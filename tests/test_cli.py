@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import logging
@@ -396,6 +397,23 @@ def test_interrupt_inside_a_finalizer_is_not_lost(monkeypatch, capsys):
     assert main(["info"]) == 130
     assert capsys.readouterr().err == "facewrinkle: interrupted.\n"
     assert (signal.getsignal(signal.SIGINT), sys.unraisablehook) == hooks
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_that_a_library_drops_ends_a_long_work(number, monkeypatch, capsys):
+    begun = []
+
+    def work(*_: object, **__: object) -> None:
+        for item in Report(quiet=True).progress(iter(range(10)), "Frames", 10):
+            begun.append(item)
+            with contextlib.suppress(KeyboardInterrupt):
+                if item == 3:
+                    signal.raise_signal(number)
+
+    monkeypatch.setattr("facewrinkle.cli.app", work)
+    assert main(["info"]) == 128 + number
+    assert capsys.readouterr().err == "facewrinkle: interrupted.\n"
+    assert begun == [0, 1, 2, 3]
 
 
 # --- the other commands --------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from ..anatomy.face_file import SUFFIX, read_face
 from ..errors import ParameterError, UnknownNameError, unknown_name
 from ..export import write_mesh
 from ..export.meshes import beside_ply
+from .interrupts import interruptible
 
 T = TypeVar("T")
 
@@ -257,5 +258,5 @@ class Report:
         """The items, with a bar while they are taken where there is a terminal to show it."""
         console = Console(stderr=True)
         if self.quiet or not console.is_terminal:
-            return items
-        return iter(track(items, what, total, console=console, transient=True))
+            return interruptible(items)
+        return interruptible(iter(track(items, what, total, console=console, transient=True)))

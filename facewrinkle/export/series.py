@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import threading
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -64,33 +66,46 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     stored = np.array(steps, dtype=np.float32)
     if not steps or not np.isfinite(stored).all() or not (np.diff(stored) > 0).all():
         raise ParameterError(f"times must be finite and increase (as float32), received {steps[:8]}.")
-    source = _FrameSource(iter(frames), steps)
     with replaced(path) as beside:
-        writer = vtkHDFWriter()
-        writer.SetInputConnection(source.GetOutputPort())
-        source.stop = lambda: _told_of_fewer_steps(writer, source)
-        writer.SetFileName(str(beside))
-        writer.SetWriteAllTimeSteps(True)
-        writer.SetCompressionLevel(COMPRESSION)
-        with pv.vtk_verbosity("off"):  # what goes wrong is raised below, once
-            written = writer.Write()
-        problem = source.problem or source.unfinished()
-        if problem is None and not (written and beside.exists()):
-            problem = OutputError(f"VTK could not write {str(path)!r}. Is the disk full?")
-        if problem is not None:
-            raise problem
+        if not _written(iter(frames), steps, beside):
+            raise OutputError(f"VTK could not write {str(path)!r}. Is the disk full?")
     return path
 
 
-def _told_of_fewer_steps(writer: vtkHDFWriter, source: _FrameSource) -> None:
-    """The writer would go on through all steps, even when it is aborted: it hears that there are no more."""
-    information = source.GetOutputInformation(0)
-    count = max(source.taken, 1)
-    information.Set(vtkStreamingDemandDrivenPipeline.TIME_STEPS(), source.times[:count], count)
-    request, inputs = vtkInformation(), vtkCollection()
-    request.Set(vtkDemandDrivenPipeline.REQUEST_INFORMATION())
-    inputs.AddItem(writer.GetExecutive().GetInputInformation(0))
-    writer.ProcessRequest(request, inputs, writer.GetExecutive().GetOutputInformation())
+def _written(frames: Iterator[pv.PolyData], times: list[float], path: Path) -> bool:
+    """Whether VTK wrote the file. It works in a thread of its own and asks for the frames, which are made in this one:
+    an interrupt of the user comes here, and never inside VTK, which would drop it.
+    """
+    source, frame = _FrameSource(times), None
+    thread = threading.Thread(target=source.write, args=(path,), daemon=True)
+    with pv.vtk_verbosity("off"):  # what goes wrong is raised, once
+        thread.start()
+        try:
+            for taken in iter(source.asked.get, None):
+                frame = _checked(next(frames, None), frame, taken, len(times))
+                source.given.put(frame)
+            if source.taken == len(times) and next(frames, None) is not None:
+                raise ParameterError(f"every frame needs a time, received {len(times)} times and more frames.")
+        finally:
+            source.given.put(None)  # whatever else it asks for
+            thread.join()
+    return source.written and path.exists()
+
+
+def _checked(frame: pv.PolyData | None, before: pv.PolyData | None, taken: int, count: int) -> pv.PolyData:
+    """The frame, if there is one and it has the arrays of the one before."""
+    if frame is None:
+        raise ParameterError(f"{count} times need as many frames, received {taken} frames.")
+    arrays, first = _arrays(frame), _arrays(before or frame)
+    if arrays != first:
+        raise ParameterError(
+            f"all frames must have the point arrays of the first, {first}; frame {taken} has {arrays}."
+        )
+    return frame
+
+
+def _arrays(frame: pv.PolyData) -> dict[str, tuple[str, tuple[int, ...]]]:
+    return {name: (values.dtype.name, values.shape[1:]) for name, values in frame.point_data.items()}
 
 
 COMPRESSION = 1
@@ -98,17 +113,30 @@ COMPRESSION = 1
 
 
 class _FrameSource(VTKPythonAlgorithmBase):
-    """Hands the frames to a VTK pipeline, one for each time step, in order."""
+    """Hands the frames to a VTK writer, one for each time step, in order."""
 
-    def __init__(self, frames: Iterator[pv.PolyData], times: list[float]) -> None:
+    def __init__(self, times: list[float]) -> None:
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkPolyData")
-        self.frames = frames
         self.times = times
+        self.asked: SimpleQueue[int | None] = SimpleQueue()
+        """Numbers of the frames that the writer wants, and None after the last."""
+        self.given: SimpleQueue[pv.PolyData | None] = SimpleQueue()
+        """The frames, and None where there are no more."""
+        self.frame: pv.PolyData | None = None
         self.taken = 0
-        self.arrays: dict[str, tuple[str, tuple[int, ...]]] | None = None
-        self.frame = pv.PolyData()
-        self.problem: BaseException | None = None
-        self.stop: Callable[[], None] = lambda: None
+        self.written = False
+        self.writer = vtkHDFWriter()
+        self.writer.SetInputConnection(self.GetOutputPort())
+        self.writer.SetWriteAllTimeSteps(True)
+        self.writer.SetCompressionLevel(COMPRESSION)
+
+    def write(self, path: Path) -> None:
+        """Write the file, up to the last frame that is given."""
+        try:
+            self.writer.SetFileName(str(path))
+            self.written = bool(self.writer.Write())
+        finally:
+            self.asked.put(None)
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         information = outputs.GetInformationObject(0)
@@ -117,31 +145,24 @@ class _FrameSource(VTKPythonAlgorithmBase):
         return 1
 
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
-        asked = outputs.GetInformationObject(0).Get(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP())
-        try:
-            while self.problem is None and self.taken <= self.times.index(asked):
-                self.frame = self._next()
-        except BaseException as problem:  # VTK would swallow it; write_series raises it again
-            self.problem = problem
-            self.stop()
-        vtkPolyData.GetData(outputs).ShallowCopy(self.frame)
-        return 1  # also after a problem: the writer would ask for the same step for ever
+        time = outputs.GetInformationObject(0).Get(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP())
+        while self.taken <= self.times.index(time):
+            self.asked.put(self.taken)
+            frame = self.given.get()
+            if frame is None:
+                self._end()
+                break
+            self.frame = frame
+            self.taken += 1
+        vtkPolyData.GetData(outputs).ShallowCopy(self.frame or pv.PolyData())
+        return 1  # also after the last: the writer would ask for the same step for ever
 
-    def _next(self) -> pv.PolyData:
-        frame = next(self.frames, None)
-        if frame is None:
-            raise ParameterError(f"{len(self.times)} times need as many frames, received {self.taken} frames.")
-        arrays = {name: (values.dtype.name, values.shape[1:]) for name, values in frame.point_data.items()}
-        if self.arrays is not None and arrays != self.arrays:
-            raise ParameterError(
-                f"all frames must have the point arrays of the first, {self.arrays}; frame {self.taken} has {arrays}."
-            )
-        self.arrays = arrays
-        self.taken += 1
-        return frame
-
-    def unfinished(self) -> ParameterError | None:
-        """The error for frames that have no time."""
-        if next(self.frames, None) is None:
-            return None
-        return ParameterError(f"every frame needs a time, received {len(self.times)} times and more frames.")
+    def _end(self) -> None:
+        """The writer would go on through all steps, even when it is aborted: it hears that there are no more."""
+        information = self.GetOutputInformation(0)
+        count = max(self.taken, 1)
+        information.Set(vtkStreamingDemandDrivenPipeline.TIME_STEPS(), self.times[:count], count)
+        request, inputs = vtkInformation(), vtkCollection()
+        request.Set(vtkDemandDrivenPipeline.REQUEST_INFORMATION())
+        inputs.AddItem(self.writer.GetExecutive().GetInputInformation(0))
+        self.writer.ProcessRequest(request, inputs, self.writer.GetExecutive().GetOutputInformation())
