@@ -43,8 +43,9 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
         take = Take(face, face.atlas.contractions(row.expression), FRAMES, size=(SIZE, SIZE))
         peak = record(take, folder / row.expression, row.expression, report, output, fields=False)
         styles = (Style(take.size), Style(take.size, take.close), Style(take.size, take.close, wireframe=True))
-        columns.append(stacked([_small(picture(peak, face, style)) for style in styles]))
-        rows.append(_sides(peak, face, take.close))
+        with report.waiting("Drawing it for the contact sheets"):
+            columns.append(stacked([_small(picture(peak, face, style)) for style in styles]))
+            rows.append(_sides(peak, face, take.close))
     contact = save_picture(side_by_side(columns), folder / "contact.png", colours=256)
     sheet = save_picture(stacked(rows), folder / "contact_sheet.png", colours=256)
     report.say(f"\n{sheet}: the neutral face and the five expressions from three sides")
