@@ -55,8 +55,8 @@ class Ball:
     >>> face = fw.default_face()
     >>> each = np.ones(len(face.points))
     >>> left, right = Contacts(face, each, each).balls
-    >>> round(float(left.radii.max()), 1), round(face.eyes[0].radius, 1)
-    (12.2, 11.9)
+    >>> round(float(left.radii.max()), 2), round(face.eyes[0].radius, 2)
+    (12.25, 11.94)
     """
 
     vertices: IntArray
