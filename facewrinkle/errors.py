@@ -14,35 +14,132 @@ LARGEST = 1e50
 
 
 class FaceWrinkleError(ValueError):
-    """Input that facewrinkle cannot work with. The base of all its exceptions."""
+    """Input that facewrinkle cannot work with. The base of all its exceptions.
+
+    Examples
+    --------
+    One name for whatever is wrong with what was given:
+
+    >>> import facewrinkle as fw
+    >>> try:
+    ...     fw.default_face({"jaws": 0.5})
+    ... except fw.FaceWrinkleError as error:
+    ...     print(f"{type(error).__name__}: {error}")
+    UnknownNameError: unknown parameter of an identity 'jaws'. Did you mean 'jaw'?
+    """
 
 
 class MeshError(FaceWrinkleError):
-    """A mesh that cannot carry a face: empty, not finite, degenerate, non-manifold."""
+    """A mesh that cannot carry a face: empty, not finite, degenerate, non-manifold.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> import pyvista as pv
+    >>> try:
+    ...     fw.surface(pv.PolyData([[0.0, 0, 0], [1, 0, 0]]))
+    ... except MeshError as error:
+    ...     print(error)
+    the mesh has 2 points and no faces. A surface is needed: export polygons (not points or lines), or reconstruct one
+    with mesh.reconstruct_surface().
+    """
 
 
 class LandmarkError(FaceWrinkleError):
-    """Landmarks that are missing, off the mesh, or swapped left for right."""
+    """Landmarks that are missing, off the mesh, or swapped left for right.
+
+    Examples
+    --------
+    The landmarks of a head, named after the side that the viewer sees them on:
+
+    >>> import facewrinkle as fw
+    >>> from facewrinkle.anatomy.landmarks import mirrored_name
+    >>> head = fw.default_face()
+    >>> try:
+    ...     fw.fit_face(head.mesh, {mirrored_name(name): point for name, point in head.landmarks.items()})
+    ... except LandmarkError as error:
+    ...     print(error)
+    the landmarks are swapped left for right, or the face is mirrored: with them the nose points into the head.
+    Names ending in _l are the subject's own left. Swap the names, or mirror the mesh.
+    """
 
 
 class UnknownNameError(FaceWrinkleError):
-    """A muscle, action unit, expression or option that does not exist."""
+    """A muscle, action unit, expression or option that does not exist.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> try:
+    ...     fw.default_face().atlas.contractions("suprise")
+    ... except UnknownNameError as error:
+    ...     print(error)
+    unknown expression 'suprise'. Did you mean 'surprise' or 'emotion_surprise'?
+    """
 
 
 class ParameterError(FaceWrinkleError):
-    """A parameter outside the range in which its formula holds."""
+    """A parameter outside the range in which its formula holds.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> try:
+    ...     fw.Identity(age=70)
+    ... except ParameterError as error:
+    ...     print(error)
+    age must lie in [-1, 1], received 70. 0 is the mean head.
+    """
 
 
 class OutputError(FaceWrinkleError):
-    """A file or folder that cannot be written."""
+    """A file or folder that cannot be written.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> try:
+    ...     fw.write_mesh(fw.default_face().mesh, "head.stl")
+    ... except OutputError as error:
+    ...     print(error)
+    the file must end in .glb or .gltf or .obj or .ply, received 'head.stl'.
+    """
 
 
 class MissingPackageError(FaceWrinkleError):
-    """An optional package that is needed for what was asked and is not installed."""
+    """An optional package that is needed for what was asked and is not installed.
+
+    Examples
+    --------
+    As where pygltflib is not installed:
+
+    >>> from unittest import mock
+    >>> import facewrinkle as fw
+    >>> with mock.patch.dict("sys.modules", pygltflib=None):
+    ...     try:
+    ...         fw.write_mesh(fw.default_face().mesh, "head.glb")
+    ...     except MissingPackageError as error:
+    ...         print(error)
+    to write glTF needs the package pygltflib, which is not installed. pip install 'facewrinkle[export]'.
+    OBJ and PLY are written without it.
+    """
 
 
 class FaceWrinkleWarning(UserWarning):
-    """Input that was mended, or a result that is an estimate."""
+    """Input that was mended, or a result that is an estimate.
+
+    Examples
+    --------
+    Collected here; ``warnings.simplefilter("error", FaceWrinkleWarning)`` makes errors of them.
+
+    >>> import warnings
+    >>> from facewrinkle.anatomy.landmarks import read_landmarks
+    >>> with warnings.catch_warnings(record=True) as told:
+    ...     warnings.simplefilter("always", FaceWrinkleWarning)
+    ...     found = read_landmarks({"nose_tip": [0, 0, 1], "nose_root": [0, 1, 0]})
+    >>> print(told[0].message)
+    ignored: unknown landmark 'nose_root'. Did you mean 'nose_tip' or 'eye_r_outer'?
+    """
 
 
 class FitWarning(FaceWrinkleWarning):

@@ -371,7 +371,19 @@ def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image
 
 
 def pictures(frames: Iterable[pv.PolyData], face: Face, style: Style | None = None) -> Iterator[Image]:
-    """Pictures of many frames, one after the other, with one scene: for movies."""
+    """Pictures of many frames, one after the other, with one scene: for movies.
+
+    Examples
+    --------
+    Small ones of the first frames of a surprise:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> sim = fw.Simulation(face, fw.Refinement(max_level=0))
+    >>> sim.express("surprise")
+    >>> [image.shape for image in pictures(sim.run(2), face, Style(size=(60, 80)))]
+    [(80, 60, 3), (80, 60, 3)]
+    """
     with Scene(face, style) as scene:
         for frame in frames:
             yield scene.picture(frame)
@@ -425,7 +437,15 @@ def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
 
 
 def stacked(images: Sequence[Image], gap: int = 4) -> Image:
-    """Pictures of one width, one under the other."""
+    """Pictures of one width, one under the other.
+
+    Examples
+    --------
+    >>> dark, light = np.zeros((20, 30, 3), np.uint8), np.full((20, 30, 3), 255, np.uint8)
+    >>> both = stacked([dark, light], gap=10)
+    >>> both.shape, both[::10, 0, 0].tolist()
+    ((50, 30, 3), [0, 0, 255, 255, 255])
+    """
     return side_by_side([image.swapaxes(0, 1) for image in images], gap).swapaxes(0, 1)
 
 
@@ -452,7 +472,18 @@ def figure(image: Image) -> Any:
 
 
 def save_picture(image: Image, path: str | Path, colours: int | None = None) -> Path:
-    """Write a picture as PNG; with a palette of so many colours (at most 256), it takes a third of the space."""
+    """Write a picture as PNG; with a palette of so many colours (at most 256), it takes a third of the space.
+
+    Examples
+    --------
+    A picture with a palette of 16 colours:
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = save_picture(np.full((60, 80, 3), 128, np.uint8), f"{folder}/grey.png", colours=16)
+    ...     path.name, path.stat().st_size < 200
+    ('grey.png', True)
+    """
     from PIL import Image as Pillow
 
     picture = Pillow.fromarray(np.ascontiguousarray(image))

@@ -30,6 +30,14 @@ class Row:
         Precomputation, skin, refinement, wrinkles, drawing.
     fps : float
         Iterations in a second, without the precomputation.
+
+    Examples
+    --------
+    How much finer the paper's mesh is after the first of its expressions:
+
+    >>> surprise = PAPER[0]
+    >>> surprise.expression, round(surprise.after / surprise.before, 2)
+    ('surprise', 1.83)
     """
 
     expression: str

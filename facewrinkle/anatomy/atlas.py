@@ -35,6 +35,14 @@ class Atlas:
         Contraction rates by full muscle name.
     tissue : list of dict
         Samples of soft tissue: where, depth (mm), stiffness.
+
+    Examples
+    --------
+    >>> atlas = load_atlas()
+    >>> atlas.action_unit_names["AU12"], atlas.action_units["AU12L"]
+    ('Lip corner puller', {'zygomaticus_major_l': 1.0})
+    >>> atlas.contractions({"AU12L": 0.5, "frowning": 0.2})
+    {'zygomaticus_major_l': 0.5, 'corrugator_l': 0.2, 'corrugator_r': 0.2}
     """
 
     muscles: dict[str, dict[str, Any]]
@@ -110,7 +118,13 @@ class Atlas:
 
 @lru_cache(maxsize=1)
 def load_atlas() -> Atlas:
-    """The atlas that comes with the package."""
+    """The atlas that comes with the package.
+
+    Examples
+    --------
+    >>> load_atlas().action_unit_names["AU4"]
+    'Brow lowerer'
+    """
     return read_atlas(DEFAULT_ATLAS)
 
 

@@ -30,6 +30,16 @@ class Subdivision:
     grids : (m, 2^k + 1, 2^k + 1) int array
         Fine vertices over each cage quad: ``grids[q, i, j]`` is the one at (u, v) = (i, j) / 2^k, where u runs
         from the quad's first to its second corner and v from its first to its fourth.
+
+    Examples
+    --------
+    A square, subdivided once; the vertex in its middle:
+
+    >>> import numpy as np
+    >>> once = subdivided(np.array([[0, 1, 2, 3]]), 1)
+    >>> points = once.limit @ np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+    >>> points[once.grids[0, 1, 1]]
+    array([0.5, 0.5])
     """
 
     quads: Ints

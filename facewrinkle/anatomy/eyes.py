@@ -37,6 +37,17 @@ class Eyeball:
     gaze : ndarray, shape (3,)
         Unit direction in which the eye looks.
     up : ndarray, shape (3,)
+
+    Examples
+    --------
+    How far a left eye turns outwards and up, in degrees, and how far its iris moves aside in another turn:
+
+    >>> eye = Eyeball("l", np.array([31.0, 0, 0]), 12.0, gaze=np.array([0.0, 0, 1]), up=np.array([0.0, 1, 0]))
+    >>> np.degrees(eye.turn_to(np.array([1.0, 0, 1]))).round()
+    array([45.,  0.])
+    >>> iris = eye.looking(np.array([0.6, 0, 0.8])).surface().points[0]
+    >>> round(float(iris[0]) - 31.0, 1)
+    7.2
     """
 
     side: str
@@ -101,6 +112,18 @@ def gaze_of(eye: Eyeball, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLik
     ------
     ParameterError
         For angles that are no numbers, both angles and a point, or a point in the eye.
+
+    Examples
+    --------
+    Outwards and up, in degrees, for both eyes to look to the left; and outwards, for them to meet at 300 mm.
+
+    >>> import facewrinkle as fw
+    >>> left, right = fw.default_face().eyes
+    >>> [np.degrees(gaze_of(eye, yaw=20.0)).round().tolist() for eye in (left, right)]
+    [[20.0, 0.0], [-20.0, 0.0]]
+    >>> there = 0.5 * (left.centre + right.centre) + 300.0 * left.gaze
+    >>> [round(float(np.degrees(gaze_of(eye, at=there)[0]))) for eye in (left, right)]
+    [-6, -6]
     """
     if at is None:
         left, up = (check_range(name, value, -90.0, 90.0) for name, value in (("yaw", yaw), ("pitch", pitch)))
@@ -130,6 +153,14 @@ def place_eyeballs(
     The shape of a face does not show the depth of an eye, but the lids lie on the ball: where a centre is `estimated`,
     or no ball around it could touch the lids, it is moved to where an adult's does. An eye that is not open lies
     behind the skin.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> eyes = place_eyeballs(face.landmarks, face.frame, face.points, face.triangles)
+    >>> [(eye.side, round(eye.radius)) for eye in eyes]
+    [('l', 12), ('r', 12)]
     """
     eyes = []
     for side in "lr":
@@ -211,6 +242,16 @@ class Lids:
     close : Guide
     up, down : Guide
         What they do while the eye turns up and down by one radian.
+
+    Examples
+    --------
+    The share of an eye's turn that its upper lid follows, farther down than up:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> lids = lids_of(face.eyes[0], face.points, face.triangles, face.landmarks)
+    >>> float(lids.up.angles.min().round(2)), float(lids.down.angles.max().round(2))
+    (-0.45, 0.9)
     """
 
     close: Guide
@@ -223,6 +264,16 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
 
     Closing turns the upper margin about the eyeball's centre down to a line just above the lower margin, and raises
     the lower margin to it; skin beyond the margins follows less and less.
+
+    Examples
+    --------
+    How far the upper lid turns down over the ball, and the lower one up, to close the eye; degrees:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> close = lids_of(face.eyes[0], face.points, face.triangles, face.landmarks).close
+    >>> round(float(np.degrees(close.angles.max()))), round(float(np.degrees(close.angles.min())))
+    (51, -7)
     """
     opening = _opening(eye, points, triangles, landmarks)
     if opening is None:

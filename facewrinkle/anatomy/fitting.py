@@ -307,6 +307,18 @@ def surface(
     (10.0, {})
     >>> fw.Simulation(cloth).step().n_points == cloth.mesh.n_points
     True
+
+    A bump that bends over and comes down through the sheet, told and then smoothed:
+
+    >>> import warnings
+    >>> hook = pv.Plane(i_size=100.0, j_size=100.0, i_resolution=40, j_resolution=40)
+    >>> bump = np.exp(-(hook.points[:, :2] ** 2).sum(axis=1, keepdims=True) / 20.0)
+    >>> hook.points += bump * [0, 0, 15] + bump**3 * [15, 0, -22.5]
+    >>> surface(hook).report
+    ('The surface runs through itself at one place, ...',)
+    >>> with warnings.catch_warnings(action="ignore"):
+    ...     surface(hook, untangle=True).report
+    ('Smoothed the surface where it ran through itself: ...',)
     """
     clean = prepare(mesh, untangle=untangle)
     face = Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)

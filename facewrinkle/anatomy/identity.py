@@ -155,7 +155,15 @@ def _moves() -> dict[str, Any]:
 
 
 def head_of(identity: Identity) -> Head:
-    """The built-in head of a person: the same triangles and texture coordinates, moved with its landmarks and eyes."""
+    """The built-in head of a person: the same triangles and texture coordinates, moved with its landmarks and eyes.
+
+    Examples
+    --------
+    How far the angle of the jaw is from the middle, mm, from a narrow to a square jaw:
+
+    >>> [round(float(head_of(Identity(jaw=jaw)).landmarks["gonion_l"][0])) for jaw in (-1.0, 0.0, 1.0)]
+    [58, 64, 70]
+    """
     mean = load_head()
     if identity == Identity():
         return mean

@@ -36,6 +36,21 @@ def jaw_guide(
 
     Chin and jaw go with the bone, the face above the lips stays. In between the share is harmonic on the surface:
     soft in the cheeks, and parted at the opening of the mouth.
+
+    Examples
+    --------
+    The share of the mandible's turn that chin, corner of the mouth and nose take part in:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> jaw, share = face.muscles["jaw"], np.zeros(len(face.points))
+    >>> guide = jaw_guide(jaw, face.points, face.triangles, face.landmarks, face.frame)
+    >>> share[guide.vertices] = guide.angles / jaw.angle
+    >>> for name in ("menton", "mouth_l", "nose_tip"):
+    ...     print(share[face.mesh.find_closest_point(face.landmarks[name])].round(1))
+    1.0
+    0.5
+    0.0
     """
     size, hinge, axis = frame.pupil_distance, jaw.hinge, jaw.axis
     lips = 0.25 * sum(landmarks[n] for n in ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r"))

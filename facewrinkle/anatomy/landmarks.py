@@ -104,6 +104,14 @@ class FaceFrame:
         The middle between the eyes.
     pupil_distance : float
         In the unit of the landmarks.
+
+    Examples
+    --------
+    A place in the words of a face, one distance between the pupils to the left of the middle between the eyes:
+
+    >>> frame = FaceFrame(np.eye(3), np.array([0.0, 100, 20]), 63.0)
+    >>> frame.origin + frame.pupil_distance * np.array([1.0, 0, 0]) @ frame.axes
+    array([ 63., 100.,  20.])
     """
 
     axes: Array
@@ -112,7 +120,18 @@ class FaceFrame:
 
 
 def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
-    """The frame that eyes, mouth and brows span. Needs the required landmarks of both sides."""
+    """The frame that eyes, mouth and brows span. Needs the required landmarks of both sides.
+
+    Examples
+    --------
+    A face that lies on its back looks up:
+
+    >>> import facewrinkle as fw
+    >>> landmarks = fw.default_face().landmarks
+    >>> left, up, forward = frame_of({name: np.array([x, -z, y]) for name, (x, y, z) in landmarks.items()}).axes
+    >>> forward.round() + 0.0
+    array([ 0., -1.,  0.])
+    """
     side = {s: 0.5 * (landmarks[f"eye_{s}_inner"] + landmarks[f"eye_{s}_outer"]) for s in "lr"}
     centre = 0.5 * (side["l"] + side["r"])
     lips = 0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"])
@@ -166,6 +185,14 @@ def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
 
     The mirror plane is fitted to the pairs and midline points that are given. Without at least one pair nothing is
     mirrored.
+
+    Examples
+    --------
+    The corners of the mouth show where the left is, so that one of the eyes gives the other:
+
+    >>> given = {"mouth_l": np.array([25.0, -40, 0]), "mouth_r": np.array([-25.0, -40, 0])}
+    >>> mirrored(given | {"eye_l_inner": np.array([15.0, 20, -5])})["eye_r_inner"]
+    array([-15.,  20.,  -5.])
     """
     found = dict(landmarks)
     pairs = _pairs(found)
@@ -196,6 +223,19 @@ def complete(given: Mapping[str, Array], template: Mapping[str, Array]) -> tuple
     ------
     LandmarkError
         If a landmark is missing that neither its mirror image nor the others give.
+
+    Examples
+    --------
+    What is needed at least, of one side where there are two, gives all of them:
+
+    >>> import facewrinkle as fw
+    >>> template = fw.default_face().landmarks
+    >>> given = {name: template[name] for name in REQUIRED if "_r" not in name or name == "eye_r_outer"}
+    >>> landmarks, estimated = complete(given, template)
+    >>> len(given), len(landmarks), "mouth_r" in estimated
+    (8, 33, True)
+    >>> float(np.linalg.norm(landmarks["mouth_r"] - template["mouth_r"]).round(3))
+    0.0
     """
     found = mirrored(given)
     missing = [n for n in REQUIRED if n not in found]
@@ -234,7 +274,19 @@ def _check_sides(landmarks: Mapping[str, Array], frame: FaceFrame) -> None:
 
 
 def fitted_map(template: Mapping[str, Array], found: Mapping[str, Array], base: FaceFrame, frame: FaceFrame) -> Any:
-    """Smooth map of the template's space onto the face: thin-plate interpolation of the landmarks both have."""
+    """Smooth map of the template's space onto the face: thin-plate interpolation of the landmarks both have.
+
+    Examples
+    --------
+    From the built-in head to one of twice its size:
+
+    >>> import facewrinkle as fw
+    >>> head = fw.default_face().landmarks
+    >>> large = {name: 2.0 * place for name, place in head.items()}
+    >>> carry = fitted_map(head, large, frame_of(head), frame_of(large))
+    >>> carry(np.array([10.0, 20.0, 30.0])).round(3)
+    array([20., 40., 60.])
+    """
     from scipy.interpolate import RBFInterpolator
 
     shared = [n for n in NAMES if n in found]
@@ -316,7 +368,17 @@ def write_landmarks(
     estimated: Iterable[str] = (),
     confidences: Mapping[str, float] | None = None,
 ) -> None:
-    """Write landmarks as JSON in the form that :func:`read_landmarks` reads; how far each can be trusted, if known."""
+    """Write landmarks as JSON in the form that :func:`read_landmarks` reads; how far each can be trusted, if known.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> tip = {"nose_tip": np.array([0.0, 1.5, 2.0])}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_landmarks(tip, f"{folder}/landmarks.json", estimated=["nose_tip"])
+    ...     read_landmarks(f"{folder}/landmarks.json")
+    {'nose_tip': array([0. , 1.5, 2. ])}
+    """
     guessed, trust = set(estimated), confidences or {}
     entries: dict[str, dict[str, Any]] = {
         n: {"xyz": [float(c) for c in p], "estimated": n in guessed} for n, p in landmarks.items()

@@ -33,6 +33,18 @@ class Tissue:
     solid : ndarray of bool, shape (n,)
         Where the skull is a wall that stops the skin. Around eyes, mouth and nostrils the surface under the skin folds
         over.
+
+    Examples
+    --------
+    What lies over the bone is thin on the forehead and thick in the cheeks; millimetres:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> for name in ("forehead_mid", "malar_l", "mouth_l"):
+    ...     print(round(float(face.tissue.depth[face.mesh.find_closest_point(face.landmarks[name])])))
+    5
+    10
+    12
     """
 
     depth: Array
@@ -61,6 +73,17 @@ def tissue_of(
     Samples are spread with inverse distance weights (Shepard), the stiffness by its logarithm. The skull is the skin
     moved inwards by the depth along the smoothed normals; smoothing (implicit, so any mesh resolution will do) keeps
     it from following lips, nostrils and lids.
+
+    Examples
+    --------
+    A sheet 40 mm wide, with samples of 4 mm at its left border and 12 mm at its right:
+
+    >>> import pyvista as pv
+    >>> sheet = pv.Plane(i_size=40.0, j_size=40.0, i_resolution=4)
+    >>> samples = np.array([[-20.0, 0, 0], [20, 0, 0]]), np.array([4.0, 12]), np.array([1.0, 0.5])
+    >>> tissue = tissue_of(sheet.points.astype(float), sheet.triangulate().regular_faces, samples, size=63.0)
+    >>> tissue.depth[:5].round(1)
+    array([ 4.7,  5.5,  8. , 10.5, 11.3])
     """
     where, depths, stiffness = samples
     square = ((points[:, None, :] - where[None]) ** 2).sum(axis=2) / size**2

@@ -29,6 +29,16 @@ class Arch:
         Counter-clockwise seen from outside.
     paint : ndarray of uint8, shape (n, 3)
         Colour.
+
+    Examples
+    --------
+    What there is to draw, and how wide the upper arch is, mm:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> upper, lower = teeth_of(face.landmarks, face.frame)
+    >>> upper.surface().array_names, round(float(np.ptp(upper.points[:, 0])))
+    (['paint'], 61)
     """
 
     jaw: str

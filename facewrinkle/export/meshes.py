@@ -112,6 +112,14 @@ def write_mesh(
     ...     path = fw.write_mesh(face.mesh, f"{folder}/head.obj", face)
     ...     sorted(file.name for file in path.parent.iterdir())
     ['head.mtl', 'head.obj', 'head_texture.png']
+
+    With a tear, one second after it came out:
+
+    >>> tears = fw.tears.surfaces(fw.tears.preset("one_tear", face), 1.0)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = fw.write_mesh(face.mesh, f"{folder}/crying.ply", tears=tears)
+    ...     sorted(file.name for file in path.parent.iterdir())
+    ['crying.ply', 'crying_tears.ply']
     """
     model = _model(frame, face)
     path, water = output_file(path, SUFFIXES), _water(tears)

@@ -28,6 +28,13 @@ class Foot:
     point, normal : ndarray, shape (3,)
         The place, and the unit normal there.
     distance : float
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
+    >>> near = foot(corners, np.array([[0, 1, 2]], np.int32), [1.0, 2.0, 3.0])
+    >>> near.distance, near.barycentric, near.normal
+    (3.0, array([0.25, 0.25, 0.5 ]), array([0., 0., 1.]))
     """
 
     triangle: int
@@ -100,7 +107,16 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: Foot, up: npt.Arr
 
 
 def projected_chart(points: Array, centre: Foot, up: npt.ArrayLike) -> Array:
-    """Coordinates (n, 2), right and up, in the tangent plane at the centre: a pattern shone on the surface."""
+    """Coordinates (n, 2), right and up, in the tangent plane at the centre: a pattern shone on the surface.
+
+    Examples
+    --------
+    Heights over the tangent plane do not count:
+
+    >>> p, t = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)
+    >>> projected_chart(np.array([[1.25, 0.25, 9.0]]), foot(p, t, [0.25, 0.25, 0.0]), [0, 1, 0]).round(9)
+    array([[1., 0.]])
+    """
     right, upward = tangents(centre.normal, up)
     return np.asarray((points - centre.point) @ np.stack([right, upward], axis=1))
 
@@ -153,6 +169,16 @@ def smoothly_carried(
 
     ``sum w_i (v_i + (x - x_i) . g_i / 2)`` with the gradients g (n, 3, d) at the vertices: half linear interpolation,
     half the mean of the tangents. What one overshoots the other undershoots: quadratic functions are carried exactly.
+
+    Examples
+    --------
+    The squares of 0, 1 and 2, and their slopes, give the square of 1.5; linear interpolation gives 2.5:
+
+    >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    >>> slopes = np.array([[[0.0], [0], [0]], [[2], [0], [0]], [[4], [0], [0]]])
+    >>> at = np.array([[0.0, 0.5, 0.5]])
+    >>> smoothly_carried(p, p[:, :1] ** 2, slopes, at @ p, np.array([[0, 1, 2]]), at)
+    array([[2.25]])
     """
     along = places[:, None] - points[corners]
     bent = values[corners] + 0.5 * np.einsum("kcx,kcxd->kcd", along, slopes[corners])

@@ -37,6 +37,17 @@ class Change:
         The old vertices that live on, in order; `slice(None)` if all do.
     n_created : int
         Number of vertices appended after them.
+
+    Examples
+    --------
+    A value of each vertex follows the mesh:
+
+    >>> forest, height = RedGreenForest([[0, 1, 2], [2, 1, 3]]), np.array([1.0, 2.0, 3.0, 4.0])
+    >>> change = forest.split([0])
+    >>> np.concatenate([height[change.kept], np.zeros(change.n_created)])
+    array([1., 2., 3., 4., 0., 0., 0.])
+    >>> bool(forest.split([]))
+    False
     """
 
     kept: slice | NDArray[np.int64]

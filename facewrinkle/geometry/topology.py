@@ -25,6 +25,14 @@ def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
     MeshError
         If the shape is not (m, 3) with m > 0, a vertex is no integer, negative or not below `n_points`, or a
         triangle names a vertex twice.
+
+    Examples
+    --------
+    >>> as_triangles([[0, 1, 2], [2, 1, 3]]).dtype
+    dtype('int32')
+    >>> as_triangles([[0, 1, 7]], n_points=4)
+    Traceback (most recent call last):
+    facewrinkle.errors.MeshError: triangles must name vertices 0 to 3, received 0 to 7.
     """
     array = np.asarray(triangles)
     if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
@@ -93,7 +101,15 @@ def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
 
 
 def edge_triangles(sides: NDArray[np.integer]) -> tuple[NDArray[np.int64], IntArray]:
-    """Triangles on every edge, as CSR: offsets (e + 1,), triangles (3 m,). `unique_edges` gives `sides`."""
+    """Triangles on every edge, as CSR: offsets (e + 1,), triangles (3 m,). `unique_edges` gives `sides`.
+
+    Examples
+    --------
+    >>> edges, sides = unique_edges([[0, 1, 2], [2, 1, 3]])
+    >>> offsets, triangles = edge_triangles(sides)
+    >>> {tuple(edge): triangles[offsets[i]:offsets[i + 1]].tolist() for i, edge in enumerate(edges.tolist())}
+    {(0, 1): [0], (1, 2): [0, 1], (2, 0): [0], (1, 3): [1], (3, 2): [1]}
+    """
     offsets = np.concatenate([[0], np.cumsum(np.bincount(sides.ravel()))])
     return offsets, (np.argsort(sides, axis=None, kind="stable") // 3).astype(np.int32)
 
@@ -117,7 +133,15 @@ def vertex_rings(triangles: ArrayLike, n_points: int | None = None) -> tuple[Int
 
 
 def non_manifold_edges(triangles: ArrayLike) -> IntArray:
-    """Edges (k, 2) that more than two triangles share."""
+    """Edges (k, 2) that more than two triangles share.
+
+    Examples
+    --------
+    Three pages of a book, and its spine:
+
+    >>> non_manifold_edges([[0, 1, 2], [0, 1, 3], [0, 1, 4]]).tolist()
+    [[0, 1]]
+    """
     edges, sides = unique_edges(triangles)
     return edges[np.bincount(sides.ravel()) > 2]
 
@@ -136,7 +160,13 @@ def euler_characteristic(triangles: ArrayLike) -> int:
 
 
 def components(triangles: ArrayLike) -> IntArray:
-    """Component (m,) of every triangle, counted from 0; triangles that share a vertex are connected."""
+    """Component (m,) of every triangle, counted from 0; triangles that share a vertex are connected.
+
+    Examples
+    --------
+    >>> components([[0, 1, 2], [3, 4, 5], [2, 1, 6]]).tolist()
+    [0, 1, 0]
+    """
     array = as_triangles(triangles)
     n = int(array.max()) + 1
     links = np.concatenate([array[:, :2], array[:, 1:]])
@@ -176,7 +206,13 @@ def _shared(triangles: IntArray) -> tuple[NDArray[np.int64], NDArray[np.int64], 
 
 
 def is_oriented(triangles: ArrayLike) -> bool:
-    """Whether the two triangles of every inner edge run through it in opposite directions."""
+    """Whether the two triangles of every inner edge run through it in opposite directions.
+
+    Examples
+    --------
+    >>> is_oriented([[0, 1, 2], [2, 1, 3]]), is_oriented([[0, 1, 2], [1, 2, 3]])
+    (True, False)
+    """
     return bool(_shared(as_triangles(triangles))[2].all())
 
 

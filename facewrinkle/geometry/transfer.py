@@ -43,7 +43,14 @@ def barycentric(points: Array, corners: Array) -> Array:
 
 
 def nearest_carried(values: np.ndarray, corners: npt.NDArray[np.int32], barycentric: Array) -> np.ndarray:
-    """Values of the base vertex of the largest weight: for labels and other values that cannot be averaged."""
+    """Values of the base vertex of the largest weight: for labels and other values that cannot be averaged.
+
+    Examples
+    --------
+    >>> labels = np.array(["lip", "lip", "cheek"])
+    >>> nearest_carried(labels, np.array([[0, 1, 2]], np.int32), np.array([[0.3, 0.3, 0.4]]))
+    array(['cheek'], dtype='<U5')
+    """
     return np.asarray(values[corners[np.arange(len(corners)), np.argmax(barycentric, axis=1)]])
 
 

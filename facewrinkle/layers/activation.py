@@ -40,6 +40,18 @@ class Activation:
         Triangles that each may touch.
     field : StrainField
         Of the base mesh, where the zones are.
+
+    Examples
+    --------
+    A recording in which the face is pressed together from above wakes what lifts the brows, not what frowns:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> folds = [muscle.fold_pattern for muscle in face.muscles.values()]
+    >>> activation = Activation(face, folds, face.zones, StrainField(face.points, face.triangles))
+    >>> rates = dict(zip(face.muscles, activation.of(face.points * [1.0, 0.9, 1.0]).round(2), strict=True))
+    >>> float(rates["frontalis_inner_l"]), float(rates["corrugator_l"])
+    (1.0, 0.0)
     """
 
     def __init__(self, face: Face, muscles: list[Muscle], zones: Marks, field: StrainField) -> None:

@@ -33,6 +33,16 @@ class Sites:
         Base vertices around the place and their weights.
     host : ndarray of int32, shape (n,)
         A base triangle that it lies in.
+
+    Examples
+    --------
+    The middle of the first triangle of a mesh:
+
+    >>> points, triangles = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0]]), np.array([[0, 1, 2]], np.int32)
+    >>> thirds, up = np.full((1, 3), 1 / 3), np.array([[0.0, 0, 1]])
+    >>> middle = Sites(thirds @ points, up, triangles, thirds, np.zeros(1, np.int32))
+    >>> carried(points, middle.corners, middle.barycentric).round(9)
+    array([[1., 1., 0.]])
     """
 
     points: Array
@@ -65,6 +75,18 @@ class Moment:
     Notes
     -----
     How far the bare surface is compressed is measured when a layer first asks for it, once for all layers.
+
+    Examples
+    --------
+    A sheet that is pressed together by a fifth from the side, and what a layer learns of it:
+
+    >>> sheet, triangles = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)
+    >>> corners, up = np.repeat(triangles, 3, axis=0), np.tile([0.0, 0, 1], (3, 1))
+    >>> sites = Sites(sheet, up, corners, np.eye(3), np.zeros(3, np.int32))
+    >>> field, moved = StrainField(sheet, triangles), sheet * [0.8, 1, 1]
+    >>> moment = Moment(np.empty(0), sites, triangles, moved, moved, strain_field=lambda: field)
+    >>> moment.compression(np.array([1.0, 0, 0])).round(9)
+    array([0.2, 0.2, 0.2])
     """
 
     rates: Array
@@ -118,6 +140,15 @@ class Relief:
         Unit direction in which the wavelength is measured.
     active : ndarray of bool, shape (n,)
         Where the relief may be; the mesh is refined nowhere else.
+
+    Examples
+    --------
+    A furrow at the first of two vertices, where waves 2 mm long run along x; the second needs no triangles:
+
+    >>> across = np.array([[1.0, 0, 0], [0, 0, 0]])
+    >>> relief = Relief(np.array([-0.4, 0]), np.array([1.0, np.inf]), across, np.array([True, False]))
+    >>> relief.spacing[relief.active]
+    array([1.])
     """
 
     height: Array
@@ -129,6 +160,27 @@ class Relief:
 class Layer(Protocol):
     """A layer follows the mesh (`attach` once, `follow` whenever vertices come and go) and gives its relief of a
     moment.
+
+    Examples
+    --------
+    Pores, the smallest layer: they are the same at each moment and ask for no triangles.
+
+    >>> class Pores:
+    ...     def attach(self, face):
+    ...         self.height = np.empty(0)
+    ...     def follow(self, change, created):
+    ...         pit = np.sin(3.0 * created.points).prod(axis=1) > 0.5
+    ...         self.height = np.concatenate([self.height[change.kept], -0.05 * pit])
+    ...     def relief(self, moment):
+    ...         n = len(self.height)
+    ...         return Relief(self.height, np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
+    ...     def fields(self):
+    ...         return {"pores": self.height}
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> frame = fw.Simulation(face, layers=[Pores()], motion=fw.Still(face)).step()
+    >>> float(frame["pores"].min()), float(frame["W"].min())
+    (-0.05, -0.05)
     """
 
     def attach(self, face: Face) -> None:

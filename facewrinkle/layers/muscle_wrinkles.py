@@ -50,6 +50,19 @@ class Folds:
         Products of its components over its squared length in the rest metric.
     leading : ndarray of int32, shape (n,)
         The entry of the dominant muscle of each vertex, -1 for none.
+
+    Examples
+    --------
+    One muscle, a place in its middle, and one beside it that has no entry:
+
+    >>> from facewrinkle.anatomy.muscles import LinearMuscle
+    >>> muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=0.5, radius=40.0)
+    >>> places, up = np.array([[0.0, 20, 0], [30, 20, 0]]), np.tile([0.0, 0, 1], (2, 1))
+    >>> sites = Sites(places, up, np.zeros((2, 3), np.int32), np.full((2, 3), 1 / 3), np.zeros(2, np.int32))
+    >>> flat = np.array([[1.0, 1, 0, 0, 0, 0]])
+    >>> folds = Folds.at(sites, [muscle], np.array([[True]]), flat, unit=1.0)
+    >>> folds.leading.tolist(), folds.coordinates.tolist(), folds.cycle.round(2).tolist()
+    ([0, -1], [[0.5, 0.0]], [5.33])
     """
 
     starts: IntArray

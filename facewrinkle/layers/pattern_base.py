@@ -27,6 +27,25 @@ class Pattern:
     height at a strength in [0, 1] and a t; `waves`, the gradient of its phase in (x, y); and `prepared`, a faster form
     of `relief` for places that do not change. `moving` tells whether its wavelengths change with t, `timed` whether it
     has a t other than its strength.
+
+    Examples
+    --------
+    A kind of one's own needs a relief and the gradient of its phase:
+
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True, kw_only=True)
+    ... class Grooves(Pattern):
+    ...     number: float = 6.0
+    ...     def relief(self, x, y, strength, t, aspect):
+    ...         return 0.5 * strength * np.cos(np.pi * self.number * x)
+    ...     def waves(self, x, y, t, aspect):
+    ...         return np.full_like(x, np.pi * self.number), np.zeros_like(y)
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> layer = fw.PatternLayer(Grooves(), face.landmarks["forehead_mid"], size=30.0, depth=0.5)
+    >>> frame = fw.Simulation(face, layers=[layer], motion=fw.Still(face)).step()
+    >>> round(float(np.ptp(frame["W"])), 1)
+    0.5
     """
 
     moving: ClassVar[bool] = False

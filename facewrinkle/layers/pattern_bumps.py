@@ -23,6 +23,16 @@ class Dimple(Pattern):
     ----------
     sharpest : float
         The paper's t at full strength: 0.01 is a pin prick, 1 a shallow bowl.
+
+    Examples
+    --------
+    From the middle to the border, a bowl and a pin prick:
+
+    >>> x, y = np.linspace(0.0, 1.0, 5), np.zeros(5)
+    >>> for sharpest in (1.0, 0.01):
+    ...     print(Dimple(sharpest=sharpest).relief(x, y, strength=1.0, t=0.0, aspect=1.0).round(2).tolist())
+    [-1.0, -0.91, -0.68, -0.36, 0.0]
+    [-1.0, -0.57, -0.29, -0.12, 0.0]
     """
 
     timed: ClassVar[bool] = False
@@ -81,6 +91,18 @@ class EyePouch(Pattern):
         Depth of the furrow in which the pouch ends below, as a share of its height; 0 is the paper's soft edge.
     crease_at : float
         How far below the middle it is, in half heights of the region.
+
+    Examples
+    --------
+    Height of the middle at the beginning, and half a period later, when what trembles is down:
+
+    >>> middle = np.zeros(1)
+    >>> for trembling in (1.0, 0.3, 0.0):
+    ...     pouch = EyePouch(trembling=trembling, frequency=5.0)
+    ...     print(*(pouch.relief(middle, middle, 1.0, pouch.time(seconds), 1.0).round(2) for seconds in (0.0, 0.1)))
+    [1.] [0.]
+    [1.] [0.7]
+    [1.] [1.]
     """
 
     number: tuple[float, float] = (1.0, 0.6)
@@ -169,6 +191,18 @@ class Custom(Pattern):
     extent : tuple of float
     finest : float
         Half the wavelength of its finest detail, in its own coordinates: the mesh is refined accordingly.
+
+    Examples
+    --------
+    A scar, a tenth of the region wide, which the mesh is refined for:
+
+    >>> import facewrinkle as fw
+    >>> scar = Custom(function=lambda x, y, t: -np.exp(-((x + y) / 0.1) ** 2), finest=0.1)
+    >>> face = fw.default_face()
+    >>> layer = fw.PatternLayer(scar, face.landmarks["forehead_mid"], size=20.0, depth=0.8)
+    >>> frame = fw.Simulation(face, layers=[layer], motion=fw.Still(face)).step()
+    >>> round(float(frame["W"].min()), 1)
+    -0.8
     """
 
     function: patterns.Function

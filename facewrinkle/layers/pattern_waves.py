@@ -168,6 +168,15 @@ class Forehead(Waves):
         The pattern's x at the lower border; the paper's pictures have 2. The larger, the more even the wrinkles.
     number, spacing, furrows, variation, seed :
         See :class:`Waves`.
+
+    Examples
+    --------
+    Distances in millimetres in place of a number, on a forehead 80 mm wide and 30 mm high, and the paper's styles:
+
+    >>> Forehead(spacing=6.0).on(np.array([80.0, 30.0])).number
+    5.0
+    >>> {style: Forehead(style=style).beta for style in ("arcs", "m", "broken")}
+    {'arcs': 1.5, 'm': 4.5, 'broken': 9.0}
     """
 
     moving: ClassVar[bool] = True
@@ -231,6 +240,15 @@ class Cheek(Waves):
         Distance of the place about which they bend from the near border, in widths of the region.
     number, spacing, sharpness, furrows, variation, seed :
         See :class:`Waves`.
+
+    Examples
+    --------
+    Across two wrinkles from border to border: bulges stand out 0.38, furrows are 0.62 deep and narrower.
+
+    >>> cheek = Cheek(number=2)
+    >>> x, y = cheek.plane(np.stack([np.linspace(-1, 1, 9), np.zeros(9)], axis=1), aspect=1.0)
+    >>> cheek.relief(x, y, strength=1.0, t=0.0, aspect=1.0).round(2).tolist()
+    [0.11, 0.38, 0.11, -0.62, 0.11, 0.38, 0.11, -0.62, 0.11]
     """
 
     sharpness: float = 1.0
@@ -282,6 +300,18 @@ class Frown(Waves):
         Phase in the middle, radians: pi/2 has a bulge there, which is symmetric; 0 as printed.
     number, spacing, sharpness, furrows, variation, seed :
         See :class:`Waves`.
+
+    Examples
+    --------
+    How far the right line is from the middle, at the lower border of the region, half way, and at the upper one:
+
+    >>> frown, side = Frown(number=2, spread=0.3), np.linspace(0.0, 1.0, 101)
+    >>> for height in (-1.0, 0.0, 1.0):
+    ...     across = frown.relief(side, np.full(101, height), 1.0, frown.time(0.0), 1.0)
+    ...     print(side[across.argmin()].round(2))
+    0.35
+    0.5
+    0.65
     """
 
     moving: ClassVar[bool] = True
@@ -356,6 +386,18 @@ class EyeCorner(Waves):
         without. 0 is straight, as printed.
     number, spacing, furrows, variation, seed :
         See :class:`Waves`.
+
+    Examples
+    --------
+    Outwards the wrinkles grow shallower, and the distance from one to the next grows:
+
+    >>> crows_feet = EyeCorner(number=4, decay=0.8, radius=0.5)
+    >>> x, y = crows_feet.plane(np.array([[-1.0, 0.0], [1.0, 0.0]]), aspect=0.5)
+    >>> crows_feet.amplitude(x, y).round(2)
+    array([1.  , 0.45])
+    >>> across = crows_feet.phase_slope(x, y, 0.0, aspect=0.5)[1]
+    >>> float((across[0] / across[1]).round(9))
+    3.0
     """
 
     timed: ClassVar[bool] = False

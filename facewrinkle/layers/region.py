@@ -214,6 +214,18 @@ class LaidRegion:
         Window of a selection.
     valid : ndarray, shape (n0,)
         1 at the vertices that carry the pattern.
+
+    Examples
+    --------
+    A sheet with a vertex every 10 mm; that at (20, 10) is half way to the border, to the right as well as up:
+
+    >>> import pyvista as pv
+    >>> import facewrinkle as fw
+    >>> sheet = fw.surface(pv.Plane(i_size=100, j_size=100))
+    >>> laid = Region((0, 0, 0), size=(80, 40)).laid(sheet)
+    >>> vertex = np.flatnonzero((laid.points.round() == [20, 10, 0]).all(axis=1))
+    >>> laid.aspect, laid.chart[vertex].round(3)
+    (0.5, array([[0.5, 0.5]]))
     """
 
     region: Region

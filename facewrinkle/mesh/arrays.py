@@ -177,7 +177,16 @@ def points_and_triangles(mesh: pv.PolyData) -> tuple[np.ndarray, np.ndarray]:
 
 
 def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str, np.ndarray]) -> pv.PolyData:
-    """A copy of a mesh with other points (n, 3) and other values in some arrays: faster than building it anew."""
+    """A copy of a mesh with other points (n, 3) and other values in some arrays: faster than building it anew.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> flat = to_polydata(np.eye(3), np.array([[0, 1, 2]]), {"W": np.zeros(3)})
+    >>> frame = refilled(flat, 2.0 * np.eye(3), {"W": np.ones(3)})
+    >>> frame["W"].tolist(), flat["W"].tolist(), float(frame.points.max())
+    ([1.0, 1.0, 1.0], [0.0, 0.0, 0.0], 2.0)
+    """
     mesh = template.copy()
     vtk_to_numpy(mesh.GetPoints().GetData())[:] = points
     data = mesh.GetPointData()
@@ -192,6 +201,13 @@ def carried_point_data(
     """The point data of a mesh at places given by three of its vertices and weights (n, 3).
 
     Numbers are interpolated, labels come from the nearest vertex; normals, which do not interpolate, are left out.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> data = {"W": np.array([0.0, 1.0, 3.0]), "muscle": np.array([5, 5, 8])}
+    >>> carried_point_data(data, np.array([[0, 1, 2]], np.int32), np.array([[0.25, 0.25, 0.5]]))
+    {'W': array([1.75]), 'muscle': array([8])}
     """
     out = {}
     for name, values in point_data.items():

@@ -40,6 +40,19 @@ class Surface:
     others : pyvista.PolyData, optional
         The other parts of the input, as they are there; its cell data "part" number them, and its point data "source
         point" say which points of the input they have.
+
+    Examples
+    --------
+    A sheet with a ball beside it; the sheet is larger:
+
+    >>> import pyvista as pv
+    >>> import warnings
+    >>> with warnings.catch_warnings(action="ignore"):
+    ...     surface = prepare(pv.Plane() + pv.Sphere(radius=0.1, center=(0, 0, 2)))
+    >>> surface.triangles.shape, surface.others.n_cells
+    ((200, 3), 1680)
+    >>> surface.report
+    ('Kept one of 2 separate parts, the largest, with 200 triangles; set apart parts of 1680 triangles.',)
     """
 
     mesh: pv.PolyData

@@ -87,6 +87,18 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
     -----
     FaceWrinkleWarning
         If an image that the file names is missing or cannot be read, or if there are several.
+
+    Examples
+    --------
+    What was written with a sheet, 8 pixels wide and 4 high:
+
+    >>> import pyvista as pv
+    >>> import tempfile
+    >>> import facewrinkle as fw
+    >>> sheet = fw.surface(pv.Plane(), texture=np.full((4, 8, 3), 200, np.uint8))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     read_texture(fw.write_mesh(sheet.mesh, f"{folder}/sheet.obj", sheet)).shape
+    (4, 8, 3)
     """
     try:
         if not isinstance(source, str | Path):

@@ -32,6 +32,29 @@ class Motion(Protocol):
     mesh, or None. What is drawn beside the skin goes with it. One that no muscles drive may tell where the eyes look:
     its `gazes` are unit vectors (3,) by side ("l", "r"), of the head at rest; and where parts beside the skin are: its
     `parts` are points (k, 3) by name in the unit of the mesh, NaN for those that are carried along.
+
+    Examples
+    --------
+    A head that nods, a motion of one's own:
+
+    >>> class Nod:
+    ...     names, rates, time_step = (), np.empty(0), 0.02
+    ...     def __init__(self, face):
+    ...         self.points, self.steps = face.points * face.unit, 0
+    ...     def reset(self):
+    ...         self.steps = 0
+    ...     def step(self):
+    ...         self.steps += 1
+    ...         return self.points - [0.0, 10.0 * np.sin(self.steps * self.time_step), 0.0]
+    ...     def rates_of(self, rates):
+    ...         return self.rates
+    ...     def set_rates(self, rates):
+    ...         pass
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> *_, frame = fw.Simulation(face, layers=[], motion=Nod(face)).run(50)
+    >>> round(float((frame.points[: len(face.points)] - face.points)[:, 1].max()), 2)
+    -8.41
     """
 
     @property
@@ -57,7 +80,31 @@ class Motion(Protocol):
 
 
 class Undriven:
-    """What motions have in common that no muscle drives."""
+    """What motions have in common that no muscle drives.
+
+    Examples
+    --------
+    Skin that swells needs points, a time step, and these two methods:
+
+    >>> class Swelling(Undriven):
+    ...     time_step = 0.02
+    ...     def __init__(self, face):
+    ...         self.points, self.normals, self.thickness = face.points * face.unit, face.tissue.normals, 0.0
+    ...     def reset(self):
+    ...         self.thickness = 0.0
+    ...     def step(self):
+    ...         self.thickness += 0.1
+    ...         return self.points + self.thickness * self.normals
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> sim = fw.Simulation(face, layers=[], motion=Swelling(face))
+    >>> moved = sim.step().points[: len(face.points)] - face.points
+    >>> float(np.linalg.norm(moved, axis=1).max().round(3))
+    0.1
+    >>> sim.contract({"corrugator_l": 1.0})
+    Traceback (most recent call last):
+    facewrinkle.errors.ParameterError: this surface is moved by a Swelling, and no muscle of it can be ...
+    """
 
     names: tuple[str, ...] = ()
     rates: Array = np.empty(0)

@@ -46,6 +46,17 @@ SLACK = 0.05
 class Ball:
     """An eyeball, mm: from how near to its centre on each vertex around it is pushed, how near it may come at all, and
     the stiffness there.
+
+    Examples
+    --------
+    Where the skin's vertices around the left eye are pushed, outside of the eyeball itself; mm:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> each = np.ones(len(face.points))
+    >>> left, right = Contacts(face, each, each).balls
+    >>> round(float(left.radii.max()), 2), round(face.eyes[0].radius, 2)
+    (12.25, 11.94)
     """
 
     vertices: IntArray
@@ -71,6 +82,19 @@ class LipPairs:
     gap, allowed : ndarray, shape (k,)
         Their distance at rest, and the least that is allowed, mm.
     weight : ndarray, shape (k,)
+
+    Examples
+    --------
+    What lies across the line of the lips, and how far apart the lips of the built-in face are there, mm:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> each = np.ones(len(face.points))
+    >>> pairs = Contacts(face, each, each).lips
+    >>> facing = np.einsum("kc,kci->ki", pairs.shares, face.points[pairs.corners])
+    >>> apart = ((face.points[pairs.vertices] - facing) * pairs.away).sum(axis=1)
+    >>> bool(np.allclose(apart, pairs.gap)), round(float(pairs.gap.min()), 1)
+    (True, 0.1)
     """
 
     vertices: IntArray
@@ -97,6 +121,17 @@ class DentalWall:
     allowed : ndarray, shape (k,)
         From which relative radius inwards a vertex is pushed.
     weight : ndarray, shape (k,)
+
+    Examples
+    --------
+    Half the width and the depth of the arches, and that the lips of a face at rest lie before them:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> each = np.ones(len(face.points))
+    >>> wall = Contacts(face, each, each).teeth
+    >>> wall.half.round(), bool((np.hypot(*(wall.local / wall.half).T) >= wall.allowed).all())
+    (array([29., 47.]), True)
     """
 
     vertices: IntArray
@@ -117,6 +152,20 @@ class Contacts:
         Of the skin, per mm, when one vertex alone is moved.
     area : ndarray, shape (n,)
         Of the skin around each vertex, mm^2.
+
+    Examples
+    --------
+    At rest nothing is entered; skin that is pushed back by 2 mm meets eyes and teeth:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> still = np.zeros_like(face.points)
+    >>> contacts = Contacts(face, resistance=np.ones(len(still)), area=np.ones(len(still)))
+    >>> contacts.energy(still, still, np.zeros_like(still))
+    0.0
+    >>> gradient = np.zeros_like(still)
+    >>> contacts.energy(still - [0, 0, 2], still, gradient) > 0.0, bool(gradient[:, 2].sum() < 0.0)
+    (True, True)
     """
 
     def __init__(self, face: Face, resistance: Array, area: Array) -> None:

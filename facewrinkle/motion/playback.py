@@ -33,6 +33,17 @@ class Playback(Undriven):
     face : Face
     time_step : float
         Seconds per step.
+
+    Examples
+    --------
+    One shape over half a second; the first step leads to the middle of it, a displacement by 1 mm.
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> recorded = Recorded.of_shapes([2.0 * face.tissue.normals], [[0.0], [1.0]], times=[0.0, 0.5])
+    >>> motion = Playback(recorded, face, time_step=0.25)
+    >>> float(np.linalg.norm(motion.step() - face.points, axis=1).max().round(3))
+    1.0
     """
 
     def __init__(self, recorded: Recorded, face: Face, time_step: float = 0.02) -> None:

@@ -25,7 +25,18 @@ SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Points bound to triangles: corners (n, 3) and barycentric coordinates (n, 3)."""
+    """Points bound to triangles: corners (n, 3) and barycentric coordinates (n, 3).
+
+    Examples
+    --------
+    A point on an upright sheet, and where it is when the sheet is 5 mm further in front:
+
+    >>> import pyvista as pv
+    >>> sheet = ground_of(pv.Plane(i_size=20, j_size=20))
+    >>> place = sheet.bound(np.array([[3.3, 4.5, 6.0]]))
+    >>> place.on(sheet.points + [0, 0, 5]).round(3)
+    array([[3.3, 4.5, 5. ]])
+    """
 
     corners: IntArray
     weights: Array
@@ -48,6 +59,16 @@ class Ground:
     unit : float
         Millimetres per unit.
     face : Face, optional
+
+    Examples
+    --------
+    The point of an upright sheet that is nearest to one before it, where things fall to, and where they lift off:
+
+    >>> import pyvista as pv
+    >>> sheet = ground_of(pv.Plane(i_size=20, j_size=20))
+    >>> cells, points = sheet.nearest(np.array([[3.3, 4.5, 6.0]]))
+    >>> points.round(3), sheet.down, sheet.forward
+    (array([[3.3, 4.5, 0. ]]), array([ 0., -1.,  0.]), array([0., 0., 1.]))
     """
 
     points: Array
@@ -144,6 +165,15 @@ def ground_of(surface: Face | pv.PolyData | Any, down: npt.ArrayLike | None = No
         Default: down the face; -y on other surfaces.
     unit : float
         Millimetres per unit of a surface that is no Face, which knows its own.
+
+    Examples
+    --------
+    A sheet in centimetres where z is up:
+
+    >>> import pyvista as pv
+    >>> sheet = ground_of(pv.Plane(direction=(0, 1, 0)), down=(0, 0, -1), unit=10.0)
+    >>> sheet.down, sheet.unit, sheet.face is None
+    (array([ 0.,  0., -1.]), 10.0, True)
     """
     face = surface if isinstance(surface, Face) and surface.landmarks else None
     if isinstance(surface, Face):

@@ -44,6 +44,17 @@ def descent(ground: Ground, start: Array, step: float, length: float, heading: A
     -------
     ndarray, shape (k, 3)
         It ends at a level place, in a pit, or at the border; k = 1 if it does not run at all.
+
+    Examples
+    --------
+    Straight down an upright sheet to its border:
+
+    >>> import pyvista as pv
+    >>> from facewrinkle.tears.ground import ground_of
+    >>> sheet = ground_of(pv.Plane(i_size=20, j_size=20))
+    >>> way = descent(sheet, np.array([3.0, 8, 0]), step=0.5, length=100.0)
+    >>> way[0].round(3) + 0.0, way[-1].round(3) + 0.0
+    (array([3., 8., 0.]), array([  3., -10.,   0.]))
     """
     order = np.argsort(ground.triangles, axis=None, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(np.bincount(ground.triangles.ravel(), minlength=len(ground.points)))])
@@ -64,6 +75,20 @@ def through(ground: Ground, given: npt.ArrayLike, width: float) -> Array:
     ParameterError
         If a point is off the surface or under it, if the way between two of them leaves the surface, or if the path
         crosses itself.
+
+    Examples
+    --------
+    The way between two points runs on the surface, and is longer than the chord:
+
+    >>> import pyvista as pv
+    >>> from facewrinkle.tears.ground import ground_of
+    >>> ball = ground_of(pv.Sphere(radius=20.0, theta_resolution=60, phi_resolution=60))
+    >>> way = through(ball, [(0, 14, 14), (0, -14, 14)], width=2.0)
+    >>> round(float(lengths(way)[-1])), round(float(np.linalg.norm(way[-1] - way[0])))
+    (31, 28)
+    >>> through(ball, [(0, 14, 14), (0, 0, 30)], width=2.0)
+    Traceback (most recent call last):
+    facewrinkle.errors.ParameterError: the path must lie on the surface; its point 1, [ 0.  0. 30.], is 10 away ...
     """
     points = vectors("path", given)
     if len(points) < 2:
@@ -108,6 +133,17 @@ def painted(ground: Ground, weight: npt.ArrayLike, width: float) -> Array:
     ------
     ParameterError
         For weights of another shape or that are not finite, or if no connected vertices are painted.
+
+    Examples
+    --------
+    A column of vertices of an upright sheet:
+
+    >>> import pyvista as pv
+    >>> from facewrinkle.tears.ground import ground_of
+    >>> sheet = ground_of(pv.Plane(i_size=20, j_size=20))
+    >>> way = painted(sheet, abs(sheet.points[:, 0] - 4.0) < 0.5, width=2.0)
+    >>> way[0].round(3) + 0.0, way[-1].round(3) + 0.0
+    (array([ 4., 10.,  0.]), array([  4., -10.,   0.]))
     """
     paint = np.asarray(weight, dtype=np.float64)
     if paint.shape != (len(ground.points),) or not np.isfinite(paint).all():

@@ -42,7 +42,16 @@ class Run:
 
 @dataclass(frozen=True)
 class Preset:
-    """A way to cry: the tears, and the expression that goes with them."""
+    """A way to cry: the tears, and the expression that goes with them.
+
+    Examples
+    --------
+    What goes with the tears, to be played on the face, and where on which lid the first of them comes out:
+
+    >>> weeping = PRESETS["weeping"]
+    >>> weeping.expression, len(weeping.runs), weeping.runs[0].side, weeping.runs[0].along
+    ('sadness', 6, 'l', 0.35)
+    """
 
     expression: str
     runs: Sequence[Run]

@@ -28,6 +28,13 @@ class Shape:
         Of the head.
     trail, film : float
         Half the width, and the thickness, of the trail.
+
+    Examples
+    --------
+    A tear 3 mm wide and 1 mm high, with its trail, and one of half the size:
+
+    >>> Shape(half=1.5, height=1.0, trail=1.0, film=0.05).scaled(0.5)
+    Shape(half=0.75, height=0.5, trail=0.5, film=0.025)
     """
 
     half: float
@@ -106,6 +113,15 @@ def rough_film(
         At least 0.
     spacing : float
         Of the grid.
+
+    Examples
+    --------
+    A trail 40 mm long and 2 mm wide, on rough skin and on smooth skin, which holds nothing back:
+
+    >>> rough, spacing = rough_film(40.0, 1.0, 0.3, 0, np.random.default_rng(7))
+    >>> smooth, _ = rough_film(40.0, 1.0, 0.0, 0, np.random.default_rng(7))
+    >>> rough.shape, spacing, bool(rough.max() > 0.3), float(smooth.max())
+    ((161, 9), 0.25, True, 0.0)
     """
     spacing = half / 4.0
     grid_s, grid_w = np.arange(0.0, length + spacing, spacing), spacing * np.arange(-4, 5)

@@ -27,6 +27,16 @@ class Pose:
         Distance between the pupils.
     stretch : ndarray, shape (3,)
         How much larger than the template's the face is along the axes, apart from its size.
+
+    Examples
+    --------
+    A face 60 mm from pupil to pupil, and a place half of this below and in front of its eyes:
+
+    >>> pose = Pose(np.eye(3), origin=np.array([0.0, 100, 0]), size=60.0, stretch=np.ones(3))
+    >>> pose.world(np.array([[0.0, -0.5, 0.5]]))
+    array([[ 0., 70., 30.]])
+    >>> pose.local(np.array([[0.0, 70, 30]]))
+    array([[ 0. , -0.5,  0.5]])
     """
 
     axes: Array

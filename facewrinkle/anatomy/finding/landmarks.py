@@ -98,6 +98,16 @@ class Found:
         Likeness to a face, at most 1; other things stay below 0.6.
     pose : Pose
         Rotation (`axes`), scale (`size`) and translation (`origin`).
+
+    Examples
+    --------
+    What a search may give; the nose was measured, the hairline was not:
+
+    >>> pose = Pose(np.eye(3), origin=np.zeros(3), size=6.3, stretch=np.ones(3))
+    >>> places = {"nose_tip": np.array([0.0, -3.2, 4.5]), "trichion": np.array([0.0, 8, 1])}
+    >>> found = Found(places, {"nose_tip": 0.97, "trichion": 0.4}, ("trichion",), 0.97, pose)
+    >>> [name for name in found.landmarks if name not in found.estimated], found.confidence > 0.6
+    (['nose_tip'], True)
     """
 
     landmarks: dict[str, Array]

@@ -117,6 +117,16 @@ class Wrinkles:
 class Muscle:
     """What all kinds share. By itself it neither pulls the skin nor folds it: :class:`LinearMuscle`,
     :class:`SheetMuscle` and :class:`SphincterMuscle` do; the others move a bone or a lid.
+
+    Examples
+    --------
+    A muscle of a face, stronger, with deeper furrows, and on a head of half the size:
+
+    >>> import facewrinkle as fw
+    >>> muscle = fw.default_face().muscles["zygomaticus_major_l"]
+    >>> other = muscle.replaced(strength=1.5, depth=2.0).transformed(np.eye(3), scale=0.5)
+    >>> other.strength, other.fold_pattern.wrinkles.depth, round(other.length / muscle.length, 9)
+    (1.5, 2.0, 0.5)
     """
 
     wrinkles: Wrinkles = field(default_factory=Wrinkles, kw_only=True)

@@ -23,6 +23,17 @@ class JawMuscle(Muscle):
         A point on the hinge, and its direction such that a positive turn opens the mouth.
     angle : float
         Turn at full contraction, radians.
+
+    Examples
+    --------
+    A jaw that opens wider, and takes the skin with it:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> jaw = face.muscles["jaw"]
+    >>> wide = face.with_muscles({"jaw": jaw.replaced(angle=1.2 * jaw.angle)})
+    >>> float((wide.guides["jaw"].angles.max() / face.guides["jaw"].angles.max()).round(9))
+    1.2
     """
 
     hinge: Array
@@ -54,6 +65,16 @@ class LidMuscle(Muscle):
     side : {"l", "r"}
     share : float
         Turn at full contraction, relative to that of closing the eye.
+
+    Examples
+    --------
+    It turns the lid back over the ball by half of what closes the eye:
+
+    >>> import facewrinkle as fw
+    >>> guides = fw.default_face().with_muscles({"levator_palpebrae_l": LidMuscle("l", share=0.5)}).guides
+    >>> lifting, closing = guides["levator_palpebrae_l"], guides["orbicularis_oculi_l"]
+    >>> float((lifting.angles.min() / closing.angles.max()).round(9))
+    -0.5
     """
 
     side: str
@@ -86,6 +107,14 @@ class EyeMuscle(Muscle):
     turn : {"up", "down", "inwards", "outwards"}
     angle : float
         Turn at full contraction, radians.
+
+    Examples
+    --------
+    How far it contracts in an eye that looks up, and in one that looks down:
+
+    >>> superior = EyeMuscle("l", "up", angle=0.8)
+    >>> superior.rate(outwards=0.0, up=0.2), superior.rate(outwards=0.0, up=-0.2)
+    (0.25, 0.0)
     """
 
     side: str
