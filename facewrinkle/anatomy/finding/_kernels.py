@@ -1,4 +1,4 @@
-"""Inner loops of the search for a face: depth maps, and round maps about noses compared with the template's."""
+"""Inner loops of the search for a face: depth maps, round maps about noses compared with the template's, and warps."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def attraction(faces, slopes, template, seen, weight, field):
     """Sums over the channels of a Gauss-Newton step of a warp: slopes times differences (2, rows, columns), and slopes
     times slopes (2, 2, rows, columns).
 
-    The channels of a face, with their slopes (c, 2, rows, columns), are read at the places that a field (2, rows,
+    The channels of a face, with their slopes (2, c, rows, columns), are read at the places that a field (2, rows,
     columns) of shifts in steps of the grid, x and y, makes of those of the template's; beyond a border, at it.
     """
     rows, columns = weight.shape
@@ -149,7 +149,7 @@ def attraction(faces, slopes, template, seen, weight, field):
             w = weight[i, j] * between(seen, k, l, v, u)
             for c in range(faces.shape[0]):
                 difference = between(faces[c], k, l, v, u) - template[c, i, j]
-                slope_x, slope_y = between(slopes[c, 0], k, l, v, u), between(slopes[c, 1], k, l, v, u)
+                slope_x, slope_y = between(slopes[0, c], k, l, v, u), between(slopes[1, c], k, l, v, u)
                 robust = w / (1.0 + difference * difference)
                 pull[0, i, j] += robust * slope_x * difference
                 pull[1, i, j] += robust * slope_y * difference

@@ -30,12 +30,14 @@ STIFFNESS, SYMMETRY = 0.02, 0.02
 class Basis:
     """Products of cubic B-splines down a grid (rows, m) and across it (columns, n), and what resists their shifts.
 
-    Shifts (m, n, 2) count as they lie in memory. A matrix (2 k, 2 k), k = m n, that is symmetric and of narrow band is
-    kept as its lower diagonals: entry (i, j) at (i - j, j).
+    `pairs` are the products of splines that overlap. Shifts (m, n, 2) count as they lie in memory. A matrix
+    (2 k, 2 k), k = m n, that is symmetric and of narrow band is kept as its lower diagonals: entry (i, j) at
+    (i - j, j), the `places` of those `lower` ones that pairs add to.
     """
 
     down: Array
     across: Array
+    pairs: tuple[Array, Array]
     stiff: sparse.csr_array
     diagonals: Array
     places: tuple[npt.NDArray[np.int64], ...]
@@ -44,7 +46,7 @@ class Basis:
     def solved(self, metric: Array, right: Array) -> Array:
         """The shift on which a metric (2, 2, rows, columns) and the resistance have this effect (m, n, 2)."""
         diagonals = self.diagonals.copy()
-        diagonals[self.places] += (_pairs(self.down).T @ metric @ _pairs(self.across))[self.lower]
+        diagonals[self.places] += (self.pairs[0].T @ metric @ self.pairs[1])[self.lower]
         return np.asarray(solveh_banded(diagonals, right.ravel(), lower=True)).reshape(right.shape)
 
 
@@ -79,7 +81,8 @@ def basis(grid: Grid) -> Basis:
     entries = sparse.coo_array(sparse.tril(stiff))
     diagonals = np.zeros(((i - j).max() + 1, 2 * m * n))
     diagonals[entries.row - entries.col, entries.col] = entries.data
-    return Basis(down, across, stiff, diagonals, (i - j, j), lower.reshape(2, 2, 7 * m, 7 * n))
+    pairs = _pairs(down), _pairs(across)
+    return Basis(down, across, pairs, stiff, diagonals, (i - j, j), lower.reshape(2, 2, 7 * m, 7 * n))
 
 
 def _stiffness(m: int, n: int) -> sparse.csr_array:
@@ -139,7 +142,7 @@ def warped(
     """
     base = basis(grid)
     shift = start.shift if start is not None else np.zeros((base.down.shape[1], base.across.shape[1], 2))
-    slopes = np.stack(np.gradient(faces, grid.step, axis=(2, 1)), axis=1)
+    slopes = np.array(np.gradient(faces, grid.step, axis=(2, 1)))
     weight = weight / weight.sum()
     for _ in range(steps):
         field = Warp(grid, shift).field()
