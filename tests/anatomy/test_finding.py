@@ -145,7 +145,9 @@ def test_warp_finds_a_warp_that_was_put_in():
     inner = weight > 0.9
     before, after = np.abs(shift)[:, inner], np.abs(warp.field() - shift)[:, inner]
     assert after.mean() < 0.25 * before.mean()
-    assert Warp(FINE, np.zeros((splines.values.shape[1], 2)))(np.array([[0.1, -0.3]])).tolist() == [[0.1, -0.3]]
+    assert Warp(FINE, np.zeros((splines.down.shape[1], splines.across.shape[1], 2)))(
+        np.array([[0.1, -0.3]])
+    ).tolist() == [[0.1, -0.3]]
 
 
 DRAWN = {

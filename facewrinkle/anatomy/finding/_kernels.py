@@ -1,4 +1,4 @@
-"""Inner loops of the search for a face: depth maps, and round maps about noses compared with the template's."""
+"""Inner loops of the search for a face: depth maps, round maps about noses compared with the template's, and warps."""
 
 from __future__ import annotations
 
@@ -35,6 +35,29 @@ def rasterise(points, triangles, x0, y0, step, low, high, depth):
 
 
 @njit(cache=True)
+def protrusion(points, pairs):
+    """Where points lie from the middle of those that they are paired with, and of themselves."""
+    total, count = np.zeros_like(points), np.ones(len(points))
+    for this, other in ((0, 1), (1, 0)):
+        for k in range(len(pairs)):
+            p, q = pairs[k, this], pairs[k, other]
+            count[p] += 1.0
+            for d in range(3):
+                total[p, d] += points[q, d]
+    return points - (points + total) / count[:, None]
+
+
+@njit(cache=True)
+def within(points, place, reach):
+    """Which points lie within reach of a place."""
+    inside = np.empty(len(points), np.bool_)
+    for p in range(len(points)):
+        x, y, z = points[p, 0] - place[0], points[p, 1] - place[1], points[p, 2] - place[2]
+        inside[p] = x * x + y * y + z * z <= reach * reach
+    return inside
+
+
+@njit(cache=True)
 def round_map(points, nose, axes, radius, heights):
     """Largest height of the points over the rings and sectors about a nose; -inf where there is none.
 
@@ -55,47 +78,91 @@ def round_map(points, nose, axes, radius, heights):
 
 
 @njit(cache=True)
-def mismatch(heights, template, weights, turn, cap, missing):
-    """Mean difference of two round maps, one turned by `turn` sectors, without what they differ by as a whole."""
+def mismatch(heights, template, weights, cap, missing):
+    """Mean difference of two round maps without what they differ by as a whole, the first turned by every number of
+    sectors.
+    """
     rings, sectors = heights.shape
-    offset, total = 0.0, 1e-12
+    twice = np.concatenate((heights, heights), axis=1)
+    offset, total = np.zeros(sectors), np.full(sectors, 1e-12)
     for i in range(rings):
         for j in range(sectors):
-            z, w = heights[i, (j + turn) % sectors], weights[i, j]
-            if w > 0.0 and z > -np.inf:
-                offset += w * max(-cap, min(cap, z - template[i, j]))
-                total += w
-    offset /= total
-    cost, total = 0.0, 0.0
-    for i in range(rings):
-        for j in range(sectors):
-            z, w = heights[i, (j + turn) % sectors], weights[i, j]
+            z, w = template[i, j], weights[i, j]
             if w > 0.0:
-                cost += w * (min(abs(z - template[i, j] - offset), cap) if z > -np.inf else missing)
-                total += w
-    return cost / total
+                turned = twice[i, j : j + sectors]
+                for turn in range(sectors):
+                    known = w if turned[turn] > -np.inf else 0.0
+                    offset[turn] += known * max(-cap, min(cap, turned[turn] - z))
+                    total[turn] += known
+    offset /= total
+    cost = np.zeros(sectors)
+    for i in range(rings):
+        for j in range(sectors):
+            z, w = template[i, j], weights[i, j]
+            if w > 0.0:
+                turned = twice[i, j : j + sectors]
+                for turn in range(sectors):
+                    off = min(abs(turned[turn] - z - offset[turn]), cap)
+                    cost[turn] += w * (off if turned[turn] > -np.inf else missing)
+    return cost / weights.sum()
 
 
 @njit(cache=True)
-def compare(points, offsets, noses, axes, radius, template, weights, cap, missing):
-    """Mismatch and sector of the best roll of every candidate: nose k (its points offsets[k] to offsets[k + 1]),
-    looking along axes[k, a, 2].
+def compare(points, noses, axes, reach, radius, template, weights, cap, missing):
+    """Mismatch and sector of the best roll of every candidate: nose k, looking along axes[k, a, 2], with the points
+    within reach of it.
     """
-    rings, sectors = template.shape
-    cost = np.full(axes.shape[:2], np.inf)
-    roll = np.zeros(axes.shape[:2], np.int64)
-    heights = np.empty((rings, sectors))
+    cost, roll = np.empty(axes.shape[:2]), np.empty(axes.shape[:2], np.int64)
+    heights = np.empty(template.shape)
     for k in range(axes.shape[0]):
-        around = points[offsets[k] : offsets[k + 1]]
+        around = points[within(points, noses[k], reach)]
         for a in range(axes.shape[1]):
             round_map(around, noses[k], axes[k, a], radius, heights)
-            for turn in range(0, sectors, 2):
-                value = mismatch(heights, template, weights, turn, cap, missing)
-                if value < cost[k, a]:
-                    cost[k, a], roll[k, a] = value, turn
-            best = roll[k, a]
-            for turn in (best - 1, best + 1):
-                value = mismatch(heights, template, weights, turn, cap, missing)
-                if value < cost[k, a]:
-                    cost[k, a], roll[k, a] = value, turn
+            values = mismatch(heights, template, weights, cap, missing)
+            even = 2 * np.argmin(values[::2])
+            best = even
+            for turn in (even - 1, even + 1):
+                if values[turn] < values[best]:
+                    best = turn
+            cost[k, a], roll[k, a] = values[best], best
     return cost, roll
+
+
+@njit(cache=True)
+def attraction(faces, slopes, template, seen, weight, field):
+    """Sums over the channels of a Gauss-Newton step of a warp: slopes times differences (2, rows, columns), and slopes
+    times slopes (2, 2, rows, columns).
+
+    The channels of a face, with their slopes (2, c, rows, columns), are read at the places that a field (2, rows,
+    columns) of shifts in steps of the grid, x and y, makes of those of the template's; beyond a border, at it.
+    """
+    rows, columns = weight.shape
+    pull, metric = np.zeros((2, rows, columns)), np.zeros((2, 2, rows, columns))
+    for i in range(rows):
+        for j in range(columns):
+            if weight[i, j] == 0.0:
+                continue
+            y = min(max(i + field[1, i, j], 0.0), rows - 1.0)
+            x = min(max(j + field[0, i, j], 0.0), columns - 1.0)
+            k, l = min(int(y), rows - 2), min(int(x), columns - 2)
+            v, u = y - k, x - l
+            w = weight[i, j] * between(seen, k, l, v, u)
+            for c in range(faces.shape[0]):
+                difference = between(faces[c], k, l, v, u) - template[c, i, j]
+                slope_x, slope_y = between(slopes[0, c], k, l, v, u), between(slopes[1, c], k, l, v, u)
+                robust = w / (1.0 + difference * difference)
+                pull[0, i, j] += robust * slope_x * difference
+                pull[1, i, j] += robust * slope_y * difference
+                metric[0, 0, i, j] += robust * slope_x * slope_x
+                metric[0, 1, i, j] += robust * slope_x * slope_y
+                metric[1, 1, i, j] += robust * slope_y * slope_y
+    metric[1, 0] = metric[0, 1]
+    return pull, metric
+
+
+@njit(cache=True)
+def between(image, k, l, v, u):
+    """An image at row k + v and column l + u."""
+    upper = image[k, l] + u * (image[k, l + 1] - image[k, l])
+    lower = image[k + 1, l] + u * (image[k + 1, l + 1] - image[k + 1, l])
+    return upper + v * (lower - upper)

@@ -86,7 +86,7 @@ def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, person:
     for channels, steps in STAGES:
         warp = warped(face[channels], shown, model[channels], base.weight, FINE, warp, steps)
     assert warp is not None
-    square = (warp.shift**2).sum(axis=1, keepdims=True)
+    square = (warp.shift**2).sum(axis=2, keepdims=True)
     warp = Warp(FINE, warp.shift * square / (square + DOUBT**2))
     field = warp.field()
     weight = base.weight * sampled(shown, FINE, field)

@@ -31,4 +31,6 @@ def spread(points: Array, triangles: npt.NDArray[np.int64], count: int) -> Array
 def thinned(points: Array, spacing: float) -> Array:
     """One point in every cube of this width."""
     cell = np.floor(points / spacing).astype(np.int64)
-    return points[np.sort(np.unique(cell, axis=0, return_index=True)[1])]
+    cell -= cell.min(axis=0)
+    number = np.ravel_multi_index(tuple(cell.T), tuple(cell.max(axis=0) + 1))
+    return points[np.sort(np.unique(number, return_index=True)[1])]

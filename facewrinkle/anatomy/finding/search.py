@@ -93,16 +93,12 @@ def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
     points = thinned(points, 0.06 * size)
     if len(points) < 60:
         return []
-    tree = cKDTree(points)
-    noses = _noses(points, tree, size)
-    around = tree.query_ball_point(points[noses], 1.6 * RADIUS * size)
-    offsets = np.concatenate([[0], np.cumsum([len(ball) for ball in around])])
-    axes = np.array([_directions(points[nose], points[ball], size) for nose, ball in zip(noses, around, strict=True)])
+    noses = _noses(points, size)
+    axes = np.array([_directions(nose, points[kernels.within(points, nose, 0.8 * size)]) for nose in noses])
     face, base = _round_template(), template()
     cost, roll = kernels.compare(
-        points[np.concatenate(around).astype(int)], offsets, points[noses], axes, RADIUS * size,
-        face.heights, face.weights, CAP, MISSING,
-    )  # fmt: skip
+        points, noses, axes, 1.6 * RADIUS * size, RADIUS * size, face.heights, face.weights, CAP, MISSING
+    )
     tip = base.landmarks["nose_tip"]
     found = []
     for k, nose in enumerate(noses):
@@ -111,35 +107,30 @@ def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
             across, over, ahead = axes[k, a]
             left = np.cos(angle) * across + np.sin(angle) * over
             turned = np.array([left, np.cross(ahead, left), ahead])
-            found.append((float(cost[k, a]), Pose(turned, points[nose] - size * tip @ turned, size, np.ones(3))))
+            found.append((float(cost[k, a]), Pose(turned, nose - size * tip @ turned, size, np.ones(3))))
     return found
 
 
-def _noses(points: Array, tree: cKDTree, size: float) -> npt.NDArray[np.int64]:
-    """Numbers of the points that protrude most, none within the width of a nose of another."""
+def _noses(points: Array, size: float) -> Array:
+    """The points (n, 3) that protrude most, none within the width of a nose of another."""
     coarse = thinned(points, 0.12 * size)
-    coarse_tree = cKDTree(coarse)
-    pairs = coarse_tree.query_pairs(0.55 * size, output_type="ndarray")
-    both = np.concatenate([pairs, pairs[:, ::-1]])
-    count = 1.0 + np.bincount(both[:, 0], minlength=len(coarse))
-    total = [c + np.bincount(both[:, 0], c[both[:, 1]], len(coarse)) for c in coarse.T]
-    away = coarse - np.stack(total, axis=1) / count[:, None]
+    tree = cKDTree(coarse)
+    away = kernels.protrusion(coarse, tree.query_pairs(0.55 * size, output_type="ndarray"))
     free = np.ones(len(coarse), bool)
-    chosen: list[int] = []
+    chosen: list[Array] = []
     for p in np.argsort(-np.linalg.norm(away, axis=1), kind="stable"):
         if free[p]:
-            free[coarse_tree.query_ball_point(coarse[p], 0.25 * size)] = False
-            close = np.array(tree.query_ball_point(coarse[p], 0.12 * size))
-            chosen.append(int(close[np.argmax(points[close] @ away[p])]))
+            free[tree.query_ball_point(coarse[p], 0.25 * size)] = False
+            close = points[kernels.within(points, coarse[p], 0.12 * size)]
+            chosen.append(close[np.argmax(close @ away[p])])
             if len(chosen) == NOSES:
                 break
     return np.array(chosen)
 
 
-def _directions(nose: Array, around: Array, size: float) -> Array:
-    """Frames (a, 3, 3) whose last rows are the directions in which a nose may look."""
-    near = around[np.linalg.norm(around - nose, axis=1) < 0.8 * size]
-    ahead = nose - near.mean(axis=0)
+def _directions(nose: Array, around: Array) -> Array:
+    """Frames (a, 3, 3) whose last rows are the directions in which a nose may look: away from what is around."""
+    ahead = nose - around.mean(axis=0)
     length = np.linalg.norm(ahead)
     return _tilted() @ _frame(ahead / length if length > 0.0 else np.array([0.0, 0.0, 1.0]))
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import sparse
 from scipy.interpolate import BSpline
+from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter, map_coordinates
-from scipy.sparse.linalg import splu
 
+from . import _kernels as kernels
 from .depth import Grid
 
 Array = npt.NDArray[np.float64]
@@ -27,35 +28,74 @@ STIFFNESS, SYMMETRY = 0.02, 0.02
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Cubic B-splines over a grid: values (p, k) at its points, and energies (2 k, 2 k) of fields (x, then y)."""
+    """Products of cubic B-splines down a grid (rows, m) and across it (columns, n), and what resists their shifts.
 
-    values: sparse.csr_array
-    bending: sparse.csr_array
-    lopsided: sparse.csr_array
+    `pairs` are the products of splines that overlap. Shifts (m, n, 2) count as they lie in memory. A matrix
+    (2 k, 2 k), k = m n, that is symmetric and of narrow band is kept as its lower diagonals: entry (i, j) at
+    (i - j, j), the `places` of those `lower` ones that pairs add to.
+    """
+
+    down: Array
+    across: Array
+    pairs: tuple[Array, Array]
+    stiff: sparse.csr_array
+    diagonals: Array
+    places: tuple[npt.NDArray[np.int64], ...]
+    lower: npt.NDArray[np.bool_]
+
+    def solved(self, metric: Array, right: Array) -> Array:
+        """The shift on which a metric (2, 2, rows, columns) and the resistance have this effect (m, n, 2)."""
+        diagonals = self.diagonals.copy()
+        diagonals[self.places] += (self.pairs[0].T @ metric @ self.pairs[1])[self.lower]
+        return np.asarray(solveh_banded(diagonals, right.ravel(), lower=True)).reshape(right.shape)
 
 
-def _splines(low: float, high: float, at: Array) -> tuple[sparse.csr_array, int]:
+def _pairs(splines: Array) -> Array:
+    """Products (points, 7 n) of splines with the 3 before to the 3 after them: others do not overlap."""
+    around = sliding_window_view(np.pad(splines, ((0, 0), (3, 3))), 7, axis=1)
+    return (splines[:, :, None] * around).reshape(len(splines), -1)
+
+
+def _splines(low: float, high: float, at: Array) -> Array:
     count = int(np.ceil((high - low) / SPACING))
     count += 1 - count % 2  # a control point in the middle
     knots = 0.5 * (low + high) + SPACING * (np.arange(count + 4) - 0.5 * (count + 3))
     inside = np.clip(at, knots[3] + 1e-9, knots[-4] - 1e-9)
-    return sparse.csr_array(BSpline.design_matrix(inside, knots, 3)), count
+    return np.asarray(BSpline.design_matrix(inside, knots, 3).toarray())
 
 
 @cache
 def basis(grid: Grid) -> Basis:
     margin = 2.0 * SPACING
-    bx, nx = _splines(grid.low[0] - margin, grid.high[0] + margin, grid.x)
-    by, ny = _splines(grid.low[1] - margin, grid.high[1] + margin, grid.y)
-    values = sparse.csr_array(sparse.kron(by, bx))
-    dx, dy = (sparse.diags_array([np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1], shape=(n - 1, n)) for n in (nx, ny))
-    one_x, one_y = sparse.identity(nx), sparse.identity(ny)
+    across = _splines(grid.low[0] - margin, grid.high[0] + margin, grid.x)
+    down = _splines(grid.low[1] - margin, grid.high[1] + margin, grid.y)
+    m, n = down.shape[1], across.shape[1]
+    stiff = _stiffness(m, n)
+    # Rows and columns in the matrix of all pairs of shifts (x, y; m, 7; n, 7); -2 is none.
+    number = 2 * np.arange(m * n).reshape(m, n)
+    around = sliding_window_view(np.pad(number, 3, constant_values=-2), (7, 7)).swapaxes(1, 2)
+    column = number[:, None, :, None] + np.arange(2)[:, None, None, None, None, None]
+    row, column = np.broadcast_arrays(around + np.arange(2)[:, None, None, None, None], column)
+    lower = row >= column
+    i, j = row[lower], column[lower]
+    entries = sparse.coo_array(sparse.tril(stiff))
+    diagonals = np.zeros(((i - j).max() + 1, 2 * m * n))
+    diagonals[entries.row - entries.col, entries.col] = entries.data
+    pairs = _pairs(down), _pairs(across)
+    return Basis(down, across, pairs, stiff, diagonals, (i - j, j), lower.reshape(2, 2, 7 * m, 7 * n))
+
+
+def _stiffness(m: int, n: int) -> sparse.csr_array:
+    """Resistance of m times n control points to bending, and to left and right that differ."""
+    dx, dy = (sparse.diags_array([np.ones(k - 1), -np.ones(k - 1)], offsets=[0, 1], shape=(k - 1, k)) for k in (n, m))
+    one_x, one_y = sparse.identity(n), sparse.identity(m)
     second = [sparse.kron(one_y, _twice(dx)), sparse.kron(_twice(dy), one_x), np.sqrt(2.0) * sparse.kron(dy, dx)]
-    energy = sum(d.T @ d for d in second)
+    bending = sum(d.T @ d for d in second)
     flip = sparse.kron(one_y, one_x.tocsr()[::-1])
-    odd_x, odd_y = sparse.identity(nx * ny) + flip, sparse.identity(nx * ny) - flip
-    lopsided = sparse.block_diag([odd_x.T @ odd_x, odd_y.T @ odd_y])
-    return Basis(values, sparse.csr_array(sparse.block_diag([energy, energy])), sparse.csr_array(lopsided))
+    odd_x, odd_y = sparse.identity(m * n) + flip, sparse.identity(m * n) - flip
+    lopsided = sparse.kron(odd_x.T @ odd_x, np.diag([1.0, 0.0])) + sparse.kron(odd_y.T @ odd_y, np.diag([0.0, 1.0]))
+    resistance = STIFFNESS * sparse.kron(bending, np.eye(2)) + SYMMETRY * lopsided
+    return sparse.csr_array(resistance + 1e-4 * sparse.identity(2 * m * n))
 
 
 def _twice(first: sparse.sparray) -> sparse.sparray:
@@ -65,14 +105,15 @@ def _twice(first: sparse.sparray) -> sparse.sparray:
 
 @dataclass(frozen=True, eq=False)
 class Warp:
-    """Shift (k, 2) of the control points."""
+    """Shift (m, n, 2) of the control points."""
 
     grid: Grid
     shift: Array
 
     def field(self) -> Array:
         """Shift over the grid (2, rows, columns): x and y."""
-        return np.array([(basis(self.grid).values @ s).reshape(self.grid.shape) for s in self.shift.T])
+        splines = basis(self.grid)
+        return np.asarray(splines.down @ np.moveaxis(self.shift, 2, 0) @ splines.across.T)
 
     def __call__(self, xy: Array) -> Array:
         """Places in the face (n, 2) of places in the template."""
@@ -100,31 +141,16 @@ def warped(
         What is seen of the face, 0 to 1, and how much places of the template count.
     """
     base = basis(grid)
-    k = base.values.shape[1]
-    shift = start.shift if start is not None else np.zeros((k, 2))
-    gradients = [np.gradient(channel, grid.step) for channel in faces]
-    stiff = STIFFNESS * base.bending + SYMMETRY * base.lopsided + 1e-4 * sparse.identity(2 * k)
+    shift = start.shift if start is not None else np.zeros((base.down.shape[1], base.across.shape[1], 2))
+    slopes = np.array(np.gradient(faces, grid.step, axis=(2, 1)))
+    weight = weight / weight.sum()
     for _ in range(steps):
         field = Warp(grid, shift).field()
-        w = (weight * sampled(seen, grid, field) / weight.sum()).ravel()
-        # The sums over the channels of a Gauss-Newton step: slopes times slopes, and slopes times differences.
-        pull, metric = np.zeros((2, w.size)), np.zeros((2, 2, w.size))
-        for channel, target, (slope_y, slope_x) in zip(faces, template, gradients, strict=True):
-            difference = (sampled(channel, grid, field) - target).ravel()
-            slope = np.array([sampled(s, grid, field).ravel() for s in (slope_x, slope_y)])
-            robust = w / (1.0 + difference**2)
-            pull += robust * slope * difference
-            metric += robust * slope[:, None] * slope
-        right = np.concatenate([base.values.T @ p for p in pull]) + stiff @ shift.T.ravel()
-        blocks = [[base.values.T @ sparse.diags_array(m) @ base.values for m in row] for row in metric]
-        change = _symmetric(sparse.block_array(blocks) + stiff).solve(-right).reshape(2, k).T
+        pull, metric = kernels.attraction(faces, slopes, template, seen, weight, field / grid.step)
+        right = np.moveaxis(base.down.T @ pull @ base.across, 0, 2) + (base.stiff @ shift.ravel()).reshape(shift.shape)
+        change = base.solved(metric, -right)
         shift = shift + change * min(1.0, 0.1 / max(float(np.abs(change).max()), 1e-12))
     return Warp(grid, shift)
-
-
-def _symmetric(matrix: sparse.sparray) -> Any:
-    """The factors of a symmetric positive definite matrix."""
-    return splu(sparse.csc_array(matrix), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
 
 def evened(relief: Array, weight: Array, grid: Grid, width: float = 0.3, floor: float = 0.04) -> Array:
