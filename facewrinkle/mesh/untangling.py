@@ -80,7 +80,7 @@ def untangled(mesh: Patchwork) -> Patchwork:
     far = float(np.linalg.norm(points - mesh.points, axis=1).max())
     return replace(mesh, points=points).told(
         f"Smoothed the surface where it ran through itself: {int(moved.sum())} points, by {far:.3g} at most; "
-        f"{count} places were small enough to try, and {len(crossed)} of them stay."
+        f"places small enough to try: {count}, that stay: {len(crossed)}."
     )
 
 
