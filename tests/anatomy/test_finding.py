@@ -262,11 +262,21 @@ def _on_a_table(mesh, marks):
     return pv.merge([mesh, neck, shoulders, table])
 
 
+def _hidden_over_a_floor(mesh, marks):
+    """Within a shell, as helper geometry is, and small over a floor."""
+    frame, size = frame_of(marks), frame_of(marks).pupil_distance
+    shell = pv.Sphere(radius=3.0 * size, center=frame.origin - size * frame.axes[2])
+    below = frame.origin - 20.0 * size * frame.axes[1]
+    floor = pv.Plane(center=below, direction=frame.axes[1], i_size=300.0 * size, j_size=200.0 * size)
+    return pv.merge([floor.triangulate(), shell, mesh])
+
+
 SPOILT = {
     "1,500 triangles, inside out": lambda mesh, marks: _inside_out(mesh.decimate(1.0 - 1500 / mesh.n_cells)),
     "noise, other parts": lambda mesh, marks: _parts_added(_noisy(mesh, marks), marks),
     "70 thousand triangles, holes and a ragged rim": lambda mesh, marks: _torn(mesh.subdivide(2), marks),
     "a bust on a table": _on_a_table,
+    "in a shell, over a floor": _hidden_over_a_floor,
 }
 
 

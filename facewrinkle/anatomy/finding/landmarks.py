@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from scipy.spatial import cKDTree
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...geometry.topology import components
 from ...mesh import read_surface, to_polydata
-from ..landmarks import NAMES, complete
+from ..landmarks import NAMES, REFUSED, complete
 from .alignment import COARSE, FINE, laid_on, likeness, seen, template_map
 from .depth import Pose, foremost
 from .matching import DOUBT, Match, matched
@@ -48,6 +49,12 @@ SAMPLES = 40_000
 
 SURE, HOPELESS = 0.75, 0.25
 """Confidence above which no other pose is tried, and below which no other template is."""
+
+PARTS = 3
+"""Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
+
+THIN = 0.02
+"""What is thinner than this share of its largest extent is no face, but a floor or a wall."""
 
 CHOICE = 0.03
 """A template whose relief around a landmark correlates less by this counts a third."""
@@ -156,9 +163,7 @@ def find_landmarks(
             f"no face was found on the mesh: its {len(triangles)} triangles are too few to show one; {FEWEST} are "
             "needed at least. Give a finer mesh, or at least three landmarks that are not in a line."
         )
-    search = _Search(points, triangles, pose)
-    for _ in (watch or bar)(search.steps(), search.STEPS):
-        pass
+    search = _searched(points, triangles, pose, watch or bar)
     match = search.matches[0]
     try:
         landmarks, confidences = _landmarks(points, search.triangles, search.matches)
@@ -189,6 +194,38 @@ def _surface(mesh: object) -> tuple[Array, Triangles]:
         raise MeshError("the mesh has no triangles with an area. Export it again.")
     used, renumbered = np.unique(triangles, return_inverse=True)
     return points[used], renumbered.reshape(-1, 3)
+
+
+def _searched(points: Array, triangles: Triangles, pose: Pose | None, watch: Watch) -> _Search:
+    """The whole searched, and part by part where it shows no face: in front of a large thing one is small or hidden."""
+    found: list[_Search] = []
+    for part in chain([triangles], () if pose is not None else _parts(points, triangles)):
+        search = _Search(points, part, pose)
+        try:
+            for _ in watch(search.steps(), search.STEPS):
+                pass
+        except LandmarkError:  # nothing looks like a face
+            continue
+        found.append(search)
+        if search.matches[0].confidence > REFUSED:
+            break
+    if not found:
+        raise LandmarkError(NO_FACE)
+    return max(found, key=lambda search: search.matches[0].confidence)
+
+
+def _parts(points: Array, triangles: Triangles) -> Iterator[Triangles]:
+    """The parts of a mesh that could be a face by themselves, those with the most triangles first."""
+    label = components(np.unique(np.round(points, 7), axis=0, return_inverse=True)[1].reshape(-1)[triangles])
+    count = np.bincount(label)
+    order = [part for part in np.argsort(-count, kind="stable") if FEWEST <= count[part] < len(triangles)]
+    for part in order[:PARTS]:
+        alone = triangles[label == part]
+        corners = points[np.unique(alone)]
+        along = np.linalg.svd(corners - corners.mean(axis=0), full_matrices=False)[2]
+        extent = np.ptp(corners @ along.T, axis=0)
+        if extent.min() > THIN * extent.max():
+            yield alone
 
 
 class _Search:
