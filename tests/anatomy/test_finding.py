@@ -26,7 +26,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.finding import find_landmarks, posed_by
 from facewrinkle.anatomy.finding.alignment import FINE, SCALES, laid_on, likeness, seen, template_map
 from facewrinkle.anatomy.finding.depth import Grid, Pose, depth_map, foremost, relief
-from facewrinkle.anatomy.finding.landmarks import bar
+from facewrinkle.anatomy.finding.landmarks import _near, bar
 from facewrinkle.anatomy.finding.matching import matched
 from facewrinkle.anatomy.finding.mouth import MOUTH, corners
 from facewrinkle.anatomy.finding.samples import spread, thinned
@@ -200,6 +200,20 @@ def test_a_face_cut_tight_is_as_like_one_as_the_whole(face, seed):
         found.append(matched(points, triangles, laid_on(points, triangles, posed_by(marks))).confidence)
     assert min(found) > 0.8
     assert abs(found[0] - found[1]) < 0.06
+
+
+def test_a_pose_is_laid_on_fewer_triangles_of_many(face, monkeypatch):
+    mesh, marks = other_identity(face.mesh.subdivide(3), face.landmarks, 1)
+    points, triangles = np.asarray(mesh.points, dtype=np.float64), mesh.regular_faces.astype(np.int64)
+    start = posed_by(marks)
+    near = _near(points, triangles, start)
+    assert len(near[1]) < len(triangles) // 4
+    all_, fewer = laid_on(points, triangles, start), laid_on(*near, start)
+    assert np.linalg.norm(fewer.origin - all_.origin) < 0.01 * start.size
+    assert fewer.size == pytest.approx(all_.size, rel=0.01)
+    assert np.trace(fewer.axes @ all_.axes.T) > 1.0 + 2.0 * np.cos(np.radians(0.5))
+    monkeypatch.setattr("facewrinkle.anatomy.finding.landmarks.MANY", len(triangles))
+    assert _near(points, triangles, start)[1] is triangles
 
 
 @pytest.mark.parametrize("stem", ["ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male"])

@@ -22,7 +22,7 @@ from .alignment import COARSE, FINE, laid_on, likeness, seen, template_map
 from .depth import Pose, foremost
 from .matching import DOUBT, Match, matched
 from .mouth import MOUTH, corners
-from .samples import spread
+from .samples import coarsened, spread
 from .search import SIZES, candidates, distinct
 from .template import LOOKS, PEOPLE, template
 
@@ -49,6 +49,12 @@ SAMPLES = 40_000
 
 SURE, HOPELESS = 0.75, 0.25
 """Confidence above which no other pose is tried, and below which no other template is."""
+
+MANY = 150_000
+"""Triangles beyond which a pose is laid on fewer of them."""
+
+REACH = 4.5
+"""What lies farther from a face than this has nothing to do with it, in distances between the pupils."""
 
 PARTS = 3
 """Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
@@ -247,19 +253,20 @@ class _Search:
             poses = [(1.0, self.pose)]
         matches = []
         for _, pose in distinct(poses, self.REFINED):
-            matches.append(matched(points, triangles, laid_on(points, triangles, pose)))
+            matches.append(matched(points, triangles, laid_on(*_near(points, triangles, pose), pose)))
             yield
             if matches[-1].confidence > SURE:
                 break
         best = max(matches, key=lambda match: match.confidence)
         part = _face_part(points, triangles, best)
         if len(part) < len(triangles):
-            alone = matched(points, part, laid_on(points, part, best.pose))
+            alone = matched(points, part, laid_on(*_near(points, part, best.pose), best.pose))
             best, self.triangles = max((alone, part), (best, triangles), key=lambda pair: pair[0].confidence)
         self.matches.append(best)
         yield
         for person in range(1, len(LOOKS) if best.confidence > HOPELESS else 1):
-            pose = laid_on(points, self.triangles, best.pose, person) if template(person).agape else best.pose
+            agape = template(person).agape
+            pose = laid_on(*_near(points, self.triangles, best.pose), best.pose, person) if agape else best.pose
             self.matches.append(matched(points, self.triangles, pose, person))
             yield
 
@@ -273,13 +280,21 @@ class _Search:
         starts.sort(key=lambda pair: pair[0])
         poses: list[tuple[float, Pose]] = []
         for _, start in distinct(starts, self.TRIED):
-            pose = laid_on(points, triangles, start)
-            poses.append((likeness(seen(points, triangles, pose, COARSE), template_map(COARSE)), pose))
+            near = _near(points, triangles, start)
+            pose = laid_on(*near, start)
+            poses.append((likeness(seen(*near, pose, COARSE), template_map(COARSE)), pose))
             yield
         if not poses:
             raise LandmarkError(NO_FACE)
         poses.sort(key=lambda pair: -pair[0])
         return poses
+
+
+def _near(points: Array, triangles: Triangles, pose: Pose) -> tuple[Array, Triangles]:
+    """What a pose is laid on: all, or what is about it, as fine as it takes, where that is less work."""
+    if len(triangles) <= MANY:
+        return points, triangles
+    return coarsened(points, triangles, pose.origin, REACH * pose.size, 0.5 * COARSE.step * pose.size)
 
 
 def posed_by(marks: Mapping[str, Array]) -> Pose | None:
