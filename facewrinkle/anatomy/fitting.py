@@ -23,6 +23,7 @@ from .identity import Identity, head_of
 from .landmarks import (
     MEAN_PUPIL_DISTANCE,
     NOT_ON_SKIN,
+    REFUSED,
     REQUIRED,
     complete,
     fitted_map,
@@ -43,8 +44,8 @@ UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4
 OFF_MESH = 0.2
 """A landmark farther from the mesh than this many distances between the pupils is an error."""
 
-REFUSED, DOUBTED = 0.60, 0.75
-"""Confidence below which what was found is no face, and below which it is to be checked."""
+DOUBTED = 0.75
+"""Likeness below which what was found is to be checked."""
 
 ELSEWHERE = 0.5
 """A given landmark that lies farther than this from where it was found, in distances between the pupils, is an error.

@@ -58,6 +58,9 @@ REQUIRED = (
     *("nose_tip", "upper_lip_mid", "lower_lip_mid"),
 )
 
+REFUSED = 0.60
+"""Likeness below which what was found is no face."""
+
 MEAN_PUPIL_DISTANCE = 63.0
 """Distance between the pupils of an adult in mm (Dodgson, "Variation and extrema of human interpupillary distance",
 2004).

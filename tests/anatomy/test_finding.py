@@ -26,7 +26,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.finding import find_landmarks, posed_by
 from facewrinkle.anatomy.finding.alignment import FINE, SCALES, laid_on, likeness, seen, template_map
 from facewrinkle.anatomy.finding.depth import Grid, Pose, depth_map, foremost, relief
-from facewrinkle.anatomy.finding.landmarks import bar
+from facewrinkle.anatomy.finding.landmarks import _near, bar
 from facewrinkle.anatomy.finding.matching import matched
 from facewrinkle.anatomy.finding.mouth import MOUTH, corners
 from facewrinkle.anatomy.finding.samples import spread, thinned
@@ -204,6 +204,20 @@ def test_a_face_cut_tight_is_as_like_one_as_the_whole(face, seed):
     assert abs(found[0] - found[1]) < 0.06
 
 
+def test_a_pose_is_laid_on_fewer_triangles_of_many(face, monkeypatch):
+    mesh, marks = other_identity(face.mesh.subdivide(3), face.landmarks, 1)
+    points, triangles = np.asarray(mesh.points, dtype=np.float64), mesh.regular_faces.astype(np.int64)
+    start = posed_by(marks)
+    near = _near(points, triangles, start)
+    assert len(near[1]) < len(triangles) // 4
+    all_, fewer = laid_on(points, triangles, start), laid_on(*near, start)
+    assert np.linalg.norm(fewer.origin - all_.origin) < 0.01 * start.size
+    assert fewer.size == pytest.approx(all_.size, rel=0.01)
+    assert np.trace(fewer.axes @ all_.axes.T) > 1.0 + 2.0 * np.cos(np.radians(0.5))
+    monkeypatch.setattr("facewrinkle.anatomy.finding.landmarks.MANY", len(triangles))
+    assert _near(points, triangles, start)[1] is triangles
+
+
 @pytest.mark.parametrize("stem", ["ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male"])
 @pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
 def test_real_faces_cut_tight(real_face, stem):
@@ -264,11 +278,21 @@ def _on_a_table(mesh, marks):
     return pv.merge([mesh, neck, shoulders, table])
 
 
+def _hidden_over_a_floor(mesh, marks):
+    """Within a shell, as helper geometry is, and small over a floor."""
+    frame, size = frame_of(marks), frame_of(marks).pupil_distance
+    shell = pv.Sphere(radius=3.0 * size, center=frame.origin - size * frame.axes[2])
+    below = frame.origin - 20.0 * size * frame.axes[1]
+    floor = pv.Plane(center=below, direction=frame.axes[1], i_size=300.0 * size, j_size=200.0 * size)
+    return pv.merge([floor.triangulate(), shell, mesh])
+
+
 SPOILT = {
     "1,500 triangles, inside out": lambda mesh, marks: _inside_out(mesh.decimate(1.0 - 1500 / mesh.n_cells)),
     "noise, other parts": lambda mesh, marks: _parts_added(_noisy(mesh, marks), marks),
     "70 thousand triangles, holes and a ragged rim": lambda mesh, marks: _torn(mesh.subdivide(2), marks),
     "a bust on a table": _on_a_table,
+    "in a shell, over a floor": _hidden_over_a_floor,
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,12 @@ from scipy.spatial import cKDTree
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...geometry.topology import components
 from ...mesh import read_surface, to_polydata
-from ..landmarks import NAMES, complete
+from ..landmarks import NAMES, REFUSED, complete
 from .alignment import COARSE, FINE, laid_on, likeness, seen, template_map
 from .depth import Pose, foremost
 from .matching import DOUBT, Match, matched
 from .mouth import MOUTH, corners
-from .samples import spread
+from .samples import coarsened, spread
 from .search import SIZES, candidates, distinct
 from .template import LOOKS, PEOPLE, template
 
@@ -48,6 +49,18 @@ SAMPLES = 40_000
 
 SURE, HOPELESS = 0.75, 0.25
 """Confidence above which no other pose is tried, and below which no other template is."""
+
+MANY = 150_000
+"""Triangles beyond which a pose is laid on fewer of them."""
+
+REACH = 4.5
+"""What lies farther from a face than this has nothing to do with it, in distances between the pupils."""
+
+PARTS = 3
+"""Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
+
+THIN = 0.02
+"""What is thinner than this share of its largest extent is no face, but a floor or a wall."""
 
 CHOICE = 0.03
 """A template whose relief around a landmark correlates less by this counts a third."""
@@ -166,9 +179,7 @@ def find_landmarks(
             f"no face was found on the mesh: its {len(triangles)} triangles are too few to show one; {FEWEST} are "
             "needed at least. Give a finer mesh, or at least three landmarks that are not in a line."
         )
-    search = _Search(points, triangles, pose)
-    for _ in (watch or bar)(search.steps(), search.STEPS):
-        pass
+    search = _searched(points, triangles, pose, watch or bar)
     match = search.matches[0]
     try:
         landmarks, confidences = _landmarks(points, search.triangles, search.matches)
@@ -201,6 +212,38 @@ def _surface(mesh: object) -> tuple[Array, Triangles]:
     return points[used], renumbered.reshape(-1, 3)
 
 
+def _searched(points: Array, triangles: Triangles, pose: Pose | None, watch: Watch) -> _Search:
+    """The whole searched, and part by part where it shows no face: in front of a large thing one is small or hidden."""
+    found: list[_Search] = []
+    for part in chain([triangles], () if pose is not None else _parts(points, triangles)):
+        search = _Search(points, part, pose)
+        try:
+            for _ in watch(search.steps(), search.STEPS):
+                pass
+        except LandmarkError:  # nothing looks like a face
+            continue
+        found.append(search)
+        if search.matches[0].confidence > REFUSED:
+            break
+    if not found:
+        raise LandmarkError(NO_FACE)
+    return max(found, key=lambda search: search.matches[0].confidence)
+
+
+def _parts(points: Array, triangles: Triangles) -> Iterator[Triangles]:
+    """The parts of a mesh that could be a face by themselves, those with the most triangles first."""
+    label = components(np.unique(np.round(points, 7), axis=0, return_inverse=True)[1].reshape(-1)[triangles])
+    count = np.bincount(label)
+    order = [part for part in np.argsort(-count, kind="stable") if FEWEST <= count[part] < len(triangles)]
+    for part in order[:PARTS]:
+        alone = triangles[label == part]
+        corners = points[np.unique(alone)]
+        along = np.linalg.svd(corners - corners.mean(axis=0), full_matrices=False)[2]
+        extent = np.ptp(corners @ along.T, axis=0)
+        if extent.min() > THIN * extent.max():
+            yield alone
+
+
 class _Search:
     """The search in steps: `matches` with all templates, the mean one's first, and the `triangles` of the face."""
 
@@ -220,19 +263,20 @@ class _Search:
             poses = [(1.0, self.pose)]
         matches = []
         for _, pose in distinct(poses, self.REFINED):
-            matches.append(matched(points, triangles, laid_on(points, triangles, pose)))
+            matches.append(matched(points, triangles, laid_on(*_near(points, triangles, pose), pose)))
             yield
             if matches[-1].confidence > SURE:
                 break
         best = max(matches, key=lambda match: match.confidence)
         part = _face_part(points, triangles, best)
         if len(part) < len(triangles):
-            alone = matched(points, part, laid_on(points, part, best.pose))
+            alone = matched(points, part, laid_on(*_near(points, part, best.pose), best.pose))
             best, self.triangles = max((alone, part), (best, triangles), key=lambda pair: pair[0].confidence)
         self.matches.append(best)
         yield
         for person in range(1, len(LOOKS) if best.confidence > HOPELESS else 1):
-            pose = laid_on(points, self.triangles, best.pose, person) if template(person).agape else best.pose
+            agape = template(person).agape
+            pose = laid_on(*_near(points, self.triangles, best.pose), best.pose, person) if agape else best.pose
             self.matches.append(matched(points, self.triangles, pose, person))
             yield
 
@@ -246,13 +290,21 @@ class _Search:
         starts.sort(key=lambda pair: pair[0])
         poses: list[tuple[float, Pose]] = []
         for _, start in distinct(starts, self.TRIED):
-            pose = laid_on(points, triangles, start)
-            poses.append((likeness(seen(points, triangles, pose, COARSE), template_map(COARSE)), pose))
+            near = _near(points, triangles, start)
+            pose = laid_on(*near, start)
+            poses.append((likeness(seen(*near, pose, COARSE), template_map(COARSE)), pose))
             yield
         if not poses:
             raise LandmarkError(NO_FACE)
         poses.sort(key=lambda pair: -pair[0])
         return poses
+
+
+def _near(points: Array, triangles: Triangles, pose: Pose) -> tuple[Array, Triangles]:
+    """What a pose is laid on: all, or what is about it, as fine as it takes, where that is less work."""
+    if len(triangles) <= MANY:
+        return points, triangles
+    return coarsened(points, triangles, pose.origin, REACH * pose.size, 0.5 * COARSE.step * pose.size)
 
 
 def posed_by(marks: Mapping[str, Array]) -> Pose | None:

@@ -1,4 +1,4 @@
-"""Points spread evenly over a surface."""
+"""Points spread evenly over a surface, and a place of it with fewer triangles."""
 
 from __future__ import annotations
 
@@ -34,3 +34,35 @@ def thinned(points: Array, spacing: float) -> Array:
     cell -= cell.min(axis=0)
     number = np.ravel_multi_index(tuple(cell.T), tuple(cell.max(axis=0) + 1))
     return points[np.sort(np.unique(number, return_index=True)[1])]
+
+
+def coarsened(
+    points: Array, triangles: npt.NDArray[np.int64], centre: Array, radius: float, spacing: float
+) -> tuple[Array, npt.NDArray[np.int64]]:
+    """The triangles that reach into a ball, with all corners in one cube of this width put together.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(9.0), np.arange(2.0))
+    >>> points = np.stack([x.ravel(), y.ravel(), np.zeros(18)], axis=1)
+    >>> low = np.arange(8)
+    >>> triangles = np.concatenate([np.stack([low, low + 1, low + 9], 1), np.stack([low + 1, low + 10, low + 9], 1)])
+    >>> [len(array) for array in coarsened(points, triangles, np.zeros(3), 3.5, 2.0)]
+    [3, 0]
+    >>> [len(array) for array in coarsened(points, triangles, np.zeros(3), 3.5, 0.5)]
+    [10, 8]
+    """
+    within = ((points - centre) ** 2).sum(axis=1) < radius**2
+    triangles = triangles[within[triangles].any(axis=1)]
+    used = np.zeros(len(points), bool)
+    used[triangles] = True
+    corners = points[used]
+    cell = np.floor((corners - corners.min(axis=0, initial=np.inf)) / spacing).astype(np.int64)
+    wide = cell.max(axis=0, initial=0) + 1
+    _, which = np.unique((cell[:, 0] * wide[1] + cell[:, 1]) * wide[2] + cell[:, 2], return_inverse=True)
+    count = np.bincount(which)
+    number = np.zeros(len(points), np.int64)
+    number[used] = which
+    put = number[triangles]
+    whole = (put != np.roll(put, 1, axis=1)).all(axis=1)
+    return np.stack([np.bincount(which, c) / count for c in corners.T], axis=1), put[whole]
