@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.spatial.transform import Rotation
 
+from ._lid_rims import LidRim
 from .anatomy.cavities import Cavities
 from .anatomy.eyes import RADIUS, Eyeball, lid_margins
 from .anatomy.face import Face
@@ -188,7 +189,10 @@ def beside(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
         if f"eye_{eye.side}" in own:
             continue
         gaze = np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
-        parts[f"eye_{eye.side}"] = PaintedEye(eye, face).on(points, gaze)
+        ball, rim = PaintedEye(eye, face), LidRim(eye, face)
+        parts[f"eye_{eye.side}"] = ball.on(points, gaze)
+        if ball.open and len(rim.loop):
+            parts[f"rim_{eye.side}"] = rim.on(points)
     mouth = Mouth(face)
     if mouth.parted(points):
         inside = {name: part for name, part in mouth.inside(points).items() if name not in own}
