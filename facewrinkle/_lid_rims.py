@@ -16,6 +16,9 @@ Array = npt.NDArray[np.float64]
 WITHIN = 0.96
 """Where the flesh ends, in radii of the ball: in it."""
 
+FILLED = 1.05
+"""Where no part of the rim is farther from the centre, in radii, the ball fills the hole."""
+
 ROWS = np.linspace(0.0, 1.0, 5)
 """Of vertices, from the rim (0) to where the flesh ends."""
 
@@ -42,7 +45,7 @@ class LidRim:
         self.eye = eye
         loop = lid_rim(eye, face.points, face.triangles)
         reach = 0.0 if loop is None else float(np.linalg.norm(face.points[loop] - eye.centre, axis=1).max())
-        self.loop = np.empty(0, np.int32) if loop is None or reach <= eye.radius else loop
+        self.loop = np.empty(0, np.int32) if loop is None or reach <= FILLED * eye.radius else loop
         n = len(self.loop)
         here = np.arange(n) + n * np.arange(len(ROWS) - 1)[:, None]
         after = (np.arange(n) + 1) % max(n, 1) + n * np.arange(len(ROWS) - 1)[:, None]

@@ -411,8 +411,8 @@ class Simulation:
             reliefs = [layer.relief(moment) for layer in self.layers]
             height = sum((r.height for r in reliefs[1:]), reliefs[0].height if reliefs else np.zeros(len(bare)))
             moved = displaced(bare, height, smooth)
-            blunted = [r.shown - r.height for r in reliefs if r.shown is not None]
-            shown = displaced(bare, height + sum(blunted), smooth) if blunted else moved
+            rounding = [r.rounding for r in reliefs if r.rounding is not None]
+            shown = displaced(bare, height + sum(rounding), smooth) if rounding else moved
             normals = detail_normals(bare, shown, triangles, smooth)
         with self._timed("refinement"):
             return moved, normals, height, self._criterion(normals, reliefs)

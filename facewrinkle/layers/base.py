@@ -118,16 +118,16 @@ class Relief:
         Unit direction in which the wavelength is measured.
     active : ndarray of bool, shape (n,)
         Where the relief may be; the mesh is refined nowhere else.
-    shown : ndarray, shape (n,), optional
-        Heights whose normals the surface has, mm: those of `height` would be uneven where this is sharper than vertices
-        lie close.
+    rounding : ndarray, shape (n,), optional
+        Added to the heights, mm, for the normals alone: those of `height` would be uneven where it is sharper than
+        vertices lie close.
     """
 
     height: Array
     spacing: Array
     across: Array
     active: npt.NDArray[np.bool_]
-    shown: Array | None = None
+    rounding: Array | None = None
 
 
 class Layer(Protocol):

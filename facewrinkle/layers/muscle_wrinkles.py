@@ -252,13 +252,13 @@ class MuscleWrinkles:
             folds.direction, self._epsilon, k0, SMALLEST, height, shown, self._share, spacing, across, active,
         )  # fmt: skip
         self._seed(k0, moment.sites, spacing, across, active)
-        blunted = shown - height
+        rounding = shown - height
         if self.balance:
             height = self._balanced(k0, height, moment)
         if self.accumulate:
             height = self._accumulated(height, moment.time)
         self._height = height
-        return Relief(height, spacing, across, active, None if self.accumulate else height + blunted)
+        return Relief(height, spacing, across, active, None if self.accumulate else rounding)
 
     def _activated(self, base: Array) -> Array:
         """What stands for the rates (k,) of muscles that do not contract: how far the skin over them is compressed."""
