@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.spatial.transform import Rotation
 
+from ._lid_rims import LidRim
 from .anatomy.cavities import Cavities
 from .anatomy.eyes import RADIUS, Eyeball, lid_margins
 from .anatomy.face import Face
@@ -188,7 +189,10 @@ def beside(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
         if f"eye_{eye.side}" in own:
             continue
         gaze = np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
-        parts[f"eye_{eye.side}"] = PaintedEye(eye, face).on(points, gaze)
+        ball, rim = PaintedEye(eye, face), LidRim(eye, face)
+        parts[f"eye_{eye.side}"] = ball.on(points, gaze)
+        if ball.open and len(rim.loop):
+            parts[f"rim_{eye.side}"] = rim.on(points)
     mouth = Mouth(face)
     if mouth.parted(points):
         inside = {name: part for name, part in mouth.inside(points).items() if name not in own}
@@ -291,6 +295,7 @@ class Lashes:
         self.eye = eye
         self.roots: list[tuple[IntArray, Array]] = []
         self._paths: list[Array] = []
+        self._droops: list[Array] = []
         margins = lid_margins(eye, face.points, face.triangles, face.landmarks)
         size, random = face.frame.pupil_distance, np.random.default_rng(11)
         self._closed = margins is None
@@ -315,27 +320,42 @@ class Lashes:
             path = np.stack([fan[:, None] * t, rise + 0.0 * fan[:, None], out + 0.0 * fan[:, None]], axis=2)
             root = np.array([0.0, 0.0, (0.014 if sign > 0.0 else 0.016) * size])
             self._paths.append(root + reach[:, None, None] * path)
+            self._droops.append(reach[:, None] * (np.polyval(DROOP, t) if sign > 0.0 and not self._closed else 0.0 * t))
             thick = 0.00085 if sign > 0.0 else 0.0005
             half.append(np.broadcast_to(thick * size * (1.0 - 0.9 * t**1.5), (count, self.KNOTS)))
             tint.append(np.tile([30.0, 23.0, 20.0] if sign > 0.0 else [62.0, 45.0, 38.0], (count, 1)))
         if self.roots:
             self._ribbons = Ribbons(np.concatenate(half), np.concatenate(tint), pixel)
+            self._apart = self._gap(face.points)
+
+    def _gap(self, points: Array) -> float:
+        """How far the middles of the margins are apart."""
+        middles = [points[chain].mean(axis=0) for chain, _ in self.roots]
+        return float(np.linalg.norm(middles[0] - middles[-1]))
 
     def on(self, points: Array) -> pv.PolyData:
         """The lashes, with `paint` (rgba), on lids whose vertices are where they are now (n, 3)."""
         lines, sides, outs = [], [], []
-        for (chain, weights), path in zip(self.roots, self._paths, strict=True):
+        shut = 0.0 if self._closed else float(_smooth(np.array(1.0 - self._gap(points) / self._apart)))
+        for (chain, weights), path, droop in zip(self.roots, self._paths, self._droops, strict=True):
             root = weights @ points[chain]
             out = _unit(root - self.eye.centre)
             along = _unit(np.gradient(root, axis=0))
             up = _unit(np.cross(out, along) * np.sign((np.cross(out, along) @ self.eye.up).sum()))
             along -= (along * out).sum(axis=1, keepdims=True) * out
-            line = root[:, None] + np.einsum("kpc,kci->kpi", path, np.stack([along, up, out], axis=1))
+            bent = path + shut * droop[..., None] * [0.0, 1.0, 0.0]
+            line = root[:, None] + np.einsum("kpc,kci->kpi", bent, np.stack([along, up, out], axis=1))
             side = _unit(np.cross(np.gradient(line, axis=1), self.eye.gaze))
             lines.append(line)
             sides.append(side)
             outs.append(np.broadcast_to(out[:, None], line.shape))
         return self._ribbons.along(*(np.concatenate(part) for part in (lines, sides, outs)))
+
+
+DROOP = [-0.5, -0.05, 0.0]
+"""How much lower the lashes of a shut upper lid are than they stand on an open one, by the share of their length: a
+polynomial, relative to it.
+"""
 
 
 def _slit(eye: Eyeball, face: Face) -> tuple[npt.NDArray[np.int64], Array] | None:

@@ -15,6 +15,7 @@ from . import _shading
 from ._drawn_skin import DrawnSkin
 from ._features import Brows, Lashes, Mouth, PaintedEye, has_colours, is_drawn, own_parts
 from ._files import replaced
+from ._lid_rims import LidRim
 from .anatomy.complexion import Paint
 from .anatomy.face import Face
 from .anatomy.fitting import carried_brows
@@ -218,6 +219,8 @@ class Scene:
         self._own = {name: _texture(part.texture) for name, part in face.parts.items() if is_drawn(name, part)}
         balls = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
         self._eyes = [ball for ball in balls if ball.open and f"eye_{ball.eye.side}" not in self._own]
+        rims = [LidRim(ball.eye, face) for ball in self._eyes]
+        self._rims = [rim for rim in rims if len(rim.loop)]
         self._lashes = (
             [
                 Lashes(ball.eye, face, pixel)
@@ -270,6 +273,8 @@ class Scene:
         for eye in self._eyes:
             gaze = np.array(frame.field_data.get(f"gaze_{eye.eye.side}", eye.eye.gaze), dtype=np.float64).ravel()
             self._put(eye.on(points, gaze), f"eye_{eye.eye.side}", _shading.EYE, **EYE)
+        for rim in self._rims:
+            self._put(rim.on(points), f"rim_{rim.eye.side}", _shading.SKIN, **SKIN)
         for lashes in self._lashes:
             if lashes.roots:
                 self._put(lashes.on(points), f"lashes_{lashes.eye.side}", **HAIR)

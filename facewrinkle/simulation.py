@@ -411,7 +411,9 @@ class Simulation:
             reliefs = [layer.relief(moment) for layer in self.layers]
             height = sum((r.height for r in reliefs[1:]), reliefs[0].height if reliefs else np.zeros(len(bare)))
             moved = displaced(bare, height, smooth)
-            normals = detail_normals(bare, moved, triangles, smooth)
+            rounding = [r.rounding for r in reliefs if r.rounding is not None]
+            shown = displaced(bare, height + sum(rounding), smooth) if rounding else moved
+            normals = detail_normals(bare, shown, triangles, smooth)
         with self._timed("refinement"):
             return moved, normals, height, self._criterion(normals, reliefs)
 

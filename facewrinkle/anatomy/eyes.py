@@ -332,6 +332,14 @@ def lid_margins(
     return None if opening is None else (opening[-2], opening[-1])
 
 
+def lid_rim(eye: Eyeball, points: Array, triangles: IntArray) -> IntArray | None:
+    """Vertices around the hole that a skin has before an eye, in order; None where it goes on behind the lids."""
+    for loop in boundary_loops(triangles):
+        if len(loop) > 5 and np.linalg.norm(points[loop] - eye.centre, axis=1).max() < 1.8 * eye.radius:
+            return np.asarray(loop, np.int32)
+    return None
+
+
 OVERLAP = np.deg2rad(2.0)
 """How much farther than to the line where the lids meet the upper one turns, so that coarse margins leave no chink."""
 
@@ -400,15 +408,14 @@ def _hole(
     eye: Eyeball, points: Array, triangles: IntArray, along: Array, elevation: Array
 ) -> tuple[IntArray, IntArray] | None:
     """The rim of the hole that the opening may be, cut at its ends into an upper and a lower half."""
-    for loop in boundary_loops(triangles):
-        if len(loop) < 6 or np.linalg.norm(points[loop] - eye.centre, axis=1).max() > 1.8 * eye.radius:
-            continue
-        loop = np.roll(loop, -int(np.argmin(along[loop])))
-        turn = int(np.argmax(along[loop]))
-        halves = [loop[: turn + 1], np.append(loop[turn:], loop[0])]
-        lower, upper = sorted(halves, key=lambda half: float(elevation[half].mean()))
-        return upper[np.argsort(along[upper], kind="stable")], lower[np.argsort(along[lower], kind="stable")]
-    return None
+    loop = lid_rim(eye, points, triangles)
+    if loop is None:
+        return None
+    loop = np.roll(loop, -int(np.argmin(along[loop])))
+    turn = int(np.argmax(along[loop]))
+    halves = [loop[: turn + 1], np.append(loop[turn:], loop[0])]
+    lower, upper = sorted(halves, key=lambda half: float(elevation[half].mean()))
+    return upper[np.argsort(along[upper], kind="stable")], lower[np.argsort(along[lower], kind="stable")]
 
 
 def _agree(along: Array, elevation: Array, rim: IntArray, margin: IntArray) -> bool:

@@ -65,7 +65,7 @@ def bulge_height(k0: float | Array, alpha: float) -> float | Array:
     return k0 * (0.5 * ratio)
 
 
-def shape(w: float | npt.ArrayLike, u: float, k0: float | Array = 1.0, alpha: float = 2.0) -> Array:
+def shape(w: float | npt.ArrayLike, u: float, k0: float | Array = 1.0, alpha: float = 2.0, blunt: float = 0.0) -> Array:
     """Cross-section H of a wrinkle (Eqs. 4 and 15): furrows at w = 0 and 2u, the bulge at w = u.
 
     ``H(w) = d - k0 |s| (1 + s^2)^alpha`` with ``s = (w - u) / u``; its integral over [0, 2u] is zero.
@@ -80,6 +80,9 @@ def shape(w: float | npt.ArrayLike, u: float, k0: float | Array = 1.0, alpha: fl
         Furrow depth factor, mm.
     alpha : float
         Shape exponent, >= 0; sharp furrows need > 0.
+    blunt : float
+        In [0, 1]: the mean of the heights within so many half cycles on either side is given in place of the height. It
+        keeps the volume, and rounds the bottom of the furrow.
 
     Returns
     -------
@@ -95,11 +98,26 @@ def shape(w: float | npt.ArrayLike, u: float, k0: float | Array = 1.0, alpha: fl
     --------
     >>> shape([0.0, 1.0, 2.0], 1.0, k0=1.0, alpha=1.0)
     array([-1.25,  0.75, -1.25])
+    >>> shape([0.0, 1.0, 2.0], 1.0, k0=1.0, alpha=1.0, blunt=1.0)
+    array([0., 0., 0.])
     """
     if not u > 0.0:
         raise ParameterError(f"the half cycle u must be positive, received {u!r}.")
-    s = np.abs((np.asarray(w, dtype=np.float64) - u) / u)
-    return np.asarray(bulge_height(k0, _check_alpha(alpha)) - k0 * s * (1.0 + s * s) ** alpha)
+    s = (np.asarray(w, dtype=np.float64) - u) / u
+    if check_range("blunt", blunt, 0.0, 1.0) > 0.0:
+        below = (_below(s + blunt, _check_alpha(alpha)) - _below(s - blunt, alpha)) / (2.0 * blunt)
+    else:
+        below = np.abs(s) * (1.0 + s * s) ** _check_alpha(alpha)
+    return np.asarray(bulge_height(k0, alpha) - k0 * below)
+
+
+def _below(s: Array, alpha: float) -> Array:
+    """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, continued with the period 2."""
+    cycles = np.round(0.5 * s)
+    within = s - 2.0 * cycles
+    full = (2.0 ** (alpha + 1.0) - 1.0) / (alpha + 1.0)
+    part = ((1.0 + within * within) ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
+    return np.asarray(cycles * full + np.copysign(part, within))
 
 
 @lru_cache(maxsize=256)

@@ -147,17 +147,18 @@ def share_over(e):
 
 @_two_builds
 def amplitudes(
-    where, starts, muscle, unit, swing, steep, cycle, direction, epsilon, k0, smallest,
-    height, share, spacing, across, active,
+    where, starts, muscle, unit, blunt, swing, steep, cycle, direction, epsilon, k0, smallest,
+    height, shown, share, spacing, across, active,
 ):  # fmt: skip
-    """Sum of k0 H At A over the entries of the vertices `where` there are any, and the finest half cycle that matters.
+    """Sum of k0 H At A over the entries of the vertices `where` there are any, the same with blunt H (`shown`), and the
+    finest half cycle that matters.
 
     From bulge to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the
     entries together ask for more than that, all of them get the `share` that the skin suffices for.
     """
     for k in prange(where.shape[0]):
         i = where[k]
-        total, asked, finest, lead, on = 0.0, 0.0, np.inf, -1, False
+        total, mild, asked, finest, lead, on = 0.0, 0.0, 0.0, np.inf, -1, False
         for p in range(starts[i], starts[i + 1]):
             depth = k0[muscle[p]]
             if depth > 0.0:
@@ -166,11 +167,13 @@ def amplitudes(
                     e = min(epsilon[p], 1.0)
                     deep = depth * e * share_over(e)
                     total += deep * unit[p]
+                    mild += deep * blunt[p]
                     asked += deep * steep[p] / np.sqrt(epsilon[p])
                     if cycle[p] < finest and deep * swing[p] > smallest:
                         finest, lead = cycle[p], p
         share[i] = 1.0 / max(asked, 1.0)
         height[i] = total * share[i]
+        shown[i] = mild * share[i]
         spacing[i] = finest
         active[i] = on
         if lead >= 0:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
 from ..geometry.blending import smoothstep
 from ..geometry.normals import vertex_normals
 from . import _kernels as kernels
-from .compression import StrainField, along, products
+from .compression import StrainField, along, principal_compression, products
 
 Array = npt.NDArray[np.float64]
 Marks = npt.NDArray[np.bool_]
@@ -18,6 +19,11 @@ Marks = npt.NDArray[np.bool_]
 SLACK, TAUT = 0.015, 0.05
 """Mean compression of a muscle's region below which its wrinkles are absent, and from which they are as deep as the
 compression at each place makes them.
+"""
+
+ASLANT, ACROSS = 0.45, 0.6
+"""Share of the largest compression in a muscle's region below which skin does not fold along that muscle, because
+it folds in another direction, and from which it does.
 """
 
 QUARTERS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6.0
@@ -28,8 +34,9 @@ class Activation:
     """How much the skin over each muscle is compressed along it: a number in [0, 1] like a contraction rate.
 
     The mean of the compressed part over the muscle's wrinkling region, smoothed to 0 below `SLACK` and to 1 above
-    `TAUT`. It is measured at fixed places of the base mesh, so that refinement does not change it. Of muscles that
-    fold the same skin in the same direction only the one of the deepest wrinkles acts.
+    `TAUT`; less where the skin is compressed far more in another direction, in which it folds instead: smoothed to 0
+    below `ASLANT` and to 1 above `ACROSS`. It is measured at fixed places of the base mesh, so that refinement does not
+    change it. Of muscles that fold the same skin in the same direction only the one of the deepest wrinkles acts.
 
     Parameters
     ----------
@@ -59,9 +66,9 @@ class Activation:
         hosts = np.flatnonzero(zones.any(axis=0))
         corners = np.repeat(face.triangles[hosts], 4, axis=0)
         weights = np.tile(QUARTERS, (len(hosts), 1))
+        upright = vertex_normals(face.points, face.triangles)
         where, normals, metric = (
-            np.einsum("nc,nck->nk", weights, values[corners])
-            for values in (face.points, vertex_normals(face.points, face.triangles), field.metric)
+            np.einsum("nc,nck->nk", weights, values[corners]) for values in (face.points, upright, field.metric)
         )
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         a, b, c = (face.points[face.triangles[hosts, k]] for k in range(3))
@@ -80,13 +87,31 @@ class Activation:
         self._products = np.concatenate([e[3] for e in acting] or [np.empty((0, 6))])[order]
         self._starts = np.searchsorted(owner[order], np.arange(len(where) + 1)).astype(np.int32)
         self._corners, self._weights = corners, weights
+        places = np.repeat(np.arange(len(where)), np.diff(self._starts))
+        at, here = corners[places], self._share[:, None] * weights[places]
+        self._vertices, column = np.unique(at, return_inverse=True)
+        self._normals = upright[self._vertices]
+        self._regions = csr_array(
+            (here.ravel(), (np.repeat(self._muscle, 3), column.ravel())), shape=(self._count, len(self._vertices))
+        )
 
     def of(self, deformed: Array) -> Array:
         """Activation (k,) of the muscles in the deformed base mesh (n0, 3), mm."""
         epsilon, strain = np.empty(len(self._share)), self._field.strain(deformed)
         kernels.strain_epsilon(self._starts, self._corners, self._weights, strain, self._products, epsilon)
         mean = np.bincount(self._muscle, self._share * np.maximum(epsilon, 0.0), self._count)
-        return smoothstep((mean - SLACK) / (TAUT - SLACK))
+        near = self._vertices
+        most, _ = principal_compression(strain[near], self._field.metric[near], self._normals)
+        largest = self._regions @ _lost(most)
+        ours = np.bincount(self._muscle, self._share * _lost(epsilon), self._count)
+        aligned = np.divide(ours, largest, out=np.zeros(self._count), where=largest > 0.0)
+        return smoothstep((mean - SLACK) / (TAUT - SLACK)) * smoothstep((aligned - ASLANT) / (ACROSS - ASLANT))
+
+
+def _lost(compression: Array) -> Array:
+    """By how much the square of a length gets smaller: cos^2 as much at an angle to a compression."""
+    shorter = np.maximum(compression, 0.0)
+    return np.asarray(shorter * (2.0 - shorter))
 
 
 Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]

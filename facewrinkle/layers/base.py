@@ -140,6 +140,9 @@ class Relief:
         Unit direction in which the wavelength is measured.
     active : ndarray of bool, shape (n,)
         Where the relief may be; the mesh is refined nowhere else.
+    rounding : ndarray, shape (n,), optional
+        Added to the heights, mm, for the normals alone: those of `height` would be uneven where it is sharper than
+        vertices lie close.
 
     Examples
     --------
@@ -155,6 +158,7 @@ class Relief:
     spacing: Array
     across: Array
     active: npt.NDArray[np.bool_]
+    rounding: Array | None = None
 
 
 class Layer(Protocol):

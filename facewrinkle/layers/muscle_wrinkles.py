@@ -36,6 +36,8 @@ class Folds:
     muscle : ndarray of int32, shape (p,)
     height : ndarray, shape (p,)
         H At at k0 = 1.
+    blunt : ndarray, shape (p,)
+        The same with blunt H, see `BLUNT`.
     swing : ndarray, shape (p,)
         2^alpha At: from bulge to furrow at k0 = 1.
     steep : ndarray, shape (p,)
@@ -68,6 +70,7 @@ class Folds:
     starts: IntArray
     muscle: IntArray
     height: Array
+    blunt: Array
     swing: Array
     steep: Array
     cycle: Array
@@ -96,6 +99,7 @@ class Folds:
                     where,
                     np.full(len(where), k),
                     muscle.height(x) * envelope[hit],
+                    muscle.height(x, BLUNT) * envelope[hit],
                     2.0**muscle.wrinkles.alpha * envelope[hit],
                     muscle.half_cycles(x),
                     np.stack(muscle.coordinates(x), axis=1),
@@ -106,7 +110,7 @@ class Folds:
             return cls.none(len(sites.points))
         columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
         order = np.argsort(columns[0], kind="stable")
-        where, muscle_of, height, swing, cycle, coordinates, direction = (c[order] for c in columns)
+        where, muscle_of, height, blunt, swing, cycle, coordinates, direction = (c[order] for c in columns)
         normal = sites.normals[where]
         direction = direction - (direction * normal).sum(axis=1, keepdims=True) * normal
         direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
@@ -116,15 +120,16 @@ class Folds:
         leading = _leading(starts, np.abs(height), swing)
         steep = swing / deepest(2.0 * unit * cycle, 1.0)
         return cls(
-            starts, muscle_of.astype(np.int32), height, swing, steep, cycle, coordinates, direction, squares, leading
-        )
+            starts, muscle_of.astype(np.int32), height, blunt, swing, steep, cycle, coordinates, direction, squares,
+            leading,
+        )  # fmt: skip
 
     @classmethod
     def none(cls, n: int) -> Self:
         """No entries for n vertices."""
         e, i = np.empty(0), np.empty(0, np.int32)
         starts, leading = np.zeros(n + 1, np.int32), np.full(n, -1, np.int32)
-        return cls(starts, i, e, e, e, e, np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 6)), leading)
+        return cls(starts, i, e, e, e, e, e, np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 6)), leading)
 
     def followed(self, kept: slice | npt.NDArray[np.int64], new: Folds) -> Folds:
         """The entries of the vertices that live on, then those of the new ones."""
@@ -148,7 +153,7 @@ class Folds:
         return Folds(starts=starts, leading=leading, **{c: getattr(self, c)[entries] for c in OF_ENTRIES})
 
 
-OF_ENTRIES = ("muscle", "height", "swing", "steep", "cycle", "coordinates", "direction", "products")
+OF_ENTRIES = ("muscle", "height", "blunt", "swing", "steep", "cycle", "coordinates", "direction", "products")
 
 
 class MuscleWrinkles:
@@ -241,7 +246,7 @@ class MuscleWrinkles:
         self._labels = {}
         n = len(self._height)
         self._folded = np.flatnonzero(np.diff(self._folds.starts)).astype(np.int32)
-        self._room = np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
+        self._room = np.zeros(n), np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
         self._seeded = np.empty(0, int)
         seen = np.zeros(len(self._zones), bool)
         seen[self._folds.muscle] = True
@@ -253,19 +258,20 @@ class MuscleWrinkles:
         self._epsilon = self._compressed(moment)
         self.rates = moment.rates if len(moment.rates) else self._activated(moment.base)
         k0 = self._k0 * self.rates
-        height, spacing, across, active = self._room
+        height, shown, spacing, across, active = self._room
         spacing[self._seeded], active[self._seeded] = np.inf, False
         kernels.amplitudes(
-            self._folded, folds.starts, folds.muscle, folds.height, folds.swing, folds.steep, folds.cycle,
-            folds.direction, self._epsilon, k0, SMALLEST, height, self._share, spacing, across, active,
+            self._folded, folds.starts, folds.muscle, folds.height, folds.blunt, folds.swing, folds.steep, folds.cycle,
+            folds.direction, self._epsilon, k0, SMALLEST, height, shown, self._share, spacing, across, active,
         )  # fmt: skip
         self._seed(k0, moment.sites, spacing, across, active)
+        rounding = shown - height
         if self.balance:
             height = self._balanced(k0, height, moment)
         if self.accumulate:
             height = self._accumulated(height, moment.time)
         self._height = height
-        return Relief(height, spacing, across, active)
+        return Relief(height, spacing, across, active, None if self.accumulate else rounding)
 
     def _activated(self, base: Array) -> Array:
         """What stands for the rates (k,) of muscles that do not contract: how far the skin over them is compressed."""
@@ -355,6 +361,12 @@ class MuscleWrinkles:
             return self._height + height / self.accumulate
         return self._height
 
+
+BLUNT = 0.18
+"""Half the width over which the heights are averaged that normals are taken of, in half cycles: as far as vertices are
+apart. Of a furrow's sharp bottom some vertices lie at the very bottom and others beside it; normals of these heights
+would vary along the furrow, and its line would look serrated.
+"""
 
 BALANCING = 6
 """Rounds of balancing; each is some hundred times closer than the one before."""

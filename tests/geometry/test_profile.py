@@ -330,3 +330,12 @@ def test_single_precision_is_reckoned_in_double(formula):
     single = np.random.default_rng(0).uniform(0.0, 1.0, 50).astype(np.float32)
     assert formula(single).dtype == np.float64
     assert np.array_equal(formula(single), formula(single.astype(np.float64)))
+
+
+@pytest.mark.parametrize("alpha", [0.0, 1.3, 2.0])
+@pytest.mark.parametrize("blunt", [0.05, 0.2, 0.7])
+def test_blunt_height_is_the_mean_of_the_heights_around(alpha, blunt):
+    u, w = 3.0, np.linspace(0.0, 6.0, 41)
+    offset = blunt * u * (2.0 * (np.arange(20_000) + 0.5) / 20_000 - 1.0)
+    mean = profile.shape(np.mod(w[:, None] + offset, 2.0 * u), u, 1.5, alpha).mean(axis=1)
+    np.testing.assert_allclose(profile.shape(w, u, 1.5, alpha, blunt), mean, atol=1e-6)

@@ -106,3 +106,11 @@ def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(face, played, ex
 
 def test_a_face_without_muscles_has_nothing_to_wake(face):
     assert activation_of(face, []).of(0.5 * face.points).shape == (0,)
+
+
+def test_skin_folds_across_the_largest_compression(face, activation):
+    """The forehead's muscles run upwards: what squeezes it from both sides folds it otherwise."""
+    up = named(face, activation.of(face.points * [1.0, 0.9, 1.0]))
+    both = named(face, activation.of(face.points * [0.6, 0.9, 1.0]))
+    assert up["frontalis_inner_l"] == up["frontalis_major_r"] == 1.0
+    assert both["frontalis_inner_l"] == both["frontalis_major_r"] == 0.0

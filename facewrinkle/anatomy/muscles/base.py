@@ -177,8 +177,8 @@ class Muscle:
         fade = self.envelope(points)
         return np.where(fade > 0.0, self.height(points) * fade, 0.0)
 
-    def height(self, points: npt.ArrayLike) -> Array:
-        """H at k0 = 1, periodic along the muscle."""
+    def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
+        """H at k0 = 1, periodic along the muscle; `blunt` as in :func:`facewrinkle.geometry.profile.shape`."""
         return np.zeros(len(checked_points(points)))
 
     def half_cycles(self, points: npt.ArrayLike) -> Array:
@@ -233,8 +233,8 @@ class Muscle:
                 share = np.minimum(share, smoothstep(away / (0.5 * taper)))
         return share
 
-    def _profile(self, distance: Array, start: float, u: float) -> Array:
+    def _profile(self, distance: Array, start: float, u: float, blunt: float) -> Array:
         """H at k0 = 1 of points at `distance` along the muscle."""
         style = self.wrinkles
         w = profile.phase(distance, start, u, style.alpha, style.ends)
-        return profile.shape(w, u, 1.0, style.alpha)
+        return profile.shape(w, u, 1.0, style.alpha, blunt)

@@ -118,11 +118,11 @@ class LinearMuscle(Muscle):
         fade = fade * self._tapered((lam - style.start) / (1.0 - style.start))
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
-    def height(self, points: npt.ArrayLike) -> Array:
+    def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H (Eqs. 4-6)."""
         along, _, offset = self._polar(points)
         distance = self._towards_folds(along, offset)
-        return self._profile(distance, self.wrinkles.start * self.radius, self.half_wavelength)
+        return self._profile(distance, self.wrinkles.start * self.radius, self.half_wavelength, blunt)
 
     def _towards_folds(self, along: Array, offset: Array) -> Array:
         """What the furrows are lines of equal values of: l, or the distance r from the attachment."""
@@ -255,9 +255,10 @@ class SheetMuscle(Muscle):
         fade = fade * self._tapered((along / self.length - style.start) / (1.0 - style.start))
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
-    def height(self, points: npt.ArrayLike) -> Array:
+    def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H (Eqs. 4-6)."""
-        return self._profile(self._plane(points)[0], self.wrinkles.start * self.length, self.half_wavelength)
+        start = self.wrinkles.start * self.length
+        return self._profile(self._plane(points)[0], start, self.half_wavelength, blunt)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """The direction of the fibres, towards the attachment line, for every point."""
@@ -412,9 +413,9 @@ class SphincterMuscle(Muscle):
         """Half cycle u (Eq. 16), an angle."""
         return profile.half_cycle(self.beta1 + self.beta2, 0.0, self.wrinkles.count)
 
-    def height(self, points: npt.ArrayLike) -> Array:
+    def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H (Eqs. 15-16)."""
-        return self._profile(self.coordinates(points)[1], -self.beta1, self._half_angle)
+        return self._profile(self.coordinates(points)[1], -self.beta1, self._half_angle, blunt)
 
     def half_cycles(self, points: npt.ArrayLike) -> Array:
         """The arc that the half cycle spans at each point."""
