@@ -25,7 +25,7 @@ PLAIN: dict[str, Any] = {"color": "#f4f1ec", "opacity": 0.3, "specular": 1.0, "s
 
 INDEX = 1.33
 
-FULLY_WET = 0.1
+FULLY_WET = 0.04
 """Thickness from which a film darkens the skin as much as it ever does, mm."""
 
 
@@ -122,16 +122,16 @@ def _shader(aspect: float, film: float) -> dict[str, dict[str, str]]:
     studio = f"""
 in float depthVSOutput;
 in vec3 underVSOutput;
-vec3 studio(vec3 r, vec3 around, float bead)
+vec3 studio(vec3 r, vec3 around, float film, float bead)
 {{
   float soft = mix(0.14, 0.05, bead);  // in a film, the relief of the skin blurs the lamp
   float box = smoothstep(0.0, soft, 0.18 - abs(dot(r, {vec(side)})));
-  box *= smoothstep(0.0, soft, 0.34 - abs(dot(r, {vec(up)}))) * mix(0.85, 1.0, bead);
+  box *= smoothstep(0.0, soft, 0.45 - abs(dot(r, {vec(up)}))) * mix(0.6, 1.0, bead);
   box *= step(0.0, dot(r, {vec(key)}));
   float strip = smoothstep(0.90, 0.97, dot(r, {vec(fill)}));
   vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
-  float glow = pow(clamp(dot(r, {vec(key)}), 0.0, 1.0), 5.0);
-  return room + 3.0 * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
+  float glow = pow(clamp(dot(r, {vec(key)}), 0.0, 1.0), 7.0);
+  return room + 9.0 * film * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
 }}
 """
     light = f"""//VTK::Light::Impl
@@ -147,10 +147,11 @@ vec3 studio(vec3 r, vec3 around, float bead)
   vec3 tilt = surface - dot(surface, skin) * skin;
   vec3 towards = {vec(key)} - dot({vec(key)}, skin) * skin;
   float lit = dot(tilt, normalize(towards + 1e-5));
-  float wet = 1.0 - 0.10 * smoothstep(0.0, {film:.8f}, depthVSOutput);
-  float bead = smoothstep(0.0, {4.0 * film:.8f}, depthVSOutput);
-  colour *= wet + bead * (0.75 * clamp(-lit, 0.0, 1.0) - 0.30 * clamp(lit, 0.0, 1.0));
-  colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour, bead);
+  float film = smoothstep(0.0, {film:.8f}, depthVSOutput);
+  float bead = smoothstep(0.0, {10.0 * film:.8f}, depthVSOutput);
+  colour *= mix(vec3(1.0), vec3(0.91, 0.87, 0.84), film);  // wet skin is darker, and redder
+  colour *= 1.0 + bead * (0.75 * clamp(-lit, 0.0, 1.0) - 0.30 * clamp(lit, 0.0, 1.0));
+  colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour, film, bead);
   gl_FragData[0] = vec4(min(colour, vec3(1.0)), 1.0);
 """
     return {

@@ -27,6 +27,7 @@ from ..geometry.normals import vertex_areas, vertex_normals
 from ..geometry.topology import unique_edges, vertex_rings
 from . import _skin_kernels as kernels
 from .contacts import STIFFNESS, Contacts, ties_of_lips
+from .flesh import on_gums, tip_of_nose
 
 Array = npt.NDArray[np.float64]
 
@@ -57,6 +58,8 @@ class SkinMaterial:
         Of the ties of the lids' plates, relative to the forehead's.
     lip_firmness : float
         How much stiffer the ties of the lips are along the surface: they are flesh, and do not glide as skin on bone.
+    cartilage : float
+        How much stiffer than skin the tip of the nose is: it goes along, and stays whole, when its wings rise.
 
     Examples
     --------
@@ -76,6 +79,7 @@ class SkinMaterial:
     smallest_area: float = 0.3
     lid_stiffness: float = 5000.0
     lip_firmness: float = 1.3
+    cartilage: float = 10.0
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -149,7 +153,8 @@ class Skin:
         self._facing = cross / self._double_area[:, None]
         beside = np.bincount(sides.ravel(), np.repeat(0.5 * self._double_area, 3), minlength=len(edges))
         # Van Gelder: springs of this stiffness behave like a membrane of stiffness 1, whatever the triangles.
-        self._stiffness = beside / self._length**2
+        firm = 1.0 + self.material.cartilage * tip_of_nose(face)[0][edges].min(axis=1)
+        self._stiffness = firm * beside / self._length**2
         self._area = vertex_areas(points, self._triangles)
         laplacian = cotangent_laplacian(points, self._triangles)
         full = self.material.bending
@@ -169,7 +174,7 @@ class Skin:
         base = self._area / m.decay**2
         lips, directions = ties_of_lips(face)
         self._normals = np.ascontiguousarray(directions)
-        ties = base * face.tissue.stiffness
+        ties = base * face.tissue.stiffness * (1.0 - tip_of_nose(face)[1])
         plates = np.zeros_like(ties)
         shares = {}
         for name, guide in face.guides.items():
@@ -195,14 +200,14 @@ class Skin:
     def _forces(self, face: Face) -> Array:
         """Force (k, n, 3) of each muscle at full contraction."""
         m, n = self.material, self._normals
-        pull = np.zeros((len(self.names), len(self.points), 3))
+        pull, pulled = np.zeros((len(self.names), len(self.points), 3)), 1.0 - on_gums(face)
         for k, muscle in enumerate(face.muscles.values()):
             force = muscle.force(face.points) * (muscle.strength * m.pull / m.decay**2)
             out = (force * n).sum(axis=1, keepdims=True)
             force -= (1.0 - muscle.normal_share) * out * n
             swell = muscle.swell * muscle.strength * m.pull / m.decay**2
             force += (swell * muscle.bunched(face.points))[:, None] * n
-            pull[k] = force * self._area[:, None]
+            pull[k] = force * (self._area * pulled)[:, None]
         for name, (guide, share) in self._guides.items():
             pull[self.names.index(name)][guide.vertices] *= (1.0 - share)[:, None]
         closing = np.array([muscle.closing * muscle.strength for muscle in face.muscles.values()])

@@ -196,7 +196,7 @@ def carry(points, normals, corners, weights, rest, first, second, share, bottom,
 
 
 @njit(cache=True)
-def thicken(s, w, front, sizes, tapering, drained, wobble, rough, level, height):
+def thicken(s, w, front, sizes, tapering, drained, pooling, wobble, rough, level, height):
     """Level and height of a tear at places: see :func:`facewrinkle.tears.shape.thickness`."""
     wide, tall, narrow, thin = sizes
     for i in range(len(s)):
@@ -211,7 +211,7 @@ def thicken(s, w, front, sizes, tapering, drained, wobble, rough, level, height)
         half += (wide - half) * head
         cap, start = max(1.0 - behind, 0.0), max(1.0 - s[i] / narrow, 0.0)
         level[i] = 1.0 - (w[i] / half) ** 2 - cap * cap - start * start
-        film = thin * (1.0 + rough[i])
+        film = thin * (1.0 + rough[i]) * (1.0 + pooling * wobble[i])
         height[i] = (film + (tall - film) * head * np.sqrt(head)) * max(level[i], 0.0)
 
 

@@ -82,12 +82,15 @@ def thickness(
         values if isinstance(values, np.ndarray) else np.full(len(s), values, np.float64) for values in (wobble, rough)
     )
     level, height = np.empty(len(s)), np.empty(len(s))
-    kernels.thicken(s, w, front, sizes, TAPER, DRAINED, wobbles, bumps, level, height)
+    kernels.thicken(s, w, front, sizes, TAPER, DRAINED, POOLING, wobbles, bumps, level, height)
     return level, height
 
 
-DRAINED = 0.72
+DRAINED = 0.85
 """Share of its width that the trail keeps long after the head has passed."""
+
+POOLING = 2.0
+"""How much thicker the film is where the trail is wider, both as shares: it is where water stays."""
 
 TAPER = 2.6
 """Length over which the head narrows into the trail, in halves of its width."""

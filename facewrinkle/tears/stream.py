@@ -32,10 +32,13 @@ IntArray = npt.NDArray[np.int32]
 FILM = 0.002
 """Thickness at the very edge, mm: the paper's two surfaces that 'are seen as almost one'."""
 
-WOBBLE = 0.35
+WOBBLE = 0.3
 """Share of its width by which the trail narrows and widens."""
 
-ROUGH = 3.0
+MEANDER = 2.7
+"""How far rough skin turns it aside, in halves of its width."""
+
+ROUGH = 4.0
 """How much thicker than the film of the trail its highest bumps are."""
 
 
@@ -119,7 +122,7 @@ class SheddingTear:
         weight: npt.ArrayLike | str | None = None,
         width: float = 3.0,
         height: float = 0.9,
-        trail: float = 0.62,
+        trail: float = 0.77,
         begin: float = 0.0,
         s: float | None = None,
         c: float = 30.0,
@@ -131,7 +134,7 @@ class SheddingTear:
         into: SheddingTear | None = None,
         on: pv.PolyData | None = None,
         seed: int = 0,
-        detail: float = 0.2,
+        detail: float = 0.24,
         down: npt.ArrayLike | None = None,
         unit: float = 1.0,
     ) -> None:
@@ -145,7 +148,7 @@ class SheddingTear:
                 f"width={width:g} and height={height * unit:g}. Is the unit of the surface right?"
             )
         share = check_range("trail", trail, 0.2, 1.0)
-        self.shape = Shape(half, height, half * share, max(0.06 * height, 2.0 * FILM / unit))
+        self.shape = Shape(half, height, half * share, max(0.08 * height, 2.0 * FILM / unit))
         self.begin = check_range("begin", begin, 0.0, 1e9)
         self.c = check_range("c", c, 1e-6, 1e9) / unit
         self._detail = check_range("detail", detail, 0.03, 1.0) * 2.0 * half
@@ -217,8 +220,8 @@ class SheddingTear:
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         aside = np.cross(along, self._ground.bound(way).on(self._ground.normals))
         grown = np.minimum(paths.lengths(way) / (4.0 * half), 1.0)
-        swing = self.roughness * half * grown * waves(self._random, len(way), 6.0 * half / self._detail)
-        return way + swing[:, None] * aside
+        turns = MEANDER * waves(self._random, len(way), 6.0 * half / self._detail)
+        return way + (self.roughness * half * grown * turns)[:, None] * aside
 
     def _weights(self, weight: Any) -> Any:
         if not isinstance(weight, str):
@@ -261,7 +264,8 @@ class SheddingTear:
     def _course(self, way: Array, begin: float, flow: float) -> Course:
         half, random = self.shape.half, self._random
         noise, spacing = rough_film(float(paths.lengths(way)[-1]), half, self.roughness, self._degree, random)
-        return Course(way, begin, flow, noise, spacing, WOBBLE * waves(random, len(noise), 1.2 * half / spacing))
+        short, wide = (waves(random, len(noise), scale * half / spacing) for scale in (1.5, 6.0))
+        return Course(way, begin, flow, noise, spacing, 0.5 * WOBBLE * (short + wide))
 
     @property
     def length(self) -> float:
