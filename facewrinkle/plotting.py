@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -14,17 +13,21 @@ import pyvista as pv
 from . import _shading
 from ._drawn_skin import DrawnSkin
 from ._features import Brows, Lashes, Mouth, PaintedEye, has_colours, is_drawn, own_parts
-from ._files import replaced
+from ._images import Image as Image
+from ._images import figure as figure
+from ._images import reduced
+from ._images import save_picture as save_picture
+from ._images import side_by_side as side_by_side
+from ._images import stacked as stacked
 from ._lid_rims import LidRim
 from .anatomy.complexion import Paint
 from .anatomy.face import Face
 from .anatomy.fitting import carried_brows
 from .anatomy.landmarks import NAMES, mirrored_name
-from .errors import MeshError, OutputError, ParameterError, check_range, check_whole, unknown_name
+from .errors import MeshError, ParameterError, check_range, check_whole, unknown_name
 from .mesh import ARRAYS, MUSCLES, POSE, split_at_seams, with_normals
 
 Array = npt.NDArray[np.float64]
-Image = npt.NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -297,7 +300,7 @@ class Scene:
         """The picture of a frame: ndarray of uint8, shape (height, width, 3)."""
         self.draw(frame)
         image = np.array(self.plotter.screenshot(None, return_img=True))
-        return image if self._samples == 1 else _reduced(image, self._samples)
+        return image if self._samples == 1 else reduced(image, self._samples)
 
     def close(self) -> None:
         """Free the window and what was drawn in it."""
@@ -425,87 +428,6 @@ def closeup(frame: pv.PolyData, face: Face) -> str:
         return float((weight * inside * np.clip(normals @ towards, 0.0, 1.0)).sum() / view.height**0.5)
 
     return max(CLOSE, key=shown)
-
-
-def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
-    """Pictures of one height in a row.
-
-    Examples
-    --------
-    >>> dark, light = np.zeros((20, 30, 3), np.uint8), np.full((20, 30, 3), 255, np.uint8)
-    >>> side_by_side([dark, light]).shape, stacked([dark, light]).shape
-    ((20, 64, 3), (44, 30, 3))
-    """
-    spacer = np.full((images[0].shape[0], gap, 3), 255, np.uint8)
-    parts = [part for image in images for part in (spacer, image)][1:]
-    return np.concatenate(parts, axis=1)
-
-
-def stacked(images: Sequence[Image], gap: int = 4) -> Image:
-    """Pictures of one width, one under the other.
-
-    Examples
-    --------
-    >>> dark, light = np.zeros((20, 30, 3), np.uint8), np.full((20, 30, 3), 255, np.uint8)
-    >>> both = stacked([dark, light], gap=10)
-    >>> both.shape, both[::10, 0, 0].tolist()
-    ((50, 30, 3), [0, 0, 255, 255, 255])
-    """
-    return side_by_side([image.swapaxes(0, 1) for image in images], gap).swapaxes(0, 1)
-
-
-def figure(image: Image) -> Any:
-    """A picture as a figure of Matplotlib, pixel by pixel: what notebooks and galleries show.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
-    >>> figure(np.zeros((30, 40, 3), np.uint8)).get_size_inches().tolist()
-    [0.4, 0.3]
-    """
-    import matplotlib.pyplot as plt
-
-    height, width = image.shape[:2]
-    shown = plt.figure(figsize=(width / 100, height / 100), dpi=100)
-    axes = shown.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.imshow(image, aspect="auto", interpolation="nearest")
-    axes.set_axis_off()
-    return shown
-
-
-def save_picture(image: Image, path: str | Path, colours: int | None = None) -> Path:
-    """Write a picture as PNG; with a palette of so many colours (at most 256), it takes a third of the space.
-
-    Examples
-    --------
-    A picture with a palette of 16 colours:
-
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = save_picture(np.full((60, 80, 3), 128, np.uint8), f"{folder}/grey.png", colours=16)
-    ...     path.name, path.stat().st_size < 200
-    ('grey.png', True)
-    """
-    from PIL import Image as Pillow
-
-    picture = Pillow.fromarray(np.ascontiguousarray(image))
-    if colours is not None:
-        picture = picture.quantize(check_whole("colours", colours, 1, 256))
-    try:
-        with replaced(path) as whole:
-            picture.save(whole, format="PNG", optimize=colours is not None)
-    except (OSError, ValueError) as problem:
-        raise OutputError(f"{str(path)!r} cannot be written: {problem}. Name a file that you may write.") from None
-    return Path(path)
-
-
-def _reduced(image: Image, factor: int) -> Image:
-    from PIL import Image as Pillow
-
-    return np.array(Pillow.fromarray(image).reduce(factor))
 
 
 def _texture(image: Image | None) -> pv.Texture | None:

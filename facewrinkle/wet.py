@@ -15,8 +15,9 @@ import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
+from ._images import Image, reduced
 from .anatomy.face import Face
-from .plotting import LIGHTS, VIEW_ANGLE, Image, Scene, Style, _reduced
+from .plotting import LIGHTS, VIEW_ANGLE, Scene, Style
 
 Array = npt.NDArray[np.float64]
 
@@ -76,7 +77,7 @@ class TearScene(Scene):
         """The picture of a frame with tears: ndarray of uint8, shape (height, width, 3)."""
         self.draw(frame, tears)
         image = np.array(self.plotter.screenshot(None, return_img=True))
-        return image if self._samples == 1 else _reduced(image, self._samples)
+        return image if self._samples == 1 else reduced(image, self._samples)
 
     def _plain(self, tear: pv.PolyData) -> Any:
         options = {"smooth_shading": True, "culling": "back", "reset_camera": False, "render": False}
