@@ -38,7 +38,7 @@ WOBBLE = 0.3
 MEANDER = 2.7
 """How far rough skin turns it aside, in halves of its width."""
 
-ROUGH = 4.0
+ROUGH = 3.0
 """How much thicker than the film of the trail its highest bumps are."""
 
 
@@ -134,7 +134,7 @@ class SheddingTear:
         into: SheddingTear | None = None,
         on: pv.PolyData | None = None,
         seed: int = 0,
-        detail: float = 0.24,
+        detail: float = 0.28,
         down: npt.ArrayLike | None = None,
         unit: float = 1.0,
     ) -> None:
@@ -148,7 +148,7 @@ class SheddingTear:
                 f"width={width:g} and height={height * unit:g}. Is the unit of the surface right?"
             )
         share = check_range("trail", trail, 0.2, 1.0)
-        self.shape = Shape(half, height, half * share, max(0.08 * height, 2.0 * FILM / unit))
+        self.shape = Shape(half, height, half * share, max(0.07 * height, 2.0 * FILM / unit))
         self.begin = check_range("begin", begin, 0.0, 1e9)
         self.c = check_range("c", c, 1e-6, 1e9) / unit
         self._detail = check_range("detail", detail, 0.03, 1.0) * 2.0 * half
