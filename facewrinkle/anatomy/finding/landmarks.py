@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.ndimage import grey_dilation, map_coordinates
 from scipy.spatial import cKDTree
+from threadpoolctl import ThreadpoolController
 
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...geometry.topology import components
@@ -179,7 +181,8 @@ def find_landmarks(
             f"no face was found on the mesh: its {len(triangles)} triangles are too few to show one; {FEWEST} are "
             "needed at least. Give a finer mesh, or at least three landmarks that are not in a line."
         )
-    search = _searched(points, triangles, pose, watch or bar)
+    with _blas().limit(limits=1, user_api="blas"):  # its threads wait for each other longer than they work here
+        search = _searched(points, triangles, pose, watch or bar)
     match = search.matches[0]
     try:
         landmarks, confidences = _landmarks(points, search.triangles, search.matches)
@@ -194,6 +197,11 @@ def find_landmarks(
         match.confidence,
         Pose(pose.axes, pose.origin * diagonal + middle, pose.size * diagonal, pose.stretch),
     )
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    return ThreadpoolController()
 
 
 def _surface(mesh: object) -> tuple[Array, Triangles]:
