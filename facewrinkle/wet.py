@@ -150,7 +150,7 @@ vec3 studio(vec3 r, vec3 around, float film, float bead)
   float lit = dot(tilt, normalize(towards + 1e-5));
   float film = smoothstep(0.0, {film:.8f}, depthVSOutput);
   float bead = smoothstep(0.0, {10.0 * film:.8f}, depthVSOutput);
-  colour *= mix(vec3(1.0), vec3(0.955, 0.93, 0.915), film);  // wet skin is darker, and redder
+  colour *= mix(vec3(1.0), vec3(0.935, 0.905, 0.885), film);  // wet skin is darker, and redder
   colour *= 1.0 + bead * (0.75 * clamp(-lit, 0.0, 1.0) - 0.30 * clamp(lit, 0.0, 1.0));
   colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour, film, bead);
   gl_FragData[0] = vec4(min(colour, vec3(1.0)), 1.0);
