@@ -135,7 +135,7 @@ def smallest_angles(points: Array, triangles: IntArray) -> Array:
 
 def bends(laid: Laid, edges: IntArray) -> Array:
     """Eq. 19 of edges."""
-    (i, j), now, then = edges.T, laid.shading, laid.rest_normals
+    (i, j), now, then = edges.T, laid.folded, laid.rest_normals
     rest = (then[i] * then[j]).sum(axis=1)
     return np.asarray((rest - (now[i] * now[j]).sum(axis=1)) / np.maximum(np.abs(rest), 0.1))
 

@@ -53,9 +53,16 @@ class Laid:
     reliefs: list[Relief]
 
     @property
-    def shading(self) -> Array:
-        """Vertex normals (n, 3) of the wrinkled surface, as a frame has them."""
+    def folded(self) -> Array:
+        """Vertex normals (n, 3) of the wrinkled surface, which Eq. 19 compares."""
         return detail_normals(self.bare, self.wrinkled, self.triangles, self.normals)
+
+    @property
+    def shading(self) -> Array:
+        """Vertex normals (n, 3) as a frame has them, of furrows that are a little rounded."""
+        rounding = sum(relief.rounding for relief in self.reliefs if relief.rounding is not None)
+        shown = displaced(self.bare, self.height + rounding, self.normals)
+        return detail_normals(self.bare, shown, self.triangles, self.normals)
 
 
 def settled(face: fw.Face, expression: str, frames: int = 50, **options: object) -> fw.Simulation:

@@ -13,18 +13,18 @@ import pyvista as pv
 from . import _shading
 from ._drawn_skin import DrawnSkin
 from ._features import Brows, Lashes, Mouth, PaintedEye, has_colours, is_drawn, own_parts
-from ._images import Image as Image
-from ._images import figure as figure
-from ._images import reduced
-from ._images import save_picture as save_picture
-from ._images import side_by_side as side_by_side
-from ._images import stacked as stacked
 from ._lid_rims import LidRim
 from .anatomy.complexion import Paint
 from .anatomy.face import Face
 from .anatomy.fitting import carried_brows
 from .anatomy.landmarks import NAMES, mirrored_name
 from .errors import MeshError, ParameterError, check_range, check_whole, unknown_name
+from .images import Image as Image
+from .images import figure as figure
+from .images import reduced
+from .images import save_picture as save_picture
+from .images import side_by_side as side_by_side
+from .images import stacked as stacked
 from .mesh import ARRAYS, MUSCLES, POSE, split_at_seams, with_normals
 
 Array = npt.NDArray[np.float64]

@@ -412,10 +412,11 @@ class Simulation:
             height = sum((r.height for r in reliefs[1:]), reliefs[0].height if reliefs else np.zeros(len(bare)))
             moved = displaced(bare, height, smooth)
             rounding = [r.rounding for r in reliefs if r.rounding is not None]
-            shown = displaced(bare, height + sum(rounding), smooth) if rounding else moved
-            normals = detail_normals(bare, shown, triangles, smooth)
+            normals = shown = detail_normals(bare, moved, triangles, smooth)
+            if rounding:
+                shown = detail_normals(bare, displaced(bare, height + sum(rounding), smooth), triangles, smooth)
         with self._timed("refinement"):
-            return moved, normals, height, self._criterion(normals, reliefs)
+            return moved, shown, height, self._criterion(normals, reliefs)
 
     @cached_property
     def _strain_field(self) -> StrainField:

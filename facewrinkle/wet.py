@@ -15,8 +15,8 @@ import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-from ._images import Image, reduced
 from .anatomy.face import Face
+from .images import Image, reduced
 from .plotting import LIGHTS, VIEW_ANGLE, Scene, Style
 
 Array = npt.NDArray[np.float64]

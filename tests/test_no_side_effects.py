@@ -33,7 +33,7 @@ ROOMS = ("", "mesh", "export", "tears", "anatomy.muscles", "anatomy.finding")
 FORMULAS = {
     "geometry": ("least_squares", "normals", "refinement", "seams", "topology", "transfer"),
     "layers": ("patterns", "profile"),
-    "": ("plotting",),
+    "": ("images", "plotting"),
 }
 ON_PURPOSE = {
     "mesh.add_seams": "lays seams on the mesh it is given",
@@ -173,7 +173,8 @@ def examples(tmp_path):
         "identity": {"jaw": 0.3}, "changes": {"depth": 1.0}, "atlas": None, "estimated": (), "name": "frown",
         "side": "l", "along": 0.5, "tears": [fw.DrippingTear(face(), "l")], "frames": 2,
         # files and pictures
-        "path": tmp_path / "out.ply", "style": Style((48, 48)), "image": image, "images": [image, image.copy()],
+        "path": tmp_path / "out.ply", "style": Style((48, 48)), "image": image, "factor": 2,
+        "images": [image, image.copy()],
         "times": np.array([0.0, 0.1]),
         # recordings
         "positions": np.stack([points, points + 1.0]), "deltas": points[None] * 0.1, "time": 0.05, "rest": points,
@@ -251,7 +252,7 @@ SPECIAL = {
     "write_face": lambda e: [face(), e["path"].parent / "face.vtp"],
     "plotting.pictures": lambda e: [[frame()], face(), e["style"]],
     "plotting.picture": lambda e: [frame(), face(), e["style"]],
-    "plotting.save_picture": lambda e: [e["image"], e["path"].with_suffix(".png")],
+    "images.save_picture": lambda e: [e["image"], e["path"].with_suffix(".png")],
     "tears.preset": lambda e: ["one_tear", face()],
     "tears.Preset": lambda e: ["sadness", []],
     "tears.surfaces": lambda e: [[tear()], 1.0, frame()],

@@ -32,7 +32,7 @@ from facewrinkle.anatomy.finding.mouth import MOUTH, corners
 from facewrinkle.anatomy.finding.samples import spread, thinned
 from facewrinkle.anatomy.finding.template import template
 from facewrinkle.anatomy.finding.warp import Warp, basis, evened, sampled, warped
-from facewrinkle.anatomy.landmarks import NAMES, frame_of, read_landmarks, write_landmarks
+from facewrinkle.anatomy.landmarks import NAMES, REFUSED, frame_of, read_landmarks, write_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
 from facewrinkle.mesh import read_surface, to_polydata
 
@@ -424,6 +424,22 @@ THINGS = {
 def test_what_is_no_face_is_refused(face, thing):
     with pytest.raises(LandmarkError, match=r"no face was found.*give landmarks.*eye_l_inner"):
         fw.fit_face(thing(face))
+
+
+def _far_speck(face):
+    """A ball so small beside its distance to a speck that its triangles have no size."""
+    speck = pv.Triangle([[1e9, 0.0, 0.0], [1e9, 1.0, 0.0], [1e9, 0.0, 1.0]])
+    return pv.merge([pv.Sphere(), speck])
+
+
+@pytest.mark.parametrize("thing", [lambda face: pv.ParametricCrossCap(), _far_speck], ids=["cross-cap", "far speck"])
+def test_slivers_are_no_trouble_where_parts_are_searched(face, thing):
+    mesh = thing(face).extract_surface(algorithm="dataset_surface").triangulate()
+    try:
+        confidence = fw.find_landmarks(mesh).confidence
+    except LandmarkError:
+        confidence = 0.0
+    assert confidence < REFUSED
 
 
 @pytest.mark.usefixtures("finding")

@@ -240,7 +240,11 @@ def _searched(points: Array, triangles: Triangles, pose: Pose | None, watch: Wat
 
 def _parts(points: Array, triangles: Triangles) -> Iterator[Triangles]:
     """The parts of a mesh that could be a face by themselves, those with the most triangles first."""
-    label = components(np.unique(np.round(points, 7), axis=0, return_inverse=True)[1].reshape(-1)[triangles])
+    welded = np.unique(np.round(points, 7), axis=0, return_inverse=True)[1].reshape(-1)[triangles]
+    whole = (welded != np.roll(welded, 1, axis=1)).all(axis=1)
+    if not whole.any():
+        return
+    triangles, label = triangles[whole], components(welded[whole])
     count = np.bincount(label)
     order = [part for part in np.argsort(-count, kind="stable") if FEWEST <= count[part] < len(triangles)]
     for part in order[:PARTS]:

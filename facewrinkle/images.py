@@ -91,7 +91,13 @@ def save_picture(image: Image, path: str | Path, colours: int | None = None) -> 
 
 
 def reduced(image: Image, factor: int) -> Image:
-    """A picture smaller by a whole factor, each pixel the mean of those that it takes the place of."""
+    """A picture smaller by a whole factor, each pixel the mean of those that it takes the place of.
+
+    Examples
+    --------
+    >>> reduced(np.array([[[0], [100]], [[100], [200]]], np.uint8)[..., [0, 0, 0]], 2).tolist()
+    [[[100, 100, 100]]]
+    """
     from PIL import Image as Pillow
 
     return np.array(Pillow.fromarray(image).reduce(factor))
