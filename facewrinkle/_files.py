@@ -1,4 +1,4 @@
-"""Files that are whole, or not there."""
+"""Files that are whole, or not there, and the text in those of others."""
 
 from __future__ import annotations
 
@@ -9,6 +9,15 @@ from pathlib import Path
 
 _made: set[Path] = set()
 """Folders that were made for files."""
+
+
+def text_of(path: Path) -> str:
+    """What a text file says: UTF-8, with or without a mark at its beginning, or what western machines wrote before."""
+    data = path.read_bytes()
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
 
 @contextmanager

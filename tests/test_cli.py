@@ -446,6 +446,13 @@ def test_mixtures():
         mixture("AU1,", atlas)
 
 
+def test_names_of_files_are_printed_as_they_are(tmp_path, capsys):
+    path = tmp_path / "scan [v2] [red] [] :eyes:.ply"
+    pv.Sphere(theta_resolution=8, phi_resolution=8).save(path)
+    assert main(["info", str(path)]) == 0
+    assert capsys.readouterr().out.startswith(path.name)
+
+
 def test_info_tells_what_a_file_holds(tmp_path, capsys):
     face = fw.default_face()
     ball = pv.Sphere(center=face.landmarks["nose_tip"], radius=8.0)

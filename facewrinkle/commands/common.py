@@ -230,7 +230,7 @@ class Report:
 
     def __init__(self, quiet: bool) -> None:
         self.quiet = quiet
-        self.console = Console(quiet=quiet, highlight=False)
+        self.console = Console(quiet=quiet, highlight=False, markup=False, emoji=False)  # names may have brackets
         if quiet:
             warnings.simplefilter("ignore")
 

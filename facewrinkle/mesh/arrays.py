@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -54,12 +54,31 @@ CORNERS = "Texture Corners"
 
 IMAGE, IMAGES = "image", "images"
 """The cell-data array of the image that lies on each triangle, -1 for none, and the field-data array that these number:
-files of images, `a.glb#3` for one in a glTF file, `a.usdz[b.png]` for one in a USD package."""
+files of images, `a.glb#3` for one in a glTF file, `a.usdz[b.png]` for one in a USD package; see :func:`images_of`."""
 
 MOVED = "moved"
 """The point-data array of a mesh that others animated: where its points go (n, 3), all its shapes or moments in one.
 
 Borders at one place that part as the mesh moves, such as closed lips, are told by it from seams."""
+
+
+def name_images(mesh: pv.PolyData, names: Iterable[str]) -> None:
+    """Keep the names of images with a mesh: VTK has no letters beyond ASCII."""
+    mesh.field_data[IMAGES] = [name.encode("unicode_escape").decode("ascii") for name in names]
+
+
+def images_of(mesh: pv.PolyData) -> list[str]:
+    """The names of the images that :data:`IMAGE` numbers.
+
+    Examples
+    --------
+    >>> sheet = pv.Plane()
+    >>> name_images(sheet, ["größe.png"])
+    >>> images_of(sheet)
+    ['größe.png']
+    """
+    names = np.asarray(mesh.field_data.get(IMAGES, []), dtype=str)
+    return [name.encode("ascii").decode("unicode_escape") for name in names.tolist()]
 
 
 def to_polydata(

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import FaceWrinkleWarning, MeshError
-from .arrays import CORNERS, IMAGE, IMAGES
+from .arrays import CORNERS, IMAGE, IMAGES, images_of
 from .reading import COLORS, GLTF, lay_texture
 from .seams import corner_texture
 from .texture import LARGEST_SIDE, decoded, image_of_file, image_of_gltf
@@ -51,7 +51,7 @@ def laid_image(mesh: pv.PolyData) -> Image | None:
     images: dict[int, Image] = {}
     for number in np.unique(numbers[numbers >= 0]).tolist():
         try:
-            images[number] = _image(str(mesh.field_data[IMAGES][number]))
+            images[number] = _image(images_of(mesh)[number])
         except MeshError as problem:
             _warn(f"the texture is left out: {problem}")
     if not images:
@@ -110,7 +110,7 @@ def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dic
         place = corners[mine] if number >= 0 else np.full((mine.sum(), 3, 2), 0.5)
         place = place - np.floor(place.mean(axis=1, keepdims=True))  # images repeat, and each may have its own tile
         if len(place) and max(-place.min(), place.max() - 1.0) > SPILL:
-            spilt.append(Path(str(mesh.field_data[IMAGES][number])).name)
+            spilt.append(Path(images_of(mesh)[number]).name)
         place = np.clip(place, 0.0, 1.0)
         x = left + RIM + place[..., 0] * (w - 2 * RIM)
         y = RIM + (1.0 - place[..., 1]) * (h - 2 * RIM)

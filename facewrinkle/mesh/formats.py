@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pyvista as pv
 from scipy.sparse import csr_array
 
+from .._files import text_of
 from ..errors import MeshError
-from .materials import images_of_materials
+from .materials import images_of_materials, uncommented
 
 __all__ = ["Polygons", "read_obj", "read_off"]
 
@@ -130,14 +132,13 @@ def strip_triangles(order: np.ndarray) -> np.ndarray:
 def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
     """The number and the words of each line that has words, without comments, with continued lines joined."""
     words: list[str] = []
-    with path.open(encoding="utf-8", errors="replace") as file:
-        for number, line in enumerate(file, start=1):
-            content = line.split("#", 1)[0].rstrip()
-            continued = content.endswith("\\")
-            words += content.rstrip("\\").split()
-            if words and not continued:
-                yield number, words
-                words = []
+    for number, line in enumerate(StringIO(text_of(path), newline=None), start=1):
+        content = uncommented(line).rstrip()
+        continued = content.endswith("\\")
+        words += content.rstrip("\\").split()
+        if words and not continued:
+            yield number, words
+            words = []
     if words:
         yield number, words
 

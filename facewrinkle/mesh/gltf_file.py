@@ -254,7 +254,8 @@ class Document:
         mode, attributes = primitive.get("mode", TRIANGLES), primitive["attributes"]
         if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
             return None
-        if "KHR_draco_mesh_compression" in (primitive.get("extensions") or {}):
+        plain = "bufferView" in self._at("accessors", attributes["POSITION"])  # beside what is compressed
+        if "KHR_draco_mesh_compression" in (primitive.get("extensions") or {}) and not plain:
             raise MeshError(f"{self.path.name} is compressed with Draco, which is not supported. Export it without.")
         points = self._vectors(attributes["POSITION"], 3)
         n = len(points)
@@ -316,10 +317,16 @@ class Document:
             return "", None, {}
 
     def _surface(self, primitive: dict[str, Any]) -> dict[str, Any]:
-        """What the material of a primitive says of its colour."""
+        """What the material of a primitive says of its colour; light is the colour of what is black without it."""
         if primitive.get("material") is None:
             return {}
-        return self._at("materials", primitive["material"]).get("pbrMetallicRoughness") or {}
+        material = self._at("materials", primitive["material"])
+        usual = dict(material.get("pbrMetallicRoughness") or {})
+        older = (material.get("extensions") or {}).get("KHR_materials_pbrSpecularGlossiness") or {}
+        given = {"baseColorTexture": older.get("diffuseTexture"), "baseColorFactor": older.get("diffuseFactor")}
+        if not any(usual.get("baseColorFactor", [1.0])[:3]):
+            given["baseColorTexture"] = given["baseColorTexture"] or material.get("emissiveTexture")
+        return {name: value for name, value in given.items() if value is not None} | usual
 
     def _laid(self, primitive: dict[str, Any]) -> tuple[int, dict[str, Any]] | None:
         """The number of the image that is the colour of a primitive, and how it lies on it."""

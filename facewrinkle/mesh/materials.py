@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from io import StringIO
 from pathlib import Path
 
+from .._files import text_of
+
+_COMMENT = re.compile(r"(?:^|(?<=\s))#.*", re.DOTALL)
 _OPTION = re.compile(
     r"-(?:(?:o|s|t)(?:\s+[-+.\deE]+){1,3}|mm(?:\s+\S+){2}|(?:blendu|blendv|cc|clamp|texres|imfchan|boost|bm)\s+\S+)\s+"
 )
@@ -24,16 +28,28 @@ def beside(folder: Path, name: str) -> Path | None:
     return next((file for file in sorted(folder.iterdir()) if file.name.casefold() == wanted), None)
 
 
+def uncommented(line: str) -> str:
+    """A line without its comment: a number sign within a word is part of a name.
+
+    Examples
+    --------
+    >>> uncommented("usemtl skin#2 # of the face")
+    'usemtl skin#2 '
+    """
+    return _COMMENT.sub("", line) if "#" in line else line
+
+
 def images_of_materials(folder: Path, libraries: Iterable[str]) -> dict[str, str]:
     """The names of the images (`map_Kd`) of the materials in MTL files of a folder; missing files have none."""
     images: dict[str, str] = {}
     for library in libraries:
-        found = beside(folder, library)
-        current = ""
-        for line in () if found is None else found.read_text(encoding="utf-8", errors="replace").splitlines():
-            word, _, rest = line.strip().partition(" ")
-            if word == "newmtl":
-                current = rest.strip()
-            elif word == "map_Kd" and (name := _OPTION.sub("", rest.strip() + " ").strip()):
-                images[current] = name
+        whole = beside(folder, library)  # a name with blanks, or several names
+        for file in [whole] if whole else [beside(folder, name) for name in library.split()]:
+            current = ""
+            for line in () if file is None else StringIO(text_of(file), newline=None):
+                word, *rest = line.strip().split(None, 1) or [""]
+                if word == "newmtl":
+                    current = " ".join(uncommented(*rest).split()) if rest else ""
+                elif word.lower() == "map_kd" and rest and (name := _OPTION.sub("", rest[0] + " ").strip(' "')):
+                    images[current] = name
     return images

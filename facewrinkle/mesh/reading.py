@@ -17,7 +17,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from ..errors import MeshError
-from .arrays import IMAGE, IMAGES, MOVED, TEXTURE, blended, numbers, to_polydata, with_data
+from .arrays import IMAGE, MOVED, TEXTURE, blended, images_of, name_images, numbers, to_polydata, with_data
 from .formats import Polygons, Primitive, polygon_triangles, read_obj, read_off
 from .gltf_file import read_gltf_file
 from .materials import beside
@@ -235,7 +235,7 @@ def _name_images(mesh: pv.PolyData, images: np.ndarray) -> None:
     bare = int("" in known)
     if len(known) > bare:
         mesh.cell_data[IMAGE] = number.ravel() - bare
-        mesh.field_data[IMAGES] = known[bare:].tolist()
+        name_images(mesh, known[bare:].tolist())
 
 
 def lay_texture(mesh: pv.PolyData, at_corners: np.ndarray) -> None:
@@ -295,7 +295,7 @@ def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> 
         mesh.point_data[TEXTURE] = polygons.texture
         mesh.point_data.active_texture_coordinates_name = TEXTURE
     if polygons.colors is not None:
-        mesh.point_data[COLORS] = polygons.colors
+        mesh.point_data[COLORS] = _colours(polygons.colors)
     surface = _from_dataset(mesh, name)
     if polygons.corners is not None:
         add_seams(surface, _at_triangles(polygons.corners, polygons.faces, mesh))
@@ -305,6 +305,14 @@ def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> 
         face = np.repeat(np.arange(len(images)), [len(face) for face in polygons.faces])[:, None]
         _name_images(surface, images[_at_triangles(face, polygons.faces, mesh)[:, 0, 0]])
     return surface
+
+
+def _colours(values: np.ndarray) -> np.ndarray:
+    """Colours as uint8 or from 0 to 1, of those that go to 1, to 255 or, in 16 bits, to 65535."""
+    if values.dtype == np.uint8 or not values.size or not values.max() > 1:
+        return values
+    share = values / (255.0 if values.max() <= 255 else 65535.0)
+    return np.asarray(np.rint(255.0 * np.clip(share, 0.0, 1.0)), dtype=np.uint8)
 
 
 def _at_triangles(values: np.ndarray, faces: list[list[int]], mesh: pv.PolyData) -> np.ndarray:
@@ -385,7 +393,7 @@ def joined(surfaces: list[pv.PolyData]) -> pv.PolyData:
         rows = [np.zeros((s.n_cells, 3, 2)) if c is None else c for s, c in zip(surfaces, corners, strict=True)]
         lay_texture(mesh, np.concatenate(rows))
     if any(IMAGE in surface.cell_data for surface in surfaces):
-        names = [np.append(np.asarray(s.field_data.get(IMAGES, []), dtype=str), "") for s in surfaces]
+        names = [np.array([*images_of(s), ""]) for s in surfaces]
         numbered = [np.asarray(s.cell_data.get(IMAGE, np.full(s.n_cells, -1))) for s in surfaces]
         _name_images(mesh, np.concatenate([own[number] for own, number in zip(names, numbered, strict=True)]))
     return mesh

@@ -53,7 +53,7 @@ def as_texture(image: object) -> Image:
     if isinstance(image, pv.Texture):
         image = image.to_array()
     elif isinstance(image, Pillow.Image):
-        image = image.convert("RGB")
+        image = _in_eight_bits(image).convert("RGB")
     pixels = np.array(image)
     if pixels.dtype.kind == "f" and pixels.size and pixels.min() >= 0.0 and pixels.max() <= 1.0:
         pixels = np.rint(255.0 * pixels).astype(np.uint8)
@@ -139,6 +139,7 @@ def image_of_gltf(path: Path, number: int, *, alpha: bool = False) -> Image:
 def decoded(data: bytes, name: str, *, alpha: bool = False) -> Image:
     """The same for the bytes of an image."""
     from PIL import Image as Pillow
+    from PIL import UnidentifiedImageError
 
     try:
         with warnings.catch_warnings():
@@ -146,12 +147,25 @@ def decoded(data: bytes, name: str, *, alpha: bool = False) -> Image:
             with Pillow.open(io.BytesIO(data)) as image:
                 if max(image.size) > LARGEST_SIDE:
                     raise MeshError(f"{name} has {image.size[0]} x {image.size[1]} pixels, {LARGEST_SIDE} are allowed.")
-                return np.array(image.convert("RGBA" if alpha and image.has_transparency_data else "RGB"))
+                mode = "RGBA" if alpha and image.has_transparency_data else "RGB"
+                return np.array(_in_eight_bits(image).convert(mode))
     except MeshError:
         raise
+    except UnidentifiedImageError:
+        raise MeshError(f"the image {name} cannot be read: it is none that is known. Save it as PNG or JPEG.") from None
     except Exception as problem:  # every format fails in its own way
         reason = str(problem).splitlines()[0] if str(problem) else type(problem).__name__
         raise MeshError(f"the image {name} cannot be read: {reason}. Save it as PNG or JPEG.") from None
+
+
+def _in_eight_bits(image: Any) -> Any:
+    """A grey Pillow image of 16 bits, or of numbers from 0 to 1, in 8 bits: Pillow would cut off what is brighter."""
+    from PIL import Image as Pillow
+
+    if not image.mode.startswith(("I", "F")):
+        return image
+    share = np.asarray(image, dtype=np.float64) / (1.0 if image.mode == "F" else 65535.0)
+    return Pillow.fromarray(np.rint(255.0 * np.clip(share, 0.0, 1.0)).astype(np.uint8))
 
 
 def _of_object(source: Any) -> Image | None:

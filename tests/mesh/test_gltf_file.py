@@ -228,6 +228,16 @@ def test_compressed(tmp_path, extension, name):
         read_surface(glb(tmp_path / "a.glb", file, blob))
 
 
+def test_plain_numbers_beside_compressed_ones_are_read(tmp_path):
+    file, blob = document()
+    part = file["meshes"][0]["primitives"][0]
+    part["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
+    np.testing.assert_array_equal(read_surface(glb(tmp_path / "a.glb", file, blob)).points, POINTS)
+    del file["accessors"][0]["bufferView"]
+    with pytest.raises(MeshError, match="compressed with Draco"):
+        read_surface(glb(tmp_path / "a.glb", file, blob))
+
+
 def test_other_versions_and_files_without_triangles(tmp_path):
     file, blob = document()
     file["asset"]["version"] = "1.0"

@@ -195,6 +195,23 @@ def test_obj_with_everything(tmp_path):
     assert mesh.volume == pytest.approx(1 / 3, rel=1e-12)  # base 1, height 1
 
 
+def test_colours_of_any_range(tmp_path):
+    """Up to 1, to 255 or, in 16 bits, to 65535: the same colours."""
+    grey = np.array([0, 51, 255])
+    rows = [f"v {i} {i * i} 0 {g} {g} {g}" for i, g in enumerate(grey)]
+    (tmp_path / "a.obj").write_text("\n".join([*rows, "f 1 2 3"]))
+    np.testing.assert_array_equal(read_surface(tmp_path / "a.obj")["Colors"], np.dstack([grey] * 3)[0])
+    for kind, values in (("float", grey / 255), ("float", grey), ("ushort", 257 * grey), ("uchar", grey)):
+        head = ["ply", "format ascii 1.0", "element vertex 3", *(f"property float {axis}" for axis in "xyz")]
+        head += [*(f"property {kind} {name}" for name in ("red", "green", "blue")), "element face 1"]
+        rows = [f"{i} {i * i} 0 {g} {g} {g}" for i, g in enumerate(values)]
+        head += ["property list uchar int vertex_indices", "end_header", *rows, "3 0 1 2"]
+        (tmp_path / "a.ply").write_text("\n".join(head) + "\n")
+        found = np.asarray(read_surface(tmp_path / "a.ply")["Colors"])
+        shown = found if found.dtype == np.uint8 else np.rint(255 * found)
+        np.testing.assert_array_equal(shown, np.dstack([grey] * 3)[0], kind)
+
+
 OFF = """OFF
 # comment
 5 5 0

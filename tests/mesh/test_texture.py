@@ -51,11 +51,37 @@ def obj(folder, materials, body="usemtl skin\nf 1/1 2/2 3/3 4/4\n", head="mtllib
         "map_Kd -mm 0 1 my photo.png",
         "map_Kd C:\\work\\textures\\my photo.png",
         "map_Kd textures/My Photo.PNG",
+        "map_Kd\tmy photo.png",
+        "map_kd my photo.png",
+        'map_Kd "my photo.png"',
     ],
 )
 def test_an_obj_names_its_image(tmp_path, line):
     (tmp_path / "my photo.png").write_bytes(png(PHOTO))
     np.testing.assert_array_equal(read_texture(obj(tmp_path, f"newmtl skin\nKd 1 1 1\n{line}\n")), PHOTO)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+def test_names_are_those_that_people_give(tmp_path, encoding):
+    """Letters of other alphabets, blanks and number signs; photos by such names are laid on the mesh, too."""
+    folder = tmp_path / "Köpfe [1]"
+    folder.mkdir()
+    (folder / "Größe #1.png").write_bytes(png(PHOTO))
+    (folder / "Häute.mtl").write_text("newmtl Haut  von#2 # alt\nmap_Kd Größe #1.png\n", encoding)
+    (folder / "ä.obj").write_text(f"mtllib Häute.mtl\n{QUAD}usemtl Haut von#2\nf 1/1 2/2 3/3 4/4\n", encoding)
+    np.testing.assert_array_equal(read_texture(folder / "ä.obj"), PHOTO)
+    np.testing.assert_array_equal(fw.surface(folder / "ä.obj").texture, PHOTO)
+    content, blob = gltf([{"bufferView": 3, "mimeType": "image/png"}, {"bufferView": 4, "mimeType": "image/png"}])
+    content["scenes"] = [{"nodes": [1]}]
+    np.testing.assert_array_equal(fw.surface(glb(folder / "ä.glb", content, blob)).texture, PHOTO)
+
+
+def test_an_obj_may_name_several_libraries(tmp_path):
+    (tmp_path / "photo.png").write_bytes(png(PHOTO))
+    (tmp_path / "other.mtl").write_text("newmtl eye\n")
+    path = obj(tmp_path, "", head="mtllib other.mtl skin.mtl\n")
+    (tmp_path / "skin.mtl").write_text("newmtl skin\nmap_Kd photo.png\n")
+    np.testing.assert_array_equal(read_texture(path), PHOTO)
 
 
 def test_of_several_materials_the_one_on_most_faces_is_taken(tmp_path):
@@ -82,6 +108,9 @@ def test_meshes_without_an_image(tmp_path):
 def test_an_image_that_is_missing_or_damaged_is_left_out_with_a_notice(tmp_path):
     path = obj(tmp_path, "newmtl skin\nmap_Kd photo.png\n")
     with pytest.warns(FaceWrinkleWarning, match="face.obj names the image 'photo.png', which is not there"):
+        assert read_texture(path) is None
+    (tmp_path / "photo.png").write_bytes(b"GIF")
+    with pytest.warns(FaceWrinkleWarning, match=r"photo.png cannot be read: it is none that is known. Save it"):
         assert read_texture(path) is None
     (tmp_path / "photo.png").write_bytes(png(PHOTO)[:40])
     with pytest.warns(FaceWrinkleWarning, match="the image photo.png cannot be read"):
@@ -198,6 +227,19 @@ def test_images_of_a_gltf_that_lead_nowhere_are_left_out_with_a_notice(tmp_path,
         assert read_texture(glb(tmp_path / "a.glb", *broken(change)), "skin") is None
 
 
+def test_older_and_unlit_materials_of_a_gltf(tmp_path):
+    """Shiny or not in place of metal or not; and a photo that shines on black."""
+    content, blob = gltf([{"bufferView": 3, "mimeType": "image/png"}, {"bufferView": 4, "mimeType": "image/png"}])
+    photo = content["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]
+    older = {"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseTexture": photo}}}
+    shining = {"emissiveTexture": photo, "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1]}}
+    for material in (older, shining):
+        content["materials"][1] = material
+        np.testing.assert_array_equal(read_texture(glb(tmp_path / "a.glb", content, blob), "skin"), PHOTO)
+    content["materials"][1] = {"emissiveTexture": photo}  # lamps on something of a colour
+    assert read_texture(glb(tmp_path / "a.glb", content, blob), "skin") is None
+
+
 def test_a_gltf_without_images_and_one_without_anything(tmp_path):
     content, blob = gltf(IN_BUFFER)
     for part in content["meshes"]:
@@ -231,6 +273,17 @@ def test_images_in_every_guise(tmp_path):
     found = as_texture(PHOTO)
     found[:] = 0
     assert PHOTO.any()
+
+
+def test_grey_images_of_other_depths_are_as_bright_as_in_eight_bits(tmp_path):
+    grey = PHOTO[:, :, 0]
+    Image.fromarray(grey * np.uint16(257)).save(tmp_path / "16.png")
+    Image.fromarray(grey.astype(np.int32) * 257).save(tmp_path / "32.tif")
+    Image.fromarray((grey / 255.0).astype(np.float32)).save(tmp_path / "float.tif")
+    for name in ("16.png", "32.tif", "float.tif"):
+        with Image.open(tmp_path / name) as image:
+            for given in (tmp_path / name, image):
+                np.testing.assert_array_equal(as_texture(given), np.dstack([grey] * 3), name)
 
 
 @pytest.mark.parametrize("image", [np.zeros((4, 4, 2)), np.zeros((4, 4, 3), int), np.full((2, 2), 3.0), 5, np.zeros(0)])
