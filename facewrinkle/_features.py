@@ -57,7 +57,11 @@ def has_colours(mesh: pv.PolyData) -> bool:
 
 
 def is_drawn(name: str, part: Part) -> bool:
-    """Whether a part is drawn as it is: an eye without colours, or of one, would be blind, and is painted."""
+    """Whether a part is drawn as it is: an eye without colours, or of one, would be blind, and is painted; lashes are
+    in place of cards that lack their picture.
+    """
+    if name.startswith("lashes"):
+        return not part.lacks_picture
     if part.texture is not None or not name.startswith("eye"):
         return True
     return has_colours(part.mesh) and bool(np.ptp(part.mesh.point_data["Colors"], axis=0).any())

@@ -196,6 +196,14 @@ def _with_parts(face: Face, others: pv.PolyData) -> Face:
     if parts:
         listed = ", ".join(f"{name} ({part.mesh.n_cells})" for name, part in parts.items())
         report += (f"Parts that are carried along, and their triangles: {listed}.",)
+    bare = [name for name, part in parts.items() if name.startswith("lashes") and part.lacks_picture]
+    if bare:
+        sentence = (
+            f"{', '.join(bare)} are cards without their picture: painted lashes are drawn in their place. Put the "
+            "picture beside the mesh."
+        )
+        warnings.warn(sentence, FaceWrinkleWarning, stacklevel=3)
+        report += (sentence,)
     if specks:
         report += (f"Dropped specks: {specks}.",)
     return dataclasses.replace(face, parts=parts, report=report, eyes=eyes_of(face.eyes, parts))

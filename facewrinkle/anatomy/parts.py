@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
@@ -16,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from ..geometry.normals import vertex_normals
 from ..geometry.rigid import Rigid
-from ..geometry.topology import vertex_rings
+from ..geometry.topology import unique_edges, vertex_rings
 from ..mesh import laid_image, to_polydata
 from ..mesh.arrays import OF_PART, SOURCE, with_data
 from ..mesh.checks import PART
@@ -45,6 +46,10 @@ SPECK = 0.02
 """Parts smaller than this, in distances between the pupils, are dropped, unless they belong to an eye or a mouth."""
 
 
+CARD = 0.04
+"""Sheets wider than this share of all lashes are cards with a picture of many hairs; a hair is a tenth as wide."""
+
+
 @dataclass(frozen=True, eq=False)
 class Part:
     """Something that comes with a face beside its skin.
@@ -68,6 +73,24 @@ class Part:
     side: str = ""
     texture: npt.NDArray[np.uint8] | None = None
     source_points: npt.NDArray[np.int64] | None = None
+
+    @cached_property
+    def lacks_picture(self) -> bool:
+        """Whether it is cards, flat and wide, that should show a picture of hairs, and has neither that nor colours."""
+        if self.texture is not None or COLORS in self.mesh.point_data:
+            return False
+        points, triangles = np.asarray(self.mesh.points), np.asarray(self.mesh.regular_faces)
+        label = np.asarray(self.mesh.cell_data[PART])
+        a, b, c = (points[triangles[:, corner]] for corner in range(3))
+        across = 0.5 * np.cross(b - a, c - a)
+        area = np.bincount(label, np.linalg.norm(across, axis=1))
+        flat = np.linalg.norm([np.bincount(label, values) for values in across.T], axis=0) > 0.5 * area  # no tube
+        edges, sides = unique_edges(triangles)
+        length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
+        length[np.bincount(sides.ravel()) > 1] = 0.0
+        border = np.bincount(label, length[sides].sum(axis=1))
+        cards = flat & (2.0 * area > CARD * np.ptp(points, axis=0).max() * border)
+        return bool(area[cards].sum() > 0.5 * area.sum())
 
 
 def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None = None) -> Part:
@@ -132,11 +155,15 @@ def _kind(points: Array, away: Array, marks: Mapping[str, Array]) -> str:
     for side in "lr":
         centre = marks[f"eye_{side}_centre"]
         offset = points - centre
+        if extent.max() < 4.0 * RADIUS and eyeball_of(points, centre, RADIUS) is not None:
+            return f"eye_{side}"
         if np.linalg.norm(offset, axis=1).max() > NEAR_EYE * RADIUS + 0.1:
             continue
         # Balls, corneas and irises are round and lie before or about the middle of the eye; lashes stand off its rim.
         flat = np.linalg.norm(middle[:2] - centre[:2])
-        round_ = extent[1] > 0.6 * extent[0] or extent[:2].max() < 0.8 * RADIUS
+        lengths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        hair = lengths[1] < 0.2 * lengths[0]
+        round_ = not hair and (extent[1] > 0.6 * extent[0] or extent[:2].max() < 0.8 * RADIUS)
         return f"eye_{side}" if flat < 0.5 * RADIUS and round_ else f"lashes_{side}"
     lips = np.mean([marks[n] for n in ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")], axis=0)
     within = np.abs(middle - lips)
@@ -171,6 +198,23 @@ def ball_of(points: Array) -> tuple[Array, float]:
     return middle + solution[:3], radius
 
 
+def eyeball_of(points: Array, centre: Array, radius: float) -> tuple[Array, float] | None:
+    """Centre and radius of the ball that points (n, 3) lie on, a cornea before it; None if it is not about that eye.
+
+    Examples
+    --------
+    >>> ball = np.asarray(pv.Sphere(radius=1.1, center=(0.2, 0.0, 0.0)).points)
+    >>> eyeball_of(ball, np.zeros(3), 1.0) is None, eyeball_of(ball * [1, 1, 0.3], np.zeros(3), 1.0) is None
+    (False, True)
+    """
+    if len(points) <= 8:
+        return None
+    middle, found = ball_of(points)
+    off = np.linalg.norm(points - middle, axis=1) - found
+    near = np.linalg.norm(middle - centre) < radius
+    return (middle, found) if near and 0.7 < found / radius < 1.7 and np.abs(off).max() < 0.25 * found else None
+
+
 def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part]) -> list[Eyeball]:
     """The eyeballs, moved to the eyes that came with the face where these are balls of about their size."""
     out = []
@@ -179,12 +223,9 @@ def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part]) -> list[Eyeball]:
         if part is not None:
             label = np.asarray(part.mesh.cell_data[PART])
             largest = np.asarray(part.mesh.regular_faces)[label == np.argmax(np.bincount(label))]
-            points = np.asarray(part.mesh.points)[np.unique(largest)]
-            centre, radius = ball_of(points) if len(points) > 8 else (eye.centre, 0.0)
-            off = np.linalg.norm(points - centre, axis=1) - radius
-            near = np.linalg.norm(centre - eye.centre) < 0.6 * eye.radius
-            if near and 0.7 < radius / eye.radius < 1.4 and np.abs(off).max() < 0.25 * radius:
-                eye = replace(eye, centre=centre, radius=radius)
+            ball = eyeball_of(np.asarray(part.mesh.points)[np.unique(largest)], eye.centre, eye.radius)
+            if ball is not None:
+                eye = replace(eye, centre=ball[0], radius=ball[1])
         out.append(eye)
     return out
 

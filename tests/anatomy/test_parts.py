@@ -11,10 +11,11 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
+from facewrinkle._features import beside
 from facewrinkle.anatomy.parts import ball_of, joined
 from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.errors import FaceWrinkleWarning
-from facewrinkle.plotting import Style, picture
+from facewrinkle.plotting import Scene, Style, picture
 
 NAMES = ("eye_l", "eye_r", "glasses", "hair", "lashes_l", "lashes_r", "lower_teeth", "other", "upper_teeth")
 
@@ -63,7 +64,7 @@ def dressed(face, pieces):
         np.vstack([points for points, _ in meshes]),
         np.vstack([triangles + start for (_, triangles), start in zip(meshes, starts, strict=True)]),
     )
-    with pytest.warns(FaceWrinkleWarning, match="separate parts"):
+    with pytest.warns(FaceWrinkleWarning, match="separate parts"), pytest.warns(FaceWrinkleWarning, match="are cards"):
         return fw.fit_face(soup, face.landmarks, units="mm")
 
 
@@ -75,13 +76,67 @@ def test_parts_are_told_apart(dressed, pieces, face):
         np.testing.assert_array_equal(mesh.regular_faces, triangles)
     assert dressed.mesh.n_points == face.mesh.n_points
     assert dressed.report[-1] == "Dropped specks: 1."
-    assert "eye_l (720)" in dressed.report[-2]
+    assert "eye_l (720)" in dressed.report[-3]
 
 
 def test_eyeballs_are_where_the_eyes_are(dressed, face):
     for mine, rest in zip(dressed.eyes, face.eyes, strict=True):
         np.testing.assert_allclose(mine.centre, rest.centre, atol=1e-4)
         assert mine.radius == pytest.approx(1.02 * rest.radius, rel=1e-5)
+
+
+def test_large_eyes_are_eyes(face):
+    """Those of babies and of trolls, which reach out of their sockets, a little beside where eyes are looked for."""
+    for eye in face.eyes:
+        ball = pv.Sphere(radius=1.45 * eye.radius, theta_resolution=20, phi_resolution=20)
+        ball.points += eye.centre + 0.7 * eye.radius * face.frame.axes[1]
+        with pytest.warns(FaceWrinkleWarning, match="separate parts"):
+            large = fw.fit_face(face.mesh.append_polydata(ball), face.landmarks, units="mm")
+        assert list(large.parts) == [f"eye_{eye.side}"]
+        mine = next(other for other in large.eyes if other.side == eye.side)
+        np.testing.assert_allclose(mine.centre, ball.center, atol=1e-3)
+        assert mine.radius == pytest.approx(1.45 * eye.radius, rel=1e-4)
+
+
+def hairs(face, eye):
+    """Lashes that are modelled: thin ribbons and tubes that stand on the strip's roots."""
+    points, _ = lash(face, eye)
+    roots, tips = points[1:15], points[17:31]
+    thick = 0.01 * eye.radius * face.frame.axes[1]
+    ribbons = [np.array([root, root + thick, tip]) for root, tip in zip(roots, tips, strict=True)]
+    tubes = [pv.Line(root, tip).tube(radius=0.01 * eye.radius, n_sides=6, capping=False).triangulate()
+             for root, tip in zip(roots[::2] + 5.0 * thick, tips[::2], strict=True)]  # fmt: skip
+    pieces = [(ribbon, np.array([[0, 1, 2]])) for ribbon in ribbons]
+    pieces += [(np.asarray(tube.points), np.asarray(tube.regular_faces)) for tube in tubes]
+    starts = np.cumsum([0, *(len(points) for points, _ in pieces[:-1])])
+    triangles = [faces + start for (_, faces), start in zip(pieces, starts, strict=True)]
+    return pv.PolyData.from_regular_faces(np.vstack([points for points, _ in pieces]), np.vstack(triangles))
+
+
+def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
+    """Painted ones are, in their place; hairs that are modelled, and cards with colours, are drawn as they are."""
+    cards = pv.PolyData.from_regular_faces(*lash(face, face.eyes[0]))
+    with pytest.warns(FaceWrinkleWarning, match="parts"), pytest.warns(FaceWrinkleWarning, match="lashes_l are cards"):
+        bare = fw.fit_face(face.mesh.append_polydata(cards), face.landmarks, units="mm")
+    assert "lashes_l are cards" in bare.report[-1]
+    coloured = cards.copy()
+    coloured.point_data["Colors"] = np.full((cards.n_points, 3), 30, np.uint8)
+    plain = face.mesh.copy()
+    plain.point_data["Colors"] = np.asarray(plain.point_data["Colors"])[:, :3]
+    found = {"cards": bare}
+    for name, lashes in {"coloured": coloured, "hairs": hairs(face, face.eyes[0])}.items():
+        if name == "hairs":
+            plain.point_data.clear()
+        with pytest.warns(FaceWrinkleWarning, match="separate parts") as told:
+            found[name] = fw.fit_face(plain.append_polydata(lashes), face.landmarks, units="mm")
+        assert not any("cards" in str(one.message) for one in told)
+    for name, dressed in found.items():
+        assert list(dressed.parts) == ["lashes_l"]
+        with Scene(dressed, Style((32, 32))) as scene:
+            scene.show(dressed.mesh)
+            assert ("own lashes_l" in scene.plotter.actors) == (name != "cards"), name
+            assert ("lashes_l" in scene.plotter.actors) == (name == "cards"), name
+        assert ("lashes_l" in beside(dressed, dressed.mesh)) == (name != "cards")
 
 
 def test_at_rest_all_parts_are_where_they_were(dressed):
