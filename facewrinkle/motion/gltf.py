@@ -131,12 +131,13 @@ Clip = dict[Key, dict[str, Any]]
 
 
 def _clips(document: Document) -> dict[str, Clip]:
-    """The animations by name."""
-    found = {}
+    """The animations by name; those of a name that is taken have their number behind it."""
+    found: dict[str, Clip] = {}
     for number, entry in enumerate(document.file.get("animations") or []):
         channels = [(channel["target"], entry["samplers"][channel["sampler"]]) for channel in entry["channels"]]
         clip = {(t["node"], t["path"]): sampler for t, sampler in channels if t.get("node") is not None}
-        found[str(entry.get("name") or number)] = clip
+        name = str(entry.get("name") or number)
+        found[name if name not in found else f"{name}.{number}"] = clip
     return found
 
 

@@ -544,6 +544,23 @@ def test_other_meshes_have_recordings_of_their_own(tmp_path):
         np.testing.assert_allclose(lashes.positions_then(time, small), small + blink * lift[0], atol=1e-12)
 
 
+@pytest.mark.parametrize("name", ["speech", "1", None])
+def test_animations_of_one_name_are_all_there(simple, tmp_path, name):
+    """Exporters that write one for each object may call them all the same, or as one without a name is called."""
+    small, corners, lift = sheet(3, seed=5)
+    simple.content["scenes"] = [{"nodes": [0, 1]}]
+    simple.content["animations"][0]["name"] = name or "1"
+    simple.node(mesh=simple.mesh(small, corners, lift[:1], ["smile"]), name="lashes")
+    simple.animate((1, "weights", [0.0, 1.0], [[0.0], [1.0]]), name=name)
+    path = simple.glb(tmp_path / "a.glb")
+    with pytest.warns(FaceWrinkleWarning, match="2 meshes"):
+        _, recorded = fw.read_animation(path)
+    assert recorded.weights(0.5) == {"smile": 1.0, "jawOpen": 0.5}
+    assert [other.weights(0.5) for other in recorded.beside.values()] == [{"smile": 0.5}]
+    _, recorded = fw.read_animation(path, mesh="lashes", animation=f"{name or 1}.1")
+    assert recorded.weights(0.5) == {"smile": 0.5}
+
+
 def test_animations_of_other_objects_are_played_along(simple, tmp_path):
     small, corners, lift = sheet(3, seed=5)
     simple.content["scenes"] = [{"nodes": [0, 1]}]
