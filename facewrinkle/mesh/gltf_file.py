@@ -282,7 +282,7 @@ class Document:
         if texture is not None:
             texture = _shifted(texture, moved)
         light = self.numbers(attributes["COLOR_0"]) if "COLOR_0" in attributes else light
-        colors = None if light is None else np.array(np.broadcast_to(_seen(light), (max(n, len(light)), 3)))
+        colors = None if light is None else np.array(np.broadcast_to(seen(light), (max(n, len(light)), 3)))
         for values in (texture, colors):
             if values is not None and len(values) != n:
                 raise self.broken(f"it has {n} points and {len(values)} texture coordinates or colours")
@@ -371,8 +371,8 @@ class Document:
         return values
 
 
-def _seen(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """Colours as they are seen (sRGB), of light (n, 3 or 4) as glTF stores it."""
+def seen(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Colours as they are seen (sRGB), of light (n, 3 or 4) as glTF and USD store it."""
     linear = np.clip(light[:, :3].astype(np.float64), 0.0, 1.0)
     share = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
     return np.asarray(np.rint(255.0 * share), dtype=np.uint8)

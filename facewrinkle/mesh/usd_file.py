@@ -9,12 +9,13 @@ import numpy as np
 
 from ..errors import MeshError, MissingPackageError
 from .formats import Primitive, polygon_triangles
+from .gltf_file import seen
 
 __all__ = ["read_usd_file"]
 
 
 TEXTURES = ("st", "UVMap", "st0", "uv")
-"""What texture coordinates are called, the first of which is taken."""
+"""What texture coordinates are called, the first of which is taken; else the first of another name."""
 
 
 def read_usd_file(path: Path) -> list[Primitive]:
@@ -95,7 +96,17 @@ def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primit
     texture = _texture(mesh, split, vertices, time, UsdGeom)
     face = np.repeat(np.arange(len(sizes)), sizes)[split[:, 0]]
     images = "" if texture is None else _images(mesh, len(sizes))[face]
-    return Primitive(name, placed, vertices[split].astype(np.int64), texture, image=images)
+    colors = _colors(mesh, len(points), time)
+    return Primitive(name, placed, vertices[split].astype(np.int64), texture, colors, image=images)
+
+
+def _colors(mesh: Any, count: int, time: Any) -> np.ndarray | None:
+    """The colours of so many points."""
+    primvar = mesh.GetDisplayColorPrimvar()
+    values = primvar.ComputeFlattened(time) if primvar and primvar.HasValue() else None
+    if values is None or primvar.GetInterpolation() not in ("vertex", "varying") or len(values) != count:
+        return None
+    return seen(np.array(values))
 
 
 def _images(mesh: Any, count: int) -> np.ndarray:
@@ -143,8 +154,8 @@ def _file(source: Any, depth: int = 8) -> str:
 def _texture(mesh: Any, split: np.ndarray, vertices: np.ndarray, time: Any, usd: Any) -> np.ndarray | None:
     """Texture coordinates (m, 3, 2) of the corners of the triangles."""
     primvars = usd.PrimvarsAPI(mesh.GetPrim())
-    for name in TEXTURES:
-        primvar = primvars.GetPrimvar(name)
+    others = [primvar for primvar in primvars.GetPrimvars() if primvar.GetTypeName().role == "TextureCoordinate"]
+    for primvar in (*(primvars.GetPrimvar(name) for name in TEXTURES), *others):
         values = primvar.ComputeFlattened(time) if primvar and primvar.HasValue() else None
         if values is None:
             continue

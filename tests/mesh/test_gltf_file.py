@@ -307,6 +307,20 @@ def test_usd(tmp_path):
         read_surface(tmp_path / "c.usda")
 
 
+def test_usd_by_other_names_and_in_colour(tmp_path):
+    """Maya calls texture coordinates map1; colours of points are light, as in glTF."""
+    pytest.importorskip("pxr")
+    path = tmp_path / "a.usda"
+    colour = "color3f[] primvars:displayColor = [(1, 0, 0), (0.214, 0, 0), (0, 0, 0), (1, 1, 1), (0, 0, 1)] ("
+    text = USDA.replace("primvars:st", "primvars:map1")
+    path.write_text(text.replace("texCoord2f", f'{colour}interpolation = "vertex")\n        texCoord2f'))
+    mesh = read_surface(path)
+    np.testing.assert_array_equal(mesh.cell_data["Texture Corners"].reshape(-1, 3, 2)[2], [[5, 0], [6, 0], [5, 1]])
+    expected = [[255, 0, 0], [127, 0, 0], [0, 0, 0], [255, 255, 255], [0, 0, 255]]
+    np.testing.assert_array_equal(mesh["Colors"][:5], expected)
+    np.testing.assert_array_equal(mesh["Colors"][5:], 255)  # of what has none
+
+
 def test_usd_needs_its_package(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pxr", None)
     path = tmp_path / "a.usda"
