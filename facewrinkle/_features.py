@@ -190,11 +190,10 @@ def beside(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
     points = np.asarray(frame.points, dtype=np.float64)[: face.mesh.n_points] @ back[:3, :3].T + back[:3, 3]
     parts = {}
     for eye in face.eyes:
-        if f"eye_{eye.side}" in own:
-            continue
         gaze = np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
         ball, rim = PaintedEye(eye, face), LidRim(eye, face)
-        parts[f"eye_{eye.side}"] = ball.on(points, gaze)
+        if f"eye_{eye.side}" not in own:
+            parts[f"eye_{eye.side}"] = ball.on(points, gaze)
         if ball.open and len(rim.loop):
             parts[f"rim_{eye.side}"] = rim.on(points)
     mouth = Mouth(face)

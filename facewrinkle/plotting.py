@@ -222,7 +222,7 @@ class Scene:
         self._own = {name: _texture(part.texture) for name, part in face.parts.items() if is_drawn(name, part)}
         balls = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
         self._eyes = [ball for ball in balls if ball.open and f"eye_{ball.eye.side}" not in self._own]
-        rims = [LidRim(ball.eye, face) for ball in self._eyes]
+        rims = [LidRim(ball.eye, face) for ball in balls if ball.open]
         self._rims = [rim for rim in rims if len(rim.loop)]
         self._lashes = (
             [

@@ -7,6 +7,7 @@ import pytest
 
 from facewrinkle._features import beside
 from facewrinkle._lid_rims import LidRim
+from facewrinkle.anatomy.parts import follower
 from facewrinkle.plotting import Scene, Style
 from facewrinkle.simulation import Simulation
 
@@ -42,6 +43,24 @@ def test_no_one_looks_past_the_eyes_of_an_open_mask(real_face):
         ball, strip = eye.surface(), LidRim(eye, face).on(face.points)
         assert seen_past(face, eye, face.points, [ball]) > 0
         assert seen_past(face, eye, face.points, [ball, strip]) == 0
+
+
+def test_no_one_looks_past_eyes_that_came_with_a_mask(real_face):
+    face = real_face("ict_face_narrow")
+    parts = {}
+    for eye in face.eyes:
+        ball = eye.surface()
+        ball.point_data["Colors"] = np.random.default_rng(1).integers(0, 256, (ball.n_points, 3), dtype=np.uint8)
+        ball.cell_data["part"] = np.zeros(ball.n_cells, np.int64)
+        parts[f"eye_{eye.side}"] = follower(f"eye_{eye.side}", ball)
+    dressed = replace(face, parts=parts)
+    drawn = beside(dressed, face.mesh)
+    for eye in face.eyes:
+        around = [drawn[f"eye_{eye.side}"], drawn[f"rim_{eye.side}"]]
+        assert seen_past(face, eye, face.points, around) == 0
+    with Scene(dressed, Style((32, 32))) as scene:
+        scene.show(face.mesh)
+        assert {"own eye_l", "rim_l", "own eye_r", "rim_r"} <= set(scene.plotter.actors)
 
 
 def test_the_strip_goes_from_the_rim_into_the_ball_and_faces_out(face):

@@ -246,8 +246,16 @@ class Document:
         if self.nodes[node].get("skin") is not None:
             joints, bind = self.bones(node)
             bones = world[joints] @ bind
-        found = [self._primitive(part, world[node], bones, self.label(node)) for part in mesh["primitives"]]
+        seen = [part for part in mesh["primitives"] if part.get("material") not in self.clear]
+        found = [self._primitive(part, world[node], bones, self.label(node)) for part in seen]
         return [part for part in found if part is not None]
+
+    @cached_property
+    def clear(self) -> set[int]:
+        """The materials that one sees through, such as that of corneas before eyes; none where all are so."""
+        used = {part.get("material") for mesh in self.file.get("meshes") or [] for part in mesh["primitives"]}
+        found = {i for i, material in enumerate(self.file.get("materials") or []) if _is_clear(material)}
+        return found if used - found else set()
 
     def _primitive(self, primitive: dict[str, Any], world: Array, bones: Array | None, name: str) -> Primitive | None:
         """One primitive in the coordinates of the scene; None for points and lines."""
@@ -376,6 +384,18 @@ def seen(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     linear = np.clip(light[:, :3].astype(np.float64), 0.0, 1.0)
     share = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
     return np.asarray(np.rint(255.0 * share), dtype=np.uint8)
+
+
+def _is_clear(material: Mapping[str, Any]) -> bool:
+    """Whether one sees more of what is behind a surface of this material than of itself."""
+    try:
+        surface = material.get("pbrMetallicRoughness") or {}
+        glass = (material.get("extensions") or {}).get("KHR_materials_transmission") or {}
+        through = 0.0 if "baseColorTexture" in surface else glass.get("transmissionFactor", 0.0)
+        opacity = surface.get("baseColorFactor", [1.0])[-1] if material.get("alphaMode") == "BLEND" else 1.0
+        return bool(through > 0.5 or opacity < 0.5)
+    except (TypeError, AttributeError, LookupError):  # a mesh is read without its look, too
+        return False
 
 
 def _shifted(texture: Array, moved: Mapping[str, Any]) -> Array:

@@ -161,6 +161,26 @@ def test_colours_and_texture_come_along_and_a_missing_picture_does_not_matter(tm
     np.testing.assert_array_equal(mesh["Colors"], np.tile([255, 0, 188], (5, 1)))  # light of 0.5 is seen as 0.735
 
 
+CORNEA = {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.1]}}
+GLASS = {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.9}}}
+
+
+@pytest.mark.parametrize("material", [CORNEA, GLASS])
+def test_what_one_sees_through_does_not_hide_what_is_behind(tmp_path, material):
+    """A cornea is no eye; but where all is so, that is the mesh."""
+    file, blob = document()
+    attributes = file["meshes"][0]["primitives"][0]["attributes"]
+    blob, half = with_data(file, blob, np.array([0, 1, 4], np.uint16), 5123, "SCALAR")
+    file["meshes"][0]["primitives"].append({"attributes": attributes, "indices": half, "material": 0})
+    file["materials"] = [material]
+    assert read_surface(glb(tmp_path / "a.glb", file, blob)).n_cells == 4
+    file["meshes"][0]["primitives"][0]["material"] = 0
+    assert read_surface(glb(tmp_path / "b.glb", file, blob)).n_cells == 5
+    file["meshes"][0]["primitives"][0].pop("material")
+    file["materials"] = [{**material, "alphaMode": "MASK", "extensions": {}}]  # which is drawn, or not at all
+    assert read_surface(glb(tmp_path / "c.glb", file, blob)).n_cells == 5
+
+
 def test_textures_lie_by_their_own_coordinates_and_transforms(tmp_path):
     file, blob = document()
     quantised = np.rint(POINTS[:, :2] * 4095).astype(np.uint16)  # as packers write them, with a scale in the material
