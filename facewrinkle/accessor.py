@@ -6,7 +6,6 @@ is first used; importing it by hand does the same.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ import pyvista as pv
 
 from .anatomy.face import Face
 from .anatomy.fitting import fit_face, surface
-from .errors import FaceWrinkleWarning, ParameterError, check_range, check_whole
+from .errors import ParameterError, check_range, check_whole, warn
 from .geometry.chart import foot
 from .geometry.topology import components
 from .layers.pattern_layer import Compression, PatternLayer
@@ -161,11 +160,9 @@ def laid(face: Face, layers: list[PatternLayer], max_level: int) -> pv.PolyData:
     while frame.n_cells != cells:
         frame, cells = simulation.step(), frame.n_cells
     if len(face.triangles) < cells and needed <= max_level:
-        warnings.warn(
+        warn(
             f"the mesh was too coarse to carry the pattern {layers[0].name}: it was refined from {len(face.triangles)} "
-            f"to {cells} triangles.",
-            FaceWrinkleWarning,
-            stacklevel=3,
+            f"to {cells} triangles."
         )
     return frame
 

@@ -6,6 +6,8 @@ Every message says what is wrong, what is allowed, what was received, and how to
 from __future__ import annotations
 
 import reprlib
+import sys
+import warnings
 from collections.abc import Iterable
 from difflib import get_close_matches
 
@@ -144,6 +146,14 @@ class FaceWrinkleWarning(UserWarning):
 
 class FitWarning(FaceWrinkleWarning):
     """Points that do not determine the polynomial asked for; a simpler one was fitted."""
+
+
+def warn(message: str, category: type[FaceWrinkleWarning] = FaceWrinkleWarning) -> None:
+    """Warn of the line from which this package was called, however deep in it the reason is."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals["__name__"].partition(".")[0] == __package__:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, category, stacklevel=level)
 
 
 LISTED = 48

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import reprlib
 import time
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
@@ -20,7 +19,7 @@ from .anatomy.eyes import gaze_of
 from .anatomy.face import Face
 from .anatomy.fitting import surface
 from .anatomy.muscles import EyeMuscle
-from .errors import FaceWrinkleWarning, ParameterError, check_range, check_whole, unknown_name
+from .errors import ParameterError, check_range, check_whole, unknown_name, warn
 from .geometry import _mesh_kernels as kernels
 from .geometry.blending import smoothstep
 from .geometry.normals import detail_normals, vertex_normals
@@ -273,11 +272,9 @@ class Simulation:
                     f"the mesh is too coarse to carry the pattern {name}: its triangles would have to be split {level} "
                     f"times, and max_level={self._level} is allowed. {remedy}"
                 )
-            warnings.warn(
+            warn(
                 f"the mesh is too coarse to carry the pattern {name} well: its triangles should be split "
-                f"{level} {'time' if level == 1 else 'times'}, and max_level={self._level} is allowed. {remedy}",
-                FaceWrinkleWarning,
-                stacklevel=3,
+                f"{level} {'time' if level == 1 else 'times'}, and max_level={self._level} is allowed. {remedy}"
             )
 
     def _check_wavelength(self, name: str, spacing: float) -> None:

@@ -1,15 +1,18 @@
-"""What the formulas say about numbers that they cannot use: which parameter, what is allowed, what was received."""
+"""What formulas say about numbers they cannot use (parameter, allowed, received), and the line that warnings name."""
 
 from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
+import pyvista as pv
 
+import facewrinkle as fw
 from facewrinkle.anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle, Wrinkles
-from facewrinkle.errors import FaceWrinkleError
+from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning
 from facewrinkle.geometry import profile
 from facewrinkle.geometry.least_squares import moving_least_squares
 from facewrinkle.layers import patterns
@@ -178,3 +181,28 @@ def test_the_ends_of_the_ranges_are_allowed():
     assert patterns.eye_pouch(0.0, 0.0, 0.5, 0, 0, 64) == 2.0**65
     assert np.ptp(patterns.sharpened([-1.0, 1.0], 20.0)) == pytest.approx(1.0)
     assert fitted(degree=0, epsilon=1e50).tolist() == [1.5]
+
+
+def several_parts():
+    return fw.surface(fw.default_face().mesh + pv.Sphere(radius=5.0, center=(300.0, 0.0, 0.0)))
+
+
+def unknown_landmark():
+    marks = fw.default_face().landmarks
+    return fw.fit_face(fw.default_face().mesh, marks | {"nose_root": marks["nasion"]})
+
+
+def odd_units():
+    marks = fw.default_face().landmarks
+    return fw.fit_face(fw.default_face().mesh, marks, units=3.0)
+
+
+def few_points():
+    return fitted([(0.3, 0.6)], [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)], [0.0, 1.0, 2.0], degree=2)
+
+
+@pytest.mark.parametrize("call", [several_parts, unknown_landmark, odd_units, few_points])
+def test_warnings_name_the_line_that_called(call):
+    with pytest.warns(FaceWrinkleWarning) as told:
+        call()
+    assert {Path(warning.filename).name for warning in told} == {Path(__file__).name}

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-import struct
 import warnings
 
 import numpy as np
 import pytest
 import pyvista as pv
+from glb_files import read_glb, write_glb
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import write_landmarks
@@ -151,9 +150,7 @@ def test_parts_stay_with_a_head_that_turns(dressed, face):
 @pytest.fixture(scope="module")
 def animated(written, played, tmp_path_factory):
     """The same file with a shape on the skin that comes within half a second."""
-    data = written.read_bytes()
-    length = struct.unpack_from("<I", data, 12)[0]
-    content, blob = json.loads(data[20 : 20 + length]), bytearray(data[28 + length :])
+    content, blob = read_glb(written)
     face = next(mesh for mesh in content["meshes"] if mesh["name"] == "face")
     skin = content["accessors"][face["primitives"][0]["attributes"]["POSITION"]]
     shape = np.asarray(played("surprise").held.displacement)
@@ -174,13 +171,7 @@ def animated(written, played, tmp_path_factory):
             "channels": [{"sampler": 0, "target": {"node": node, "path": "weights"}}],
         }
     ]
-    content["buffers"] = [{"byteLength": len(blob)}]
-    text = json.dumps(content).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
-    path = tmp_path_factory.mktemp("animated") / "clip.glb"
-    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
-    return path
+    return write_glb(tmp_path_factory.mktemp("animated") / "clip.glb", content, blob)
 
 
 def test_the_other_meshes_of_an_animation_come_along(dressed, animated, tmp_path):
@@ -266,13 +257,7 @@ def lively(face, tmp_path_factory):
             ],
         }
     ]
-    content["buffers"] = [{"byteLength": len(blob)}]
-    text = json.dumps(content).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
-    path = tmp_path_factory.mktemp("lively") / "clip.glb"
-    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
-    return path
+    return write_glb(tmp_path_factory.mktemp("lively") / "clip.glb", content, blob)
 
 
 def test_parts_that_the_file_moves_go_where_it_says(lively, face, tmp_path):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -12,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, unknown_name
+from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..geometry.transfer import barycentric
 from ..mesh import Surface, as_texture, laid_image, prepare, read_surface, read_texture, to_polydata
 from ..mesh.arrays import IMAGE
@@ -202,7 +201,7 @@ def _with_parts(face: Face, others: pv.PolyData) -> Face:
             f"{', '.join(bare)} are cards without their picture: painted lashes are drawn in their place. Put the "
             "picture beside the mesh."
         )
-        warnings.warn(sentence, FaceWrinkleWarning, stacklevel=3)
+        warn(sentence)
         report += (sentence,)
     if specks:
         report += (f"Dropped specks: {specks}.",)
@@ -238,20 +237,16 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | No
             f"one side at least, {', '.join(missing)}."
         )
     if found.confidence < DOUBTED:
-        warnings.warn(
+        warn(
             f"what was found may be no face: likeness {found.confidence:.2f}, faces have {DOUBTED:.2f} and more. Check "
-            "the landmarks, and give those that are wrong.",
-            FaceWrinkleWarning,
-            stacklevel=3,
+            "the landmarks, and give those that are wrong."
         )
     doubted = {name: found.confidences[name] for name in CENTRAL if name not in given}
     unsure = [f"{name} ({value:.2f})" for name, value in doubted.items() if value < UNSURE]
     if unsure and found.confidence >= DOUBTED:
-        warnings.warn(
+        warn(
             f"landmarks that are hardly to be trusted, with their confidence: {', '.join(unsure)}. Is the face at "
-            "rest, with its mouth closed? Check them, and give those that are wrong.",
-            FaceWrinkleWarning,
-            stacklevel=3,
+            "rest, with its mouth closed? Check them, and give those that are wrong."
         )
     if not given:
         return found
@@ -381,11 +376,9 @@ def _unit(units: str | float | None, pupil_distance: float) -> float:
             "adult's are 50 to 76. Leave units out to take the size from the face."
         )
     if not 30.0 <= pupil_distance * unit <= 120.0:
-        warnings.warn(
+        warn(
             f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart; an adult's are 50 to 76. "
-            "Leave units out to take the size from the face.",
-            FaceWrinkleWarning,
-            stacklevel=3,
+            "Leave units out to take the size from the face."
         )
     return unit
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import os
 import reprlib
-import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._files import replaced
-from ..errors import LARGEST, FaceWrinkleWarning, LandmarkError, OutputError, unknown_name
+from ..errors import LARGEST, LandmarkError, OutputError, unknown_name, warn
 
 Array = npt.NDArray[np.float64]
 
@@ -348,7 +347,7 @@ def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str
         )
     unknown = [str(unknown_name("landmark", n, NAMES)) for n in content if n not in NAMES]
     if unknown:
-        warnings.warn(f"ignored: {' '.join(unknown)}", FaceWrinkleWarning, stacklevel=2)
+        warn(f"ignored: {' '.join(unknown)}")
     return {name: _coordinates(name, value) for name, value in content.items() if name in NAMES}
 
 

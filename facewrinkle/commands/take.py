@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import FaceWrinkleWarning, MissingPackageError, check_range, check_whole
+from ..errors import MissingPackageError, check_range, check_whole, warn
 from ..export import movie_writer, write_series
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..motion.base import Motion
@@ -144,7 +143,7 @@ def film(path: Path, fps: float, stack: ExitStack) -> Callable[[np.ndarray], Non
     try:
         return stack.enter_context(movie_writer(path, fps))
     except MissingPackageError as missing:
-        warnings.warn(f"no movie is written: {missing}", FaceWrinkleWarning, stacklevel=3)
+        warn(f"no movie is written: {missing}")
         path.unlink(missing_ok=True)  # of an earlier run
         return None
 

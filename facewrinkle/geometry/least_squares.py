@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from itertools import combinations_with_replacement
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import FitWarning, ParameterError, check_range, check_whole
+from ..errors import FitWarning, ParameterError, check_range, check_whole, warn
 
 Array = npt.NDArray[np.float64]
 
@@ -92,11 +91,10 @@ def moving_least_squares(
         out[block], low = _fitted(where[block], points, values, degree, epsilon)
         lowered += low
     if lowered:
-        warnings.warn(
+        warn(
             f"the points do not determine a polynomial of degree {degree} at {lowered} of {len(where)} places; one of "
             "a lower degree was fitted there. Give more points, not all on a line, or ask for a lower degree.",
             FitWarning,
-            stacklevel=2,
         )
     return out
 

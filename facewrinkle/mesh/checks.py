@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
-from ..errors import LARGEST, FaceWrinkleWarning, MeshError, ParameterError
+from ..errors import LARGEST, MeshError, ParameterError, warn
 from ..geometry import topology
 from .arrays import CORNERS, IMAGE, MOVED, SOURCE, with_data
 from .reading import COLORS, read_surface
@@ -126,7 +125,7 @@ def prepare(
     skin = _oriented(skin, forward)
     skin = unfolded(untangled(skin) if untangle else skin)
     for sentence in skin.report:
-        warnings.warn(sentence, FaceWrinkleWarning, stacklevel=2)
+        warn(sentence)
     if told := crossing_told(skin.points, skin.triangles):  # as the lips of many sound heads do: no warning
         skin = skin.told(told)
     return _surface(source, skin, others)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from zipfile import BadZipFile, ZipFile
 
@@ -10,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import FaceWrinkleWarning, MeshError
+from ..errors import MeshError, warn
 from .arrays import CORNERS, IMAGE, IMAGES, images_of
 from .reading import COLORS, GLTF, lay_texture
 from .seams import corner_texture
@@ -53,7 +52,7 @@ def laid_image(mesh: pv.PolyData) -> Image | None:
         try:
             images[number] = _image(images_of(mesh)[number])
         except MeshError as problem:
-            _warn(f"the texture is left out: {problem}")
+            warn(f"the texture is left out: {problem}")
     if not images:
         return None
     numbers = np.where(np.isin(numbers, list(images)), numbers, -1)
@@ -62,10 +61,6 @@ def laid_image(mesh: pv.PolyData) -> Image | None:
     if len(images) == 1:
         return images.popitem()[1]
     return _side_by_side(mesh, numbers, images)
-
-
-def _warn(message: str) -> None:
-    warnings.warn(message, FaceWrinkleWarning, stacklevel=4)
 
 
 def _image(source: str) -> Image:
@@ -117,7 +112,7 @@ def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dic
         corners[mine] = np.stack([x / width, 1.0 - y / height], axis=2)
         left += w
     if spilt:
-        _warn(
+        warn(
             f"images that are repeated on the mesh, {', '.join(spilt)}, are cut off where they are put into one with "
             "others. Bake the textures into one image."
         )

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import FaceWrinkleWarning, MeshError, ParameterError
+from ..errors import MeshError, ParameterError, warn
 from .formats import read_obj
 from .gltf_file import Document
 from .materials import beside
@@ -117,12 +117,8 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
                 names = Counter({str(number): count for number, count in counts.items()})
                 return _image_in(document, int(_most(names, path.name))) if names else None
     except MeshError as problem:
-        _warn(f"the texture is left out: {problem}")
+        warn(f"the texture is left out: {problem}")
     return None
-
-
-def _warn(message: str) -> None:
-    warnings.warn(message, FaceWrinkleWarning, stacklevel=4)
 
 
 def image_of_file(path: Path, *, alpha: bool = False) -> Image:
@@ -200,7 +196,7 @@ def _most(names: Counter[str], where: str) -> str:
     (name, _), *others = names.most_common()
     if others:
         listed = ", ".join(repr(other) for other, _ in others[:8])
-        _warn(f"{where} has several textures; took {name!r}, which most faces have, and not {listed}.")
+        warn(f"{where} has several textures; took {name!r}, which most faces have, and not {listed}.")
     return name
 
 

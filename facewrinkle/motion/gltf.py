@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.sparse import csr_array, vstack
 
-from ..errors import FaceWrinkleWarning, MeshError, unknown_name
+from ..errors import MeshError, unknown_name, warn
 from ..mesh.formats import Primitive
 from ..mesh.gltf_file import Document
 from ..mesh.reading import joined, united
@@ -156,12 +155,10 @@ def _chosen(document: Document, models: list[_Model], clips: Mapping[str, Clip],
     shaped = [model for model in found if model.names]
     candidates = sorted(speaking or shaped or found, key=lambda model: (not HEAD.search(model.label), -model.count))
     if len(candidates) > 1:
-        warnings.warn(
+        warn(
             f"{document.path.name} holds {len(candidates)} meshes that may be meant: "
             f"{', '.join(model.label for model in candidates)}; took the first, which is called a head or has the most "
-            "points. Name another with mesh=.",
-            FaceWrinkleWarning,
-            stacklevel=4,
+            "points. Name another with mesh=."
         )
     return candidates[0]
 

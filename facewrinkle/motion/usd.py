@@ -5,7 +5,6 @@ The stage is usd-core's business (extra `export`); here its numbers become array
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import FaceWrinkleWarning, MeshError, unknown_name
+from ..errors import MeshError, unknown_name, warn
 from ..mesh.formats import Primitive
 from ..mesh.reading import joined, united
 from ..mesh.usd_file import opened, primitive_of, shown
@@ -92,11 +91,9 @@ def _chosen(found: list[_Mesh], name: str | None, file: str) -> _Mesh:
     shaped = [mesh for mesh in moving if mesh.deforms] or moving
     candidates = sorted(shaped, key=lambda mesh: mesh.count, reverse=True)
     if len(candidates) > 1:
-        warnings.warn(
+        warn(
             f"{file} holds {len(candidates)} meshes that may be meant: {', '.join(mesh.name for mesh in candidates)}; "
-            "took the first, which has the most points. Name another with mesh=.",
-            FaceWrinkleWarning,
-            stacklevel=4,
+            "took the first, which has the most points. Name another with mesh=."
         )
     return candidates[0]
 

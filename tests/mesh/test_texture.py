@@ -5,13 +5,13 @@ from __future__ import annotations
 import base64
 import json
 import shutil
-import struct
 import warnings
 from copy import deepcopy
 
 import numpy as np
 import pytest
 import pyvista as pv
+from glb_files import write_glb
 from PIL import Image
 
 import facewrinkle as fw
@@ -169,15 +169,6 @@ def gltf(images, uri=None):
     return content, blob
 
 
-def glb(path, content, blob):
-    text = json.dumps(content).encode()
-    text += b" " * (-len(text) % 4)
-    blob += b"\0" * (-len(blob) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
-    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
-    return path
-
-
 IN_BUFFER = [{"bufferView": 3, "mimeType": "image/png"}, {"bufferView": 4, "mimeType": "image/png"}]
 
 
@@ -192,7 +183,7 @@ def test_a_gltf_holds_or_names_its_images(tmp_path, kind):
         images = [{"uri": f"data:image/png;base64,{base64.b64encode(png(p)).decode()}"} for p in (OTHER, PHOTO)]
     content, blob = gltf(images, None if kind == "glb" else "points.bin")
     if kind == "glb":
-        glb(path, content, blob)
+        write_glb(path, content, blob)
     else:
         path.write_text(json.dumps(content))
         (tmp_path / "points.bin").write_bytes(blob)
@@ -224,7 +215,7 @@ def broken(change):
 )
 def test_images_of_a_gltf_that_lead_nowhere_are_left_out_with_a_notice(tmp_path, change):
     with pytest.warns(FaceWrinkleWarning, match="the texture is left out"):
-        assert read_texture(glb(tmp_path / "a.glb", *broken(change)), "skin") is None
+        assert read_texture(write_glb(tmp_path / "a.glb", *broken(change)), "skin") is None
 
 
 def test_older_and_unlit_materials_of_a_gltf(tmp_path):
@@ -244,7 +235,7 @@ def test_a_gltf_without_images_and_one_without_anything(tmp_path):
     content, blob = gltf(IN_BUFFER)
     for part in content["meshes"]:
         del part["primitives"][0]["material"]
-    assert read_texture(glb(tmp_path / "a.glb", content, blob)) is None
+    assert read_texture(write_glb(tmp_path / "a.glb", content, blob)) is None
     (tmp_path / "b.glb").write_bytes(b"glTF")
     with pytest.warns(FaceWrinkleWarning, match="b.glb"):
         assert read_texture(tmp_path / "b.glb") is None

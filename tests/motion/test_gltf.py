@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import base64
 import json
-import struct
 
 import numpy as np
 import pytest
+from glb_files import write_glb
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -90,13 +90,7 @@ class File:
         self.content.setdefault("animations", []).append(animation)
 
     def glb(self, path):
-        self.content["buffers"] = [{"byteLength": len(self.blob)}]
-        text = json.dumps(self.content).encode()
-        text += b" " * (-len(text) % 4)
-        blob = bytes(self.blob) + b"\0" * (-len(self.blob) % 4)
-        chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
-        path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
-        return path
+        return write_glb(path, self.content | {"buffers": [{"byteLength": len(self.blob)}]}, self.blob)
 
     def gltf(self, path, uri):
         self.content["buffers"] = [{"byteLength": len(self.blob), "uri": uri}]
