@@ -71,9 +71,9 @@ def test_names_are_those_that_people_give(tmp_path, encoding):
     (folder / "ä.obj").write_text(f"mtllib Häute.mtl\n{QUAD}usemtl Haut von#2\nf 1/1 2/2 3/3 4/4\n", encoding)
     np.testing.assert_array_equal(read_texture(folder / "ä.obj"), PHOTO)
     np.testing.assert_array_equal(fw.surface(folder / "ä.obj").texture, PHOTO)
-    content, blob = gltf([{"bufferView": 3, "mimeType": "image/png"}, {"bufferView": 4, "mimeType": "image/png"}])
+    content, blob = gltf(IN_BUFFER)
     content["scenes"] = [{"nodes": [1]}]
-    np.testing.assert_array_equal(fw.surface(glb(folder / "ä.glb", content, blob)).texture, PHOTO)
+    np.testing.assert_array_equal(fw.surface(write_glb(folder / "ä.glb", content, blob)).texture, PHOTO)
 
 
 def test_an_obj_may_name_several_libraries(tmp_path):
@@ -220,15 +220,15 @@ def test_images_of_a_gltf_that_lead_nowhere_are_left_out_with_a_notice(tmp_path,
 
 def test_older_and_unlit_materials_of_a_gltf(tmp_path):
     """Shiny or not in place of metal or not; and a photo that shines on black."""
-    content, blob = gltf([{"bufferView": 3, "mimeType": "image/png"}, {"bufferView": 4, "mimeType": "image/png"}])
+    content, blob = gltf(IN_BUFFER)
     photo = content["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]
     older = {"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseTexture": photo}}}
     shining = {"emissiveTexture": photo, "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1]}}
     for material in (older, shining):
         content["materials"][1] = material
-        np.testing.assert_array_equal(read_texture(glb(tmp_path / "a.glb", content, blob), "skin"), PHOTO)
+        np.testing.assert_array_equal(read_texture(write_glb(tmp_path / "a.glb", content, blob), "skin"), PHOTO)
     content["materials"][1] = {"emissiveTexture": photo}  # lamps on something of a colour
-    assert read_texture(glb(tmp_path / "a.glb", content, blob), "skin") is None
+    assert read_texture(write_glb(tmp_path / "a.glb", content, blob), "skin") is None
 
 
 def test_a_gltf_without_images_and_one_without_anything(tmp_path):
