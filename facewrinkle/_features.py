@@ -44,7 +44,10 @@ COLOURS = {
 }
 
 
-PART_COLOURS = {"teeth": (214, 205, 186), "glasses": (40, 40, 44), "other": (150, 140, 134), "hair": (62, 46, 38)}
+PART_COLOURS = {
+    "teeth": (214, 205, 186), "tongue": (176, 92, 88), "glasses": (40, 40, 44), "other": (150, 140, 134),
+    "hair": (62, 46, 38),
+}  # fmt: skip
 """Of what came with a face, where it has no colours."""
 
 
@@ -446,7 +449,7 @@ class Mouth:
         ball = pv.Sphere(radius=1.0, theta_resolution=24, phi_resolution=16)
         self._tongue = centre + (ball.points * [0.30, 0.15, 0.42] - [0.0, 0.15, 0.62]) * self._size @ self._axes
         self._tongue_triangles = np.asarray(ball.regular_faces, np.int32)
-        tint = np.tile([176.0, 92.0, 88.0], (len(self._tongue), 1))
+        tint = np.tile(np.array(PART_COLOURS["tongue"], np.float64), (len(self._tongue), 1))
         self._tongue_paint = self._shaded(self._tongue, tint, centre)
         self._jaw = _jaw_bone(face)
 

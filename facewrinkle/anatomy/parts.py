@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -45,6 +45,9 @@ STILL = 0.01
 SPECK = 0.02
 """Parts smaller than this, in distances between the pupils, are dropped, unless they belong to an eye or a mouth."""
 
+
+ARCH = 0.4
+"""Teeth of a whole jaw are wider than this, in distances between the pupils."""
 
 CARD = 0.04
 """Sheets wider than this share of all lashes are cards with a picture of many hairs; a hair is a tenth as wide."""
@@ -94,12 +97,12 @@ class Part:
 
 
 def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None = None) -> Part:
-    """The part of a name: ``eye_l`` turns with the eye, ``lower_teeth`` with the mandible, lashes go with the skin."""
+    """The part of a name: ``eye_l`` turns with the eye, lower teeth and tongue with the mandible, lashes with the skin."""
     source, side = mesh.point_data.pop(SOURCE, None), ""  # of a new object
     follows: Follows = "skin" if name.split("_")[0] in ("lashes", "fuzz") else "skull"
     if name.startswith("eye_"):
         follows, side = "eye", name[-1]
-    elif name == "lower_teeth":
+    elif name in ("lower_teeth", "tongue"):
         follows = "mandible"
     return Part(mesh, follows, side, texture, None if source is None else np.asarray(source))
 
@@ -110,7 +113,7 @@ def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None
 def named_parts(
     others: pv.PolyData, skin: pv.PolyData, landmarks: Mapping[str, Array], frame: FaceFrame
 ) -> tuple[dict[str, Part], int]:
-    """Eyes, teeth, lashes, glasses, hair and the rest, told apart by size and place, and how many specks were dropped.
+    """Eyes, teeth, tongue, lashes, glasses, hair, told apart by size and place, and how many specks were dropped.
 
     Parameters
     ----------
@@ -126,11 +129,13 @@ def named_parts(
     away = cKDTree(np.asarray(skin.points)).query(others.points)[0] / frame.pupil_distance
     order = np.argsort(label, kind="stable")
     ends = np.flatnonzero(np.diff(label[order], prepend=-1, append=label.max() + 1))
+    pieces = [order[begin:end] for begin, end in pairwise(ends)]
+    used = [np.unique(triangles[piece]) for piece in pieces]
+    kinds = [_kind(local[points], away[points], marks) for points in used]
+    _part_jaws(kinds, [local[points] for points in used])
     rows: dict[str, list[npt.NDArray[np.int64]]] = {}
-    for begin, end in pairwise(ends):
-        of_part = order[begin:end]
-        used = np.unique(triangles[of_part])
-        rows.setdefault(_kind(local[used], away[used], marks), []).append(of_part)
+    for kind, piece in zip(kinds, pieces, strict=True):
+        rows.setdefault(kind, []).append(piece)
     specks = len(rows.pop("speck", []))
     found = {}
     for name in sorted(rows):
@@ -169,6 +174,8 @@ def _kind(points: Array, away: Array, marks: Mapping[str, Array]) -> str:
     within = np.abs(middle - lips)
     behind = middle[2] < lips[2] + 0.05 and high[2] < lips[2] + 0.25
     if behind and within[0] < 0.55 and within[1] < 0.5 and middle[2] > lips[2] - 1.2 and extent.max() < 1.4:
+        if extent[0] > 0.5 * ARCH and extent[2] > 1.2 * extent[0] and within[0] < 0.1:  # deep, and in the middle
+            return "tongue"
         return "upper_teeth" if middle[1] > lips[1] else "lower_teeth"
     if extent.max() < SPECK:
         return "speck"
@@ -179,6 +186,21 @@ def _kind(points: Array, away: Array, marks: Mapping[str, Array]) -> str:
         return "glasses"
     hangs = low[2] < marks["nose_tip"][2] - 1.2 and high[1] > lips[1]  # what ends below is a neck or a pedestal
     return "hair" if middle[1] > bridge[1] or hangs else "other"
+
+
+def _part_jaws(kinds: list[str], pieces: Sequence[Array]) -> None:
+    """Where all teeth were taken for those of one jaw, since the lips are above or below them, rename the others.
+
+    The arches tell the jaws, and what is about them, such as single teeth, goes with the nearer one.
+    """
+    teeth = [i for i, kind in enumerate(kinds) if kind.endswith("_teeth")]
+    if len({kinds[i] for i in teeth}) != 1:
+        return
+    middle = {i: 0.5 * float(pieces[i][:, 1].min() + pieces[i][:, 1].max()) for i in teeth}
+    arches = sorted((middle[i] for i in teeth if np.ptp(pieces[i][:, 0]) > ARCH), reverse=True)
+    if len(arches) > 1 and arches[0] - arches[1] > 0.1 * ARCH:
+        for i in teeth:
+            kinds[i] = "upper_teeth" if middle[i] > 0.5 * (arches[0] + arches[1]) else "lower_teeth"
 
 
 def ball_of(points: Array) -> tuple[Array, float]:

@@ -85,6 +85,32 @@ def test_eyeballs_are_where_the_eyes_are(dressed, face):
         assert mine.radius == pytest.approx(1.02 * rest.radius, rel=1e-5)
 
 
+@pytest.mark.parametrize("shift", [-0.2, 0.2])
+def test_teeth_beside_the_level_of_the_lips_belong_to_both_jaws(face, pieces, shift):
+    """Those of faces whose lips lie lower or higher; and a single arch is that of one."""
+    move = shift * face.frame.pupil_distance * face.frame.axes[1]
+    arches = [pieces[name] for name in ("upper_teeth", "lower_teeth")]
+    for count in (2, 1):
+        soup = face.mesh.copy()
+        for points, triangles in arches[:count]:
+            soup = soup.append_polydata(pv.PolyData.from_regular_faces(points + move, triangles))
+        with pytest.warns(FaceWrinkleWarning, match="separate parts"):
+            parts = fw.fit_face(soup, face.landmarks, units="mm").parts
+        alone = "upper_teeth" if shift > 0.0 else "lower_teeth"
+        assert set(parts) == ({"upper_teeth", "lower_teeth"} if count == 2 else {alone})
+
+
+def test_a_tongue_is_no_tooth(face):
+    """It is red, goes with the mandible, and stands in for the painted one."""
+    lips = (face.landmarks["upper_lip_mid"] - face.frame.origin) @ face.frame.axes.T / face.frame.pupil_distance
+    tongue = pv.PolyData.from_regular_faces(*ellipsoid(face, lips - [0.0, 0.15, 0.7], [0.3, 0.15, 0.42]))
+    with pytest.warns(FaceWrinkleWarning, match="separate parts"):
+        licking = fw.fit_face(face.mesh.append_polydata(tongue), face.landmarks, units="mm")
+    assert {name: part.follows for name, part in licking.parts.items()} == {"tongue": "mandible"}
+    red, green, blue = np.asarray(beside(licking, licking.mesh)["tongue"].point_data["paint"])[0].astype(int)
+    assert red > 1.5 * max(green, blue)
+
+
 def test_large_eyes_are_eyes(face):
     """Those of babies and of trolls, which reach out of their sockets, a little beside where eyes are looked for."""
     for eye in face.eyes:
