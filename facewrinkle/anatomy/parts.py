@@ -97,7 +97,7 @@ class Part:
 
 
 def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None = None) -> Part:
-    """The part of a name: ``eye_l`` turns with the eye, lower teeth and tongue with the mandible, lashes with the skin."""
+    """The part of a name: ``eye_l`` turns with the eye, lower teeth and tongue with the jaw, lashes with the skin."""
     source, side = mesh.point_data.pop(SOURCE, None), ""  # of a new object
     follows: Follows = "skin" if name.split("_")[0] in ("lashes", "fuzz") else "skull"
     if name.startswith("eye_"):
