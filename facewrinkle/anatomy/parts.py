@@ -185,7 +185,8 @@ def _kind(points: Array, away: Array, marks: Mapping[str, Array]) -> str:
     if high[2] > bridge[2] and high[1] < bridge[1] + 0.7 and low[1] > bridge[1] - 0.9 and extent[0] > 0.4:
         return "glasses"
     hangs = low[2] < marks["nose_tip"][2] - 1.2 and high[1] > lips[1]  # what ends below is a neck or a pedestal
-    return "hair" if middle[1] > bridge[1] or hangs else "other"
+    fringe = high[1] > bridge[1] + 1.0  # from above the forehead, however far down
+    return "hair" if middle[1] > bridge[1] or hangs or fringe else "other"
 
 
 def _part_jaws(kinds: list[str], pieces: Sequence[Array]) -> None:

@@ -111,6 +111,12 @@ def test_a_tongue_is_no_tooth(face):
     assert red > 1.5 * max(green, blue)
 
 
+def test_a_fringe_that_hangs_over_the_face_is_hair(face):
+    lock = pv.PolyData.from_regular_faces(*ellipsoid(face, [0.4, -0.4, 0.5], [0.2, 1.6, 0.03]))
+    with pytest.warns(FaceWrinkleWarning, match="separate parts"):
+        assert set(fw.fit_face(face.mesh.append_polydata(lock), face.landmarks, units="mm").parts) == {"hair"}
+
+
 def test_large_eyes_are_eyes(face):
     """Those of babies and of trolls, which reach out of their sockets, a little beside where eyes are looked for."""
     for eye in face.eyes:
