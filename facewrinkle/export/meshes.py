@@ -169,6 +169,18 @@ def beside_ply(path: Path) -> Path:
     return path.with_name(f"{path.stem}_tears{path.suffix}")
 
 
+def companions(path: Path, *, textured: bool, tears: bool) -> list[Path]:
+    """The files that :func:`write_mesh` writes beside one."""
+    match path.suffix.lower():
+        case ".obj":
+            found = [path.with_suffix(".mtl")] if textured or tears else []
+        case ".ply":
+            found = [beside_ply(path)] if tears else []
+        case _:
+            return []
+    return [*found, _image(path)] if textured else found
+
+
 def _water(tears: Iterable[pv.PolyData]) -> Model | None:
     """All tears as one."""
     surfaces = [tear for tear in tears if tear.n_cells]

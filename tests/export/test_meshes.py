@@ -12,6 +12,7 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
+from facewrinkle.commands.common import OutputOptions
 from facewrinkle.errors import MeshError, MissingPackageError, OutputError
 from facewrinkle.mesh import corner_texture, split_at_seams, to_polydata
 
@@ -281,3 +282,13 @@ def test_no_tears_change_nothing(moment, tmp_path):
         fw.write_mesh(moment.frame, paths[0], moment.face)
         fw.write_mesh(moment.frame, paths[1], moment.face, tears=[pv.PolyData()])
         assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+@pytest.mark.parametrize("ending", ["glb", "gltf", "obj", "ply"])
+@pytest.mark.parametrize("textured", [True, False])
+@pytest.mark.parametrize("crying", [True, False])
+def test_commands_tell_of_all_files_that_were_written(tmp_path, ending, textured, crying):
+    sheet = fw.surface(pv.Plane(), texture=np.zeros((4, 4, 3), np.uint8) if textured else None)
+    tears = [pv.Sphere(radius=0.1)] if crying else []
+    told = OutputOptions(save_mesh=ending).mesh_of(sheet.mesh, sheet, tmp_path / "a", tears)
+    assert sorted(told) == sorted(tmp_path.iterdir())
