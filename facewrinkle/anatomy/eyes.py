@@ -195,7 +195,7 @@ def _among(margin: Array, eye: Eyeball) -> Array:
     """
     start = np.append(eye.centre, eye.radius / ROOM)
     stay = np.zeros((4, 4))
-    stay[:3, :3] = np.stack([0.5 * eye.up, 0.5 * np.cross(eye.up, eye.gaze), 0.1 * eye.gaze])
+    stay[:3, :3] = np.stack([0.5 * eye.up, 0.2 * np.cross(eye.up, eye.gaze), 0.1 * eye.gaze])
     stay[3, 3] = 0.25
     n, found = len(margin), start
     for _ in range(12):

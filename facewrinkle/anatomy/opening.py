@@ -46,6 +46,10 @@ CORNERS = np.deg2rad(6.0)
 """How far above and below the margins skin behind them may be seen."""
 
 
+LINING = 0.7
+"""How far behind the margins the lining of a socket is taken to be: what is seen of it is in their shadow."""
+
+
 @dataclass(frozen=True, eq=False)
 class Opening:
     """What is between open lids.
@@ -109,10 +113,10 @@ class Opening:
         seen = smoothstep(1.0 - np.maximum(elevation - top, bottom - elevation) / CORNERS)
         deep = np.clip((rim - distance) / np.maximum(rim - self.eye.radius, 0.02 * self.eye.radius), 0.0, 1.0)
         near = (np.abs(along - 0.5) < 0.7) & (distance < 1.5 * self.eye.radius)
-        return np.asarray(np.where(near, np.where(lining, 1.0, deep * seen), 0.0))
+        return np.asarray(np.where(near, np.where(lining, LINING, deep * seen), 0.0))
 
     def back_edges(self, points: Array, triangles: IntArray) -> Array:
-        """Where (k, 3) lids that have a thickness touch the ball."""
+        """Where (k, 3) lids that have a thickness touch the ball: half of it behind their front edges at most."""
         local = (points - self.inner) @ self.axes.T / self.width
         return np.asarray(self.inner + self.width * _back_edges(local, triangles) @ self.axes)
 
@@ -192,7 +196,7 @@ def _margins(lids: Lids, local: Array, triangles: IntArray) -> tuple[IntArray, I
 
 
 def _back_edges(local: Array, triangles: IntArray) -> Array:
-    """Places (k, 3) of the edges with which the lids touch the ball: behind their margins as far as lids are thick."""
+    """Places (k, 3) where the lids touch the ball: behind their front edges by half their thickness at most."""
     lids = _lids(local[_near(local, triangles)])
     places = [_front_edge(lids, away) for away in (1.0, -1.0)]
     for front in places:
@@ -201,7 +205,7 @@ def _back_edges(local: Array, triangles: IntArray) -> Array:
                 -1, 2
             )
             behind = place[2] - skin[:, 1]
-            edge = (np.abs(skin[:, 0] - place[1]) < 0.5 * THICK) & (behind < THICK)
+            edge = (np.abs(skin[:, 0] - place[1]) < 0.5 * THICK) & (behind < 0.5 * THICK)
             place[2] -= behind[edge].max(initial=0.0)
     return np.concatenate(places)
 
