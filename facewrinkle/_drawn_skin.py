@@ -1,4 +1,6 @@
-"""Skin as pictures show it: without small holes, such as scanners leave, and without the back of a mouth's lining."""
+"""Skin as pictures show it: without small holes, such as scanners leave, and without the back of a mouth's and eye
+sockets' lining.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +9,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from .anatomy.cavities import Lining, lining
+from .anatomy.eyes import SHELL, sockets
 from .anatomy.face import Face
 from .geometry.topology import boundary_loops
 from .mesh.arrays import CORNERS
@@ -34,6 +37,7 @@ class DrawnSkin:
         loops = boundary_loops(face.triangles) if face.landmarks else []
         small = [loop for loop in loops if np.linalg.norm(np.ptp(face.points[loop], axis=0)) < limit]
         self._lining = Lining(face) if bag else None
+        self._sockets = sockets(face)
         if small:
             inner = lining(face)
             for loop in small:
@@ -63,13 +67,23 @@ class DrawnSkin:
         return np.asarray(pv.PolyData(np.asarray(skin.points), faces=polygons).triangulate().regular_faces)
 
     def _hidden(self, skin: pv.PolyData, triangles: Triangles, eye: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-        """Which triangles at the lining are seen from within the flesh."""
+        """Which triangles of linings are seen from within the flesh."""
+        rest, lined = np.asarray(skin.point_data.get("rest", skin.points)), np.zeros(len(triangles), bool)
+        if self._lining is not None:
+            inner = self._lining.vertices
+            lined |= np.append(inner, self._lining.holds(rest[len(inner) :]))[triangles].any(axis=1)
+        for socket in self._sockets:  # what faces the ball
+            offset = rest - socket.centre
+            near = np.flatnonzero((np.linalg.norm(offset, axis=1) < SHELL * socket.radius)[triangles].all(axis=1))
+            lined[near] |= _faces(offset, triangles[near], np.zeros(3))
         hidden = np.zeros(len(triangles), bool)
-        if self._lining is None:
-            return hidden
-        inner = self._lining.vertices
-        rest = np.asarray(skin.point_data.get("rest", skin.points))
-        near = np.append(inner, self._lining.holds(rest[len(inner) :]))[triangles].any(axis=1)
-        a, b, c = (np.asarray(skin.points)[triangles[near, corner]] for corner in range(3))
-        hidden[near] = (np.cross(b - a, c - a) * (eye - a)).sum(axis=1) < 0.0
+        hidden[lined] = ~_faces(np.asarray(skin.points), triangles[lined], eye)
         return hidden
+
+
+def _faces(
+    points: npt.NDArray[np.float64], triangles: Triangles, place: npt.NDArray[np.float64]
+) -> npt.NDArray[np.bool_]:
+    """Which triangles show their front to a place."""
+    a, b, c = (points[triangles[:, corner]] for corner in range(3))
+    return np.asarray((np.cross(b - a, c - a) * (place - a)).sum(axis=1) >= 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -307,7 +308,7 @@ class Lashes:
         self._closed = margins is None
         slit = _slit(eye, face) if margins is None else None
         half, tint = [], []
-        chains = margins or (() if slit is None else (slit[0],))
+        chains: Sequence[npt.NDArray[np.integer]] = margins or (() if slit is None else (slit[0],))
         for chain, count, length, sign in zip(chains, (130, 70), (0.105, 0.06), (1.0, -1.0), strict=False):
             along = (np.arange(count) + random.uniform(0.1, 0.9, count)) / count
             along = 0.1 + 0.88 * along
@@ -335,9 +336,9 @@ class Lashes:
             self._apart = self._gap(face.points)
 
     def _gap(self, points: Array) -> float:
-        """How far the middles of the margins are apart."""
-        middles = [points[chain].mean(axis=0) for chain, _ in self.roots]
-        return float(np.linalg.norm(middles[0] - middles[-1]))
+        """How much higher the upper margin lies than the lower one, on average."""
+        heights = [(weights @ points[chain]).mean(axis=0) @ self.eye.up for chain, weights in self.roots]
+        return float(heights[0] - heights[-1])
 
     def on(self, points: Array) -> pv.PolyData:
         """The lashes, with `paint` (rgba), on lids whose vertices are where they are now (n, 3)."""

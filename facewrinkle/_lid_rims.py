@@ -6,8 +6,10 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from .anatomy.eyes import Eyeball, lid_rim
+from .anatomy.complexion import flesh
+from .anatomy.eyes import Eyeball
 from .anatomy.face import Face
+from .anatomy.opening import lid_rim
 from .geometry.normals import vertex_normals
 from .mesh import to_polydata
 
@@ -21,9 +23,6 @@ FILLED = 1.05
 
 ROWS = np.linspace(0.0, 1.0, 5)
 """Of vertices, from the rim (0) to where the flesh ends."""
-
-LID, FLESH, DEEP = (np.array(colour, dtype=np.float64) for colour in ((208, 150, 132), (190, 112, 100), (120, 58, 52)))
-"""Colours at the rim, behind it, and at the ball."""
 
 
 class LidRim:
@@ -51,9 +50,7 @@ class LidRim:
         after = (np.arange(n) + 1) % max(n, 1) + n * np.arange(len(ROWS) - 1)[:, None]
         corners = [(after, here, here + n), (after, here + n, after + n)]
         self._triangles = np.concatenate([np.stack(c, axis=-1).reshape(-1, 3) for c in corners]).astype(np.int32)
-        t = np.repeat(ROWS, n)[:, None]
-        paint = np.where(t < 0.4, LID + (FLESH - LID) * t / 0.4, FLESH + (DEEP - FLESH) * (t - 0.4) / 0.6)
-        self._paint = np.rint(paint).astype(np.uint8)
+        self._paint = np.rint(flesh(np.repeat(ROWS, n))).astype(np.uint8)
 
     def on(self, points: Array) -> pv.PolyData:
         """The strip, with `paint` (rgb), at lids whose vertices are where they are now (n, 3)."""

@@ -94,9 +94,37 @@ def test_the_lining_of_a_bag_has_no_back(real_face):
     away = np.cross(b - a, c - a) @ face.frame.axes[2] < 0.0
     kept = {tuple(triangle) for triangle in drawn.regular_faces}
     shown = np.array([tuple(triangle) in kept for triangle in face.triangles])
-    assert shown[~inner.any(axis=1)].all()
+    centres, toward = face.points[face.triangles].mean(axis=1), np.cross(b - a, c - a)
+    lids = np.zeros(len(centres), bool)  # and what lies behind them has no back, either
+    for eye in face.eyes:
+        offset = centres - eye.centre
+        lids |= (np.linalg.norm(offset, axis=1) < 1.5 * eye.radius) & ((offset * toward).sum(axis=1) < 0.0)
+    assert shown[~inner.any(axis=1) & ~lids].all()
     assert shown[~away].mean() > 0.99
     assert shown[inner.any(axis=1) & away].mean() < 0.05
+
+
+@pytest.mark.parametrize("expression", ["anger", "pain"])
+def test_the_lining_of_a_socket_does_not_come_through_the_lids(real_face, expression):
+    face = real_face("makehuman_head_male")
+    simulation = fw.Simulation(face)
+    simulation.express(expression)
+    *_, frame = simulation.run(14)
+    ahead, aside, up = face.frame.axes[2], face.frame.axes[0], face.frame.axes[1]
+    drawn = DrawnSkin(face, bag=False).of(frame, face.frame.origin + 100.0 * face.frame.pupil_distance * ahead)
+    a, b, c = (np.asarray(drawn.points)[np.asarray(drawn.regular_faces)[:, corner]] for corner in range(3))
+    facing = np.cross(b - a, c - a) @ ahead
+    seen, backs = 0, 0
+    for eye in face.eyes:
+        for x in np.linspace(-0.9, 0.9, 25):
+            for y in np.linspace(-1.2, 0.2, 25):
+                start = eye.centre + eye.radius * (x * aside + y * up + 4.0 * ahead)
+                hits, cells = drawn.ray_trace(start, start - 8.0 * eye.radius * ahead)
+                if len(hits):
+                    seen += 1
+                    backs += facing[cells[np.argmax(hits @ ahead)]] < 0.0
+    assert seen > 500
+    assert backs == 0
 
 
 @pytest.mark.parametrize("name", ["malar_l", "glabella", "zygion_r", "ala_l", "pogonion", "menton"])

@@ -14,9 +14,11 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ..geometry.blending import smoothstep
+from ..geometry.normals import vertex_normals
 from .cavities import INSIDE as WITHIN
 from .cavities import Cavities, Lining, local
 from .landmarks import FaceFrame, of_side
+from .opening import opening_of
 
 if TYPE_CHECKING:
     from .face import Face
@@ -80,6 +82,15 @@ DEEP = 20.0
 """Where it is all dark, mm."""
 
 
+LID, FLESH, DEEP_FLESH = (
+    np.array(colour, dtype=np.float64) for colour in ((208, 150, 132), (190, 112, 100), (120, 58, 52))
+)
+"""Of the flesh between lids and eyeballs, at the margins, behind them, and at the ball."""
+
+WET = 0.75
+"""How much of their colour the thickness of lids and the lining of sockets have."""
+
+
 class Paint:
     """The colours of a face that has none of its own: skin, lips, cropped hair, and the dark of mouth and nostrils.
 
@@ -100,6 +111,12 @@ class Paint:
         self._face = face
         self._cavities = Cavities(face.points, face.triangles, face.landmarks, face.frame)
         self._lining = Lining(face)
+        found = (opening_of(eye, face.points, face.triangles, face.landmarks) for eye in face.eyes)
+        self._openings = [opening for opening in found if opening is not None and opening.thick]
+        self._tree, normals = cKDTree(face.points), vertex_normals(face.points, face.triangles)
+        self._facing = [  # the balls; they are far from each other
+            ((face.points - opening.eye.centre) * normals).sum(axis=1) < 0.0 for opening in self._openings
+        ]
         where = local(face.points, face.frame)
         ear, top = (local(face.landmarks[name], face.frame) for name in ("zygion_l", "trichion"))
         self._hair = bool((where[:, 1].max() > top[1] + SCALP) & (where[:, 2].min() < ear[2] - 2.0 * SCALP))
@@ -118,6 +135,10 @@ class Paint:
         depth[self._lining.holds(points) & (depth < WITHIN)] = DEEP  # farther than is seen from the front
         for tint, begin, over in INSIDE:
             colour += smoothstep((depth - begin) / over)[:, None] * (np.array(tint) - colour)
+        away, nearest = self._tree.query(points)
+        for opening, facing in zip(self._openings, self._facing, strict=True):
+            behind = opening.behind(points, facing[nearest] & (away == 0.0))
+            colour += (smoothstep(behind / 0.3) * (WET + (1.0 - WET) * behind))[:, None] * (flesh(behind) - colour)
         return np.asarray(np.rint(colour), dtype=np.uint8)
 
     def _by_corners(self, points: Array) -> Array:
@@ -151,6 +172,12 @@ def complexion(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     shade, strength = BEARD
     colour += strength * beard(where, landmarks, frame)[:, None] * (np.array(shade) - colour)
     return colour
+
+
+def flesh(behind: Array) -> Array:
+    """Colour (n, 3) of what lies between the margin of a lid (0) and the ball (1)."""
+    t = behind[:, None]
+    return np.asarray(np.where(t < 0.4, LID + (FLESH - LID) * t / 0.4, FLESH + (DEEP_FLESH - FLESH) * (t - 0.4) / 0.6))
 
 
 def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:

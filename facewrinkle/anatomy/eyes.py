@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +14,13 @@ from scipy.sparse.csgraph import dijkstra
 
 from ..errors import ParameterError, check_range
 from ..geometry.blending import smoothstep
-from ..geometry.topology import boundary_loops, unique_edges
+from ..geometry.topology import unique_edges
 from .guides import Guide
 from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame
+from .opening import lid_rim, opening_of
+
+if TYPE_CHECKING:
+    from .face import Face
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -166,11 +170,13 @@ def place_eyeballs(
     for side in "lr":
         name, radius = f"eye_{side}_centre", RADIUS * frame.pupil_distance
         eye = Eyeball(side, landmarks[name], radius, frame.axes[2], frame.axes[1])
-        opening = _opening(eye, points, triangles, landmarks)
+        opening = opening_of(eye, points, triangles, landmarks)
         if opening is None:
             eyes.append(_behind(eye, points))
             continue
-        margin = points[np.unique(np.concatenate(opening[-2:]))]
+        margin = points[np.unique(np.concatenate([opening.upper, opening.lower]))]
+        if opening.thick:
+            margin = opening.back_edges(points, triangles)
         if name in estimated or not SMALLEST * radius < _room(eye.centre, margin) < LARGEST * radius:
             eye = replace(eye, centre=_among(margin, eye))
         room = _room(eye.centre, margin)
@@ -189,7 +195,7 @@ def _among(margin: Array, eye: Eyeball) -> Array:
     """
     start = np.append(eye.centre, eye.radius / ROOM)
     stay = np.zeros((4, 4))
-    stay[:3, :3] = np.stack([0.5 * eye.up, 0.5 * np.cross(eye.up, eye.gaze), 0.1 * eye.gaze])
+    stay[:3, :3] = np.stack([0.5 * eye.up, 0.2 * np.cross(eye.up, eye.gaze), 0.1 * eye.gaze])
     stay[3, 3] = 0.25
     n, found = len(margin), start
     for _ in range(12):
@@ -228,9 +234,6 @@ blinks).
 
 SHELL = 1.5
 """Skin farther from the centre than this many radii is no lid."""
-
-MERIDIANS = np.linspace(0.04, 0.96, 24)
-"""Where the margins are measured, from the inner (0) to the outer canthus (1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,36 +278,32 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     >>> round(float(np.degrees(close.angles.max()))), round(float(np.degrees(close.angles.min())))
     (51, -7)
     """
-    opening = _opening(eye, points, triangles, landmarks)
+    opening = opening_of(eye, points, triangles, landmarks)
     if opening is None:
         return None
-    lateral, along, elevation, canthi, upper, lower = opening
     offset = points - eye.centre
-    distance = np.linalg.norm(offset, axis=1)
-    top, bottom = (_line(along, elevation, chain, canthi) for chain in (upper, lower))
+    along, elevation, distance = opening.polar(points)
+    top, bottom = opening.lines(along)
     meeting = bottom + 0.12 * (top - bottom)
     is_upper = elevation > 0.5 * (top + bottom)
     # The inside of a lid, nearer to the ball than its margin, goes with the margin; what lies far inside the socket
     # stays.
-    rim = np.where(is_upper, *(np.interp(along, along[chain], distance[chain]) for chain in (upper, lower)))
-    outside = smoothstep((distance - rim) / (0.1 * eye.radius) + 0.5)
+    outside = smoothstep((distance - opening.rim(along, is_upper)) / (0.1 * eye.radius) + 0.5)
     beyond = np.where(is_upper, elevation - top, bottom - elevation)
     reach = np.where(is_upper, MARGIN_FADE, 0.6 * MARGIN_FADE)
     fade = 1.0 - smoothstep(beyond / (outside * reach + (1.0 - outside) * 2.5 * MARGIN_FADE))
     inside = smoothstep(np.minimum(along, 1.0 - along) / 0.08 + 1.0)
-    overlap = np.minimum(OVERLAP, 0.2 * (top - bottom))
+    overlap = np.minimum(0.0 if opening.thick else OVERLAP, 0.2 * (top - bottom))
     angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * inside
     near = (offset @ eye.gaze > 0.0) & (distance < SHELL * eye.radius)
     hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3))) * inside
-    across = (
-        along * np.linalg.norm(landmarks[f"eye_{eye.side}_outer"] - landmarks[f"eye_{eye.side}_inner"]) / eye.radius
-    )
+    across = along * opening.width / eye.radius
     angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, CLOSING_SHEAR)
     vertices = np.flatnonzero(near & ((np.abs(angles) > 1e-4) | (hold > 0.5)))
     if not len(vertices):
         return None
     # Turning about up x gaze by a positive angle lowers what looks along the gaze.
-    axis = lateral * np.sign(np.cross(eye.up, eye.gaze) @ lateral)
+    axis = opening.axes[0] * np.sign(np.cross(eye.up, eye.gaze) @ opening.axes[0])
     close = Guide(vertices, angles[vertices], hold[vertices], eye.centre, axis)
     # The corners of the eye stay; in between both margins follow it.
     height = top - bottom
@@ -326,22 +325,26 @@ LARGEST_TURN = np.deg2rad(40.0)
 
 def lid_margins(
     eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
-) -> tuple[Array, Array] | None:
+) -> tuple[IntArray, IntArray] | None:
     """Vertices of the upper and of the lower margin from inside outwards; None if the opening is closed."""
-    opening = _opening(eye, points, triangles, landmarks)
-    return None if opening is None else (opening[-2], opening[-1])
+    opening = opening_of(eye, points, triangles, landmarks)
+    return None if opening is None else (opening.upper, opening.lower)
 
 
-def lid_rim(eye: Eyeball, points: Array, triangles: IntArray) -> IntArray | None:
-    """Vertices around the hole that a skin has before an eye, in order; None where it goes on behind the lids."""
-    for loop in boundary_loops(triangles):
-        if len(loop) > 5 and np.linalg.norm(points[loop] - eye.centre, axis=1).max() < 1.8 * eye.radius:
-            return np.asarray(loop, np.int32)
-    return None
+def sockets(face: Face) -> list[Eyeball]:
+    """The eyes between whose open lids and the ball the skin of a face goes on: its lining lies behind the lids."""
+    return [
+        eye
+        for eye in face.eyes
+        if lid_rim(eye, face.points, face.triangles) is None
+        and lid_margins(eye, face.points, face.triangles, face.landmarks) is not None
+    ]
 
 
 OVERLAP = np.deg2rad(2.0)
-"""How much farther than to the line where the lids meet the upper one turns, so that coarse margins leave no chink."""
+"""How much farther than to the line where the lids meet the upper one turns where the skin ends at its margin, so that
+coarse margins leave no chink. Lids that have a thickness would come through each other.
+"""
 
 
 def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray, shear: float) -> Array:
@@ -371,135 +374,3 @@ def _without_folds(angles: Array, elevation: Array, across: Array, triangles: In
 
 KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
 """By how much of its height over its neighbours skin may come down on them, and how far along them."""
-
-
-def _opening(
-    eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
-) -> tuple[npt.NDArray[Any], ...] | None:
-    """The opening between the lids: lateral direction, every point's position between the canthi (0 to 1) and its
-    elevation about the lateral axis, the elevations of the canthi, and the vertices of the upper and lower margin from
-    inside outwards. None where it is closed.
-    """
-    inner, outer = landmarks[f"eye_{eye.side}_inner"], landmarks[f"eye_{eye.side}_outer"]
-    width = float(np.linalg.norm(outer - inner))
-    lateral = (outer - inner) / width
-    forward = eye.gaze - (eye.gaze @ lateral) * lateral
-    forward /= np.linalg.norm(forward)
-    up = np.cross(forward, lateral)
-    up *= np.sign(up @ eye.up)
-
-    def elevation_of(places: Array) -> Array:
-        return np.asarray(np.arctan2((places - eye.centre) @ up, (places - eye.centre) @ forward))
-
-    offset, elevation = points - eye.centre, elevation_of(points)
-    along = ((offset - (inner - eye.centre)) @ lateral) / width
-    canthi = np.array([elevation_of(inner), elevation_of(outer)])
-    local = (points - inner) @ np.stack([lateral, up, forward], axis=1) / width
-    margins = _margins(local, triangles)
-    if margins is None:
-        return None
-    exact = _hole(eye, points, triangles, along, elevation)
-    if exact is not None and all(_agree(along, elevation, *pair) for pair in zip(exact, margins, strict=True)):
-        margins = exact
-    return lateral, along, elevation, canthi, *margins
-
-
-def _hole(
-    eye: Eyeball, points: Array, triangles: IntArray, along: Array, elevation: Array
-) -> tuple[IntArray, IntArray] | None:
-    """The rim of the hole that the opening may be, cut at its ends into an upper and a lower half."""
-    loop = lid_rim(eye, points, triangles)
-    if loop is None:
-        return None
-    loop = np.roll(loop, -int(np.argmin(along[loop])))
-    turn = int(np.argmax(along[loop]))
-    halves = [loop[: turn + 1], np.append(loop[turn:], loop[0])]
-    lower, upper = sorted(halves, key=lambda half: float(elevation[half].mean()))
-    return upper[np.argsort(along[upper], kind="stable")], lower[np.argsort(along[lower], kind="stable")]
-
-
-def _agree(along: Array, elevation: Array, rim: IntArray, margin: IntArray) -> bool:
-    """Whether the rim of a hole is the margin that is seen, and not an edge behind it."""
-    middle = np.linspace(0.3, 0.7, 5)
-    first, second = (np.interp(middle, along[chain], elevation[chain]) for chain in (rim, margin))
-    return bool(np.abs(first - second).max() < SLIT)
-
-
-def _line(along: Array, elevation: Array, chain: Array, canthi: Array) -> Array:
-    """Elevation of a margin at every position between the canthi, where it ends."""
-    ends = np.clip(np.append(along[chain[:1]], along[chain[-1:]]), [0.01, 0.9], [0.1, 0.99])
-    place = np.concatenate([[ends[0] - 0.1], along[chain], [ends[1] + 0.1]])
-    return np.interp(along, place, np.concatenate([canthi[:1], elevation[chain], canthi[1:]]))
-
-
-def _margins(local: Array, triangles: IntArray) -> tuple[IntArray, IntArray] | None:
-    """Vertices of both margins: on each meridian those above and below the gap that is seen from the front.
-
-    Coordinates are [outwards, up, forward] from the inner canthus to the outer one at [1, 0, 0].
-    """
-    near = np.flatnonzero((np.abs(local[:, 0] - 0.5) < 0.7) & (np.abs(local[:, 1]) < HIGH) & (local[:, 2] > -FLOOR))
-    upper, lower = [], []
-    for meridian, gap in zip(MERIDIANS, _gaps(local, triangles), strict=True):
-        column = near[np.abs(local[near, 0] - meridian) < 0.07]
-        above, below = column[local[column, 1] > gap], column[local[column, 1] <= gap]  # none where there is no gap
-        if len(above) and len(below):
-            upper.append(_foremost(local, above[local[above, 1] < local[above, 1].min() + EDGE]))
-            lower.append(_foremost(local, below[local[below, 1] > local[below, 1].max() - EDGE]))
-    if len(upper) < len(MERIDIANS) // 2:
-        return None
-    return _edge(local, np.unique(upper)), _edge(local, np.unique(lower))
-
-
-def _edge(local: Array, chain: IntArray) -> IntArray:
-    """A margin from inside outwards without what lies behind its foremost edge, which bulges over the ball."""
-    chain = chain[np.argsort(local[chain, 0], kind="stable")]
-    place, depth = local[chain, 0], local[chain, 2]
-    hull: list[int] = []
-    for k in range(len(chain)):
-        while len(hull) > 1 and (depth[hull[-1]] - depth[hull[-2]]) * (place[k] - place[hull[-2]]) <= (
-            depth[k] - depth[hull[-2]]
-        ) * (place[hull[-1]] - place[hull[-2]]):
-            hull.pop()
-        hull.append(k)
-    return np.asarray(chain[depth > np.interp(place, place[hull], depth[hull]) - 3.0 * EDGE])
-
-
-def _foremost(local: Array, vertices: IntArray) -> int:
-    return int(vertices[np.argmax(local[vertices, 2])])
-
-
-def _gaps(local: Array, triangles: IntArray) -> Array:
-    """The height of the middle of the opening on each meridian, NaN where there is none.
-
-    The opening is where the skin seen from the front, if there is any, lies deep behind the line between the canthi.
-    """
-    rows = np.linspace(-HIGH, HIGH, 81)
-    corners = local[triangles[(np.abs(local[triangles] - [0.5, 0.0, 0.0]) < [0.8, 2.0 * HIGH, 2.0]).all(axis=(1, 2))]]
-    after = np.roll(corners, -1, axis=1)
-    gaps = np.full(len(MERIDIANS), np.nan)
-    for k, meridian in enumerate(MERIDIANS):
-        crossing = (corners[..., 0] > meridian) != (after[..., 0] > meridian)  # two edges of a triangle or none
-        a, b = corners[crossing], after[crossing]
-        share = ((meridian - a[:, 0]) / (b[:, 0] - a[:, 0]))[:, None]
-        start, end = (a + share * (b - a))[:, 1:].reshape(-1, 2, 2).transpose(1, 0, 2)
-        rise = end[:, :1] - start[:, :1]
-        t = (rows - start[:, :1]) / np.where(rise == 0.0, 1.0, rise)
-        depth = np.where((t >= 0.0) & (t <= 1.0), start[:, 1:] + t * (end[:, 1:] - start[:, 1:]), -np.inf)
-        deep = depth.max(axis=0, initial=-np.inf) < -FLOOR
-        steps = np.flatnonzero(np.diff(np.concatenate([[False], deep, [False]]).astype(np.int8)))
-        first, last = steps[::2], steps[1::2]
-        inside = (first > 0) & (last < len(rows))
-        if inside.any():
-            widest = np.argmax(np.where(inside, last - first, 0))
-            if last[widest] - first[widest] > 2:
-                gaps[k] = 0.5 * (rows[first[widest]] + rows[last[widest] - 1])
-    return gaps
-
-
-HIGH, FLOOR, EDGE = 0.45, 0.08, 0.012
-"""How far above and below the canthi margins lie at most, how far behind the line between them skin is no lid, and how
-uneven the edge of a thick lid is, in distances between the canthi.
-"""
-
-SLIT = np.deg2rad(4.0)
-"""Lids nearer together than this are closed."""
