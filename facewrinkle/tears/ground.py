@@ -23,7 +23,7 @@ IntArray = npt.NDArray[np.int32]
 SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 
 SAG = 0.14
-"""How far below the line between its corners a shut eye's lids meet, in distances between them: there its lashes are."""
+"""How far below the line between its corners a shut eye's lids and lashes meet, in distances between the corners."""
 
 
 @dataclass(frozen=True, eq=False)
