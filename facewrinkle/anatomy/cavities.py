@@ -109,7 +109,8 @@ class Cavities:
         """How much (0 to 1) points (n, 3) are where nostrils may be: over the lips, not in the grooves of the wings."""
         y = local(points, self.frame)[:, 1]
         below, behind = smoothstep((self._base + GROOVES - y) / 4.0), smoothstep((self.depth(points) - 0.3) / 0.5)
-        return self._above(y) * np.maximum(below, behind)
+        high = smoothstep((self._base + 1.7 * GROOVES - y) / 4.0)
+        return self._above(y) * np.maximum(below, behind * high)
 
     def _behind(self, points: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
         """How far points are behind what is seen, how much of that may be a cavity, and which are where those are."""

@@ -76,7 +76,7 @@ LIPS = (178.0, 104.0, 96.0)
 INSIDE = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
 """Of mouth and nostrils: colour, the depth where it begins, and over how much more it comes."""
 
-NARROW, RIM = 2.2, 0.4
+NARROW, RIM = 2.2, 1.3
 """How much faster it darkens in nostrils than in the mouth, and the depth that their rims are rounded over, mm."""
 
 TILT = 40.0
