@@ -243,13 +243,12 @@ class Ribbons:
 
 
 class Brows:
-    """The eyebrows' hairs, which follow the skin.
+    """The eyebrows' hairs, which follow the skin, but not around bends: the pad of fat below a brow holds it together.
 
     Parameters
     ----------
     hairs : Hairs
-    size : float
-        Distance between the pupils.
+    face : Face
     pixel : float
         Width of a pixel, in the unit of the mesh.
     """
@@ -257,9 +256,15 @@ class Brows:
     STRANDS = 3
     """Drawn per hair, shifted and shortened at random: the brow is dense and its hairs are thin."""
 
-    def __init__(self, hairs: Hairs, size: float, pixel: float) -> None:
+    STIFF, FINE = 0.5, 0.05
+    """Bends on less than the one share of a brow's length are straightened, by what is left of them over the other."""
+
+    def __init__(self, hairs: Hairs, face: Face, pixel: float) -> None:
         self.hairs = hairs
-        width = 0.0017 * size
+        self._rest = hairs.polylines(face.points, face.triangles, vertex_normals(face.points, face.triangles))
+        left = (self._rest[:, 0] - face.frame.origin) @ face.frame.axes[0] > 0.0
+        self._sides = [_Stiffness(self._rest, np.flatnonzero(side), self.STIFF, self.FINE) for side in (left, ~left)]
+        width = 0.0017 * face.frame.pupil_distance
         k, p = hairs.triangles.shape
         random = np.random.default_rng(7)
         share = np.linspace(0.0, 1.0, p)[:, None]
@@ -276,6 +281,10 @@ class Brows:
         """The hairs, with `paint` (rgba), on the skin as it is now: its points and vertex normals (n, 3)."""
         lines = self.hairs.polylines(points, triangles, normals)
         up = np.einsum("kpc,kpci->kpi", self.hairs.weights, normals[triangles[self.hairs.triangles]])
+        moved = lines - self._rest
+        for part in self._sides:
+            slide = part.straightened(moved)
+            lines[part.hairs] += slide - (slide * up[part.hairs]).sum(axis=2, keepdims=True) * up[part.hairs]
         side = _unit(np.cross(np.gradient(lines, axis=1), up))
         lines, up, side = (array[:, None] for array in (lines, up, side))
         strands = lines[..., :1, :] + self._length * (lines - lines[..., :1, :]) + self._aside * side
@@ -283,6 +292,34 @@ class Brows:
         return self._ribbons.along(
             strands.reshape(shape), *(np.broadcast_to(a, strands.shape).reshape(shape) for a in (side, up))
         )
+
+
+class _Stiffness:
+    """What straightens a brow: the difference of its hairs' motion smoothed over much and over little of its length."""
+
+    def __init__(self, rest: Array, hairs: npt.NDArray[np.int64], stiff: float, fine: float) -> None:
+        self.hairs = hairs
+        roots = rest[hairs, 0]
+        length = np.linalg.svd(roots - roots.mean(axis=0), full_matrices=False)[2][0]
+        along, knots = rest[hairs] @ length, np.linspace(0.0, 1.0, 25)
+        place = (along - along[:, 0].min()) / np.ptp(along[:, 0])
+        self._smooth = _local_lines(place[:, 0], knots, stiff) - _local_lines(place[:, 0], knots, fine)
+        at = np.clip(place, 0.0, 1.0) * (len(knots) - 1.0)
+        self._below = np.minimum(at.astype(int), len(knots) - 2)
+        self._share = (at - self._below)[..., None]
+
+    def straightened(self, moved: Array) -> Array:
+        """What is to be added to the motion of the hairs' points, which is (k, p, 3) for all hairs."""
+        knots = self._smooth @ moved[self.hairs, 0]
+        return knots[self._below] * (1.0 - self._share) + knots[self._below + 1] * self._share
+
+
+def _local_lines(place: Array, knots: Array, reach: float) -> Array:
+    """Weights (knots, k) of values at places in the lines that fit those near a knot best, at the knot."""
+    apart = place - knots[:, None]
+    near = np.exp(-0.5 * (apart / reach) ** 2)
+    n, first, second = (near.sum(axis=1), (near * apart).sum(axis=1), (near * apart**2).sum(axis=1))
+    return near * (second[:, None] - first[:, None] * apart) / (n * second - first**2)[:, None]
 
 
 class Lashes:
@@ -408,6 +445,12 @@ IN_MOUTH = 14.0
 """Skin that lies deeper behind the lips is that of a mouth, mm on a face of average size."""
 
 
+FARTHEST, FADING = np.array([0.07, 0.025, 0.025]), np.array([0.26, 0.22, 0.215])
+"""Share of the light that is left far back in a mouth, and how far in it goes, in distances between the pupils: flesh
+around it throws back red.
+"""
+
+
 class Mouth:
     """What shows between parted lips: the dark inside, teeth, gums and tongue.
 
@@ -465,9 +508,9 @@ class Mouth:
         return float(abs((points[self._ends[0]] - points[self._ends[1]]) @ self._axes[1]))
 
     def _shaded(self, points: Array, paint: npt.NDArray[Any], centre: Array) -> npt.NDArray[np.uint8]:
-        """Paint, darker the farther back it is."""
-        back = (centre - points) @ self._axes[2] / self._size - 0.2
-        return np.rint(paint * (0.08 + 0.84 * np.exp(-np.maximum(back, 0.0) / 0.26))[:, None]).astype(np.uint8)
+        """Paint, darker and redder the farther back it is."""
+        back = np.maximum((centre - points) @ self._axes[2] / self._size - 0.2, 0.0)[:, None]
+        return np.rint(paint * (FARTHEST + 0.84 * np.exp(-back / FADING))).astype(np.uint8)
 
     def _facing(self, normals: Array) -> Array:
         """Share (n, 1) of the light that comes in between the lips: little on the sides towards the tongue."""

@@ -215,7 +215,7 @@ class Scene:
             self._painted = self._paint(face.points)
         brows = carried_brows(face) if face.brows is None and self._paint is not None else face.brows
         if self.style.brows and self.style.scalars is None and brows is not None:
-            self._brows = Brows(brows, face.frame.pupil_distance, pixel)
+            self._brows = Brows(brows, face, pixel)
         self._mouth = Mouth(face)
         plain = not self.style.wireframe and self.style.scalars is None
         self._drawn = DrawnSkin(face, self._mouth.bag) if plain else None

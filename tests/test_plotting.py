@@ -12,7 +12,7 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle._features import Lashes, Mouth, PaintedEye
+from facewrinkle._features import Brows, Lashes, Mouth, PaintedEye
 from facewrinkle._shading import furrowed
 from facewrinkle.anatomy.eyes import lid_margins
 from facewrinkle.errors import MeshError, OutputError, ParameterError, UnknownNameError
@@ -328,6 +328,32 @@ def test_lashes_stay_on_the_margins_of_the_lids(face):
                 assert np.linalg.norm(hairs - eye.centre, axis=2).min() > eye.radius
             heights.append(tips[: counts[0], 0, 1].mean())
         assert heights[0] - heights[1] > 4.0
+
+
+def _moved_brow(face, by):
+    """How far the roots of the left brow's hairs move, in the mean of each tenth of its length, with skin that does."""
+    brows, normals, knots = Brows(face.brows, face, 0.01), face.tissue.normals, face.brows.triangles.shape[1]
+    before, after = (
+        brows.on(points, face.triangles, normals).points.reshape(-1, brows.STRANDS, knots, 2, 3)[:, 0, 0].mean(axis=1)
+        for points in (face.points, face.points + by)
+    )
+    x, moved = before[:, 0], after - before
+    left = np.sort(x[x > 0.0])
+    tenth = np.digitize(x, np.linspace(left[0], left[-1], 11)[1:-1])
+    return np.array([moved[(x > 0.0) & (tenth == k)].mean(axis=0) for k in range(10)])
+
+
+def test_brows_go_with_skin_that_goes_as_a_whole(face):
+    assert _moved_brow(face, [1.0, 3.0, 0.5]) == pytest.approx(np.tile([1.0, 3.0, 0.5], (10, 1)), abs=1e-4)
+
+
+def test_brows_do_not_bend_as_sharply_as_skin(face):
+    def bend(x):
+        return 0.5 * np.maximum(40.0 - x, 0.0)
+
+    brow = _moved_brow(face, bend(face.points[:, :1]) * [0.0, 1.0, 0.0])[:, 1]
+    skin = np.diff(bend(np.linspace(10.0, 60.0, 11)), 2)
+    assert 0.0 < np.diff(brow, 2).max() < 0.5 * skin.max()
 
 
 def test_pupil_is_where_the_eye_looks(face):

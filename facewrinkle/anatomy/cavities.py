@@ -33,6 +33,9 @@ HALF, ABOVE, BELOW = 34.0, 16.0, 30.0
 BACK = 130.0
 """What lies farther behind is the other side of the head."""
 
+GROOVES = 7.5
+"""So far above the base of the nose begin the grooves behind its wings: open to the front, but deep from below."""
+
 INSIDE = 3.0
 """Skin that lies deeper behind lips or the rims of nostrils than this is inside."""
 
@@ -84,8 +87,9 @@ class Cavities:
         shape = np.ceil((np.array([HALF, nose[1] + ABOVE]) - self._low) / STEP).astype(int) + 1
         front = _front(local(points, frame)[triangles], self._low, shape)
         x, y = (low + STEP * np.arange(n) for low, n in zip(self._low, shape, strict=True))
-        # Below the nose the lips are what is hollow; above their border the nostrils are.
-        upper = smoothstep((y - 0.5 * (nose[1] + marks["upper_lip_mid"][1])) / 4.0 + 0.5)[None, :]
+        self._base = nose[1]
+        self._border = 0.5 * (nose[1] + marks["upper_lip_mid"][1])
+        upper = self._above(y)[None, :]
         corner = np.abs([marks["mouth_l"][0], marks["mouth_r"][0]]).max()
         wing = np.abs([marks["ala_l"][0], marks["ala_r"][0]]).max()
         across = np.abs(x)[:, None]
@@ -96,6 +100,17 @@ class Cavities:
         self._cover = front + near * (upper * closed[0] + (1.0 - upper) * closed[1] - front)
         self._within = 1.0 - upper * (1.0 - within)
         self._lowest = 0.5 * (marks["lower_lip_mid"][1] + marks["menton"][1])
+
+    def _above(self, y: Array) -> Array:
+        """How much (0 to 1) heights are those of the nose: there nostrils are what is hollow, below it the lips."""
+        return smoothstep((y - self._border) / 4.0 + 0.5)
+
+    def at_nostrils(self, points: Array) -> Array:
+        """How much (0 to 1) points (n, 3) are where nostrils may be: over the lips, not in the grooves of the wings."""
+        y = local(points, self.frame)[:, 1]
+        below, behind = smoothstep((self._base + GROOVES - y) / 4.0), smoothstep((self.depth(points) - 0.3) / 0.5)
+        high = smoothstep((self._base + 1.7 * GROOVES - y) / 4.0)
+        return self._above(y) * np.maximum(below, behind * high)
 
     def _behind(self, points: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
         """How far points are behind what is seen, how much of that may be a cavity, and which are where those are."""

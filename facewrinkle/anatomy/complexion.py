@@ -78,6 +78,12 @@ LIPS = (178.0, 104.0, 96.0)
 INSIDE = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
 """Of mouth and nostrils: colour, the depth where it begins, and over how much more it comes."""
 
+NARROW, RIM = 2.2, 1.3
+"""How much faster it darkens in nostrils than in the mouth, and the depth that their rims are rounded over, mm."""
+
+TILT = 40.0
+"""Nostrils are looked into from so far below, degrees: from the front, wings and sill hide how deep they are."""
+
 DEEP = 20.0
 """Where it is all dark, mm."""
 
@@ -110,6 +116,7 @@ class Paint:
     def __init__(self, face: Face) -> None:
         self._face = face
         self._cavities = Cavities(face.points, face.triangles, face.landmarks, face.frame)
+        self._nostrils = Cavities(face.points, face.triangles, face.landmarks, face.frame.tilted(TILT))
         self._lining = Lining(face)
         found = (opening_of(eye, face.points, face.triangles, face.landmarks) for eye in face.eyes)
         self._openings = [opening for opening in found if opening is not None and opening.thick]
@@ -133,8 +140,10 @@ class Paint:
             hair = 0.93 * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
             colour += hair * (np.array(HAIR) - colour)
         depth[self._lining.holds(points) & (depth < WITHIN)] = DEEP  # farther than is seen from the front
-        for tint, begin, over in INSIDE:
-            colour += smoothstep((depth - begin) / over)[:, None] * (np.array(tint) - colour)
+        rims = self._cavities.at_nostrils(points)
+        for where, inside in ((1.0 - rims, depth), (rims, NARROW * (self._nostrils.depth(points) - RIM))):
+            for tint, begin, over in INSIDE:
+                colour += (where * smoothstep((inside - begin) / over))[:, None] * (np.array(tint) - colour)
         away, nearest = self._tree.query(points)
         for opening, facing in zip(self._openings, self._facing, strict=True):
             behind = opening.behind(points, facing[nearest] & (away == 0.0))

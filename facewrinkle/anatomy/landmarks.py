@@ -120,6 +120,18 @@ class FaceFrame:
     origin: Array
     pupil_distance: float
 
+    def tilted(self, angle: float) -> FaceFrame:
+        """As a face that lifts its chin by an angle (degrees) is seen from the front.
+
+        Examples
+        --------
+        >>> FaceFrame(np.eye(3), np.zeros(3), 63.0).tilted(90.0).axes.round()[2].tolist()
+        [0.0, -1.0, 0.0]
+        """
+        (left, up, forward), turn = self.axes, np.radians(angle)
+        high, ahead = np.cos(turn) * up + np.sin(turn) * forward, np.cos(turn) * forward - np.sin(turn) * up
+        return FaceFrame(np.array([left, high, ahead]), self.origin, self.pupil_distance)
+
 
 def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
     """The frame that eyes, mouth and brows span. Needs the required landmarks of both sides.

@@ -74,6 +74,9 @@ OVERJET, OVERBITE = 2.5, 3.2
 BELOW = 3.2
 """The edges of the upper incisors lie so far below the line where the lips meet, mm."""
 
+LEAN = -0.35
+"""Where the lower gum ends towards the lip, in thicknesses of crowns: it makes room for the fold of the chin."""
+
 ENAMEL, ROOT, GUM = (np.array(c) for c in ((228.0, 216.0, 196.0), (206.0, 186.0, 158.0), (172.0, 92.0, 88.0)))
 AROUND, LEVELS = 14, 7
 
@@ -168,7 +171,8 @@ def _gum(jaw: str) -> tuple[Array, IntArray, Array]:
     border, outward = _on_border(jaw, place)
     papilla = 1.6 * np.abs(2.0 * inside - 1.0) ** 3
     # Profile [out, up]: under the tongue's side, over the crowns' necks, and up the outer side.
-    profile = [(-1.0, 12.0), (-1.05, 2.0), (-0.95, 0.3), (-0.04, -0.3), (0.04, 0.6), (0.09, 3.0), (0.12, 12.0)]
+    profile = [(-1.0, 12.0), (-1.05, 2.0), (-0.95, 0.3), (-0.04, -0.3), (0.04, 0.6), (0.09, 3.0)]
+    profile.append((0.12, 12.0) if jaw == "upper" else (LEAN, 12.0))
     rows = [
         border + (out * thick)[:, None] * outward + (height + up - papilla * (up < 1.0))[:, None] * [0.0, 1.0, 0.0]
         for out, up in profile

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..anatomy.eyes import lid_margins
+from ..anatomy.eyes import Eyeball, lid_margins
 from ..anatomy.face import Face
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.normals import vertex_normals
@@ -21,6 +21,9 @@ Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
+
+SAG = 0.14
+"""How far below the line between its corners a shut eye's lids and lashes meet, in distances between the corners."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,7 +222,7 @@ def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
     Returns
     -------
     ndarray, shape (3,)
-        Where the eye is closed, on the skin between its corners.
+        Where the eye is closed, on the line where its lids meet, which sags between the corners.
 
     Examples
     --------
@@ -237,12 +240,21 @@ def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
     inner, outer = face.landmarks[f"eye_{side}_inner"], face.landmarks[f"eye_{side}_outer"]
     margins = lid_margins(eye, face.points, face.triangles, face.landmarks)
     if margins is None:
-        _, found = ground_of(face).nearest((inner + along * (outer - inner))[None])
-        return np.asarray(found[0])
+        return _on_shut_lids(face, eye, inner, outer, along)
     across = (outer - inner) / ((outer - inner) @ (outer - inner))
     chain = face.points[margins[1]]
     place = (chain - inner) @ across
     return np.array([np.interp(along, place, coordinate) for coordinate in chain.T])
+
+
+def _on_shut_lids(face: Face, eye: Eyeball, inner: Array, outer: Array, along: float) -> Array:
+    """Where lids that are shut meet, seen along the gaze: the lids bulge out before the line between the corners."""
+    width = float(np.linalg.norm(outer - inner))
+    place = inner + along * (outer - inner) - SAG * width * np.sin(np.pi * along) * eye.up
+    seen, _ = face.mesh.ray_trace(place + 2.0 * width * eye.gaze, place - 2.0 * width * eye.gaze)
+    if len(seen):
+        return np.asarray(seen[np.argmax(seen @ eye.gaze)], dtype=np.float64)
+    return np.asarray(ground_of(face).nearest(place[None])[1][0])
 
 
 def vectors(name: str, values: npt.ArrayLike) -> Array:

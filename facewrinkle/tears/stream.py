@@ -38,6 +38,9 @@ WOBBLE = 0.3
 MEANDER = 2.7
 """How far rough skin turns it aside, in halves of its width."""
 
+SHALLOW = 0.25
+"""How deep, at most, a hollow is that a tear fills and leaves again, in its widths."""
+
 ROUGH = 3.0
 """How much thicker than the film of the trail its highest bumps are."""
 
@@ -208,11 +211,24 @@ class SheddingTear:
             at = ground.bound(np.array([first, begin])).on(moved.points)
             way = paths.descent(moved, at[1], 0.5 * self._detail, most)
             if paths.lengths(way)[-1] > 1.5 * width:
+                way = self._overflowed(moved, way, lowered[1:], most)
                 return moved.bound(np.concatenate([at[:1], way])).on(rest)
         raise ParameterError(
             f"no water runs from {first.round(2)}: the surface is level there, or ends. Start elsewhere, or give a "
             "path."
         )
+
+    def _overflowed(self, moved: Ground, way: Array, lowered: Array, most: float) -> Array:
+        """A way that goes on below hollows as small as the tear, which fills them, such as creases of the lids."""
+        step, width = 0.5 * self._detail, 2.0 * self.shape.half
+        for begin in moved.nearest(way[-1] + lowered)[1]:
+            across = np.linspace(way[-1], begin, 9)
+            if np.linalg.norm(moved.nearest(across)[1] - across, axis=1).max() > SHALLOW * width:
+                continue
+            more = paths.descent(moved, begin, step, max(most - paths.lengths(way)[-1], step))
+            if paths.lengths(more)[-1] > 1.5 * width and (begin - way[-1]) @ moved.down > 0.0:
+                return self._overflowed(moved, np.concatenate([way, more]), lowered, most)
+        return way
 
     def _meandered(self, way: Array) -> Array:
         """The way with the small turns that rough skin makes; its start stays."""

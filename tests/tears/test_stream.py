@@ -425,3 +425,16 @@ def test_refuses_gaps_no_length_and_meshes_without_end(sphere):
         fw.SheddingTear(sphere, start=meridian(0.0)[5], into="river")
     with pytest.raises(MeshError, match="must be a PolyData"):
         fw.SheddingTear(sphere, start=meridian(0.0)[5], on="frame")
+
+
+@pytest.mark.parametrize(("out", "goes_on"), [(0.4, True), (4.0, False)])
+def test_a_tear_fills_a_shallow_crease_and_runs_on(out, goes_on):
+    y, x = np.mgrid[-30.0:30.01:0.1, -10.0:10.01:1.0]
+    ridge = out * np.exp(-0.5 * (y / (0.5 * out)) ** 2)
+    sheet = pv.StructuredGrid(x, y, ridge).extract_surface(algorithm="dataset_surface").triangulate()
+    sheet = sheet if sheet.compute_normals()["Normals"][:, 2].mean() > 0.0 else sheet.flip_faces()
+    down = np.array([0.0, -1.0, -1.0])  # the sheet leans back: above the ridge water would have to rise
+    tear = fw.SheddingTear(sheet, start=(0.0, 20.0, 0.0), width=2.0, down=down, roughness=0.0, seed=1)
+    stuck = paths.descent(ground_of(sheet, down), np.array([0.0, 20.0, 0.0]), 0.3, 60.0)
+    assert stuck[-1, 1] > 0.0
+    assert (tear.courses[0].points[-1, 1] < -10.0) == goes_on
