@@ -12,7 +12,8 @@ import pyvista as pv
 
 from . import _shading
 from ._drawn_skin import DrawnSkin
-from ._features import Brows, Lashes, Mouth, PaintedEye, has_colours, is_drawn, own_parts
+from ._features import Mouth, PaintedEye, has_colours, is_drawn, own_parts
+from ._hairs import Brows, Lashes
 from ._lid_rims import LidRim
 from .anatomy.complexion import Paint
 from .anatomy.face import Face
@@ -243,10 +244,11 @@ class Scene:
             )
         skin = with_normals(frame)
         n = self.face.mesh.n_points  # base vertices come first in every frame
-        points, normals = np.asarray(skin.points)[:n], np.asarray(skin.point_data["Normals"])[:n]
+        everywhere, normals = np.asarray(skin.points), np.asarray(skin.point_data["Normals"])[:n]
         pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
         back = np.linalg.inv(pose)  # parts are placed on the head as it is at rest, and go with it
-        points, normals = points @ back[:3, :3].T + back[:3, 3], normals @ pose[:3, :3]
+        everywhere, normals = everywhere @ back[:3, :3].T + back[:3, 3], normals @ pose[:3, :3]
+        points, refined = everywhere[:n], (everywhere, np.asarray(skin.regular_faces))
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         if self._drawn is not None:
             place = np.append(self.plotter.camera.position, 1.0)
@@ -282,7 +284,7 @@ class Scene:
             if lashes.roots:
                 self._put(lashes.on(points), f"lashes_{lashes.eye.side}", **HAIR)
         if self._brows is not None:
-            self._put(self._brows.on(points, self.face.triangles, normals), "brows", **HAIR)
+            self._put(self._brows.on(points, self.face.triangles, normals, refined), "brows", **HAIR)
         for name, part in own_parts(self.face, frame).items():
             look = EYE if name.startswith("eye") else HAIR
             self._put(part, f"{OWN}{name}", texture=self._own[name], **look)

@@ -12,9 +12,11 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle._features import Brows, Lashes, Mouth, PaintedEye
+from facewrinkle._features import Mouth, PaintedEye
+from facewrinkle._hairs import Brows, Lashes
 from facewrinkle._shading import furrowed
 from facewrinkle.anatomy.eyes import lid_margins
+from facewrinkle.anatomy.fitting import carried_brows
 from facewrinkle.errors import MeshError, OutputError, ParameterError, UnknownNameError
 from facewrinkle.mesh import ARRAYS
 from facewrinkle.plotting import (
@@ -436,3 +438,25 @@ def test_a_figure_shows_a_picture_pixel_by_pixel():
         assert np.array_equal(np.asarray(shown.canvas.buffer_rgba())[:, :, :3], image)
     finally:
         plt.close(shown)
+
+
+@pytest.mark.parametrize("expression", ["anger", "surprise"])
+def test_hairs_of_brows_lie_on_folds_between_coarse_vertices(real_face, expression):
+    face = real_face("mediapipe_canonical_face_model")
+    simulation = fw.Simulation(face)
+    simulation.express(expression)
+    *_, frame = simulation.run(14)
+    n = face.mesh.n_points
+    points, normals = np.asarray(frame.points)[:n], np.asarray(frame.point_data["Normals"])[:n]
+    hairs = Brows(carried_brows(face), face, 0.01)
+    buried = []
+    for refined in (None, (np.asarray(frame.points), frame.regular_faces)):
+        ribbons = hairs.on(points, face.triangles, normals, refined)
+        seen = ribbons.points + 0.5 * face.frame.pupil_distance * face.frame.axes[2]
+        among = range(0, len(seen), 17)
+        hidden = 0
+        for k in among:
+            hits, _ = frame.ray_trace(seen[k], ribbons.points[k])
+            hidden += bool(len(hits)) and np.linalg.norm(hits - ribbons.points[k], axis=1).max() > 0.1 / face.unit
+        buried.append(hidden / len(among))
+    assert buried[1] < 0.01 < 0.03 < buried[0], buried

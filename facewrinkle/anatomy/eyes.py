@@ -28,6 +28,9 @@ IntArray = npt.NDArray[np.int32]
 RADIUS = 12.0 / MEAN_PUPIL_DISTANCE
 """Radius of an eyeball, in distances between the pupils."""
 
+SAG = 0.14
+"""How far below the line between its corners a shut eye's lids and lashes meet, in distances between the corners."""
+
 
 @dataclass(frozen=True, eq=False)
 class Eyeball:
@@ -86,6 +89,19 @@ class Eyeball:
         """The eyeball turned so that it looks along a unit direction."""
         up = self.up - (self.up @ gaze) * gaze
         return replace(self, gaze=np.asarray(gaze), up=up / np.linalg.norm(up))
+
+    def slit(self, inner: Array, outer: Array, along: npt.ArrayLike) -> Array:
+        """Where lids meet that are shut in the mesh (k, 3), at shares of the way from corner to corner: it sags.
+
+        Examples
+        --------
+        >>> eye = Eyeball("l", np.zeros(3), 12.0, gaze=np.array([0.0, 0.0, 1.0]), up=np.array([0.0, 1.0, 0.0]))
+        >>> eye.slit(np.array([-10.0, 0, 12]), np.array([10.0, 0, 12]), 0.5)
+        array([[ 0. , -2.8, 12. ]])
+        """
+        share = np.reshape(along, (-1, 1))
+        sag = SAG * np.linalg.norm(outer - inner) * np.sin(np.pi * share)
+        return np.asarray(inner + share * (outer - inner) - sag * self.up)
 
     def surface(self, resolution: int = 48) -> pv.PolyData:
         """The eyeball as a mesh whose pole is the middle of the iris; `angle` is the angle from it in radians."""

@@ -22,9 +22,6 @@ IntArray = npt.NDArray[np.int32]
 
 SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 
-SAG = 0.14
-"""How far below the line between its corners a shut eye's lids and lashes meet, in distances between the corners."""
-
 
 @dataclass(frozen=True, eq=False)
 class Place:
@@ -250,7 +247,7 @@ def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
 def _on_shut_lids(face: Face, eye: Eyeball, inner: Array, outer: Array, along: float) -> Array:
     """Where lids that are shut meet, seen along the gaze: the lids bulge out before the line between the corners."""
     width = float(np.linalg.norm(outer - inner))
-    place = inner + along * (outer - inner) - SAG * width * np.sin(np.pi * along) * eye.up
+    place = eye.slit(inner, outer, along)[0]
     seen, _ = face.mesh.ray_trace(place + 2.0 * width * eye.gaze, place - 2.0 * width * eye.gaze)
     if len(seen):
         return np.asarray(seen[np.argmax(seen @ eye.gaze)], dtype=np.float64)

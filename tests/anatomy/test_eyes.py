@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle._features import Lashes
+from facewrinkle._hairs import Lashes
 from facewrinkle.anatomy.eyes import OVERLAP, gaze_of, lid_margins, lids_of, place_eyeballs
 from facewrinkle.anatomy.muscles import EyeMuscle, LidMuscle
 from facewrinkle.errors import ParameterError, UnknownNameError
