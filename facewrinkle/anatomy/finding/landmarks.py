@@ -23,7 +23,7 @@ from ..landmarks import NAMES, REFUSED, complete
 from .alignment import COARSE, FINE, laid_on, likeness, seen, template_map
 from .depth import Pose, foremost
 from .matching import DOUBT, Match, matched
-from .mouth import MOUTH, corners
+from .mouth import MOUTH, corners, lower_lip
 from .samples import coarsened, spread
 from .search import SIZES, candidates, distinct
 from .template import LOOKS, PEOPLE, template
@@ -390,11 +390,14 @@ def _landmarks(points: Array, triangles: Triangles, matches: list[Match]) -> tup
             rivals[name] = at[mouth > mouth[look] - CLOSE]
             if look >= persons:
                 there[name], sure[name] = at[look], float(trusts[name][look])
+    lip = True
     if not matches[look].agape:
         there |= _mouth(points, triangles, matches[0], there)
+        there["lower_lip_mid"], lip = _lower_lip(points, triangles, matches[0], there)
     for name, place in there.items():
         scatter = np.sqrt(((rivals[name] - place) ** 2).sum(axis=1).mean()) / pose.size
         sure[name] = _certain(sure[name]) / (1.0 + (scatter / DISAGREEMENT) ** 2)
+    sure["lower_lip_mid"] *= 1.0 if lip else 0.5
     tip = foremost(view.depth, FINE, pose.local(there["nose_tip"])[:2])
     there["nose_tip"] = _raised(matches[0], tip[None], view.depth)[0]
     landmarks, _ = complete(there, templates[0])
@@ -419,6 +422,15 @@ def _mouth(points: Array, triangles: Triangles, match: Match, there: Mapping[str
     aside = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
     flat = np.concatenate([ends, expected[2:] + np.array([aside, 0.0])])
     return dict(zip(MOUTH, _raised(match, flat, match.view.depth), strict=True))
+
+
+def _lower_lip(points: Array, triangles: Triangles, match: Match, there: Mapping[str, Array]) -> tuple[Array, bool]:
+    """The lower lip, out of the furrow below it, and whether a lip is seen."""
+    upper, lower = match.pose.local(np.array([there["upper_lip_mid"], there["lower_lip_mid"]]))[:, :2]
+    rise, is_seen = lower_lip(points, triangles, match.pose, upper, lower)
+    if rise == 0.0:
+        return there["lower_lip_mid"], is_seen
+    return _raised(match, np.array([[lower[0], lower[1] + rise]]), match.view.depth)[0], is_seen
 
 
 def _certain(trust: float) -> float:
