@@ -35,6 +35,7 @@ from facewrinkle.anatomy.finding.warp import Warp, basis, evened, sampled, warpe
 from facewrinkle.anatomy.fitting import UNSURE
 from facewrinkle.anatomy.landmarks import NAMES, REFUSED, frame_of, read_landmarks, write_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
+from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.mesh import read_surface, to_polydata
 
 PAIRS = tuple(name.format(side) for name in ("eye_{}_inner", "mouth_{}") for side in "lr")
@@ -377,6 +378,23 @@ def test_other_mouths(real_face, name):
     off = np.array([100.0 * np.linalg.norm(found.landmarks[n] - truth[n]) / size for n in CENTRAL])
     assert off.mean() < 4.0
     assert off.max() < 12.0
+
+
+def test_a_head_on_a_floor_that_it_has_grown_together_with(face):
+    rim = np.asarray(max(boundary_loops(face.triangles), key=lambda loop: np.ptp(face.points[loop], axis=0).max()))
+    middle, size = face.points[rim].mean(axis=0), face.frame.pupil_distance
+    out = (face.points[rim] - middle) * [1.0, 0.0, 1.0]
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    points, triangles, inner = [face.points], [face.triangles], rim
+    for ring, radius in enumerate(np.geomspace(2.0, 40.0, 10)):
+        points.append(middle + size * (radius * out - [0.0, 1.0, 0.0]))
+        outer = len(face.points) + ring * len(rim) + np.arange(len(rim))
+        a, b, c, d = inner, np.roll(inner, -1), outer, np.roll(outer, -1)
+        triangles += [np.column_stack([a, b, d]), np.column_stack([a, d, c])]
+        inner = outer
+    found = find_landmarks(to_polydata(np.vstack(points), np.vstack(triangles)))
+    assert found.confidence > 0.9
+    assert errors(found.landmarks, face.landmarks, MORE).max() < 1.5
 
 
 def test_a_lower_lip_bulges():

@@ -64,6 +64,9 @@ PARTS = 3
 THIN = 0.02
 """What is thinner than this share of its largest extent is no face, but a floor or a wall."""
 
+FLOOR = 0.004
+"""How uneven a floor may be, over the diagonal of the bounding box."""
+
 CHOICE = 0.03
 """A template whose relief around a landmark correlates less by this counts a third."""
 
@@ -223,7 +226,8 @@ def _surface(mesh: object) -> tuple[Array, Triangles]:
 def _searched(points: Array, triangles: Triangles, pose: Pose | None, watch: Watch) -> _Search:
     """The whole searched, and part by part where it shows no face: in front of a large thing one is small or hidden."""
     found: list[_Search] = []
-    for part in chain([triangles], () if pose is not None else _parts(points, triangles)):
+    others = chain(_parts(points, triangles), _off_the_floor(points, triangles))
+    for part in chain([triangles], () if pose is not None else others):
         search = _Search(points, part, pose)
         try:
             for _ in watch(search.steps(), search.STEPS):
@@ -254,6 +258,22 @@ def _parts(points: Array, triangles: Triangles) -> Iterator[Triangles]:
         extent = np.ptp(corners @ along.T, axis=0)
         if extent.min() > THIN * extent.max():
             yield alone
+
+
+def _off_the_floor(points: Array, triangles: Triangles) -> Iterator[Triangles]:
+    """What stands on a plane that is most of the surface, as a scan does on a table that it has grown together with."""
+    corners = points[triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    cloud = spread(points, triangles, 2000)
+    flat = np.ones(len(cloud), bool)
+    for _ in range(5):  # the plane of most of the surface: that of what is close to it
+        centre = cloud[flat].mean(axis=0)
+        normal = np.linalg.svd(cloud[flat] - centre, full_matrices=False)[2][2]
+        away = np.abs((cloud - centre) @ normal)
+        flat = away <= max(float(np.median(away)), FLOOR)
+    on_floor = (np.abs((corners - centre) @ normal) < FLOOR).all(axis=1)
+    if area[on_floor].sum() > 0.5 * area.sum() and len(triangles) - on_floor.sum() >= FEWEST:
+        yield triangles[~on_floor]
 
 
 class _Search:
