@@ -62,7 +62,8 @@ def clip(face, played, tmp_path_factory):
 def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, capsys):
     file, landmarks = map(str, clip)
     assert main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path), *SMALL]) == 0
-    said = capsys.readouterr().out
+    said, told = capsys.readouterr()
+    assert "no wrinkles" not in told
     assert {path.name for path in tmp_path.iterdir()} == {
         "brows.mp4", "brows.vtkhdf", "brows.png", "brows_0.20s.png",
     }  # fmt: skip
@@ -82,6 +83,17 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, capsys):
         assert (np.ptp(frame["W"]) > 0.5) == (expected > 0.0)
         if not expected:
             np.testing.assert_allclose(frame.points[: rest.n_points], rest.points, atol=1e-6)
+
+
+def test_a_head_that_only_goes_along_is_told(face, tmp_path, capsys):
+    frames = [face.mesh.translate((shift, 0.0, 0.0)) for shift in (0.0, 5.0, 10.0)]
+    file = fw.export.write_series(frames, [0.0, 0.1, 0.2], tmp_path / "away.vtkhdf")
+    write_landmarks(face.landmarks, tmp_path / "away.json")
+    given = [str(file), "--landmarks", str(tmp_path / "away.json"), "--out", str(tmp_path / "out")]
+    assert main(["play", *given, *SMALL]) == 0
+    out, err = capsys.readouterr()
+    assert "away.vtkhdf shows no wrinkles" in err
+    assert "(0.00 mm)" in out
 
 
 def test_play_options(clip, tmp_path, capsys):

@@ -149,7 +149,7 @@ def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
         name: follower(name, *_restored(data, f"{_PARTS}/{name}/"))
         for name in sorted({k.split("/")[1] for k in data if k.startswith(_PARTS)})
     }
-    eyes = eyes_of(face.eyes, parts)
+    eyes = eyes_of(face.eyes, parts, face.frame)
     told = tuple(data["report"].tolist())
     likeness = float(data["likeness"]) if "likeness" in data else None
     return dataclasses.replace(

@@ -205,7 +205,7 @@ def _with_parts(face: Face, others: pv.PolyData) -> Face:
         report += (sentence,)
     if specks:
         report += (f"Dropped specks: {specks}.",)
-    return dataclasses.replace(face, parts=parts, report=report, eyes=eyes_of(face.eyes, parts))
+    return dataclasses.replace(face, parts=parts, report=report, eyes=eyes_of(face.eyes, parts, face.frame))
 
 
 def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.uint8] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -33,8 +33,19 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 Follows = Literal["skull", "mandible", "eye", "skin"]
 
-NEAR_EYE = 1.6
-"""What lies within so many radii of the middle of an eye belongs to it."""
+NEAR_EYE, AROUND_EYE = 1.6, 0.1
+"""What lies within so many radii of the middle of an eye, and this farther, in distances between the pupils, belongs
+to it.
+"""
+
+BALLS = (0.7, 2.6)
+"""Radii of balls that may be eyes, relative to an adult's: up to where those of a child or a cartoon touch."""
+
+UNEVEN, OPEN = 0.25, 1.2
+"""How far a ball may bulge, as with its cornea, and how broad the piece of it is that there is at least, in radii."""
+
+ARCH, ROWS, TONGUE = 0.4, 0.04, 0.2
+"""How broad a row of teeth is, how far apart two are, and how broad a tongue is, in distances between the pupils."""
 
 ON_SKIN = 0.12
 """Parts that nowhere are farther from the skin than this, in distances between the pupils, follow the skin."""
@@ -45,9 +56,6 @@ STILL = 0.01
 SPECK = 0.02
 """Parts smaller than this, in distances between the pupils, are dropped, unless they belong to an eye or a mouth."""
 
-
-ARCH = 0.4
-"""Teeth of a whole jaw are wider than this, in distances between the pupils."""
 
 CARD = 0.04
 """Sheets wider than this share of all lashes are cards with a picture of many hairs; a hair is a tenth as wide."""
@@ -129,13 +137,15 @@ def named_parts(
     away = cKDTree(np.asarray(skin.points)).query(others.points)[0] / frame.pupil_distance
     order = np.argsort(label, kind="stable")
     ends = np.flatnonzero(np.diff(label[order], prepend=-1, append=label.max() + 1))
-    pieces = [order[begin:end] for begin, end in pairwise(ends)]
-    used = [np.unique(triangles[piece]) for piece in pieces]
-    kinds = [_kind(local[points], away[points], marks) for points in used]
-    _part_jaws(kinds, [local[points] for points in used])
+    pieces = [(piece, np.unique(triangles[piece])) for piece in (order[begin:end] for begin, end in pairwise(ends))]
+    eyes = {side: _socket([local[used] for _, used in pieces], marks[f"eye_{side}_centre"]) for side in "lr"}
+    kinds = [_kind(local[used], away[used], marks, eyes) for _, used in pieces]
+    inside = [local[used] for (_, used), kind in zip(pieces, kinds, strict=True) if kind == "teeth"]
+    line = _bite(inside, _lips(marks)[1])
     rows: dict[str, list[npt.NDArray[np.int64]]] = {}
-    for kind, piece in zip(kinds, pieces, strict=True):
-        rows.setdefault(kind, []).append(piece)
+    for (piece, used), kind in zip(pieces, kinds, strict=True):
+        name = _jaw_with(local[used], line) + "_teeth" if kind == "teeth" else kind
+        rows.setdefault(name, []).append(piece)
     specks = len(rows.pop("speck", []))
     found = {}
     for name in sorted(rows):
@@ -150,33 +160,34 @@ def named_parts(
     return found, specks
 
 
-def _kind(points: Array, away: Array, marks: Mapping[str, Array]) -> str:
+def _socket(pieces: list[Array], centre: Array) -> tuple[Array, float]:
+    """Centre and radius of an eye: of the largest ball that there is about where it is expected, or as expected."""
+    balls = [ball for ball in (_eyeball(points, centre, RADIUS) for points in pieces) if ball is not None]
+    return max(balls, key=lambda ball: ball[1], default=(centre, RADIUS))
+
+
+def _kind(points: Array, away: Array, marks: Mapping[str, Array], eyes: Mapping[str, tuple[Array, float]]) -> str:
     """What a part is, from its points (n, 3) [left, up, forward] and their distances from the skin.
 
     All lengths are in distances between the pupils.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     middle, extent = 0.5 * (low + high), high - low
-    for side in "lr":
-        centre = marks[f"eye_{side}_centre"]
-        offset = points - centre
-        if extent.max() < 4.0 * RADIUS and eyeball_of(points, centre, RADIUS) is not None:
-            return f"eye_{side}"
-        if np.linalg.norm(offset, axis=1).max() > NEAR_EYE * RADIUS + 0.1:
+    for side, (centre, radius) in eyes.items():
+        if np.linalg.norm(points - centre, axis=1).max() > NEAR_EYE * radius + AROUND_EYE:
             continue
         # Balls, corneas and irises are round and lie before or about the middle of the eye; lashes stand off its rim.
         flat = np.linalg.norm(middle[:2] - centre[:2])
         lengths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
         hair = lengths[1] < 0.2 * lengths[0]
         round_ = not hair and (extent[1] > 0.6 * extent[0] or extent[:2].max() < 0.8 * RADIUS)
-        return f"eye_{side}" if flat < 0.5 * RADIUS and round_ else f"lashes_{side}"
-    lips = np.mean([marks[n] for n in ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")], axis=0)
+        return f"eye_{side}" if flat < 0.5 * radius and round_ else f"lashes_{side}"
+    lips = _lips(marks)
     within = np.abs(middle - lips)
     behind = middle[2] < lips[2] + 0.05 and high[2] < lips[2] + 0.25
     if behind and within[0] < 0.55 and within[1] < 0.5 and middle[2] > lips[2] - 1.2 and extent.max() < 1.4:
-        if extent[0] > 0.5 * ARCH and extent[2] > 1.2 * extent[0] and within[0] < 0.1:  # deep, and in the middle
-            return "tongue"
-        return "upper_teeth" if middle[1] > lips[1] else "lower_teeth"
+        tongue = extent[0] > TONGUE and extent[2] > 1.2 * extent[0] and within[0] < 0.1  # deep, and in the middle
+        return "tongue" if tongue else "teeth"
     if extent.max() < SPECK:
         return "speck"
     if away.max() < ON_SKIN:
@@ -189,19 +200,18 @@ def _kind(points: Array, away: Array, marks: Mapping[str, Array]) -> str:
     return "hair" if middle[1] > bridge[1] or hangs or fringe else "other"
 
 
-def _part_jaws(kinds: list[str], pieces: Sequence[Array]) -> None:
-    """Where all teeth were taken for those of one jaw, since the lips are above or below them, rename the others.
+def _lips(marks: Mapping[str, Array]) -> Array:
+    return np.asarray(np.mean([marks[n] for n in ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")], axis=0))
 
-    The arches tell the jaws, and what is about them, such as single teeth, goes with the nearer one.
-    """
-    teeth = [i for i, kind in enumerate(kinds) if kind.endswith("_teeth")]
-    if len({kinds[i] for i in teeth}) != 1:
-        return
-    middle = {i: 0.5 * float(pieces[i][:, 1].min() + pieces[i][:, 1].max()) for i in teeth}
-    arches = sorted((middle[i] for i in teeth if np.ptp(pieces[i][:, 0]) > ARCH), reverse=True)
-    if len(arches) > 1 and arches[0] - arches[1] > 0.1 * ARCH:
-        for i in teeth:
-            kinds[i] = "upper_teeth" if middle[i] > 0.5 * (arches[0] + arches[1]) else "lower_teeth"
+
+def _bite(pieces: list[Array], lips: float) -> float:
+    """The height at which two rows of teeth meet: between the highest and the lowest, or the lips' if there is one."""
+    heights = [0.5 * (points[:, 1].min() + points[:, 1].max()) for points in pieces if np.ptp(points[:, 0]) > ARCH]
+    return 0.5 * (min(heights) + max(heights)) if heights and max(heights) - min(heights) > ROWS else lips
+
+
+def _jaw_with(points: Array, line: float) -> str:
+    return "lower" if points[:, 1].min() + points[:, 1].max() <= 2.0 * line else "upper"
 
 
 def ball_of(points: Array) -> tuple[Array, float]:
@@ -221,32 +231,31 @@ def ball_of(points: Array) -> tuple[Array, float]:
     return middle + solution[:3], radius
 
 
-def eyeball_of(points: Array, centre: Array, radius: float) -> tuple[Array, float] | None:
-    """Centre and radius of the ball that points (n, 3) lie on, a cornea before it; None if it is not about that eye.
+def _eyeball(points: Array, centre: Array, adult: float) -> tuple[Array, float] | None:
+    """Centre and radius of the ball, or its front, that points (n, 3) are; none if it is no eye about this place.
 
-    Examples
-    --------
-    >>> ball = np.asarray(pv.Sphere(radius=1.1, center=(0.2, 0.0, 0.0)).points)
-    >>> eyeball_of(ball, np.zeros(3), 1.0) is None, eyeball_of(ball * [1, 1, 0.3], np.zeros(3), 1.0) is None
-    (False, True)
+    `adult` is the radius of an eye as it is expected.
     """
-    if len(points) <= 8:
+    if len(points) < 9:
         return None
-    middle, found = ball_of(points)
-    off = np.linalg.norm(points - middle, axis=1) - found
-    near = np.linalg.norm(middle - centre) < radius
-    return (middle, found) if near and 0.7 < found / radius < 1.7 and np.abs(off).max() < 0.25 * found else None
+    middle, radius = ball_of(points)
+    across = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+    extent = np.sort(np.ptp(points @ across.T, axis=0))
+    even = np.abs(np.linalg.norm(points - middle, axis=1) - radius).max() < UNEVEN * radius
+    right = BALLS[0] < radius / adult < BALLS[1] and np.linalg.norm(middle - centre) < radius
+    return (middle, radius) if even and right and extent[1] > OPEN * radius else None
 
 
-def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part]) -> list[Eyeball]:
-    """The eyeballs, moved to the eyes that came with the face where these are balls of about their size."""
+def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part], frame: FaceFrame) -> list[Eyeball]:
+    """The eyeballs, moved to the eyes that came with the face where these are balls."""
     out = []
     for eye in eyes:
         part = parts.get(f"eye_{eye.side}")
         if part is not None:
             label = np.asarray(part.mesh.cell_data[PART])
             largest = np.asarray(part.mesh.regular_faces)[label == np.argmax(np.bincount(label))]
-            ball = eyeball_of(np.asarray(part.mesh.points)[np.unique(largest)], eye.centre, eye.radius)
+            points = np.asarray(part.mesh.points)[np.unique(largest)]
+            ball = _eyeball(points, eye.centre, RADIUS * frame.pupil_distance)
             if ball is not None:
                 eye = replace(eye, centre=ball[0], radius=ball[1])
         out.append(eye)

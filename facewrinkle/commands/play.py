@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.fitting import fit_face
-from ..errors import ParameterError, check_range, check_whole
+from ..errors import FaceWrinkleWarning, ParameterError, check_range, check_whole
 from ..export import output_folder
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..motion.animation import read_animation
@@ -21,6 +22,9 @@ from .take import shot
 
 LONGEST = 100_000
 """Steps; a clip of more is a mistake in its speed or in --fps."""
+
+SMOOTH = 0.005
+"""Wrinkles less deep than this are none, in mm."""
 
 
 def play(
@@ -85,6 +89,13 @@ def play(
     frames = report.progress(_watched(simulation, steps, count, peaks), "Frames", steps)
     times = (1 + np.arange(steps)) * step
     columns, files = [], shot(frames, times, face, styles, output.fps, *output.files(folder / file.stem))
+    if max(map(_depth, peaks)) < SMOOTH:
+        warnings.warn(
+            f"{file.name} shows no wrinkles: its motion compresses the skin of the face nowhere. Clips of bodies often "
+            "carry the head along as one piece; give one in which the face moves, with blend shapes or facial bones.",
+            FaceWrinkleWarning,
+            stacklevel=2,
+        )
     for _, when, frame in report.progress(iter(peaks), "Pictures", len(peaks)):
         close = Style(output.pixels, output.view or closeup(frame, face), follow=follow)
         pair = [picture(frame, face, style) for style in (styles[0], close)]

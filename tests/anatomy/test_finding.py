@@ -28,12 +28,14 @@ from facewrinkle.anatomy.finding.alignment import FINE, SCALES, laid_on, likenes
 from facewrinkle.anatomy.finding.depth import Grid, Pose, depth_map, foremost, relief
 from facewrinkle.anatomy.finding.landmarks import _near, bar
 from facewrinkle.anatomy.finding.matching import matched
-from facewrinkle.anatomy.finding.mouth import MOUTH, corners
+from facewrinkle.anatomy.finding.mouth import MOUTH, corners, lower_lip
 from facewrinkle.anatomy.finding.samples import spread, thinned
 from facewrinkle.anatomy.finding.template import template
 from facewrinkle.anatomy.finding.warp import Warp, basis, evened, sampled, warped
+from facewrinkle.anatomy.fitting import UNSURE
 from facewrinkle.anatomy.landmarks import NAMES, REFUSED, frame_of, read_landmarks, write_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
+from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.mesh import read_surface, to_polydata
 
 PAIRS = tuple(name.format(side) for name in ("eye_{}_inner", "mouth_{}") for side in "lr")
@@ -348,7 +350,17 @@ def test_real_faces(real_face, stem, seed, central, worst, more):
     assert min(found.confidences[name] for name in CENTRAL) > 0.6  # far from being doubted
 
 
-CAPTURED = ("jawOpen", "mouthFunnel", "mouthStretch_L")
+CAPTURED = ("jawOpen", "mouthFunnel", "mouthStretch_L", "mouthShrugLower", "jawForward")
+
+
+@pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
+def test_a_lip_that_is_rolled_in_is_doubted(real_face):
+    real_face("ict_face_narrow")  # skips where it is absent
+    captured, rest = np.load(FACES / "ict_face_expressions.npz"), read_surface(FACES / "ict_face_narrow.obj")
+    delta = captured["deltas"][list(captured["names"]).index("mouthRollLower")]
+    found = find_landmarks(to_polydata(np.asarray(rest.points) + delta, rest.regular_faces))
+    assert found.confidences["lower_lip_mid"] < UNSURE
+    assert found.confidence > 0.8
 
 
 @pytest.mark.parametrize("name", CAPTURED)
@@ -366,6 +378,35 @@ def test_other_mouths(real_face, name):
     off = np.array([100.0 * np.linalg.norm(found.landmarks[n] - truth[n]) / size for n in CENTRAL])
     assert off.mean() < 4.0
     assert off.max() < 12.0
+
+
+def test_a_head_on_a_floor_that_it_has_grown_together_with(face):
+    rim = np.asarray(max(boundary_loops(face.triangles), key=lambda loop: np.ptp(face.points[loop], axis=0).max()))
+    middle, size = face.points[rim].mean(axis=0), face.frame.pupil_distance
+    out = (face.points[rim] - middle) * [1.0, 0.0, 1.0]
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    points, triangles, inner = [face.points], [face.triangles], rim
+    for ring, radius in enumerate(np.geomspace(2.0, 40.0, 10)):
+        points.append(middle + size * (radius * out - [0.0, 1.0, 0.0]))
+        outer = len(face.points) + ring * len(rim) + np.arange(len(rim))
+        a, b, c, d = inner, np.roll(inner, -1), outer, np.roll(outer, -1)
+        triangles += [np.column_stack([a, b, d]), np.column_stack([a, d, c])]
+        inner = outer
+    found = find_landmarks(to_polydata(np.vstack(points), np.vstack(triangles)))
+    assert found.confidence > 0.9
+    assert errors(found.landmarks, face.landmarks, MORE).max() < 1.5
+
+
+def test_a_lower_lip_bulges():
+    face, pose = template(), Pose(np.eye(3), np.zeros(3), 1.0, np.ones(3))
+    upper, lower = (face.landmarks[name][:2] for name in ("upper_lip_mid", "lower_lip_mid"))
+    assert lower_lip(face.points, face.triangles, pose, upper, lower) == (0.0, True)
+    furrow = lower - [0.0, 0.07]  # between lip and chin
+    rise, is_seen = lower_lip(face.points, face.triangles, pose, upper, furrow)
+    assert is_seen
+    assert rise == pytest.approx(0.07, abs=0.02)
+    ball = pv.Icosphere(radius=1.6, nsub=5, center=(0.0, -1.0, -1.3))
+    assert lower_lip(np.asarray(ball.points, float), ball.regular_faces, pose, upper, lower) == (0.0, False)
 
 
 # --- what is no face ----------------------------------------------------------------------------

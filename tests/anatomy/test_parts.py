@@ -39,6 +39,17 @@ def lash(face, eye):
     return points, np.concatenate([np.column_stack([i, i + 1, i + 16]), np.column_stack([i + 1, i + 17, i + 16])])
 
 
+def together(face, pieces):
+    """The face with other parts in one mesh."""
+    meshes = [(face.points, face.triangles), *pieces]
+    starts = np.cumsum([0, *(len(points) for points, _ in meshes[:-1])])
+    soup = pv.PolyData.from_regular_faces(
+        np.vstack([points for points, _ in meshes]),
+        np.vstack([triangles + start for (_, triangles), start in zip(meshes, starts, strict=True)]),
+    )
+    return fw.fit_face(soup, face.landmarks, units="mm")
+
+
 @pytest.fixture(scope="module")
 def pieces(face):
     """Eyes, teeth, lashes, hair, glasses and a pedestal for the built-in head."""
@@ -58,14 +69,9 @@ def pieces(face):
 @pytest.fixture(scope="module")
 def dressed(face, pieces):
     """The head with all of them in one mesh, and a speck."""
-    meshes = [(face.points, face.triangles), *pieces.values(), ellipsoid(face, [0.0, 0.3, 1.5], [0.004] * 3, 5)]
-    starts = np.cumsum([0, *(len(points) for points, _ in meshes[:-1])])
-    soup = pv.PolyData.from_regular_faces(
-        np.vstack([points for points, _ in meshes]),
-        np.vstack([triangles + start for (_, triangles), start in zip(meshes, starts, strict=True)]),
-    )
+    parts = [*pieces.values(), ellipsoid(face, [0.0, 0.3, 1.5], [0.004] * 3, 5)]
     with pytest.warns(FaceWrinkleWarning, match="separate parts"), pytest.warns(FaceWrinkleWarning, match="are cards"):
-        return fw.fit_face(soup, face.landmarks, units="mm")
+        return together(face, parts)
 
 
 def test_parts_are_told_apart(dressed, pieces, face):
@@ -169,6 +175,46 @@ def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
             assert ("own lashes_l" in scene.plotter.actors) == (name != "cards"), name
             assert ("lashes_l" in scene.plotter.actors) == (name == "cards"), name
         assert ("lashes_l" in beside(dressed, dressed.mesh)) == (name != "cards")
+
+
+@pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
+@pytest.mark.parametrize("larger", [0.8, 1.6, 2.2])
+def test_eyes_that_are_no_adults_are_balls_too(face, larger):
+    """Behind the same lids, as a child's are, with an iris that lies before the ball and lashes."""
+    pieces, centres = [], []
+    for eye in face.eyes:
+        radius = larger * eye.radius
+        centres.append(eye.centre - (radius - eye.radius) * eye.gaze)
+        ball = pv.Sphere(radius=radius, center=centres[-1], theta_resolution=20, phi_resolution=20)
+        iris = pv.Disc(
+            center=centres[-1] + 1.01 * radius * eye.gaze,
+            inner=0.0,
+            outer=0.4 * eye.radius,
+            normal=eye.gaze,
+            r_res=2,
+            c_res=12,
+        ).triangulate()
+        pieces += [(np.asarray(m.points, float), np.asarray(m.regular_faces)) for m in (ball, iris)] + [lash(face, eye)]
+    fitted = together(face, pieces)
+    assert tuple(fitted.parts) == ("eye_l", "eye_r", "lashes_l", "lashes_r")
+    for eye, centre, rest in zip(fitted.eyes, centres, face.eyes, strict=True):
+        np.testing.assert_allclose(eye.centre, centre, atol=1e-3)
+        assert eye.radius == pytest.approx(larger * rest.radius, rel=1e-5)
+        assert fitted.parts[f"eye_{eye.side}"].mesh.n_cells == 720 + 36
+
+
+@pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
+@pytest.mark.parametrize("down", [-0.2, 0.0, 0.2])
+def test_two_rows_of_teeth_are_an_upper_and_a_lower_one(face, down):
+    """Wherever the bite is, behind the lips; a tongue is neither."""
+    lips = (0.5 * (face.landmarks["mouth_l"] + face.landmarks["mouth_r"]) - face.frame.origin) @ face.frame.axes.T
+    middle = lips / face.frame.pupil_distance - [0.0, down, 0.5]
+    rows = [ellipsoid(face, middle + np.array([0.0, height, 0.0]), [0.4, 0.05, 0.3]) for height in (0.08, -0.08)]
+    tongue = ellipsoid(face, middle - [0.0, -0.05, 0.2], [0.25, 0.05, 0.45])
+    parts = together(face, [*rows, tongue]).parts
+    assert tuple(parts) == ("lower_teeth", "tongue", "upper_teeth")
+    np.testing.assert_array_equal(parts["upper_teeth"].mesh.points, rows[0][0])
+    np.testing.assert_array_equal(parts["lower_teeth"].mesh.points, rows[1][0])
 
 
 def test_at_rest_all_parts_are_where_they_were(dressed):

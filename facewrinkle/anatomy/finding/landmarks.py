@@ -23,7 +23,7 @@ from ..landmarks import NAMES, REFUSED, complete
 from .alignment import COARSE, FINE, laid_on, likeness, seen, template_map
 from .depth import Pose, foremost
 from .matching import DOUBT, Match, matched
-from .mouth import MOUTH, corners
+from .mouth import MOUTH, corners, lower_lip
 from .samples import coarsened, spread
 from .search import SIZES, candidates, distinct
 from .template import LOOKS, PEOPLE, template
@@ -63,6 +63,9 @@ PARTS = 3
 
 THIN = 0.02
 """What is thinner than this share of its largest extent is no face, but a floor or a wall."""
+
+FLOOR = 0.004
+"""How uneven a floor may be, over the diagonal of the bounding box."""
 
 CHOICE = 0.03
 """A template whose relief around a landmark correlates less by this counts a third."""
@@ -223,7 +226,8 @@ def _surface(mesh: object) -> tuple[Array, Triangles]:
 def _searched(points: Array, triangles: Triangles, pose: Pose | None, watch: Watch) -> _Search:
     """The whole searched, and part by part where it shows no face: in front of a large thing one is small or hidden."""
     found: list[_Search] = []
-    for part in chain([triangles], () if pose is not None else _parts(points, triangles)):
+    others = chain(_parts(points, triangles), _off_the_floor(points, triangles))
+    for part in chain([triangles], () if pose is not None else others):
         search = _Search(points, part, pose)
         try:
             for _ in watch(search.steps(), search.STEPS):
@@ -254,6 +258,22 @@ def _parts(points: Array, triangles: Triangles) -> Iterator[Triangles]:
         extent = np.ptp(corners @ along.T, axis=0)
         if extent.min() > THIN * extent.max():
             yield alone
+
+
+def _off_the_floor(points: Array, triangles: Triangles) -> Iterator[Triangles]:
+    """What stands on a plane that is most of the surface, as a scan does on a table that it has grown together with."""
+    corners = points[triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    cloud = spread(points, triangles, 2000)
+    flat = np.ones(len(cloud), bool)
+    for _ in range(5):  # the plane of most of the surface: that of what is close to it
+        centre = cloud[flat].mean(axis=0)
+        normal = np.linalg.svd(cloud[flat] - centre, full_matrices=False)[2][2]
+        away = np.abs((cloud - centre) @ normal)
+        flat = away <= max(float(np.median(away)), FLOOR)
+    on_floor = (np.abs((corners - centre) @ normal) < FLOOR).all(axis=1)
+    if area[on_floor].sum() > 0.5 * area.sum() and len(triangles) - on_floor.sum() >= FEWEST:
+        yield triangles[~on_floor]
 
 
 class _Search:
@@ -390,11 +410,14 @@ def _landmarks(points: Array, triangles: Triangles, matches: list[Match]) -> tup
             rivals[name] = at[mouth > mouth[look] - CLOSE]
             if look >= persons:
                 there[name], sure[name] = at[look], float(trusts[name][look])
+    lip = True
     if not matches[look].agape:
         there |= _mouth(points, triangles, matches[0], there)
+        there["lower_lip_mid"], lip = _lower_lip(points, triangles, matches[0], there)
     for name, place in there.items():
         scatter = np.sqrt(((rivals[name] - place) ** 2).sum(axis=1).mean()) / pose.size
         sure[name] = _certain(sure[name]) / (1.0 + (scatter / DISAGREEMENT) ** 2)
+    sure["lower_lip_mid"] *= 1.0 if lip else 0.5
     tip = foremost(view.depth, FINE, pose.local(there["nose_tip"])[:2])
     there["nose_tip"] = _raised(matches[0], tip[None], view.depth)[0]
     landmarks, _ = complete(there, templates[0])
@@ -419,6 +442,15 @@ def _mouth(points: Array, triangles: Triangles, match: Match, there: Mapping[str
     aside = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
     flat = np.concatenate([ends, expected[2:] + np.array([aside, 0.0])])
     return dict(zip(MOUTH, _raised(match, flat, match.view.depth), strict=True))
+
+
+def _lower_lip(points: Array, triangles: Triangles, match: Match, there: Mapping[str, Array]) -> tuple[Array, bool]:
+    """The lower lip, out of the furrow below it, and whether a lip is seen."""
+    upper, lower = match.pose.local(np.array([there["upper_lip_mid"], there["lower_lip_mid"]]))[:, :2]
+    rise, is_seen = lower_lip(points, triangles, match.pose, upper, lower)
+    if rise == 0.0:
+        return there["lower_lip_mid"], is_seen
+    return _raised(match, np.array([[lower[0], lower[1] + rise]]), match.view.depth)[0], is_seen
 
 
 def _certain(trust: float) -> float:

@@ -1,4 +1,6 @@
-"""The corners of a closed mouth: the ends of the furrow between the lips, wherever the mouth is drawn to."""
+"""The corners of a closed mouth: the ends of the furrow between the lips, wherever the mouth is drawn to; and whether
+what is taken for its lower lip bulges.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from .depth import Grid, Pose, closed, depth_map
 from .template import template
@@ -44,6 +46,15 @@ LEAN = 0.1
 ELSEWHERE = 50.0
 """Cost of an end far from where it is expected, per square of the distance."""
 
+LIP, BREADTH = 0.04, 0.04
+"""Size of the bulges and furrows that are told apart down the middle of a mouth, and half its breadth."""
+
+FURROWED, BULGED = 0.15, -0.25
+"""Curvature, times its width, of what is no lip but the furrow below it, and of a lip."""
+
+FLAT = -0.08
+"""Curvature of the strongest bulge where a lip is rolled in."""
+
 REACH = 0.85
 """How far from the middle corners are looked for."""
 
@@ -73,6 +84,45 @@ def _beyond() -> Array:
     ends = _ends(face.points, face.triangles, expected)
     assert ends is not None
     return np.asarray(ends - expected[:2])
+
+
+def lower_lip(
+    points: Array, triangles: npt.NDArray[np.int64], pose: Pose, upper: Array, lower: Array
+) -> tuple[float, bool]:
+    """How far up the lower lip is from where it is expected, if that is in the furrow below, and whether it is seen.
+
+    `upper` and `lower` are where the middles of the lips (2,) are expected, in the face's coordinates.
+    """
+    curvature = _profile(pose.local(points), triangles, float(lower[0]))
+    up, between = GRID.y, (GRID.y > lower[1]) & (GRID.y < upper[1])
+    if not between.any():
+        return 0.0, False
+    meeting = float(up[between][np.argmax(curvature[between])])
+    if np.interp(lower[1], up, curvature) < FURROWED:
+        around = (up > lower[1] - GRID.step) & (up < meeting)
+        return 0.0, bool(around.any() and curvature[around].min() < FLAT)
+    inner = curvature[1:-1]
+    tops = np.flatnonzero((inner < curvature[:-2]) & (inner <= curvature[2:]) & (inner < BULGED)) + 1
+    above = up[tops][(up[tops] > lower[1]) & (up[tops] < upper[1])]
+    if not len(above):
+        return 0.0, False
+    return float(above[0] - min(_below_the_top(), 0.5 * (above[0] - lower[1])) - lower[1]), True
+
+
+def _profile(local: Array, triangles: npt.NDArray[np.int64], x: float) -> Array:
+    """Curvature down the middle of a mouth, times its width: furrows are positive."""
+    depth, _ = closed(depth_map(local, triangles, GRID), GRID)
+    middle = depth[:, np.abs(GRID.x - x) < BREADTH].mean(axis=1)
+    return np.asarray(gaussian_filter1d(middle, LIP / GRID.step, order=2)) * LIP / GRID.step**2
+
+
+@cache
+def _below_the_top() -> float:
+    """How far below the top of its bulge the template's lower lip is."""
+    face = template()
+    x, y, _ = face.landmarks["lower_lip_mid"]
+    near = np.abs(GRID.y - y) < 0.1
+    return float(GRID.y[near][np.argmin(_profile(face.points, face.triangles, float(x))[near])] - y)
 
 
 def _ends(local: Array, triangles: npt.NDArray[np.int64], expected: Array) -> Array | None:
