@@ -14,12 +14,13 @@ from .anatomy.face import Face
 from .anatomy.head import Hairs
 from .geometry.blending import smoothstep
 from .geometry.normals import vertex_normals
+from .geometry.transfer import height_above
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
-NEAREST, RIM = 5, 0.02
-"""So many triangles about a hair may be the one under it; they count a bit over their borders (barycentric)."""
+NEAREST = 5
+"""So many triangles about a hair may be the one under it."""
 
 DROOP = [-0.5, -0.05, 0.0]
 """How much lower the lashes of a shut upper lid are than they stand on an open one, by the share of their length: a
@@ -119,21 +120,12 @@ class Brows:
         """How far (k, p) hairs have to rise that are under a surface: in folds of it, or as they slid."""
         low, high = lines.min(axis=(0, 1)), lines.max(axis=(0, 1))
         middle = points[triangles].mean(axis=1)
-        near = triangles[((middle > low) & (middle < high)).all(axis=1)]
+        near = np.flatnonzero(((middle > low) & (middle < high)).all(axis=1))
         if len(near) < NEAREST:
             return np.zeros(lines.shape[:2])
-        a, b, c = (points[near[:, corner]] for corner in range(3))
-        around = cKDTree(points[near].mean(axis=1)).query(lines, k=NEAREST)[1]
-        across = np.cross(b - a, c - a)
-        facing = np.einsum("kpti,kpi->kpt", across[around], up)
-        facing[facing <= 0.0] = np.inf  # it is seen from behind
-        offset = a[around] - lines[:, :, None]
-        rise = np.einsum("kpti,kpti->kpt", across[around], offset) / facing
-        beside = np.cross(offset, up[:, :, None])
-        shares = [np.einsum("kpti,kpti->kpt", beside, edge[around]) / facing for edge in (c - a, a - b)]
-        inside = (shares[0] > -RIM) & (shares[1] > -RIM) & (shares[0] + shares[1] < 1.0 + RIM) & np.isfinite(facing)
-        highest = np.where(inside & (np.abs(rise) < self._deep), rise, -np.inf).max(axis=2)
-        return np.maximum(highest + self.hairs.heights, 0.0)
+        around = near[cKDTree(middle[near]).query(lines.reshape(-1, 3), k=NEAREST)[1]]
+        height = height_above(lines.reshape(-1, 3), up.reshape(-1, 3), (points, triangles), around, self._deep)
+        return np.asarray(np.maximum(height.reshape(lines.shape[:2]) + self.hairs.heights, 0.0))
 
 
 class _Stiffness:

@@ -118,3 +118,31 @@ def carry_corners(values, base, triangles, roots, hosts, weights, out):
                         share += weights[v, i]
                 for c in range(values.shape[2]):
                     out[t, k, c] += share * values[root, j, c]
+
+
+@njit(cache=True)
+def height(points, up, points_of_mesh, triangles, near, rim, deep, out):
+    """How far above each point, along its direction, the highest of some triangles that are seen from there is."""
+    for i in range(points.shape[0]):
+        out[i] = -np.inf
+        p, d = points[i], up[i]
+        for f in near[i]:
+            a, b, c = (
+                points_of_mesh[triangles[f, 0]],
+                points_of_mesh[triangles[f, 1]],
+                points_of_mesh[triangles[f, 2]],
+            )
+            ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            gx, gy, gz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+            nx, ny, nz = ey * gz - ez * gy, ez * gx - ex * gz, ex * gy - ey * gx
+            facing = nx * d[0] + ny * d[1] + nz * d[2]
+            if facing <= 0.0:
+                continue
+            ox, oy, oz = a[0] - p[0], a[1] - p[1], a[2] - p[2]
+            bx, by, bz = oy * d[2] - oz * d[1], oz * d[0] - ox * d[2], ox * d[1] - oy * d[0]
+            u = (bx * gx + by * gy + bz * gz) / facing
+            v = -(bx * ex + by * ey + bz * ez) / facing
+            if u > -rim and v > -rim and u + v < 1.0 + rim:
+                rise = (nx * ox + ny * oy + nz * oz) / facing
+                if abs(rise) < deep and rise > out[i]:
+                    out[i] = rise

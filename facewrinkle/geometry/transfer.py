@@ -9,6 +9,9 @@ from . import _mesh_kernels as kernels
 
 Array = npt.NDArray[np.float64]
 
+RIM = 0.02
+"""How far beside a triangle, in barycentric coordinates, counts as in it."""
+
 
 def carried(values: Array, corners: npt.NDArray[np.int32], barycentric: Array) -> Array:
     """Linear interpolation of (n0, d) values at n points with barycentric coordinates in three base vertices each.
@@ -64,4 +67,22 @@ def displaced(points: Array, heights: Array, directions: Array) -> Array:
     """
     out = np.empty_like(points)
     kernels.displace(points, heights, directions, out)
+    return out
+
+
+def height_above(
+    points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.int32]], near: npt.NDArray[np.int64], deep: float
+) -> Array:
+    """How far above points (n, 3), along unit directions (n, 3), a mesh is: the highest of the triangles (n, k)
+    that are given for each, within `deep`; -inf where there is none that faces this way.
+
+    Examples
+    --------
+    >>> sheet = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, 4.0, 3.0]]), np.array([[0, 1, 2]], np.int32)
+    >>> up, below = np.tile([0.0, 0.0, 1.0], (2, 1)), np.array([[1.0, 2.0, 0.0], [3.0, 3.0, 0.0]])
+    >>> height_above(below, up, sheet, np.array([[0], [0]]), deep=10.0).tolist()
+    [2.0, -inf]
+    """
+    out = np.empty(len(points))
+    kernels.height(points, up, *mesh, near, RIM, deep, out)
     return out
