@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial.transform import Rotation
 
 from ..errors import ParameterError, check_range
 from ..geometry.blending import smoothstep
@@ -315,11 +316,13 @@ def lids_of(eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping
     hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3))) * inside
     across = along * opening.width / eye.radius
     angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, CLOSING_SHEAR)
+    # Turning about up x gaze by a positive angle lowers what looks along the gaze.
+    axis = opening.axes[0] * np.sign(np.cross(eye.up, eye.gaze) @ opening.axes[0])
+    corner = (along < JOINED)[triangles].all(axis=1)
+    angles = _none_turned_over(angles, offset, triangles[corner], axis)
     vertices = np.flatnonzero(near & ((np.abs(angles) > 1e-4) | (hold > 0.5)))
     if not len(vertices):
         return None
-    # Turning about up x gaze by a positive angle lowers what looks along the gaze.
-    axis = opening.axes[0] * np.sign(np.cross(eye.up, eye.gaze) @ opening.axes[0])
     close = Guide(vertices, angles[vertices], hold[vertices], eye.centre, axis)
     # The corners of the eye stay; in between both margins follow it.
     height = top - bottom
@@ -390,3 +393,31 @@ def _without_folds(angles: Array, elevation: Array, across: Array, triangles: In
 
 KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
 """By how much of its height over its neighbours skin may come down on them, and how far along them."""
+
+
+def _none_turned_over(angles: Array, offset: Array, triangles: IntArray, axis: Array) -> Array:
+    """Turns of vertices about an axis through the origin, smaller where triangles would come to lie on their faces."""
+    triangles = triangles[(angles[triangles] != 0.0).any(axis=1)]
+    if not len(triangles):
+        return angles
+
+    def across(turns: Array) -> Array:
+        pairs = zip(turns.T, triangles.T, strict=True)
+        a, b, c = (Rotation.from_rotvec(turn[:, None] * axis).apply(offset[k]) for turn, k in pairs)
+        return np.cross(b - a, c - a)
+
+    for _ in range(40):
+        turns = angles[triangles]
+        together = across(np.repeat(turns.mean(axis=1, keepdims=True), 3, axis=1))
+        share = (across(turns) * together).sum(axis=1) / np.maximum((together**2).sum(axis=1), 1e-300)
+        over = np.unique(triangles[share < UPRIGHT])
+        if not len(over):
+            break
+        angles = np.where(np.isin(np.arange(len(angles)), over), 0.9 * angles, angles)
+    return angles
+
+
+JOINED, UPRIGHT = 0.2, 0.1
+"""How far from the inner corner of an eye its lids are one narrow skin, in distances between the corners, and what is
+left there at least of the area of a triangle, as it was seen before they closed.
+"""
