@@ -193,6 +193,13 @@ SPECIAL = {
     "SheetMuscle.transformed": lambda e: [np.eye(3), 2.0, np.ones(3)],
     "Simulation.fields": lambda e: [next(iter(face().muscles))],
     "geometry.transfer.carried": lambda e: [e["points"], e["corners"], e["barycentric"]],
+    "geometry.transfer.height_above": lambda e: [
+        e["points"],
+        np.tile([0.0, 0.0, 1.0], (len(e["points"]), 1)),
+        (e["points"], e["triangles"].astype(np.int32)),
+        np.zeros((len(e["points"]), 2), np.int64),
+        1.0,
+    ],
     "mesh.refilled": lambda e: [e["template"], e["points"], {"height": e["values"]}],
     "read_animation": lambda e: [waves(e["path"].with_suffix(".vtkhdf"))],
     "read_atlas": lambda e: [files("facewrinkle.anatomy") / "data" / "atlas.toml"],
