@@ -400,6 +400,7 @@ def _none_turned_over(angles: Array, offset: Array, triangles: IntArray, axis: A
     triangles = triangles[(angles[triangles] != 0.0).any(axis=1)]
     if not len(triangles):
         return angles
+    angles = angles.copy()
 
     def across(turns: Array) -> Array:
         pairs = zip(turns.T, triangles.T, strict=True)
@@ -413,7 +414,7 @@ def _none_turned_over(angles: Array, offset: Array, triangles: IntArray, axis: A
         over = np.unique(triangles[share < UPRIGHT])
         if not len(over):
             break
-        angles = np.where(np.isin(np.arange(len(angles)), over), 0.9 * angles, angles)
+        angles[over] *= 0.9
     return angles
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.fitting import fit_face
-from ..errors import FaceWrinkleWarning, ParameterError, check_range, check_whole
+from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import output_folder
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..motion.animation import read_animation
@@ -90,11 +89,9 @@ def play(
     times = (1 + np.arange(steps)) * step
     columns, files = [], shot(frames, times, face, styles, output.fps, *output.files(folder / file.stem))
     if max(map(_depth, peaks)) < SMOOTH:
-        warnings.warn(
+        warn(
             f"{file.name} shows no wrinkles: its motion compresses the skin of the face nowhere. Clips of bodies often "
-            "carry the head along as one piece; give one in which the face moves, with blend shapes or facial bones.",
-            FaceWrinkleWarning,
-            stacklevel=2,
+            "carry the head along as one piece; give one in which the face moves, with blend shapes or facial bones."
         )
     for _, when, frame in report.progress(iter(peaks), "Pictures", len(peaks)):
         close = Style(output.pixels, output.view or closeup(frame, face), follow=follow)

@@ -246,8 +246,8 @@ class Document:
         if self.nodes[node].get("skin") is not None:
             joints, bind = self.bones(node)
             bones = world[joints] @ bind
-        seen = [part for part in mesh["primitives"] if part.get("material") not in self.clear]
-        found = [self._primitive(part, world[node], bones, self.label(node)) for part in seen]
+        solid = [part for part in mesh["primitives"] if part.get("material") not in self.clear]
+        found = [self._primitive(part, world[node], bones, self.label(node)) for part in solid]
         return [part for part in found if part is not None]
 
     @cached_property
