@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -13,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
-from ..errors import FaceWrinkleWarning, ParameterError, check_range
+from ..errors import ParameterError, check_range, warn
 from .action_units import units_of
 from .bones import Bones
 from .track import Track, finite
@@ -221,11 +220,8 @@ class Recorded:
             return units
         if set(units) - set(atlas.action_units):
             lacking = sorted(set(units_of(dict.fromkeys(self.names, 1.0))) - set(atlas.action_units), key=_number)
-            warnings.warn(  # the same at all times: Python shows it once
-                f"the recording has shapes without muscles, which are left out: {', '.join(lacking)}.",
-                FaceWrinkleWarning,
-                stacklevel=2,
-            )
+            # The same at all times: Python shows it once.
+            warn(f"the recording has shapes without muscles, which are left out: {', '.join(lacking)}.")
         return {unit: weight for unit, weight in units.items() if unit in atlas.action_units}
 
     def positions(self, time: float, rest: Array, which: npt.NDArray[np.int64] | slice = slice(None)) -> Array:
