@@ -26,9 +26,9 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import read_landmarks
 from facewrinkle.geometry import topology
-from facewrinkle.geometry.crossings import crossings
+from facewrinkle.geometry.self_intersections import self_intersections
 from facewrinkle.mesh import to_polydata
-from facewrinkle.mesh.repair import areas_doubled
+from facewrinkle.mesh.repair.topology_repair import areas_doubled
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -179,7 +179,7 @@ Fault = Callable[[Array, Ints, Random, float], Mesh]
 def crossed(points: Array, triangles: Ints) -> int:
     """Number of triangles that run through others."""
     proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    return len(np.unique(crossings(points, triangles[proper])))
+    return len(np.unique(self_intersections(points, triangles[proper])))
 
 
 def self_intersecting(fault: Fault, points: Array, triangles: Ints, random: Random, size: float) -> Mesh:

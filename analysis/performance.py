@@ -17,10 +17,10 @@ import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.geometry.transfer import carried
+from facewrinkle.commands.timings import PAPER, Row, measure
+from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.mesh import to_polydata
 from facewrinkle.plotting import Scene, Style
-from facewrinkle.table1 import PAPER, Row, measure
 
 from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
 from .surfaces import Given, rates_of, settled, uniform
@@ -60,8 +60,8 @@ def costs(face: fw.Face, levels: range, skin_up_to: int, repeats: int = 5) -> It
     sim = settled(face, "surprise")
     for level in levels:
         forest = uniform(face, level)
-        fine = to_polydata(carried(face.points, forest.corners, forest.barycentric), forest.triangles)
-        moved = carried(sim.motion.displacement, forest.corners, forest.barycentric)  # type: ignore[attr-defined]
+        fine = to_polydata(interpolated(face.points, forest.corners, forest.barycentric), forest.triangles)
+        moved = interpolated(sim.motion.displacement, forest.corners, forest.barycentric)  # type: ignore[attr-defined]
         muscles = {name: face.muscles[name] for name in rates_of(sim)}
         same = dataclasses.replace(face, mesh=fine, muscles=muscles)
         refinement = fw.Refinement(max_level=max(2 - level, 0))

@@ -14,9 +14,9 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Wrinkles
+from facewrinkle.commands.timings import PAPER
 from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.mesh import to_polydata
-from facewrinkle.table1 import PAPER
 
 from .report import COLOURS, Plot, Report, Table, log_scales, plot, run_report
 from .surfaces import EXPRESSIONS, IntArray, Laid, lay, rates_of, settled, squeezed, uniform, wrinkling

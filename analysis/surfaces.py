@@ -12,10 +12,10 @@ from scipy.spatial import Delaunay
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Muscle
+from facewrinkle.geometry.interpolation import displaced, interpolated
 from facewrinkle.geometry.normals import detail_normals, vertex_normals
 from facewrinkle.geometry.refinement import Change, RedGreenForest
-from facewrinkle.geometry.transfer import carried, displaced
-from facewrinkle.layers.base import Layer, Moment, Relief, Sites
+from facewrinkle.layers.base import Displacement, Layer, SurfacePoints, SurfaceState
 from facewrinkle.layers.compression import StrainField
 from facewrinkle.mesh import to_polydata
 
@@ -38,7 +38,7 @@ class Laid:
     height : ndarray, shape (n,)
         W.
     triangles : ndarray of int32, shape (m, 3)
-    layers, reliefs : lists of Layer and Relief
+    layers, reliefs : lists of Layer and Displacement
         As they were laid on this mesh.
     """
 
@@ -50,7 +50,7 @@ class Laid:
     height: Array
     triangles: IntArray
     layers: list[Layer]
-    reliefs: list[Relief]
+    reliefs: list[Displacement]
 
     @property
     def folded(self) -> Array:
@@ -79,20 +79,20 @@ def lay(sim: fw.Simulation, forest: RedGreenForest | None = None, layers: list[L
     face, forest = sim.face, forest or sim.forest
     corners, weights = forest.corners, forest.barycentric
     base = sim.motion.points + sim.motion.displacement  # type: ignore[attr-defined]
-    points = carried(face.points, corners, weights)
-    sites = Sites(
-        points, _unit(carried(vertex_normals(face.points, face.triangles), corners, weights)), corners, weights,
+    points = interpolated(face.points, corners, weights)
+    sites = SurfacePoints(
+        points, _unit(interpolated(vertex_normals(face.points, face.triangles), corners, weights)), corners, weights,
         forest.host,
     )  # fmt: skip
-    bare = carried(base, corners, weights)
-    normals = _unit(carried(vertex_normals(base, face.triangles), corners, weights))
+    bare = interpolated(base, corners, weights)
+    normals = _unit(interpolated(vertex_normals(base, face.triangles), corners, weights))
     field = StrainField(face.points * face.unit, face.triangles)
-    moment = Moment(sim.motion.rates, sites, forest.triangles, base, bare, sim.time, lambda: field, normals)
+    state = SurfaceState(sim.motion.rates, sites, forest.triangles, base, bare, sim.time, lambda: field, normals)
     laid = [copy(layer) for layer in (sim.layers if layers is None else layers)]
     for layer in laid:
         layer.attach(face)
         layer.follow(Change(slice(None), len(points)), sites)
-    reliefs = [layer.relief(moment) for layer in laid]
+    reliefs = [layer.displacement(state) for layer in laid]
     height = np.sum([np.zeros(len(points)), *(relief.height for relief in reliefs)], axis=0)
     wrinkled = displaced(bare, height, normals)
     return Laid(points * face.unit, bare, wrinkled, normals, sites.normals, height, forest.triangles, laid, reliefs)

@@ -19,11 +19,11 @@ from scipy.sparse import csr_array
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import zones
+from facewrinkle.geometry.interpolation import displaced, interpolated
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.geometry.topology import unique_edges
-from facewrinkle.geometry.transfer import carried, displaced
-from facewrinkle.layers.base import Moment, Sites
+from facewrinkle.layers.base import SurfacePoints, SurfaceState
 
 ROUNDS = {"8k": 100, "1M": 10, "1M dense": 10}
 MEGABYTE = 2.0**20
@@ -32,13 +32,13 @@ MEGABYTE = 2.0**20
 def sites_of(forest, points, triangles):
     """The places of all vertices of a forest."""
     corners, weights = forest.corners, forest.barycentric
-    normals = carried(vertex_normals(points, triangles), corners, weights)
+    normals = interpolated(vertex_normals(points, triangles), corners, weights)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return Sites(carried(points, corners, weights), normals, corners, weights, forest.host)
+    return SurfacePoints(interpolated(points, corners, weights), normals, corners, weights, forest.host)
 
 
 @lru_cache(maxsize=1)
-def state(size, compression):
+def moment(size, compression):
     """A layer on a mesh, and a moment of it: what a simulation holds and hands to its layers."""
     face = fw.default_face()
     points, triangles = face.points, face.triangles
@@ -51,7 +51,7 @@ def state(size, compression):
     else:
         forest = refined(triangles)
     if size == "1M dense":
-        points, triangles = carried(points, forest.corners, forest.barycentric), forest.triangles
+        points, triangles = interpolated(points, forest.corners, forest.barycentric), forest.triangles
         forest = RedGreenForest(triangles, 0, len(points))
     sites = sites_of(forest, points, triangles)
     layer = fw.MuscleWrinkles(compression)
@@ -60,10 +60,10 @@ def state(size, compression):
     layer.attach(SimpleNamespace(**parts))
     layer.follow(Change(slice(None), len(sites.points)), sites)
     base = squeezed(points)
-    bare = carried(base, sites.corners, sites.barycentric)
-    smooth = carried(vertex_normals(base, triangles), sites.corners, sites.barycentric)
+    bare = interpolated(base, sites.corners, sites.barycentric)
+    smooth = interpolated(vertex_normals(base, triangles), sites.corners, sites.barycentric)
     rates = np.linspace(0.3, 1.0, len(face.muscles))
-    return layer, Moment(rates, sites, forest.triangles, base, bare), smooth, points
+    return layer, SurfaceState(rates, sites, forest.triangles, base, bare), smooth, points
 
 
 def refined(triangles, levels=4):
@@ -78,24 +78,24 @@ def squeezed(points):
     return points * [0.85, 0.8, 0.9] + 1.5 * np.sin(points[:, [1, 2, 0]] / 9.0)
 
 
-def ours(layer, moment, smooth):
+def ours(layer, state, smooth):
     """As Simulation does it."""
-    return displaced(moment.bare, layer.relief(moment).height, smooth)
+    return displaced(state.bare, layer.displacement(state).height, smooth)
 
 
 class Reference:
     """The same in numpy and scipy, from the tables of the layer: what its muscles would do to each vertex."""
 
-    def __init__(self, layer, moment, points):
-        folds, sites, n = layer._folds, moment.sites, len(moment.bare)
+    def __init__(self, layer, state, points):
+        folds, sites, n = layer._folds, state.vertices, len(state.bare)
         self.owner = np.repeat(np.arange(n), np.diff(folds.starts))
         entries = np.arange(len(self.owner))
-        depth = layer._k0 * moment.rates
+        depth = layer._k0 * state.rates
         heights = depth[folds.muscle] * folds.height
         self.heights = csr_array((heights, (self.owner, entries)), shape=(n, len(entries)))
         self.steep = csr_array((depth[folds.muscle] * folds.steep, (self.owner, entries)), shape=(n, len(entries)))
         if layer.compression == "edges":
-            self._weigh_edges(folds, sites, moment.triangles, entries)
+            self._weigh_edges(folds, sites, state.triangles, entries)
         else:
             self._share_strain(folds, sites, points, layer._strain._triangles)
         self.epsilon = self.edge_epsilon if layer.compression == "edges" else self.strain_epsilon
@@ -114,8 +114,8 @@ class Reference:
         total = np.bincount(p, cosine, minlength=len(entries))
         self.weights = csr_array((cosine / total[p] / length[edge], (p, edge)), shape=(len(entries), e))
 
-    def edge_epsilon(self, moment):
-        d = moment.bare[self.edges[:, 1]] - moment.bare[self.edges[:, 0]]
+    def edge_epsilon(self, state):
+        d = state.bare[self.edges[:, 1]] - state.bare[self.edges[:, 0]]
         return 1.0 - self.weights @ np.sqrt(np.einsum("ek,ek->e", d, d))
 
     def _share_strain(self, folds, sites, points, triangles):
@@ -135,19 +135,19 @@ class Reference:
         self.carry = csr_array((sites.barycentric[self.owner].ravel(), (rows, columns)), shape=(len(self.owner), n0))
         self.squares = folds.products
 
-    def strain_epsilon(self, moment):
-        x = moment.base[self.sides]
+    def strain_epsilon(self, state):
+        x = state.base[self.sides]
         a, b = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
         now = np.stack([np.einsum("mk,mk->m", *ab) for ab in ((a, a), (b, b), (a, b))], axis=1)
         strain = self.share @ np.einsum("mj,mjk->mk", now - self.products, self.tensors)
         change = np.einsum("pk,pk->p", self.squares, self.carry @ strain)
         return 1.0 - np.sqrt(np.maximum(1.0 + change, 0.0))
 
-    def displaced(self, moment, smooth):
-        epsilon = np.clip(self.epsilon(moment), 0.0, 1.0)
+    def displaced(self, state, smooth):
+        epsilon = np.clip(self.epsilon(state), 0.0, 1.0)
         share = np.sin(0.5 * np.pi * epsilon)
         asked = self.steep @ np.divide(share, np.sqrt(epsilon), out=np.zeros_like(share), where=epsilon > 0.0)
-        return moment.bare + (self.heights @ share / np.maximum(asked, 1.0))[:, None] * smooth
+        return state.bare + (self.heights @ share / np.maximum(asked, 1.0))[:, None] * smooth
 
 
 def pairs(u, v):
@@ -164,16 +164,16 @@ def mixed(u, v):
 def test_amplitude(versus, compression, size):
     if (compression, size) == ("edges", "1M dense"):
         pytest.skip("Eq. 9 knows no base mesh")
-    layer, moment, smooth, points = state(size, compression)
-    reference = Reference(layer, moment, points)
-    expected = reference.displaced(moment, smooth)
-    moved = np.abs(expected - moment.bare).max()
+    layer, state, smooth, points = moment(size, compression)
+    reference = Reference(layer, state, points)
+    expected = reference.displaced(state, smooth)
+    moved = np.abs(expected - state.bare).max()
     assert moved > 0.5, "the wrinkles must show"
-    np.testing.assert_allclose(ours(layer, moment, smooth), expected, rtol=0.0, atol=1e-10)
+    np.testing.assert_allclose(ours(layer, state, smooth), expected, rtol=0.0, atol=1e-10)
     versus(
         f"amplitudes, {compression}, {size} triangles",
-        lambda: ours(layer, moment, smooth),
-        lambda: reference.displaced(moment, smooth),
+        lambda: ours(layer, state, smooth),
+        lambda: reference.displaced(state, smooth),
         4.0,
         ROUNDS[size],
         2,
@@ -196,9 +196,9 @@ def test_memory(benchmark, notes):
         layer.follow(Change(slice(None), len(sites.points)), sites)
         sizes.append(tracemalloc.get_traced_memory()[0])
         base = squeezed(points)
-        bare = carried(base, sites.corners, sites.barycentric)
+        bare = interpolated(base, sites.corners, sites.barycentric)
         tracemalloc.reset_peak()
-        layer.relief(Moment(np.ones(len(face.muscles)), sites, forest.triangles, base, bare))
+        layer.displacement(SurfaceState(np.ones(len(face.muscles)), sites, forest.triangles, base, bare))
         sizes.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         return len(forest.triangles), np.diff(sizes, prepend=0) / MEGABYTE

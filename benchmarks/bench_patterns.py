@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.layers import presets
-from facewrinkle.layers.base import Moment
+from facewrinkle.layers.base import SurfaceState
+from facewrinkle.layers.patterns_on_skin import presets
 
 FACES = Path(__file__).parents[2] / "shared" / "faces"
 TRIANGLES = 50_000
@@ -38,7 +38,7 @@ def scene():
             face = fw.fit_face(stem, stem.with_suffix(".landmarks.json"))
     else:
         face = fw.default_face()
-    layers = [presets.preset(name, face, strength=STRENGTH) for name in presets.names()]
+    layers = [fw.PatternLayer.preset(name, face, strength=STRENGTH) for name in presets.names()]
     for layer in layers:
         layer.patterns = tuple(dataclasses.replace(kind, **even(kind)) for kind in layer.patterns)
     with warnings.catch_warnings():
@@ -61,14 +61,14 @@ def scene():
         sim._template, sim._levels, sim._marks = None, sim.forest.level, None
         frame = sim._polydata(*sim._shape(face.points * face.unit))
     bare = sim._sites.points * face.unit
-    moment = Moment(np.empty(0), sim._sites, sim.forest.triangles, bare[: len(face.points)], bare, 0.0)
-    return sim.layers, moment, frame.n_cells
+    state = SurfaceState(np.empty(0), sim._sites, sim.forest.triangles, bare[: len(face.points)], bare, 0.0)
+    return sim.layers, state, frame.n_cells
 
 
 @pytest.mark.parametrize("what", ["strength", "strength and t"])
 def test_patterns_of_a_frame(versus, scene, notes, what):
     """Patterns that rise and fall, and such that run on as well."""
-    layers, moment, cells = scene
+    layers, state, cells = scene
     planes = [layer._planes() for layer in layers]
     seconds = iter(np.arange(100_000) * 0.02)
 
@@ -79,12 +79,12 @@ def test_patterns_of_a_frame(versus, scene, notes, what):
     def kernels(time):
         for layer in layers:
             layer.strength, layer.t = at(time)
-        now = dataclasses.replace(moment, time=time)
-        return sum(layer.relief(now).height for layer in layers)
+        now = dataclasses.replace(state, time=time)
+        return sum(layer.displacement(now).height for layer in layers)
 
     def numpy(time):
         strength, running = at(time)
-        total = np.zeros(len(moment.bare))
+        total = np.zeros(len(state.bare))
         for layer, plane in zip(layers, planes, strict=True):
             for pattern, x, y in plane:
                 t = pattern.time(time) if running is None else running

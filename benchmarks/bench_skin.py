@@ -16,8 +16,8 @@ from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
 import facewrinkle as fw
+from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.transfer import carried
 from facewrinkle.mesh import to_polydata
 
 SMILE = {"zygomaticus_major_l": 0.2, "zygomaticus_major_r": 0.2}
@@ -31,7 +31,7 @@ def skin_of(size):
     forest = RedGreenForest(face.triangles, 2)
     forest.split(np.ones(len(face.triangles), bool))
     forest.split(np.arange(len(forest.triangles)) < 0.55 * len(forest.triangles))
-    points = carried(face.points, forest.corners, forest.barycentric)
+    points = interpolated(face.points, forest.corners, forest.barycentric)
     return fw.Skin(fw.fit_face(to_polydata(points, forest.triangles), face.landmarks, face.unit))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOME = {
-    "Compression": "layers.pattern_layer",
+    "Compression": "layers.patterns_on_skin.strength",
     "DrippingTear": "tears.drop",
     "Face": "anatomy.face",
     "FaceWrinkleError": "errors",
@@ -21,10 +21,10 @@ _HOME = {
     "LinearMuscle": "anatomy.muscles",
     "Motion": "motion.base",
     "MuscleWrinkles": "layers.muscle_wrinkles",
-    "PatternLayer": "layers.pattern_layer",
+    "PatternLayer": "layers.patterns_on_skin.layer",
     "Recorded": "motion.recorded",
     "Refinement": "simulation",
-    "Region": "layers.region",
+    "Region": "layers.patterns_on_skin.region",
     "SheddingTear": "tears.stream",
     "SheetMuscle": "anatomy.muscles",
     "Simulation": "simulation",
@@ -49,6 +49,7 @@ _HOME = {
 _TABLES = {"MUSCLES": "muscles", "ACTION_UNITS": "action_units", "EXPRESSIONS": "expressions"}
 _ROOMS = (
     "anatomy",
+    "appearance",
     "errors",
     "export",
     "geometry",
@@ -58,7 +59,6 @@ _ROOMS = (
     "plotting",
     "simulation",
     "tears",
-    "wet",
 )
 
 __all__ = sorted([*_HOME, *_TABLES])

@@ -17,10 +17,11 @@ import pyvista as pv
 from .anatomy.face import Face
 from .anatomy.fitting import fit_face, surface
 from .errors import ParameterError, check_range, check_whole, warn
-from .geometry.chart import foot
+from .geometry.closest_point import closest_point
 from .geometry.topology import components
-from .layers.pattern_layer import Compression, PatternLayer
-from .layers.presets import names, presets, table
+from .layers.patterns_on_skin.layer import PatternLayer
+from .layers.patterns_on_skin.presets import names, table
+from .layers.patterns_on_skin.strength import Compression
 from .mesh import add_seams, corner_texture, read_surface, to_polydata, with_data
 from .motion.base import Still
 from .simulation import FINEST, Refinement, Simulation
@@ -67,10 +68,10 @@ class FaceWrinkleAccessor:
         ----------
         pattern : str, Pattern, callable f(x, y, t), or sequence of these
             See :class:`facewrinkle.PatternLayer`. With `landmarks`, the name of a preset
-            (:func:`facewrinkle.layers.presets.names`), on both sides where it names none.
+            (:func:`facewrinkle.layers.patterns_on_skin.presets.names`), on both sides where it names none.
         centre, up, size :
-            See :class:`facewrinkle.layers.region.Region`; in the coordinates and unit of the mesh. Of a mesh of several
-            parts, the one that is nearest to the centre takes the pattern.
+            See :class:`facewrinkle.Region`; in the coordinates and unit of the mesh. Of a mesh of several parts, the
+            one that is nearest to the centre takes the pattern.
         landmarks : mapping, path, optional
             Of a face; see :func:`facewrinkle.fit_face`.
         time : float
@@ -109,7 +110,7 @@ class FaceWrinkleAccessor:
             face, rest = fit_face(self._mesh, landmarks, units), None
             chosen: dict[str, Any] = {} if np.array_equal(np.asarray(up), (0.0, 1.0, 0.0)) else {"up": up}
             chosen |= {name: value for name, value in (("centre", centre), ("size", size)) if value is not None}
-            layers = presets(pattern, face, **chosen, **words)
+            layers = PatternLayer.presets(pattern, face, **chosen, **words)
         else:
             if isinstance(pattern, str) and pattern in names() and pattern not in table():
                 raise ParameterError(f"the preset {pattern!r} is placed by landmarks: give those of the face.")
@@ -176,7 +177,7 @@ def _nearest_part(
     label = components(triangles) if len(triangles) else np.zeros(0, np.int32)
     if centre is None or np.shape(centre) != (3,) or len(triangles) == 0 or label.max() == 0:
         return surface(source, units), None
-    own = label == label[foot(np.asarray(source.points), triangles, centre).triangle]
+    own = label == label[closest_point(np.asarray(source.points), triangles, centre).triangle]
     kept, numbers = np.unique(triangles[~own], return_inverse=True)
     rest = with_data(source, numbers.reshape(-1, 3), kept)
     return surface(with_data(source, triangles[own], np.arange(source.n_points)), units), rest

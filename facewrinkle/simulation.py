@@ -15,23 +15,24 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from .anatomy.eyes import gaze_of
+from .anatomy.eyeball import gaze_of
 from .anatomy.face import Face
 from .anatomy.fitting import surface
 from .anatomy.muscles import EyeMuscle
 from .errors import ParameterError, check_range, check_whole, unknown_name, warn
 from .geometry import _mesh_kernels as kernels
-from .geometry.blending import smoothstep
+from .geometry.interpolation import displaced, interpolated
 from .geometry.normals import detail_normals, vertex_normals
 from .geometry.refinement import Change, RedGreenForest
-from .geometry.transfer import carried, displaced
-from .layers.base import Layer, Moment, Relief, Sites
+from .geometry.smoothstep import smoothstep
+from .layers.base import Displacement, Layer, SurfacePoints, SurfaceState
 from .layers.compression import StrainField
 from .layers.muscle_wrinkles import MuscleWrinkles
-from .layers.pattern_layer import PatternLayer
-from .mesh import MUSCLES, POSE, UNIT, carried_point_data, refilled, refine_seams, to_polydata
+from .layers.patterns_on_skin.layer import PatternLayer
+from .mesh import MUSCLES, POSE, UNIT, interpolated_point_data, refilled, refine_seams, to_polydata
 from .mesh.arrays import OF_PART
 from .motion.base import Motion, Still
+from .motion.playback import Playback
 from .motion.recorded import Recorded
 from .motion.skin import Skin, SkinMaterial
 
@@ -142,7 +143,7 @@ class Simulation:
         if layers is None:
             layers = [MuscleWrinkles()] if face.muscles else []
         # Layers keep the state of a simulation: each simulation has its own.
-        methods = ("attach", "follow", "relief", "fields")
+        methods = ("attach", "follow", "displacement", "fields")
         if not isinstance(layers, Sequence) or not all(hasattr(layer, name) for layer in layers for name in methods):
             raise ParameterError(
                 "layers must be a list of layers, such as [MuscleWrinkles()], each with the methods attach, follow, "
@@ -378,8 +379,8 @@ class Simulation:
                 return False
             created = self._sites_from(self.forest.n_points - change.n_created)
             old, kept = self._sites, change.kept
-            joined = ([getattr(old, name)[kept], getattr(created, name)] for name in Sites.__dataclass_fields__)
-            self._sites = Sites(*map(np.concatenate, joined))
+            joined = ([getattr(old, name)[kept], getattr(created, name)] for name in SurfacePoints.__dataclass_fields__)
+            self._sites = SurfacePoints(*map(np.concatenate, joined))
             self._template = None
             self._levels = self.forest.level
         with self._timed("wrinkles"):
@@ -387,31 +388,33 @@ class Simulation:
                 layer.follow(change, created)
         return True
 
-    def _sites_from(self, first: int) -> Sites:
+    def _sites_from(self, first: int) -> SurfacePoints:
         """The places of the vertices from `first` on."""
         forest = self.forest
         corners, weights = forest.corners[first:], forest.barycentric[first:]
-        normals = carried(self._base_normals, corners, weights)
+        normals = interpolated(self._base_normals, corners, weights)
         kernels.normalise(normals)
-        return Sites(carried(self.face.points, corners, weights), normals, corners, weights, forest.host[first:])
+        return SurfacePoints(
+            interpolated(self.face.points, corners, weights), normals, corners, weights, forest.host[first:]
+        )
 
     def _shape(self, base: Array) -> tuple[Array, Array, Array, Array]:
         """Points, normals, heights and Eq. 19 of the present triangles; what they lack or have too much is marked."""
         sites, triangles = self._sites, self.forest.triangles
         with self._timed("wrinkles"):
-            bare = carried(base, sites.corners, sites.barycentric)
-            smooth = carried(vertex_normals(base, self.face.triangles), sites.corners, sites.barycentric)
+            bare = interpolated(base, sites.corners, sites.barycentric)
+            smooth = interpolated(vertex_normals(base, self.face.triangles), sites.corners, sites.barycentric)
             kernels.normalise(smooth)
-            moment = Moment(
+            state = SurfaceState(
                 self.motion.rates, sites, triangles, base, bare, self.time, lambda: self._strain_field, smooth
             )
-            reliefs = [layer.relief(moment) for layer in self.layers]
+            reliefs = [layer.displacement(state) for layer in self.layers]
             height = sum((r.height for r in reliefs[1:]), reliefs[0].height if reliefs else np.zeros(len(bare)))
             moved = displaced(bare, height, smooth)
-            rounding = [r.rounding for r in reliefs if r.rounding is not None]
+            prefiltering = [r.prefiltering for r in reliefs if r.prefiltering is not None]
             normals = shown = detail_normals(bare, moved, triangles, smooth)
-            if rounding:
-                shown = detail_normals(bare, displaced(bare, height + sum(rounding), smooth), triangles, smooth)
+            if prefiltering:
+                shown = detail_normals(bare, displaced(bare, height + sum(prefiltering), smooth), triangles, smooth)
         with self._timed("refinement"):
             return moved, shown, height, self._criterion(normals, reliefs)
 
@@ -419,13 +422,13 @@ class Simulation:
     def _strain_field(self) -> StrainField:
         return StrainField(self.face.points * self.face.unit, self.face.triangles)
 
-    def _criterion(self, normals: Array, reliefs: list[Relief]) -> Array:
+    def _criterion(self, normals: Array, reliefs: list[Displacement]) -> Array:
         """Mark triangles to split or take back; returns the largest Eq. 19 over the edges of each vertex."""
         r, sites, triangles = self.refinement, self._sites, self.forest.triangles
         n, m = len(normals), len(triangles)
         spacing, across, active = _joined(reliefs, n)
         split, fine, largest = np.empty(m, bool), np.empty(m, bool), np.zeros(n)
-        kernels.judge(
+        kernels.mark_triangles(
             triangles, self._levels, self._level, normals, sites.normals, sites.points, spacing / r.samples, across,
             active, r.gamma_c, r.hysteresis, split, fine, largest,
         )  # fmt: skip
@@ -462,7 +465,7 @@ class Simulation:
     def _new_template(self, data: dict[str, np.ndarray]) -> pv.PolyData:
         """A frame of the present triangles; only what `data` holds and the points change from one frame to the next."""
         sites, source = self._sites, self.face.mesh.point_data
-        carried_data = carried_point_data(self._given, sites.corners, sites.barycentric)
+        carried_data = interpolated_point_data(self._given, sites.corners, sites.barycentric)
         n = len(sites.points)
         blank = {name: np.zeros(n) for name in ("lambda", "gamma", "epsilon")} | {"muscle": np.full(n, -1, np.int32)}
         data = {**carried_data, **blank, **data, "rest": sites.points, "level": self.forest.vertex_level}
@@ -497,7 +500,7 @@ class Simulation:
         self.seconds[what] += time.perf_counter() - begin
 
 
-def _joined(reliefs: list[Relief], n: int) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+def _joined(reliefs: list[Displacement], n: int) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
     """The finest spacing that any layer needs at each vertex, its direction, and where any layer is active."""
     if len(reliefs) == 1:
         return reliefs[0].spacing, reliefs[0].across, reliefs[0].active
@@ -521,7 +524,7 @@ def _motion(
             "a material is that of the default skin, and here a motion is given too. Leave one of them out."
         )
     if isinstance(motion, Recorded):
-        return motion.on(face, step)
+        return Playback(motion, face, step)
     if time_step not in (None, motion.time_step):
         raise ParameterError(
             f"time_step is {time_step!r}, and the motion has one of its own, {motion.time_step!r}. Leave it out here."

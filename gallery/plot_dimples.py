@@ -10,11 +10,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import facewrinkle as fw
-from facewrinkle.layers.presets import presets
 from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 face = fw.default_face()
-sim = fw.Simulation(face, layers=presets("dimple", face, strength="skin"))
+sim = fw.Simulation(face, layers=fw.PatternLayer.presets("dimple", face, strength="skin"))
 
 # %%
 # Neutral, half-way and smiling.

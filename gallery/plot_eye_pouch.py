@@ -10,11 +10,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import facewrinkle as fw
-from facewrinkle.layers.presets import presets
 from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 face = fw.default_face()
-layers = presets("eye_pouch", face, frequency=6.0, trembling=0.5, depth=2.5)
+layers = fw.PatternLayer.presets("eye_pouch", face, frequency=6.0, trembling=0.5, depth=2.5)
 sim = fw.Simulation(face, layers=layers, motion=fw.Still(face))
 frames = [sim.step() for _ in range(30)]
 

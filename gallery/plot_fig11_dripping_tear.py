@@ -11,8 +11,7 @@ changes.
 import numpy as np
 
 import facewrinkle as fw
-from facewrinkle.plotting import Style, View, figure, side_by_side, stacked
-from facewrinkle.wet import TearScene
+from facewrinkle.plotting import Style, TearScene, View, figure, side_by_side, stacked
 
 VIEW = View((0.25, 0.02, 1.0), "nose_tip", (0.0, -0.25, -0.4), 2.0)
 

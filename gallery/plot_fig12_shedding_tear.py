@@ -9,8 +9,7 @@ joined to the skin and ride on it while the face becomes sad and its wrinkles re
 """
 
 import facewrinkle as fw
-from facewrinkle.plotting import Style, View, figure, side_by_side, stacked
-from facewrinkle.wet import TearScene
+from facewrinkle.plotting import Style, TearScene, View, figure, side_by_side, stacked
 
 VIEW = View((0.25, 0.02, 1.0), "nose_tip", (0.0, -0.1, -0.4), 1.8)
 

@@ -12,8 +12,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import facewrinkle as fw
+from facewrinkle.commands.timings import PAPER
 from facewrinkle.plotting import Style, closeup, figure, picture, side_by_side, stacked
-from facewrinkle.table1 import PAPER
 
 face = fw.default_face()
 frames = {}

@@ -13,8 +13,8 @@ import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
+from facewrinkle.geometry.interpolation import displaced
 from facewrinkle.geometry.profile import bulge_height, phase, shape
-from facewrinkle.geometry.transfer import displaced
 
 # %%
 # A muscle by itself on a flat sheet, which is squeezed along the fibre by a quarter: the closed form is known here. The

@@ -5,7 +5,7 @@ Writing your own layer
 ======================
 
 A layer is anything that lifts the skin along its normals: it follows the vertices as they come and go, gives their
-heights at a moment, and says where it needs triangles. Here: the vein that swells on the forehead of somebody
+heights at a state, and says where it needs triangles. Here: the vein that swells on the forehead of somebody
 who is angry, and beats with the heart.
 """
 
@@ -15,7 +15,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
-from facewrinkle.layers.base import Relief
+from facewrinkle.layers.base import Displacement
 from facewrinkle.plotting import Style, View, figure, picture, side_by_side
 
 # %%
@@ -43,14 +43,14 @@ class Vein:
         self._distance = np.concatenate([self._distance[change.kept], distance])
         self._across = np.concatenate([self._across[change.kept], away])
 
-    def relief(self, moment):
+    def displacement(self, state):
         """Heights in mm, half the shortest wavelength, its direction, and where the layer is."""
-        anger = float(moment.rates[self._muscles].max())
-        beat = 1.0 + 0.25 * np.sin(2.0 * np.pi * self.beats * moment.time)
+        anger = float(state.rates[self._muscles].max())
+        beat = 1.0 + 0.25 * np.sin(2.0 * np.pi * self.beats * state.time)
         profile = np.exp(-((self._distance / (0.5 * self.width)) ** 2))
         self._height = anger * beat * self.height * profile
         active = (profile > 0.02) & (anger > 0.0)
-        return Relief(self._height, np.where(active, self.width, np.inf), self._across, active)
+        return Displacement(self._height, np.where(active, self.width, np.inf), self._across, active)
 
     def fields(self):
         """What a frame should carry of it."""

@@ -9,7 +9,6 @@ The neutral face, and with wrinkles on forehead, eye corners and cheeks; then fo
 import numpy as np
 
 import facewrinkle as fw
-from facewrinkle.layers.presets import presets
 from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 face = fw.default_face()
@@ -30,22 +29,22 @@ def show(frames, view="front", size=(420, 480)):
 
 # %%
 # Fig. 2: neutral, and three patterns at once.
-patterns = [layer for name in ("forehead", "eye_corner", "cheek") for layer in presets(name, face)]
+patterns = [layer for name in ("forehead", "eye_corner", "cheek") for layer in fw.PatternLayer.presets(name, face)]
 wrinkled = shown(patterns)
 show([face.mesh, wrinkled])
 show([face.mesh, wrinkled], "left_three_quarter")
 
 # %%
 # Fig. 4: neutral, forehead wrinkles on some of the vertices only ("valid vertices"), and a frown.
-broken = shown(presets("forehead", face, valid=0.85, seed=3, number=5))
-frown = shown(presets("frown", face))
+broken = shown(fw.PatternLayer.presets("forehead", face, valid=0.85, seed=3, number=5))
+frown = shown(fw.PatternLayer.presets("frown", face))
 show([face.mesh, broken, frown], "forehead", (420, 420))
 
 # %%
 # No two wrinkles are alike. The formula draws them even; with variation they differ in length, depth, distance and
 # bend. A seed makes other ones: no face is its own mirror image.
-even = shown(presets("eye_corner", face, variation=0.0))
-grown = [shown(presets("eye_corner", face, seed=seed)) for seed in (0, 3)]
+even = shown(fw.PatternLayer.presets("eye_corner", face, variation=0.0))
+grown = [shown(fw.PatternLayer.presets("eye_corner", face, seed=seed)) for seed in (0, 3)]
 show([even, *grown], "left_eye", (420, 420))
 assert not np.allclose(grown[0]["W"][: face.mesh.n_points], grown[1]["W"][: face.mesh.n_points])
 

@@ -25,11 +25,11 @@ from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, load_atlas
 from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.cli import main
 from facewrinkle.commands import demo as demo_module
-from facewrinkle.commands import take as take_module
+from facewrinkle.commands import recorder as take_module
 from facewrinkle.commands.common import FaceOptions, Report, mixture
-from facewrinkle.commands.take import FIELDS, Take
+from facewrinkle.commands.recorder import FIELDS, Take
+from facewrinkle.commands.timings import PAPER, as_text, measure
 from facewrinkle.errors import MissingPackageError, ParameterError, UnknownNameError
-from facewrinkle.table1 import PAPER, as_text, measure
 
 SIZE, FRAMES = 96, 6
 STEPS = FRAMES + FRAMES // 2

@@ -22,18 +22,17 @@ import pyvista as pv
 import facewrinkle as fw
 import facewrinkle.accessor
 from facewrinkle import export
-from facewrinkle.geometry import transfer
+from facewrinkle.geometry import interpolation as transfer
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.mesh import add_seams
 from facewrinkle.plotting import Style
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*bad X server", "ignore::facewrinkle.FaceWrinkleWarning")
 
-ROOMS = ("", "mesh", "export", "tears", "anatomy.muscles", "anatomy.finding")
+ROOMS = ("", "mesh", "export", "plotting", "tears", "anatomy.muscles", "anatomy.finding")
 FORMULAS = {
-    "geometry": ("least_squares", "normals", "refinement", "seams", "topology", "transfer"),
+    "geometry": ("least_squares", "normals", "refinement", "seams", "topology", "interpolation"),
     "layers": ("patterns", "profile"),
-    "": ("images", "plotting"),
 }
 ON_PURPOSE = {
     "mesh.add_seams": "lays seams on the mesh it is given",
@@ -45,11 +44,11 @@ UNCALLED = {
     "Motion": "a protocol",
     "anatomy.muscles.Fronts": "a type",
     "export.movie_writer": "takes no data; what it returns is called by write_movie",
-    "MuscleWrinkles.relief": "called by every step of a simulation, with the state of that",
+    "MuscleWrinkles.displacement": "called by every step of a simulation, with the state of that",
     "MuscleWrinkles.follow": "as relief",
     "MuscleWrinkles.fields": "takes nothing",
     "MuscleWrinkles.fields_of": "takes a number",
-    "PatternLayer.relief": "as above",
+    "PatternLayer.displacement": "as above",
     "PatternLayer.follow": "as above",
     "PatternLayer.fields": "takes nothing",
     "PatternLayer.strength_at": "as relief",
@@ -192,8 +191,8 @@ SPECIAL = {
     "SphincterMuscle.transformed": lambda e: [np.eye(3), 2.0, np.ones(3)],
     "SheetMuscle.transformed": lambda e: [np.eye(3), 2.0, np.ones(3)],
     "Simulation.fields": lambda e: [next(iter(face().muscles))],
-    "geometry.transfer.carried": lambda e: [e["points"], e["corners"], e["barycentric"]],
-    "geometry.transfer.height_above": lambda e: [
+    "geometry.interpolation.interpolated": lambda e: [e["points"], e["corners"], e["barycentric"]],
+    "geometry.interpolation.height_above": lambda e: [
         e["points"],
         np.tile([0.0, 0.0, 1.0], (len(e["points"]), 1)),
         (e["points"], e["triangles"].astype(np.int32)),
@@ -237,7 +236,7 @@ SPECIAL = {
     "anatomy.finding.posed_by": lambda e: [e["landmarks"]],
     "anatomy.muscles.zones": lambda e: [list(face().muscles.values()), e["points"], e["triangles"]],
     "fit_face": lambda e: [face().mesh, e["landmarks"]],
-    "geometry.transfer.barycentric": lambda e: [e["points"][:5] + 0.1, e["points"][e["triangles"][:5]]],
+    "geometry.interpolation.barycentric": lambda e: [e["points"][:5] + 0.1, e["points"][e["triangles"][:5]]],
     "geometry.least_squares.moving_least_squares": lambda e: [
         e["points"][:3, :2] + 0.1,
         e["points"][:, :2],

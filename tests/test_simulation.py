@@ -25,8 +25,7 @@ from analysis.surfaces import lay, settled
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import unique_edges
-from facewrinkle.layers.base import Relief
-from facewrinkle.layers.presets import preset
+from facewrinkle.layers.base import Displacement
 from facewrinkle.mesh import ARRAYS, MUSCLES
 
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
@@ -76,13 +75,15 @@ def test_frames_carry_what_they_promise(face, played, name):
 def test_points_are_the_skin_and_w_along_its_normals(face, played, name):
     held, frame = played(name).held, played(name).top
 
-    def carried(values):
+    def interpolated(values):
         return np.einsum("nc,nck->nk", held.barycentric, values[held.corners])
 
-    normals = carried(vertex_normals(held.bare, face.triangles))
+    normals = interpolated(vertex_normals(held.bare, face.triangles))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    np.testing.assert_allclose(frame.points, carried(held.bare) + frame["W"][:, None] * normals, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(frame["rest"], carried(face.points), rtol=0, atol=1e-11)
+    np.testing.assert_allclose(
+        frame.points, interpolated(held.bare) + frame["W"][:, None] * normals, rtol=0, atol=1e-10
+    )
+    np.testing.assert_allclose(frame["rest"], interpolated(face.points), rtol=0, atol=1e-11)
     assert np.array_equal(frame.regular_faces, held.triangles)
 
 
@@ -261,7 +262,10 @@ def test_what_no_muscle_moves_has_its_triangles_at_once(face, played):
     """A shape that a recording reaches in one step is as finely split as one that is held; so are still patterns."""
     surprise = played("surprise").held.displacement / face.unit
     there = fw.Recorded.of_shapes([surprise], [[0.0], [1.0], [1.0]], times=[0.0, 1.0, 20.0], names=["surprise"])
-    for motion, layers in ((there, [fw.MuscleWrinkles()]), (fw.Still(face, 1.0), [preset("forehead", face)])):
+    for motion, layers in (
+        (there, [fw.MuscleWrinkles()]),
+        (fw.Still(face, 1.0), [fw.PatternLayer.preset("forehead", face)]),
+    ):
         sim = fw.Simulation(face, layers=layers, time_step=1.0, motion=motion)
         first, *_, last = (sim.step() for _ in range(8))
         assert first.n_cells == last.n_cells > 5000
@@ -483,10 +487,10 @@ class Raised:
     def follow(self, change, created):
         self.n = (self.n if isinstance(change.kept, slice) else len(change.kept)) + len(created.points)
 
-    def relief(self, moment):
-        n = len(moment.bare)
+    def displacement(self, state):
+        n = len(state.bare)
         assert n == self.n
-        return Relief(np.full(n, self.height), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
+        return Displacement(np.full(n, self.height), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
 
     def fields(self):
         return {}

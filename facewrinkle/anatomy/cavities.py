@@ -6,7 +6,6 @@ Lengths are mm on a face whose pupils are 63 mm apart.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -15,12 +14,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..geometry.blending import smoothstep
 from ..geometry.normals import vertex_normals
-from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame
-
-if TYPE_CHECKING:
-    from .face import Face
+from ..geometry.smoothstep import smoothstep
+from .landmarks import FaceFrame
 
 Array = npt.NDArray[np.float64]
 
@@ -44,11 +40,6 @@ BACKWARD = -0.5
 
 WIDE = {"nose": 9.0, "mouth": 13.0}
 """Hollows narrower than this are cavities, there and there."""
-
-
-def local(points: Array, frame: FaceFrame) -> Array:
-    """Coordinates (n, 3) [left, up, forward] from the middle between the eyes, mm on a face of average size."""
-    return np.asarray((points - frame.origin) @ frame.axes.T * (MEAN_PUPIL_DISTANCE / frame.pupil_distance))
 
 
 class Cavities:
@@ -81,11 +72,11 @@ class Cavities:
         frame: FaceFrame,
     ) -> None:
         self.frame = frame
-        marks = {name: local(place, frame) for name, place in landmarks.items()}
+        marks = {name: frame.local_mm(place) for name, place in landmarks.items()}
         nose = marks["subnasale"]
         self._low = np.array([-HALF, marks["lower_lip_mid"][1] - BELOW])
         shape = np.ceil((np.array([HALF, nose[1] + ABOVE]) - self._low) / STEP).astype(int) + 1
-        front = _front(local(points, frame)[triangles], self._low, shape)
+        front = _front(frame.local_mm(points)[triangles], self._low, shape)
         x, y = (low + STEP * np.arange(n) for low, n in zip(self._low, shape, strict=True))
         self._base = nose[1]
         self._border = 0.5 * (nose[1] + marks["upper_lip_mid"][1])
@@ -107,14 +98,14 @@ class Cavities:
 
     def at_nostrils(self, points: Array) -> Array:
         """How much (0 to 1) points (n, 3) are where nostrils may be: over the lips, not in the grooves of the wings."""
-        y = local(points, self.frame)[:, 1]
+        y = self.frame.local_mm(points)[:, 1]
         below, behind = smoothstep((self._base + GROOVES - y) / 4.0), smoothstep((self.depth(points) - 0.3) / 0.5)
         high = smoothstep((self._base + 1.7 * GROOVES - y) / 4.0)
         return self._above(y) * np.maximum(below, behind * high)
 
     def _behind(self, points: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
         """How far points are behind what is seen, how much of that may be a cavity, and which are where those are."""
-        where = local(points, self.frame)
+        where = self.frame.local_mm(points)
         at = (where[:, :2] - self._low) / STEP
         inside = ((at >= 0.0) & (at <= np.array(self._cover.shape) - 1.0)).all(axis=1)
         cover, within = (
@@ -134,47 +125,48 @@ class Cavities:
         return np.asarray(near & (behind < INSIDE))
 
 
-def lining(face: Face) -> npt.NDArray[np.bool_]:
-    """Which vertices (n,) of a face are the lining of mouth and nostrils, all of it that is behind lips and rims.
-
-    Examples
-    --------
-    >>> import facewrinkle as fw
-    >>> face = fw.default_face()
-    >>> bool(lining(face)[(face.points @ face.frame.axes[2]).argmax()])  # the tip of the nose
-    False
-    """
-    cavities = Cavities(face.points, face.triangles, face.landmarks, face.frame)
-    depth, forward = cavities.depth(face.points), vertex_normals(face.points, face.triangles) @ face.frame.axes[2]
-    free = ~cavities.outer(face.points) | (forward < BACKWARD)
-    edges = face.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    edges = edges[free[edges].all(axis=1)]
-    n = len(face.points)
-    label = connected_components(coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(n, n)), directed=False)[1]
-    # Of the face itself, or where it is reached by another way, only what is seen to be inside counts.
-    tops = cKDTree(face.points).query([face.landmarks[name] for name in ("glabella", "zygion_l", "zygion_r")])[1]
-    inner = np.isin(label, np.setdiff1d(label[depth >= INSIDE], label[tops]))
-    return np.asarray(free & inner | (depth >= INSIDE))
-
-
 class Lining:
-    """Which places of the skin of a face are the lining of mouth and nostrils: as the vertices nearest to them.
+    """The lining of mouth and nostrils: all of the skin that is behind lips and rims.
+
+    Parameters
+    ----------
+    cavities : Cavities
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    landmarks : mapping of str to ndarray, shape (3,)
+
+    Attributes
+    ----------
+    vertices : ndarray of bool, shape (n,)
+        Those that belong to the lining.
 
     Examples
     --------
     >>> import facewrinkle as fw
-    >>> face = fw.default_face()
-    >>> bool(Lining(face).holds(face.landmarks["nose_tip"][None])[0])
+    >>> lining = fw.default_face().lining
+    >>> bool(lining.holds(fw.default_face().landmarks["nose_tip"][None])[0])
     False
     """
 
-    def __init__(self, face: Face) -> None:
-        self.vertices = lining(face)
-        self._cavities = Cavities(face.points, face.triangles, face.landmarks, face.frame)
-        self._tree = cKDTree(face.points)
+    def __init__(
+        self, cavities: Cavities, points: Array, triangles: npt.NDArray[np.int32], landmarks: Mapping[str, Array]
+    ) -> None:
+        depth, forward = cavities.depth(points), vertex_normals(points, triangles) @ cavities.frame.axes[2]
+        free = ~cavities.outer(points) | (forward < BACKWARD)
+        edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        edges = edges[free[edges].all(axis=1)]
+        n = len(points)
+        graph = coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(n, n))
+        label = connected_components(graph, directed=False)[1]
+        # Of the face itself, or where it is reached by another way, only what is seen to be inside counts.
+        self._tree = cKDTree(points)
+        tops = self._tree.query([landmarks[name] for name in ("glabella", "zygion_l", "zygion_r")])[1]
+        inner = np.isin(label, np.setdiff1d(label[depth >= INSIDE], label[tops]))
+        self.vertices = np.asarray(free & inner | (depth >= INSIDE))
+        self._cavities = cavities
 
     def holds(self, points: Array) -> npt.NDArray[np.bool_]:
-        """Which points (n,) of the face at rest are of it."""
+        """Tell which points (n,) of the face at rest belong to the lining, as the vertices nearest to them do."""
         away, nearest = self._tree.query(points)
         return np.asarray(self.vertices[nearest] & ((away == 0.0) | ~self._cavities.outer(points)))
 

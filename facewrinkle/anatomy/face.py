@@ -17,13 +17,18 @@ from ..geometry.normals import vertex_normals
 from ..mesh import POSE, to_polydata
 from ..mesh.arrays import OF_PART
 from .atlas import Atlas, load_atlas
-from .eyes import Eyeball, lids_of, place_eyeballs
-from .guides import Guide
-from .head import Hairs
-from .jaw import jaw_guide
+from .attachments import Attachments, combined_mesh
+from .brow_hairs import BrowHairs
+from .cavities import Cavities, Lining
+from .eye_placement import place_eyeballs
+from .eyeball import Eyeball
+from .eyelid_opening import EyelidOpening, eyelid_opening
+from .eyelids import lid_weights
+from .jaw import Mandible, jaw_weights
+from .joint_weights import JointWeights
 from .landmarks import NOT_ON_SKIN, FaceFrame, frame_of
 from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle, zones
-from .parts import Carriers, Part, joined
+from .parts import Part
 from .skull import Tissue, tissue_of
 
 Array = npt.NDArray[np.float64]
@@ -53,7 +58,7 @@ class Face:
         Landmarks that were not given but mirrored or carried over.
     texture : ndarray of uint8, shape (h, w, 3), optional
         Colour over the mesh's texture coordinates, first row at the top.
-    brows : Hairs, optional
+    brows : BrowHairs, optional
         Eyebrows, tied to the triangles of the mesh.
     confidences : dict of str to float
         How far landmarks that were found by the shape of the mesh can be trusted, 0 to 1.
@@ -87,7 +92,7 @@ class Face:
     atlas: Atlas
     estimated: tuple[str, ...] = ()
     texture: npt.NDArray[np.uint8] | None = None
-    brows: Hairs | None = None
+    brows: BrowHairs | None = None
     confidences: dict[str, float] = field(default_factory=dict)
     source_points: npt.NDArray[np.int64] | None = None
     parts: dict[str, Part] = field(default_factory=dict)
@@ -154,11 +159,35 @@ class Face:
         return zones((muscle.fold_pattern for muscle in self.muscles.values()), self.points, self.triangles)
 
     @cached_property
-    def guides(self) -> dict[str, Guide]:
+    def eyelid_openings(self) -> dict[str, EyelidOpening]:
+        """What is between the open lids of each eye, by side; eyes whose lids are closed have none."""
+        found = {eye.side: eyelid_opening(eye, self.points, self.triangles, self.landmarks) for eye in self.eyes}
+        return {side: opening for side, opening in found.items() if opening is not None}
+
+    @cached_property
+    def cavities(self) -> Cavities:
+        """The mouth and the nostrils; a face without landmarks has none to look for."""
+        return Cavities(self.points, self.triangles, self.landmarks, self.frame)
+
+    @cached_property
+    def lining(self) -> Lining:
+        """The skin behind lips and rims of nostrils."""
+        return Lining(self.cavities, self.points, self.triangles, self.landmarks)
+
+    @cached_property
+    def mandible(self) -> Mandible | None:
+        """The bone of the lower jaw; None where no skin goes wholly with it."""
+        jaws = ((muscle, self.joint_weights.get(name)) for name, muscle in self.muscles.items())
+        found = (Mandible.of(jaw, guide, self.points) for jaw, guide in jaws if isinstance(jaw, JawMuscle) and guide)
+        return next((mandible for mandible in found if mandible is not None), None)
+
+    @cached_property
+    def joint_weights(self) -> dict[str, JointWeights]:
         """What the muscles that move lids and jaw carry, by muscle; eyes without an opening have no lids."""
-        found: dict[str, Guide] = {}
+        found: dict[str, JointWeights] = {}
         for eye in self.eyes:
-            lids = lids_of(eye, self.points, self.triangles, self.landmarks)
+            opening = self.eyelid_openings.get(eye.side)
+            lids = None if opening is None else lid_weights(opening, self.points, self.triangles)
             if lids is None:
                 continue
             closing = f"orbicularis_oculi_{eye.side}"
@@ -178,7 +207,7 @@ class Face:
                     found[name] = dataclasses.replace(guide, angles=muscle.angle * guide.angles, yields=(closing,))
         for name, muscle in self.muscles.items():
             if isinstance(muscle, JawMuscle):
-                found[name] = jaw_guide(muscle, self.points, self.triangles, self.landmarks, self.frame)
+                found[name] = jaw_weights(muscle, self.points, self.triangles, self.landmarks, self.frame)
         return {name: guide for name, guide in found.items() if name in self.muscles}
 
     def gazes(self, rates: Mapping[str, float]) -> dict[str, Array]:
@@ -190,8 +219,8 @@ class Face:
         return {eye.side: eye.turned(*turns[eye.side]) for eye in self.eyes}
 
     @cached_property
-    def _carriers(self) -> Carriers:
-        return Carriers(self)
+    def _attachments(self) -> Attachments:
+        return Attachments(self.parts, self.eyes, self.mandible, self.points, self.triangles, self.frame.pupil_distance)
 
     def parts_at(self, frame: pv.PolyData) -> dict[str, pv.PolyData]:
         """The parts beside the skin, where they are in a frame of :meth:`facewrinkle.Simulation.step`.
@@ -215,7 +244,7 @@ class Face:
         }
         points = np.asarray(frame.points, dtype=np.float64)[: self.mesh.n_points]
         given = {name: np.asarray(frame.field_data[OF_PART + name]) for name in self.parts if OF_PART + name in told}
-        return self._carriers.on(points, gazes, frame.field_data.get(POSE), given)
+        return self._attachments.at(points, gazes, frame.field_data.get(POSE), given)
 
     def with_parts(self, frame: pv.PolyData) -> pv.PolyData:
         """A frame and the parts beside the skin in one mesh, for files; its points come first, "part" tells them apart.
@@ -225,7 +254,7 @@ class Face:
         parts = self.parts_at(frame)
         for name, part in parts.items():
             part.point_data["rest"] = np.asarray(self.parts[name].mesh.points)
-        return joined(frame, parts) if parts else frame
+        return combined_mesh(frame, parts) if parts else frame
 
     def landmarks_on(self, frame: pv.PolyData) -> dict[str, Array]:
         """Where the landmarks are in a frame of :meth:`facewrinkle.Simulation.step`: on the moved and wrinkled skin.
@@ -282,7 +311,7 @@ class Face:
     @property
     def skull(self) -> pv.PolyData:
         """The bone under the skin, one vertex under each vertex of the skin."""
-        return to_polydata(self.tissue.foot, self.triangles)
+        return to_polydata(self.tissue.anchors, self.triangles)
 
     def with_muscles(self, changes: Mapping[str, Muscle]) -> Self:
         """The face with some muscles replaced or added.

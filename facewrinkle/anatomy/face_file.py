@@ -12,11 +12,10 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from .._files import replaced
 from ..errors import MeshError, OutputError
 from ..mesh import to_polydata
-from ..mesh.arrays import CORNERS
-from ..mesh.checks import PART
+from ..mesh.arrays import CORNERS, PART
+from ..mesh.files import replaced
 from .atlas import Atlas
 from .face import Face
 from .parts import eyes_of, follower

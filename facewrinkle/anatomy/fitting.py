@@ -5,19 +5,22 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
-from ..geometry.transfer import barycentric
-from ..mesh import Surface, as_texture, laid_image, prepare, read_surface, read_texture, to_polydata
+from ..geometry.interpolation import barycentric
+from ..mesh import CleanSurface, as_texture, merged_texture, prepare, read_surface, read_texture, to_polydata
 from ..mesh.arrays import IMAGE
 from .atlas import Atlas
+from .brow_hairs import BrowHairs
 from .face import Face
-from .head import Hairs, load_head
+from .finding import Found
+from .finding.landmarks import Watch
+from .head import load_head
 from .identity import Identity, head_of
 from .landmarks import (
     MEAN_PUPIL_DISTANCE,
@@ -31,10 +34,6 @@ from .landmarks import (
     read_landmarks,
 )
 from .parts import eyes_of, follower, named_parts
-
-if TYPE_CHECKING:
-    from .finding import Found
-    from .finding.landmarks import Watch
 
 Array = npt.NDArray[np.float64]
 
@@ -102,7 +101,7 @@ def fit_face(
     atlas: Atlas | None = None,
     watch: Watch | None = None,
     texture: object = None,
-    untangle: bool = False,
+    resolve_self_intersections: bool = False,
 ) -> Face:
     """Place skull, eyes and muscles under a mesh.
 
@@ -123,7 +122,7 @@ def fit_face(
         Shows the progress of the search, see :func:`find_landmarks`.
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
         The photo on the mesh. Default: the image that the file names or holds.
-    untangle : bool
+    resolve_self_intersections : bool
         Smooth small places where the surface runs through itself, as much as it takes. Such places do no harm but to
         looks; they are told in the face's `report`.
 
@@ -173,7 +172,7 @@ def fit_face(
     frame = frame_of(found)
     _check_both_sides(source, frame.axes, frame.origin, frame.pupil_distance)
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
-    clean = prepare(source, near=near, forward=frame.axes[2], untangle=untangle)
+    clean = prepare(source, near=near, forward=frame.axes[2], resolve_self_intersections=resolve_self_intersections)
     _check_on_mesh(given, clean, frame.pupil_distance)
     for name in found:
         if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
@@ -213,7 +212,7 @@ def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.
     if clean.active_texture_coordinates is not None:
         if texture is not None:
             return as_texture(texture)
-        found = laid_image(clean) if IMAGE in clean.cell_data else read_texture(mesh)
+        found = merged_texture(clean) if IMAGE in clean.cell_data else read_texture(mesh)
         return None if found is None else found[:, :, :3]
     if texture is not None:
         raise MeshError(
@@ -276,7 +275,10 @@ def _drawn_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, si
 
 
 def surface(
-    mesh: pv.DataSet | str | Path, units: str | float = "mm", texture: object = None, untangle: bool = False
+    mesh: pv.DataSet | str | Path,
+    units: str | float = "mm",
+    texture: object = None,
+    resolve_self_intersections: bool = False,
 ) -> Face:
     """Any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.
 
@@ -289,7 +291,7 @@ def surface(
         Unit of the mesh, or millimetres per unit.
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
         See :func:`fit_face`.
-    untangle : bool
+    resolve_self_intersections : bool
         See :func:`fit_face`.
 
     Returns
@@ -321,13 +323,13 @@ def surface(
     >>> surface(hook).report
     ('The surface runs through itself at one place, ...',)
     >>> with warnings.catch_warnings(action="ignore"):
-    ...     surface(hook, untangle=True).report
+    ...     surface(hook, resolve_self_intersections=True).report
     ('Smoothed the surface where it ran through itself: ...',)
     """
-    clean = prepare(mesh, untangle=untangle)
+    clean = prepare(mesh, resolve_self_intersections=resolve_self_intersections)
     face = Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
     others = clean.others
-    parts = {} if others is None else {"other": follower("other", others, laid_image(others))}
+    parts = {} if others is None else {"other": follower("other", others, merged_texture(others))}
     return dataclasses.replace(face, parts=parts, report=clean.report, texture=_image(mesh, texture, clean.mesh))
 
 
@@ -346,13 +348,13 @@ def _scale(units: str | float) -> float:
     return unit
 
 
-def carried_brows(face: Face) -> Hairs:
+def fitted_brows(face: Face) -> BrowHairs:
     """The eyebrows of the built-in head on another face, by their landmarks.
 
     Examples
     --------
     >>> face = default_face()
-    >>> carried_brows(face).triangles.shape == face.brows.triangles.shape
+    >>> fitted_brows(face).triangles.shape == face.brows.triangles.shape
     True
     """
     head = load_head()
@@ -363,7 +365,7 @@ def carried_brows(face: Face) -> Hairs:
     cells, on_skin = found
     weights = barycentric(on_skin, face.points[face.triangles[cells]])
     scale = face.frame.pupil_distance / frame_of(head.landmarks).pupil_distance
-    return Hairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
+    return BrowHairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
 
 
 def _unit(units: str | float | None, pupil_distance: float) -> float:
@@ -383,7 +385,7 @@ def _unit(units: str | float | None, pupil_distance: float) -> float:
     return unit
 
 
-def _closest(surface: Surface, point: Array) -> Array:
+def _closest(surface: CleanSurface, point: Array) -> Array:
     """The closest point of the surface."""
     found = cast(tuple[int, Array], surface.mesh.find_closest_cell(point, return_closest_point=True))
     return np.asarray(found[1], dtype=np.float64)
@@ -402,7 +404,7 @@ def _check_both_sides(source: pv.PolyData, axes: Array, origin: Array, size: flo
             )
 
 
-def _check_on_mesh(given: Mapping[str, Array], surface: Surface, size: float) -> None:
+def _check_on_mesh(given: Mapping[str, Array], surface: CleanSurface, size: float) -> None:
     names = [n for n in given if n not in NOT_ON_SKIN]
     if not names:
         return

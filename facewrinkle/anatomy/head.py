@@ -1,8 +1,7 @@
 """The built-in head: a Catmull-Clark surface of a hand-typed cage, meshed with 4,517 triangles.
 
-``python -m facewrinkle.anatomy.head`` makes the stored head anew from ``data/head_cage.json``. The half with
-x >= 0 is meshed and mirrored; one triangle straddles the middle of the neck rim, which makes the count odd and
-keeps the mesh symmetric.
+``tools/build_head`` makes the stored head anew from ``data/head_cage.json``. The half with x >= 0 is meshed and
+mirrored; one triangle straddles the middle of the neck rim, which makes the count odd and keeps the mesh symmetric.
 """
 
 from __future__ import annotations
@@ -18,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from .eyes import Eyeball
+from .brow_hairs import BrowHairs
+from .eyeball import Eyeball
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -45,43 +45,6 @@ def pair_of_eyes(centre: Floats, radius: float) -> tuple[Eyeball, Eyeball]:
     """The left eyeball, which looks ahead, and its mirror image."""
     ahead, up = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
     return Eyeball("l", centre, radius, ahead, up), Eyeball("r", centre * MIRROR, radius, ahead, up)
-
-
-@dataclass(frozen=True)
-class Hairs:
-    """Eyebrow hairs, tied to the skin.
-
-    Parameters
-    ----------
-    triangles : (k, p) int array
-        The skin triangle under each of the p points of k hairs.
-    weights : (k, p, 3) float array
-        Barycentric coordinates in it.
-    heights : (p,) float array
-        Height of a hair's points above the skin, mm.
-
-    Examples
-    --------
-    They go with the skin, which is raised by 5 mm here:
-
-    >>> import facewrinkle as fw
-    >>> face = fw.default_face()
-    >>> rest = face.brows.polylines(face.points, face.triangles, face.tissue.normals)
-    >>> raised = face.brows.polylines(face.points + [0, 5, 0], face.triangles, face.tissue.normals)
-    >>> len(rest), float((raised - rest)[..., 1].mean().round(3))
-    (640, 5.0)
-    """
-
-    triangles: Ints
-    weights: Floats
-    heights: Floats
-
-    def polylines(self, points: Floats, triangles: NDArray[np.int32], normals: Floats) -> Floats:
-        """Points (k, p, 3) of the hairs on the skin as it is now: its points and vertex normals (n, 3)."""
-        corners = triangles[self.triangles]
-        foot = np.einsum("kpc,kpci->kpi", self.weights, points[corners])
-        up = np.einsum("kpc,kpci->kpi", self.weights, normals[corners])
-        return foot + self.heights[:, None] * up
 
 
 @dataclass(frozen=True)
@@ -129,7 +92,7 @@ class Head:
         Skin colour.
     texture : (s, s, 3) uint8 array
         The same colour as an image over `uv`, first row at v = 1: the border of the lips is sharper in it.
-    brows : Hairs
+    brows : BrowHairs
     mould : Mould
 
     Examples
@@ -149,7 +112,7 @@ class Head:
     eyes: tuple[Eyeball, Eyeball]
     colour: NDArray[np.uint8]
     texture: NDArray[np.uint8]
-    brows: Hairs
+    brows: BrowHairs
     mould: Mould
 
 
@@ -165,14 +128,7 @@ def load_head() -> Head:
     """
     with np.load(DATA / "head.npz") as stored:
         data = {name: stored[name] for name in stored.files}
-    return _unpacked(data)
-
-
-def build_head() -> Head:
-    """Make the head from its cage (about ten seconds)."""
-    from facewrinkle.anatomy import _head_build
-
-    return _unpacked(_stored(_head_build.head_arrays(cage_data())))
+    return unpacked(data)
 
 
 def cage_data() -> dict[str, Any]:
@@ -181,12 +137,13 @@ def cage_data() -> dict[str, Any]:
     return data
 
 
-def _unpacked(data: dict[str, NDArray[Any]]) -> Head:
+def unpacked(data: dict[str, NDArray[Any]]) -> Head:
+    """Return the head that arrays hold as they are stored."""
     data["texture"] = _decoded(data["texture"])
     for array in data.values():
         array.setflags(write=False)
     landmarks = dict(zip(data["landmark_names"].tolist(), data["landmarks"], strict=True))
-    hairs = Hairs(data["brow_triangles"], data["brow_weights"], data["brow_heights"])
+    hairs = BrowHairs(data["brow_triangles"], data["brow_weights"], data["brow_heights"])
     shape = len(data["lid_share"]), int(data["mould_size"])
     columns = data["mould_cage_points"].astype(np.int32)
     weights = csr_array((data["mould_weights"], columns, data["mould_rows"]), shape=shape)
@@ -203,33 +160,8 @@ def _unpacked(data: dict[str, NDArray[Any]]) -> Head:
     )
 
 
-def _stored(arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """The arrays of the head as they are stored, with the texture as a JPEG."""
-    return {**arrays, "texture": _encoded(arrays["texture"])}
-
-
-def _encoded(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The bytes of a picture as JPEG: noise makes a texture of pores ten times larger without loss."""
-    from PIL import Image
-
-    file = BytesIO()
-    Image.fromarray(image).save(file, format="JPEG", quality=90, subsampling=0)
-    return np.frombuffer(file.getvalue(), np.uint8)
-
-
 def _decoded(file: NDArray[np.uint8]) -> NDArray[np.uint8]:
     from PIL import Image
 
     with Image.open(BytesIO(file.tobytes())) as image:
         return np.array(image)
-
-
-def _store() -> None:
-    from facewrinkle.anatomy import _head_build
-
-    arrays: dict[str, Any] = _stored(_head_build.head_arrays(cage_data()))
-    np.savez_compressed(DATA / "head.npz", **arrays)
-
-
-if __name__ == "__main__":
-    _store()

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import LinearNDInterpolator
 
 from ..errors import ParameterError, check_range, check_whole, unknown_name
-from ..geometry.blending import smoothstep
-from ..geometry.chart import foot
-from .complexion import hair_cover
+from ..geometry.closest_point import closest_point
+from ..geometry.smoothstep import smoothstep
+from .hairline import hair_cover
 from .head import DATA, Head, cage_data, load_head, pair_of_eyes
 from .landmarks import frame_of
 
@@ -239,5 +239,5 @@ def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Ar
 
 def _carried(head: Head, place: Array, points: Array) -> Array:
     """Where a place on the skin of a head lies when its vertices are at other points."""
-    on = foot(head.points, head.triangles, place)
+    on = closest_point(head.points, head.triangles, place)
     return np.asarray(on.barycentric @ points[head.triangles[on.triangle]])

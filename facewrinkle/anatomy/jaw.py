@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse.linalg import spsolve
+from scipy.spatial.transform import Rotation
 
 from ..geometry.laplacian import graph_laplacian
 from ..geometry.topology import unique_edges
-from .guides import Guide
+from .joint_weights import JointWeights
 from .landmarks import FaceFrame
 from .muscles import JawMuscle
 
@@ -29,9 +31,9 @@ NECK = 0.55
 """From the lower border of the mandible down, the skin of the neck follows less and less over this distance."""
 
 
-def jaw_guide(
+def jaw_weights(
     jaw: JawMuscle, points: Array, triangles: npt.NDArray[np.int32], landmarks: Mapping[str, Array], frame: FaceFrame
-) -> Guide:
+) -> JointWeights:
     """How far each vertex turns with the mandible.
 
     Chin and jaw go with the bone, the face above the lips stays. In between the share is harmonic on the surface:
@@ -44,7 +46,7 @@ def jaw_guide(
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> jaw, share = face.muscles["jaw"], np.zeros(len(face.points))
-    >>> guide = jaw_guide(jaw, face.points, face.triangles, face.landmarks, face.frame)
+    >>> guide = jaw_weights(jaw, face.points, face.triangles, face.landmarks, face.frame)
     >>> share[guide.vertices] = guide.angles / jaw.angle
     >>> for name in ("menton", "mouth_l", "nose_tip"):
     ...     print(share[face.mesh.find_closest_point(face.landmarks[name])].round(1))
@@ -65,7 +67,7 @@ def jaw_guide(
     fixed_down = (over < -BELOW * aside) & (under < 0.0) & ~fixed_up
     share = _harmonic(points, triangles, fixed_up, fixed_down)
     vertices = np.flatnonzero(share > 1e-4)
-    return Guide(vertices, jaw.angle * share[vertices], np.zeros(len(vertices)), hinge, axis, bone=True)
+    return JointWeights(vertices, jaw.angle * share[vertices], np.zeros(len(vertices)), hinge, axis, bone=True)
 
 
 def _normal_of_plane(axis: Array, forward: Array, up: Array) -> Array:
@@ -89,3 +91,47 @@ def _harmonic(
         right = -(laplacian[free] @ values)
         values[free] = spsolve(laplacian[free][:, free].tocsc(), right)
     return np.clip(values, 0.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Mandible:
+    """The bone of the lower jaw, followed by the skin that goes wholly with it.
+
+    Attributes
+    ----------
+    vertices : ndarray of int, shape (k,)
+    offsets : ndarray, shape (k, 3)
+        Of these vertices from the hinge, at rest.
+    hinge, axis : ndarray, shape (3,)
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> face.mandible.rotation(face.points).round(9) + 0.0
+    array([[1., 0., 0.],
+           [0., 1., 0.],
+           [0., 0., 1.]])
+    """
+
+    vertices: npt.NDArray[np.int64]
+    offsets: Array
+    hinge: Array
+    axis: Array
+
+    @classmethod
+    def of(cls, jaw: JawMuscle, guide: JointWeights, points: Array) -> Mandible | None:
+        """Return the mandible of a face at rest, None where no skin goes wholly with it."""
+        vertices = guide.vertices[guide.angles > WHOLLY * jaw.angle]
+        return cls(vertices, points[vertices] - jaw.hinge, jaw.hinge, jaw.axis) if len(vertices) else None
+
+    def rotation(self, points: Array) -> Array:
+        """Rotation (3, 3) about the hinge that the skin (n, 3) shows, with the head where it is at rest."""
+        now = points[self.vertices] - self.hinge
+        flat, turned = (offset - np.outer(offset @ self.axis, self.axis) for offset in (self.offsets, now))
+        angle = np.arctan2((np.cross(flat, turned) @ self.axis).sum(), (flat * turned).sum())
+        return np.asarray(Rotation.from_rotvec(angle * self.axis).as_matrix())
+
+
+WHOLLY = 0.98
+"""Skin that takes this share of the mandible's turn goes wholly with it."""

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._files import replaced
 from ..errors import LARGEST, LandmarkError, OutputError, unknown_name, warn
+from ..mesh.files import replaced
 
 Array = npt.NDArray[np.float64]
 
@@ -109,16 +109,47 @@ class FaceFrame:
 
     Examples
     --------
-    A place in the words of a face, one distance between the pupils to the left of the middle between the eyes:
+    The point one distance between the pupils to the left of the middle between the eyes:
 
     >>> frame = FaceFrame(np.eye(3), np.array([0.0, 100, 20]), 63.0)
-    >>> frame.origin + frame.pupil_distance * np.array([1.0, 0, 0]) @ frame.axes
+    >>> frame.world(np.array([1.0, 0, 0]))
     array([ 63., 100.,  20.])
     """
 
     axes: Array
     origin: Array
     pupil_distance: float
+
+    @property
+    def scale(self) -> float:
+        """What a millimetre on a face of average size is here, in the unit of the landmarks."""
+        return self.pupil_distance / MEAN_PUPIL_DISTANCE
+
+    def local(self, points: Array) -> Array:
+        """Return points (n, 3) or (3,) as [left, up, forward] from the origin, in distances between the pupils.
+
+        Examples
+        --------
+        >>> frame = FaceFrame(np.eye(3), np.array([0.0, 100, 20]), 63.0)
+        >>> frame.local(np.array([63.0, 100, 20])), frame.local_mm(np.array([63.0, 100, 20]))
+        (array([1., 0., 0.]), array([63.,  0.,  0.]))
+        """
+        return np.asarray((points - self.origin) @ self.axes.T / self.pupil_distance)
+
+    def local_mm(self, points: Array) -> Array:
+        """Return the same in millimetres on a face of average size."""
+        return np.asarray((points - self.origin) @ self.axes.T * (MEAN_PUPIL_DISTANCE / self.pupil_distance))
+
+    def world(self, local: Array) -> Array:
+        """Return the points (n, 3) or (3,) of the face at places that :meth:`local` gives.
+
+        Examples
+        --------
+        >>> frame = FaceFrame(np.eye(3), np.array([0.0, 100, 20]), 63.0)
+        >>> frame.world(np.array([1.0, 0, 0]))
+        array([ 63., 100.,  20.])
+        """
+        return np.asarray(self.origin + self.pupil_distance * local @ self.axes)
 
     def tilted(self, angle: float) -> FaceFrame:
         """As a face that lifts its chin by an angle (degrees) is seen from the front.
@@ -261,9 +292,9 @@ def complete(given: Mapping[str, Array], template: Mapping[str, Array]) -> tuple
     frame = frame_of(found)
     _check_sides(found, frame)
     base = frame_of(template)
-    carried = fitted_map(template, found, base, frame)
+    placed = fitted_map(template, found, base, frame)
     estimated = tuple(n for n in NAMES if n not in given)
-    return {n: found[n] if n in found else carried(template[n]) for n in NAMES}, estimated
+    return {n: found[n] if n in found else placed(template[n]) for n in NAMES}, estimated
 
 
 def _check_sides(landmarks: Mapping[str, Array], frame: FaceFrame) -> None:

@@ -6,29 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
-from ..geometry.normals import vertex_normals
-from ..geometry.rigid import Rigid
-from ..geometry.topology import unique_edges, vertex_rings
-from ..mesh import laid_image, to_polydata
-from ..mesh.arrays import OF_PART, SOURCE, with_data
-from ..mesh.checks import PART
-from ..mesh.reading import COLORS
-from .eyes import RADIUS, Eyeball
-from .guides import Guide
+from ..geometry.topology import unique_edges
+from ..mesh import merged_texture
+from ..mesh.arrays import COLORS, PART, SOURCE, with_data
+from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame
-from .muscles import JawMuscle
-
-if TYPE_CHECKING:
-    from .face import Face
 
 Array = npt.NDArray[np.float64]
 Follows = Literal["skull", "mandible", "eye", "skin"]
@@ -50,8 +39,6 @@ ARCH, ROWS, TONGUE = 0.4, 0.04, 0.2
 ON_SKIN = 0.12
 """Parts that nowhere are farther from the skin than this, in distances between the pupils, follow the skin."""
 
-STILL = 0.01
-"""Vertices that move by less than this, in distances between the pupils, go with the head."""
 
 SPECK = 0.02
 """Parts smaller than this, in distances between the pupils, are dropped, unless they belong to an eye or a mouth."""
@@ -156,7 +143,7 @@ def named_parts(
             mesh.cell_data[array] = np.asarray(others.cell_data[array])[chosen]
         if COLORS in mesh.point_data and np.asarray(mesh.point_data[COLORS]).min() == 255:
             del mesh.point_data[COLORS]  # where others have colours
-        found[name] = follower(name, mesh, laid_image(mesh))
+        found[name] = follower(name, mesh, merged_texture(mesh))
     return found, specks
 
 
@@ -263,188 +250,3 @@ def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part], frame: FaceFrame) ->
 
 
 # --- how it moves -----------------------------------------------------------------------------------------
-
-
-class Carriers:
-    """Moves the parts of a face with its skin, its mandible and its eyes.
-
-    Parameters
-    ----------
-    face : Face
-    """
-
-    def __init__(self, face: Face) -> None:
-        self.face = face
-        self._still = Rigid(face.points)
-        self._jaw = _jaw_of(face)
-        self._tied = {name: _Tied(part.mesh, face) for name, part in face.parts.items() if part.follows == "skin"}
-        self._bent = {name: _normals(part.mesh) for name, part in face.parts.items()}
-
-    def on(
-        self,
-        points: Array,
-        gazes: Mapping[str, Array],
-        pose: Array | None = None,
-        given: Mapping[str, Array] | None = None,
-    ) -> dict[str, pv.PolyData]:
-        """The parts by name, for the face's vertices (n, 3) and the eyes' directions as they are now.
-
-        Where it is not known how the head has moved, a matrix (4, 4), the vertices tell. Parts that move by themselves
-        are `given`, points (k, 3) by name; those of them that are NaN are carried like the others.
-        """
-        carried = self._carried(points, gazes, pose)
-        for name, own in (given or {}).items():
-            part = carried[name]
-            carried[name] = _with(part, np.where(np.isnan(own), part.points, own), None)
-        return carried
-
-    def _carried(self, points: Array, gazes: Mapping[str, Array], pose: Array | None) -> dict[str, pv.PolyData]:
-        face = self.face
-        pose = self._still.pose(points, STILL * face.frame.pupil_distance) if pose is None else pose
-        turn, shift = pose[:3, :3], pose[:3, 3]
-        eyes = {eye.side: eye for eye in face.eyes}
-        out = {}
-        for name, part in face.parts.items():
-            rest, normals = np.asarray(part.mesh.points, dtype=np.float64), self._bent[name]
-            if name in self._tied:
-                out[name] = _with(part.mesh, self._tied[name].on(points), None)
-                continue
-            own, centre = np.eye(3), np.zeros(3)
-            if part.follows == "eye" and part.side in eyes:
-                eye = eyes[part.side]
-                own, centre = _axes(eye.looking(gazes.get(part.side, eye.gaze))).T @ _axes(eye), eye.centre
-            elif part.follows == "mandible" and self._jaw is not None:
-                own, centre = self._jaw.turn((points - shift) @ np.linalg.inv(turn).T), self._jaw.hinge
-            moved = ((rest - centre) @ own.T + centre) @ turn.T + shift
-            out[name] = _with(part.mesh, moved, normals @ (turn @ own).T)
-        return out
-
-
-def _axes(eye: Eyeball) -> Array:
-    return np.stack([np.cross(eye.up, eye.gaze), eye.up, eye.gaze])
-
-
-def _normals(mesh: pv.PolyData) -> Array:
-    return vertex_normals(np.asarray(mesh.points, dtype=np.float64), np.asarray(mesh.regular_faces, dtype=np.int32))
-
-
-def _with(mesh: pv.PolyData, points: Array, normals: Array | None) -> pv.PolyData:
-    """A copy of a mesh with other points and normals."""
-    moved = mesh.copy()
-    moved.points = points
-    moved.point_data["Normals"] = _normals(moved) if normals is None else normals
-    moved.point_data.active_normals_name = "Normals"
-    return moved
-
-
-@dataclass(frozen=True, eq=False)
-class _Jaw:
-    """Vertices that go wholly with the mandible, their offsets from its hinge at rest, the hinge, and its axis."""
-
-    vertices: npt.NDArray[np.int64]
-    before: Array
-    hinge: Array
-    axis: Array
-
-    def turn(self, points: Array) -> Array:
-        """Rotation of the mandible about its hinge, as the skin over it tells."""
-        now = points[self.vertices] - self.hinge
-        flat, turned = (offset - np.outer(offset @ self.axis, self.axis) for offset in (self.before, now))
-        angle = np.arctan2((np.cross(flat, turned) @ self.axis).sum(), (flat * turned).sum())
-        return np.asarray(Rotation.from_rotvec(angle * self.axis).as_matrix())
-
-
-def _jaw_of(face: Face) -> _Jaw | None:
-    for name, muscle in face.muscles.items():
-        if isinstance(muscle, JawMuscle) and name in face.guides:
-            guide: Guide = face.guides[name]
-            vertices = guide.vertices[guide.angles > 0.98 * muscle.angle]
-            if len(vertices):
-                return _Jaw(vertices, face.points[vertices] - muscle.hinge, muscle.hinge, muscle.axis)
-    return None
-
-
-class _Tied:
-    """A part that follows the skin at its roots, bodily: as two rings of skin around them turn and go.
-
-    Parameters
-    ----------
-    mesh : pyvista.PolyData
-    face : Face
-    """
-
-    ROOT = 0.3
-    """Points nearer to the skin than this share of a part's height over it are its roots."""
-
-    BLENDED = 6
-    """Each point goes with so many places of the skin."""
-
-    def __init__(self, mesh: pv.PolyData, face: Face) -> None:
-        points, skin = np.asarray(mesh.points, dtype=np.float64), face.points
-        height, below = cKDTree(skin).query(points)
-        label = np.empty(len(points), np.int64)
-        label[np.asarray(mesh.regular_faces)] = np.asarray(mesh.cell_data[PART])[:, None]
-        root = np.arange(len(points))
-        for part in np.unique(label):
-            mine = np.flatnonzero(label == part)
-            low, high = height[mine].min(), height[mine].max()
-            roots = mine[height[mine] <= low + self.ROOT * (high - low)]
-            root[mine] = roots[cKDTree(points[roots]).query(points[mine])[1]]
-        places = np.unique(below[root])
-        start, ring = vertex_rings(face.triangles, len(skin))
-        first = csr_array((np.ones(len(ring)), ring, start), shape=(len(skin), len(skin)))
-        two = (first[places] @ first + first[places]).astype(bool).astype(np.float64)
-        self._mean = csr_array(two.multiply(1.0 / two.sum(axis=1)[:, None]))
-        self._points, self._rest = points, self._mean @ skin
-        self._skin = skin
-        count = min(self.BLENDED, len(places))
-        distance, nearest = cKDTree(skin[places]).query(points[root], k=list(range(1, count + 1)))
-        weights = 1.0 / (distance + 0.05 * face.frame.pupil_distance) ** 2
-        self._nearest, self._weights = nearest, weights / weights.sum(axis=1, keepdims=True)
-
-    def on(self, points: Array) -> Array:
-        """Where the points of the part (k, 3) are, for the vertices of the face (n, 3) as they are now."""
-        now = self._mean @ points
-        pairs = (self._skin[:, :, None] * points[:, None, :]).reshape(len(points), 9)
-        spread = (self._mean @ pairs).reshape(-1, 3, 3) - self._rest[:, :, None] * now[:, None, :]
-        left, _, right = np.linalg.svd(spread)
-        left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
-        turn = (left @ right)[self._nearest]
-        offset = self._points[:, None, :] - self._rest[self._nearest]
-        there = now[self._nearest] + np.einsum("nki,nkij->nkj", offset, turn)
-        return np.asarray(np.einsum("nk,nkj->nj", self._weights, there))
-
-
-def joined(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.PolyData:
-    """Skin and parts in one mesh: the points of the skin first; "part" tells which of `field_data["parts"]` it is.
-
-    The parts keep those arrays that the skin has; where they have none, there are zeros. Colours of parts are kept, and
-    what has none is white.
-    """
-    meshes = [skin, *parts.values()]
-    starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
-    data = {}
-    for name in (*skin.point_data, *({COLORS} - set(skin.point_data))):
-        values = next((mesh.point_data[name] for mesh in meshes if name in mesh.point_data), None)
-        if values is None:
-            continue
-        rows = []
-        for mesh in meshes:
-            own = mesh.point_data.get(name)
-            fits = own is not None and own.shape[1:] == values.shape[1:]
-            nothing = np.full((mesh.n_points, *values.shape[1:]), 255 if name == COLORS else 0, values.dtype)
-            rows.append(np.asarray(own, values.dtype) if fits else nothing)
-        data[name] = np.concatenate(rows)
-    data[PART] = np.repeat(np.arange(len(meshes), dtype=np.int32), [mesh.n_points for mesh in meshes])
-    whole = to_polydata(
-        np.concatenate([mesh.points for mesh in meshes]),
-        np.concatenate([mesh.regular_faces + start for mesh, start in zip(meshes, starts, strict=True)]),
-        data,
-    )
-    whole.field_data.update({key: value for key, value in skin.field_data.items() if not key.startswith(OF_PART)})
-    whole.field_data["parts"] = ["skin", *parts]
-    texture = skin.point_data.active_texture_coordinates_name
-    if texture is not None:
-        whole.point_data.active_texture_coordinates_name = texture
-    whole.point_data.active_normals_name = "Normals" if "Normals" in data else None
-    return whole

@@ -25,11 +25,11 @@ class Tissue:
     depth : ndarray, shape (n,)
         Thickness, in the unit of the mesh.
     stiffness : ndarray, shape (n,)
-        Of the ties to the bone, relative to that of the forehead.
+        Of the tethers to the bone, relative to that of the forehead.
     normals : ndarray, shape (n, 3)
-        Unit normals of the skin, smoothed over about the thickness: the direction of the ties.
-    foot : ndarray, shape (n, 3)
-        Where the ties start: the vertices of the skull.
+        Unit normals of the skin, smoothed over about the thickness: the direction of the tethers.
+    anchors : ndarray, shape (n, 3)
+        Where the tethers start: the vertices of the skull.
     solid : ndarray of bool, shape (n,)
         Where the skull is a wall that stops the skin. Around eyes, mouth and nostrils the surface under the skin folds
         over.
@@ -50,7 +50,7 @@ class Tissue:
     depth: Array
     stiffness: Array
     normals: Array
-    foot: Array
+    anchors: Array
     solid: npt.NDArray[np.bool_]
 
 
@@ -91,22 +91,22 @@ def tissue_of(
     weights /= weights.sum(axis=1, keepdims=True)
     depth = weights @ depths
     rim, holes = _distances_to_loops(points, triangles)
-    ties = np.exp(weights @ np.log(stiffness)) * (1.0 + RIM * np.exp(-((rim / (0.15 * size)) ** 2)))
+    tethers = np.exp(weights @ np.log(stiffness)) * (1.0 + RIM * np.exp(-((rim / (0.15 * size)) ** 2)))
     smooth = _smoother(points, triangles, 0.12 * size)
     facing = vertex_normals(points, triangles)
     normals = smooth(facing)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    foot = smooth(points - depth[:, None] * normals)
+    anchors = smooth(points - depth[:, None] * normals)
     # Smoothing cuts corners where the face is concave: the bone stays below the skin by a third of the tissue at least.
-    above = ((points - foot) * normals).sum(axis=1)
-    foot -= np.maximum(depth / 3.0 - above, 0.0)[:, None] * normals
-    solid = ((vertex_normals(foot, triangles) * normals).sum(axis=1) > 0.7) & (holes > 0.25 * size)
+    above = ((points - anchors) * normals).sum(axis=1)
+    anchors -= np.maximum(depth / 3.0 - above, 0.0)[:, None] * normals
+    solid = ((vertex_normals(anchors, triangles) * normals).sum(axis=1) > 0.7) & (holes > 0.25 * size)
     solid &= (facing * normals).sum(axis=1) > 0.5
-    return Tissue(depth, ties, normals, foot, solid)
+    return Tissue(depth, tethers, normals, anchors, solid)
 
 
 RIM = 12.0
-"""How much stiffer the ties are at the outer rim of an open mesh, where the skin beyond it would hold it."""
+"""How much stiffer the tethers are at the outer rim of an open mesh, where the skin beyond it would hold it."""
 
 
 def _distances_to_loops(points: Array, triangles: npt.NDArray[np.int32]) -> tuple[Array, Array]:

@@ -11,12 +11,13 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..anatomy.fitting import default_face
 from ..export import output_folder
-from ..plotting import Image, Style, picture, save_picture, side_by_side, stacked
-from ..table1 import PAPER
+from ..plotting import Image, picture, save_picture, side_by_side, stacked
+from ..plotting.views import Style
 from .common import OutputOptions, Report
 from .express import record
+from .recorder import Take
 from .table1 import tabulate
-from .take import Take
+from .timings import PAPER
 
 SIZE, FRAMES, TILE = 400, 24, 204
 ITERATIONS, DRAWINGS = 250, 20

@@ -16,7 +16,7 @@ from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..plotting import save_picture, side_by_side
 from ..simulation import Refinement
 from .common import FaceOptions, OutputOptions, Report, mixture
-from .take import Take
+from .recorder import Take
 
 
 def express(

@@ -11,7 +11,6 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
-from ..anatomy.cavities import lining
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, write_face
 from ..anatomy.fitting import fit_face
@@ -20,7 +19,8 @@ from ..anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle
 from ..export import output_folder
 from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
-from ..plotting import Image, Scene, Style, save_picture, side_by_side, stacked
+from ..plotting import Image, Scene, save_picture, side_by_side, stacked
+from ..plotting.views import Style
 from .common import Report, facts_of, units_of
 
 MEASURED, ESTIMATED, MUSCLE = "#35d07f", "#ffb347", "#b3262e"
@@ -34,7 +34,7 @@ def fit(
     landmarks: Path | None = None,
     units: str | None = None,
     texture: Path | None = None,
-    untangle: bool = False,
+    resolve_self_intersections: bool = False,
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
@@ -53,7 +53,7 @@ def fit(
         Unit of the mesh: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
     texture
         Photo that lies on the mesh. Default: the image that the file names or holds.
-    untangle
+    resolve_self_intersections
         Smooth small places where the mesh runs through itself, as much as it takes.
     out
         Folder to write to. Default: output/NAME.
@@ -70,7 +70,7 @@ def fit(
         units_of(units),
         watch=report.search,
         texture=texture,
-        untangle=untangle,
+        resolve_self_intersections=resolve_self_intersections,
     )
     write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated, face.confidences)
     write_face(face, folder / f"{stem}{SUFFIX}")
@@ -129,8 +129,8 @@ def _with_anatomy(scene: Scene, face: Face) -> Image:
 
 def _bone(face: Face) -> pv.PolyData:
     """The skull without what lies under the skin of mouth and nostrils: that would stand out of the face."""
-    skin, bone = face.points, face.tissue.foot
-    outer = ~lining(face)
+    skin, bone = face.points, face.tissue.anchors
+    outer = ~face.lining.vertices
     nearest = np.flatnonzero(outer)[cKDTree(skin[outer]).query(bone)[1]]
     height = ((bone - skin[nearest]) * vertex_normals(skin, face.triangles)[nearest]).sum(axis=1)
     return to_polydata(bone, face.triangles[(outer & (height < 0.0))[face.triangles].all(axis=1)])

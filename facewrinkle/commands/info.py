@@ -13,9 +13,9 @@ from ..anatomy.atlas import Atlas, load_atlas
 from ..anatomy.face_file import SUFFIX, read_face
 from ..errors import FaceWrinkleWarning, unknown_name
 from ..geometry.topology import boundary_loops
-from ..mesh import laid_image, prepare, read_surface, read_texture
+from ..mesh import merged_texture, prepare, read_surface, read_texture
 from ..mesh.arrays import IMAGE
-from ..mesh.untangling import crossing_told
+from ..mesh.repair.self_intersections import self_intersection_report
 from .common import Report, facts_of
 
 Array = npt.NDArray[np.float64]
@@ -62,14 +62,16 @@ def _of_mesh(path: Path) -> dict[str, str]:
         clean = prepare(source)
     rows = {"in the file": f"{source.n_points} points, {source.n_cells} triangles"}
     laid = source.active_texture_coordinates is not None
-    textured = laid and (laid_image(clean.mesh) if IMAGE in clean.mesh.cell_data else read_texture(path)) is not None
+    textured = (
+        laid and (merged_texture(clean.mesh) if IMAGE in clean.mesh.cell_data else read_texture(path)) is not None
+    )
     rows["texture coordinates"] = "yes" if laid else "no"
     return rows | _surface(clean.points, clean.triangles, textured, clean.report)
 
 
 def _surface(points: Array, triangles: Ints, textured: bool, told: tuple[str, ...]) -> dict[str, str]:
     holes = boundary_loops(triangles)
-    crossing = crossing_told(points, triangles)
+    crossing = self_intersection_report(points, triangles)
     told = tuple(sentence for sentence in told if sentence != crossing)
     width, height, depth = np.ptp(points, axis=0)
     return {

@@ -14,14 +14,14 @@ from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
-from ..geometry.blending import smoothstep
-from ..layers.pattern_layer import PatternLayer
-from ..layers.presets import presets
+from ..geometry.smoothstep import smoothstep
+from ..layers.patterns_on_skin.layer import PatternLayer
 from ..motion.base import Still
-from ..plotting import Style, View, closeup, picture, save_picture, side_by_side
+from ..plotting import closeup, picture, save_picture, side_by_side
+from ..plotting.views import Style, View
 from ..simulation import Refinement, Simulation
 from .common import FaceOptions, OutputOptions, Report, mixture, units_of
-from .take import shot
+from .recorder import shot
 
 
 def pattern(
@@ -151,7 +151,7 @@ def _placed(
     """The face and the layers: by landmarks, or about a centre on any surface."""
     if centre is None:
         face = source.load(report)
-        return face, presets(name, face, **words)
+        return face, PatternLayer.presets(name, face, **words)
     if source.face is None:
         raise ParameterError("--centre belongs to a mesh: name it with --face.")
     if source.landmarks is not None:

@@ -14,10 +14,11 @@ from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import output_folder
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..motion.animation import read_animation
-from ..plotting import Style, closeup, picture, save_picture, side_by_side, stacked
+from ..plotting import closeup, picture, save_picture, side_by_side, stacked
+from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
 from .common import OutputOptions, Report, units_of
-from .take import shot
+from .recorder import shot
 
 LONGEST = 100_000
 """Steps; a clip of more is a mistake in its speed or in --fps."""

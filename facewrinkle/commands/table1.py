@@ -8,12 +8,12 @@ import os
 import platform
 from pathlib import Path
 
-from .._files import replaced
 from ..anatomy.face import Face
 from ..errors import check_range
 from ..export import output_folder
-from ..table1 import PAPER, SIZE, as_text, measure
+from ..mesh.files import replaced
 from .common import FaceOptions, Report
+from .timings import PAPER, SIZE, as_text, measure
 
 
 def table1(

@@ -16,12 +16,13 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder, write_series
-from ..plotting import Image, Style, save_picture, side_by_side
+from ..plotting import Image, save_picture, side_by_side
+from ..plotting.views import Style
+from ..plotting.wet import TearScene
 from ..simulation import Simulation
 from ..tears.presets import PRESETS, Tear, preset, surfaces
-from ..wet import TearScene
 from .common import FaceOptions, OutputOptions, Report, mixture
-from .take import film, shot
+from .recorder import film, shot
 
 Kind = Literal["dripping", "shedding", "one_tear", "weeping", "joy"]
 MOMENTS = 4

@@ -1,6 +1,6 @@
 """Frames and pictures as files: meshes of a moment, a time series, a movie, and the folder they go to."""
 
-from .files import output_folder
+from ..mesh.files import output_folder
 from .meshes import write_mesh
 from .movies import movie_writer, write_movie
 from .series import write_series

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import base64
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from ..errors import MissingPackageError
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from .meshes import Model
+from .model import Model
 
 WATER, CLEAR = 1.33, 0.3
 """Refractive index of tears, and how opaque they are where nothing is refracted."""

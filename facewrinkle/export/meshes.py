@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -12,51 +12,19 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.optimize import linear_sum_assignment
 
-from .._features import beside
-from .._files import replaced
 from ..anatomy.face import Face
+from ..appearance.companion_meshes import companion_meshes
 from ..errors import MeshError, OutputError
 from ..geometry.normals import vertex_normals
 from ..mesh import UNIT, split_at_seams, with_normals
-from .files import output_file
+from ..mesh.files import output_file, replaced
 from .gltf import CLEAR, WATER, gltf
+from .model import Model
 
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
 
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
-
-
-@dataclass(frozen=True)
-class Model:
-    """A mesh as other programs take it: each vertex has one normal and one place in the texture.
-
-    Attributes
-    ----------
-    points, normals : (n, 3) float
-    triangles : (m, 3) int
-    origin : (n,) int
-        The vertex of the frame that each one is; the frame's own come first, then their twins at texture seams.
-    uv : (n, 2) float, optional
-        Texture coordinates, v upwards.
-    colours : (n, 3) uint8, optional
-    png : bytes, optional
-        The texture.
-    cutout : bool
-        What is transparent in the texture is not drawn.
-    clear : bool
-        It is water.
-    """
-
-    points: Array
-    normals: Array
-    triangles: npt.NDArray[np.int64]
-    origin: npt.NDArray[np.int64]
-    uv: Array | None
-    colours: Image | None
-    png: bytes | None
-    cutout: bool = False
-    clear: bool = False
 
 
 def write_mesh(
@@ -127,9 +95,9 @@ def write_mesh(
         case ".obj":
             files = _obj(model, path, water)
         case ".ply":
-            files = _ply(model, path) | ({} if water is None else _ply(water, beside_ply(path)))
+            files = _ply(model, path) | ({} if water is None else _ply(water, tears_of_ply(path)))
         case ending:
-            others = beside(face, frame) if parts and face is not None else {}
+            others = companion_meshes(face, frame) if parts and face is not None else {}
             models = {"face": model} | {name: _part(part, _own_texture(face, name)) for name, part in others.items()}
             if water is not None:
                 models["tears"] = water
@@ -164,18 +132,18 @@ def _part(part: pv.PolyData, image: Image | None) -> Model:
     )
 
 
-def beside_ply(path: Path) -> Path:
+def tears_of_ply(path: Path) -> Path:
     """Where the tears of a PLY file are."""
     return path.with_name(f"{path.stem}_tears{path.suffix}")
 
 
-def companions(path: Path, *, textured: bool, tears: bool) -> list[Path]:
+def companion_files(path: Path, *, textured: bool, tears: bool) -> list[Path]:
     """The files that :func:`write_mesh` writes beside one."""
     match path.suffix.lower():
         case ".obj":
             found = [path.with_suffix(".mtl")] if textured or tears else []
         case ".ply":
-            found = [beside_ply(path)] if tears else []
+            found = [tears_of_ply(path)] if tears else []
         case _:
             return []
     return [*found, _image(path)] if textured else found

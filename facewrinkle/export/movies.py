@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from .._files import replaced
 from ..errors import MissingPackageError, OutputError, ParameterError, check_range
-from .files import output_file
+from ..mesh.files import output_file, replaced
 
 
 def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.0) -> Path:

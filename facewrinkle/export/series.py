@@ -16,9 +16,8 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkDemandDrivenPipeline, vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
-from .._files import replaced
 from ..errors import OutputError, ParameterError, check_range
-from .files import output_file
+from ..mesh.files import output_file, replaced
 
 LATEST = float(np.finfo(np.float32).max)
 

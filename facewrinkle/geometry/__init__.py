@@ -1,5 +1,5 @@
 """Triangle meshes as plain arrays; knows nothing of faces and does not import VTK."""
 
-from . import least_squares, normals, refinement, seams, topology, transfer
+from . import interpolation, least_squares, normals, refinement, seams, topology
 
-__all__ = ["least_squares", "normals", "refinement", "seams", "topology", "transfer"]
+__all__ = ["interpolation", "least_squares", "normals", "refinement", "seams", "topology"]

@@ -62,7 +62,7 @@ def displace(points, heights, directions, out):
 
 
 @njit(cache=True)
-def judge(
+def mark_triangles(
     triangles, level, max_level, normals, rest_normals, points, need, across, active, gamma_c, hysteresis,
     split, fine, largest,
 ):  # fmt: skip

@@ -2,64 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import splu
 
 from . import _chart_kernels as kernels
-from .normals import vertex_normals
+from .closest_point import ClosestPoint
 from .topology import unique_edges
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 
-@dataclass(frozen=True, eq=False)
-class Foot:
-    """The point of a mesh that is closest to some point.
-
-    Attributes
-    ----------
-    triangle : int
-    barycentric : ndarray, shape (3,)
-    point, normal : ndarray, shape (3,)
-        The place, and the unit normal there.
-    distance : float
-
-    Examples
-    --------
-    >>> corners = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
-    >>> near = foot(corners, np.array([[0, 1, 2]], np.int32), [1.0, 2.0, 3.0])
-    >>> near.distance, near.barycentric, near.normal
-    (3.0, array([0.25, 0.25, 0.5 ]), array([0., 0., 1.]))
-    """
-
-    triangle: int
-    barycentric: Array
-    point: Array
-    normal: Array
-    distance: float
-
-
-def foot(points: Array, triangles: IntArray, query: npt.ArrayLike) -> Foot:
-    """The point of a mesh closest to `query` (3,).
-
-    Examples
-    --------
-    >>> corners = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
-    >>> foot(corners, np.array([[0, 1, 2]], np.int32), [1.0, 2.0, 3.0]).point
-    array([1., 2., 0.])
-    """
-    triangle, weights, distance = kernels.closest(points, triangles, np.asarray(query, dtype=np.float64))
-    corners = points[triangles[triangle]]
-    normal = weights @ vertex_normals(points, triangles)[triangles[triangle]]
-    return Foot(int(triangle), weights, weights @ corners, normal / np.linalg.norm(normal), float(distance))
-
-
-def geodesic_chart(points: Array, triangles: IntArray, centre: Foot, up: npt.ArrayLike, reach: float) -> Array:
+def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up: npt.ArrayLike, reach: float) -> Array:
     """Where each vertex lies as seen from `centre`: the logarithmic map of the surface.
 
     Distance and direction of the straightest line from the centre run outwards over the triangles, two known corners
@@ -69,7 +25,7 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: Foot, up: npt.Arr
     ----------
     points : ndarray, shape (n, 3)
     triangles : ndarray of int32, shape (m, 3)
-    centre : Foot
+    centre : ClosestPoint
     up : array_like, shape (3,)
         Its part in the surface at the centre is the second axis.
     reach : float
@@ -88,7 +44,7 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: Foot, up: npt.Arr
     --------
     >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
     >>> t = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
-    >>> geodesic_chart(p, t, foot(p, t, [0.25, 0.25, 0.0]), [0, 1, 0], 9.0)[3].round(12)
+    >>> geodesic_chart(p, t, closest_point(p, t, [0.25, 0.25, 0.0]), [0, 1, 0], 9.0)[3].round(12)
     array([0.75, 0.75])
     """
     corners = triangles[centre.triangle]
@@ -106,7 +62,7 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: Foot, up: npt.Arr
     return np.stack([distance * np.cos(angle) + shift @ right, distance * np.sin(angle) + shift @ upward], axis=1)
 
 
-def projected_chart(points: Array, centre: Foot, up: npt.ArrayLike) -> Array:
+def projected_chart(points: Array, centre: ClosestPoint, up: npt.ArrayLike) -> Array:
     """Coordinates (n, 2), right and up, in the tangent plane at the centre: a pattern shone on the surface.
 
     Examples
@@ -114,7 +70,7 @@ def projected_chart(points: Array, centre: Foot, up: npt.ArrayLike) -> Array:
     Heights over the tangent plane do not count:
 
     >>> p, t = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)
-    >>> projected_chart(np.array([[1.25, 0.25, 9.0]]), foot(p, t, [0.25, 0.25, 0.0]), [0, 1, 0]).round(9)
+    >>> projected_chart(np.array([[1.25, 0.25, 9.0]]), closest_point(p, t, [0.25, 0.25, 0.0]), [0, 1, 0]).round(9)
     array([[1., 0.]])
     """
     right, upward = tangents(centre.normal, up)
@@ -162,7 +118,7 @@ def gradients(points: Array, triangles: IntArray, values: Array) -> Array:
     return np.asarray(out / total[:, None, None])
 
 
-def smoothly_carried(
+def smoothly_interpolated(
     points: Array, values: Array, slopes: Array, places: Array, corners: IntArray, barycentric: Array
 ) -> Array:
     """Values (k, d) at places on triangles without the kinks that linear interpolation has at the edges.
@@ -177,7 +133,7 @@ def smoothly_carried(
     >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
     >>> slopes = np.array([[[0.0], [0], [0]], [[2], [0], [0]], [[4], [0], [0]]])
     >>> at = np.array([[0.0, 0.5, 0.5]])
-    >>> smoothly_carried(p, p[:, :1] ** 2, slopes, at @ p, np.array([[0, 1, 2]]), at)
+    >>> smoothly_interpolated(p, p[:, :1] ** 2, slopes, at @ p, np.array([[0, 1, 2]]), at)
     array([[2.25]])
     """
     along = places[:, None] - points[corners]

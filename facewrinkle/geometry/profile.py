@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ParameterError, check_range, check_whole
-from .blending import smoothstep
+from .smoothstep import smoothstep
 
 Array = npt.NDArray[np.float64]
 Ends = Literal["continuous", "paper"]

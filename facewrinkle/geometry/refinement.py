@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
-from facewrinkle.errors import MeshError, check_range
-from facewrinkle.geometry import _forest_kernels as kernels
-from facewrinkle.geometry.topology import IntArray, as_triangles, unique_edges
+from ..errors import MeshError, check_range
+from . import _forest_kernels as kernels
+from .topology import IntArray, as_triangles, unique_edges
 
 # Weights of level L are multiples of 2^-L: beyond 52 halvings they would no longer be exact.
 DEEPEST = 52

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from facewrinkle.errors import MeshError
+from ..errors import MeshError
 
 IntArray = NDArray[np.int32]
 

@@ -8,8 +8,8 @@ from scipy.sparse import csr_array
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
-from ..geometry.blending import smoothstep
 from ..geometry.normals import vertex_normals
+from ..geometry.smoothstep import smoothstep
 from . import _kernels as kernels
 from .compression import StrainField, along, principal_compression, products
 

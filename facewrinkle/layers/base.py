@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..errors import ParameterError
+from ..geometry.interpolation import interpolated
 from ..geometry.refinement import Change
-from ..geometry.transfer import carried
 from .compression import StrainField, compression_along, principal_compression
 
 Array = npt.NDArray[np.float64]
@@ -21,7 +21,7 @@ IntArray = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
-class Sites:
+class SurfacePoints:
     """Places on the rest surface, as many as there are (new) vertices.
 
     Attributes
@@ -40,8 +40,8 @@ class Sites:
 
     >>> points, triangles = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0]]), np.array([[0, 1, 2]], np.int32)
     >>> thirds, up = np.full((1, 3), 1 / 3), np.array([[0.0, 0, 1]])
-    >>> middle = Sites(thirds @ points, up, triangles, thirds, np.zeros(1, np.int32))
-    >>> carried(points, middle.corners, middle.barycentric).round(9)
+    >>> middle = SurfacePoints(thirds @ points, up, triangles, thirds, np.zeros(1, np.int32))
+    >>> interpolated(points, middle.corners, middle.barycentric).round(9)
     array([[1., 1., 0.]])
     """
 
@@ -53,14 +53,14 @@ class Sites:
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class SurfaceState:
     """The bare (moved, not displaced) surface at one moment.
 
     Attributes
     ----------
     rates : ndarray, shape (k,)
         Contraction rates of the face's muscles; empty where the motion is not driven by muscles.
-    sites : Sites
+    vertices : SurfacePoints
         Of all vertices.
     triangles : ndarray of int32, shape (m, 3)
     base, bare : ndarray, shapes (n0, 3) and (n, 3)
@@ -82,15 +82,15 @@ class Moment:
 
     >>> sheet, triangles = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)
     >>> corners, up = np.repeat(triangles, 3, axis=0), np.tile([0.0, 0, 1], (3, 1))
-    >>> sites = Sites(sheet, up, corners, np.eye(3), np.zeros(3, np.int32))
+    >>> sites = SurfacePoints(sheet, up, corners, np.eye(3), np.zeros(3, np.int32))
     >>> field, moved = StrainField(sheet, triangles), sheet * [0.8, 1, 1]
-    >>> moment = Moment(np.empty(0), sites, triangles, moved, moved, strain_field=lambda: field)
-    >>> moment.compression(np.array([1.0, 0, 0])).round(9)
+    >>> state = SurfaceState(np.empty(0), sites, triangles, moved, moved, strain_field=lambda: field)
+    >>> state.compression(np.array([1.0, 0, 0])).round(9)
     array([0.2, 0.2, 0.2])
     """
 
     rates: Array
-    sites: Sites
+    vertices: SurfacePoints
     triangles: IntArray
     base: Array
     bare: Array
@@ -105,29 +105,29 @@ class Moment:
 
     def compression(self, directions: Array) -> Array:
         """``1 - |F m|`` (n,) along directions (n, 3) or (3,), of which the part in the rest surface counts."""
-        return compression_along(*self._tensors, self.sites.normals, directions)
+        return compression_along(*self._tensors, self.vertices.normals, directions)
 
     @cached_property
     def principal_compression(self) -> tuple[Array, Array]:
         """The largest compression over all tangents (n,), negative where all are stretched, and that unit tangent of
         the rest surface (n, 3).
         """
-        return principal_compression(*self._tensors, self.sites.normals)
+        return principal_compression(*self._tensors, self.vertices.normals)
 
     @cached_property
     def _tensors(self) -> tuple[Array, Array]:
         """Change of the metric and rest metric (n, 6) at the sites."""
-        where = self.sites.corners, self.sites.barycentric
-        return carried(self.strain, *where), carried(self._field().metric, *where)
+        where = self.vertices.corners, self.vertices.barycentric
+        return interpolated(self.strain, *where), interpolated(self._field().metric, *where)
 
     def _field(self) -> StrainField:
         if self.strain_field is None:
-            raise ParameterError("a Moment measures compression only with a strain_field; it was made without.")
+            raise ParameterError("a SurfaceState measures compression only with a strain_field; it was made without.")
         return self.strain_field()
 
 
 @dataclass(frozen=True, eq=False)
-class Relief:
+class Displacement:
     """What a layer adds at a moment.
 
     Attributes
@@ -140,7 +140,7 @@ class Relief:
         Unit direction in which the wavelength is measured.
     active : ndarray of bool, shape (n,)
         Where the relief may be; the mesh is refined nowhere else.
-    rounding : ndarray, shape (n,), optional
+    prefiltering : ndarray, shape (n,), optional
         Added to the heights, mm, for the normals alone: those of `height` would be uneven where it is sharper than
         vertices lie close.
 
@@ -149,7 +149,7 @@ class Relief:
     A furrow at the first of two vertices, where waves 2 mm long run along x; the second needs no triangles:
 
     >>> across = np.array([[1.0, 0, 0], [0, 0, 0]])
-    >>> relief = Relief(np.array([-0.4, 0]), np.array([1.0, np.inf]), across, np.array([True, False]))
+    >>> relief = Displacement(np.array([-0.4, 0]), np.array([1.0, np.inf]), across, np.array([True, False]))
     >>> relief.spacing[relief.active]
     array([1.])
     """
@@ -158,7 +158,7 @@ class Relief:
     spacing: Array
     across: Array
     active: npt.NDArray[np.bool_]
-    rounding: Array | None = None
+    prefiltering: Array | None = None
 
 
 class Layer(Protocol):
@@ -175,9 +175,9 @@ class Layer(Protocol):
     ...     def follow(self, change, created):
     ...         pit = np.sin(3.0 * created.points).prod(axis=1) > 0.5
     ...         self.height = np.concatenate([self.height[change.kept], -0.05 * pit])
-    ...     def relief(self, moment):
+    ...     def displacement(self, state):
     ...         n = len(self.height)
-    ...         return Relief(self.height, np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
+    ...         return Displacement(self.height, np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
     ...     def fields(self):
     ...         return {"pores": self.height}
     >>> import facewrinkle as fw
@@ -190,10 +190,10 @@ class Layer(Protocol):
     def attach(self, face: Face) -> None:
         """Forget everything and prepare for the vertices of `face`, which `follow` will bring."""
 
-    def follow(self, change: Change, created: Sites) -> None:
+    def follow(self, change: Change, created: SurfacePoints) -> None:
         """Drop what belongs to vertices that went, and evaluate the new ones."""
 
-    def relief(self, moment: Moment) -> Relief:
+    def displacement(self, state: SurfaceState) -> Displacement:
         """Heights, and where triangles are needed; asked again at the same time where triangles were split for it."""
 
     def fields(self) -> dict[str, np.ndarray]:

@@ -17,7 +17,7 @@ from ..geometry.topology import vertex_rings
 from ..geometry.volume import swept_shares
 from . import _kernels as kernels
 from .activation import Activation
-from .base import Array, IntArray, Moment, Relief, Sites
+from .base import Array, Displacement, IntArray, SurfacePoints, SurfaceState
 from .compression import EdgeWeights, StrainField, along, products
 
 Compression = Literal["gradient", "edges"]
@@ -60,7 +60,7 @@ class Folds:
     >>> from facewrinkle.anatomy.muscles import LinearMuscle
     >>> muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=0.5, radius=40.0)
     >>> places, up = np.array([[0.0, 20, 0], [30, 20, 0]]), np.tile([0.0, 0, 1], (2, 1))
-    >>> sites = Sites(places, up, np.zeros((2, 3), np.int32), np.full((2, 3), 1 / 3), np.zeros(2, np.int32))
+    >>> sites = SurfacePoints(places, up, np.zeros((2, 3), np.int32), np.full((2, 3), 1 / 3), np.zeros(2, np.int32))
     >>> flat = np.array([[1.0, 1, 0, 0, 0, 0]])
     >>> folds = Folds.at(sites, [muscle], np.array([[True]]), flat, unit=1.0)
     >>> folds.leading.tolist(), folds.coordinates.tolist(), folds.cycle.round(2).tolist()
@@ -80,7 +80,9 @@ class Folds:
     leading: IntArray
 
     @classmethod
-    def at(cls, sites: Sites, muscles: list[Muscle], zones: npt.NDArray[np.bool_], metric: Array, unit: float) -> Self:
+    def at(
+        cls, sites: SurfacePoints, muscles: list[Muscle], zones: npt.NDArray[np.bool_], metric: Array, unit: float
+    ) -> Self:
         """Evaluate the muscles at some places; `zones` (k, m0) tells the base triangles that each may touch, `unit` the
         millimetres per unit of the places.
         """
@@ -233,7 +235,7 @@ class MuscleWrinkles:
         self._labels: dict[str, np.ndarray] = {}
         self._epsilon = np.empty(0)
 
-    def follow(self, change: Change, created: Sites) -> None:
+    def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
         new = Folds.at(created, self._muscles, self._zones, self._strain.metric, self._rest_scale)
         if not self.inextensible:
@@ -252,11 +254,11 @@ class MuscleWrinkles:
         seen[self._folds.muscle] = True
         self._unseen = np.flatnonzero(self._folding & ~seen)
 
-    def relief(self, moment: Moment) -> Relief:
+    def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
         folds = self._folds
-        self._epsilon = self._compressed(moment)
-        self.rates = moment.rates if len(moment.rates) else self._activated(moment.base)
+        self._epsilon = self._compressed(state)
+        self.rates = state.rates if len(state.rates) else self._activated(state.base)
         k0 = self._k0 * self.rates
         height, shown, spacing, across, active = self._room
         spacing[self._seeded], active[self._seeded] = np.inf, False
@@ -264,14 +266,14 @@ class MuscleWrinkles:
             self._folded, folds.starts, folds.muscle, folds.height, folds.blunt, folds.swing, folds.steep, folds.cycle,
             folds.direction, self._epsilon, k0, SMALLEST, height, shown, self._share, spacing, across, active,
         )  # fmt: skip
-        self._seed(k0, moment.sites, spacing, across, active)
-        rounding = shown - height
+        self._seed(k0, state.vertices, spacing, across, active)
+        prefiltering = shown - height
         if self.balance:
-            height = self._balanced(k0, height, moment)
+            height = self._balanced(k0, height, state)
         if self.accumulate:
-            height = self._accumulated(height, moment.time)
+            height = self._accumulated(height, state.time)
         self._height = height
-        return Relief(height, spacing, across, active, None if self.accumulate else rounding)
+        return Displacement(height, spacing, across, active, None if self.accumulate else prefiltering)
 
     def _activated(self, base: Array) -> Array:
         """What stands for the rates (k,) of muscles that do not contract: how far the skin over them is compressed."""
@@ -279,7 +281,7 @@ class MuscleWrinkles:
             self._activation = Activation(self._face, self._muscles, self._zones, self._strain)
         return self._activation.of(base)
 
-    def _balanced(self, k0: Array, height: Array, moment: Moment) -> Array:
+    def _balanced(self, k0: Array, height: Array, state: SurfaceState) -> Array:
         """Heights with which every muscle's folds sweep no volume; the shares that it takes are kept in `_excess`.
 
         The volume between the surfaces is a sum over the vertices, in which the weight of each depends a little on the
@@ -288,12 +290,12 @@ class MuscleWrinkles:
         folds, n, k = self._folds, len(height), len(k0)
         owner = np.repeat(np.arange(n), np.diff(folds.starts))
         parts = k0[folds.muscle] * anisotropy(self._epsilon) * self._share[owner] * folds.height
-        folded = moment.triangles[np.isin(moment.triangles, self._folded).any(axis=1)]
-        directions = moment.directions
+        folded = state.triangles[np.isin(state.triangles, self._folded).any(axis=1)]
+        directions = state.directions
         if directions is None:
-            raise ParameterError("wrinkles are balanced only in a Moment with directions; it was made without.")
+            raise ParameterError("wrinkles are balanced only in a SurfaceState with directions; it was made without.")
         for _ in range(BALANCING):
-            shares = swept_shares(moment.bare, height[:, None] * directions, folded)
+            shares = swept_shares(state.bare, height[:, None] * directions, folded)
             volumes = (shares * directions).sum(axis=1)[owner] * parts
             net, displaced = (np.bincount(folds.muscle, v, k) for v in (volumes, np.abs(volumes)))
             self._excess = np.divide(net, displaced, out=np.zeros(k), where=displaced > 0.0)
@@ -301,7 +303,9 @@ class MuscleWrinkles:
             height = np.asarray(np.bincount(owner, lowered, n), np.float64)
         return height
 
-    def _seed(self, k0: Array, sites: Sites, spacing: Array, across: Array, active: npt.NDArray[np.bool_]) -> None:
+    def _seed(
+        self, k0: Array, sites: SurfacePoints, spacing: Array, across: Array, active: npt.NDArray[np.bool_]
+    ) -> None:
         """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""
         asking = self._unseen[k0[self._unseen] > 0.0]
         self._seeded = np.concatenate([self._corners[k] for k in asking]) if len(asking) else np.empty(0, int)
@@ -341,15 +345,15 @@ class MuscleWrinkles:
             out[name][where] = values
         return {**out, "region": np.isin(np.arange(len(folds.leading)), where)}
 
-    def _compressed(self, moment: Moment) -> Array:
+    def _compressed(self, state: SurfaceState) -> Array:
         """epsilon of all entries."""
-        folds, sites = self._folds, moment.sites
+        folds, sites = self._folds, state.vertices
         if self.compression == "edges":
             if self._edges is None:
-                rings = vertex_rings(moment.triangles, len(moment.bare))
+                rings = vertex_rings(state.triangles, len(state.bare))
                 self._edges = EdgeWeights(sites.points * self._rest_scale, rings, folds.starts, folds.direction)
-            return self._edges.epsilon(moment.bare)
-        strain = self._strain.strain(moment.base)
+            return self._edges.epsilon(state.bare)
+        strain = self._strain.strain(state.base)
         kernels.strain_epsilon(folds.starts, sites.corners, sites.barycentric, strain, folds.products, self._epsilon)
         return self._epsilon
 

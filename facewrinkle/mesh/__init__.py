@@ -10,7 +10,7 @@ from .arrays import (
     POSE,
     UNIT,
     array_of,
-    carried_point_data,
+    interpolated_point_data,
     of_own_arrays,
     points_and_triangles,
     refilled,
@@ -18,25 +18,25 @@ from .arrays import (
     with_data,
     with_normals,
 )
-from .checks import Surface, prepare
-from .collage import laid_image
-from .reading import read_surface
+from .formats.reading import read_surface
+from .formats.texture_atlas import merged_texture
+from .formats.textures import as_texture, read_texture
 from .refining import refine
+from .repair.prepare import CleanSurface, prepare
 from .seams import add_seams, corner_texture, refine_seams, split_at_seams
-from .texture import as_texture, read_texture
 
 __all__ = [
     "ARRAYS",
     "MUSCLES",
     "POSE",
     "UNIT",
-    "Surface",
+    "CleanSurface",
     "add_seams",
     "array_of",
     "as_texture",
-    "carried_point_data",
     "corner_texture",
-    "laid_image",
+    "interpolated_point_data",
+    "merged_texture",
     "of_own_arrays",
     "points_and_triangles",
     "prepare",

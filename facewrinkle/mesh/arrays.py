@@ -12,9 +12,9 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPointData
 
 from ..errors import MeshError
+from ..geometry.interpolation import interpolated, nearest_values
 from ..geometry.normals import vertex_normals
 from ..geometry.seams import of_same_triangles
-from ..geometry.transfer import carried, nearest_carried
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
     {
@@ -48,6 +48,12 @@ SOURCE = "source point"
 
 TEXTURE = "Texture Coordinates"
 """The point-data array of texture coordinates (n, 2); at seams of the texture the first that a point has."""
+
+COLORS = "Colors"
+"""Colours of points, of uint8 or from 0 to 1."""
+
+PART = "part"
+"""Cell data that number the connected parts of what is not skin."""
 
 CORNERS = "Texture Corners"
 """The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, where there are seams."""
@@ -214,7 +220,7 @@ def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str,
     return mesh
 
 
-def carried_point_data(
+def interpolated_point_data(
     point_data: Mapping[str, np.ndarray], corners: np.ndarray, barycentric: np.ndarray
 ) -> dict[str, np.ndarray]:
     """The point data of a mesh at places given by three of its vertices and weights (n, 3).
@@ -225,7 +231,7 @@ def carried_point_data(
     --------
     >>> import numpy as np
     >>> data = {"W": np.array([0.0, 1.0, 3.0]), "muscle": np.array([5, 5, 8])}
-    >>> carried_point_data(data, np.array([[0, 1, 2]], np.int32), np.array([[0.25, 0.25, 0.5]]))
+    >>> interpolated_point_data(data, np.array([[0, 1, 2]], np.int32), np.array([[0.25, 0.25, 0.5]]))
     {'W': array([1.75]), 'muscle': array([8])}
     """
     out = {}
@@ -234,11 +240,11 @@ def carried_point_data(
         if name == "Normals":
             continue
         if array.dtype.kind == "f" or (array.dtype == np.uint8 and array.ndim > 1):  # colours
-            flat = carried(array.reshape(len(array), -1).astype(np.float64), corners, barycentric)
+            flat = interpolated(array.reshape(len(array), -1).astype(np.float64), corners, barycentric)
             flat = np.rint(flat) if array.dtype == np.uint8 else flat
             out[name] = flat.reshape(-1, *array.shape[1:]).astype(array.dtype)
         else:
-            out[name] = nearest_carried(array, corners, barycentric)
+            out[name] = nearest_values(array, corners, barycentric)
     return out
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pyvista as pv
 
 from ..errors import MeshError
+from ..geometry.interpolation import interpolated
 from ..geometry.refinement import RedGreenForest
-from ..geometry.transfer import carried
-from .arrays import carried_point_data, to_polydata
-from .reading import read_surface
+from .arrays import interpolated_point_data, to_polydata
+from .formats.reading import read_surface
 from .seams import refine_seams
 
 
@@ -45,8 +45,8 @@ def refine(mesh: pv.PolyData, marked: np.ndarray) -> pv.PolyData:
         raise MeshError("the mesh has no faces to refine.")
     forest = RedGreenForest(triangles, n_points=source.n_points)
     forest.split(marked)
-    points = carried(np.asarray(source.points, dtype=np.float64), forest.corners, forest.barycentric)
-    data = carried_point_data(dict(source.point_data), forest.corners, forest.barycentric)
+    points = interpolated(np.asarray(source.points, dtype=np.float64), forest.corners, forest.barycentric)
+    data = interpolated_point_data(dict(source.point_data), forest.corners, forest.barycentric)
     fine = to_polydata(points, forest.triangles, data)
     fine.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
     refine_seams(source, fine, forest)

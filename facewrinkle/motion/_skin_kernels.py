@@ -37,7 +37,7 @@ def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
 
 
 @njit(cache=True)
-def guard(u, triangles, points, normals, double_area, smallest, stiffness, grad):
+def inversion_barrier(u, triangles, points, normals, double_area, smallest, stiffness, grad):
     """Repulsion of triangles that fall below `smallest` of their area, seen along their rest normal. Adds to grad."""
     energy = 0.0
     for f in range(triangles.shape[0]):
@@ -71,8 +71,8 @@ def guard(u, triangles, points, normals, double_area, smallest, stiffness, grad)
 
 
 @njit(cache=True)
-def ties(u, shift, normals, along, across, indptr, indices, bending, grad):
-    """Bending, and the ties to the bone whose feet moved by `shift`: `across` along the normal, `along` the surface."""
+def tethers(u, shift, normals, along, across, indptr, indices, bending, grad):
+    """Bending, and tethers to anchors that moved by `shift`: `across` along the normal, `along` the surface."""
     energy = 0.0
     for i in range(u.shape[0]):
         bx, by, bz = 0.0, 0.0, 0.0
@@ -135,7 +135,7 @@ def ball(u, points, vertices, centre, radii, weight, grad):
 
 
 @njit(cache=True)
-def bone(u, points, vertices, foot, normals, nearest, off, weight, grad):
+def bone(u, points, vertices, anchors, normals, nearest, off, weight, grad):
     """Repulsion from the tangent planes of the `nearest` vertices of the skull, felt from `off` above. Adds to grad."""
     energy = 0.0
     for p in range(vertices.shape[0]):
@@ -143,7 +143,7 @@ def bone(u, points, vertices, foot, normals, nearest, off, weight, grad):
         b = nearest[i]
         missing = off
         for k in range(3):
-            missing -= (points[i, k] + u[i, k] - foot[b, k]) * normals[b, k]
+            missing -= (points[i, k] + u[i, k] - anchors[b, k]) * normals[b, k]
         if missing <= 0.0:
             continue
         force, stored = contact(missing)
@@ -221,7 +221,7 @@ def inertia(u, target, old, mass, drag, h, force, grad):
 
 
 @njit(cache=True)
-def take(q, step, other, curvature, less):
+def two_loop_update(q, step, other, curvature, less):
     """Take as many times `step` from q as it measures along `other`, but `less`; how many were to be taken."""
     x, y, z = 0.0, 0.0, 0.0
     for i in range(q.shape[0]):
@@ -236,7 +236,7 @@ def take(q, step, other, curvature, less):
 
 
 @njit(cache=True)
-def keep_off_bone(u, points, vertices, foot, normals, below, nearest, indptr, ring):
+def keep_off_bone(u, points, vertices, anchors, normals, below, nearest, indptr, ring):
     """Move those of some vertices that entered the skull back onto it.
 
     `nearest` holds the skull vertex under each vertex, `below` that at rest; the walk goes from neighbour to neighbour,
@@ -245,8 +245,8 @@ def keep_off_bone(u, points, vertices, foot, normals, below, nearest, indptr, ri
     for i in vertices:
         x, y, z = points[i, 0] + u[i, 0], points[i, 1] + u[i, 1], points[i, 2] + u[i, 2]
         best, own = nearest[i], below[i]
-        d = (x - foot[best, 0]) ** 2 + (y - foot[best, 1]) ** 2 + (z - foot[best, 2]) ** 2
-        home = (x - foot[own, 0]) ** 2 + (y - foot[own, 1]) ** 2 + (z - foot[own, 2]) ** 2
+        d = (x - anchors[best, 0]) ** 2 + (y - anchors[best, 1]) ** 2 + (z - anchors[best, 2]) ** 2
+        home = (x - anchors[own, 0]) ** 2 + (y - anchors[own, 1]) ** 2 + (z - anchors[own, 2]) ** 2
         if home < d:
             d, best = home, own
         moved = True
@@ -255,12 +255,12 @@ def keep_off_bone(u, points, vertices, foot, normals, below, nearest, indptr, ri
             at = best
             for p in range(indptr[at], indptr[at + 1]):
                 j = ring[p]
-                dj = (x - foot[j, 0]) ** 2 + (y - foot[j, 1]) ** 2 + (z - foot[j, 2]) ** 2
+                dj = (x - anchors[j, 0]) ** 2 + (y - anchors[j, 1]) ** 2 + (z - anchors[j, 2]) ** 2
                 if dj < d:
                     d, best, moved = dj, j, True
         nearest[i] = best
         n = normals[best]
-        depth = (x - foot[best, 0]) * n[0] + (y - foot[best, 1]) * n[1] + (z - foot[best, 2]) * n[2]
+        depth = (x - anchors[best, 0]) * n[0] + (y - anchors[best, 1]) * n[1] + (z - anchors[best, 2]) * n[2]
         if depth < 0.0:
             u[i, 0] -= depth * n[0]
             u[i, 1] -= depth * n[1]

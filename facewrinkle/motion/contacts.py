@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from ..anatomy.eyes import ROOM
+from ..anatomy.eye_placement import ROOM
 from ..anatomy.face import Face
 from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE
 from ..anatomy.teeth import ELLIPSE
@@ -33,7 +33,7 @@ THICKNESS = 0.1
 """Lips that are farther apart at rest than this touch when they are as near, mm."""
 
 LIP_LINE, AROUND_LIPS = 4.0, 6.0
-"""How far behind the red of the lips these meet, and how far around this line their ties run to the teeth, mm."""
+"""How far behind the red of the lips these meet, and how far around this line their tethers run to the teeth, mm."""
 
 TEETH = 8.0
 """Stiffness of the contact with the teeth per area, relative to the membrane stiffness of the skin, 1/mm^2."""
@@ -176,7 +176,7 @@ class Contacts:
         self.teeth = _dental_wall(face, self._points, TEETH * area)
 
     def energy(self, u: Array, shift: Array, gradient: Array) -> float:
-        """Energy at displacements `u` when bones have carried the ties by `shift`; adds to its gradient."""
+        """Energy at displacements `u` when bones have carried the tethers by `shift`; adds to its gradient."""
         energy = 0.0
         for b in self.balls:
             energy += kernels.ball(u, self._points, b.vertices, b.centre, b.radii, b.weight, gradient)
@@ -199,8 +199,8 @@ class Contacts:
             kernels.keep_off_eye(u, self._points, ball.vertices, ball.centre, ball.least)
 
 
-def ties_of_lips(face: Face) -> tuple[Array, Array]:
-    """How far (n,) each vertex is part of the lips, and the unit directions (n, 3) of the ties that hold the skin:
+def lip_tethers(face: Face) -> tuple[Array, Array]:
+    """How far (n,) each vertex is part of the lips, and the unit directions (n, 3) of the tethers that hold the skin:
     those of the tissue, and where the lips fold over, which turns these every way, straight off the dental arch.
     """
     scale = face.frame.pupil_distance / MEAN_PUPIL_DISTANCE

@@ -14,11 +14,11 @@ import pyvista as pv
 from scipy.sparse import csr_array, vstack
 
 from ..errors import MeshError, unknown_name, warn
-from ..mesh.formats import Primitive
-from ..mesh.gltf_file import Document
-from ..mesh.reading import joined, united
-from .bones import Bones
+from ..mesh.formats.gltf import Document
+from ..mesh.formats.obj_off import Primitive
+from ..mesh.formats.reading import joined, united
 from .recorded import Recorded
+from .skinning import Bones
 from .track import Interpolation, Track
 
 __all__ = ["read_gltf"]
@@ -51,15 +51,15 @@ def read_gltf(path: Path, mesh: str | None = None, animation: str | None = None)
                 f"{path.name}: no animation ({', '.join(clips)}) moves {skin.label}: neither its shapes nor its node "
                 "nor bones. Name another mesh with mesh=."
             )
-        surfaces, beside, start = [surface], {}, surface.n_points
+        surfaces, companions, start = [surface], {}, surface.n_points
         for model in models:
             if model is not skin:
                 other, own = _animated(scene, model, recorded)
                 surfaces.append(other)
                 if own is not None:
-                    beside[start] = own
+                    companions[start] = own
                 start += other.n_points
-        return joined(surfaces), replace(recorded, beside=beside)
+        return joined(surfaces), replace(recorded, companions=companions)
 
 
 # --- what is in the file --------------------------------------------------------------------------

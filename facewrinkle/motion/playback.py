@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from ..anatomy.attachments import STILL
 from ..anatomy.face import Face
 from ..anatomy.muscles import EyeMuscle
-from ..anatomy.parts import STILL
 from ..errors import check_range
-from ..geometry.rigid import Rigid
+from ..geometry.rigid_alignment import RigidAlignment
 from .action_units import looks_of
 from .base import Undriven
-from .beside import Beside
+from .part_motion import PartMotion
 from .recorded import Recorded
 
 Array = npt.NDArray[np.float64]
@@ -52,14 +52,16 @@ class Playback(Undriven):
         self._which = recorded.points_of(face)
         baked = (recorded.deltas is None or recorded.bones is not None) and face.landmarks
         self._few = slice(None, None, max(len(face.points) // ENOUGH, 1))
-        self._head = Rigid(face.points[self._few]) if baked else None
+        self._head = RigidAlignment(face.points[self._few]) if baked else None
         self._near = STILL * face.frame.pupil_distance if baked else 0.0
         self._rest, self._unit = face.points, face.unit
         muscles = {(m.side, m.turn): name for name, m in face.muscles.items() if isinstance(m, EyeMuscle)}
         looks = looks_of(recorded.names).items()
         self._looks = {shape: muscles[look] for shape, look in looks if look in muscles}
         self._face = face
-        self._beside = Beside(recorded, face, lambda time: np.eye(4) if (p := self._posed(time)) is None else p)
+        self._part_motion = PartMotion(
+            recorded, face, lambda time: np.eye(4) if (p := self._posed(time)) is None else p
+        )
         self.points = self._rest * self._unit
         self.reset()
 
@@ -83,7 +85,7 @@ class Playback(Undriven):
         """Points (k, 3) of the parts beside the skin that the recording moves, in the unit of the mesh; NaN for those
         that are carried.
         """
-        return self._beside.at(self._time)
+        return self._part_motion.at(self._time)
 
     @property
     def gazes(self) -> Mapping[str, Array]:
@@ -95,8 +97,8 @@ class Playback(Undriven):
             weights = dict(zip(self.recorded.names, self.recorded.track.at(self._time).tolist(), strict=True))
             rates = {muscle: min(max(weights[shape], 0.0), 1.0) for shape, muscle in self._looks.items()}
             looks |= self._face.gazes(rates)
-        if any(f"eye_{eye.side}" in self._beside for eye in self._face.eyes):
-            looks |= self._beside.gazes(self._time, np.eye(4) if self.pose is None else self.pose)
+        if any(f"eye_{eye.side}" in self._part_motion for eye in self._face.eyes):
+            looks |= self._part_motion.gazes(self._time, np.eye(4) if self.pose is None else self.pose)
         return looks
 
     @property

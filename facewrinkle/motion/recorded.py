@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +14,8 @@ from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range, warn
 from .action_units import units_of
-from .bones import Bones
+from .skinning import Bones
 from .track import Track, finite
-
-if TYPE_CHECKING:
-    from .playback import Playback
 
 Array = npt.NDArray[np.float64]
 
@@ -47,7 +44,7 @@ class Recorded:
         Matrix (4, 4) at a time that moves the whole mesh, as (x, y, z, 1).
     bones : Bones, optional
         What carries the points, after the shapes and in place of a pose.
-    beside : mapping of int to Recorded
+    companions : mapping of int to Recorded
         Recordings of the meshes beside (eyes, teeth, lashes), of the same time, each by the number that its first point
         has in the mesh of :func:`facewrinkle.read_animation`.
     speed : float
@@ -74,7 +71,7 @@ class Recorded:
     rest: Array | None = None
     pose: Callable[[float], Array] | None = None
     bones: Bones | None = None
-    beside: Mapping[int, Recorded] = field(default_factory=dict)
+    companions: Mapping[int, Recorded] = field(default_factory=dict)
     speed: float = 1.0
     loop: bool = False
 
@@ -246,18 +243,6 @@ class Recorded:
         return moved
 
     # --- on a face -----------------------------------------------------------------------------
-
-    def on(self, face: Face, time_step: float = 0.02) -> Playback:
-        """The motion that plays this on a face.
-
-        Raises
-        ------
-        ParameterError
-            If it was recorded on another mesh.
-        """
-        from .playback import Playback  # which knows recordings
-
-        return Playback(self, face, time_step)
 
     def points_of(self, face: Face) -> npt.NDArray[np.int64]:
         """The recorded point (n,) that each vertex of a face is.

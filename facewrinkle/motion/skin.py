@@ -1,6 +1,6 @@
 """The mass-spring skin: how muscles move the face (the base mesh M0).
 
-Each vertex is a mass, each edge a biphasic spring; bending stiffness keeps the skin smooth, ties of soft tissue hold
+Each vertex is a mass, each edge a biphasic spring; bending stiffness keeps the skin smooth, tethers of soft tissue hold
 every vertex to its foot on the bone, stiffer along the normal than along the surface (skin glides), and muscles pull.
 All weights are by area, so that the mesh does not shape the motion. A step is implicit Euler: the positions minimise
 the sum of inertia and energy, found by a quasi-Newton iteration with a constant, prefactored matrix and a line search,
@@ -19,15 +19,15 @@ from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from ..anatomy.face import Face
-from ..anatomy.guides import Guide, turned
+from ..anatomy.joint_weights import JointWeights, turned
 from ..errors import ParameterError, check_range, unknown_name
-from ..geometry.dissection import nested_dissection
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
+from ..geometry.nested_dissection import nested_dissection
 from ..geometry.normals import vertex_areas, vertex_normals
 from ..geometry.topology import unique_edges, vertex_rings
 from . import _skin_kernels as kernels
-from .contacts import STIFFNESS, Contacts, ties_of_lips
-from .flesh import on_gums, tip_of_nose
+from .constraints import on_gums, tip_of_nose
+from .contacts import STIFFNESS, Contacts, lip_tethers
 
 Array = npt.NDArray[np.float64]
 
@@ -39,9 +39,9 @@ class SkinMaterial:
     Attributes
     ----------
     decay : float
-        Distance over which a local pull dies out on the forehead: sqrt(membrane stiffness / stiffness of the ties).
+        Distance over which a local pull dies out on the forehead: sqrt(membrane stiffness / stiffness of the tethers).
     normal_ratio : float
-        How much stiffer the ties are along the normal than along the surface.
+        How much stiffer the tethers are along the normal than along the surface.
     bending : float
         Biharmonic bending stiffness, mm^2.
     threshold, stiffening : float
@@ -49,15 +49,15 @@ class SkinMaterial:
     pull : float
         What a muscle of strength 1 would move wide, free skin of the forehead by, mm.
     rate : float
-        Natural frequency of the skin on its ties, rad/s.
+        Natural frequency of the skin on its tethers, rad/s.
     damping : float
         Relative to critical damping.
     smallest_area : float
         Triangles are kept from falling below this share of their area.
     lid_stiffness : float
-        Of the ties of the lids' plates, relative to the forehead's.
+        Of the tethers of the lids' plates, relative to the forehead's.
     lip_firmness : float
-        How much stiffer the ties of the lips are along the surface: they are flesh, and do not glide as skin on bone.
+        How much stiffer the tethers of the lips are along the surface: flesh does not glide as skin on bone does.
     cartilage : float
         How much stiffer than skin the tip of the nose is: it goes along, and stays whole, when its wings rise.
 
@@ -159,7 +159,7 @@ class Skin:
         laplacian = cotangent_laplacian(points, self._triangles)
         full = self.material.bending
         stiffness = np.full(len(points), full)
-        for guide in face.guides.values():  # lids have the thinnest skin of the body
+        for guide in face.joint_weights.values():  # lids have the thinnest skin of the body
             thin = (1.0 - 0.97 * guide.hold) * full
             stiffness[guide.vertices] = np.minimum(stiffness[guide.vertices], thin)
         bending = laplacian.T @ diags_array(stiffness / self._area) @ laplacian
@@ -172,24 +172,26 @@ class Skin:
     def _build_ties(self, face: Face) -> None:
         m = self.material
         base = self._area / m.decay**2
-        lips, directions = ties_of_lips(face)
+        lips, directions = lip_tethers(face)
         self._normals = np.ascontiguousarray(directions)
-        ties = base * face.tissue.stiffness * (1.0 - tip_of_nose(face)[1])
-        plates = np.zeros_like(ties)
+        tethers = base * face.tissue.stiffness * (1.0 - tip_of_nose(face)[1])
+        plates = np.zeros_like(tethers)
         shares = {}
-        for name, guide in face.guides.items():
+        for name, guide in face.joint_weights.items():
             plate = base[guide.vertices] * m.lid_stiffness * guide.hold
-            shares[name] = np.ones(len(plate)) if guide.bone else plate / (plate + ties[guide.vertices])
+            shares[name] = np.ones(len(plate)) if guide.bone else plate / (plate + tethers[guide.vertices])
             plates[guide.vertices] = np.maximum(plates[guide.vertices], plate)
         self._guides = {
             name: (dataclasses.replace(guide, centre=guide.centre * face.unit), shares[name])
-            for name, guide in face.guides.items()
+            for name, guide in face.joint_weights.items()
         }
-        self._carried = {name: self._turns_of_triangles(guide, shares[name]) for name, guide in face.guides.items()}
-        self._along = (1.0 + m.lip_firmness * lips) * ties + plates
-        self._across = m.normal_ratio * ties + plates
+        self._carried = {
+            name: self._turns_of_triangles(guide, shares[name]) for name, guide in face.joint_weights.items()
+        }
+        self._along = (1.0 + m.lip_firmness * lips) * tethers + plates
+        self._across = m.normal_ratio * tethers + plates
 
-    def _turns_of_triangles(self, guide: Guide, share: Array) -> tuple[npt.NDArray[np.int64], Array]:
+    def _turns_of_triangles(self, guide: JointWeights, share: Array) -> tuple[npt.NDArray[np.int64], Array]:
         """Triangles that a guide carries, and their angles."""
         angles = np.zeros(len(self.points))
         angles[guide.vertices] = share * guide.angles
@@ -216,15 +218,15 @@ class Skin:
         return pull
 
     def _build_contacts(self, face: Face) -> None:
-        self._foot = np.ascontiguousarray(face.tissue.foot * face.unit)
-        self._bone_normals = vertex_normals(self._foot, self._triangles)
-        self._foot[~face.tissue.solid] = FAR
+        self._anchors = np.ascontiguousarray(face.tissue.anchors * face.unit)
+        self._bone_normals = vertex_normals(self._anchors, self._triangles)
+        self._anchors[~face.tissue.solid] = FAR
         self._ring = vertex_rings(self._triangles, len(self.points))
         self._stopped = self._bone = np.arange(len(self.points))
         self._nearest = self._bone.copy()
         self._stop_at_bone(np.zeros_like(self.points))
         # Only skin that the bone lies straight below is stopped by it.
-        below = (self.points - self._foot[self._nearest]) * self._bone_normals[self._nearest]
+        below = (self.points - self._anchors[self._nearest]) * self._bone_normals[self._nearest]
         depth = face.tissue.depth * face.unit
         self._stopped = np.flatnonzero((below.sum(axis=1) > 0.25 * depth) & (np.abs(below).sum(axis=1) < 2.0 * depth))
         self._bone = self._nearest.copy()
@@ -233,12 +235,12 @@ class Skin:
         """One matrix per coordinate that stands for the curvature of the skin's energy; the line search covers what it
         leaves out: springs beyond their threshold, and turned ones.
         """
-        direction, ties = np.abs(self._rest / self._length[:, None]), np.abs(self._normals)
+        direction, tethers = np.abs(self._rest / self._length[:, None]), np.abs(self._normals)
         matrices = []
         for k in range(3):
             # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the normals.
             weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * self.material.stiffening)
-            tie = self._along + (self._across - self._along) * ties[:, k] * ties.sum(axis=1)
+            tie = self._along + (self._across - self._along) * tethers[:, k] * tethers.sum(axis=1)
             matrices.append(
                 self._bending + graph_laplacian(self._edges.astype(np.int32), weight, len(tie)) + diags_array(tie)
             )
@@ -321,7 +323,7 @@ class Skin:
         return self.points + u
 
     def _stop_at_bone(self, u: Array) -> None:
-        bone = self._foot, self._bone_normals, self._bone, self._nearest
+        bone = self._anchors, self._bone_normals, self._bone, self._nearest
         kernels.keep_off_bone(u, self.points, self._stopped, *bone, *self._ring)
 
     def energy(self) -> float:
@@ -334,22 +336,22 @@ class Skin:
     # --- one step -----------------------------------------------------------------------------
 
     def _potential(self, u: Array, gradient: Array) -> float:
-        """Energy of springs, guard, bending, ties and contacts; its gradient is written to `gradient`."""
+        """Energy of springs, inversion barrier, bending, tethers and contacts; writes its gradient to `gradient`."""
         m = self.material
         gradient[:] = 0.0
         energy = kernels.springs(
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
-        energy += kernels.guard(
+        energy += kernels.inversion_barrier(
             u, self._corners, self.points, self._upright, self._double_area, m.smallest_area, GUARD, gradient
         )
         b = self._bending
-        energy += kernels.ties(
+        energy += kernels.tethers(
             u, self._shift, self._normals, self._along, self._across, b.indptr, self._bent, b.data, gradient
         )
         energy += kernels.bone(
-            u, self.points, self._stopped, self._foot, self._bone_normals, self._nearest, OFF_BONE, self._bone_weight,
-            gradient,
+            u, self.points, self._stopped, self._anchors, self._bone_normals, self._nearest, OFF_BONE,
+            self._bone_weight, gradient,
         )  # fmt: skip
         return float(energy) + self.contacts.energy(u, self._shift, gradient)
 
@@ -397,10 +399,10 @@ class Skin:
         """The two loops of L-BFGS over the remembered steps."""
         q, taken = gradient.copy(), []
         for step, change, curvature in reversed(self._memory):
-            taken.append(kernels.take(q, change, step, curvature, 0.0))
+            taken.append(kernels.two_loop_update(q, change, step, curvature, 0.0))
         q = self._solver.solved(q)
         for (step, change, curvature), share in zip(self._memory, reversed(taken), strict=True):
-            kernels.take(q, step, change, curvature, share)
+            kernels.two_loop_update(q, step, change, curvature, share)
         return q
 
     def _remember(self, step: Array, change: Array) -> None:
@@ -464,4 +466,4 @@ OFF_BONE = 0.15
 MAX_HALVINGS = 12
 MEMORY = 5
 GUARD = 20.0
-"""Stiffness of the guard against triangles that turn over, relative to the membrane stiffness."""
+"""Stiffness of the inversion barrier against triangles that turn over, relative to the membrane stiffness."""

@@ -15,9 +15,9 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import MeshError, unknown_name, warn
-from ..mesh.formats import Primitive
-from ..mesh.reading import joined, united
-from ..mesh.usd_file import opened, primitive_of, shown
+from ..mesh.formats.obj_off import Primitive
+from ..mesh.formats.reading import joined, united
+from ..mesh.formats.usd import opened, primitive_of, shown
 from .recorded import Recorded
 from .track import Track
 
@@ -40,16 +40,16 @@ def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded
             "or blend shapes that move. Name another mesh with mesh=, or export the animation too."
         )
     surface, recorded = _animated(chosen, path)
-    surfaces, beside, start = [surface], {}, surface.n_points
+    surfaces, companions, start = [surface], {}, surface.n_points
     for model in found:
         if model is chosen or model.primitive is None:
             continue
         other, own = _animated(model, path) if len(model.times) > 1 else (united([model.primitive], path)[0], None)
         surfaces.append(other)
         if own is not None:
-            beside[start] = own
+            companions[start] = own
         start += other.n_points
-    return joined(surfaces), replace(recorded, beside=beside)
+    return joined(surfaces), replace(recorded, companions=companions)
 
 
 def _baked(stage: Any) -> Any:

@@ -10,11 +10,11 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range, check_whole
-from ..geometry.blending import smoothstep
 from ..geometry.normals import vertex_normals
+from ..geometry.smoothstep import smoothstep
 from ..mesh import to_polydata
 from . import _kernels as kernels
-from .ground import Ground, directions, ground_of, vectors
+from .support_surface import SupportSurface, directions, support_surface, vectors
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -166,7 +166,7 @@ class DrippingTear:
             check_range("gravity", gravity, 1e-3, 1e9),
             check_range("stretch", stretch, 0.0, 2.0),
         )
-        self._ground = None if surface is None else ground_of(surface, down, unit)
+        self._ground = None if surface is None else support_surface(surface, down, unit)
         self.down, self.forward = (
             directions(down) if self._ground is None else (self._ground.down, self._ground.forward)
         )
@@ -255,7 +255,7 @@ class DrippingTear:
         Returns
         -------
         PolyData
-            Closed, of genus 0, oriented outwards; with "Normals", and what :class:`facewrinkle.wet.TearScene` needs:
+            Closed, of genus 0, oriented outwards; with "Normals", and for :class:`facewrinkle.plotting.TearScene`
             "thickness" and "under", the direction to the skin's outside.
 
         Raises
@@ -292,7 +292,7 @@ class DrippingTear:
         return centre + self.fallen(t) - moments(*self._sizes(t), self.egg)[1]
 
     @staticmethod
-    def _skin(ground: Ground, on: pv.PolyData | None) -> tuple[Array, IntArray]:
+    def _skin(ground: SupportSurface, on: pv.PolyData | None) -> tuple[Array, IntArray]:
         """Points and triangles of the moment."""
         return (ground.points, ground.triangles) if on is None else ground.frame(on)[:2]
 
@@ -302,7 +302,7 @@ class DrippingTear:
             self._released = None
         if self._released is not None:
             return self._released
-        anchor = self._start if skin is None or self._place is None else self._place.on(skin[0])[0]
+        anchor = self._start if skin is None or self._place is None else self._place.at(skin[0])[0]
         if t > self.begin + self.hang:
             self._released = anchor
         return anchor
@@ -326,7 +326,7 @@ def _shapes(shape: Sequence[float]) -> tuple[float, float]:
     return first, last
 
 
-def _check_size(diameter: float, ground: Ground) -> None:
+def _check_size(diameter: float, ground: SupportSurface) -> None:
     if diameter > 0.2 * ground.size:
         raise ParameterError(
             f"a tear must be smaller than a fifth of the surface, {0.2 * ground.size * ground.unit:.3g} mm, received "

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from ..errors import ParameterError
 from ..geometry.topology import unique_edges
 from . import _kernels as kernels
-from .ground import Ground, vectors
+from .support_surface import SupportSurface, vectors
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -26,14 +26,14 @@ INERTIA = 0.6
 """How much of its direction water keeps from one step to the next."""
 
 
-def descent(ground: Ground, start: Array, step: float, length: float, heading: Array | None = None) -> Array:
+def descent(ground: SupportSurface, start: Array, step: float, length: float, heading: Array | None = None) -> Array:
     """The way of water from a point of the surface down the steepest descent.
 
     Where facets meet, interpolated normals stand for the smooth surface; water keeps some of its direction.
 
     Parameters
     ----------
-    ground : Ground
+    ground : SupportSurface
     start : ndarray, shape (3,)
     step, length : float
         Of a step, and at most of the whole way.
@@ -50,8 +50,8 @@ def descent(ground: Ground, start: Array, step: float, length: float, heading: A
     Straight down an upright sheet to its border:
 
     >>> import pyvista as pv
-    >>> from facewrinkle.tears.ground import ground_of
-    >>> sheet = ground_of(pv.Plane(i_size=20, j_size=20))
+    >>> from facewrinkle.tears.support_surface import support_surface
+    >>> sheet = support_surface(pv.Plane(i_size=20, j_size=20))
     >>> way = descent(sheet, np.array([3.0, 8, 0]), step=0.5, length=100.0)
     >>> way[0].round(3) + 0.0, way[-1].round(3) + 0.0
     (array([3., 8., 0.]), array([  3., -10.,   0.]))
@@ -67,7 +67,7 @@ def descent(ground: Ground, start: Array, step: float, length: float, heading: A
     return path[:count]
 
 
-def through(ground: Ground, given: npt.ArrayLike, width: float) -> Array:
+def through(ground: SupportSurface, given: npt.ArrayLike, width: float) -> Array:
     """A path over the surface through points given on it.
 
     Raises
@@ -81,8 +81,8 @@ def through(ground: Ground, given: npt.ArrayLike, width: float) -> Array:
     The way between two points runs on the surface, and is longer than the chord:
 
     >>> import pyvista as pv
-    >>> from facewrinkle.tears.ground import ground_of
-    >>> ball = ground_of(pv.Sphere(radius=20.0, theta_resolution=60, phi_resolution=60))
+    >>> from facewrinkle.tears.support_surface import support_surface
+    >>> ball = support_surface(pv.Sphere(radius=20.0, theta_resolution=60, phi_resolution=60))
     >>> way = through(ball, [(0, 14, 14), (0, -14, 14)], width=2.0)
     >>> round(float(lengths(way)[-1])), round(float(np.linalg.norm(way[-1] - way[0])))
     (31, 28)
@@ -119,12 +119,12 @@ def through(ground: Ground, given: npt.ArrayLike, width: float) -> Array:
     return path
 
 
-def painted(ground: Ground, weight: npt.ArrayLike, width: float) -> Array:
+def painted(ground: SupportSurface, weight: npt.ArrayLike, width: float) -> Array:
     """A path along painted vertices: the shortest way from the highest to the lowest of them that keeps to the paint.
 
     Parameters
     ----------
-    ground : Ground
+    ground : SupportSurface
     weight : array_like, shape (n,)
         Above 0 where the tear may run; it prefers large ones.
     width : float
@@ -139,8 +139,8 @@ def painted(ground: Ground, weight: npt.ArrayLike, width: float) -> Array:
     A column of vertices of an upright sheet:
 
     >>> import pyvista as pv
-    >>> from facewrinkle.tears.ground import ground_of
-    >>> sheet = ground_of(pv.Plane(i_size=20, j_size=20))
+    >>> from facewrinkle.tears.support_surface import support_surface
+    >>> sheet = support_surface(pv.Plane(i_size=20, j_size=20))
     >>> way = painted(sheet, abs(sheet.points[:, 0] - 4.0) < 0.5, width=2.0)
     >>> way[0].round(3) + 0.0, way[-1].round(3) + 0.0
     (array([ 4., 10.,  0.]), array([  4., -10.,   0.]))
@@ -173,7 +173,7 @@ def painted(ground: Ground, weight: npt.ArrayLike, width: float) -> Array:
     return through(ground, ground.points[way[::-1]], width)
 
 
-def smoothed(ground: Ground, path: Array, spacing: float, rounds: int = 12) -> Array:
+def smoothed(ground: SupportSurface, path: Array, spacing: float, rounds: int = 12) -> Array:
     """The path on the surface, without its corners, with points at equal distances."""
     path = resampled(path, spacing)
     for _ in range(rounds):
@@ -207,12 +207,12 @@ def joined(path: Array, others: Sequence[Array], distance: float) -> Array:
     return path
 
 
-def branch(ground: Ground, path: Array, step: float, width: float) -> Array | None:
+def branch(ground: SupportSurface, path: Array, step: float, width: float) -> Array | None:
     """The way of what spills over where a fold first turns the stream aside; None where no fold does.
 
     Parameters
     ----------
-    ground : Ground
+    ground : SupportSurface
     path : ndarray, shape (k, 3)
     step, width : float
         The surface without its folds is that of normals averaged over four widths.
@@ -244,7 +244,7 @@ def branch(ground: Ground, path: Array, step: float, width: float) -> Array | No
     return np.concatenate([path[k : k + 1], over[:-1], way])
 
 
-def _from_above(ground: Ground, points: Array, up: Array) -> Array | None:
+def _from_above(ground: SupportSurface, points: Array, up: Array) -> Array | None:
     """Where the surface is first met from above points: on top of a fold, not inside it. None where it ends."""
     met = [ground.mesh.ray_trace(point + up, point - up, first_point=True)[0] for point in points]
     return np.array(met, dtype=np.float64) if all(len(point) for point in met) else None
@@ -254,7 +254,7 @@ SPILL = np.deg2rad(25.0)
 """A fold that turns a stream by more than this from its way down lets some of it over."""
 
 
-def _check_side(ground: Ground, path: Array) -> None:
+def _check_side(ground: SupportSurface, path: Array) -> None:
     if ground.face is None:
         return
     frame = ground.face.frame

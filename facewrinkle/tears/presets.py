@@ -13,8 +13,8 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_whole, unknown_name
 from .drop import DrippingTear
-from .ground import lid_point
 from .stream import SheddingTear
+from .support_surface import lid_point
 
 Tear = DrippingTear | SheddingTear
 

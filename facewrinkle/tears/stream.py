@@ -21,10 +21,10 @@ from ..geometry.topology import boundary_loops, euler_characteristic
 from ..mesh import array_of, of_own_arrays
 from . import _height_kernels as kernels
 from . import path as paths
-from .base import Base, Course, base_under
-from .ground import Ground, ground_of
+from .footprint import Footprint, StreamPath, footprint_under
 from .shape import Shape, rough_film, solid, thickness, waves
-from .subdivision import Subdivision
+from .subdivision import LocalSubdivision
+from .support_surface import SupportSurface, support_surface
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -97,7 +97,7 @@ class SheddingTear:
 
     Attributes
     ----------
-    courses : tuple of Course
+    courses : tuple of StreamPath
     begin, end : float
         When there is a tear, seconds.
 
@@ -141,7 +141,7 @@ class SheddingTear:
         down: npt.ArrayLike | None = None,
         unit: float = 1.0,
     ) -> None:
-        self._ground = ground_of(surface, down, unit)
+        self._ground = support_surface(surface, down, unit)
         unit = self._ground.unit
         half = 0.5 * check_range("width", width, 1e-6, 1e6) / unit
         height = check_range("height", height, 1e-6, 1e6) / unit
@@ -171,8 +171,8 @@ class SheddingTear:
         arrived = max(self.length - self.s, 0.0) / self.c
         self.end = self.begin + arrived + check_range("hold", hold, 0.0, 1e9)
         reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
-        self._below = Subdivision([course.points for course in self.courses], reach, self._detail)
-        self._kept: Base | None = None
+        self._below = LocalSubdivision([course.points for course in self.courses], reach, self._detail)
+        self._kept: Footprint | None = None
         self._check_disk()
 
     # --- the way -------------------------------------------------------------------------------
@@ -208,17 +208,17 @@ class SheddingTear:
         first = ground.start(start, max(2.0 * width, 0.02 * ground.size))
         lowered = 0.35 * width * np.arange(6.0)[:, None] * ground.down
         for begin in ground.nearest(first + lowered)[1]:
-            at = ground.bound(np.array([first, begin])).on(moved.points)
+            at = ground.bound(np.array([first, begin])).at(moved.points)
             way = paths.descent(moved, at[1], 0.5 * self._detail, most)
             if paths.lengths(way)[-1] > 1.5 * width:
                 way = self._overflowed(moved, way, lowered[1:], most)
-                return moved.bound(np.concatenate([at[:1], way])).on(rest)
+                return moved.bound(np.concatenate([at[:1], way])).at(rest)
         raise ParameterError(
             f"no water runs from {first.round(2)}: the surface is level there, or ends. Start elsewhere, or give a "
             "path."
         )
 
-    def _overflowed(self, moved: Ground, way: Array, lowered: Array, most: float) -> Array:
+    def _overflowed(self, moved: SupportSurface, way: Array, lowered: Array, most: float) -> Array:
         """A way that goes on below hollows as small as the tear, which fills them, such as creases of the lids."""
         step, width = 0.5 * self._detail, 2.0 * self.shape.half
         for begin in moved.nearest(way[-1] + lowered)[1]:
@@ -234,7 +234,7 @@ class SheddingTear:
         """The way with the small turns that rough skin makes; its start stays."""
         half, along = self.shape.half, np.gradient(way, axis=0)
         along /= np.linalg.norm(along, axis=1, keepdims=True)
-        aside = np.cross(along, self._ground.bound(way).on(self._ground.normals))
+        aside = np.cross(along, self._ground.bound(way).at(self._ground.normals))
         grown = np.minimum(paths.lengths(way) / (4.0 * half), 1.0)
         turns = MEANDER * waves(self._random, len(way), 6.0 * half / self._detail)
         return way + (self.roughness * half * grown * turns)[:, None] * aside
@@ -247,14 +247,14 @@ class SheddingTear:
             raise ParameterError(f"there are no painted weights {weight!r} on the face. Pass the array itself.")
         return face.mesh.point_data[weight]
 
-    def _moved(self, on: pv.PolyData | None) -> tuple[Ground, Array]:
+    def _moved(self, on: pv.PolyData | None) -> tuple[SupportSurface, Array]:
         """The ground as it is in a frame, and the frame's points at rest."""
         ground = self._ground
         points, triangles, _, rest = self._frame(on)
-        moved = Ground(points, triangles, ground.down, ground.forward, ground.unit, ground.face)
+        moved = SupportSurface(points, triangles, ground.down, ground.forward, ground.unit, ground.face)
         return (ground if on is None else moved), rest
 
-    def _courses(self, way: Array, branches: int, on: pv.PolyData | None) -> tuple[Course, ...]:
+    def _courses(self, way: Array, branches: int, on: pv.PolyData | None) -> tuple[StreamPath, ...]:
         """The source's course, and those that leave it at folds."""
         courses = [self._course(way, 0.0, 1.0)]
         if not branches:
@@ -263,13 +263,13 @@ class SheddingTear:
         main = (
             way
             if on is None
-            else Ground(rest, moved.triangles, moved.down, moved.forward, 1.0).bound(way).on(moved.points)
+            else SupportSurface(rest, moved.triangles, moved.down, moved.forward, 1.0).bound(way).at(moved.points)
         )
         for _ in range(branches):
             found = paths.branch(moved, main, 0.5 * self._detail, 2.0 * self.shape.half)
             if found is None:
                 break
-            spilled = moved.bound(found).on(rest)
+            spilled = moved.bound(found).at(rest)
             for _ in range(4):  # little by little: it must stay on top of the fold
                 spilled = paths.smoothed(self._ground, spilled, 0.4 * self.shape.half, 3)
             k = int(np.argmin(np.linalg.norm(way - spilled[0], axis=1)))
@@ -277,11 +277,11 @@ class SheddingTear:
             main = main[: max(k - 4, 0)]
         return tuple(courses)
 
-    def _course(self, way: Array, begin: float, flow: float) -> Course:
+    def _course(self, way: Array, begin: float, flow: float) -> StreamPath:
         half, random = self.shape.half, self._random
         noise, spacing = rough_film(float(paths.lengths(way)[-1]), half, self.roughness, self._degree, random)
         short, wide = (waves(random, len(noise), scale * half / spacing) for scale in (1.5, 6.0))
-        return Course(way, begin, flow, noise, spacing, 0.5 * WOBBLE * (short + wide))
+        return StreamPath(way, begin, flow, noise, spacing, 0.5 * WOBBLE * (short + wide))
 
     @property
     def length(self) -> float:
@@ -355,7 +355,7 @@ class SheddingTear:
         part = base.part(level)
         if part is None:
             raise MeshError("nothing of the surface is under the tear. Is it a frame of another surface?")
-        bottom, up, home = part.on(points, normals)
+        bottom, up, home = part.at(points, normals)
         height = np.maximum(thick[part.first] * (part.share == 0.0), FILM / unit)
         kernels.limit_heights(bottom, home, up, height, part.under, points, rest, triangles, 2.0 * self.shape.half)
         top = bottom + height[:, None] * up
@@ -379,11 +379,11 @@ class SheddingTear:
             normals = vertex_normals(points, triangles)
         return points, triangles, np.ascontiguousarray(normals, dtype=np.float64), rest
 
-    def _base(self, rest: Array, triangles: IntArray) -> Base:
-        self._kept = base_under(self._below, self.courses, rest, triangles, self._kept)
+    def _base(self, rest: Array, triangles: IntArray) -> Footprint:
+        self._kept = footprint_under(self._below, self.courses, rest, triangles, self._kept)
         return self._kept
 
-    def _thickness(self, base: Base, front: float) -> tuple[Array, Array]:
+    def _thickness(self, base: Footprint, front: float) -> tuple[Array, Array]:
         """Level and height at the base's vertices: of all courses, those of the thickest."""
         level, height = np.empty(0), np.empty(0)
         for k, course in enumerate(self.courses):

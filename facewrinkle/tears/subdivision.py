@@ -15,7 +15,7 @@ Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 
-class Subdivision:
+class LocalSubdivision:
     """Subdivides meshes of one surface within reach of polylines on it, linearly, until no side is too long.
 
     Whether a side is halved depends on nothing but its ends, so that neighbours agree. The mesh of the next frame is

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.performance import Cost, exponents
-from facewrinkle import table1
+from facewrinkle.commands import timings as table1
 
 
 def test_exponents_are_those_of_the_stages_and_skip_what_was_not_measured():

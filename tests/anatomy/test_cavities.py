@@ -10,10 +10,11 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle._features import Mouth, beside
-from facewrinkle.anatomy.cavities import BACK, INSIDE, Cavities, lining
-from facewrinkle.anatomy.complexion import HAIR, Paint
+from facewrinkle.anatomy.cavities import BACK, INSIDE, Cavities
 from facewrinkle.anatomy.face import Face
+from facewrinkle.appearance.companion_meshes import companion_meshes
+from facewrinkle.appearance.mouth import Mouth
+from facewrinkle.appearance.skin_paint import HAIR, SkinPainter
 from facewrinkle.commands.fit import _bone
 from facewrinkle.mesh import to_polydata
 
@@ -71,7 +72,7 @@ def test_depth_goes_with_the_face(face):
 
 
 def test_the_lining_is_the_pocket(bagged, face):
-    inside, pocket = lining(bagged), pocket_of(bagged, face)
+    inside, pocket = bagged.lining.vertices, pocket_of(bagged, face)
     assert inside[pocket].mean() > 0.95
     assert inside[~pocket].mean() < 0.05
     marks = [
@@ -81,20 +82,20 @@ def test_the_lining_is_the_pocket(bagged, face):
 
 
 def test_the_pocket_is_dark_and_the_face_is_not(bagged, face):
-    paint, pocket = Paint(bagged)(bagged.points).astype(float), pocket_of(bagged, face)
+    paint, pocket = SkinPainter(bagged)(bagged.points).astype(float), pocket_of(bagged, face)
     deep = pocket & (cavities_of(bagged).depth(bagged.points) > 20.0)
     assert deep.sum() > 30
     assert paint[deep].max() < 60.0
     for name in ("malar_l", "pogonion", "glabella", "nose_tip", "mouth_l"):
-        assert Paint(bagged)(bagged.landmarks[name][None]).astype(float).mean() > 100.0
+        assert SkinPainter(bagged)(bagged.landmarks[name][None]).astype(float).mean() > 100.0
 
 
 def test_hair_grows_on_whole_heads_only(face):
     crown = face.frame.origin + np.array([[0.0, 90.0, -70.0]])
-    np.testing.assert_allclose(Paint(face)(crown)[0], HAIR, atol=20.0)
+    np.testing.assert_allclose(SkinPainter(face)(crown)[0], HAIR, atol=20.0)
     front = face.triangles[(face.points[:, 2] > face.landmarks["zygion_l"][2] - 20.0)[face.triangles].all(axis=1)]
     mask = Face.from_landmarks(pv.PolyData.from_regular_faces(face.points, front).clean(), face.landmarks, 1.0)
-    assert Paint(mask)(crown).mean() > 120.0
+    assert SkinPainter(mask)(crown).mean() > 120.0
 
 
 def test_a_bag_has_teeth_when_the_lips_part(bagged, face):
@@ -102,10 +103,10 @@ def test_a_bag_has_teeth_when_the_lips_part(bagged, face):
     assert mouth.bag
     assert not len(mouth.loop)
     assert not mouth.parted(bagged.points)
-    guide, opened = bagged.guides["jaw"], bagged.mesh.copy()
+    guide, opened = bagged.joint_weights["jaw"], bagged.mesh.copy()
     opened.points[guide.vertices] += guide.turned(bagged.points, 0.7)
     assert mouth.parted(np.asarray(opened.points, dtype=np.float64))
-    parts = beside(bagged, opened)
+    parts = companion_meshes(bagged, opened)
     assert {"upper_teeth", "lower_teeth", "tongue"} <= set(parts)
     assert "mouth" not in parts  # the bag is there already
 

@@ -18,7 +18,7 @@ import pyvista as pv
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
-from facewrinkle.anatomy.eyes import place_eyeballs
+from facewrinkle.anatomy.eye_placement import place_eyeballs
 from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE
 from facewrinkle.errors import MeshError
 from facewrinkle.geometry.normals import vertex_normals
@@ -167,7 +167,7 @@ def test_eyeballs_fit_between_the_lids(face):
 
 @pytest.mark.parametrize("side", ["l", "r"])
 def test_lids_turn_about_the_eyeball_until_they_meet(face, side):
-    lids = face.guides[f"orbicularis_oculi_{side}"]
+    lids = face.joint_weights[f"orbicularis_oculi_{side}"]
     eye = next(eye for eye in face.eyes if eye.side == side)
     np.testing.assert_allclose(lids.centre, eye.centre)
     assert np.linalg.norm(lids.axis) == pytest.approx(1.0)
@@ -184,7 +184,7 @@ def test_lids_turn_about_the_eyeball_until_they_meet(face, side):
 
 def test_guides_are_rotations(face):
     """Turned points keep their distance from the centre and their place along the axis."""
-    for guide in face.guides.values():
+    for guide in face.joint_weights.values():
         start = face.points[guide.vertices] - guide.centre
         end = start + guide.turned(face.points, 0.6)
         np.testing.assert_allclose(np.linalg.norm(end, axis=1), np.linalg.norm(start, axis=1), atol=1e-10)
@@ -196,7 +196,7 @@ def test_guides_are_rotations(face):
 
 
 def test_the_jaw_takes_the_chin_along_and_leaves_the_nose(face):
-    jaw = face.guides["jaw"]
+    jaw = face.joint_weights["jaw"]
     at = dict(zip(jaw.vertices.tolist(), jaw.angles, strict=True))
     nearest = cKDTree(face.points).query
     chin, lip, nose, brow = (
@@ -210,7 +210,7 @@ def test_the_jaw_takes_the_chin_along_and_leaves_the_nose(face):
 
 
 def test_no_lids_where_the_eyes_are_closed(real_face):
-    assert not [name for name in real_face("mediapipe_canonical_face_model").guides if "oculi" in name]
+    assert not [name for name in real_face("mediapipe_canonical_face_model").joint_weights if "oculi" in name]
 
 
 def test_eyes_turn_with_the_face(face):
@@ -231,7 +231,7 @@ def test_eyes_turn_with_the_face(face):
 def test_the_skull_lies_below_the_skin(face, real_face, stem):
     face = face if stem is None else real_face(stem)
     tissue, unit = face.tissue, face.unit
-    above = ((face.points - tissue.foot) * tissue.normals).sum(axis=1)
+    above = ((face.points - tissue.anchors) * tissue.normals).sum(axis=1)
     # A third of the tissue is left of it at least, wherever smoothing cut a corner.
     assert (above >= tissue.depth / 3.0 - 1e-9 / unit).all()
     depth = tissue.depth * unit
@@ -254,7 +254,7 @@ def test_the_skull_lies_below_the_skin(face, real_face, stem):
 def test_the_skull_as_a_mesh(face):
     skull = face.skull
     assert np.array_equal(skull.regular_faces, face.triangles)
-    assert np.array_equal(skull.points, face.tissue.foot)
+    assert np.array_equal(skull.points, face.tissue.anchors)
     skull.points[0] += 1.0
     assert not np.array_equal(face.skull.points[0], skull.points[0])
 

@@ -97,7 +97,7 @@ def test_fitting_commutes_with_moving_the_mesh(face, scale):
         np.testing.assert_allclose(a, scale * np.asarray(b) @ TURN.T + shift, rtol=0, atol=1e-8 * size)
 
     same(other.points, rest.points)
-    same(other.tissue.foot, rest.tissue.foot)
+    same(other.tissue.anchors, rest.tissue.anchors)
     np.testing.assert_allclose(other.tissue.depth, scale * rest.tissue.depth, rtol=1e-8)
     np.testing.assert_allclose(other.tissue.stiffness, rest.tissue.stiffness, rtol=1e-8)
     np.testing.assert_allclose(other.tissue.normals, rest.tissue.normals @ TURN.T, atol=1e-8)
@@ -105,8 +105,8 @@ def test_fitting_commutes_with_moving_the_mesh(face, scale):
     for a, b in zip(other.eyes, rest.eyes, strict=True):
         same(a.centre, b.centre)
         assert a.radius == pytest.approx(scale * b.radius, rel=1e-8)
-    for name, guide in rest.guides.items():
-        mine = other.guides[name]
+    for name, guide in rest.joint_weights.items():
+        mine = other.joint_weights[name]
         assert np.array_equal(mine.vertices, guide.vertices)
         np.testing.assert_allclose(mine.hold, guide.hold, atol=1e-8)
         turned = scale * guide.turned(rest.points, 0.7) @ TURN.T
@@ -153,7 +153,7 @@ def test_the_built_in_face_fits_itself(face):
     fitted = fw.fit_face(face.mesh, face.landmarks, units="mm")
     assert fitted.unit == 1.0
     assert np.array_equal(fitted.points, face.points)
-    assert np.array_equal(fitted.tissue.foot, face.tissue.foot)
+    assert np.array_equal(fitted.tissue.anchors, face.tissue.anchors)
     for name, muscle in face.muscles.items():
         assert np.array_equal(fitted.muscles[name].force(face.points), muscle.force(face.points))
 
@@ -164,7 +164,7 @@ def test_numbering_does_not_matter(face):
     number = np.argsort(order)
     triangles = number[face.triangles][rng.permutation(len(face.triangles))]
     other = fw.fit_face(pv.PolyData.from_regular_faces(face.points[order], triangles), face.landmarks, units=1.0)
-    np.testing.assert_allclose(other.tissue.foot, face.tissue.foot[order], atol=1e-8)
+    np.testing.assert_allclose(other.tissue.anchors, face.tissue.anchors[order], atol=1e-8)
     np.testing.assert_allclose(other.tissue.depth, face.tissue.depth[order], atol=1e-12)
     for a, b in zip(other.eyes, face.eyes, strict=True):
         assert a.radius == pytest.approx(b.radius, rel=1e-12)
@@ -181,14 +181,14 @@ def test_quads_parts_and_loose_points(face):
     with pytest.warns(FaceWrinkleWarning, match="Kept one of 2 separate parts"):
         fitted = fw.fit_face(soup, face.landmarks, units="mm")
     assert fitted.mesh.n_points == face.mesh.n_points
-    np.testing.assert_allclose(fitted.tissue.foot, face.tissue.foot, atol=1e-9)
+    np.testing.assert_allclose(fitted.tissue.anchors, face.tissue.anchors, atol=1e-9)
 
 
 def test_inward_triangles_are_turned(face):
     inside_out = pv.PolyData.from_regular_faces(face.points, face.triangles[:, ::-1])
     with pytest.warns(FaceWrinkleWarning, match="inward"):
         fitted = fw.fit_face(inside_out, face.landmarks, units="mm")
-    np.testing.assert_allclose(fitted.tissue.foot, face.tissue.foot, atol=1e-9)
+    np.testing.assert_allclose(fitted.tissue.anchors, face.tissue.anchors, atol=1e-9)
 
 
 def test_the_input_is_not_changed(face, fingerprint):

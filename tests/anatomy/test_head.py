@@ -10,8 +10,9 @@ import pytest
 import pyvista as pv
 from scipy.ndimage import map_coordinates
 
-from facewrinkle.anatomy.head import MIRROR, Head, build_head, cage_data, load_head
+from facewrinkle.anatomy.head import MIRROR, Head, cage_data, load_head
 from facewrinkle.anatomy.landmarks import read_landmarks
+from tools.build_head.build import build_head
 
 MEAN_FACE = Path(__file__).parents[3] / "shared/faces/ict_face_narrow.obj"
 MIDDLE = {

@@ -30,7 +30,7 @@ from facewrinkle.anatomy.muscles import (
     Wrinkles,
     zones,
 )
-from facewrinkle.anatomy.muscles.pulling import BELLY
+from facewrinkle.anatomy.muscles.skin_muscles import BELLY
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry import profile
 

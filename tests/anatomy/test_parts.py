@@ -11,9 +11,10 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle._features import beside
-from facewrinkle.anatomy.parts import ball_of, joined
+from facewrinkle.anatomy.attachments import combined_mesh
+from facewrinkle.anatomy.parts import ball_of
 from facewrinkle.anatomy.teeth import teeth_of
+from facewrinkle.appearance.companion_meshes import companion_meshes
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.plotting import Scene, Style, picture
 
@@ -113,7 +114,7 @@ def test_a_tongue_is_no_tooth(face):
     with pytest.warns(FaceWrinkleWarning, match="separate parts"):
         licking = fw.fit_face(face.mesh.append_polydata(tongue), face.landmarks, units="mm")
     assert {name: part.follows for name, part in licking.parts.items()} == {"tongue": "mandible"}
-    red, green, blue = np.asarray(beside(licking, licking.mesh)["tongue"].point_data["paint"])[0].astype(int)
+    red, green, blue = np.asarray(companion_meshes(licking, licking.mesh)["tongue"].point_data["paint"])[0].astype(int)
     assert red > 1.5 * max(green, blue)
 
 
@@ -174,7 +175,7 @@ def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
             scene.show(dressed.mesh)
             assert ("own lashes_l" in scene.plotter.actors) == (name != "cards"), name
             assert ("lashes_l" in scene.plotter.actors) == (name == "cards"), name
-        assert ("lashes_l" in beside(dressed, dressed.mesh)) == (name != "cards")
+        assert ("lashes_l" in companion_meshes(dressed, dressed.mesh)) == (name != "cards")
 
 
 @pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
@@ -295,7 +296,7 @@ def test_one_mesh_for_files(dressed):
     for number, part in enumerate(parts.values(), start=1):
         np.testing.assert_array_equal(whole.points[whole["part"] == number], part.points)
     assert set(frame.point_data) | {"part"} == set(whole.point_data)
-    assert joined(frame, {}).n_points == frame.n_points
+    assert combined_mesh(frame, {}).n_points == frame.n_points
 
 
 def test_a_face_without_parts_is_its_own_frame(face):

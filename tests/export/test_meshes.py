@@ -101,7 +101,7 @@ def test_the_photo_comes_along_pixel_by_pixel(moment, tmp_path, ending):
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_what_was_written_is_a_face_again(moment, tmp_path, ending):
-    """The file is read with its seams sewn, where it says which points are one."""
+    """The file is read with its seams stitched, where it says which points are one."""
     frame, face = moment.frame, moment.face
     path = fw.write_mesh(frame, tmp_path / f"a{ending}", face)
     again = fw.read_surface(path)

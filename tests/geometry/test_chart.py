@@ -1,11 +1,11 @@
 """Charts: flat coordinates on curved surfaces.
 
 what                 checked against
-foot                 brute force over a fine sampling of the triangles
+closest_point                 brute force over a fine sampling of the triangles
 geodesic_chart       the plane, exactly; cylinder and sphere in closed form, their convergence; rigid motions; reach
 smoothed             linear functions, exactly; noise
 gradients            affine functions
-smoothly_carried     quadratic functions, exactly
+smoothly_interpolated     quadratic functions, exactly
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 from facewrinkle.geometry.chart import (
-    foot,
     geodesic_chart,
     gradients,
     projected_chart,
     smoothed,
-    smoothly_carried,
+    smoothly_interpolated,
     tangents,
 )
+from facewrinkle.geometry.closest_point import closest_point
+from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.transfer import carried
 
 
 def sheet(n, jitter=0.25, seed=0, size=10.0):
@@ -49,7 +49,7 @@ def test_foot_is_the_closest_point():
     weights = rng.dirichlet(np.ones(3), (len(triangles), 400))
     cloud = np.einsum("msc,mcx->msx", weights, points[triangles]).reshape(-1, 3)
     for query in rng.uniform(-7, 7, (40, 3)):
-        found = foot(points, triangles, query)
+        found = closest_point(points, triangles, query)
         sampled = np.linalg.norm(cloud - query, axis=1).min()
         assert found.distance <= sampled + 1e-12
         assert found.distance > sampled - 0.15
@@ -61,7 +61,7 @@ def test_foot_is_the_closest_point():
 @pytest.mark.parametrize("centre", [(0.3, 0.2), (-3.1, 2.2), (0.0, 0.0)])
 def test_a_plane_is_laid_out_exactly(centre):
     points, triangles = sheet(14)
-    start = foot(points, triangles, [*centre, 1.0])
+    start = closest_point(points, triangles, [*centre, 1.0])
     chart = geodesic_chart(points, triangles, start, [0.0, 2.0, 0.7], 20.0)
     np.testing.assert_allclose(chart, points[:, :2] - start.point[:2], atol=1e-11)
 
@@ -69,7 +69,7 @@ def test_a_plane_is_laid_out_exactly(centre):
 def test_at_a_vertex_as_well():
     points, triangles = sheet(9)
     for vertex in (44, 0, 99):  # in the middle, and two corners
-        chart = geodesic_chart(points, triangles, foot(points, triangles, points[vertex]), [0, 1, 0], 20.0)
+        chart = geodesic_chart(points, triangles, closest_point(points, triangles, points[vertex]), [0, 1, 0], 20.0)
         np.testing.assert_allclose(chart, (points - points[vertex])[:, :2], atol=1e-7)
 
 
@@ -77,13 +77,13 @@ def test_a_cylinder_is_unrolled():
     flat, triangles = sheet(30)
     points = np.stack([4 * np.sin(flat[:, 0] / 4), flat[:, 1], 4 * np.cos(flat[:, 0] / 4)], axis=1)
     centre = np.array([4 * np.sin(0.3 / 4), 0.2, 4 * np.cos(0.3 / 4)])
-    chart = geodesic_chart(points, triangles, foot(points, triangles, centre), [0, 1, 0], 20.0)
+    chart = geodesic_chart(points, triangles, closest_point(points, triangles, centre), [0, 1, 0], 20.0)
     error = np.abs(chart - (flat[:, :2] - [0.3, 0.2]))
     assert error.max() < 0.004 * 7.0  # chords are shorter than arcs
     # Once more with half the edges: chords converge quadratically.
     fine, triangles = sheet(60)
     points = np.stack([4 * np.sin(fine[:, 0] / 4), fine[:, 1], 4 * np.cos(fine[:, 0] / 4)], axis=1)
-    chart = geodesic_chart(points, triangles, foot(points, triangles, centre), [0, 1, 0], 20.0)
+    chart = geodesic_chart(points, triangles, closest_point(points, triangles, centre), [0, 1, 0], 20.0)
     assert np.abs(chart - (fine[:, :2] - [0.3, 0.2])).mean() < 0.4 * error.mean()
 
 
@@ -101,7 +101,7 @@ def test_a_sphere_in_closed_form():
     means = []
     for level in (2, 3, 4, 5):
         points, triangles = ball(level)
-        chart = geodesic_chart(points, triangles, foot(points, triangles, 10 * direction), [0, 1, 0], 12.0)
+        chart = geodesic_chart(points, triangles, closest_point(points, triangles, 10 * direction), [0, 1, 0], 12.0)
         expected = logarithm(points, direction, [0, 1, 0])
         near = np.linalg.norm(expected, axis=1) < 10.0
         error = np.linalg.norm(chart - expected, axis=1)[near]
@@ -116,9 +116,11 @@ def test_rigid_motions_and_scales_do_not_matter():
     points, triangles = ball(3)
     turn, shift = Rotation.from_euler("xyz", [0.4, 1.1, -0.7]).as_matrix(), np.array([100.0, -20.0, 5.0])
     query, up = np.array([3.0, 1.0, 9.5]), np.array([0.0, 1.0, 0.0])
-    chart = geodesic_chart(points, triangles, foot(points, triangles, query), up, 9.0)
+    chart = geodesic_chart(points, triangles, closest_point(points, triangles, query), up, 9.0)
     moved = 0.1 * points @ turn.T + shift
-    other = geodesic_chart(moved, triangles, foot(moved, triangles, 0.1 * query @ turn.T + shift), up @ turn.T, 0.9)
+    other = geodesic_chart(
+        moved, triangles, closest_point(moved, triangles, 0.1 * query @ turn.T + shift), up @ turn.T, 0.9
+    )
     known = np.isfinite(chart).all(axis=1)
     assert (known == np.isfinite(other).all(axis=1)).all()
     np.testing.assert_allclose(other[known], 0.1 * chart[known], atol=1e-6)
@@ -126,20 +128,20 @@ def test_rigid_motions_and_scales_do_not_matter():
 
 def test_what_is_out_of_reach_is_nan():
     points, triangles = sheet(12)
-    chart = geodesic_chart(points, triangles, foot(points, triangles, [0, 0, 0]), [0, 1, 0], 2.0)
+    chart = geodesic_chart(points, triangles, closest_point(points, triangles, [0, 0, 0]), [0, 1, 0], 2.0)
     known = np.isfinite(chart).all(axis=1)
     near = np.linalg.norm(points, axis=1) <= 2.0
     assert known[near].all()
     assert not known[np.linalg.norm(points, axis=1) > 2.0].any()
     apart = np.concatenate([triangles, triangles + len(points)])
     twice = np.concatenate([points, np.add(points, [0.0, 0.0, 0.1])])
-    chart = geodesic_chart(twice, apart, foot(twice, apart, [0, 0, -1]), [0, 1, 0], 99.0)
+    chart = geodesic_chart(twice, apart, closest_point(twice, apart, [0, 0, -1]), [0, 1, 0], 99.0)
     assert np.isnan(chart[len(points) :]).all()
 
 
 def test_projected_coordinates_are_a_shadow():
     points, triangles = ball(3)
-    centre = foot(points, triangles, [0.0, 0.0, 12.0])
+    centre = closest_point(points, triangles, [0.0, 0.0, 12.0])
     chart = projected_chart(points, centre, [0, 1, 0])
     np.testing.assert_allclose(chart, (points - centre.point)[:, :2] @ np.eye(2), atol=0.2)
     right, upward = tangents(centre.normal, [0, 1, 0])
@@ -175,7 +177,7 @@ def test_quadratic_functions_are_carried_exactly():
     forest = RedGreenForest(triangles, n_points=len(points))
     for _ in range(3):
         forest.split(np.ones(len(forest.triangles), bool))
-    places = carried(points, forest.corners, forest.barycentric)
+    places = interpolated(points, forest.corners, forest.barycentric)
 
     def value(x):
         return np.stack([x[:, 0] ** 2 - 3 * x[:, 0] * x[:, 1], 2 * x[:, 1] ** 2 + x[:, 0]], axis=1)
@@ -185,9 +187,9 @@ def test_quadratic_functions_are_carried_exactly():
         first = np.stack([2 * x[:, 0] - 3 * x[:, 1], -3 * x[:, 0], zero], axis=1)
         return np.stack([first, np.stack([zero + 1.0, 4 * x[:, 1], zero], axis=1)], axis=2)
 
-    out = smoothly_carried(points, value(points), slope(points), places, forest.corners, forest.barycentric)
+    out = smoothly_interpolated(points, value(points), slope(points), places, forest.corners, forest.barycentric)
     np.testing.assert_allclose(out, value(places), atol=1e-11)
-    linear = carried(value(points), forest.corners, forest.barycentric)
+    linear = interpolated(value(points), forest.corners, forest.barycentric)
     assert np.abs(linear - value(places)).max() > 0.5
 
 

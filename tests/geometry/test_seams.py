@@ -14,9 +14,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.geometry.seams import of_same_triangles, refined_values, split
-from facewrinkle.geometry.transfer import carried
 
 
 def sheet(n):
@@ -64,7 +64,7 @@ def test_values_on_either_side_of_a_seam_have_a_closed_form(seed):
 
     forest = grown(TRIANGLES, seed)
     assert len(forest.triangles) > 3 * len(TRIANGLES)
-    fine = carried(POINTS, forest.corners, forest.barycentric)
+    fine = interpolated(POINTS, forest.corners, forest.barycentric)
     values = refined_values(closed_form(POINTS[TRIANGLES], right), TRIANGLES, forest)
     sides = (fine[forest.triangles][:, :, 0].mean(axis=1) > 2.0)[:, None, None]
     np.testing.assert_allclose(values, closed_form(fine[forest.triangles], sides), atol=1e-15)

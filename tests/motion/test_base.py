@@ -17,7 +17,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
-from facewrinkle.layers.base import Relief
+from facewrinkle.layers.base import Displacement
 from facewrinkle.motion.base import Still, Undriven
 
 
@@ -47,10 +47,10 @@ class Probe:
     def follow(self, change, created):
         pass
 
-    def relief(self, moment):
-        self.seen.append((moment, self.ask(moment)))
-        n = len(moment.bare)
-        return Relief(np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
+    def displacement(self, state):
+        self.seen.append((state, self.ask(state)))
+        n = len(state.bare)
+        return Displacement(np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
 
     def fields(self):
         return {}
@@ -81,7 +81,7 @@ def test_a_surface_has_no_anatomy_and_remembers_its_points():
     apart = pv.merge([pv.Plane(), pv.Plane(center=(9.0, 0.0, 0.0), i_size=3.0)])
     with pytest.warns(fw.FaceWrinkleWarning, match="separate parts"):
         face = fw.surface(apart, 2.5)
-    assert (face.landmarks, face.muscles, face.eyes, face.guides) == ({}, {}, [], {})
+    assert (face.landmarks, face.muscles, face.eyes, face.joint_weights) == ({}, {}, [], {})
     assert np.array_equal(np.asarray(apart.points)[face.source_points], face.points)
     assert np.array_equal(face.frame.axes, np.eye(3))
     np.testing.assert_allclose(face.frame.origin, [9.0, 0.0, 0.0], atol=1e-6)
@@ -116,9 +116,9 @@ def test_a_motion_of_ones_own_moves_the_surface(cloth):
     for number, frame in enumerate(frames, start=1):
         expected = (face.points * [1.0 - 0.01 * number, 1.0, 1.0])[:, [1, 2, 0]]
         np.testing.assert_allclose(frame.points, expected, atol=1e-14)
-    moments = [moment for moment, _ in sim.layers[0].seen]
-    np.testing.assert_allclose([moment.time for moment in moments], [0.1, 0.2, 0.3, 0.4])
-    assert all(len(moment.rates) == 0 for moment in moments)
+    states = [state for state, _ in sim.layers[0].seen]
+    np.testing.assert_allclose([state.time for state in states], [0.1, 0.2, 0.3, 0.4])
+    assert all(len(state.rates) == 0 for state in states)
     sim.reset()
     assert sim.time == 0.0
     assert np.array_equal(sim.step().points, frames[0].points)

@@ -531,8 +531,8 @@ def test_other_meshes_have_recordings_of_their_own(tmp_path):
     mesh, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
     n, k = len(POINTS), len(small)
     assert mesh.n_points == n + 3 * k
-    assert set(recorded.beside) == {n, n + k}  # the hat keeps still
-    eye, lashes = recorded.beside[n], recorded.beside[n + k]
+    assert set(recorded.companions) == {n, n + k}  # the hat keeps still
+    eye, lashes = recorded.companions[n], recorded.companions[n + k]
     np.testing.assert_allclose(eye.positions_then(1.0, small), (turn**0.5).apply(small), atol=1e-6)
     for time, blink in ((0.5, 0.5), (2.0, 0.0), (0.0, 0.25)):  # as the head's shape of that name
         np.testing.assert_allclose(lashes.positions_then(time, small), small + blink * lift[0], atol=1e-12)
@@ -550,7 +550,7 @@ def test_animations_of_one_name_are_all_there(simple, tmp_path, name):
     with pytest.warns(FaceWrinkleWarning, match="2 meshes"):
         _, recorded = fw.read_animation(path)
     assert recorded.weights(0.5) == {"smile": 1.0, "jawOpen": 0.5}
-    assert [other.weights(0.5) for other in recorded.beside.values()] == [{"smile": 0.5}]
+    assert [other.weights(0.5) for other in recorded.companions.values()] == [{"smile": 0.5}]
     _, recorded = fw.read_animation(path, mesh="lashes", animation=f"{name or 1}.1")
     assert recorded.weights(0.5) == {"smile": 0.5}
 
@@ -564,10 +564,10 @@ def test_animations_of_other_objects_are_played_along(simple, tmp_path):
     path = simple.glb(tmp_path / "a.glb")
     with pytest.warns(FaceWrinkleWarning, match="2 meshes"):
         _, recorded = fw.read_animation(path)
-    (lashes,) = recorded.beside.values()
+    (lashes,) = recorded.companions.values()
     assert lashes.weights(0.5) == {"smile": 0.5}
     _, recorded = fw.read_animation(path, mesh="head", animation="speech")  # this one alone
-    assert next(iter(recorded.beside.values())).weights(0.5) == {"smile": 1.0}
+    assert next(iter(recorded.companions.values())).weights(0.5) == {"smile": 1.0}
 
 
 def test_a_head_is_taken_before_larger_meshes(tmp_path):

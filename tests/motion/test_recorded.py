@@ -31,11 +31,11 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.layers.base import Relief
+from facewrinkle.layers.base import Displacement
 from facewrinkle.layers.compression import StrainField, principal_compression
 from facewrinkle.motion.action_units import ARKIT, units_of
-from facewrinkle.motion.bones import Bones
 from facewrinkle.motion.recorded import Recorded
+from facewrinkle.motion.skinning import Bones
 from facewrinkle.motion.track import Track
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
@@ -51,9 +51,9 @@ class Everywhere:
     def follow(self, change, created):
         pass
 
-    def relief(self, moment):
-        n = len(moment.bare)
-        return Relief(np.zeros(n), np.full(n, 1e-6), np.tile([1.0, 0.0, 0.0], (n, 1)), np.ones(n, bool))
+    def displacement(self, state):
+        n = len(state.bare)
+        return Displacement(np.zeros(n), np.full(n, 1e-6), np.tile([1.0, 0.0, 0.0], (n, 1)), np.ones(n, bool))
 
     def fields(self):
         return {}

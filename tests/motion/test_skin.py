@@ -109,7 +109,7 @@ def test_the_guard_tells_a_mirrored_triangle_and_springs_do_not():
     def guarded(height):
         u, gradient = np.zeros((3, 3)), np.zeros((3, 3))
         u[2, 1] = height - 2.0
-        return kernels.guard(u, triangle, points, facing, double, 0.3, 5.0, gradient), gradient
+        return kernels.inversion_barrier(u, triangle, points, facing, double, 0.3, 5.0, gradient), gradient
 
     assert guarded(2.0)[0] == guarded(0.6)[0] == 0.0
     energy, gradient = guarded(-2.0)
@@ -126,7 +126,7 @@ def test_ties_are_stiffer_along_the_normal():
 
     def tied(u):
         gradient = np.zeros((1, 3))
-        energy = kernels.ties(np.array([u]), np.array([[1.0, 0, 0]]), normal, 2 * one, 12 * one, *empty, gradient)
+        energy = kernels.tethers(np.array([u]), np.array([[1.0, 0, 0]]), normal, 2 * one, 12 * one, *empty, gradient)
         return energy, gradient[0]
 
     assert tied([1.0, 0, 0])[0] == 0.0
@@ -287,7 +287,7 @@ def test_steps_end_no_higher_than_they_began(real_face):
 
 def bone_distance(face, x):
     """Signed distance from the skull, positive outside, of vertices that lie over solid bone."""
-    foot = face.tissue.foot
+    foot = face.tissue.anchors
     before = pv.PolyData(face.points).compute_implicit_distance(face.skull)["implicit_distance"]
     now = pv.PolyData(np.asarray(x)).compute_implicit_distance(face.skull)["implicit_distance"]
     # Of the open, folded surface under lips and lids there is no inside: leave out what is near it.
@@ -318,7 +318,7 @@ def test_skin_that_is_pressed_into_the_bone_comes_out(face):
     skin = Skin(face)
     stopped = np.isin(np.arange(len(skin.points)), skin._stopped)
     assert stopped.sum() > 300
-    above = ((face.points - face.tissue.foot) * face.tissue.normals).sum(axis=1)
+    above = ((face.points - face.tissue.anchors) * face.tissue.normals).sum(axis=1)
     u = np.where(stopped[:, None], -(above + 2.0)[:, None] * face.tissue.normals, 0.0)
 
     def distance():

@@ -193,12 +193,12 @@ def test_other_meshes_have_recordings_of_their_own(stage):
         turn.Set(angle, code)
     mesh, recorded = read(stage, mesh="skin")
     n = recorded.n_points
-    numbers = {start: own.n_points for start, own in recorded.beside.items()}
+    numbers = {start: own.n_points for start, own in recorded.companions.items()}
     assert numbers == {n: 6, n + 6: 6}
     first = recorded.track.times[0]
     half = Rotation.from_euler("y", 40.0, degrees=True).apply(POINTS)
-    np.testing.assert_allclose(recorded.beside[n].positions_then(first + 0.5, POINTS), half, atol=1e-6)
-    np.testing.assert_allclose(recorded.beside[n + 6].positions_then(first + 0.5, SHAPES[0]), SHAPES[1], atol=1e-12)
+    np.testing.assert_allclose(recorded.companions[n].positions_then(first + 0.5, POINTS), half, atol=1e-6)
+    np.testing.assert_allclose(recorded.companions[n + 6].positions_then(first + 0.5, SHAPES[0]), SHAPES[1], atol=1e-12)
     np.testing.assert_allclose(mesh.points[n + 6 : n + 12], SHAPES[0])
 
 

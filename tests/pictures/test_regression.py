@@ -20,10 +20,8 @@ from PIL import Image
 from pytest_pyvista.pytest_pyvista import RegressionError
 
 import facewrinkle as fw
-from facewrinkle.layers.presets import presets
-from facewrinkle.plotting import Scene, Style, View
+from facewrinkle.plotting import Scene, Style, TearScene, View
 from facewrinkle.tears.presets import preset, surfaces
-from facewrinkle.wet import TearScene
 
 pytestmark = [
     pytest.mark.pictures,
@@ -115,7 +113,7 @@ def frame(kind, name, factor=1.0):
     """An expression held, or a pattern laid, with wrinkles higher by a factor."""
     face = fw.default_face()
     if kind == "pattern":
-        simulation = fw.Simulation(face, layers=presets(name, face), motion=fw.Still(face))
+        simulation = fw.Simulation(face, layers=fw.PatternLayer.presets(name, face), motion=fw.Still(face))
     else:
         simulation = fw.Simulation(face)
     for layer in simulation.layers:

@@ -18,7 +18,7 @@ import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
 from facewrinkle.tears.drop import SHARPEST, moments, profile
-from facewrinkle.tears.ground import lid_point
+from facewrinkle.tears.support_surface import lid_point
 
 
 def assert_ball(mesh):

@@ -19,8 +19,8 @@ import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
 from facewrinkle.tears import path as paths
-from facewrinkle.tears.ground import ground_of
 from facewrinkle.tears.shape import Shape, rough_film, solid, thickness
+from facewrinkle.tears.support_surface import support_surface
 
 SHAPE = Shape(half=1.5, height=0.9, trail=0.8, film=0.06)
 
@@ -61,7 +61,7 @@ def tear(face):
 @pytest.mark.parametrize("azimuth", [0.1, 2.0, 4.5])
 def test_water_runs_down_the_meridian_of_a_sphere(sphere, azimuth):
     start = meridian(azimuth)[0]
-    way = paths.descent(ground_of(sphere), start, 0.5, 500.0)
+    way = paths.descent(support_surface(sphere), start, 0.5, 500.0)
     angle = np.arctan2(way[:, 2], way[:, 0])
     turned = np.remainder(angle - azimuth + np.pi, 2.0 * np.pi) - np.pi
     assert np.abs(turned)[: len(way) * 9 // 10].max() < 0.05
@@ -71,7 +71,7 @@ def test_water_runs_down_the_meridian_of_a_sphere(sphere, azimuth):
 
 
 def test_descent_stays_on_the_surface_and_ends_with_it(face):
-    ground = ground_of(face)
+    ground = support_surface(face)
     for side in "lr":
         way = paths.descent(ground, ground.start(side, 1.0), 0.3, 300.0)
         _, near = ground.nearest(way)
@@ -82,7 +82,7 @@ def test_descent_stays_on_the_surface_and_ends_with_it(face):
 
 def test_path_through_points(face):
     marks = [face.landmarks[name] for name in ("malar_l", "mouth_l", "pogonion")]
-    way = paths.through(ground_of(face), marks, 2.0)
+    way = paths.through(support_surface(face), marks, 2.0)
     for mark in marks:
         assert np.linalg.norm(way - mark, axis=1).min() < 1.0
 
@@ -91,7 +91,7 @@ def test_painted_path_follows_the_paint(sphere):
     azimuth = np.arctan2(sphere.points[:, 2], sphere.points[:, 0])
     paint = np.exp(-(((azimuth - 1.0) / 0.15) ** 2)) * (np.abs(sphere.points[:, 1]) < 40.0)
     paint[paint < 0.05] = 0.0
-    way = paths.painted(ground_of(sphere), paint, 4.0)
+    way = paths.painted(support_surface(sphere), paint, 4.0)
     assert way[0, 1] > 33.0
     assert way[-1, 1] < -33.0
     assert np.abs(np.arctan2(way[:, 2], way[:, 0]) - 1.0).max() < 0.3
@@ -316,7 +316,7 @@ def test_water_on_a_sphere_and_a_vase(sphere):
     vase.points = turned.points * np.stack([radius, radius, np.ones_like(radius)], axis=1)
     for surface, down, start in ((sphere, (0, -1, 0), (20.0, 45.0, 0.0)), (vase, (0, 0, -1), (21.0, 0.0, 45.0))):
         water = fw.SheddingTear(
-            surface, start=ground_of(surface).nearest(np.array([start]))[1][0], width=5.0, down=down
+            surface, start=support_surface(surface).nearest(np.array([start]))[1][0], width=5.0, down=down
         )
         for t in np.linspace(water.begin, water.end, 5):
             mesh = water.surface(t)
@@ -435,6 +435,6 @@ def test_a_tear_fills_a_shallow_crease_and_runs_on(out, goes_on):
     sheet = sheet if sheet.compute_normals()["Normals"][:, 2].mean() > 0.0 else sheet.flip_faces()
     down = np.array([0.0, -1.0, -1.0])  # the sheet leans back: above the ridge water would have to rise
     tear = fw.SheddingTear(sheet, start=(0.0, 20.0, 0.0), width=2.0, down=down, roughness=0.0, seed=1)
-    stuck = paths.descent(ground_of(sheet, down), np.array([0.0, 20.0, 0.0]), 0.3, 60.0)
+    stuck = paths.descent(support_surface(sheet, down), np.array([0.0, 20.0, 0.0]), 0.3, 60.0)
     assert stuck[-1, 1] > 0.0
     assert (tear.courses[0].points[-1, 1] < -10.0) == goes_on

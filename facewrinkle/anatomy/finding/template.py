@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from ..atlas import load_atlas
 from ..identity import Identity, head_of
-from ..jaw import jaw_guide
+from ..jaw import jaw_weights
 from ..landmarks import NAMES, FaceFrame, frame_of
 from ..muscles import JawMuscle
 from .depth import Grid, closed, depth_map
@@ -115,7 +115,7 @@ def _posed(
     if look.jaw:
         jaw = load_atlas().place(marks, frame)["jaw"]
         assert isinstance(jaw, JawMuscle)
-        guide = jaw_guide(jaw, points, triangles, marks, frame)
+        guide = jaw_weights(jaw, points, triangles, marks, frame)
         there[guide.vertices] += guide.turned(points, look.jaw)
     if look.aside:
         at = (points - 0.5 * (marks["mouth_l"] + marks["mouth_r"])) / frame.pupil_distance

@@ -5,8 +5,8 @@ once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear
 """
 
 from .base import FRONTS, Fronts, Muscle, Wrinkles
-from .pulling import LinearMuscle, SheetMuscle, SphincterMuscle
-from .turning import TURNS, EyeMuscle, JawMuscle, LidMuscle
+from .joint_muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle
+from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle
 from .zones import zones
 
 __all__ = [

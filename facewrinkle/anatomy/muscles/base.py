@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ...errors import ParameterError, check_range, unknown_name
 from ...geometry import profile
-from ...geometry.blending import smoothstep
+from ...geometry.smoothstep import smoothstep
 
 Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]

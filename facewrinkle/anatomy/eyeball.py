@@ -1,0 +1,152 @@
+"""Eyeballs: spheres in their sockets, and the turns that point them at something."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..errors import ParameterError, check_range
+from .landmarks import MEAN_PUPIL_DISTANCE
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+
+RADIUS = 12.0 / MEAN_PUPIL_DISTANCE
+"""Radius of an eyeball, in distances between the pupils."""
+
+
+SAG = 0.14
+"""How far below the line between its corners a shut eye's lids and lashes meet, in distances between the corners."""
+
+
+@dataclass(frozen=True, eq=False)
+class Eyeball:
+    """A sphere in its socket, in the unit of the mesh.
+
+    Attributes
+    ----------
+    side : {"l", "r"}
+    centre : ndarray, shape (3,)
+    radius : float
+    gaze : ndarray, shape (3,)
+        Unit direction in which the eye looks.
+    up : ndarray, shape (3,)
+
+    Examples
+    --------
+    How far a left eye turns outwards and up, in degrees, and how far its iris moves aside in another turn:
+
+    >>> eye = Eyeball("l", np.array([31.0, 0, 0]), 12.0, gaze=np.array([0.0, 0, 1]), up=np.array([0.0, 1, 0]))
+    >>> np.degrees(eye.turn_to(np.array([1.0, 0, 1]))).round()
+    array([45.,  0.])
+    >>> iris = eye.looking(np.array([0.6, 0, 0.8])).surface().points[0]
+    >>> round(float(iris[0]) - 31.0, 1)
+    7.2
+    """
+
+    side: str
+    centre: Array
+    radius: float
+    gaze: Array
+    up: Array
+
+    def turned(self, outwards: float, up: float) -> Array:
+        """The unit direction of the gaze after turns in radians, outwards (to the eye's own side) and up.
+
+        Examples
+        --------
+        >>> eye = Eyeball("l", np.zeros(3), 12.0, gaze=np.array([0.0, 0.0, 1.0]), up=np.array([0.0, 1.0, 0.0]))
+        >>> eye.turned(0.0, np.pi / 6).round(2).tolist()
+        [0.0, 0.5, 0.87]
+        """
+        ahead = np.cos(outwards) * self.gaze + np.sin(outwards) * self._outwards
+        return np.asarray(np.cos(up) * ahead + np.sin(up) * self.up)
+
+    def turn_to(self, direction: Array) -> tuple[float, float]:
+        """The turns outwards and up, in radians, after which the eye looks along a direction."""
+        ahead, aside, above = (float(direction @ axis) for axis in (self.gaze, self._outwards, self.up))
+        return float(np.arctan2(aside, ahead)), float(np.arctan2(above, np.hypot(ahead, aside)))
+
+    @property
+    def _outwards(self) -> Array:
+        left = np.cross(self.up, self.gaze)
+        return left if self.side == "l" else -left
+
+    def looking(self, gaze: Array) -> Eyeball:
+        """The eyeball turned so that it looks along a unit direction."""
+        up = self.up - (self.up @ gaze) * gaze
+        return replace(self, gaze=np.asarray(gaze), up=up / np.linalg.norm(up))
+
+    def slit(self, inner: Array, outer: Array, along: npt.ArrayLike) -> Array:
+        """Where lids meet that are shut in the mesh (k, 3), at shares of the way from corner to corner: it sags.
+
+        Examples
+        --------
+        >>> eye = Eyeball("l", np.zeros(3), 12.0, gaze=np.array([0.0, 0.0, 1.0]), up=np.array([0.0, 1.0, 0.0]))
+        >>> eye.slit(np.array([-10.0, 0, 12]), np.array([10.0, 0, 12]), 0.5)
+        array([[ 0. , -2.8, 12. ]])
+        """
+        share = np.reshape(along, (-1, 1))
+        sag = SAG * np.linalg.norm(outer - inner) * np.sin(np.pi * share)
+        return np.asarray(inner + share * (outer - inner) - sag * self.up)
+
+    def surface(self, resolution: int = 48) -> pv.PolyData:
+        """The eyeball as a mesh whose pole is the middle of the iris; `angle` is the angle from it in radians."""
+        ball = pv.Sphere(
+            radius=self.radius,
+            center=self.centre,
+            direction=self.gaze,
+            theta_resolution=resolution,
+            phi_resolution=resolution,
+        )
+        cosine = (ball.points - self.centre) @ self.gaze / self.radius
+        ball.point_data["angle"] = np.arccos(np.clip(cosine, -1.0, 1.0))
+        return ball
+
+
+def gaze_of(eye: Eyeball, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLike | None = None) -> tuple[float, float]:
+    """The turns outwards and up, in radians, of an eye that looks by angles in degrees, or at a point.
+
+    Parameters
+    ----------
+    eye : Eyeball
+    yaw, pitch : float
+        Degrees to the subject's left, and upwards.
+    at : (3,) array_like, optional
+        In place of them, in the unit of the mesh.
+
+    Raises
+    ------
+    ParameterError
+        For angles that are no numbers, both angles and a point, or a point in the eye.
+
+    Examples
+    --------
+    Outwards and up, in degrees, for both eyes to look to the left; and outwards, for them to meet at 300 mm.
+
+    >>> import facewrinkle as fw
+    >>> left, right = fw.default_face().eyes
+    >>> [np.degrees(gaze_of(eye, yaw=20.0)).round().tolist() for eye in (left, right)]
+    [[20.0, 0.0], [-20.0, 0.0]]
+    >>> there = 0.5 * (left.centre + right.centre) + 300.0 * left.gaze
+    >>> [round(float(np.degrees(gaze_of(eye, at=there)[0]))) for eye in (left, right)]
+    [-6, -6]
+    """
+    if at is None:
+        left, up = (check_range(name, value, -90.0, 90.0) for name, value in (("yaw", yaw), ("pitch", pitch)))
+        return np.deg2rad(left if eye.side == "l" else -left), np.deg2rad(up)
+    try:
+        target = np.array(at, dtype=np.float64)
+    except (TypeError, ValueError):
+        target = np.empty(0)
+    if target.shape != (3,) or not np.isfinite(target).all() or yaw != 0.0 or pitch != 0.0:
+        raise ParameterError(
+            f"look needs either angles or a point at=(x, y, z), received yaw={yaw!r}, pitch={pitch!r}, at={at!r}."
+        )
+    if np.linalg.norm(target - eye.centre) <= 1.2 * eye.radius:
+        raise ParameterError(f"the eyes cannot look at {at!r}: the point lies in an eye.")
+    return eye.turn_to(target - eye.centre)

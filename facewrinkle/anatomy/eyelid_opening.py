@@ -1,0 +1,292 @@
+"""The opening between the lids of an eye, and the margins of the lids: their front edges, where lashes grow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from ..geometry.smoothstep import smoothstep
+from ..geometry.topology import boundary_loops, unique_edges
+from .eyeball import Eyeball
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+LidSections = list[tuple[float, Array, tuple[float, float]]]
+"""The meridians on which there is an opening, with the skin there and the heights between which it is open."""
+
+MERIDIANS = np.linspace(0.04, 0.96, 24)
+"""Where the margins are measured, from the inner (0) to the outer canthus (1)."""
+
+HIGH, FLOOR, THICK = 0.45, 0.08, 0.06
+"""How far above and below the canthi margins lie at most, how far behind the line between them skin is no lid, and how
+thick a lid is, in distances between the canthi.
+"""
+
+ROWS = np.linspace(-HIGH, HIGH, 81)
+
+LEANING = np.linspace(0.4, 1.5, 12)
+"""How steeply the front of a lid may rise from its edge, and its thickness fall to it."""
+
+NEAR = 0.01
+"""Edges whose ends are so far from where a margin is count twice their length in a path along it."""
+
+SLIT = 0.035
+"""What is seen of a rim is no farther from it than this."""
+
+CORNERS = np.deg2rad(6.0)
+"""How far above and below the margins skin behind them may be seen."""
+
+
+LINING = 0.7
+"""How far behind the margins the lining of a socket is taken to be: what is seen of it is in their shadow."""
+
+
+@dataclass(frozen=True, eq=False)
+class EyelidOpening:
+    """What is between open lids.
+
+    Attributes
+    ----------
+    eye : Eyeball
+    inner : ndarray, shape (3,)
+        The inner canthus.
+    axes : ndarray, shape (3, 3)
+        Unit directions outwards, up and forward, as rows.
+    width : float
+        From the inner to the outer canthus, in the unit of the mesh.
+    canthi : ndarray, shape (2,)
+        Their elevations, the inner one first.
+    thick : bool
+        Whether the skin goes on behind the margins.
+    upper, lower : ndarray of int
+        Vertices of the margins from inside outwards.
+    rims : tuple of ndarray, shape (3, k)
+        Place between the canthi, elevation, and distance from the middle of the eye, of these vertices at rest.
+    """
+
+    eye: Eyeball
+    inner: Array
+    axes: Array
+    width: float
+    canthi: Array
+    thick: bool
+    upper: IntArray
+    lower: IntArray
+    rims: tuple[Array, Array]
+
+    def polar(self, points: Array) -> Array:
+        """Place between the canthi (0 to 1), elevation about the line between them as seen from the middle of the eye,
+        and distance from there, of points (n, 3): shape (3, n).
+        """
+        return _polar(points, self.eye.centre, self.inner, self.axes, self.width)
+
+    def lines(self, along: Array) -> tuple[Array, Array]:
+        """Elevations of the upper and of the lower margin at places between the canthi, where they end."""
+        return self._line(0, along), self._line(1, along)
+
+    def _line(self, lid: int, along: Array) -> Array:
+        at, elevation, _ = self.rims[lid]
+        ends = np.clip([at[0], at[-1]], [0.01, 0.9], [0.1, 0.99])
+        place = np.concatenate([[ends[0] - 0.1], at, [ends[1] + 0.1]])
+        return np.interp(along, place, np.concatenate([self.canthi[:1], elevation, self.canthi[1:]]))
+
+    def rim(self, along: Array, upper: npt.NDArray[np.bool_]) -> Array:
+        """Distance of the margins from the middle of the eye, of the upper or the lower one."""
+        return np.where(upper, *(np.interp(along, at, distance) for at, _, distance in self.rims))
+
+    def behind(self, points: Array, lining: npt.NDArray[np.bool_]) -> Array:
+        """How far (n,) points between the lids, or of the lining of the socket, are from their margins (0) to the ball
+        (1).
+        """
+        along, elevation, distance = self.polar(points)
+        top, bottom = self.lines(along)
+        rim = self.rim(along, elevation > 0.5 * (top + bottom))
+        seen = smoothstep(1.0 - np.maximum(elevation - top, bottom - elevation) / CORNERS)
+        deep = np.clip((rim - distance) / np.maximum(rim - self.eye.radius, 0.02 * self.eye.radius), 0.0, 1.0)
+        near = (np.abs(along - 0.5) < 0.7) & (distance < 1.5 * self.eye.radius)
+        return np.asarray(np.where(near, np.where(lining, LINING, deep * seen), 0.0))
+
+    def back_edges(self, points: Array, triangles: IntArray) -> Array:
+        """Where (k, 3) lids that have a thickness touch the ball: half of it behind their front edges at most."""
+        local = (points - self.inner) @ self.axes.T / self.width
+        return np.asarray(self.inner + self.width * _back_edges(local, triangles) @ self.axes)
+
+
+def eyelid_opening(
+    eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
+) -> EyelidOpening | None:
+    """The opening before an eye, None where the lids are closed.
+
+    Examples
+    --------
+    How far the lids of the built-in face are apart in the middle, in degrees of the ball:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> top, bottom = eyelid_opening(face.eyes[0], face.points, face.triangles, face.landmarks).lines(np.array([0.5]))
+    >>> np.degrees(top - bottom).round()
+    array([55.])
+    """
+    inner, outer = landmarks[f"eye_{eye.side}_inner"], landmarks[f"eye_{eye.side}_outer"]
+    width = float(np.linalg.norm(outer - inner))
+    lateral = (outer - inner) / width
+    forward = eye.gaze - (eye.gaze @ lateral) * lateral
+    forward /= np.linalg.norm(forward)
+    up = np.cross(forward, lateral)
+    axes = np.stack([lateral, up * np.sign(up @ eye.up), forward])
+    local, polar = (points - inner) @ axes.T / width, _polar(points, eye.centre, inner, axes, width)
+    lids = _lids(local[_near(local, triangles)])
+    if len(lids) < len(MERIDIANS) // 2:
+        return None
+    hole = _hole(lid_rim(eye, points, triangles), *polar[:2])
+    thick = hole is None or not _is_seen(hole, local, lids)
+    upper, lower = _margins(lids, local, triangles) if hole is None or thick else hole
+    canthi = _polar(np.stack([inner, outer]), eye.centre, inner, axes, width)[1]
+    return EyelidOpening(eye, inner, axes, width, canthi, thick, upper, lower, (polar[:, upper], polar[:, lower]))
+
+
+def lid_rim(eye: Eyeball, points: Array, triangles: IntArray) -> IntArray | None:
+    """Vertices around the hole that a skin has before an eye, in order; None where it goes on behind the lids."""
+    for loop in boundary_loops(triangles):
+        if len(loop) > 5 and np.linalg.norm(points[loop] - eye.centre, axis=1).max() < 1.8 * eye.radius:
+            return np.asarray(loop, np.int32)
+    return None
+
+
+def _polar(points: Array, centre: Array, inner: Array, axes: Array, width: float) -> Array:
+    offset = (points - centre) @ axes.T
+    along = (points - inner) @ axes[0] / width
+    return np.stack([along, np.arctan2(offset[:, 1], offset[:, 2]), np.linalg.norm(offset, axis=1)])
+
+
+def _hole(loop: IntArray | None, along: Array, elevation: Array) -> tuple[IntArray, IntArray] | None:
+    """The rim of the hole that the opening may be, cut at its ends into an upper and a lower half."""
+    if loop is None:
+        return None
+    loop = np.roll(loop, -int(np.argmin(along[loop])))
+    turn = int(np.argmax(along[loop]))
+    halves = [loop[: turn + 1], np.append(loop[turn:], loop[0])]
+    lower, upper = sorted(halves, key=lambda half: float(elevation[half].mean()))
+    return upper[np.argsort(along[upper], kind="stable")], lower[np.argsort(along[lower], kind="stable")]
+
+
+# --- the margins: coordinates are [outwards, up, forward] from the inner canthus, the outer one is at [1, 0, 0] ------
+
+
+def _is_seen(rim: tuple[IntArray, IntArray], local: Array, lids: LidSections) -> bool:
+    """Whether the rim of a hole is the margin that is seen, and not an edge behind it."""
+    seen = [(at, *borders) for at, _, borders in lids if 0.3 <= at <= 0.7]
+    at, low, high = np.array(seen).T
+    upper, lower = (np.interp(at, *local[half, :2].T) for half in rim)
+    return bool(max(np.abs(upper - high).max(), np.abs(lower - low).max()) < SLIT)
+
+
+def _margins(lids: LidSections, local: Array, triangles: IntArray) -> tuple[IntArray, IntArray]:
+    """Vertices of the upper and of the lower margin from inside outwards."""
+    edges, _ = unique_edges(_near(local, triangles))
+    upper, lower = (_along(_front_edge(lids, away), local, edges) for away in (1.0, -1.0))
+    return upper, lower
+
+
+def _back_edges(local: Array, triangles: IntArray) -> Array:
+    """Places (k, 3) where the lids touch the ball: behind their front edges by half their thickness at most."""
+    lids = _lids(local[_near(local, triangles)])
+    places = [_front_edge(lids, away) for away in (1.0, -1.0)]
+    for front in places:
+        for place, (_, section, _) in zip(front, lids, strict=True):
+            skin = (section[:, 0] + np.linspace(0.0, 1.0, 9)[:, None, None] * (section[:, 1] - section[:, 0])).reshape(
+                -1, 2
+            )
+            behind = place[2] - skin[:, 1]
+            edge = (np.abs(skin[:, 0] - place[1]) < 0.5 * THICK) & (behind < 0.5 * THICK)
+            place[2] -= behind[edge].max(initial=0.0)
+    return np.concatenate(places)
+
+
+def _near(local: Array, triangles: IntArray) -> IntArray:
+    return triangles[(np.abs(local[triangles] - [0.5, 0.0, 0.0]) < [0.8, 2.0 * HIGH, 2.0]).all(axis=(1, 2))]
+
+
+def _lids(corners: Array) -> LidSections:
+    sections = [(float(meridian), _section(corners, meridian)) for meridian in MERIDIANS]
+    return [(at, section, gap) for at, section in sections if (gap := _gap(section)) is not None]
+
+
+def _section(corners: Array, meridian: float) -> Array:
+    """Pieces (k, 2, 2) of the skin [up, forward], where triangles (m, 3, 3) cross a meridian."""
+    after = np.roll(corners, -1, axis=1)
+    crossing = (corners[..., 0] > meridian) != (after[..., 0] > meridian)  # two edges of a triangle or none
+    a, b = corners[crossing], after[crossing]
+    share = ((meridian - a[:, 0]) / (b[:, 0] - a[:, 0]))[:, None]
+    return np.asarray((a + share * (b - a))[:, 1:].reshape(-1, 2, 2))
+
+
+def _gap(section: Array) -> tuple[float, float] | None:
+    """From where to where the opening reaches: the skin seen from the front, if there is any, lies deep behind the line
+    between the canthi.
+    """
+    start, end = section[:, 0], section[:, 1]
+    rise = end[:, :1] - start[:, :1]
+    t = (ROWS - start[:, :1]) / np.where(rise == 0.0, 1.0, rise)
+    depth = np.where((t >= 0.0) & (t <= 1.0), start[:, 1:] + t * (end[:, 1:] - start[:, 1:]), -np.inf)
+    deep = depth.max(axis=0, initial=-np.inf) < -FLOOR
+    steps = np.flatnonzero(np.diff(np.concatenate([[False], deep, [False]]).astype(np.int8)))
+    first, last = steps[::2], steps[1::2]
+    inside = (first > 0) & (last < len(ROWS))
+    if not inside.any():
+        return None
+    widest = np.argmax(np.where(inside, last - first, 0))
+    if last[widest] - first[widest] <= 2:
+        return None
+    return float(ROWS[first[widest] - 1]), float(ROWS[last[widest]])
+
+
+def _front_edge(lids: LidSections, away: float) -> Array:
+    """Places (k, 3) where a lid, `away` from the opening (1 is up), turns from its front to its thickness.
+
+    Where that is round, any place on it would do: those are taken that lie on the smoothest line.
+    """
+    lines = []
+    for leaning in LEANING:
+        line = []
+        for at, section, borders in lids:
+            places = section.reshape(-1, 2)
+            beyond = _beyond(places, borders, away)
+            lid = (beyond > -1.5 * (ROWS[1] - ROWS[0])) & (beyond < THICK)
+            # Behind the border there may be the lining of a socket, but it lies far behind.
+            best = np.argmax(np.where(lid, places[:, 1] - leaning * beyond, -np.inf))
+            line.append([at, *places[best]])
+        lines.append(np.array(line))
+    return min(lines, key=lambda line: float((np.diff(line, 2, axis=0) ** 2).sum()))
+
+
+def _beyond(places: Array, borders: tuple[float, float], away: float) -> Array:
+    """How far places [up, forward] of a lid lie beyond its border, from the opening."""
+    return np.asarray(away * (places[:, 0] - borders[int(away > 0.0)]))
+
+
+def _along(places: Array, local: Array, edges: IntArray) -> IntArray:
+    """The vertices along the edges of the mesh that are nearest to places in order, from inside outwards."""
+    beyond = np.vstack([2.0 * places[0] - places[1], places, 2.0 * places[-1] - places[-2]])
+    steps = np.linspace(0.0, len(beyond) - 1.0, 20 * len(beyond))
+    curve = np.stack([np.interp(steps, np.arange(len(beyond)), column) for column in beyond.T], axis=1)
+    away = cKDTree(curve).query(local)[0]
+    length = np.linalg.norm(local[edges[:, 0]] - local[edges[:, 1]], axis=1)
+    cost = length * (1.0 + (away[edges] ** 2).mean(axis=1) / NEAR**2) + 1e-12
+    n, used = len(local), np.unique(edges)
+    graph = csr_array((cost, tuple(edges.T)), shape=(n, n))
+    first, last = (used[np.argmin(np.abs(local[used, 0] - end) + 2.0 * away[used])] for end in beyond[[0, -1], 0])
+    before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)[1]
+    path = [last]
+    while path[-1] != first and before[path[-1]] >= 0:
+        path.append(before[path[-1]])
+    chain = np.array(path[::-1], dtype=np.int64)
+    place = local[chain, 0]
+    # At its ends it may turn back from one edge of a thick lid to the other.
+    return np.asarray(chain[place <= np.minimum.accumulate(place[::-1])[::-1]])

@@ -1,0 +1,44 @@
+"""All that is seen beside the skin in a frame, as meshes: parts that came with the face, eyes, mouth."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..mesh import POSE
+from .eye import PaintedEye
+from .lid_margins import LidMargin
+from .mouth import Mouth
+from .own_parts import own_parts
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+
+def companion_meshes(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
+    """What is beside the skin in a frame, with `paint` (rgb): the parts that came with the face, painted eyes where it
+    has none, and between parted lips the dark, teeth and tongue.
+    """
+    own = own_parts(face, frame)
+    pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
+    back = np.linalg.inv(pose)
+    points = np.asarray(frame.points, dtype=np.float64)[: face.mesh.n_points] @ back[:3, :3].T + back[:3, 3]
+    parts = {}
+    for eye in face.eyes:
+        gaze = np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
+        ball, rim = PaintedEye(eye, face), LidMargin(eye, face)
+        if f"eye_{eye.side}" not in own:
+            parts[f"eye_{eye.side}"] = ball.at(points, gaze)
+        if ball.open and len(rim.loop):
+            parts[f"rim_{eye.side}"] = rim.at(points)
+    mouth = Mouth(face)
+    if mouth.parted(points):
+        inside = {name: part for name, part in mouth.inside(points).items() if name not in own}
+        parts |= inside if mouth.bag else {"mouth": mouth.pocket(points)} | inside
+    for part in parts.values():
+        part.points = np.asarray(part.points, dtype=np.float64) @ pose[:3, :3].T + pose[:3, 3]
+        if "Normals" in part.point_data:
+            part.point_data["Normals"] = np.asarray(part.point_data["Normals"]) @ pose[:3, :3].T
+    return parts | own

@@ -1,0 +1,56 @@
+"""The parts that came with a face and are drawn as they are."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..anatomy.parts import Part
+from ..mesh import split_at_seams
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+
+PART_COLOURS = {
+    "teeth": (214, 205, 186), "tongue": (176, 92, 88), "glasses": (40, 40, 44), "other": (150, 140, 134),
+    "hair": (62, 46, 38),
+}  # fmt: skip
+"""Of what came with a face, where it has no colours."""
+
+
+def has_colours(mesh: pv.PolyData) -> bool:
+    """Whether the points of a mesh have colours, of uint8 or from 0 to 1."""
+    colours = mesh.point_data.get("Colors")
+    if colours is None or colours.ndim != 2 or colours.shape[1] not in (3, 4):
+        return False
+    return colours.dtype == np.uint8 or (colours.dtype.kind == "f" and 0.0 <= colours.min() <= colours.max() <= 1.0)
+
+
+def is_drawn(name: str, part: Part) -> bool:
+    """Whether a part is drawn as it is: an eye without colours, or of one, would be blind, and is painted; lashes are
+    in place of cards that lack their picture.
+    """
+    if name.startswith("lashes"):
+        return not part.lacks_picture
+    if part.texture is not None or not name.startswith("eye"):
+        return True
+    return has_colours(part.mesh) and bool(np.ptp(part.mesh.point_data["Colors"], axis=0).any())
+
+
+def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
+    """What came with the face and is drawn as it is, where it is in a frame: with `paint` where it has no texture."""
+    if not face.parts:
+        return {}
+    parts = {name: part for name, part in face.parts_at(frame).items() if is_drawn(name, face.parts[name])}
+    for name, part in parts.items():
+        if face.parts[name].texture is not None:
+            parts[name] = split_at_seams(part)
+        elif has_colours(part):
+            part.point_data["paint"] = np.asarray(part.point_data["Colors"])
+        else:
+            colour = next((c for stem, c in PART_COLOURS.items() if stem in name), PART_COLOURS["hair"])
+            part.point_data["paint"] = np.tile(np.array(colour, np.uint8), (part.n_points, 1))
+    return parts

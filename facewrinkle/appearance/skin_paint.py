@@ -1,0 +1,200 @@
+"""The colour of skin by where it lies on a face: red, yellow and grey zones, eye sockets, lips, and cropped hair.
+
+Everything is placed by landmarks, so it goes on any mesh. Colours are bytes (0 to 255) as numbers; lengths are mm on a
+face whose pupils are 63 mm apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from ..anatomy.cavities import INSIDE as WITHIN
+from ..anatomy.cavities import Cavities
+from ..anatomy.face import Face
+from ..anatomy.hairline import hair_cover
+from ..anatomy.landmarks import FaceFrame, of_side
+from ..geometry.normals import vertex_normals
+from ..geometry.smoothstep import smoothstep
+
+Array = npt.NDArray[np.float64]
+
+SKIN = (211.0, 169.0, 142.0)
+
+ZONES: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, float], float], ...] = (
+    # landmark, offset [outwards, up, forward], reach, colour, strength
+    ("forehead_mid", (0, 0, 0), 30, (222, 180, 148), 0.55),
+    ("brow_mid", (8, 14, 0), 20, (220, 176, 146), 0.4),
+    ("glabella", (0, -4, 0), 9, (210, 152, 128), 0.35),
+    ("malar", (0, -9, 2), 15, (205, 130, 110), 0.4),
+    ("malar", (-14, -2, 4), 11, (207, 138, 118), 0.25),
+    ("malar", (14, 6, -14), 16, (208, 142, 120), 0.2),
+    ("nose_tip", (0, 1, 0), 10, (203, 122, 102), 0.5),
+    ("ala", (3, 5, -1), 7, (196, 110, 92), 0.5),
+    ("subnasale", (0, -4, 0), 8, (206, 142, 122), 0.35),
+    ("pogonion", (0, 0, 0), 12, (206, 142, 120), 0.4),
+    ("eye_centre", (0, 5, 12), 11, (182, 124, 106), 0.5),
+    ("eye_centre", (2, -11, 10), 9, (186, 132, 122), 0.4),
+    ("eye_inner", (-1, 2, 0), 5, (158, 104, 98), 0.5),
+    ("eye_outer", (2, -1, 0), 6, (176, 118, 104), 0.35),
+    ("zygion", (9, -12, -16), 17, (206, 136, 114), 0.25),
+    ("gonion", (0, -40, 0), 34, (204, 158, 128), 0.45),
+)
+
+BEARD = ((142.0, 118.0, 110.0), 0.13)
+
+HAIR = (50.0, 38.0, 31.0)
+
+
+SCALP = 25.0
+"""A mesh that reaches so far above the hairline in mm, and twice as far behind the ears, is a whole head."""
+
+LIPS = (178.0, 104.0, 96.0)
+
+
+INSIDE = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
+"""Of mouth and nostrils: colour, the depth where it begins, and over how much more it comes."""
+
+NARROW, RIM = 2.2, 1.3
+"""How much faster it darkens in nostrils than in the mouth, and the depth that their rims are rounded over, mm."""
+
+TILT = 40.0
+"""Nostrils are looked into from so far below, degrees: from the front, wings and sill hide how deep they are."""
+
+DEEP = 20.0
+"""Where it is all dark, mm."""
+
+
+LID, FLESH, DEEP_FLESH = (
+    np.array(colour, dtype=np.float64) for colour in ((208, 150, 132), (190, 112, 100), (120, 58, 52))
+)
+"""Of the flesh between lids and eyeballs, at the margins, behind them, and at the ball."""
+
+WET = 0.75
+"""How much of their colour the thickness of lids and the lining of sockets have."""
+
+
+class SkinPainter:
+    """The colours of a face that has none of its own: skin, lips, cropped hair, and the dark of mouth and nostrils.
+
+    Parameters
+    ----------
+    face : Face
+        With landmarks. Hair is painted where the mesh is a whole head: on a mask it would look like dirt.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> SkinPainter(face)(face.points).dtype
+    dtype('uint8')
+    """
+
+    def __init__(self, face: Face) -> None:
+        self._face = face
+        self._cavities = face.cavities
+        self._nostrils = Cavities(face.points, face.triangles, face.landmarks, face.frame.tilted(TILT))
+        self._lining = face.lining
+        self._openings = [opening for opening in face.eyelid_openings.values() if opening.thick]
+        self._tree, normals = cKDTree(face.points), vertex_normals(face.points, face.triangles)
+        self._facing = [  # the balls; they are far from each other
+            ((face.points - opening.eye.centre) * normals).sum(axis=1) < 0.0 for opening in self._openings
+        ]
+        where = face.frame.local_mm(face.points)
+        ear, top = (face.frame.local_mm(face.landmarks[name]) for name in ("zygion_l", "trichion"))
+        self._hair = bool((where[:, 1].max() > top[1] + SCALP) & (where[:, 2].min() < ear[2] - 2.0 * SCALP))
+
+    def __call__(self, points: Array) -> npt.NDArray[np.uint8]:
+        """Colours (n, 3) of points of the face at rest."""
+        landmarks, frame = self._face.landmarks, self._face.frame
+        colour = complexion(points, landmarks, frame)
+        depth = self._cavities.depth(points)
+        creased = smoothstep((depth - 0.3) / 1.2) * self._by_corners(points)
+        red = np.maximum(lips(points, landmarks, frame), creased)
+        colour += 0.7 * red[:, None] * (np.array(LIPS) - colour)
+        if self._hair:
+            hair = 0.93 * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
+            colour += hair * (np.array(HAIR) - colour)
+        depth[self._lining.holds(points) & (depth < WITHIN)] = DEEP  # farther than is seen from the front
+        rims = self._cavities.at_nostrils(points)
+        for where, inside in ((1.0 - rims, depth), (rims, NARROW * (self._nostrils.depth(points) - RIM))):
+            for tint, begin, over in INSIDE:
+                colour += (where * smoothstep((inside - begin) / over))[:, None] * (np.array(tint) - colour)
+        away, nearest = self._tree.query(points)
+        for opening, facing in zip(self._openings, self._facing, strict=True):
+            behind = opening.behind(points, facing[nearest] & (away == 0.0))
+            colour += (smoothstep(behind / 0.3) * (WET + (1.0 - WET) * behind))[:, None] * (flesh(behind) - colour)
+        return np.asarray(np.rint(colour), dtype=np.uint8)
+
+    def _by_corners(self, points: Array) -> Array:
+        """How much (0 to 1) points lie by the corners of the mouth, where lips end in a crease."""
+        where = self._face.frame.local_mm(points)
+        corners = [self._face.frame.local_mm(self._face.landmarks[f"mouth_{side}"]) for side in "lr"]
+        away = np.min([np.linalg.norm(where - corner, axis=1) for corner in corners], axis=0)
+        return np.asarray(smoothstep((9.0 - away) / 4.0))
+
+
+def complexion(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
+    """Colour (n, 3) of the skin at points of a face, without lips and hair.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> marks = face.landmarks
+    >>> cheek, brow = complexion(np.array([marks["malar_l"], marks["forehead_mid"]]), marks, face.frame)
+    >>> bool(cheek[0] / cheek[1] > brow[0] / brow[1])
+    True
+    """
+    where = frame.local_mm(points)
+    colour = np.tile(SKIN, (len(points), 1))
+    for stem, offset, reach, tint, strength in ZONES:
+        cover = np.zeros(len(points))
+        for side, sign in (("l", 1.0), ("r", -1.0)):
+            centre = frame.local_mm(landmarks[of_side(stem, side)]) + np.array(offset) * [sign, 1.0, 1.0]
+            cover = np.maximum(cover, np.exp(-0.5 * ((where - centre) ** 2).sum(axis=1) / reach**2))
+        colour += strength * cover[:, None] * (np.array(tint) - colour)
+    shade, strength = BEARD
+    colour += strength * beard(where, landmarks, frame)[:, None] * (np.array(shade) - colour)
+    return colour
+
+
+def flesh(behind: Array) -> Array:
+    """Colour (n, 3) of what lies between the margin of a lid (0) and the ball (1)."""
+    t = behind[:, None]
+    return np.asarray(np.where(t < 0.4, LID + (FLESH - LID) * t / 0.4, FLESH + (DEEP_FLESH - FLESH) * (t - 0.4) / 0.6))
+
+
+def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
+    """How much (0 to 1) local points lie where a beard would grow: jaw, chin, over the upper lip."""
+    mouth, nose, jaw, chin, ear = (
+        frame.local_mm(landmarks[name]) for name in ("mouth_l", "subnasale", "gonion_l", "menton", "zygion_l")
+    )
+    x, y, z = np.abs(where[:, 0]), where[:, 1], where[:, 2]
+    # From the nose over the corner of the mouth to the ear, and under the jaw.
+    top = np.interp(
+        x, [0.0, 14.0, mouth[0] + 10.0, jaw[0], 90.0], [nose[1] + 1.0, nose[1], mouth[1] + 2.0, ear[1], ear[1]]
+    )
+    bottom = np.interp(z, [jaw[2], chin[2]], [jaw[1] - 14.0, chin[1] - 12.0])
+    return np.asarray(
+        smoothstep((top - y) / 14.0) * smoothstep((y - bottom) / 12.0) * smoothstep((z - jaw[2] + 14.0) / 14.0)
+    )
+
+
+def lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
+    """How much (0 to 1) points lie on the red of the lips, as far as four landmarks tell."""
+    where = frame.local_mm(points)
+    upper, lower = (frame.local_mm(landmarks[name]) for name in ("upper_lip_mid", "lower_lip_mid"))
+    corner = 0.5 * (frame.local_mm(landmarks["mouth_l"]) + frame.local_mm(landmarks["mouth_r"]) * [-1.0, 1.0, 1.0])
+    share = np.abs(where[:, 0]) / corner[0]
+    bow = 1.0 - np.clip(share, 0.0, 1.0) ** 2.2
+    middle = corner[1] + (0.55 * upper[1] + 0.45 * lower[1] - corner[1]) * bow
+    above = (upper[1] - middle) * bow
+    below = (middle - lower[1]) * bow
+    height = where[:, 1] - middle
+    off = np.where(height > 0.0, height - above, -height - below)
+    front = smoothstep((where[:, 2] - corner[2] + 8.0) / 6.0)
+    return np.asarray(front * smoothstep(0.5 - off / 3.0) * smoothstep((1.06 - share) / 0.1))

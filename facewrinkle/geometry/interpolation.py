@@ -1,0 +1,88 @@
+"""Values carried from the vertices of the base mesh to those of a refined one."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _mesh_kernels as kernels
+
+Array = npt.NDArray[np.float64]
+
+RIM = 0.02
+"""How far beside a triangle, in barycentric coordinates, counts as in it."""
+
+
+def interpolated(values: Array, corners: npt.NDArray[np.int32], barycentric: Array) -> Array:
+    """Linear interpolation of (n0, d) values at n points with barycentric coordinates in three base vertices each.
+
+    Examples
+    --------
+    >>> interpolated(np.array([[0.0], [1.0], [4.0]]), np.array([[0, 1, 2]], np.int32), np.array([[0.5, 0.25, 0.25]]))
+    array([[1.25]])
+    """
+    out = np.empty((len(corners), values.shape[1]))
+    kernels.carry(values, corners, barycentric, out)
+    return out
+
+
+def barycentric(points: Array, corners: Array) -> Array:
+    """Barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3), on or beside which they lie.
+
+    Examples
+    --------
+    >>> corners = np.array([[[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]])
+    >>> barycentric(np.array([[1.0, 2.0, 0.0]]), corners).tolist()
+    [[0.25, 0.25, 0.5]]
+    """
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    p = points - corners[:, 0]
+    aa, ab, bb = (np.einsum("ni,ni->n", x, y) for x, y in ((a, a), (a, b), (b, b)))
+    pa, pb = np.einsum("ni,ni->n", p, a), np.einsum("ni,ni->n", p, b)
+    det = np.maximum(aa * bb - ab * ab, 1e-300)
+    v, w = (bb * pa - ab * pb) / det, (aa * pb - ab * pa) / det
+    weights = np.clip(np.stack([1.0 - v - w, v, w], axis=1), 0.0, 1.0)
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
+def nearest_values(values: np.ndarray, corners: npt.NDArray[np.int32], barycentric: Array) -> np.ndarray:
+    """Values of the base vertex of the largest weight: for labels and other values that cannot be averaged.
+
+    Examples
+    --------
+    >>> labels = np.array(["lip", "lip", "cheek"])
+    >>> nearest_values(labels, np.array([[0, 1, 2]], np.int32), np.array([[0.3, 0.3, 0.4]]))
+    array(['cheek'], dtype='<U5')
+    """
+    return np.asarray(values[corners[np.arange(len(corners)), np.argmax(barycentric, axis=1)]])
+
+
+def displaced(points: Array, heights: Array, directions: Array) -> Array:
+    """Points (n, 3) moved by heights (n,) along directions (n, 3).
+
+    Examples
+    --------
+    >>> displaced(np.zeros((1, 3)), np.array([2.0]), np.array([[0.0, 0.0, 1.0]]))
+    array([[0., 0., 2.]])
+    """
+    out = np.empty_like(points)
+    kernels.displace(points, heights, directions, out)
+    return out
+
+
+def height_above(
+    points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.int32]], near: npt.NDArray[np.int64], deep: float
+) -> Array:
+    """How far above points (n, 3), along unit directions (n, 3), a mesh is: the highest of the triangles (n, k)
+    that are given for each, within `deep`; -inf where there is none that faces this way.
+
+    Examples
+    --------
+    >>> sheet = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, 4.0, 3.0]]), np.array([[0, 1, 2]], np.int32)
+    >>> up, below = np.tile([0.0, 0.0, 1.0], (2, 1)), np.array([[1.0, 2.0, 0.0], [3.0, 3.0, 0.0]])
+    >>> height_above(below, up, sheet, np.array([[0], [0]]), deep=10.0).tolist()
+    [2.0, -inf]
+    """
+    out = np.empty(len(points))
+    kernels.height(points, up, *mesh, near, RIM, deep, out)
+    return out

@@ -1,0 +1,51 @@
+"""RigidAlignment motion that lies under others: how a head has moved while its face did too."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class RigidAlignment:
+    """How points that mostly keep still among each other have moved as a whole.
+
+    Parameters
+    ----------
+    rest : (n, 3) float
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> RigidAlignment(corners).pose(corners + [0.0, 2.0, 0.0], 0.01)[:3, 3].round(9).tolist()
+    [0.0, 2.0, 0.0]
+    """
+
+    def __init__(self, rest: Array) -> None:
+        self.rest = rest
+
+    def pose(self, now: Array, tolerance: float, rounds: int = 12) -> Array:
+        """The rotation and shift of most points as a matrix (4, 4).
+
+        Points that moved otherwise, by more than the tolerance, count little (Geman and McClure's weights, anew after
+        each least-squares fit, Kabsch 1976).
+        """
+        turn, shift = np.eye(3), np.zeros(3)
+        weights = 1.0 / (1.0 + ((now - self.rest) ** 2).sum(axis=1) / tolerance**2) ** 2
+        if weights.mean() < 0.2:  # the head has moved
+            weights = np.ones(len(now))
+        for _ in range(rounds):
+            total = weights.sum()
+            before, after = weights @ self.rest / total, weights @ now / total
+            spread = (self.rest - before).T @ ((now - after) * weights[:, None])
+            left, _, right = np.linalg.svd(spread)
+            sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+            turn = (left * sign @ right).T
+            shift = after - turn @ before
+            off = ((now - self.rest @ turn.T - shift) ** 2).sum(axis=1)
+            scale = max(tolerance**2, float(np.median(off)))
+            weights = 1.0 / (1.0 + off / scale) ** 2
+        out = np.eye(4)
+        out[:3, :3], out[:3, 3] = turn, shift
+        return out

@@ -1,0 +1,80 @@
+"""Where a mesh runs through itself."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from . import _self_intersection_kernels as kernels
+from . import topology
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+LEAF = 4
+"""Triangles in the last boxes of the tree."""
+
+
+def self_intersections(points: Array, triangles: NDArray[np.integer]) -> Ints:
+    """Pairs of triangles (k, 2) of which an edge of the first runs through the inside of the second.
+
+    Triangles that only touch, or lie in one plane, do not cross; nor do neighbours at an edge.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> sheets = pv.Plane(i_resolution=1, j_resolution=1).triangulate()
+    >>> sheets = sheets.append_polydata(sheets.rotate_x(90).rotate_z(20))
+    >>> points, triangles = np.asarray(sheets.points, float), np.asarray(sheets.regular_faces)
+    >>> np.unique(self_intersections(points, triangles)).tolist()
+    [0, 1, 2, 3]
+    """
+    triangles = np.ascontiguousarray(triangles, dtype=np.int64)
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    if not len(triangles):
+        return np.zeros((0, 2), np.int64)
+    edges, sides = topology.unique_edges(triangles)
+    order = _along_a_curve(points[triangles].mean(axis=1))
+    leaves = 1 << max(0, int(np.ceil(np.log2(len(triangles) / LEAF))))
+    low, high = np.empty((2, 2 * leaves - 1, 3))
+    kernels.boxes(points, triangles, order, LEAF, low, high)
+    room = len(triangles)
+    while True:
+        found = np.empty((room, 2), np.int64)
+        count = kernels.pierced(points, edges, triangles, order, LEAF, low, high, found)
+        if count <= room:
+            break
+        room = count
+    found = found[:count]
+    offsets, around = topology.edge_triangles(sides)
+    counts = np.diff(offsets)[found[:, 0]]
+    place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    first = around[np.repeat(offsets[found[:, 0]], counts) + place]
+    return np.unique(np.column_stack([first, np.repeat(found[:, 1], counts)]), axis=0).astype(np.int64)
+
+
+def intersection_sites(crossing: Ints, triangles: NDArray[np.integer]) -> list[Ints]:
+    """The triangles of pairs (k, 2) that cross, by place: those that cross or touch each other are at one; largest
+    first.
+    """
+    met, number = np.unique(crossing, return_inverse=True)
+    number = number.reshape(-1, 2)
+    at = np.unique(triangles[met], return_inverse=True)[1].reshape(-1, 3) + len(met)
+    links = np.concatenate([number, *(np.column_stack([np.arange(len(met)), column]) for column in at.T)])
+    n = int(at.max(initial=-1)) + 1
+    _, label = connected_components(coo_array((np.ones(len(links), np.int8), links.T), shape=(n, n)), directed=False)
+    groups = np.split(met[np.argsort(label[: len(met)], kind="stable")], np.cumsum(np.bincount(label[: len(met)]))[:-1])
+    return sorted((group for group in groups if len(group)), key=len, reverse=True)
+
+
+def _along_a_curve(places: Array) -> Ints:
+    """An order in which near places (n, 3) are mostly near: along Morton's curve."""
+    span = float(np.ptp(places, axis=0).max()) or 1.0
+    steps = ((places - places.min(axis=0)) / span * 1023.0).astype(np.int64)
+    code = np.zeros(len(places), np.int64)
+    for bit in range(10):
+        for k in range(3):
+            code |= ((steps[:, k] >> bit) & 1) << (3 * bit + k)
+    return np.argsort(code, kind="stable")

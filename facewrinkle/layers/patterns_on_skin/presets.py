@@ -1,0 +1,127 @@
+"""Patterns where they belong on a face, found by its landmarks."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from ...anatomy.face import Face
+from ...anatomy.landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, of_side
+from ...errors import LandmarkError, ParameterError, check_whole, unknown_name
+from ...geometry.closest_point import closest_point
+from ..base import Array
+from .region import check_size
+from .strength import Compression
+
+INSIDE, FACING = 0.8, 0.2
+"""The middle of a head lies so many distances between the pupils behind the eyes; skin faces away from it, by this
+cosine.
+"""
+
+
+@lru_cache(maxsize=1)
+def table() -> dict[str, dict[str, Any]]:
+    """The presets as data, by name without a side."""
+    return tomllib.loads(files(__package__).joinpath("data", "patterns.toml").read_text(encoding="utf-8"))
+
+
+def names() -> tuple[str, ...]:
+    """All presets; those of a side end in _l or _r, the subject's own.
+
+    Examples
+    --------
+    >>> names()[:3]
+    ('forehead', 'eye_corner_l', 'eye_corner_r')
+    """
+    out: list[str] = []
+    for name, entry in table().items():
+        out += [name] if entry["landmark"] in MIDLINE else [f"{name}_l", f"{name}_r"]
+    return tuple(out)
+
+
+def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
+    """Return what :class:`facewrinkle.PatternLayer` needs for a pattern where it belongs on a face.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`names`.
+    face : Face
+    **changes
+        What is to be different: see :class:`facewrinkle.PatternLayer`; `size` in distances between the pupils. With
+        ``strength="skin"`` the pattern comes out as the skin below is compressed across it. The wrinkles of the right
+        side are drawn with the seed after that of the left, so that no face is its own mirror image; ``variation=0``
+        makes all of them even.
+
+    Raises
+    ------
+    UnknownNameError
+        For an unknown preset.
+    LandmarkError
+        If the face has no landmarks.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> placed("frown", fw.default_face(), depth=2.0)["depth"]
+    2.0
+    """
+    if name not in names():
+        raise unknown_name("preset", name, [*names(), *table()])
+    if not isinstance(face, Face):
+        raise ParameterError(
+            f"a preset is placed on a Face, received {type(face).__name__}. Use fit_face(mesh, landmarks)."
+        )
+    if not face.landmarks:
+        raise LandmarkError(
+            f"the preset {name!r} is placed by landmarks, and this surface has none. Use fit_face(mesh, landmarks), or "
+            "a PatternLayer with a centre, an up direction and a size."
+        )
+    stem, side = (name, "") if name in table() else (name[:-2], name[-1])
+    entry, frame = table()[stem], face.frame
+    outward = np.array([-1.0 if side == "r" else 1.0, 1.0, 1.0])
+    to_place = frame.axes.T * frame.pupil_distance
+    size = check_size(changes.pop("size", entry["size"])) * frame.pupil_distance
+    given: dict[str, Any] = {
+        "centre": _outside(
+            face, face.landmarks[of_side(entry["landmark"], side)] + to_place @ (outward * entry["offset"])
+        ),
+        "up": frame.axes.T @ (outward * entry.get("up", [0.0, 1.0, 0.0])),
+        "depth": entry["depth"] * frame.pupil_distance * face.unit / MEAN_PUPIL_DISTANCE,
+        "mirrored": side == "r",
+        "seed": check_whole("seed", changes.pop("seed", 0), 0, 2**62) + (side == "r"),
+        "name": name,
+        **entry["words"],
+    }
+    if isinstance(changes.get("strength"), str):
+        if changes["strength"] != "skin":
+            raise unknown_name("strength", changes["strength"], ["skin"])
+        skin = entry["skin"]
+        along = tuple((frame.axes.T @ np.asarray(skin["along"], dtype=np.float64)).tolist())
+        changes["strength"] = Compression(skin["low"], skin["full"], along)
+    return {"pattern": entry["pattern"], "size": tuple(size.tolist()), **given, **changes}
+
+
+def _outside(face: Face, place: Array) -> Array:
+    """The closest point of the surface that faces away from the head: not the inner side of a lid or a lip."""
+    frame = face.frame
+    middle = frame.origin - INSIDE * frame.pupil_distance * frame.axes[2]
+    a, b, c = (face.points[face.triangles[:, corner]] for corner in range(3))
+    normal, away = np.cross(b - a, c - a), (a + b + c) / 3.0 - middle
+    facing = (normal * away).sum(axis=1) > FACING * np.linalg.norm(normal, axis=1) * np.linalg.norm(away, axis=1)
+    return closest_point(face.points, face.triangles[facing], place).point
+
+
+def sides_of(name: str) -> list[str]:
+    """Return the presets of both sides where `name` leaves the side out, else the one.
+
+    Examples
+    --------
+    >>> sides_of("dimple"), sides_of("frown")
+    (['dimple_l', 'dimple_r'], ['frown'])
+    """
+    return [f"{name}_l", f"{name}_r"] if f"{name}_l" in names() else [name]

@@ -1,0 +1,107 @@
+"""Text files of any encoding, files that are written whole or not at all, and checks of where output goes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from stat import S_ISDIR
+from tempfile import TemporaryFile
+
+from ..errors import OutputError
+
+_made: set[Path] = set()
+"""Folders that were made for files."""
+
+
+def text_of(path: Path) -> str:
+    """What a text file says: UTF-8, with or without a mark at its beginning, or what western machines wrote before."""
+    data = path.read_bytes()
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+@contextmanager
+def replaced(path: str | Path) -> Iterator[Path]:
+    """Where to write a file: beside it, under the same ending. It takes its place when all went well.
+
+    After an error, or when the user ends the program, what was there before is still there, and nothing else; folders
+    that were made for files and stayed empty are removed.
+    """
+    path = Path(os.path.expanduser(path)).absolute()
+    parents = path.parents
+    _made.update(folder for folder in parents if not folder.exists())
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(f".{os.getpid()}.{path.name[-100:]}")
+    try:
+        yield beside
+        beside.replace(path)
+    except BaseException:
+        with suppress(OSError):  # what went wrong before matters more
+            beside.unlink(missing_ok=True)
+        with suppress(OSError):  # something else came into it
+            for folder in parents:
+                if folder not in _made:
+                    break
+                folder.rmdir()
+        raise
+
+
+def output_folder(path: str | Path, make: bool = True) -> Path:
+    """The folder, made if need be, after a file could be written into it.
+
+    Parameters
+    ----------
+    path : str or Path
+    make : bool
+        False only looks whether it could be made: before long work.
+
+    Raises
+    ------
+    OutputError
+        If a file stands in its place or on the way to it, or if it cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as parent:
+    ...     output_folder(f"{parent}/pictures/smile").name
+    'smile'
+    """
+    folder = Path(os.path.expanduser(path))
+    try:
+        if make:
+            folder.mkdir(parents=True, exist_ok=True)
+        there = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
+        with TemporaryFile(dir=there):  # permission bits would not tell: root passes them
+            pass
+    except (FileExistsError, NotADirectoryError):
+        raise OutputError(
+            f"{str(folder)!r} cannot be an output folder: a file stands there or on the way to it. Name another folder."
+        ) from None
+    except (OSError, ValueError) as problem:
+        raise OutputError(
+            f"{str(folder)!r} cannot be written: {getattr(problem, 'strerror', problem)}. "
+            "Name a folder that you may write to."
+        ) from None
+    return folder
+
+
+def output_file(path: str | Path, endings: Sequence[str]) -> Path:
+    """The path of a file that ends in one of these, after it was seen that it could be written."""
+    path = Path(os.path.expanduser(path))
+    if path.suffix.lower() not in endings:
+        raise OutputError(f"the file must end in {' or '.join(endings)}, received {path.name!r}.")
+    output_folder(path.parent, make=False)
+    try:
+        folder = S_ISDIR(path.stat().st_mode)
+    except FileNotFoundError:
+        folder = False
+    except (OSError, ValueError) as problem:
+        raise OutputError(f"{str(path)!r} cannot be written: {problem}. Name another file.") from None
+    if folder:
+        raise OutputError(f"{str(path)!r} is a folder, and a file is to be written. Name a file in it.")
+    return path

@@ -1,0 +1,432 @@
+"""glTF and GLB files as plain arrays: all meshes of the scene, in its coordinates, as they are at rest.
+
+VTK's reader brings the interpreter down when counts or offsets lie, and refuses a mesh whose picture is missing. Here
+every count is held against the bytes that are there before it is believed. What moves a mesh is read by
+:mod:`facewrinkle.motion.gltf`.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
+
+from ...errors import FaceWrinkleError, MeshError
+from .materials import sibling_file
+from .obj_off import Primitive, strip_triangles
+
+__all__ = ["Document", "read_gltf_file"]
+
+Array = npt.NDArray[np.float64]
+
+COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+COMPRESSED = {
+    "KHR_draco_mesh_compression": "Draco",
+    "EXT_meshopt_compression": "meshopt",
+    "KHR_meshopt_compression": "meshopt",
+}
+TRIANGLES, STRIP, FAN = 4, 5, 6
+
+
+def read_gltf_file(path: Path) -> list[Primitive]:
+    """The triangles of all meshes in the scene of a glTF or GLB file.
+
+    Raises
+    ------
+    MeshError
+        For a file that is damaged, compressed (Draco, meshopt), or whose numbers lead nowhere.
+    """
+    document = Document(path)
+    with document.checked():
+        world = document.world()
+        return [primitive for node in document.shown for primitive in document.primitives(node, world)]
+
+
+class Document:
+    """A glTF file whose accessors are arrays, and its nodes matrices.
+
+    Parameters
+    ----------
+    path : Path
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        raw = path.read_bytes()
+        self._blob = b""
+        text = raw
+        if raw[:4] == b"glTF":
+            text, self._blob = self._chunks(raw)
+        try:
+            self.file: dict[str, Any] = json.loads(text)
+            version = self.file["asset"]["version"]
+        except (ValueError, KeyError, TypeError, RecursionError):
+            raise self.broken("it holds no glTF") from None
+        if not str(version).startswith("2"):
+            raise MeshError(f"{path.name} is glTF {version}; 2.0 is read. Export it anew.")
+        for extension in self.file.get("extensionsRequired") or []:
+            if extension in COMPRESSED:
+                raise MeshError(
+                    f"{path.name} is compressed with {COMPRESSED[extension]} ({extension}), which is not supported. "
+                    "Export it without compression, or as OBJ or PLY."
+                )
+        self._buffers: dict[int, bytes] = {}
+
+    def broken(self, reason: str) -> MeshError:
+        return MeshError(f"{self.path.name} cannot be read: {reason}. The file is damaged or cut off: export it again.")
+
+    @contextmanager
+    def checked(self) -> Iterator[None]:
+        """A MeshError for whatever a structure that makes no sense leads to."""
+        try:
+            yield
+        except FaceWrinkleError:
+            raise
+        except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as problem:
+            raise self.broken(f"its structure makes no sense ({type(problem).__name__}: {problem})") from None
+
+    def _chunks(self, raw: bytes) -> tuple[bytes, bytes]:
+        """The JSON text and the binary chunk of a GLB file."""
+        found = {b"JSON": b"", b"BIN\0": b""}
+        at = 12
+        while at + 8 <= len(raw):
+            size, kind = int.from_bytes(raw[at : at + 4], "little"), raw[at + 4 : at + 8]
+            if at + 8 + size > len(raw):
+                raise self.broken(f"a chunk of {size} bytes is announced, and {len(raw) - at - 8} follow")
+            found.setdefault(kind, raw[at + 8 : at + 8 + size])
+            found[kind] = found[kind] or raw[at + 8 : at + 8 + size]
+            at += 8 + size
+        return found[b"JSON"], found[b"BIN\0"]
+
+    # --- numbers -----------------------------------------------------------------------------------
+
+    def _at(self, kind: str, index: Any) -> dict[str, Any]:
+        """An entry of one of the lists of the file."""
+        entries = self.file.get(kind) or []
+        if not isinstance(index, int) or not 0 <= index < len(entries):
+            raise self.broken(f"it refers to number {index!r} of {len(entries)} {kind}")
+        entry: dict[str, Any] = entries[index]
+        return entry
+
+    def _buffer(self, index: int) -> bytes:
+        if index not in self._buffers:
+            uri = self._at("buffers", index).get("uri")
+            if uri is None:
+                self._buffers[index] = self._blob
+            else:
+                self._buffers[index] = self._linked(uri)
+        return self._buffers[index]
+
+    def _linked(self, uri: str) -> bytes:
+        """What a URI holds, or the file beside this one that it names."""
+        if uri.startswith("data:"):
+            return base64.b64decode(uri.split(",", 1)[1])
+        try:
+            if (found := sibling_file(self.path.parent, unquote(uri))) is not None:
+                return found.read_bytes()
+            reason = "is not there"
+        except OSError as problem:
+            reason = f"cannot be opened: {problem.strerror or problem}"
+        raise MeshError(
+            f"{self.path.name} needs the file {uri!r} beside it, which {reason}. Keep them together, or export one "
+            ".glb file."
+        )
+
+    def _rows(self, where: dict[str, Any], kind: str, count: int, width: int) -> npt.NDArray[Any]:
+        """Rows of numbers from a buffer view."""
+        view, dtype = self._at("bufferViews", where["bufferView"]), np.dtype(kind)
+        if any(name in (view.get("extensions") or {}) for name in COMPRESSED):
+            raise MeshError(f"{self.path.name} is compressed with meshopt, which is not supported. Export it without.")
+        data = self._buffer(view["buffer"])
+        start, offset = int(view.get("byteOffset", 0)), int(where.get("byteOffset", 0))
+        stride, length = int(view.get("byteStride") or width * dtype.itemsize), int(view["byteLength"])
+        need = offset + (count - 1) * stride + width * dtype.itemsize
+        if count < 1 or min(start, offset, length) < 0 or need > length or start + length > len(data):
+            raise self.broken(f"{count} rows are announced, and its data do not hold them")
+        return np.ndarray((count, width), dtype, data, start + offset, (stride, dtype.itemsize)).copy()
+
+    def numbers(self, index: Any) -> npt.NDArray[Any]:
+        """An accessor (count, width), sparse ones filled in; integers that stand for fractions become them."""
+        accessor = self._at("accessors", index)
+        kind, count, width = COMPONENTS[accessor["componentType"]], int(accessor["count"]), WIDTHS[accessor["type"]]
+        sparse = accessor.get("sparse")
+        if "bufferView" in accessor:
+            values = self._rows(accessor, kind, count, width)
+        elif sparse is not None and 0 < count <= 10**8:
+            values = np.zeros((count, width), kind)
+        else:
+            raise self.broken(f"accessor {index} has no data")
+        if sparse is not None:
+            where = self._rows(sparse["indices"], COMPONENTS[sparse["indices"]["componentType"]], sparse["count"], 1)
+            if where.max() >= count:
+                raise self.broken(f"accessor {index} replaces row {where.max()} of {count}")
+            values[where[:, 0]] = self._rows(sparse["values"], kind, sparse["count"], width)
+        if accessor.get("normalized") and values.dtype.kind in "iu":
+            return np.asarray(np.maximum(values / float(np.iinfo(values.dtype).max), -1.0))
+        return values
+
+    # --- the scene ---------------------------------------------------------------------------------
+
+    @cached_property
+    def nodes(self) -> list[dict[str, Any]]:
+        """All nodes of the file, also those of no scene."""
+        return self.file.get("nodes") or []
+
+    @cached_property
+    def parents(self) -> dict[int, int]:
+        """The node that each hangs on, -1 for none; those come before what hangs on them."""
+        hung = {child for node in self.nodes for child in node.get("children") or []}
+        pending = [(i, -1) for i in range(len(self.nodes)) if i not in hung]
+        found: dict[int, int] = {}
+        while pending:
+            index, parent = pending.pop()
+            children = self._at("nodes", index).get("children") or []
+            if index in found:
+                raise self.broken("its nodes hang on themselves")
+            found[index] = parent
+            pending += [(child, index) for child in children]
+        if len(found) < len(self.nodes):
+            raise self.broken("its nodes hang on themselves")
+        return found
+
+    def world(self, moved: Mapping[int, Mapping[str, Array]] | None = None) -> Array:
+        """The matrices (k, 4, 4) of all nodes, at rest but for some parts of some: translation, rotation, scale."""
+        out = np.empty((len(self.nodes), 4, 4))
+        for index, parent in self.parents.items():
+            own = _placing(self.nodes[index], (moved or {}).get(index))
+            out[index] = own if parent < 0 else out[parent] @ own
+        return out
+
+    @cached_property
+    def shown(self) -> list[int]:
+        """The nodes with a mesh in the scene."""
+        scenes = self.file.get("scenes") or []
+        pending = [i for i, parent in self.parents.items() if parent < 0]
+        if scenes:
+            pending = list(self._at("scenes", self.file.get("scene", 0)).get("nodes") or [])
+        found = set()
+        while pending:
+            index = pending.pop()
+            pending += self._at("nodes", index).get("children") or []
+            found.add(index)
+        return [index for index in sorted(found) if self.nodes[index].get("mesh") is not None]
+
+    def bones(self, node: int) -> tuple[list[int], Array]:
+        """The joints of a node's skin, and the matrices (k, 4, 4) into them from the mesh's own coordinates."""
+        skin = self._at("skins", self.nodes[node]["skin"])
+        joints = list(skin["joints"])
+        for joint in joints:
+            self._at("nodes", joint)
+        if "inverseBindMatrices" not in skin:
+            return joints, np.tile(np.eye(4), (len(joints), 1, 1))
+        bind = self.numbers(skin["inverseBindMatrices"]).reshape(-1, 4, 4).swapaxes(1, 2).astype(np.float64)
+        if len(bind) < len(joints):
+            raise self.broken(f"a skin has {len(joints)} joints and {len(bind)} matrices")
+        return joints, bind[: len(joints)]
+
+    def label(self, node: int) -> str:
+        """The name of a node's mesh, of the node, or its number."""
+        return str(self._at("meshes", self.nodes[node]["mesh"]).get("name") or self.nodes[node].get("name") or node)
+
+    def primitives(self, node: int, world: Array) -> list[Primitive]:
+        """The triangles of a node's mesh in the coordinates of the scene, for matrices of all nodes."""
+        mesh = self._at("meshes", self.nodes[node]["mesh"])
+        bones = None
+        if self.nodes[node].get("skin") is not None:
+            joints, bind = self.bones(node)
+            bones = world[joints] @ bind
+        solid = [part for part in mesh["primitives"] if part.get("material") not in self.clear]
+        found = [self._primitive(part, world[node], bones, self.label(node)) for part in solid]
+        return [part for part in found if part is not None]
+
+    @cached_property
+    def clear(self) -> set[int]:
+        """The materials that one sees through, such as that of corneas before eyes; none where all are so."""
+        used = {part.get("material") for mesh in self.file.get("meshes") or [] for part in mesh["primitives"]}
+        found = {i for i, material in enumerate(self.file.get("materials") or []) if _is_clear(material)}
+        return found if used - found else set()
+
+    def _primitive(self, primitive: dict[str, Any], world: Array, bones: Array | None, name: str) -> Primitive | None:
+        """One primitive in the coordinates of the scene; None for points and lines."""
+        mode, attributes = primitive.get("mode", TRIANGLES), primitive["attributes"]
+        if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
+            return None
+        plain = "bufferView" in self._at("accessors", attributes["POSITION"])  # beside what is compressed
+        if "KHR_draco_mesh_compression" in (primitive.get("extensions") or {}) and not plain:
+            raise MeshError(f"{self.path.name} is compressed with Draco, which is not supported. Export it without.")
+        points = self._vectors(attributes["POSITION"], 3)
+        n = len(points)
+        order = np.arange(n)
+        if primitive.get("indices") is not None:
+            order = self.numbers(primitive["indices"])[:, 0]
+            if order.dtype.kind not in "iu" or order.max() >= n:
+                raise self.broken(f"its faces use points up to {order.max()}, and it has {n}")
+        triangles = _split(order.astype(np.int64), mode)
+        targets = [target.get("POSITION") for target in primitive.get("targets") or []]
+        shapes = np.array([np.zeros((n, 3)) if t is None else self._vectors(t, 3) for t in targets]).reshape(-1, n, 3)
+        weights = None if bones is None else self._weights(attributes, n, len(bones))
+        turn = np.broadcast_to(world, (n, 4, 4))
+        if weights is not None and bones is not None:
+            turn = (weights @ bones.reshape(-1, 16)).reshape(n, 4, 4)
+        points = np.einsum("nij,nj->ni", turn[:, :3, :3], points) + turn[:, :3, 3]
+        shapes = np.einsum("nij,knj->kni", turn[:, :3, :3], shapes)
+        if n and np.median(np.linalg.det(turn[:, :3, :3])) < 0.0:
+            triangles = triangles[:, ::-1]
+        image, light, laid = self._look(primitive)
+        moved = (laid.get("extensions") or {}).get("KHR_texture_transform") or {}
+        name_of_uv = f"TEXCOORD_{moved.get('texCoord', laid.get('texCoord', 0))}"
+        texture = self._vectors(attributes[name_of_uv], 2) if name_of_uv in attributes else None
+        if texture is not None:
+            texture = _shifted(texture, moved)
+        light = self.numbers(attributes["COLOR_0"]) if "COLOR_0" in attributes else light
+        colors = None if light is None else np.array(np.broadcast_to(seen(light), (max(n, len(light)), 3)))
+        for values in (texture, colors):
+            if values is not None and len(values) != n:
+                raise self.broken(f"it has {n} points and {len(values)} texture coordinates or colours")
+        at_corners = None if texture is None else (texture * [1.0, -1.0] + [0.0, 1.0])[triangles]
+        return Primitive(name, points, triangles, at_corners, colors, shapes, image, weights)
+
+    def _weights(self, attributes: dict[str, Any], n: int, count: int) -> csr_array | None:
+        """How much each of `count` bones carries of each point (n, count), of all sets of four that there are."""
+        sets = sorted(name for name in attributes if name.startswith("JOINTS_") and f"WEIGHTS{name[6:]}" in attributes)
+        if not sets:
+            return None
+        joints = np.hstack([self.numbers(attributes[name]) for name in sets])
+        weights = np.hstack([self._vectors(attributes[f"WEIGHTS{name[6:]}"], 4) for name in sets])
+        weights = np.maximum(weights, 0.0)
+        if joints.shape != weights.shape or len(joints) != n or joints[weights > 0.0].max(initial=0) >= count:
+            raise self.broken(f"{n} points hang on bones up to {joints.max()}, and {count} bones are there")
+        lost = ~(weights.sum(axis=1) > 0.0)
+        weights[lost, 0], joints[lost, 0] = 1.0, np.minimum(joints[lost, 0], count - 1)
+        weights /= weights.sum(axis=1, keepdims=True)
+        rows, slots = np.nonzero(weights)
+        return csr_array((weights[rows, slots], (rows, joints[rows, slots].astype(np.int64))), shape=(n, count))
+
+    def _look(self, primitive: dict[str, Any]) -> tuple[str, Array | None, dict[str, Any]]:
+        """The image on a primitive, "" for none, and else the colour (1, 4) of its material; and how the image lies."""
+        try:
+            if (laid := self._laid(primitive)) is not None:
+                number, how = laid
+                return f"{self.path.absolute()}#{number}", None, how
+            factor = self._surface(primitive)["baseColorFactor"]
+            return "", np.array(factor, dtype=np.float64).reshape(1, 4), {}
+        except (MeshError, KeyError, TypeError, ValueError, AttributeError):  # a mesh is read without its look, too
+            return "", None, {}
+
+    def _surface(self, primitive: dict[str, Any]) -> dict[str, Any]:
+        """What the material of a primitive says of its colour; light is the colour of what is black without it."""
+        if primitive.get("material") is None:
+            return {}
+        material = self._at("materials", primitive["material"])
+        usual = dict(material.get("pbrMetallicRoughness") or {})
+        older = (material.get("extensions") or {}).get("KHR_materials_pbrSpecularGlossiness") or {}
+        given = {"baseColorTexture": older.get("diffuseTexture"), "baseColorFactor": older.get("diffuseFactor")}
+        if not any(usual.get("baseColorFactor", [1.0])[:3]):
+            given["baseColorTexture"] = given["baseColorTexture"] or material.get("emissiveTexture")
+        return {name: value for name, value in given.items() if value is not None} | usual
+
+    def _laid(self, primitive: dict[str, Any]) -> tuple[int, dict[str, Any]] | None:
+        """The number of the image that is the colour of a primitive, and how it lies on it."""
+        how = self._surface(primitive).get("baseColorTexture")
+        if how is None:
+            return None
+        chosen = self._at("textures", how["index"])
+        for extension in (chosen.get("extensions") or {}).values():  # webp; what Pillow cannot read says so
+            chosen = {"source": extension.get("source", chosen.get("source"))}
+        return int(chosen["source"]), how
+
+    # --- images ------------------------------------------------------------------------------------
+
+    def images(self, mesh: str | None = None) -> Counter[int]:
+        """The images that lie on meshes, or on one by its name or that or the number of its node, with the number of
+        corners of their faces.
+        """
+        named = {n["mesh"] for i, n in enumerate(self.nodes) if "mesh" in n and mesh in (n.get("name"), str(i))}
+        found: Counter[int] = Counter()
+        for number, entry in enumerate(self.file.get("meshes") or []):
+            if mesh is not None and entry.get("name") != mesh and number not in named:
+                continue
+            for primitive in entry["primitives"]:
+                if (laid := self._laid(primitive)) is not None and "TEXCOORD_0" in primitive["attributes"]:
+                    corners = primitive.get("indices", primitive["attributes"]["POSITION"])
+                    found[laid[0]] += self._at("accessors", corners)["count"]
+        return found
+
+    def image(self, number: int) -> bytes:
+        """The bytes of an image, as a PNG or JPEG file has them."""
+        entry = self._at("images", number)
+        if entry.get("bufferView") is None:
+            return self._linked(entry["uri"])
+        view = self._at("bufferViews", entry["bufferView"])
+        start = int(view.get("byteOffset", 0))
+        return self._buffer(view["buffer"])[start : start + int(view["byteLength"])]
+
+    def _vectors(self, index: Any, width: int) -> Array:
+        values = self.numbers(index).astype(np.float64)
+        if values.shape[1] != width:
+            raise self.broken(f"accessor {index} has {values.shape[1]} numbers per row, and needs {width}")
+        return values
+
+
+def seen(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Colours as they are seen (sRGB), of light (n, 3 or 4) as glTF and USD store it."""
+    linear = np.clip(light[:, :3].astype(np.float64), 0.0, 1.0)
+    share = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+    return np.asarray(np.rint(255.0 * share), dtype=np.uint8)
+
+
+def _is_clear(material: Mapping[str, Any]) -> bool:
+    """Whether one sees more of what is behind a surface of this material than of itself."""
+    try:
+        surface = material.get("pbrMetallicRoughness") or {}
+        glass = (material.get("extensions") or {}).get("KHR_materials_transmission") or {}
+        through = 0.0 if "baseColorTexture" in surface else glass.get("transmissionFactor", 0.0)
+        opacity = surface.get("baseColorFactor", [1.0])[-1] if material.get("alphaMode") == "BLEND" else 1.0
+        return bool(through > 0.5 or opacity < 0.5)
+    except (TypeError, AttributeError, LookupError):  # a mesh is read without its look, too
+        return False
+
+
+def _shifted(texture: Array, moved: Mapping[str, Any]) -> Array:
+    """Texture coordinates (n, 2), v downwards, scaled, turned and shifted (KHR_texture_transform)."""
+    cosine, sine = np.cos(moved.get("rotation", 0.0)), np.sin(moved.get("rotation", 0.0))
+    scaled = texture * moved.get("scale", (1.0, 1.0)) @ np.array([[cosine, -sine], [sine, cosine]])
+    return np.asarray(scaled + moved.get("offset", (0.0, 0.0)))
+
+
+def _placing(node: dict[str, Any], moved: Mapping[str, Array] | None = None) -> Array:
+    """The matrix (4, 4) of a node in the one that it hangs on, with some of its parts replaced."""
+    if node.get("matrix") is not None and not moved:
+        return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+    parts = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
+    parts |= {name: node[name] for name in parts if node.get(name) is not None} | dict(moved or {})
+    x, y, z, w = np.asarray(parts["rotation"], dtype=np.float64) / (np.linalg.norm(parts["rotation"]) or 1.0)
+    turn = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    out = np.eye(4)
+    out[:3, :3] = np.array(turn) * np.asarray(parts["scale"], dtype=np.float64)
+    out[:3, 3] = parts["translation"]
+    return out
+
+
+def _split(order: npt.NDArray[np.int64], mode: int) -> npt.NDArray[np.int64]:
+    """Triangles (m, 3) of a list, a strip or a fan of points."""
+    if mode == TRIANGLES:
+        return order[: len(order) - len(order) % 3].reshape(-1, 3)
+    if mode == FAN:
+        return np.stack([np.full(max(len(order) - 2, 0), order[0]), order[1:-1], order[2:]], axis=1)
+    return strip_triangles(order)

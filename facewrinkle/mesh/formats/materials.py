@@ -1,0 +1,55 @@
+"""Which image lies on what: materials of OBJ files, and images by the names that other files give them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from io import StringIO
+from pathlib import Path
+
+from ..files import text_of
+
+_COMMENT = re.compile(r"(?:^|(?<=\s))#.*", re.DOTALL)
+_OPTION = re.compile(
+    r"-(?:(?:o|s|t)(?:\s+[-+.\deE]+){1,3}|mm(?:\s+\S+){2}|(?:blendu|blendv|cc|clamp|texres|imfchan|boost|bm)\s+\S+)\s+"
+)
+
+
+def sibling_file(folder: Path, name: str) -> Path | None:
+    """A file by the name that another one gives it: with the folders of another machine, or in another case."""
+    name = name.replace("\\", "/")
+    for candidate in (folder / name, folder / Path(name).name):
+        try:
+            if candidate.is_file():
+                return candidate
+        except (OSError, ValueError):  # a name that no file can have
+            continue
+    wanted = Path(name).name.casefold()
+    return next((file for file in sorted(folder.iterdir()) if file.name.casefold() == wanted), None)
+
+
+def uncommented(line: str) -> str:
+    """A line without its comment: a number sign within a word is part of a name.
+
+    Examples
+    --------
+    >>> uncommented("usemtl skin#2 # of the face")
+    'usemtl skin#2 '
+    """
+    return _COMMENT.sub("", line) if "#" in line else line
+
+
+def images_of_materials(folder: Path, libraries: Iterable[str]) -> dict[str, str]:
+    """The names of the images (`map_Kd`) of the materials in MTL files of a folder; missing files have none."""
+    images: dict[str, str] = {}
+    for library in libraries:
+        whole = sibling_file(folder, library)  # a name with blanks, or several names
+        for file in [whole] if whole else [sibling_file(folder, name) for name in library.split()]:
+            current = ""
+            for line in () if file is None else StringIO(text_of(file), newline=None):
+                word, *rest = line.strip().split(None, 1) or [""]
+                if word == "newmtl":
+                    current = " ".join(uncommented(*rest).split()) if rest else ""
+                elif word.lower() == "map_kd" and rest and (name := _OPTION.sub("", rest[0] + " ").strip(' "')):
+                    images[current] = name
+    return images

@@ -1,0 +1,298 @@
+"""OBJ and OFF files (PLY: :mod:`.ply`) as plain arrays, with the points numbered as in the file.
+
+VTK's OBJ reader splits every point at which two texture coordinates meet, so that the mesh falls apart and
+landmark files no longer fit; VTK has no OFF reader. Both formats are lists of numbers, and are read here line
+by line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+from scipy.sparse import csr_array
+
+from ...errors import MeshError
+from ..files import text_of
+from .materials import images_of_materials, uncommented
+
+__all__ = ["Polygons", "read_obj", "read_off"]
+
+
+@dataclass(frozen=True)
+class Polygons:
+    """What a text file holds.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+    faces : list of lists of int
+        The vertex numbers of each polygon, from 0.
+    texture : (n, 2) float64 or None
+        The texture coordinates of each point; zero where the file gives none.
+    corners : (c, 2) float64 or None
+        The texture coordinates of each corner, face by face; None where those of the points suffice.
+    colors : (n, 3) or (n, 4) array or None
+        Colours of the points, as the file writes them: OBJ behind the coordinates, PLY as properties.
+    images : tuple of str
+        The image on each face, by the name that its material gives it, "" for none; empty where no face has one.
+    """
+
+    points: np.ndarray
+    faces: list[list[int]]
+    texture: np.ndarray | None = None
+    corners: np.ndarray | None = None
+    colors: np.ndarray | None = None
+    images: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """A mesh of a scene, in its coordinates.
+
+    Attributes
+    ----------
+    name : str
+    points : (n, 3) float64
+    triangles : (m, 3) int64
+    texture : (m, 3, 2) float64 or None
+        At the corners of the triangles, with v upwards.
+    colors : (n, 3) uint8 or None
+    shapes : (k, n, 3) float64 or None
+        Displacements of the morph targets.
+    image : str or (m,) array of str
+        What image lies on it, or on each triangle: a file, `a.glb#3` or `a.usdz[b.png]`; "" for none.
+    weights : (n, b) sparse array or None
+        How much each bone of its skin carries of each point; they add up to 1.
+    """
+
+    name: str
+    points: np.ndarray
+    triangles: np.ndarray
+    texture: np.ndarray | None = None
+    colors: np.ndarray | None = None
+    shapes: np.ndarray | None = None
+    image: str | np.ndarray = ""
+    weights: csr_array | None = None
+
+
+def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) that polygons are split into, in numbers of their corners.
+
+    Parameters
+    ----------
+    corners : (c, 3) float
+        The places of the corners of all polygons, one after the other.
+    counts : (p,) int
+        How many each has, three at least.
+
+    Examples
+    --------
+    >>> arrow = np.array([[0.0, 0, 0], [2, -1, 0], [0.5, 0, 0], [2, 1, 0]])  # hollow at its third corner
+    >>> polygon_triangles(arrow, np.array([4])).tolist()
+    [[0, 1, 2], [0, 2, 3]]
+    """
+    starts = np.cumsum(counts) - counts
+    whole = pv.PolyData()
+    whole.points = corners
+    whole.faces = np.insert(np.arange(counts.sum()), starts, counts)
+    whole.cell_data["polygon"] = np.arange(len(counts))
+    split = whole.triangulate()
+    triangles = np.asarray(split.regular_faces, dtype=np.int64).reshape(-1, 3)
+    polygon = np.asarray(split.cell_data["polygon"], dtype=np.int64) if len(triangles) else np.zeros(0, np.int64)
+    # VTK leaves out polygons that it cannot cut, such as those that name a point twice: these are cut like a fan.
+    left = np.setdiff1d(np.arange(len(counts)), polygon)
+    if len(left):
+        sides = counts[left] - 2
+        begin = np.repeat(starts[left], sides)
+        step = np.arange(sides.sum()) - np.repeat(np.cumsum(sides) - sides, sides)
+        fans = np.stack([begin, begin + step + 1, begin + step + 2], axis=1)
+        order = np.argsort(np.concatenate([polygon, np.repeat(left, sides)]), kind="stable")
+        triangles = np.concatenate([triangles, fans])[order]
+    return triangles
+
+
+def strip_triangles(order: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) of a strip of points, all turned alike; those that name a point twice only join strips.
+
+    Examples
+    --------
+    >>> strip_triangles(np.array([0, 1, 2, 3])).tolist()
+    [[0, 1, 2], [2, 1, 3]]
+    """
+    triangles = np.stack([order[:-2], order[1:-1], order[2:]], axis=1)
+    triangles[1::2] = triangles[1::2][:, [1, 0, 2]]
+    a, b, c = triangles.T
+    return np.asarray(triangles[(a != b) & (b != c) & (c != a)])
+
+
+def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """The number and the words of each line that has words, without comments, with continued lines joined."""
+    words: list[str] = []
+    for number, line in enumerate(StringIO(text_of(path), newline=None), start=1):
+        content = uncommented(line).rstrip()
+        continued = content.endswith("\\")
+        words += content.rstrip("\\").split()
+        if words and not continued:
+            yield number, words
+            words = []
+    if words:
+        yield number, words
+
+
+def _broken(path: Path, number: int, words: list[str]) -> MeshError:
+    return MeshError(
+        f"{path.name}, line {number}: cannot make sense of {' '.join(words)[:60]!r}. "
+        "The file is damaged or of another format: export it again."
+    )
+
+
+def _array(rows: list[list[float]], columns: int) -> np.ndarray:
+    return np.array(rows, dtype=np.float64).reshape(-1, columns)
+
+
+def read_obj(path: Path) -> Polygons:
+    """The polygons of a Wavefront OBJ file, and the images of their materials; normals, lines, groups are passed over.
+
+    Raises
+    ------
+    MeshError
+        For a line with something else than numbers, or a face whose vertex does not exist; names the line.
+    """
+    points: list[list[float]] = []
+    colors: list[list[float]] = []
+    texture: list[list[float]] = []
+    faces: list[list[int]] = []
+    corners: list[int] = []  # the texture coordinates of every corner, -1 for none
+    libraries: list[str] = []
+    materials: list[str] = []  # of every face
+    material = ""
+    for number, words in _lines(path):
+        try:
+            match words[0]:
+                case "v":
+                    points.append([float(words[1]), float(words[2]), float(words[3])])
+                    if len(words) >= 7:
+                        colors.append([float(words[4]), float(words[5]), float(words[6])])
+                case "vt":
+                    texture.append([float(words[1]), float(words[2]) if len(words) > 2 else 0.0])
+                case "f":
+                    face, numbers = _obj_face(words[1:], len(points), len(texture))
+                    faces.append(face)
+                    corners += numbers
+                    materials.append(material)
+                case "usemtl":
+                    material = " ".join(words[1:])
+                case "mtllib":
+                    libraries.append(" ".join(words[1:]))
+        except (ValueError, IndexError):
+            raise _broken(path, number, words) from None
+    check_vertices(path, faces, len(points))
+    known = images_of_materials(path.parent, libraries)
+    images = tuple(known.get(name, "") for name in materials)
+    coordinates, of_corners = textured(faces, np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
+    return Polygons(
+        _array(points, 3),
+        faces,
+        coordinates,
+        of_corners,
+        _array(colors, 3) if 0 < len(colors) == len(points) else None,
+        images if any(images) else (),
+    )
+
+
+def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int], list[int]]:
+    """The vertices of one face, and the texture coordinates of its corners (-1 for none); negative ones count back."""
+    face, numbers = [], []
+    for word in words:
+        parts = word.split("/")
+        vertex = int(parts[0])
+        vertex += n_points if vertex < 0 else -1
+        if vertex < 0:
+            raise IndexError
+        face.append(vertex)
+        coordinate = int(parts[1]) if len(parts) > 1 and parts[1] else 0
+        coordinate += n_texture if coordinate < 0 else -1
+        numbers.append(coordinate if 0 <= coordinate < 2**31 else -1)
+    if len(face) < 3:
+        raise ValueError
+    return face, numbers
+
+
+def check_vertices(path: Path, faces: list[list[int]], n_points: int) -> None:
+    """Raise a MeshError if a face uses a vertex that does not exist."""
+    for number, face in enumerate(faces, start=1):
+        if min(face) < 0 or max(face) >= n_points:
+            raise MeshError(
+                f"{path.name}: face {number} uses vertices {face} (counted from 0), and the file has "
+                f"{n_points} vertices. "
+                "The file is damaged or incomplete: export it again."
+            )
+
+
+def textured(
+    faces: list[list[int]], corners: np.ndarray, texture: np.ndarray, n_points: int
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """The first texture coordinates of each point, and those of each corner if they differ, face by face.
+
+    `corners` holds numbers of texture coordinates, -1 for none; those that lead nowhere, as modellers write them, are
+    passed over.
+    """
+    vertices = np.array([vertex for face in faces for vertex in face], dtype=np.int64)
+    given = np.flatnonzero((corners >= 0) & (corners < len(texture)))
+    if not len(given):
+        return None, None
+    known, first = np.unique(vertices[given], return_index=True)
+    coordinates = np.zeros((n_points, 2))
+    coordinates[known] = texture[corners[given[first]]]
+    of_corners = coordinates[vertices]
+    of_corners[given] = texture[corners[given]]
+    return coordinates, None if np.array_equal(of_corners, coordinates[vertices]) else of_corners
+
+
+def read_off(path: Path) -> Polygons:
+    """The polygons of an ASCII OFF file (also COFF, NOFF and so on); colours and normals are passed over.
+
+    Raises
+    ------
+    MeshError
+        For another header, a binary file, a line with something else than numbers, or fewer lines than
+        announced.
+    """
+    lines = list(_lines(path))
+    header = lines[0][1] if lines else ["nothing"]
+    if not header[0].upper().endswith("OFF") or "BINARY" in (word.upper() for word in header):
+        raise MeshError(
+            f"{path.name} must begin with OFF and hold text, and begins with {' '.join(header)[:40]!r}. "
+            "Save it as ASCII OFF, OBJ or PLY."
+        )
+    if len(header) > 1:  # the counts may stand behind the word
+        lines[0] = (lines[0][0], header[1:])
+    else:
+        lines = lines[1:]
+    points: list[list[float]] = []
+    faces: list[list[int]] = []
+    number, words = lines[0] if lines else (1, header)
+    try:
+        n_points, n_faces = int(words[0]), int(words[1])
+        for index, (number, words) in enumerate(lines[1 : 1 + n_points + n_faces]):  # noqa: B007
+            if index < n_points:
+                points.append([float(words[0]), float(words[1]), float(words[2])])
+            else:
+                face = [int(word) for word in words[1 : 1 + int(words[0])]]
+                if len(face) < 3 or len(face) != int(words[0]):
+                    raise ValueError
+                faces.append(face)
+    except (ValueError, IndexError):
+        raise _broken(path, number, words) from None
+    if len(points) < n_points or len(faces) < n_faces:
+        raise MeshError(
+            f"{path.name} announces {n_points} points and {n_faces} faces, and holds {len(points)} and "
+            f"{len(faces)}. "
+            "The file is cut off: export it again."
+        )
+    check_vertices(path, faces, n_points)
+    return Polygons(_array(points, 3), faces)

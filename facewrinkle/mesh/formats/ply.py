@@ -1,0 +1,206 @@
+"""PLY files as plain arrays, text and binary, with the points numbered as in the file.
+
+VTK's reader brings the interpreter down when a file is cut off or damaged, and splits points at texture seams. Here
+every count is held against the bytes that are there before it is believed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from .obj_off import Polygons, check_vertices, strip_triangles, textured
+
+__all__ = ["read_ply"]
+
+NUMBERS = {
+    name: kind
+    for names, kind in {
+        "char int8": "i1",
+        "uchar uint8": "u1",
+        "short int16": "i2",
+        "ushort uint16": "u2",
+        "int int32": "i4",
+        "uint uint32": "u4",
+        "float float32": "f4",
+        "double float64": "f8",
+    }.items()
+    for name in names.split()
+}
+ORDERS = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}
+TEXTURES = (("u", "v"), ("s", "t"), ("texture_u", "texture_v"))
+CHANNELS = ("red", "green", "blue")
+
+Property = tuple[str, str, str | None]  # name, type of the numbers, and for a list the type of its length
+Element = tuple[str, int, list[Property]]
+Columns = dict[str, np.ndarray]
+Lists = dict[str, tuple[npt.NDArray[np.int64], np.ndarray]]  # lengths, and the numbers of all lists in a row
+
+
+def read_ply(path: Path) -> Polygons:
+    """The polygons of a PLY file, with texture coordinates and colours; all else in it is passed over.
+
+    Raises
+    ------
+    MeshError
+        For a header that makes no sense, fewer data than it announces, or a face whose vertex does not exist.
+    """
+    elements, order, body = _header(path, path.read_bytes())
+    try:
+        found = _body(elements, order, body)
+    except (ValueError, OverflowError):
+        announced = ", ".join(f"{count} x {name}" for name, count, _ in elements)
+        raise _broken(path, f"it announces {announced}, and the data that follow do not hold them") from None
+    vertex, _ = found.get("vertex", ({}, {}))
+    _, face = found.get("face", ({}, {}))
+    if not vertex.keys() >= set("xyz"):
+        raise _broken(path, "its vertices have no x, y and z")
+    points = np.stack([vertex[axis] for axis in "xyz"], axis=1).astype(np.float64)
+    nothing = np.zeros(0, dtype=np.int64)
+    lengths, numbers = face.get("vertex_indices") or face.get("vertex_index") or (nothing, nothing)
+    if not len(lengths) and "tristrips" in found:
+        _, strips = found["tristrips"]
+        _, numbers = strips.get("vertex_indices") or strips.get("vertex_index") or (nothing, nothing)
+        numbers = _of_strips(numbers).ravel()
+        lengths = np.full(len(numbers) // 3, 3)
+    if (lengths < 3).any():
+        number = int(np.argmax(lengths < 3))
+        raise _broken(path, f"face {number + 1} has {lengths[number]} points, and needs three")
+    faces = [part.tolist() for part in np.split(numbers, np.cumsum(lengths)[:-1]) if len(part)]
+    check_vertices(path, faces, len(points))
+    texture, corners = _texture(vertex, face, lengths, faces, len(points))
+    channels = [vertex[name] for name in (*CHANNELS, "alpha") if name in vertex]
+    colors = np.stack(channels, axis=1) if vertex.keys() >= set(CHANNELS) else None
+    return Polygons(points, faces, texture, corners, colors)
+
+
+def _of_strips(numbers: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) of strips, which -1 parts."""
+    ends = np.flatnonzero(np.append(numbers, -1) == -1)
+    strips = [numbers[begin:end] for begin, end in zip(np.append(0, ends[:-1] + 1), ends, strict=True)]
+    triangles = [strip_triangles(strip) for strip in strips if len(strip) > 2]
+    return np.concatenate([np.zeros((0, 3), np.int64), *triangles])
+
+
+def _broken(path: Path, reason: str) -> MeshError:
+    return MeshError(f"{path.name} cannot be read: {reason}. The file is damaged or cut off: export it again.")
+
+
+def _header(path: Path, data: bytes) -> tuple[list[Element], str | None, bytes]:
+    """What the file holds, its byte order (None for text), and what follows the header."""
+    line_end = rb"[ \t]*(?:\r\n|\n|\r)"
+    found = re.match(rb"ply" + line_end + rb"(.*?)(?<=[\r\n])end_header" + line_end, data, re.DOTALL)
+    if found is None:
+        raise _broken(path, "it has no header from 'ply' to 'end_header'")
+    elements: list[Element] = []
+    orders: list[str | None] = []
+    for line in found[1].decode("utf-8", errors="replace").splitlines():
+        try:
+            match line.split():
+                case ["format", name, *_]:
+                    orders.append(ORDERS[name])
+                case ["element", name, count]:
+                    elements.append((name, int(count), []))
+                case ["property", "list", length, kind, name]:
+                    elements[-1][2].append((name, NUMBERS[kind], NUMBERS[length]))
+                case ["property", kind, name]:
+                    elements[-1][2].append((name, NUMBERS[kind], None))
+                case [] | ["comment" | "obj_info", *_]:
+                    pass
+                case _:
+                    raise ValueError
+        except (KeyError, IndexError, ValueError):
+            raise _broken(path, f"its header says {line.strip()[:60]!r}") from None
+    if not orders:
+        raise _broken(path, "its header names no format")
+    return elements, orders[0], data[found.end() :]
+
+
+def _body(elements: list[Element], order: str | None, body: bytes) -> dict[str, tuple[Columns, Lists]]:
+    """The columns of each element, those of numbers and those of lists."""
+    if order is None:  # text becomes doubles in a row, and is read like any other
+        body = np.array(body.split(), dtype=np.float64).tobytes()
+    found = {}
+    offset = 0
+    for name, count, properties in elements:
+        stored = [
+            (p, "=f8", length and "=f8") if order is None else (p, order + kind, length and order + length)
+            for p, kind, length in properties
+        ]
+        runs, offset = _runs(stored, count, body, offset)
+        columns: Columns = {}
+        lists: Lists = {}
+        for p, kind, length in properties if runs else ():
+            numbers = np.concatenate([run[p].ravel() for run in runs])
+            if kind[0] != "f":
+                with np.errstate(invalid="ignore"):  # text may say NaN; as an index that is refused later
+                    numbers = numbers.astype(np.int64 if length else kind)
+            if length:
+                lists[p] = (np.concatenate([np.full(len(run), run[p].shape[1]) for run in runs]), numbers)
+            else:
+                columns[p] = numbers
+        found[name] = (columns, lists)
+    return found
+
+
+def _runs(properties: list[Property], count: int, body: bytes, offset: int) -> tuple[list[np.ndarray], int]:
+    """The rows of an element, cut where the length of a list changes, and where the next element begins.
+
+    Raises
+    ------
+    ValueError
+        If the data do not hold so many.
+    """
+    if count < 0:
+        raise ValueError
+    runs: list[np.ndarray] = []
+    done, ahead = 0, 1
+    while done < count and properties:
+        row = _row(properties, body, offset)
+        ahead = min(ahead, count - done, (len(body) - offset) // row.itemsize)
+        rows = np.frombuffer(body, row, ahead, offset)
+        alike = np.ones(ahead, dtype=bool)
+        for name, _, length in properties:
+            if length:
+                alike &= rows[name + LENGTH] == rows[name].shape[1]
+        n = ahead if alike.all() else int(np.argmin(alike))
+        if n == 0:
+            raise ValueError
+        runs.append(rows[:n])
+        done, offset = done + n, offset + n * row.itemsize
+        ahead = 2 * ahead if n == ahead else 1
+    return runs, offset
+
+
+LENGTH = " length"  # no name of a property has a blank
+
+
+def _row(properties: list[Property], body: bytes, offset: int) -> np.dtype:
+    """The type of the row at an offset."""
+    fields: list[tuple[str, str, tuple[int, ...]]] = []
+    for name, kind, length in properties:
+        shape: tuple[int, ...] = ()
+        if length:
+            size = int(np.frombuffer(body, length, 1, offset + np.dtype(fields).itemsize)[0])
+            if not 0 <= size <= len(body):
+                raise ValueError
+            fields.append((name + LENGTH, length, ()))
+            shape = (size,)
+        fields.append((name, kind, shape))
+    return np.dtype(fields)
+
+
+def _texture(
+    vertex: Columns, face: Lists, lengths: np.ndarray, faces: list[list[int]], n_points: int
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Texture coordinates of the points, and of the corners where points have several."""
+    for u, v in TEXTURES:
+        if u in vertex and v in vertex:
+            return np.stack([vertex[u], vertex[v]], axis=1).astype(np.float64), None
+    sizes, values = face.get("texcoord", (lengths, lengths))
+    if "texcoord" not in face or (sizes != 2 * lengths).any():
+        return None, None
+    return textured(faces, np.arange(lengths.sum()), values.reshape(-1, 2).astype(np.float64), n_points)

@@ -1,0 +1,101 @@
+"""Places where a surface runs through itself: told, and smoothed where that is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from ...geometry import topology
+from ...geometry.self_intersections import intersection_sites, self_intersections
+from .topology_repair import RepairedMesh, slim
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SMALL = 0.1
+"""A place is smoothed where it is smaller than this share of the surface: lips that press on each other are larger."""
+
+ROUNDS, STEPS = 12, 4
+"""Times at most that the surface is looked at, and steps of smoothing between."""
+
+
+def self_intersection_report(points: Array, triangles: NDArray[np.integer]) -> str:
+    """Where a surface runs through itself, as a sentence; nothing where it does not."""
+    places = intersection_sites(self_intersections(points, triangles), triangles)
+    if not places:
+        return ""
+    where = points[triangles[places[0]]].mean(axis=(0, 1))
+    where[np.abs(where) < 1e-6 * np.ptp(points, axis=0).max()] = 0.0
+    count = sum(map(len, places))
+    at = f"{len(places)} places" if len(places) > 1 else "one place"
+    largest = f"the largest, of {len(places[0])}, is" if len(places) > 1 else "it is"
+    return (
+        f"The surface runs through itself at {at}, with {count} of {len(triangles)} triangles; {largest} about "
+        f"({', '.join(f'{x:.4g}' for x in where)})."
+    )
+
+
+def resolved(mesh: RepairedMesh) -> RepairedMesh:
+    """The mesh smoothed at small places where it runs through itself, as much as it takes.
+
+    Points there go to the middle of their neighbours; each time that this is not enough, those around them do so too.
+    A place that stays crossed after all is left as it was; so are borders, and places larger than `SMALL`.
+    """
+    triangles, points = mesh.triangles, mesh.points.copy()
+    edges, sides = topology.unique_edges(triangles)
+    held = np.zeros(len(points), bool)
+    held[edges[np.bincount(sides.ravel()) == 1]] = True
+    reach = SMALL * float(np.linalg.norm(np.ptp(points[np.unique(triangles)], axis=0)))
+    crossed = []
+    for place in intersection_sites(self_intersections(points, triangles), triangles):
+        if _extent(points[np.unique(triangles[place])]) > reach:
+            held[triangles[place]] = True
+        else:
+            crossed.append(place)
+    count, mean, moved = len(crossed), _mean_of_neighbours(edges, len(points)), np.zeros(len(points), bool)
+    for again in range(ROUNDS):
+        if not crossed:
+            break
+        near = np.zeros(len(points), bool)
+        near[triangles[np.concatenate(crossed)]] = True
+        if again:
+            near[edges[near[edges].any(axis=1)]] = True
+        moved |= near & ~held
+        for _ in range(STEPS):
+            points[moved] = mean[moved] @ points
+        places = intersection_sites(self_intersections(points, triangles), triangles)
+        crossed = [place for place in places if not held[triangles[place]].all()]
+    if len(crossed) == count:
+        return mesh
+    label = _pieces(edges[moved[edges].all(axis=1)], len(points))
+    failed = np.unique(label[triangles[np.concatenate(crossed)]]) if crossed else np.zeros(0, int)
+    moved &= ~np.isin(label, failed)
+    points[~moved] = mesh.points[~moved]
+    if not moved.any() or slim(points, triangles).any():
+        return mesh
+    far = float(np.linalg.norm(points - mesh.points, axis=1).max())
+    return replace(mesh, points=points).told(
+        f"Smoothed the surface where it ran through itself: {int(moved.sum())} points, by {far:.3g} at most; "
+        f"places small enough to try: {count}, that stay: {len(crossed)}."
+    )
+
+
+def _extent(places: Array) -> float:
+    """How far places reach, without regard to a few that were thrown far off."""
+    return 4.0 * float(np.median(np.linalg.norm(places - np.median(places, axis=0), axis=1)))
+
+
+def _mean_of_neighbours(edges: NDArray[np.integer], n: int) -> csr_array:
+    """The matrix (n, n) that gives each point the mean of those it has an edge to."""
+    both = np.concatenate([edges, edges[:, ::-1]]).T
+    links = csr_array((np.ones(both.shape[1]), both), shape=(n, n))
+    return csr_array(links.multiply(1.0 / np.maximum(links.sum(axis=1), 1.0)[:, None]))
+
+
+def _pieces(edges: NDArray[np.integer], n: int) -> Ints:
+    links = csr_array((np.ones(len(edges), np.int8), edges.T), shape=(n, n))
+    return np.asarray(connected_components(links, directed=False)[1])

@@ -1,0 +1,25 @@
+"""Pictures of frames: skin, eyes and brows under studio lights, wireframes, fields in colour, and tears."""
+
+from .fields import FIELD_COLOURS
+from .images import Image, figure, save_picture, side_by_side, stacked
+from .scene import Scene, closeup, picture, pictures
+from .views import CLOSE, VIEWS, Style, View
+from .wet import TearScene
+
+__all__ = [
+    "CLOSE",
+    "FIELD_COLOURS",
+    "VIEWS",
+    "Image",
+    "Scene",
+    "Style",
+    "TearScene",
+    "View",
+    "closeup",
+    "figure",
+    "picture",
+    "pictures",
+    "save_picture",
+    "side_by_side",
+    "stacked",
+]

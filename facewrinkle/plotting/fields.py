@@ -1,0 +1,82 @@
+"""Fields in colour: their colour maps, ranges and scalar bars."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..errors import ParameterError, unknown_name
+from ..mesh import ARRAYS, MUSCLES
+from .images import Image as Image
+from .images import figure as figure
+from .images import save_picture as save_picture
+from .images import side_by_side as side_by_side
+from .images import stacked as stacked
+
+Array = npt.NDArray[np.float64]
+
+
+FIELD_COLOURS: dict[str, tuple[str, tuple[float, float] | None]] = {
+    "W": ("RdBu_r", None),
+    "epsilon": ("RdBu_r", None),
+    "lambda": ("viridis", (0.0, 1.0)),
+    "gamma": ("viridis", None),
+    "split_gamma": ("YlOrRd", None),
+    "muscle": ("Paired", None),
+    "level": ("YlGnBu", None),
+}
+"""Colour maps of fields, and their ranges where these are not those of the values."""
+
+
+OF_MUSCLES = ("lambda", "gamma", "epsilon", "muscle")
+"""Fields that mean nothing where no muscle wrinkles the skin."""
+
+
+def _field(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
+    """Colours and a scalar bar for a field in a window of this height; grey where it means nothing."""
+    if name not in skin.point_data:
+        raise unknown_name("field", name, [n for n in ARRAYS if n in skin.point_data])
+    values = np.array(skin.point_data[name], dtype=np.float64)
+    if values.ndim > 1:
+        raise ParameterError(f"the picture is coloured by one number per vertex; {name!r} has {values.shape[1]}.")
+    if name in OF_MUSCLES and "muscle" in skin.point_data:
+        values[np.asarray(skin.point_data["muscle"]) < 0] = np.nan
+    colours, limits = FIELD_COLOURS.get(name, ("viridis", None))
+    largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
+    title = f"{name} (mm)\n" if name == "W" else f"{name}\n"
+    bar: dict[str, Any] = {"title": title, "title_font_size": height // 40, "label_font_size": height // 50}
+    bar |= {"color": "white", "fmt": "%.2g", "vertical": True}
+    bar |= {"position_x": 0.82, "position_y": 0.2, "height": 0.6, "width": 0.06}
+    options: dict[str, Any] = {"cmap": colours, "nan_color": "#8d8580", "specular": 0.0, "clim": limits}
+    if colours == "RdBu_r":
+        options["clim"] = (-largest, largest)
+    if name in ("muscle", "level"):
+        values = _of_triangles(values, skin)
+    if name == "muscle":
+        values, names = _pairs(values, [str(muscle) for muscle in skin.field_data[MUSCLES]])
+        options |= {"annotations": dict(enumerate(names)), "clim": (-0.5, max(len(names), 1) - 0.5)}
+        options["n_colors"] = max(len(names), 1)
+        bar |= {"n_labels": 0, "position_x": 0.91}
+    if name == "level":
+        options |= {"clim": (-0.5, largest + 0.5), "n_colors": int(largest) + 1}
+        bar |= {"n_labels": 0}
+        options["annotations"] = {level: str(level) for level in range(int(largest) + 1)}
+    return options | {"scalars": values, "show_scalar_bar": True, "scalar_bar_args": bar}
+
+
+def _of_triangles(values: Array, skin: pv.PolyData) -> Array:
+    """The largest value of each triangle's corners, NaN if one is: between two names or levels there is no third."""
+    corners = values[np.asarray(skin.regular_faces)]
+    return np.asarray(corners.max(axis=1))
+
+
+def _pairs(muscles: Array, names: Sequence[str]) -> tuple[Array, list[str]]:
+    """Indices (NaN for none) into the names without their sides, which are returned too."""
+    stems = [name.removesuffix("_l").removesuffix("_r") for name in names]
+    known = list(dict.fromkeys(stems))
+    number = np.array([known.index(stem) for stem in stems] + [np.nan])
+    return number[np.where(np.isnan(muscles), -1, muscles).astype(int)], known

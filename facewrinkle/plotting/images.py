@@ -1,0 +1,103 @@
+"""Pictures as arrays of pixels: put together, shown, written."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import OutputError, check_whole
+from ..mesh.files import replaced
+
+Image = npt.NDArray[np.uint8]
+
+
+def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
+    """Pictures of one height in a row.
+
+    Examples
+    --------
+    >>> dark, light = np.zeros((20, 30, 3), np.uint8), np.full((20, 30, 3), 255, np.uint8)
+    >>> side_by_side([dark, light]).shape, stacked([dark, light]).shape
+    ((20, 64, 3), (44, 30, 3))
+    """
+    spacer = np.full((images[0].shape[0], gap, 3), 255, np.uint8)
+    parts = [part for image in images for part in (spacer, image)][1:]
+    return np.concatenate(parts, axis=1)
+
+
+def stacked(images: Sequence[Image], gap: int = 4) -> Image:
+    """Pictures of one width, one under the other.
+
+    Examples
+    --------
+    >>> dark, light = np.zeros((20, 30, 3), np.uint8), np.full((20, 30, 3), 255, np.uint8)
+    >>> both = stacked([dark, light], gap=10)
+    >>> both.shape, both[::10, 0, 0].tolist()
+    ((50, 30, 3), [0, 0, 255, 255, 255])
+    """
+    return side_by_side([image.swapaxes(0, 1) for image in images], gap).swapaxes(0, 1)
+
+
+def figure(image: Image) -> Any:
+    """A picture as a figure of Matplotlib, pixel by pixel: what notebooks and galleries show.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> figure(np.zeros((30, 40, 3), np.uint8)).get_size_inches().tolist()
+    [0.4, 0.3]
+    """
+    import matplotlib.pyplot as plt
+
+    height, width = image.shape[:2]
+    shown = plt.figure(figsize=(width / 100, height / 100), dpi=100)
+    axes = shown.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.imshow(image, aspect="auto", interpolation="nearest")
+    axes.set_axis_off()
+    return shown
+
+
+def save_picture(image: Image, path: str | Path, colours: int | None = None) -> Path:
+    """Write a picture as PNG; with a palette of so many colours (at most 256), it takes a third of the space.
+
+    Examples
+    --------
+    A picture with a palette of 16 colours:
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = save_picture(np.full((60, 80, 3), 128, np.uint8), f"{folder}/grey.png", colours=16)
+    ...     path.name, path.stat().st_size < 200
+    ('grey.png', True)
+    """
+    from PIL import Image as Pillow
+
+    picture = Pillow.fromarray(np.ascontiguousarray(image))
+    if colours is not None:
+        picture = picture.quantize(check_whole("colours", colours, 1, 256))
+    try:
+        with replaced(path) as whole:
+            picture.save(whole, format="PNG", optimize=colours is not None)
+    except (OSError, ValueError) as problem:
+        raise OutputError(f"{str(path)!r} cannot be written: {problem}. Name a file that you may write.") from None
+    return Path(path)
+
+
+def reduced(image: Image, factor: int) -> Image:
+    """A picture smaller by a whole factor, each pixel the mean of those that it takes the place of.
+
+    Examples
+    --------
+    >>> reduced(np.array([[[0], [100]], [[100], [200]]], np.uint8)[..., [0, 0, 0]], 2).tolist()
+    [[[100, 100, 100]]]
+    """
+    from PIL import Image as Pillow
+
+    return np.array(Pillow.fromarray(image).reduce(factor))

@@ -1,0 +1,267 @@
+"""What a tear stands on: a face, or any other surface, with its way down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..anatomy.eyeball import Eyeball
+from ..anatomy.face import Face
+from ..errors import MeshError, ParameterError, check_range, unknown_name
+from ..geometry.interpolation import barycentric
+from ..geometry.normals import vertex_normals
+from ..mesh import array_of, points_and_triangles, read_surface, to_polydata
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Points bound to triangles: corners (n, 3) and barycentric coordinates (n, 3).
+
+    Examples
+    --------
+    A point on an upright sheet, and where it is when the sheet is 5 mm further in front:
+
+    >>> import pyvista as pv
+    >>> sheet = support_surface(pv.Plane(i_size=20, j_size=20))
+    >>> place = sheet.bound(np.array([[3.3, 4.5, 6.0]]))
+    >>> place.at(sheet.points + [0, 0, 5]).round(3)
+    array([[3.3, 4.5, 5. ]])
+    """
+
+    corners: IntArray
+    weights: Array
+
+    def at(self, points: Array) -> Array:
+        """Where they are when the vertices are at these points."""
+        return np.asarray(np.einsum("nk,nki->ni", self.weights, points[self.corners]))
+
+
+@dataclass(frozen=True, eq=False)
+class SupportSurface:
+    """A surface at rest, as arrays.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int32, shape (m, 3)
+    down, forward : ndarray, shape (3,)
+        Unit directions, orthogonal: where things fall to, and away from the surface.
+    unit : float
+        Millimetres per unit.
+    face : Face, optional
+
+    Examples
+    --------
+    The point of an upright sheet that is nearest to one before it, where things fall to, and where they lift off:
+
+    >>> import pyvista as pv
+    >>> sheet = support_surface(pv.Plane(i_size=20, j_size=20))
+    >>> cells, points = sheet.nearest(np.array([[3.3, 4.5, 6.0]]))
+    >>> points.round(3), sheet.down, sheet.forward
+    (array([[3.3, 4.5, 0. ]]), array([ 0., -1.,  0.]), array([0., 0., 1.]))
+    """
+
+    points: Array
+    triangles: IntArray
+    down: Array
+    forward: Array
+    unit: float
+    face: Face | None = None
+
+    @cached_property
+    def normals(self) -> Array:
+        """Unit vertex normals (n, 3)."""
+        return vertex_normals(self.points, self.triangles)
+
+    @cached_property
+    def mesh(self) -> pv.PolyData:
+        """For searches."""
+        return to_polydata(self.points, self.triangles)
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+
+    def nearest(self, points: Array) -> tuple[IntArray, Array]:
+        """Triangles (n,) and points (n, 3) of the surface that are nearest to points (n, 3)."""
+        cells, found = self.mesh.find_closest_cell(np.atleast_2d(points), return_closest_point=True)  # type: ignore[misc]
+        return np.atleast_1d(cells).astype(np.int32), np.atleast_2d(np.asarray(found, dtype=np.float64))
+
+    def bound(self, points: Array) -> Place:
+        """The places nearest to points (n, 3)."""
+        cells, found = self.nearest(points)
+        return Place(self.triangles[cells], barycentric(found, self.points[self.triangles[cells]]))
+
+    def frame(self, on: pv.PolyData) -> tuple[Array, IntArray, Array]:
+        """Points and triangles of a frame of this surface, and its points at rest.
+
+        Raises
+        ------
+        MeshError
+            For what is no frame of this surface, or has points that are not finite.
+        """
+        if not isinstance(on, pv.PolyData):
+            raise MeshError(f"a frame must be a PolyData, such as a simulation gives, received {type(on).__name__}.")
+        points, triangles = points_and_triangles(on)
+        points, triangles = np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int32)
+        rest = array_of(on, "rest")
+        if rest is None and len(points) != len(self.points):
+            raise MeshError(
+                f"the frame must have the {len(self.points)} points of the surface at rest, or an array 'rest', "
+                f"received {len(points)} points. Is it one of another surface?"
+            )
+        if not np.isfinite(points).all():
+            raise MeshError("the points of the frame must be finite. Did the simulation break down?")
+        return points, triangles, self.points if rest is None else np.asarray(rest, dtype=np.float64)
+
+    def start(self, start: Any, allowed: float) -> Array:
+        """A point (3,) on the surface, from one near it or the side ("l" or "r") of an eye.
+
+        Raises
+        ------
+        UnknownNameError
+            For another name.
+        ParameterError
+            For coordinates that are no finite triple, or farther from the surface than `allowed`.
+        """
+        if isinstance(start, str):
+            if start not in SIDES:
+                raise unknown_name("side", start, SIDES)
+            return lid_point(self._of_face(), SIDES[start])
+        point = vectors("start", start)[0]
+        _, found = self.nearest(point[None])
+        gap = float(np.linalg.norm(found[0] - point))
+        if gap > allowed:
+            raise ParameterError(
+                f"start must lie on the surface, received {point}, which is {gap:.3g} away from it (at most "
+                f"{allowed:.3g} is allowed). Are point and surface in the same unit and coordinates?"
+            )
+        return np.asarray(found[0])
+
+    def _of_face(self) -> Face:
+        if self.face is None:
+            raise ParameterError("the side of an eye can only be named on a Face; on another surface give a point.")
+        return self.face
+
+
+def support_surface(
+    surface: Face | pv.PolyData | Any, down: npt.ArrayLike | None = None, unit: float = 1.0
+) -> SupportSurface:
+    """The ground that a face or any other surface is.
+
+    Parameters
+    ----------
+    surface : Face, or what :func:`facewrinkle.read_surface` takes
+    down : array_like, shape (3,), optional
+        Default: down the face; -y on other surfaces.
+    unit : float
+        Millimetres per unit of a surface that is no Face, which knows its own.
+
+    Examples
+    --------
+    A sheet in centimetres where z is up:
+
+    >>> import pyvista as pv
+    >>> sheet = support_surface(pv.Plane(direction=(0, 1, 0)), down=(0, 0, -1), unit=10.0)
+    >>> sheet.down, sheet.unit, sheet.face is None
+    (array([ 0.,  0., -1.]), 10.0, True)
+    """
+    face = surface if isinstance(surface, Face) and surface.landmarks else None
+    if isinstance(surface, Face):
+        points, triangles, unit = surface.points, surface.triangles, surface.unit
+    else:
+        mesh = read_surface(surface)
+        points = np.asarray(mesh.points, dtype=np.float64)
+        triangles = np.ascontiguousarray(mesh.regular_faces, dtype=np.int32)
+        if not len(triangles) or not np.isfinite(points).all():
+            raise MeshError("a surface for tears needs triangles and finite points.")
+        unit = check_range("unit", unit, 1e-9, 1e9)
+    if face is None:
+        return SupportSurface(points, triangles, *directions(down), unit)
+    fall, ahead = directions(-face.frame.axes[1] if down is None else down, face.frame.axes[2])
+    return SupportSurface(points, triangles, fall, ahead, unit, face)
+
+
+def directions(down: npt.ArrayLike | None, forward: Array | None = None) -> tuple[Array, Array]:
+    """Unit vectors down (default -y) and, orthogonal to it, forward (default +z)."""
+    fall = vectors("down", (0.0, -1.0, 0.0) if down is None else down)[0]
+    length = float(np.linalg.norm(fall))
+    if not length > 0.0:
+        raise ParameterError("down must not be zero.")
+    fall = fall / length
+    ahead = np.array([0.0, 0.0, 1.0]) if forward is None else forward
+    if np.linalg.norm(np.cross(ahead, fall)) < 1e-3:
+        ahead = np.array([1.0, 0.0, 0.0])
+    ahead = ahead - (ahead @ fall) * fall
+    return fall, ahead / np.linalg.norm(ahead)
+
+
+def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
+    """A point of the margin of the lower lid.
+
+    Parameters
+    ----------
+    face : Face
+    side : {"l", "r"}
+        The subject's own left or right.
+    along : float
+        From the inner (0) to the outer (1) corner of the eye.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Where the eye is closed, on the line where its lids meet, which sags between the corners.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> bool(lid_point(face, "l")[0] > lid_point(face, "r")[0])
+    True
+    """
+    if side not in SIDES:
+        raise unknown_name("side", side, SIDES)
+    side, along = SIDES[side], check_range("along", along, 0.0, 1.0)
+    if not face.eyes:
+        raise ParameterError("the face has no eyes: it was made without landmarks. Give a point in their place.")
+    eye = next(eye for eye in face.eyes if eye.side == side)
+    inner, outer = face.landmarks[f"eye_{side}_inner"], face.landmarks[f"eye_{side}_outer"]
+    opening = face.eyelid_openings.get(eye.side)
+    if opening is None:
+        return _on_shut_lids(face, eye, inner, outer, along)
+    across = (outer - inner) / ((outer - inner) @ (outer - inner))
+    chain = face.points[opening.lower]
+    place = (chain - inner) @ across
+    return np.array([np.interp(along, place, coordinate) for coordinate in chain.T])
+
+
+def _on_shut_lids(face: Face, eye: Eyeball, inner: Array, outer: Array, along: float) -> Array:
+    """Where lids that are shut meet, seen along the gaze: the lids bulge out before the line between the corners."""
+    width = float(np.linalg.norm(outer - inner))
+    place = eye.slit(inner, outer, along)[0]
+    seen, _ = face.mesh.ray_trace(place + 2.0 * width * eye.gaze, place - 2.0 * width * eye.gaze)
+    if len(seen):
+        return np.asarray(seen[np.argmax(seen @ eye.gaze)], dtype=np.float64)
+    return np.asarray(support_surface(face).nearest(place[None])[1][0])
+
+
+def vectors(name: str, values: npt.ArrayLike) -> Array:
+    """Finite points (n, 3); a ParameterError for anything else."""
+    try:
+        array = np.atleast_2d(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.ndim != 2 or array.shape[1] != 3 or not len(array) or not np.isfinite(array).all():
+        raise ParameterError(f"{name} must be finite coordinates, three for each point, received {values!r}.")
+    return array

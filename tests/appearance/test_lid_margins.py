@@ -1,0 +1,94 @@
+"""Flesh between lids and eyeballs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facewrinkle.anatomy.parts import follower
+from facewrinkle.appearance.lid_margins import LidMargin
+from facewrinkle.plotting import Scene, Style
+from facewrinkle.simulation import Simulation
+
+
+def seen_past(face, eye, points, parts):
+    """How many rays through the hole before an eye, along its gaze, meet neither the skin nor the parts."""
+    loop = LidMargin(eye, face).loop
+    size = face.frame.pupil_distance
+    side = np.cross(eye.up, eye.gaze)
+    local = (points[loop] - eye.centre) @ np.stack([side, eye.up], axis=1)
+    meshes = [face.mesh.copy(), *parts]
+    meshes[0].points = points
+    across = np.linspace(local.min(axis=0), local.max(axis=0), 40)
+    missed = 0
+    for x in across[:, 0]:
+        for y in across[:, 1]:
+            start = eye.centre + x * side + y * eye.up + size * eye.gaze
+            missed += all(not len(mesh.ray_trace(start, start - 1.2 * size * eye.gaze)[0]) for mesh in meshes)
+    return missed
+
+
+@pytest.mark.parametrize("radius", [0.85, 0.95])
+def test_no_one_looks_past_a_ball_that_the_lids_do_not_touch(face, radius):
+    eye = replace(face.eyes[0], radius=radius * face.eyes[0].radius)
+    ball, strip = eye.surface(), LidMargin(eye, face).at(face.points)
+    assert seen_past(face, eye, face.points, [ball]) > 0
+    assert seen_past(face, eye, face.points, [ball, strip]) == 0
+
+
+def test_no_one_looks_past_the_eyes_of_an_open_mask(real_face):
+    face = real_face("ict_face_narrow")
+    for eye in face.eyes:
+        ball, strip = eye.surface(), LidMargin(eye, face).at(face.points)
+        assert seen_past(face, eye, face.points, [ball]) > 0
+        assert seen_past(face, eye, face.points, [ball, strip]) == 0
+
+
+def test_no_one_looks_past_eyes_that_came_with_a_mask(real_face):
+    face = real_face("ict_face_narrow")
+    parts = {}
+    for eye in face.eyes:
+        ball = eye.surface()
+        ball.point_data["Colors"] = np.random.default_rng(1).integers(0, 256, (ball.n_points, 3), dtype=np.uint8)
+        ball.cell_data["part"] = np.zeros(ball.n_cells, np.int64)
+        parts[f"eye_{eye.side}"] = follower(f"eye_{eye.side}", ball)
+    dressed = replace(face, parts=parts)
+    drawn = companion_meshes(dressed, face.mesh)
+    for eye in face.eyes:
+        around = [drawn[f"eye_{eye.side}"], drawn[f"rim_{eye.side}"]]
+        assert seen_past(face, eye, face.points, around) == 0
+    with Scene(dressed, Style((32, 32))) as scene:
+        scene.show(face.mesh)
+        assert {"own eye_l", "rim_l", "own eye_r", "rim_r"} <= set(scene.plotter.actors)
+
+
+def test_the_strip_goes_from_the_rim_into_the_ball_and_faces_out(face):
+    sim = Simulation(face)
+    sim.express("wink")
+    *_, frame = sim.run(10)
+    for eye in (replace(eye, radius=0.9 * eye.radius) for eye in face.eyes):
+        rim = LidMargin(eye, face)
+        for points in (face.points, np.asarray(frame.points, np.float64)[: len(face.points)]):
+            strip = rim.at(points)
+            n = len(rim.loop)
+            np.testing.assert_allclose(strip.points[:n], points[rim.loop], rtol=1e-6)
+            assert np.linalg.norm(strip.points[-n:] - eye.centre, axis=1).max() < eye.radius
+            # It goes on where the skin ends, facing the same way: along the rim, the other way round.
+            turned = {(b, a) for t in strip.regular_faces for a, b in zip(t, np.roll(t, -1), strict=True)}
+            ends = {(int(a), int(b)) for a, b in turned if max(a, b) < n}
+            sides = {(a, b) for t in face.triangles for a, b in zip(t, np.roll(t, -1), strict=True)}
+            assert len(ends) == n
+            assert {(rim.loop[a], rim.loop[b]) for a, b in ends} <= sides
+
+
+def test_it_is_drawn_and_written_where_a_ball_leaves_a_hole_open_alone(face, real_face):
+    for shown, there in (
+        (real_face("ict_face_narrow"), True),
+        (real_face("makehuman_head_male"), False),
+        (face, False),
+    ):
+        names = {"rim_l", "rim_r"}
+        assert (names <= set(companion_meshes(shown, shown.mesh))) is there
+        with Scene(shown, Style(size=(32, 32))) as scene:
+            scene.show(shown.mesh)
+            assert (names <= set(scene.plotter.actors)) is there

@@ -1,0 +1,94 @@
+"""Colour by place: hair above the hairline only, red cheeks and lips, symmetric, and the same on a moved face."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.anatomy.hairline import AROUND, BEHIND, HAIRLINE, hair_cover
+from facewrinkle.anatomy.landmarks import frame_of
+from facewrinkle.appearance.skin_paint import beard, complexion, lips
+
+MIRROR = np.array([-1.0, 1.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def face() -> fw.Face:
+    return fw.default_face()
+
+
+def sphere(face: fw.Face) -> np.ndarray:
+    """Places all around the head."""
+    k = np.arange(4000)
+    height = 1.0 - (2.0 * k + 1.0) / len(k)
+    turn = np.pi * (1.0 + 5.0**0.5) * k
+    away = np.sqrt(1.0 - height**2)
+    unit = np.stack([away * np.cos(turn), height, away * np.sin(turn)], axis=1)
+    return face.frame.origin + [0.0, 0.0, -75.0] + 90.0 * unit
+
+
+def test_hair_grows_above_the_hairline_and_nowhere_else(face):
+    marks, frame = face.landmarks, face.frame
+    skin = ["nose_tip", "glabella", "forehead_mid", "malar_l", "malar_r", "menton", "gonion_l", "brow_l_outer"]
+    assert hair_cover(np.array([marks[name] for name in skin]), marks, frame).max() < 0.0
+    crown = frame.origin + np.array([[0.0, 90.0, -70.0], [60.0, 60.0, -90.0], [0.0, 0.0, -170.0]])
+    assert hair_cover(crown, marks, frame).min() > 20.0
+    nape = frame.origin + np.array([[0.0, -95.0, -150.0], [50.0, -100.0, -110.0]])
+    assert hair_cover(nape, marks, frame).max() < 0.0
+    assert abs(hair_cover(marks["trichion"][None], marks, frame)[0]) < 1.0
+
+
+def test_distance_from_the_hairline_is_a_distance(face):
+    """It grows no faster than the way on the cylinder on which it is measured, and has the sign of the side."""
+    places = sphere(face)
+    cover = hair_cover(places, face.landmarks, face.frame)
+    where, ear = face.frame.local_mm(places), face.frame.local_mm(face.landmarks["zygion_l"])
+    turn = np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + BEHIND)
+    flat = np.stack([turn * AROUND, where[:, 1]], axis=1)
+    pairs = np.random.default_rng(4).integers(0, len(places), (5000, 2))
+    way = np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1)
+    assert (np.abs(np.diff(cover[pairs], axis=1)[:, 0]) <= way + 0.5).all()
+    assert (np.diff(HAIRLINE[:, 0]) > 0.0).all()
+
+
+def test_both_sides_have_the_same_colour(face):
+    places = sphere(face)
+    for function in (complexion, hair_cover, lips):
+        left, right = (function(p, face.landmarks, face.frame) for p in (places, places * MIRROR))
+        np.testing.assert_allclose(left, right, atol=1e-6)
+
+
+def test_colours_go_with_the_face(face):
+    """Turned, scaled and moved, the same places have the same colours."""
+    turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    moved = {name: 0.1 * turn @ point + [3.0, -2.0, 5.0] for name, point in face.landmarks.items()}
+    places = np.asarray(face.mesh.points)
+    there = 0.1 * places @ turn.T + [3.0, -2.0, 5.0]
+    for function in (complexion, hair_cover, lips):
+        np.testing.assert_allclose(
+            function(there, moved, frame_of(moved)), function(places, face.landmarks, face.frame), atol=1e-6
+        )
+
+
+def test_cheeks_and_ears_are_red_and_the_jaw_is_grey(face):
+    marks = face.landmarks
+    names = ["forehead_mid", "malar_l", "nose_tip", "pogonion"]
+    colour = complexion(np.array([marks[name] for name in names]), marks, face.frame)
+    red = colour[:, 0] / colour[:, 1]
+    assert red[1] > red[0]
+    assert red[2] > red[0]
+    assert np.ptp(colour[3]) < np.ptp(colour[1])
+    where = face.frame.local_mm(np.array([marks["pogonion"], marks["forehead_mid"], marks["malar_l"]]))
+    grown = beard(where, marks, face.frame)
+    assert grown[0] > 0.9
+    assert grown[1:].max() == 0.0
+
+
+def test_lips_are_where_their_landmarks_are(face):
+    marks = face.landmarks
+    middle = 0.5 * (marks["upper_lip_mid"] + marks["lower_lip_mid"])
+    cover = lips(np.array([middle, marks["nose_tip"], marks["pogonion"], marks["gonion_l"]]), marks, face.frame)
+    assert cover[0] > 0.9
+    assert cover[1:].max() == 0.0

@@ -1,0 +1,135 @@
+"""What is drawn of skin: small holes are closed, large ones are dim inside, and a mouth's lining has no back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.anatomy.face import Face
+from facewrinkle.appearance.mouth import Mouth
+from facewrinkle.appearance.visible_skin import SMALL, VisibleSkin
+from facewrinkle.geometry import topology
+from facewrinkle.mesh import corner_texture, split_at_seams, with_normals
+from facewrinkle.plotting import Scene, Style, View
+
+AHEAD = np.array([0.0, 0.0, 1e4])
+
+
+def cut(face: Face, landmark: str, radius: float) -> tuple[Face, int]:
+    """A face without the triangles about a landmark, and their number; `radius` in distances between the pupils."""
+    centres = face.points[face.triangles].mean(axis=1)
+    gone = np.linalg.norm(centres - face.landmarks[landmark], axis=1) < radius * face.frame.pupil_distance
+    holed = pv.PolyData.from_regular_faces(face.points, face.triangles[~gone]).clean()
+    return Face.from_landmarks(holed, face.landmarks, 1.0), int(gone.sum())
+
+
+def test_skin_without_holes_is_drawn_as_it_is(face):
+    assert VisibleSkin(face, bag=False).of(face.mesh, AHEAD) is face.mesh
+
+
+def test_small_holes_are_closed_also_when_their_rims_are_split(face):
+    holed, gone = cut(face, "pogonion", 0.08)
+    assert gone > 1
+    simulation = fw.Simulation(holed)
+    simulation.express("sadness")
+    *_, frame = simulation.run(8)
+    for skin in (holed.mesh, frame):
+        drawn = VisibleSkin(holed, bag=False).of(skin, AHEAD)
+        triangles = drawn.regular_faces
+        assert len(triangles) > skin.n_cells
+        assert len(topology.boundary_loops(triangles)) == len(topology.boundary_loops(skin.regular_faces)) - 1
+        assert topology.is_oriented(triangles)
+        assert not len(topology.non_manifold_edges(triangles))
+        np.testing.assert_array_equal(drawn.points, skin.points)
+
+
+def test_eyes_mouth_and_large_holes_stay_open(face):
+    holed, _ = cut(face, "forehead_mid", SMALL)
+    assert VisibleSkin(holed, bag=False).of(holed.mesh, AHEAD) is holed.mesh
+
+
+def test_a_hole_beside_the_mouth_is_not_the_mouth(face):
+    holed, _ = cut(face, "pogonion", 0.09)
+    rims = (mesh.points[Mouth(mesh).loop] for mesh in (holed, face))
+    np.testing.assert_array_equal(*(rim[np.lexsort(rim.T)] for rim in rims))
+
+
+def test_closed_holes_keep_the_texture(face):
+    """With texture coordinates that are linear in place, those across a hole are, too."""
+    holed, _ = cut(face, "pogonion", 0.08)
+    skin = with_normals(holed.mesh)
+    coordinates = 0.01 * np.asarray(skin.points)[:, :2]
+    skin.point_data["place"] = coordinates
+    skin.point_data.active_texture_coordinates_name = "place"
+    skin.cell_data["Texture Corners"] = coordinates[skin.regular_faces].reshape(-1, 6)
+    drawn = VisibleSkin(holed, bag=False).of(skin, AHEAD)
+    assert drawn.n_cells > skin.n_cells
+    np.testing.assert_allclose(corner_texture(drawn), 0.01 * drawn.points[drawn.regular_faces][:, :, :2], atol=1e-6)
+    assert split_at_seams(drawn).n_cells == drawn.n_cells
+
+
+def test_the_inside_of_skin_is_dim_and_red(face):
+    """Behind a hole in the forehead is the back of the head, lit from before: it is dim all the same."""
+    holed, _ = cut(face, "forehead_mid", 0.35)
+    style = Style((80, 80), View((0.0, 0.1, 1.0), "forehead_mid", (0.0, 0.0, 0.0), 0.3), brows=False)
+    with Scene(holed, style) as scene:
+        hole = scene.picture(holed.mesh)[20:60, 20:60].reshape(-1, 3).mean(axis=0)
+    with Scene(face, style) as scene:
+        skin = scene.picture(face.mesh)[20:60, 20:60].reshape(-1, 3).mean(axis=0)
+    assert 0.05 < hole.mean() / skin.mean() < 0.5
+    assert hole[0] > 1.1 * hole[1]
+
+
+def test_the_lining_of_a_bag_has_no_back(real_face):
+    face = real_face("makehuman_head_male")
+    inner = face.lining.vertices[face.triangles]
+    assert inner.any()
+    drawn = VisibleSkin(face, bag=True).of(
+        face.mesh, face.frame.origin + 100.0 * face.frame.pupil_distance * face.frame.axes[2]
+    )
+    a, b, c = (face.points[face.triangles[:, corner]] for corner in range(3))
+    away = np.cross(b - a, c - a) @ face.frame.axes[2] < 0.0
+    kept = {tuple(triangle) for triangle in drawn.regular_faces}
+    shown = np.array([tuple(triangle) in kept for triangle in face.triangles])
+    centres, toward = face.points[face.triangles].mean(axis=1), np.cross(b - a, c - a)
+    lids = np.zeros(len(centres), bool)  # and what lies behind them has no back, either
+    for eye in face.eyes:
+        offset = centres - eye.centre
+        lids |= (np.linalg.norm(offset, axis=1) < 1.5 * eye.radius) & ((offset * toward).sum(axis=1) < 0.0)
+    assert shown[~inner.any(axis=1) & ~lids].all()
+    assert shown[~away].mean() > 0.99
+    assert shown[inner.any(axis=1) & away].mean() < 0.05
+
+
+@pytest.mark.parametrize("expression", ["anger", "pain"])
+def test_the_lining_of_a_socket_does_not_come_through_the_lids(real_face, expression):
+    face = real_face("makehuman_head_male")
+    simulation = fw.Simulation(face)
+    simulation.express(expression)
+    *_, frame = simulation.run(14)
+    ahead, aside, up = face.frame.axes[2], face.frame.axes[0], face.frame.axes[1]
+    drawn = VisibleSkin(face, bag=False).of(frame, face.frame.origin + 100.0 * face.frame.pupil_distance * ahead)
+    a, b, c = (np.asarray(drawn.points)[np.asarray(drawn.regular_faces)[:, corner]] for corner in range(3))
+    facing = np.cross(b - a, c - a) @ ahead
+    seen, backs = 0, 0
+    for eye in face.eyes:
+        for x in np.linspace(-0.9, 0.9, 25):
+            for y in np.linspace(-1.2, 0.2, 25):
+                start = eye.centre + eye.radius * (x * aside + y * up + 4.0 * ahead)
+                hits, cells = drawn.ray_trace(start, start - 8.0 * eye.radius * ahead)
+                if len(hits):
+                    seen += 1
+                    backs += facing[cells[np.argmax(hits @ ahead)]] < 0.0
+    assert seen > 500
+    assert backs == 0
+
+
+@pytest.mark.parametrize("name", ["malar_l", "glabella", "zygion_r", "ala_l", "pogonion", "menton"])
+def test_all_of_a_bag_is_lining_and_nothing_of_the_face(real_face, name):
+    face = real_face("makehuman_head_male")
+    inside = face.lining.vertices
+    assert not inside[face.mesh.find_closest_point(face.landmarks[name])]
+    loose = topology.components(face.triangles[inside[face.triangles].all(axis=1)])
+    assert len(np.unique(loose)) <= 4  # a mouth, two nostrils, and what is seen in these beside them

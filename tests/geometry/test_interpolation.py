@@ -1,0 +1,75 @@
+"""Values carried to a refined mesh.
+
+what                checked against
+carried             the sparse product of the forest's weights; affine functions of the refined positions
+barycentric         the weights that points were made of; beside a triangle, weights of a point in it
+nearest_values     the value of the heaviest corner, one by one
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from facewrinkle.geometry.interpolation import barycentric, interpolated, nearest_values
+from facewrinkle.geometry.refinement import RedGreenForest
+
+
+@pytest.fixture(scope="module")
+def refined_ball():
+    ball = pv.Icosphere(nsub=1).clean()
+    forest = RedGreenForest(ball.regular_faces)
+    rng = np.random.default_rng(6)
+    for _ in range(4):
+        forest.split(rng.random(len(forest.triangles)) < 0.3)
+    return np.asarray(ball.points, dtype=np.float64), forest
+
+
+def test_carried_is_the_product_with_the_weights(refined_ball):
+    points, forest = refined_ball
+    values = np.random.default_rng(1).normal(size=(len(points), 5))
+    assert len(forest.corners) > 2 * len(points)
+    np.testing.assert_allclose(
+        interpolated(values, forest.corners, forest.barycentric), forest.weights @ values, atol=1e-14
+    )
+
+
+def test_affine_functions_are_carried_exactly(refined_ball):
+    points, forest = refined_ball
+    positions = interpolated(points, forest.corners, forest.barycentric)
+    matrix = np.array([[2.0, -1.0, 0.5], [0.3, 4.0, 1.0]]).T
+    values = interpolated(points @ matrix + 7.0, forest.corners, forest.barycentric)
+    np.testing.assert_allclose(values, positions @ matrix + 7.0, rtol=0, atol=1e-12)
+
+
+def test_base_vertices_keep_their_values_to_the_last_bit(refined_ball):
+    points, forest = refined_ball
+    values = (
+        np.random.default_rng(1).normal(size=(len(points), 2)) * 10.0 ** np.arange(-6, 6, 12 / len(points))[:, None]
+    )
+    assert np.array_equal(interpolated(values, forest.corners, forest.barycentric)[: len(points)], values)
+
+
+def test_labels_come_from_the_heaviest_corner(refined_ball):
+    points, forest = refined_ball
+    labels = np.arange(len(points)) * 3
+    out = nearest_values(labels, forest.corners, forest.barycentric)
+    assert out.dtype == labels.dtype
+    for value, corners, weights in zip(out, forest.corners, forest.barycentric, strict=True):
+        share = {}
+        for corner, weight in zip(corners, weights, strict=True):
+            share[corner] = share.get(corner, 0.0) + weight
+        assert share[value // 3] == max(share.values())
+    names = np.array([f"v{i}" for i in range(len(points))])
+    assert nearest_values(names, forest.corners, forest.barycentric)[: len(points)].tolist() == names.tolist()
+
+
+def test_barycentric_finds_the_weights_that_points_were_made_of():
+    rng = np.random.default_rng(3)
+    corners, weights = rng.normal(size=(200, 3, 3)), rng.dirichlet((1.0, 1.0, 1.0), 200)
+    points = (weights[..., None] * corners).sum(axis=1)
+    np.testing.assert_allclose(barycentric(points, corners), weights, atol=1e-9)
+    beside = barycentric(points + rng.normal(size=(200, 3)), corners)
+    assert (beside >= 0.0).all()
+    np.testing.assert_allclose(beside.sum(axis=1), 1.0)

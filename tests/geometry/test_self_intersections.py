@@ -1,0 +1,96 @@
+"""Where a mesh runs through itself: checked against pymeshlab, and on meshes that are known to cross or not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from facewrinkle.geometry.self_intersections import intersection_sites, self_intersections
+
+
+def arrays(mesh):
+    return np.asarray(mesh.points, dtype=np.float64), np.asarray(mesh.regular_faces, dtype=np.int64)
+
+
+def beside(*meshes):
+    counts = np.cumsum([0] + [len(points) for points, _ in meshes])
+    return np.vstack([p for p, _ in meshes]), np.vstack([t + n for (_, t), n in zip(meshes, counts, strict=False)])
+
+
+def ball(radius=1.0, centre=(0, 0, 0), resolution=16):
+    return arrays(pv.Sphere(radius=radius, center=centre, theta_resolution=resolution, phi_resolution=resolution))
+
+
+def crossed(points, triangles):
+    mask = np.zeros(len(triangles), bool)
+    mask[self_intersections(points, triangles)] = True
+    return mask
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.01, 0.6), st.sampled_from([1e-6, 1.0, 1e7]))
+def test_the_same_triangles_as_pymeshlab(seed, spread, scale):
+    pymeshlab = pytest.importorskip("pymeshlab")
+    random = np.random.default_rng(seed)
+    points, triangles = ball()
+    points = scale * (points + random.normal(0.0, spread * 0.2, points.shape))
+    work = pymeshlab.MeshSet(verbose=False)
+    work.add_mesh(pymeshlab.Mesh(points / scale, triangles))
+    work.compute_selection_by_self_intersections_per_face()
+    np.testing.assert_array_equal(crossed(points, triangles), work.current_mesh().face_selection_array())
+
+
+def test_every_pair_of_a_soup():
+    """All pairs, tried one by one: a triangle crosses another where the signed volumes say so."""
+    random = np.random.default_rng(5)
+    points = random.normal(size=(60, 3)) + np.repeat(random.normal(0.0, 1.5, (20, 3)), 3, axis=0)
+    triangles = random.permutation(60).reshape(20, 3)
+
+    def volume(a, b, c, d):
+        return np.linalg.det([b - a, c - a, d - a])
+
+    expected = set()
+    for one in range(20):
+        for other in set(range(20)) - {one}:
+            a, b, c = points[triangles[other]]
+            for k in range(3):
+                p, q = points[triangles[one, k]], points[triangles[one, (k + 1) % 3]]
+                around = {volume(p, q, *side) > 0 for side in ((a, b), (b, c), (c, a))}
+                if volume(a, b, c, p) * volume(a, b, c, q) < 0 and len(around) == 1:
+                    expected.add((one, other))
+    assert len(expected) > 10
+    assert set(map(tuple, self_intersections(points, triangles).tolist())) == expected
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.1])
+def test_neighbours_and_touching_sheets_do_not_cross(angle):
+    turn = Rotation.from_rotvec([angle, 0.5 * angle, -angle]).as_matrix()
+    points, triangles = ball()
+    assert not len(self_intersections(points @ turn.T, triangles))
+    apart = points[triangles].reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)  # a soup, side by side
+    assert not len(self_intersections(apart[0] @ turn.T, apart[1]))
+    twice = beside((points, triangles), (points, triangles[:, ::-1]))  # on each other
+    assert not len(self_intersections(twice[0] @ turn.T, twice[1]))
+
+
+def test_places_are_told_apart():
+    big = ball(1.0, resolution=32)
+    three = [ball(0.2, centre, 12) for centre in ((1, 0, 0), (0, 0.6, 0.8), (0, -1, 0))]
+    points, triangles = beside(big, *three, ball(0.2, (5, 0, 0)))
+    places = intersection_sites(self_intersections(points, triangles), triangles)
+    assert len(places) == 3
+    assert [len(place) for place in places] == sorted(map(len, places), reverse=True)
+    centres = np.array([points[triangles[place]].mean(axis=(0, 1)) for place in places])
+    assert sorted(np.argmax(np.abs(centres), axis=1)) == [0, 1, 2]
+    everything = np.sort(np.concatenate(places))
+    np.testing.assert_array_equal(everything, np.unique(self_intersections(points, triangles)))
+
+
+def test_nothing_crosses_nothing():
+    assert self_intersections(np.zeros((3, 3)), np.zeros((0, 3), int)).shape == (0, 2)
+    assert intersection_sites(np.zeros((0, 2), int), np.zeros((0, 3), int)) == []
+    assert not len(self_intersections(np.eye(3), np.array([[0, 1, 2]])))

@@ -1,0 +1,247 @@
+"""What cannot be laid is refused: in Python, on a mesh (the accessor) and on the command line.
+
+Each message says what is wrong, what is allowed, what was received, and what to do.
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+import facewrinkle.accessor
+from facewrinkle.cli import main
+from facewrinkle.errors import FaceWrinkleError, LandmarkError, MeshError, ParameterError, UnknownNameError
+
+TOP = (0.0, 0.0, 40.0)
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return pv.Icosphere(radius=40.0, nsub=4)
+
+
+@pytest.fixture(scope="module")
+def sheet():
+    return pv.Plane(i_size=100, j_size=60, i_resolution=20, j_resolution=12)
+
+
+def simulated(mesh, pattern, **words):
+    layer = fw.PatternLayer(pattern, **words)
+    return fw.Simulation(mesh, layers=[layer]).step()
+
+
+def accessed(mesh, pattern, **words):
+    return mesh.facewrinkle.pattern(pattern, **words)
+
+
+EVERYWHERE = {
+    "off the mesh": (
+        "dimple",
+        {"centre": (0, 0, 90), "size": 9.0},
+        r"lies off the mesh: .*\[0, 0, 90\] is 50 away.*\[0",
+    ),
+    "larger": (
+        "dimple",
+        {"centre": TOP, "size": 900.0},
+        "larger than the mesh: 900 wide or high, and the mesh is 139 ",
+    ),
+    "endless": ("dimple", {"centre": TOP, "size": np.inf}, "size must be a finite number greater than 0, received inf"),
+    "no size": ("dimple", {"centre": TOP}, "needs a centre and a size"),
+    "size 0": ("dimple", {"centre": TOP, "size": 0.0}, "size must be a finite number greater than 0, received 0"),
+    "size in words": ("dimple", {"centre": TOP, "size": "9"}, "size must be a length, or width and height.*'9'"),
+    "no centre": ("dimple", {"centre": "top", "size": 9.0}, "centre must be three finite numbers, received 'top'"),
+    "up out of it": (
+        "dimple",
+        {"centre": TOP, "up": (0, 0, 1), "size": 9.0},
+        "straight out of the surface.*another up",
+    ),
+    "torn seam": (
+        "eye_corner",
+        {"centre": TOP, "size": 30.0, "radius": -0.5, "gamma": 5},
+        "gamma must be an even number .* received 5: the surface would tear there. Use 4, or keep to x > 0",
+    ),
+    "torn splay": (
+        "eye_corner",
+        {"centre": TOP, "size": 30.0, "radius": -0.5, "splay": 0.2},
+        "tear: radius must be 0 or more, received -0.5. Use splay=0",
+    ),
+    "broken bumps": ("eye_pouch", {"centre": TOP, "size": 30.0, "gamma": 2.5}, "gamma must be a whole number.*2.5"),
+    "t that is nan": ("cheek", {"centre": TOP, "size": 30.0, "t": np.nan}, "t must lie in .*received nan"),
+    "t that is a word": ("cheek", {"centre": TOP, "size": 30.0, "t": "1"}, "t must be a number, received '1'"),
+    "t of a fan": (
+        "frown",
+        {"centre": TOP, "size": 30.0, "t": 0.5},
+        r"y \+ t must be above 0 .* received -0.* larger t",
+    ),
+    "t of a dimple": ("dimple", {"centre": TOP, "size": 30.0, "t": 0.0}, "t of dimple follows .* give a strength"),
+    "t of an eye": ("eye_corner", {"centre": TOP, "size": 30.0, "t": 9.0}, "t of eye_corner follows .*received t=9.0"),
+    "t of a function": (
+        "cheek",
+        {"centre": TOP, "size": 30.0, "t": lambda seconds: np.inf},
+        "the t of cheek at .* s must lie in .*received inf",
+    ),
+    "strength": (
+        "cheek",
+        {"centre": TOP, "size": 30.0, "strength": 1.5},
+        r"strength must lie in \[0, 1\], received 1.5",
+    ),
+    "strength of a function": (
+        "cheek",
+        {"centre": TOP, "size": 30.0, "strength": lambda seconds: -1.0},
+        r"the strength of cheek at .* s must lie in \[0, 1\], received -1",
+    ),
+    "variation": ("cheek", {"centre": TOP, "size": 30.0, "variation": 2.0}, r"variation must lie in \[0, 1\].* even"),
+    "spacing": ("cheek", {"centre": TOP, "size": 30.0, "spacing": 0.0}, "spacing must be .* greater than 0.* mm"),
+    "what is no pattern": (None, {"centre": TOP, "size": 30.0}, "unknown pattern None. Known are: forehead"),
+    "a word of another": ("dimple", {"centre": TOP, "size": 30.0, "moving": True}, "unknown word of Dimple 'moving'"),
+}
+
+
+@pytest.mark.parametrize("way", [simulated, accessed])
+@pytest.mark.parametrize("case", EVERYWHERE)
+def test_errors_in_python_and_of_the_accessor(ball, way, case):
+    pattern, words, says = EVERYWHERE[case]
+    before = np.array(ball.points)
+    with pytest.raises(FaceWrinkleError, match=says):
+        way(ball, pattern, **words)
+    np.testing.assert_array_equal(ball.points, before)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "says"),
+    [
+        (lambda f, b: fw.PatternLayer.preset("frown", f, size="big"), ParameterError, "size must be a length"),
+        (
+            lambda f, b: fw.PatternLayer.preset("frown", f, size=(1.0, -1.0)),
+            ParameterError,
+            "greater than 0, received -1",
+        ),
+        (
+            lambda f, b: fw.PatternLayer.preset("frown", f, strength="skn"),
+            UnknownNameError,
+            "strength 'skn'. Did you mean 'skin'",
+        ),
+        (lambda f, b: fw.PatternLayer.preset("frown", f, seed=-1), ParameterError, "seed must lie in"),
+        (lambda f, b: fw.PatternLayer.preset("frwn", f), UnknownNameError, "'frown'"),
+        (
+            lambda f, b: fw.PatternLayer.preset("frown", b),
+            ParameterError,
+            "placed on a Face, received PolyData. Use fit_face",
+        ),
+        (lambda f, b: fw.PatternLayer.preset("frown", fw.surface(b)), LandmarkError, "this surface has none"),
+        (
+            lambda f, b: fw.PatternLayer("cheek", TOP, size=9.0, strength="skin"),
+            ParameterError,
+            "function.*Compression",
+        ),
+        (lambda f, b: fw.PatternLayer("cheek", region=3), ParameterError, "must be a Region, received 3"),
+        (lambda f, b: fw.PatternLayer(lambda x, y, t: x, TOP, size=9.0, extent=3), ParameterError, "two numbers.*3"),
+        (lambda f, b: fw.Compression(along=(0, 0, 0)), ParameterError, "along must be a direction"),
+        (lambda f, b: fw.Compression(along="up"), ParameterError, "along must be three finite numbers"),
+        (lambda f, b: b.facewrinkle.pattern("cheek", TOP, size=9.0, begin=1.0), ParameterError, "moment.*`time`"),
+        (lambda f, b: b.facewrinkle.pattern("dimple_l"), ParameterError, "placed by landmarks: give those"),
+        (lambda f, b: b.facewrinkle.pattern("cheek", TOP, size=9.0, strength="skin"), ParameterError, "keeps still"),
+        (lambda f, b: fw.PatternLayer("cheek", select="paint").laid(fw.surface(b)), UnknownNameError, "none here"),
+        (lambda f, b: fw.PatternLayer("cheek", select=[10**6]).laid(fw.surface(b)), MeshError, "holds no vertex"),
+    ],
+)
+def test_errors_of_one_way(face, ball, call, error, says):
+    with pytest.raises(error, match=says):
+        call(face, ball)
+
+
+def test_a_region_beyond_all_borders_of_a_sheet(sheet):
+    """Its width and height are both larger; a region that hangs over on two sides is only cut."""
+    face = fw.surface(sheet)
+    with pytest.raises(
+        ParameterError, match=r"larger than the mesh: 105 wide and 70 high.* 100 wide and 60 high.*smaller"
+    ):
+        fw.PatternLayer("dimple", (0, 0, 0), size=(105.0, 70.0)).laid(face)
+    laid = fw.PatternLayer("dimple", (0, 0, 0), size=(90.0, 70.0)).laid(face)
+    assert laid.base_window[laid.known].max() == 1.0
+
+
+def test_a_mesh_that_is_much_too_coarse(ball):
+    words = {"centre": TOP, "size": 20.0, "number": 30}
+    says = "split 6 times, and max_level=1 is allowed. Ask for max_level=6, for fewer wrinkles, for a larger region"
+    with pytest.raises(ParameterError, match=says):
+        fw.Simulation(fw.surface(ball), fw.Refinement(max_level=1), [fw.PatternLayer("cheek", **words)])
+    with pytest.raises(ParameterError, match=says):
+        ball.facewrinkle.pattern("cheek", max_level=1, **words)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory, ball):
+    folder = tmp_path_factory.mktemp("errors")
+    ball.save(folder / "ball.ply")
+    return folder
+
+
+PLACED = ["--centre", "0,0,40", "--extent", "30,30"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["dimple", "--centre", "0,0,90", "--extent", "9"], "lies off the mesh"),
+        (["dimple", "--centre", "0,0,40", "--extent", "900"], "larger than the mesh"),
+        (["dimple", "--centre", "0,0,40", "--extent", "0"], "size must be a finite number greater than 0, received 0"),
+        (["dimple", "--centre", "0,0,40"], "--centre needs --extent"),
+        (["dimple", *PLACED, "--up", "0,0,1"], "straight out of the surface"),
+        (["cheek", *PLACED, "--strength", "1.5"], "strength must lie in [0, 1], received 1.5"),
+        (["cheek", *PLACED, "--spacing", "0"], "spacing must be a finite number greater than 0"),
+        (["cheek", *PLACED, "--variation", "2"], "variation must lie in [0, 1], received 2"),
+        (["forehead", *PLACED, "--style", "arc"], "unknown style 'arc'. Did you mean 'arcs'?"),
+        (["cheek", *PLACED, "--number", "90", "--max-level", "1"], "too coarse to carry the pattern cheek"),
+        (["dimple_l", *PLACED], "unknown pattern 'dimple_l'"),
+    ],
+)
+def test_errors_on_the_command_line(files, capsys, arguments, says):
+    out = files / "out"
+    assert main(["pattern", *arguments, "--face", str(files / "ball.ply"), "--out", str(out)]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert says in error
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("level", [None, 2])
+def test_a_mesh_that_stays_too_coarse_is_told_the_same_way_everywhere(files, ball, capsys, level):
+    words = {"number": 9, "radius": 4.0}
+    face = fw.surface(ball)
+    needed = fw.PatternLayer("cheek", TOP, size=30.0, **words).level_needed(face)
+    assert needed == 3
+    heard = []
+    with warnings.catch_warnings(record=True) as record:
+        warnings.simplefilter("always")
+        fw.Simulation(face, fw.Refinement(max_level=level), [fw.PatternLayer("cheek", TOP, size=30.0, **words)]).step()
+        heard.append([str(w.message) for w in record])
+        record.clear()
+        out = ball.facewrinkle.pattern("cheek", TOP, size=30.0, max_level=level or 6, **words)
+        heard.append([str(w.message) for w in record])
+    assert out.n_cells > ball.n_cells
+    arguments = ["--frames", "2", "--size", "32", "--no-movie", "--no-series", "--number", "9"]
+    arguments += [] if level is None else ["--max-level", str(level)]
+    place = ["--face", str(files / "ball.ply"), "--out", str(files / f"told{level}")]
+    assert main(["pattern", "cheek", *PLACED, *place, *arguments]) == 0
+    notices = capsys.readouterr().err
+    if level is None:  # refinement carries it; only the accessor, which returns another mesh, says that it is one
+        assert heard[0] == []
+        assert [f"from {ball.n_cells} to {out.n_cells} triangles" in text for text in heard[1]] == [True]
+        assert notices == ""
+    else:
+        says = "too coarse to carry the pattern cheek well: its triangles should be split 3 times, and max_level=2"
+        assert len(heard[0]) == len(heard[1]) == 1
+        assert says in heard[0][0]
+        assert heard[0] == heard[1]
+        assert notices.count("\n") == 1
+        assert "too coarse to carry the pattern cheek" in notices
+
+
+def test_both_sides_take_what_one_takes(face):
+    left, right = fw.PatternLayer.presets("dimple", face, depth=0.7, name="mine")
+    assert (left.name, right.name, left.depth, right.depth) == ("mine", "mine", 0.7, 0.7)

@@ -1,0 +1,137 @@
+"""All patterns on the built-in head, on real faces that stand still and that move, and on what is no face.
+
+what              checked against
+heights           at the vertices of the mesh that was given: window, depth and formula at their coordinates
+places            landmarks: a dimple beside the mouth, a pouch and its crease under the eye, frown lines above the nose
+displacement      the points of the same motion without layers, moved along their normals
+recorded motion   a number, a function of time and measured compression as strengths, beside each other
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.layers.patterns_on_skin.presets import names
+
+
+def laid_out(layer, face, strength, seconds):
+    """What a layer should add at the vertices of the mesh that was given."""
+    laid, (kind,) = layer.laid(face), layer.patterns
+    window, out = laid.base_window, np.zeros(len(laid.chart))
+    inside = window > 0.0
+    x, y = kind.plane(laid.chart[inside], laid.aspect)
+    out[inside] = layer.depth * window[inside] * kind.relief(x, y, strength, kind.time(seconds), laid.aspect)
+    return out
+
+
+def check(face, layers, strength):
+    sim = fw.Simulation(face, layers=layers, motion=fw.Still(face, 0.01))
+    for _ in range(4):
+        frame = sim.step()
+    n, total = len(face.points), 0.0
+    for layer in layers:
+        ours, expected = frame[f"pattern_{layer.name}"], laid_out(layer, face, strength, sim.time)
+        assert np.abs(ours).max() > 0.2 * strength * abs(layer.depth)  # refined: between the given vertices as well
+        np.testing.assert_allclose(ours[:n], expected, rtol=0, atol=1e-9)
+        total = total + ours
+    np.testing.assert_allclose(frame["W"], total, atol=1e-12)
+    moved = np.asarray(frame.points, float)[:n] * face.unit
+    expected = face.points * face.unit + frame["W"][:n, None] * vertex_normals(face.points, face.triangles)
+    np.testing.assert_allclose(moved, expected, atol=2e-5 * face.unit * np.abs(face.points).max())
+    return frame
+
+
+@pytest.mark.parametrize("strength", [1.0, 0.4])
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male", "ict_face_narrow"])
+def test_all_presets_on_heads(request, stem, strength):
+    face = request.getfixturevalue("face") if stem is None else request.getfixturevalue("real_face")(stem)
+    frame = check(face, [fw.PatternLayer.preset(name, face, strength=strength) for name in names()], strength)
+    size, axes, mm = face.frame.pupil_distance, face.frame.axes, face.unit
+    for side, outward in (("l", 1.0), ("r", -1.0)):
+
+        def where(name, pick, outward=outward, side=side):  # from a landmark, in distances between the pupils
+            pattern, landmark = name
+            at = frame["rest"][int(pick(frame[f"pattern_{pattern}_{side}"]))]
+            return (at - face.landmarks[landmark.format(side)]) @ axes.T / size * [outward, 1.0, 1.0]
+
+        right, up, _ = where(("dimple", "mouth_{}"), np.argmin)
+        assert 0.15 < right < 0.35
+        assert abs(up) < 0.15
+        top, bottom = (where(("eye_pouch", "eye_{}_centre"), pick) for pick in (np.argmax, np.argmin))
+        assert -0.45 < bottom[1] < top[1] < -0.2
+        assert np.abs([top[0], bottom[0]]).max() < 0.25
+        deepest = where(("eye_corner", "eye_{}_outer"), np.argmin)
+        assert 0.02 < deepest[0] < 0.45
+        assert abs(deepest[1]) < 0.25
+    frown = (frame["rest"][int(np.argmin(frame["pattern_frown"]))] - face.landmarks["glabella"]) @ axes.T / size
+    assert 0.05 < abs(frown[0]) < 0.2
+    assert abs(frown[1]) < 0.25
+    dimple = fw.PatternLayer.preset("dimple_l", face)
+    assert frame["pattern_dimple_l"].min() == pytest.approx(-strength * dimple.depth, rel=0.08)
+    assert dimple.depth == pytest.approx(1.3 * size * mm / 63.0)
+
+
+def test_all_kinds_on_a_torus():
+    ring = pv.ParametricTorus(ringradius=40.0, crosssectionradius=15.0, u_res=90, v_res=60).clean().triangulate()
+    face = fw.surface(ring)
+    kinds = ("forehead", "eye_corner", "cheek", "frown", "dimple", "eye_pouch")
+    layers = []
+    for k, name in enumerate(kinds):
+        angle = k * np.pi / 3.0
+        centre = np.array([np.cos(angle), np.sin(angle), 0.0]) * 55.0
+        words = {"variation": 0.6} if name in kinds[:4] else {}
+        layers.append(fw.PatternLayer(name, centre, (0, 0, 1), (24.0, 18.0), depth=1.5, strength=0.8, **words))
+    frame = check(face, layers, 0.8)
+    for k, layer in enumerate(layers):
+        touched = frame["rest"][frame[f"pattern_{layer.name}"] != 0.0]
+        angle = np.degrees(np.arctan2(touched[:, 1], touched[:, 0])) - 60.0 * k
+        assert np.abs((angle + 180.0) % 360.0 - 180.0).max() < 24.0 / 2 / 50.0 * 60.0 + 3.0  # each at its own place
+    assert frame.is_manifold
+
+
+def test_strengths_of_every_sort_on_a_captured_animation(clip):
+    """Dimples at one place: as deep as told by a number, a function of time, and the skin."""
+    face, recorded = clip
+
+    def pulse(seconds):
+        return 0.5 - 0.5 * np.cos(np.pi * seconds)
+
+    plain, timed = (
+        fw.PatternLayer.preset("dimple_l", face, name="plain"),
+        fw.PatternLayer.preset("dimple_l", face, name="timed", strength=pulse),
+    )
+    (skin, _) = fw.PatternLayer.presets("dimple", face, strength="skin")
+    driver = skin.strength
+    wrinkles = fw.PatternLayer.preset("eye_corner_l", face)
+    layers, level = [plain, timed, skin, wrinkles], fw.Refinement(max_level=0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fw.FaceWrinkleWarning)  # without refinement it is coarse
+        sim = fw.Simulation(face, level, layers, time_step=0.1, motion=recorded)
+    bare = fw.Simulation(face, level, [], time_step=0.1, motion=recorded)
+    first, smile, by_skin = None, [], []
+    for _ in range(40):
+        frame, skeleton = sim.step(), bare.step()
+        ours = {name: np.array(frame[f"pattern_{name}"]) for name in ("plain", "timed", "dimple_l", "eye_corner_l")}
+        first = ours if first is None else first
+        for name in ("plain", "eye_corner_l"):  # it rides on the motion, unchanged
+            np.testing.assert_array_equal(ours[name], first[name])
+        np.testing.assert_allclose(ours["timed"], laid_out(timed, face, pulse(sim.time), 0.0), atol=1e-9)
+        epsilon = sim.layers[2]._gauge.compression(np.asarray(skeleton.points, float) * face.unit)
+        np.testing.assert_allclose(ours["dimple_l"], laid_out(skin, face, driver(epsilon), 0.0), atol=1e-4)
+        points, moved = np.asarray(skeleton.points, float), np.asarray(frame.points, float)
+        normals = vertex_normals(points, face.triangles)
+        height = sum(ours.values())
+        np.testing.assert_allclose(frame["W"], height, atol=1e-12)
+        np.testing.assert_allclose(moved * face.unit, points * face.unit + height[:, None] * normals, atol=1e-4)
+        smile.append(recorded.weights(sim.time)["mouthSmile_L"])
+        by_skin.append(-ours["dimple_l"].min())
+    smile, by_skin = np.array(smile), np.array(by_skin)
+    assert by_skin.max() > 0.8 * -first["plain"].min()
+    assert (by_skin[smile > 0.8 * smile.max()] > 0.7 * by_skin.max()).all()
+    assert by_skin[-1] == 0.0

@@ -1,0 +1,229 @@
+"""Regions: coordinates on a surface, windows, selections, valid vertices.
+
+what              checked against
+coordinates       a sphere in closed form, refined as well; mirrored and bent against plain ones
+window            1 inside, 0 outside, monotone; its slope at both ends by differences, also on a mesh
+selections        indices, bools, painted weights and names of one another; the numbers of a mesh that was mended
+valid vertices    their number; their evenness; the same draw before and after refinement
+errors            each says what is wrong
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
+from facewrinkle.geometry.chart import gradients, smoothly_interpolated
+from facewrinkle.geometry.interpolation import interpolated
+from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.geometry.refinement import RedGreenForest
+from facewrinkle.layers.base import SurfacePoints
+from facewrinkle.layers.patterns_on_skin.region import Region, distance, valid_vertices
+
+RADIUS = 40.0
+
+
+def sites_of(face, levels=0):
+    """The vertices of a face refined all over."""
+    forest = RedGreenForest(face.triangles, n_points=len(face.points))
+    for _ in range(levels):
+        forest.split(np.ones(len(forest.triangles), bool))
+    where = forest.corners, forest.barycentric
+    normals = interpolated(vertex_normals(face.points, face.triangles), *where)
+    return SurfacePoints(interpolated(face.points, *where), normals, *where, forest.host)
+
+
+@pytest.fixture(scope="module")
+def ball():
+    sphere = pv.Icosphere(radius=RADIUS, nsub=4)
+    sphere["stripe"] = (sphere.points[:, 1] > 10.0).astype(float)
+    return fw.surface(sphere)
+
+
+def test_coordinates_on_a_sphere(ball):
+    laid = Region((0, 0, RADIUS), size=(40.0, 30.0)).laid(ball)
+    for levels in (0, 1):
+        sites = sites_of(ball, levels)
+        where, uv, slopes, window = laid.at(sites)
+        x = sites.points[where] / np.linalg.norm(sites.points[where], axis=1, keepdims=True)
+        arc = RADIUS * np.arccos(x[:, 2])
+        expected = arc[:, None] * x[:, :2] / np.linalg.norm(x[:, :2], axis=1, keepdims=True).clip(1e-12) / [20.0, 15.0]
+        assert np.abs(uv - expected).max() < 0.02
+        assert len(where) == (distance(expected, "ellipse") < 1.0).sum() or levels
+        assert ((window > 0.0) & (window <= 1.0)).all()
+        # The gradients point along the surface, with the lengths of the sphere's metric to a few per cent.
+        assert np.abs(np.einsum("kxd,kx->kd", slopes, x)).max() < 0.1 / 15.0
+        np.testing.assert_allclose(
+            np.linalg.norm(slopes, axis=1), np.tile([1 / 20, 1 / 15], (len(where), 1)), rtol=0.12
+        )
+
+
+def test_refined_coordinates_have_no_facets():
+    """Linear interpolation bends at the edges of the coarse triangles; what is used bends far less."""
+    coarse = fw.surface(pv.Icosphere(radius=RADIUS, nsub=2))
+    sites = sites_of(coarse, 3)
+
+    def exact(points):
+        x = points / np.linalg.norm(points, axis=1, keepdims=True)
+        arc = RADIUS * np.arccos(np.clip(x[:, 2], -1.0, 1.0))
+        return arc[:, None] * x[:, :2] / np.linalg.norm(x[:, :2], axis=1, keepdims=True).clip(1e-12)
+
+    chart = np.where(coarse.points[:, 2:] > -20.0, exact(coarse.points), np.nan)
+    slopes = gradients(coarse.points, coarse.triangles, chart)
+    near = sites.points[:, 2] > 15.0
+    where = sites.points[near], sites.corners[near], sites.barycentric[near]
+    smooth = smoothly_interpolated(coarse.points, chart, slopes, *where) - exact(where[0])
+    linear = interpolated(chart, *where[1:]) - exact(where[0])
+    assert np.abs(smooth).max() < 0.3 * np.abs(linear).max()
+
+
+def test_mirrored_and_bent(ball):
+    plain = Region((0, 0, RADIUS), size=40.0).laid(ball)
+    mirrored = Region((0, 0, RADIUS), size=40.0, mirrored=True).laid(ball)
+    bent = Region((0, 0, RADIUS), size=40.0, bow=0.5).laid(ball)
+    both = plain.known & bent.known
+    np.testing.assert_allclose(mirrored.chart[both], plain.chart[both] * [-1, 1], atol=1e-12)
+    np.testing.assert_allclose(bent.chart[both, 1], plain.chart[both, 1] - 0.5 * plain.chart[both, 0] ** 2, atol=1e-12)
+
+
+@pytest.mark.parametrize("outline", ["ellipse", "box"])
+@pytest.mark.parametrize("border", [0.2, 0.6, 1.0])
+def test_windows_are_smooth_to_the_border(ball, outline, border):
+    laid = Region((0, 0, RADIUS), size=40.0, outline=outline, border=border).laid(ball)
+    for angle in (0.0, 0.4, np.pi / 4):
+        direction = np.array([np.cos(angle), np.sin(angle)])
+        s = np.linspace(0.0, 1.2, 24001) / distance(direction[None], outline)[0]
+        window = laid._window(s[:, None] * direction, None)
+        away = distance(s[:, None] * direction, outline)
+        assert (window[away >= 1.0] == 0.0).all()
+        assert (window[away <= 1.0 - border - 1e-12] == 1.0).all()
+        assert (np.diff(window) <= 1e-15).all()
+        slope = np.diff(window) / np.diff(s)
+        assert np.abs(np.diff(slope)).max() < 40 * np.diff(s)[0] / border**2 * 1.5  # no jump: C1
+        border_slope = slope[np.argmin(np.abs(away - 1.0))]
+        assert abs(border_slope) < 0.05
+
+
+def test_pattern_is_smooth_at_the_border_of_a_mesh(ball):
+    """At the border W falls to 0 as the square of the distance to it."""
+    layer = fw.PatternLayer("cheek", (0, 0, RADIUS), size=40.0, number=2)
+    frame = fw.Simulation(ball, fw.Refinement(max_level=4), [layer], motion=fw.Still(ball)).step()
+    laid = layer.region.laid(ball)
+    away = distance(laid.chart, "ellipse")
+    w = np.abs(np.asarray(frame["W"])[: len(ball.points)])
+    rim = laid.known & (away > 0.85) & (away < 1.0)
+    assert rim.sum() > 20
+    assert (w[rim] <= 3.5 * ((1.0 - away[rim]) / 0.6) ** 2).all()
+    assert (w[~laid.known | (away >= 1.0)] == 0.0).all()
+
+
+def test_selections_in_every_form(ball):
+    numbers = np.flatnonzero(ball.points[:, 1] > 10.0)
+    mask = ball.points[:, 1] > 10.0
+    regions = [Region(select=form, up=(0, 0, 1)).laid(ball) for form in (numbers, mask)]
+    np.testing.assert_array_equal(regions[0].weight, regions[1].weight)
+    assert (regions[0].base_window[~mask] == 0.0).all()
+    inner = regions[0].weight == 1.0
+    assert inner.any()
+    assert ball.points[inner, 1].min() > 12.0
+    painted = Region(select="stripe", up=(0, 0, 1)).laid(ball)
+    np.testing.assert_array_equal(painted.base_window, mask.astype(float))
+    assert np.abs(regions[0].chart[mask]).max() == pytest.approx(1.0)
+
+
+def test_selections_are_numbered_as_in_the_mesh_that_was_given():
+    sphere = pv.Icosphere(radius=RADIUS, nsub=3)
+    loose = pv.PolyData(np.vstack([[[99.0, 0, 0]], sphere.points]), np.hstack([[3, 1, 2, 2], sphere.faces]))
+    faces = np.asarray(sphere.regular_faces) + 1
+    loose = pv.PolyData.from_regular_faces(np.vstack([[[99.0, 0, 0]], sphere.points]), faces)
+    face = fw.surface(loose)
+    chosen = np.flatnonzero(loose.points[:, 2] > 20.0)
+    chosen = chosen[chosen > 0]
+    laid = Region(select=chosen).laid(face)
+    assert ((laid.weight > 0.0) == (face.points[:, 2] > 20.0)).all()
+
+
+def test_valid_vertices_are_as_many_as_asked_and_even(ball):
+    laid = Region((0, 0, RADIUS), size=60.0, valid=0.3, seed=4).laid(ball)
+    inside = laid.known & (distance(laid.chart, "ellipse") < 1.0)
+    assert laid.valid.sum() == round(0.3 * inside.sum())
+    assert not laid.valid[~inside].any()
+    for quarter in ([1, 1], [1, -1], [-1, 1], [-1, -1]):
+        here = inside & (laid.chart * quarter > 0.0).all(axis=1)
+        assert abs(laid.valid[here].mean() - 0.3) < 0.08
+    again = Region((0, 0, RADIUS), size=60.0, valid=0.3, seed=4).laid(ball)
+    other = Region((0, 0, RADIUS), size=60.0, valid=0.3, seed=5).laid(ball)
+    np.testing.assert_array_equal(laid.valid, again.valid)
+    assert (laid.valid != other.valid).any()
+    # More even than independent draws: the counts in the cells of a grid vary less.
+    uv = np.random.default_rng(0).uniform(-1, 1, (4000, 2))
+    cell = (np.floor((uv + 1) * 4).astype(int) * [8, 1]).sum(axis=1)
+    chosen = valid_vertices(uv, np.ones(4000, bool), 0.25, 1)
+    drawn = np.bincount(cell, chosen, 64)
+    independent = np.bincount(cell, np.random.default_rng(1).random(4000) < 0.25, 64)
+    share = np.bincount(cell, minlength=64) * 0.25
+    assert (drawn - share).var() < 0.5 * (independent - share).var()
+
+
+def test_valid_vertices_stay_under_refinement(ball):
+    layer = fw.PatternLayer("cheek", (0, 0, RADIUS), size=50.0, valid=0.5, seed=2)
+    with pytest.warns(fw.FaceWrinkleWarning, match="too coarse"):
+        first = np.array(fw.Simulation(ball, fw.Refinement(max_level=0), [layer], motion=fw.Still(ball)).step()["W"])
+    sim, n = fw.Simulation(ball, fw.Refinement(max_level=2), [layer], motion=fw.Still(ball)), len(ball.points)
+    frame = sim.step()
+    assert len(first) == n < frame.n_points
+    np.testing.assert_array_equal(np.asarray(frame["W"])[:n], first)
+    laid = sim.layers[0]._laid
+    off = laid.known & (laid.valid == 0.0)
+    assert (first[off] == 0.0).all()
+    assert (first[laid.valid > 0.0] != 0.0).any()
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "says"),
+    [
+        (lambda: Region(), ParameterError, "centre and a size"),
+        (lambda: Region((0, 0, np.nan), size=1.0), ParameterError, "centre must be three finite"),
+        (lambda: Region((0, 0), size=1.0), ParameterError, "centre must be three finite"),
+        (lambda: Region((0, 0, 0), size=-1.0), ParameterError, "size"),
+        (lambda: Region((0, 0, 0), size=np.nan), ParameterError, "size"),
+        (lambda: Region((0, 0, 0), size=(1, 2, 3)), ParameterError, "width and height"),
+        (lambda: Region((0, 0, 0), (0, 0, 0), 1.0), ParameterError, "three zeros"),
+        (lambda: Region((0, 0, 0), size=1.0, border=0.0), ParameterError, "border"),
+        (lambda: Region((0, 0, 0), size=1.0, valid=0.0), ParameterError, "valid"),
+        (lambda: Region((0, 0, 0), size=1.0, outline="elipse"), UnknownNameError, "'ellipse'"),
+        (lambda: Region((0, 0, 0), size=1.0, coordinates="geodetic"), UnknownNameError, "'geodesic'"),
+    ],
+)
+def test_errors_of_parameters(make, error, says):
+    with pytest.raises(error, match=says):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("region", "error", "says"),
+    [
+        (Region((0, 0, 99.0), size=10.0), ParameterError, "off the mesh.*59 away"),
+        (Region((0, 0, RADIUS), size=200.0), ParameterError, "larger than the mesh.*unit of the mesh"),
+        (Region((0, 0, RADIUS), (0, 0, 1), 10.0), ParameterError, "straight out of the surface"),
+        (Region(select=[]), MeshError, "no vertex"),
+        (Region(select=[99999]), MeshError, "no vertex"),
+        (Region(select=[3, -1]), MeshError, "must be 0 to"),
+        (Region(select=np.array([0.5, 0.5])), MeshError, "one value for each"),
+        (Region(select="strip"), UnknownNameError, "'stripe'"),
+    ],
+)
+def test_errors_on_a_surface(ball, region, error, says):
+    with pytest.raises(error, match=says):
+        region.laid(ball)
+
+
+def test_weights_must_lie_between_0_and_1(ball):
+    for wrong in (2.0, -0.1, np.nan):
+        weights = np.ones(len(ball.points))
+        weights[3] = wrong
+        with pytest.raises(MeshError, match=r"weights in \[0, 1\]"):
+            Region(select=weights, up=(0, 1, 0)).laid(ball)

@@ -1,0 +1,374 @@
+"""glTF and USD files by their structure, written here byte by byte; damaged ones are refused, never believed."""
+
+from __future__ import annotations
+
+import base64
+import copy
+import hashlib
+import json
+import struct
+import sys
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from facewrinkle.errors import MeshError, MissingPackageError
+from facewrinkle.mesh import read_surface
+from facewrinkle.mesh.formats.obj_off import polygon_triangles
+
+POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]], dtype=np.float32)
+TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]], dtype=np.uint16)
+
+
+def document(points=POINTS, triangles=TRIANGLES):
+    """The structure of a file with one mesh, and its binary data."""
+    blob = points.tobytes() + np.asarray(triangles, np.uint16).tobytes()
+    size = int(np.size(triangles))
+    return {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": len(points), "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": size, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": points.nbytes},
+            {"buffer": 0, "byteOffset": points.nbytes, "byteLength": 2 * size},
+        ],
+        "buffers": [{"byteLength": len(blob)}],
+    }, blob
+
+
+def with_data(file, blob, values, kind, width):
+    """One accessor more, and its number."""
+    values = np.ascontiguousarray(values)
+    blob += b"\0" * (-len(blob) % 4)
+    file["bufferViews"].append({"buffer": 0, "byteOffset": len(blob), "byteLength": values.nbytes})
+    file["accessors"].append(
+        {"bufferView": len(file["bufferViews"]) - 1, "componentType": kind, "count": len(values), "type": width}
+    )
+    return blob + values.tobytes(), len(file["accessors"]) - 1
+
+
+def glb(path, file, blob):
+    text = json.dumps(file).encode()
+    text += b" " * (-len(text) % 4)
+    blob += b"\0" * (-len(blob) % 4)
+    file["buffers"][0]["byteLength"] = len(blob)
+    head = struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(blob))
+    path.write_bytes(
+        head + struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(blob), 0x4E4942) + blob
+    )
+    return path
+
+
+def test_a_mesh_comes_as_it_is_from_all_three_containers(tmp_path):
+    file, blob = document()
+    paths = [glb(tmp_path / "a.glb", copy.deepcopy(file), blob)]
+    for name, uri in (("b.gltf", "data%20file.bin"), ("c.gltf", "data:;base64," + base64.b64encode(blob).decode())):
+        file["buffers"][0]["uri"] = uri
+        (tmp_path / name).write_text(json.dumps(file))
+        paths.append(tmp_path / name)
+    (tmp_path / "data file.bin").write_bytes(blob)
+    before = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
+    for path in paths:
+        mesh = read_surface(path)
+        np.testing.assert_array_equal(mesh.points, POINTS)
+        np.testing.assert_array_equal(mesh.regular_faces, TRIANGLES)
+    assert [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths] == before
+    (tmp_path / "data file.bin").unlink()
+    with pytest.raises(MeshError, match=r"needs the file 'data%20file.bin' beside it, which is not there"):
+        read_surface(paths[1])
+
+
+def test_nodes_place_their_meshes(tmp_path):
+    file, blob = document()
+    turn = [0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]  # a quarter about z
+    file["nodes"] = [
+        {"children": [1, 2], "translation": [10.0, 0.0, 0.0]},
+        {"mesh": 0, "rotation": turn, "scale": [2.0, 2.0, 2.0]},
+        {"mesh": 0, "matrix": [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 5, 0, 1]},
+    ]
+    mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
+    x, y, z = POINTS.astype(float).T
+    np.testing.assert_allclose(mesh.points[:5], np.column_stack([10 - 2 * y, 2 * x, 2 * z]), atol=1e-6)
+    np.testing.assert_allclose(mesh.points[5:], np.column_stack([10 - x, y + 5, z]), atol=1e-6)
+    np.testing.assert_array_equal(mesh.regular_faces[4:], TRIANGLES[:, ::-1] + 5)  # mirrored: turned round
+
+
+@pytest.mark.parametrize(("mode", "order"), [(5, [0, 1, 3, 2, 2, 4]), (6, [4, 0, 1, 2, 3])])
+def test_strips_and_fans(tmp_path, mode, order):
+    file, blob = document(triangles=np.array(order))
+    file["meshes"][0]["primitives"][0]["mode"] = mode
+    faces = read_surface(glb(tmp_path / "a.glb", file, blob)).regular_faces.tolist()
+    assert faces == ([[0, 1, 3], [3, 1, 2]] if mode == 5 else [[4, 0, 1], [4, 1, 2], [4, 2, 3]])
+
+
+def test_sparse_and_quantised_numbers_are_read(tmp_path):
+    file, blob = document()
+    blob, values = with_data(file, blob, np.array([[7.0, 8.0, 9.0]], np.float32), 5126, "VEC3")
+    blob, where = with_data(file, blob, np.array([4], np.uint16), 5123, "SCALAR")
+    views = [file["accessors"].pop()["bufferView"] for _ in (where, values)]
+    file["accessors"][0]["sparse"] = {
+        "count": 1,
+        "indices": {"bufferView": views[0], "componentType": 5123},
+        "values": {"bufferView": views[1]},
+    }
+    mesh = read_surface(glb(tmp_path / "sparse.glb", file, blob))
+    np.testing.assert_array_equal(mesh.points, np.vstack([POINTS[:4], [[7, 8, 9]]]))
+    file, blob = document()
+    file["extensionsRequired"] = ["KHR_mesh_quantization"]
+    blob, number = with_data(file, blob, np.rint(POINTS * 32767).astype(np.int16)[:, [0, 1, 2, 2]], 5122, "VEC3")
+    file["bufferViews"][-1]["byteStride"] = 8
+    file["accessors"][number]["normalized"] = True
+    file["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = number
+    np.testing.assert_allclose(read_surface(glb(tmp_path / "q.glb", file, blob)).points, POINTS, atol=1e-4)
+
+
+def test_bones_hold_the_skin_where_they_are(tmp_path):
+    file, blob = document()
+    blob, joints = with_data(file, blob, np.tile(np.array([[0, 1, 0, 0]], np.uint8), (5, 1)), 5121, "VEC4")
+    weights = np.tile(np.array([[0.25, 0.75, 0.0, 0.0]], np.float32), (5, 1))
+    blob, shares = with_data(file, blob, weights, 5126, "VEC4")
+    bind = np.tile(np.eye(4, dtype=np.float32).ravel(), (2, 1))
+    blob, matrices = with_data(file, blob, bind, 5126, "MAT4")
+    file["meshes"][0]["primitives"][0]["attributes"] |= {"JOINTS_0": joints, "WEIGHTS_0": shares}
+    file["nodes"] = [
+        {"mesh": 0, "skin": 0, "translation": [100.0, 0, 0]},  # which does not count
+        {"translation": [4.0, 0, 0]},
+        {"translation": [0, 8.0, 0]},
+    ]
+    file["scenes"][0]["nodes"] = [0, 1, 2]
+    file["skins"] = [{"joints": [1, 2], "inverseBindMatrices": matrices}]
+    mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
+    np.testing.assert_allclose(mesh.points, POINTS + np.array([1.0, 6.0, 0.0]), atol=1e-6)
+
+
+def test_colours_and_texture_come_along_and_a_missing_picture_does_not_matter(tmp_path):
+    file, blob = document()
+    blob, texture = with_data(file, blob, POINTS[:, :2].copy(), 5126, "VEC2")
+    blob, colour = with_data(file, blob, np.tile(np.array([[1.0, 0.0, 0.5]], np.float32), (5, 1)), 5126, "VEC3")
+    file["meshes"][0]["primitives"][0]["attributes"] |= {"TEXCOORD_0": texture, "COLOR_0": colour}
+    file["meshes"][0]["primitives"][0]["material"] = 0
+    file["images"], file["textures"] = [{"uri": "nowhere.png"}], [{"source": 0}]
+    file["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
+    np.testing.assert_allclose(mesh.active_texture_coordinates, POINTS[:, :2] * [1, -1] + [0, 1])
+    np.testing.assert_array_equal(mesh["Colors"], np.tile([255, 0, 188], (5, 1)))  # light of 0.5 is seen as 0.735
+
+
+CORNEA = {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.1]}}
+GLASS = {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.9}}}
+
+
+@pytest.mark.parametrize("material", [CORNEA, GLASS])
+def test_what_one_sees_through_does_not_hide_what_is_behind(tmp_path, material):
+    """A cornea is no eye; but where all is so, that is the mesh."""
+    file, blob = document()
+    attributes = file["meshes"][0]["primitives"][0]["attributes"]
+    blob, half = with_data(file, blob, np.array([0, 1, 4], np.uint16), 5123, "SCALAR")
+    file["meshes"][0]["primitives"].append({"attributes": attributes, "indices": half, "material": 0})
+    file["materials"] = [material]
+    assert read_surface(glb(tmp_path / "a.glb", file, blob)).n_cells == 4
+    file["meshes"][0]["primitives"][0]["material"] = 0
+    assert read_surface(glb(tmp_path / "b.glb", file, blob)).n_cells == 5
+    file["meshes"][0]["primitives"][0].pop("material")
+    file["materials"] = [{**material, "alphaMode": "MASK", "extensions": {}}]  # which is drawn, or not at all
+    assert read_surface(glb(tmp_path / "c.glb", file, blob)).n_cells == 5
+
+
+def test_textures_lie_by_their_own_coordinates_and_transforms(tmp_path):
+    file, blob = document()
+    quantised = np.rint(POINTS[:, :2] * 4095).astype(np.uint16)  # as packers write them, with a scale in the material
+    blob, texture = with_data(file, blob, quantised, 5123, "VEC2")
+    primitive = file["meshes"][0]["primitives"][0]
+    primitive["attributes"] |= {"TEXCOORD_0": 0, "TEXCOORD_1": texture}
+    primitive["material"] = 0
+    file["images"], file["textures"] = [{"uri": "nowhere.png"}], [{"source": 0}]
+    half = {"scale": [0.5 / 4095, 1.0 / 4095], "offset": [0.25, 0.5]}
+    laid = {"index": 0, "texCoord": 1, "extensions": {"KHR_texture_transform": half}}
+    file["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": laid}}]
+    mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
+    expected = POINTS[:, :2] * [0.5, -1.0] + [0.25, 0.5]
+    np.testing.assert_allclose(mesh.active_texture_coordinates, expected, atol=2e-4)
+    half["rotation"] = np.pi / 2  # of the coordinates, against the clock where v goes up
+    mesh = read_surface(glb(tmp_path / "b.glb", file, blob))
+    x, y = POINTS[:, :2].T
+    np.testing.assert_allclose(mesh.active_texture_coordinates, np.stack([y + 0.25, 0.5 * x + 0.5], axis=1), atol=2e-4)
+
+
+DAMAGE = {
+    "count of points": lambda file: file["accessors"][0].update(count=10**9),
+    "count of indices": lambda file: file["accessors"][1].update(count=10**12),
+    "no data": lambda file: file["accessors"][0].pop("bufferView"),
+    "view": lambda file: file["accessors"][0].update(bufferView=7),
+    "mesh": lambda file: file["nodes"][0].update(mesh=9),
+    "node": lambda file: file["scenes"][0].update(nodes=[5]),
+    "loop": lambda file: file["nodes"][0].update(children=[0]),
+    "offset": lambda file: file["bufferViews"][1].update(byteOffset=10**8),
+    "negative offset": lambda file: file["bufferViews"][1].update(byteOffset=-40),
+    "kind": lambda file: file["accessors"][0].update(componentType=99),
+    "width": lambda file: file["accessors"][0].update(type="VEC2"),
+    "index": lambda file: file["accessors"][0].update(count=3),
+    "buffers": lambda file: file.update(bufferViews=[]),
+    "structure": lambda file: file.update(meshes=[[]]),
+    "names": lambda file: file["meshes"][0]["primitives"][0].update(attributes=3),
+    "matrix": lambda file: file["nodes"][0].update(matrix=[1, 2]),
+}
+
+
+@pytest.mark.parametrize("what", DAMAGE)
+def test_damaged_structure(tmp_path, what):
+    file, blob = document()
+    DAMAGE[what](file)
+    with pytest.raises(MeshError, match=r"a\.glb cannot be read: .*export it again"):
+        read_surface(glb(tmp_path / "a.glb", file, blob))
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.6, 0.9, 0.99])
+def test_cut_off(tmp_path, share):
+    path = glb(tmp_path / "a.glb", *document())
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    with pytest.raises(MeshError, match="cannot be read"):
+        read_surface(path)
+
+
+@pytest.mark.parametrize(
+    ("extension", "name"), [("KHR_draco_mesh_compression", "Draco"), ("EXT_meshopt_compression", "meshopt")]
+)
+def test_compressed(tmp_path, extension, name):
+    file, blob = document()
+    file["extensionsRequired"] = [extension]
+    with pytest.raises(MeshError, match=f"compressed with {name}.*Export it without compression, or as OBJ or PLY"):
+        read_surface(glb(tmp_path / "a.glb", file, blob))
+
+
+def test_plain_numbers_beside_compressed_ones_are_read(tmp_path):
+    file, blob = document()
+    part = file["meshes"][0]["primitives"][0]
+    part["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
+    np.testing.assert_array_equal(read_surface(glb(tmp_path / "a.glb", file, blob)).points, POINTS)
+    del file["accessors"][0]["bufferView"]
+    with pytest.raises(MeshError, match="compressed with Draco"):
+        read_surface(glb(tmp_path / "a.glb", file, blob))
+
+
+def test_other_versions_and_files_without_triangles(tmp_path):
+    file, blob = document()
+    file["asset"]["version"] = "1.0"
+    with pytest.raises(MeshError, match=r"is glTF 1\.0; 2\.0 is read"):
+        read_surface(glb(tmp_path / "a.glb", file, blob))
+    file, blob = document()
+    file["meshes"][0]["primitives"][0]["mode"] = 0
+    with pytest.raises(MeshError, match="holds no triangles"):
+        read_surface(glb(tmp_path / "a.glb", file, blob))
+
+
+# --- USD ------------------------------------------------------------------------------------------------
+
+USDA = """#usda 1.0
+(
+    upAxis = "Y"
+)
+def Xform "root"
+{
+    double3 xformOp:translate = (10, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Mesh "face"
+    {
+        int[] faceVertexCounts = [4, 3]
+        int[] faceVertexIndices = [0, 1, 2, 3, 1, 4, 2]
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0)]
+        texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1), (5, 0), (6, 0), (5, 1)] (
+            interpolation = "faceVarying"
+        )
+    }
+    def Mesh "left"
+    {
+        uniform token orientation = "leftHanded"
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+        point3f[] points = [(0, 0, 5), (1, 0, 5), (0, 1, 5)]
+    }
+    def Mesh "unseen"
+    {
+        token visibility = "invisible"
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    }
+}
+"""
+
+
+def test_usd(tmp_path):
+    pytest.importorskip("pxr")
+    path = tmp_path / "a.usda"
+    path.write_text(USDA)
+    mesh = read_surface(path)
+    assert mesh.n_points == 8
+    assert mesh.bounds[0] == 10.0
+    assert mesh.regular_faces.tolist()[2:] == [[1, 4, 2], [5, 7, 6]]
+    assert pv.PolyData.from_regular_faces(mesh.points, mesh.regular_faces[:2]).area == pytest.approx(1.0)
+    corners = mesh.cell_data["Texture Corners"].reshape(-1, 3, 2)
+    np.testing.assert_array_equal(corners[2], [[5, 0], [6, 0], [5, 1]])
+    np.testing.assert_array_equal(corners[:2], mesh.points[mesh.regular_faces[:2]][..., :2] - [10, 0])
+    path.write_text(USDA.replace("1, 4, 2]", "1, 99, 2]"))
+    fresh = path.rename(tmp_path / "b.usda")  # USD keeps open what it has read
+    with pytest.raises(MeshError, match="faces of face lead nowhere"):
+        read_surface(fresh)
+    (tmp_path / "c.usda").write_text("nothing")
+    with pytest.raises(MeshError, match=r"c\.usda cannot be read"):
+        read_surface(tmp_path / "c.usda")
+
+
+def test_usd_by_other_names_and_in_colour(tmp_path):
+    """Maya calls texture coordinates map1; colours of points are light, as in glTF."""
+    pytest.importorskip("pxr")
+    path = tmp_path / "a.usda"
+    colour = "color3f[] primvars:displayColor = [(1, 0, 0), (0.214, 0, 0), (0, 0, 0), (1, 1, 1), (0, 0, 1)] ("
+    text = USDA.replace("primvars:st", "primvars:map1")
+    path.write_text(text.replace("texCoord2f", f'{colour}interpolation = "vertex")\n        texCoord2f'))
+    mesh = read_surface(path)
+    np.testing.assert_array_equal(mesh.cell_data["Texture Corners"].reshape(-1, 3, 2)[2], [[5, 0], [6, 0], [5, 1]])
+    expected = [[255, 0, 0], [127, 0, 0], [0, 0, 0], [255, 255, 255], [0, 0, 255]]
+    np.testing.assert_array_equal(mesh["Colors"][:5], expected)
+    np.testing.assert_array_equal(mesh["Colors"][5:], 255)  # of what has none
+
+
+def test_usd_needs_its_package(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pxr", None)
+    path = tmp_path / "a.usda"
+    path.write_text(USDA)
+    with pytest.raises(MissingPackageError, match=r"usd-core.*facewrinkle\[export\]"):
+        read_surface(path)
+
+
+# --- polygons -------------------------------------------------------------------------------------------
+
+
+def shoelace(corners):
+    x, y = corners[:, 0], corners[:, 1]
+    return abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2
+
+
+def test_hollow_polygons_are_covered_and_nothing_beside_them():
+    points = np.array([[0.0, 0, 0], [2, -1, 0], [0.5, 0, 0], [2, 1, 0], [3, 0, 0], [4, 1, 0]])
+    mesh = pv.PolyData()
+    mesh.points, mesh.faces = points, [4, 1, 2, 3, 0, 5, 1, 4, 4, 5, 2]  # one names a point twice
+    read = read_surface(mesh)
+    first, second = read.regular_faces[:2], read.regular_faces[2:]
+    for triangles, polygon in ((first, [1, 2, 3, 0]), (second, [1, 4, 5, 2])):
+        assert set(triangles.ravel()) <= set(polygon)
+        assert pv.PolyData.from_regular_faces(points, triangles).area == pytest.approx(shoelace(points[polygon]))
+
+
+def test_polygons_without_area_are_split_all_the_same():
+    line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]])
+    triangles = polygon_triangles(line, np.array([4, 3]))
+    assert triangles.tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6]]

@@ -1,0 +1,135 @@
+"""PLY files: text and binary, whole and damaged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from facewrinkle.errors import MeshError
+from facewrinkle.mesh.formats.ply import read_ply
+
+HEADER = """ply
+format {order} 1.0
+comment a quad between two triangles
+element camera 1
+property list uchar short places
+property double angle
+element vertex 5
+property float x
+property double y
+property float z
+property uchar red
+property uchar green
+property uchar blue
+property float s
+property float t
+element face 3
+property uchar flags
+property list uchar int vertex_indices
+end_header
+"""
+POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0.25]])
+COLORS = np.arange(15).reshape(5, 3) * 10
+TEXTURE = POINTS[:, :2] / 2
+FACES = [[0, 1, 2], [0, 2, 3, 4], [4, 3, 2]]
+
+
+def written(order: str) -> bytes:
+    """The file of the header, number by number."""
+    mark = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}[order]
+    rows: list[list[tuple[str, float]]] = [[("u1", 2), ("i2", 7), ("i2", -7), ("f8", 0.5)]]
+    for point, color, st in zip(POINTS, COLORS, TEXTURE, strict=True):
+        numbers = zip(("f4", "f8", "f4", "u1", "u1", "u1", "f4", "f4"), (*point, *color, *st), strict=True)
+        rows.append(list(numbers))
+    rows += [[("u1", 1), ("u1", len(face)), *(("i4", number) for number in face)] for face in FACES]
+    header = HEADER.format(order=order).encode()
+    if mark is None:
+        return header + "".join(" ".join(f"{value:g}" for _, value in row) + "\n" for row in rows).encode()
+    return header + b"".join(np.array(value).astype(mark + kind).tobytes() for row in rows for kind, value in row)
+
+
+@pytest.mark.parametrize("order", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_everything_is_read_in_any_order_of_bytes(tmp_path, order):
+    path = tmp_path / "mesh.ply"
+    path.write_bytes(written(order))
+    found = read_ply(path)
+    np.testing.assert_array_equal(found.points, POINTS)
+    assert found.faces == FACES
+    np.testing.assert_array_equal(found.texture, TEXTURE)
+    np.testing.assert_array_equal(found.colors, COLORS)
+    assert found.colors is not None
+    assert found.colors.dtype == np.uint8
+    assert found.corners is None
+
+
+@pytest.mark.parametrize("ends", [b"\r\n", b"\r"])
+def test_text_with_other_ends_of_lines(tmp_path, ends):
+    path = tmp_path / "mesh.ply"
+    path.write_bytes(written("ascii").replace(b"\n", ends))
+    assert read_ply(path).faces == FACES
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_files_of_vtk(tmp_path, binary):
+    mesh = pv.Sphere(theta_resolution=9, phi_resolution=7)
+    mesh.save(tmp_path / "mesh.ply", binary=binary)
+    found = read_ply(tmp_path / "mesh.ply")
+    np.testing.assert_allclose(found.points, mesh.points, rtol=1e-5, atol=1e-6)
+    np.testing.assert_array_equal(found.faces, mesh.regular_faces)
+
+
+@pytest.mark.parametrize("order", ["ascii", "binary_little_endian"])
+def test_files_that_are_cut_off(tmp_path, order):
+    whole = written(order).rstrip(b"\n")
+    path = tmp_path / "mesh.ply"
+    for length in range(1, len(whole) - (1 if order == "ascii" else 0), 3):  # every number of the text has one digit
+        path.write_bytes(whole[:length])
+        with pytest.raises(MeshError, match="mesh.ply cannot be read"):
+            read_ply(path)
+
+
+def test_damaged_files_end_in_an_error_or_a_mesh(tmp_path):
+    generator = np.random.default_rng(3)
+    whole = np.frombuffer(written("binary_little_endian"), np.uint8)
+    path = tmp_path / "mesh.ply"
+    refused = 0
+    for _ in range(300):
+        data = whole.copy()
+        data[generator.integers(0, len(data), 4)] = generator.integers(0, 256, 4)
+        path.write_bytes(data.tobytes())
+        try:
+            found = read_ply(path)
+        except MeshError:
+            refused += 1
+        else:
+            assert all(0 <= number < len(found.points) for face in found.faces for number in face)
+    assert 0 < refused < 300
+
+
+BAD = {
+    "count": ("element vertex 5", "element vertex five", "its header says 'element vertex five'"),
+    "negative": ("element face 3", "element face -3", "announces.*-3 x face"),
+    "kind": ("property float z", "property real z", "its header says"),
+    "order": ("format ascii", "format middle_endian", "its header says"),
+    "format": ("format ascii 1.0\n", "", "names no format"),
+    "axis": ("property float z", "property float w", "no x, y and z"),
+    "twice": ("property float z", "property float x", "do not hold them"),
+    "short": ("1 3 4 3 2", "1 2 4 3", "face 3 has 2 points"),
+    "range": ("1 3 4 3 2", "1 3 4 3 5", "face 3 uses vertices.*has 5 vertices"),
+    "nan index": ("1 3 4 3 2", "1 3 4 3 nan", "face 3 uses vertices"),
+    "nan length": ("1 3 4 3 2", "1 nan 4 3 2", "do not hold them"),
+    "fraction": ("1 3 4 3 2", "1 2.5 4 3 2", "do not hold them"),
+    "word": ("1 3 4 3 2", "1 3 4 three 2", "do not hold them"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_text_that_makes_no_sense(tmp_path, name):
+    old, new, message = BAD[name]
+    text = written("ascii").decode()
+    assert old in text
+    path = tmp_path / "mesh.ply"
+    path.write_text(text.replace(old, new))
+    with pytest.raises(MeshError, match=message):
+        read_ply(path)

@@ -1,0 +1,206 @@
+"""Meshes with one image and with several, in the formats that name them.
+
+what               checked against
+one of several     the pixel of a triangle's own image under each of its corners, in the image of all
+what has none      its own colour
+tiles              the same coordinates in another tile of the plane; a repeated image is told of
+USD                materials of meshes and of subsets of faces, in files and in packages
+parts              the photo of each part of a head from an OBJ file
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+import pyvista as pv
+from PIL import Image
+
+import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleWarning
+from facewrinkle.mesh import corner_texture, merged_texture, read_surface
+
+RNG = np.random.default_rng(8)
+RED, BLUE = (RNG.integers(0, 256, (6, 9, 3), dtype=np.uint8), RNG.integers(0, 256, (12, 5, 3), dtype=np.uint8))
+
+QUADS = """mtllib a.mtl
+v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0
+vt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9
+usemtl red\nf 1/1 2/2 3/3 4/4
+usemtl blue\nf 2/1 5/2 6/3 3/4
+"""
+MATERIALS = "newmtl red\nmap_Kd red.png\nnewmtl blue\nmap_Kd blue.png\n"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name, pixels in (("red", RED), ("blue", BLUE)):
+        Image.fromarray(pixels).save(tmp_path / f"{name}.png")
+    (tmp_path / "a.mtl").write_text(MATERIALS)
+    (tmp_path / "a.obj").write_text(QUADS)
+    return tmp_path
+
+
+def seen(image, uv):
+    """The pixel (..., 3) under texture coordinates."""
+    h, w = image.shape[:2]
+    columns = np.clip((uv[..., 0] * w).astype(int), 0, w - 1)
+    return image[np.clip(((1.0 - uv[..., 1]) * h).astype(int), 0, h - 1), columns]
+
+
+def test_several_images_become_one(folder):
+    mesh = read_surface(folder / "a.obj")
+    own, number = corner_texture(mesh).copy(), np.asarray(mesh.cell_data["image"])
+    names = [name.rsplit("/", 1)[1] for name in mesh.field_data["images"]]
+    assert sorted(names) == ["blue.png", "red.png"]
+    assert np.bincount(number).tolist() == [2, 2]
+    image, laid = merged_texture(mesh), corner_texture(mesh)
+    for triangle, which in enumerate(number):
+        expected = seen({"red.png": RED, "blue.png": BLUE}[names[which]], own[triangle])
+        np.testing.assert_array_equal(seen(image, laid[triangle]), expected)
+    assert mesh.n_points == 6  # still one surface, with a seam between the images
+    face = fw.surface(folder / "a.obj")
+    np.testing.assert_array_equal(face.texture, image)
+    np.testing.assert_allclose(corner_texture(face.mesh), laid)
+
+
+def test_one_image_is_laid_as_it_is(folder):
+    (folder / "a.mtl").write_text(MATERIALS.replace("red.png", "blue.png"))
+    mesh = read_surface(folder / "a.obj")
+    before = corner_texture(mesh).copy()
+    np.testing.assert_array_equal(merged_texture(mesh), BLUE)
+    np.testing.assert_array_equal(corner_texture(mesh), before)
+    assert merged_texture(pv.Plane().triangulate()) is None
+
+
+def test_what_has_no_image_keeps_its_colour(folder):
+    (folder / "a.mtl").write_text("newmtl red\nmap_Kd red.png\n")
+    mesh = read_surface(folder / "a.obj")
+    bare = np.asarray(mesh.cell_data["image"]) < 0
+    assert bare.sum() == 2
+    mesh.point_data["Colors"] = np.tile(np.array([10, 200, 30], np.uint8), (mesh.n_points, 1))
+    image = merged_texture(mesh)
+    np.testing.assert_array_equal(seen(image, corner_texture(mesh)[bare]), np.full((2, 3, 3), [10, 200, 30]))
+
+
+def test_images_that_are_missing_are_told_of_and_the_others_are_there(folder):
+    (folder / "blue.png").unlink()
+    with pytest.warns(FaceWrinkleWarning, match=r"left out: the image 'blue\.png' is not there"):
+        image = fw.surface(folder / "a.obj").texture
+    assert image is not None
+    (folder / "red.png").write_bytes(b"nothing")
+    (folder / "blue.png").write_bytes(b"nothing")
+    with pytest.warns(FaceWrinkleWarning, match=r"the image (red|blue)\.png cannot be read") as told:
+        assert fw.surface(folder / "a.obj").texture is None
+    assert len(told) == 2
+
+
+def test_each_image_may_have_a_tile_of_its_own_but_not_repeat(folder):
+    def moved(by):
+        coordinates = "vt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\n"
+        for before in ("0.1 0.1", "0.9 0.1", "0.9 0.9", "0.1 0.9"):
+            u, v = map(float, before.split())
+            coordinates += f"vt {by(u):g} {v + 2:g}\n"
+        text = QUADS.replace("vt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\n", coordinates)
+        (folder / "b.obj").write_text(text.replace("f 2/1 5/2 6/3 3/4", "f 2/5 5/6 6/7 3/8"))
+        mesh = read_surface(folder / "b.obj")
+        return merged_texture(mesh), corner_texture(mesh)
+
+    mesh = read_surface(folder / "a.obj")
+    image, laid = merged_texture(mesh), corner_texture(mesh)
+    for found, expected in zip(moved(lambda u: u + 1.0), (image, laid), strict=True):
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+    with pytest.warns(FaceWrinkleWarning, match=r"repeated on the mesh, blue\.png, are cut off"):
+        moved(lambda u: 3.0 * u)
+
+
+def test_transparency_stays_where_one_of_them_has_it(folder):
+    clear = np.dstack([BLUE, np.full(BLUE.shape[:2], 7, np.uint8)])
+    Image.fromarray(clear).save(folder / "blue.png")
+    mesh = read_surface(folder / "a.obj")
+    number, names = np.array(mesh.cell_data["image"]), list(mesh.field_data["images"])
+    image = merged_texture(mesh)
+    assert image.shape[2] == 4
+    alphas = seen(image, corner_texture(mesh).mean(axis=1))[:, 3]
+    blue = [name.endswith("blue.png") for name in names].index(True)
+    np.testing.assert_array_equal(alphas, np.where(number == blue, 7, 255))
+    assert "image" not in mesh.cell_data  # to lay them once more would spoil it
+
+
+# --- USD ----------------------------------------------------------------------------------------
+
+
+def shaded(stage, name):
+    from pxr import Sdf, UsdShade
+
+    material = UsdShade.Material.Define(stage, f"/looks/{name}")
+    surface = UsdShade.Shader.Define(stage, f"/looks/{name}/surface")
+    surface.CreateIdAttr("UsdPreviewSurface")
+    photo = UsdShade.Shader.Define(stage, f"/looks/{name}/photo")
+    photo.CreateIdAttr("UsdUVTexture")
+    photo.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(f"{name}.png")
+    output = photo.CreateOutput("rgb", Sdf.ValueTypeNames.Float3)
+    surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).ConnectToSource(output)
+    material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
+    return material
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_materials_of_usd(folder, packed):
+    pytest.importorskip("pxr")
+    from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdUtils, Vt
+
+    path = folder / "a.usda"
+    stage = Usd.Stage.CreateNew(str(path))
+    mesh = UsdGeom.Mesh.Define(stage, "/skin")
+    mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)])
+    mesh.CreateFaceVertexCountsAttr([4, 4])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3, 1, 4, 5, 2])
+    corners = np.tile([[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]], (2, 1)).astype(np.float32)
+    kind = UsdGeom.Tokens.faceVarying
+    variable = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, kind)
+    variable.Set(Vt.Vec2fArray.FromNumpy(corners))
+    UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(shaded(stage, "red"))
+    subset = UsdShade.MaterialBindingAPI(mesh.GetPrim()).CreateMaterialBindSubset("ears", Vt.IntArray([1]))
+    UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(shaded(stage, "blue"))
+    stage.Save()
+    if packed:
+        assert UsdUtils.CreateNewUsdzPackage(str(path), str(folder / "a.usdz"))
+        path = folder / "a.usdz"
+        for name in ("red", "blue"):
+            (folder / f"{name}.png").unlink()
+    surface = read_surface(path)
+    right = np.asarray(surface.points)[surface.regular_faces][..., 0].max(axis=1) > 1.0
+    own = corner_texture(surface).copy()
+    image, laid = merged_texture(surface), corner_texture(surface)
+    for triangle, ear in enumerate(right):
+        np.testing.assert_array_equal(seen(image, laid[triangle]), seen(BLUE if ear else RED, own[triangle]))
+    assert surface.n_points == 6
+
+
+# --- parts --------------------------------------------------------------------------------------
+
+
+def test_each_part_of_an_obj_has_its_own_photo(face, folder):
+    lines, start = ["mtllib a.mtl"], 1
+    meshes = {"red": face.mesh} | {
+        f"blue {eye.side}": pv.Sphere(radius=eye.radius, center=eye.centre).triangulate() for eye in face.eyes
+    }
+    for name, mesh in meshes.items():
+        uv = 0.5 + 0.002 * np.asarray(mesh.points)[:, :2]
+        lines += [f"v {x} {y} {z}" for x, y, z in np.asarray(mesh.points).tolist()]
+        lines += [f"vt {u} {v}" for u, v in uv.tolist()]
+        lines += [f"usemtl {name.split()[0]}"]
+        lines += [f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in (mesh.regular_faces + start).tolist()]
+        start += mesh.n_points
+    (folder / "head.obj").write_text("\n".join(lines))
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Kept one of 3")
+        whole = fw.fit_face(folder / "head.obj", face.landmarks, "mm")
+    np.testing.assert_array_equal(whole.texture, RED)
+    assert list(whole.parts) == ["eye_l", "eye_r"]
+    for part in whole.parts.values():
+        np.testing.assert_array_equal(part.texture, BLUE)
+        expected = 0.5 + 0.002 * np.asarray(part.mesh.points)[:, :2]
+        np.testing.assert_allclose(part.mesh.active_texture_coordinates, expected, atol=1e-9)

@@ -1,0 +1,286 @@
+"""Repair: meshes are spoiled on purpose; what comes back is the mesh before the damage, or as whole as it was."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+
+import numpy as np
+import pytest
+import pyvista as pv
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageError
+from facewrinkle.geometry import topology
+from facewrinkle.mesh import prepare, read_surface
+from facewrinkle.mesh.repair.topology_repair import (
+    RepairedMesh,
+    areas_doubled,
+    closed_up,
+    mended,
+    reconstructed,
+    turned_over,
+    unfolded,
+)
+
+
+def ball(resolution=16):
+    sphere = pv.Sphere(radius=1.0, theta_resolution=resolution, phi_resolution=resolution)
+    return np.asarray(sphere.points, dtype=np.float64), np.asarray(sphere.regular_faces, dtype=np.int64)
+
+
+def sheet(size=6):
+    plane = pv.Plane(i_resolution=size, j_resolution=size).triangulate()
+    return np.asarray(plane.points, dtype=np.float64), np.asarray(plane.regular_faces, dtype=np.int64)
+
+
+def rim(triangles):
+    """Number of edges with one triangle."""
+    _, sides = topology.unique_edges(triangles)
+    return int((np.bincount(sides.ravel()) == 1).sum())
+
+
+def is_sound(mesh):
+    return (
+        len(topology.non_manifold_edges(mesh.triangles)) == 0
+        and (areas_doubled(mesh.points, mesh.triangles) > 0.0).all()
+        and np.array_equal(mesh.points, mesh.points)
+    )
+
+
+@pytest.mark.parametrize("make", [ball, sheet])
+def test_a_sound_mesh_stays_as_it_is(make):
+    points, triangles = make()
+    mesh = mended(RepairedMesh.of(points, triangles))
+    assert mesh.report == ()
+    np.testing.assert_array_equal(mesh.triangles, triangles)
+    np.testing.assert_array_equal(mesh.points, points)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sets(st.integers(0, 400), min_size=1, max_size=12), st.floats(0.2, 0.8))
+def test_caps_are_flipped_and_nothing_tears(which, share):
+    points, triangles = ball()
+    chosen = np.array(sorted(n % len(triangles) for n in which))
+    a, b, c = triangles[chosen].T
+    middle = len(points) + np.arange(len(chosen))
+    new = np.vstack([np.column_stack(t) for t in ((a, middle, c), (middle, b, c), (a, b, middle))])
+    dirty = np.vstack([points, (1 - share) * points[a] + share * points[b]])
+    mesh = mended(RepairedMesh.of(dirty, np.vstack([np.delete(triangles, chosen, axis=0), new])))
+    assert is_sound(mesh)
+    assert rim(mesh.triangles) == 0
+    assert topology.euler_characteristic(mesh.triangles) == 2
+    assert topology.is_oriented(mesh.triangles)
+    assert areas_doubled(mesh.points, mesh.triangles).sum() == pytest.approx(areas_doubled(points, triangles).sum())
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sets(st.integers(0, 400), min_size=1, max_size=6))
+def test_edges_without_length_collapse_and_nothing_tears(which):
+    points, triangles = ball()
+    for n in which:
+        a, b = triangles[n % len(triangles)][:2]
+        points[b] = points[a]
+    mesh = mended(RepairedMesh.of(points, triangles))
+    assert is_sound(mesh)
+    assert rim(mesh.triangles) == 0
+    assert len(mesh.report) >= 1
+
+
+def test_a_triangle_that_is_there_twice_back_to_back_is_dropped():
+    points, triangles = sheet()
+    mesh = mended(
+        RepairedMesh.of(np.vstack([points, points]), np.vstack([triangles, triangles[:, ::-1] + len(points)]))
+    )
+    np.testing.assert_array_equal(mesh.triangles, triangles)
+    assert mesh.report == ("Dropped duplicate triangles: 72 of 144.",)
+
+
+@pytest.mark.parametrize("rounding", [0.0, 1e-7])
+@pytest.mark.parametrize("make", [ball, sheet])
+def test_seams_are_sewn(make, rounding):
+    points, triangles = make()
+    over = points[triangles].mean(axis=1) @ [1.0, 0.3, 0.2] > 0.05
+    split = np.where(over[:, None], triangles + len(points), triangles)
+    noise = np.random.default_rng(0).uniform(-rounding, rounding, points.shape)
+    mesh = mended(RepairedMesh.of(np.vstack([points, points + noise]), split))
+    assert rim(mesh.triangles) == rim(triangles)
+    assert len(np.unique(mesh.triangles)) == len(points)
+    assert topology.sheets(mesh.triangles).max() == 0
+    np.testing.assert_array_equal(mesh.corners, np.arange(triangles.size).reshape(-1, 3))
+    assert "along seams" in mesh.report[0]
+
+
+def test_texture_keeps_both_sides_of_a_seam_that_was_sewn():
+    points, triangles = sheet()
+    over = points[triangles].mean(axis=1)[:, 0] > 0.0
+    split = np.where(over[:, None], triangles + len(points), triangles)
+    source = pv.PolyData.from_regular_faces(np.vstack([points, points]), split)
+    texture = np.vstack([points[:, :2], points[:, :2] + [5.0, 0.0]])
+    source.active_texture_coordinates = texture
+    with pytest.warns(FaceWrinkleWarning, match="along seams"):
+        clean = prepare(source)
+    expected = texture[split]
+    np.testing.assert_allclose(clean.mesh.cell_data["Texture Corners"].reshape(-1, 3, 2), expected)
+
+
+def test_corners_that_touch_are_not_sewn():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0], [-1, 0, 0], [0, -1, 0]])
+    mesh = mended(RepairedMesh.of(points, np.array([[0, 1, 2], [3, 4, 5]])))
+    assert mesh.report == ()
+    assert topology.sheets(mesh.triangles).max() == 1
+
+
+def test_fins_are_cut_off_whatever_their_direction():
+    points, triangles = ball()
+    random = np.random.default_rng(1)
+    which = triangles[random.choice(len(triangles), 20, replace=False)]
+    tips = points[which].mean(axis=1) + random.normal(0.0, 0.2, (20, 3))
+    fins = np.column_stack([which[:, :2], len(points) + np.arange(20)])
+    mesh = mended(RepairedMesh.of(np.vstack([points, tips]), np.vstack([triangles, fins])))
+    label = topology.sheets(mesh.triangles)
+    skin = mesh.triangles[label == np.argmax(np.bincount(label))]
+    np.testing.assert_array_equal(skin, triangles)
+    assert is_sound(mesh)
+
+
+def test_two_bodies_that_share_an_edge_come_apart():
+    first = pv.Cube(bounds=(0, 1, 0, 1, 0, 1)).triangulate().clean()
+    second = pv.Cube(bounds=(1, 2, 1, 2, 0, 1)).triangulate().clean()
+    both = first.append_polydata(second).clean()
+    assert len(topology.non_manifold_edges(both.regular_faces)) == 1
+    mesh = mended(RepairedMesh.of(np.asarray(both.points, float), both.regular_faces))
+    label = topology.sheets(mesh.triangles)
+    assert np.bincount(label).tolist() == [12, 12]
+    assert rim(mesh.triangles) == 0
+
+
+def test_what_a_cut_cannot_part_is_dropped():
+    points, triangles = ball()
+    a, b, c = triangles[100]
+    edges = topology.unique_edges(triangles)[0]
+    beside = next(int(v) for v in edges[(edges == a).any(axis=1)].ravel() if v not in (a, b, c))
+    extra = np.array([[a, b, beside]])  # on two edges that have two triangles each, or on none
+    mesh = mended(RepairedMesh.of(points, np.vstack([triangles, extra])))
+    assert is_sound(mesh)
+    label = topology.sheets(mesh.triangles)
+    assert np.bincount(label).max() == len(triangles)
+
+
+def test_a_point_that_was_pulled_through_the_skin_goes_back():
+    points, triangles = sheet(8)
+    inner = int(np.argmin((points**2).sum(axis=1)))
+    far = points[inner] + [0.35, 0.3, 0.0]
+    spoiled = points.copy()
+    spoiled[inner] = far
+    assert turned_over(spoiled, triangles).any()
+    mesh = unfolded(RepairedMesh.of(spoiled, triangles))
+    assert not turned_over(mesh.points, triangles).any()
+    assert "Laid triangles flat" in mesh.report[0]
+    moved = np.flatnonzero((mesh.points != spoiled).any(axis=1))
+    assert 0 < len(moved) < 30
+    assert np.abs(mesh.points[:, 2]).max() == 0.0
+
+
+def test_faces_have_no_triangles_turned_over(face, real_face):
+    assert not turned_over(face.points, face.triangles).any()
+    for stem in ("ict_face_narrow", "makehuman_head_male", "mediapipe_canonical_face_model"):
+        real = real_face(stem)
+        assert not turned_over(real.points, real.triangles).any()
+
+
+def soup(points, triangles, gap):
+    """Triangles that hang together nowhere, each smaller by a share."""
+    corners = points[triangles]
+    middle = corners.mean(axis=1, keepdims=True)
+    return (middle + (1.0 - gap) * (corners - middle)).reshape(-1, 3), np.arange(triangles.size).reshape(-1, 3)
+
+
+def test_small_gaps_are_closed():
+    points, triangles = ball()
+    mesh = closed_up(RepairedMesh.of(*soup(points, triangles, 0.002)))
+    label = topology.sheets(mesh.triangles)
+    assert np.bincount(label).max() > 0.95 * len(triangles)
+    assert len(np.unique(mesh.triangles)) <= 1.02 * len(points)
+
+
+def test_a_soup_is_reconstructed():
+    pytest.importorskip("pymeshlab")
+    points, triangles = ball(24)
+    random = np.random.default_rng(3)
+    turned = triangles.copy()
+    half = random.random(len(turned)) < 0.5
+    turned[half] = turned[half][:, ::-1]
+    mesh = reconstructed(RepairedMesh.of(*soup(points, turned, 0.2)), "A soup")
+    label = topology.sheets(mesh.triangles)
+    assert np.bincount(label).max() > 0.99 * len(label)
+    used = np.unique(mesh.triangles)
+    assert np.abs(np.linalg.norm(mesh.points[used], axis=1) - 1.0).max() < 0.05
+    assert "reconstructed with pymeshlab" in mesh.report[-1]
+    # Data come from the corner that is near.
+    source = soup(points, turned, 0.2)[0]
+    assert np.linalg.norm(source[mesh.origin[used]] - mesh.points[used], axis=1).max() < 0.3
+
+
+def test_a_soup_needs_pymeshlab(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pymeshlab", None)
+    points, triangles = ball()
+    source = pv.PolyData.from_regular_faces(*soup(points, triangles, 0.3))
+    with pytest.raises(MissingPackageError, match=r"in 8 pieces.*facewrinkle\[remesh\]"):
+        prepare(source, near=points[::30][:8])
+
+
+def test_landmarks_of_another_mesh_are_told():
+    pytest.importorskip("pymeshlab")
+    parts = [pv.Sphere(radius=0.5, center=(3.0 * k, 0, 0), theta_resolution=8, phi_resolution=8) for k in range(5)]
+    source = parts[0].append_polydata(*parts[1:])
+    near = np.array([[3.0 * k, 0.0, 0.5] for k in range(5)])
+    with pytest.raises(MeshError, match="in 5 pieces; when it is reconstructed.*landmarks are those of this mesh"):
+        prepare(source, near=near)
+
+
+def test_pv_read_tears_a_file_and_it_is_sewn_again(tmp_path, face):
+    """`pyvista.read` splits the points of an OBJ at each texture coordinate."""
+    lines = [f"v {x} {y} {z}" for x, y, z in face.points]
+    lines += [f"vt {n / 10} {k}" for n in range(7) for k in (0, 1)]
+    lines += [
+        "f " + " ".join(f"{v + 1}/{1 + (3 * i + k) % 14}" for k, v in enumerate(t))
+        for i, t in enumerate(face.triangles)
+    ]
+    path = tmp_path / "head.obj"
+    path.write_text("\n".join(lines))
+    torn = pv.read(path)
+    assert torn.n_points > 2 * face.mesh.n_points
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        whole, own = prepare(torn), read_surface(path)
+    assert whole.mesh.n_points == own.n_points
+    assert rim(whole.triangles) == rim(face.triangles)
+
+
+def lips(gap):
+    """Two sheets whose borders run along each other, and displacements that part them by `gap` in the middle."""
+    points, triangles = sheet()
+    both = np.vstack([points, points + np.array([0.0, np.ptp(points[:, 1]), 0.0])])
+    moved = np.zeros_like(both)
+    moved[len(points) :, 1] = gap * np.maximum(1.0 - (3.0 * both[len(points) :, 0]) ** 2, 0.0)
+    return pv.PolyData.from_regular_faces(both, np.vstack([triangles, triangles + len(points)])), moved
+
+
+def test_borders_that_part_as_the_mesh_moves_are_not_sewn():
+    mesh, moved = lips(0.0)
+    still = mesh.copy()
+    for data in (None, moved):  # a seam, whether it is known how it moves or not
+        if data is not None:
+            mesh.point_data["moved"] = data
+        with pytest.warns(FaceWrinkleWarning, match="Joined points"):
+            whole = prepare(mesh)
+        assert whole.points.shape[0] == still.n_points - 7
+        assert "moved" not in whole.mesh.point_data
+    mesh.point_data["moved"] = lips(0.1)[1]
+    with pytest.warns(FaceWrinkleWarning, match="Joined points at which the mesh was split along seams: 4 of"):
+        opened = prepare(mesh)  # at the corners of the mouth, which stay together
+    assert opened.points.shape[0] == still.n_points - 4
+    assert rim(opened.triangles) == rim(whole.triangles) + 2 * 4
+    assert "moved" in mesh.point_data

@@ -1,0 +1,62 @@
+"""The tip of the nose and the gums.
+
+what                    checked against
+tip of the nose         its base, which it goes along with, and the same skin without cartilage
+other skin              nothing is different there
+lining on the gums      that which muscles pull as they do other skin
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+import facewrinkle as fw
+from facewrinkle.motion.constraints import on_gums, tip_of_nose
+from facewrinkle.motion.skin import SkinMaterial
+
+
+def at(face, name):
+    return int(np.linalg.norm(face.points - face.landmarks[name], axis=1).argmin())
+
+
+def settled(face, what, **material):
+    skin = fw.Skin(face, time_step=1.0, material=SkinMaterial(**material))
+    skin.contract(face.atlas.contractions(what))
+    for _ in range(15):
+        skin.step()
+    return skin.displacement @ face.frame.axes.T
+
+
+def test_the_tip_of_the_nose_rises_with_its_base(face):
+    tip, base = at(face, "nose_tip"), at(face, "subnasale")
+    moved, without = settled(face, "AU9"), settled(face, "AU9", cartilage=0.0)
+    assert moved[base, 1] > 4.0
+    assert moved[tip, 1] > 0.4 * moved[base, 1], "captured noses rise as a whole"
+    shortened, soft = (rise[base, 1] - rise[tip, 1] for rise in (moved, without))
+    assert shortened < 0.8 * soft
+
+
+def test_a_smile_leaves_the_tip_of_the_nose(face):
+    assert np.linalg.norm(settled(face, "AU12")[at(face, "nose_tip")]) < 1.0
+
+
+def test_skin_away_from_the_nose_is_as_it_was(face):
+    firm, free = tip_of_nose(face)
+    far = np.linalg.norm(face.points - face.landmarks["nose_tip"], axis=1) > 90.0
+    assert far.any()
+    assert max(firm[far].max(), free[far].max()) < 1e-8
+    assert firm.max() <= 1.0
+    assert 0.0 <= free.min() <= free.max() < 1.0
+
+
+def test_lining_holds_to_the_gums(real_face, monkeypatch):
+    """A laugh must not draw the lining behind the upper lip up with it: that bared a wall of gum."""
+    face = real_face("makehuman_head_male")
+    gums = on_gums(face)
+    above = np.flatnonzero((gums > 0.9) & ((face.points - face.landmarks["mouth_l"]) @ face.frame.axes[1] > 0.0))
+    assert len(above) > 10
+    moved = settled(face, "laughter")
+    monkeypatch.setattr("facewrinkle.motion.skin.on_gums", lambda face: np.zeros(len(face.points)))
+    pulled = settled(face, "laughter")
+    assert moved[above, 1].mean() < 0.75 * pulled[above, 1].mean()
+    assert moved[at(face, "upper_lip_mid"), 1] > 4.0, "it laughs nevertheless"

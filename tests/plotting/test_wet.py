@@ -1,0 +1,65 @@
+"""Wet pictures: what is seen through a tear is the skin behind it, bent; highlights; nothing changes beside it."""
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.plotting import Style, TearScene, View
+
+CLOSE = Style((160, 160), View((0.3, 0.05, 1.0), "malar_l", (-0.25, -0.2, 0.0), 0.5))
+
+
+@pytest.fixture(scope="module")
+def tear(face):
+    return fw.SheddingTear(face, start="l").surface(1.3)
+
+
+def difference(first, second):
+    return np.abs(first.astype(int) - second.astype(int)).sum(axis=2)
+
+
+@pytest.fixture(scope="module")
+def pictures(face, tear):
+    with TearScene(face, CLOSE) as scene:
+        dry, wet, again = scene.picture(face.mesh), scene.picture(face.mesh, [tear]), scene.picture(face.mesh)
+    return dry, wet, again
+
+
+def test_only_the_tear_changes_the_picture_and_it_goes_again(pictures):
+    dry, wet, again = pictures
+    changed = difference(dry, wet) > 6
+    assert 0.005 < changed.mean() < 0.15
+    assert not changed[:, :20].any()
+    assert np.array_equal(dry, again)
+
+
+def test_it_is_seen_through_and_has_highlights(pictures):
+    dry, wet, _ = pictures
+    changed = difference(dry, wet) > 6
+    assert wet[changed].max(axis=1).max() > 250  # the lamp in the bead
+    assert dry[changed].max() < 240
+    assert np.median(difference(dry, wet)[changed]) < 120  # most of it is still the colour of skin
+
+
+def test_darker_where_it_is_only_wet_skin(pictures):
+    dry, wet, _ = pictures
+    film = (difference(dry, wet) > 6) & (wet.max(axis=2) < 230)
+    film[100:] = False  # the head
+    assert wet[film].mean() < dry[film].mean()
+
+
+def test_plain_is_a_fallback_of_one_pass(face, tear, pictures):
+    with TearScene(face, CLOSE, refraction=False) as scene:
+        plain = scene.picture(face.mesh, [tear])
+    assert (difference(plain, pictures[0]) > 6).mean() > 0.005
+    assert not np.array_equal(plain, pictures[1])
+
+
+def test_a_drop_bends_what_is_behind_it(face):
+    drop = fw.DrippingTear(face, "l", size=5.0)
+    mesh = drop.surface(drop.begin + drop.hang)
+    style = Style((160, 160), View((0.3, 0.05, 1.0), "eye_l_centre", (0.0, -0.2, 0.0), 0.5))
+    with TearScene(face, style) as scene:
+        dry, wet = scene.picture(face.mesh), scene.picture(face.mesh, [mesh])
+    assert 0.01 < (difference(dry, wet) > 12).mean() < 0.2
+    assert wet.max() > 250

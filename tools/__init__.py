@@ -1,0 +1,1 @@
+"""What developers run: checks of the set-up, mutants, and the builder of the built-in head."""
