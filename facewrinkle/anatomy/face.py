@@ -14,8 +14,8 @@ import pyvista as pv
 
 from ..errors import MeshError
 from ..geometry.normals import vertex_normals
-from ..mesh import POSE, to_polydata
-from ..mesh.arrays import OF_PART
+from ..mesh import to_polydata
+from ..mesh.frame_state import FrameState
 from .atlas import Atlas, load_atlas
 from .attachments import Attachments, combined_mesh
 from .brow_hairs import BrowHairs
@@ -222,6 +222,23 @@ class Face:
     def _attachments(self) -> Attachments:
         return Attachments(self.parts, self.eyes, self.mandible, self.points, self.triangles, self.frame.pupil_distance)
 
+    def state_of(self, frame: pv.PolyData) -> FrameState:
+        """Return what a frame of :meth:`facewrinkle.Simulation.step`, or the mesh, says of this face.
+
+        Raises
+        ------
+        MeshError
+            If the frame has fewer points than the face.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> face.state_of(face.mesh).head[0].tolist()
+        [1.0, 0.0, 0.0, 0.0]
+        """
+        return FrameState.of(frame, self.mesh.n_points)
+
     def parts_at(self, frame: pv.PolyData) -> dict[str, pv.PolyData]:
         """The parts beside the skin, where they are in a frame of :meth:`facewrinkle.Simulation.step`.
 
@@ -237,14 +254,9 @@ class Face:
         """
         if not self.parts:
             return {}
-        told = frame.field_data.keys()
-        gazes = {
-            eye.side: np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
-            for eye in self.eyes
-        }
-        points = np.asarray(frame.points, dtype=np.float64)[: self.mesh.n_points]
-        given = {name: np.asarray(frame.field_data[OF_PART + name]) for name in self.parts if OF_PART + name in told}
-        return self._attachments.at(points, gazes, frame.field_data.get(POSE), given)
+        state = self.state_of(frame)
+        own = {name: points for name, points in state.parts.items() if name in self.parts}
+        return self._attachments.at(state.points, state.gazes, state.pose, own)
 
     def with_parts(self, frame: pv.PolyData) -> pv.PolyData:
         """A frame and the parts beside the skin in one mesh, for files; its points come first, "part" tells them apart.
@@ -296,12 +308,12 @@ class Face:
             )
         points, triangles = np.asarray(frame.points, np.float64), np.asarray(frame.regular_faces)
         rest = np.asarray(frame.point_data.get("rest", self.points), dtype=np.float64)
-        pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
+        state = self.state_of(frame)
         there = to_polydata(rest, triangles)
         found = {}
         for name, place in self.landmarks.items():
             if name in NOT_ON_SKIN:
-                found[name] = pose[:3, :3] @ place + pose[:3, 3]
+                found[name] = state.from_rest(place)
                 continue
             corners = triangles[there.find_closest_cell(place)]
             before, after = (_frame_of_triangle(where[corners]) for where in (rest, points))

@@ -7,7 +7,6 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..mesh import POSE
 from .eye import PaintedEye
 from .lid_margins import LidMargin
 from .mouth import Mouth
@@ -22,15 +21,13 @@ def companion_meshes(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
     has none, and between parted lips the dark, teeth and tongue.
     """
     own = own_parts(face, frame)
-    pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
-    back = np.linalg.inv(pose)
-    points = np.asarray(frame.points, dtype=np.float64)[: face.mesh.n_points] @ back[:3, :3].T + back[:3, 3]
+    state = face.state_of(frame)
+    points = state.to_rest(state.points)
     parts = {}
     for eye in face.eyes:
-        gaze = np.array(frame.field_data.get(f"gaze_{eye.side}", eye.gaze), dtype=np.float64).ravel()
         ball, rim = PaintedEye(eye, face), LidMargin(eye, face)
         if f"eye_{eye.side}" not in own:
-            parts[f"eye_{eye.side}"] = ball.at(points, gaze)
+            parts[f"eye_{eye.side}"] = ball.at(points, state.gazes.get(eye.side))
         if ball.open and len(rim.loop):
             parts[f"rim_{eye.side}"] = rim.at(points)
     mouth = Mouth(face)
@@ -38,7 +35,7 @@ def companion_meshes(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
         inside = {name: part for name, part in mouth.inside(points).items() if name not in own}
         parts |= inside if mouth.bag else {"mouth": mouth.pocket(points)} | inside
     for part in parts.values():
-        part.points = np.asarray(part.points, dtype=np.float64) @ pose[:3, :3].T + pose[:3, 3]
+        part.points = state.from_rest(np.asarray(part.points, dtype=np.float64))
         if "Normals" in part.point_data:
-            part.point_data["Normals"] = np.asarray(part.point_data["Normals"]) @ pose[:3, :3].T
+            part.point_data["Normals"] = np.asarray(part.point_data["Normals"]) @ state.head[:3, :3].T
     return parts | own

@@ -39,6 +39,9 @@ UNIT = "unit"
 POSE = "pose"
 """The field-data array of a frame of a head that moves as a whole: a matrix (4, 4), in the unit of the mesh."""
 
+GAZE = "gaze_"
+"""With the side, the field data that say where an eye looks: a unit vector on the head at rest."""
+
 OF_PART = "part_"
 """Begins the names of field-data arrays of a frame with the points (k, 3) of parts beside the skin that a recording
 moves, in the unit of the mesh; NaN for those that are carried along."""

@@ -18,8 +18,8 @@ from ..appearance.mouth import Mouth
 from ..appearance.own_parts import has_colours, is_drawn, own_parts
 from ..appearance.skin_paint import SkinPainter
 from ..appearance.visible_skin import VisibleSkin
-from ..errors import MeshError, unknown_name
-from ..mesh import POSE, split_at_seams, with_normals
+from ..errors import unknown_name
+from ..mesh import split_at_seams, with_normals
 from . import shaders as _shading
 from .fields import _field
 from .images import Image as Image
@@ -108,17 +108,11 @@ class Scene:
 
     def show(self, frame: pv.PolyData) -> None:
         """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in the place of the one before."""
-        if frame.n_points < self.face.mesh.n_points:
-            raise MeshError(
-                f"a frame of this face has {self.face.mesh.n_points} points or more, received {frame.n_points}. "
-                "Is it one of another face?"
-            )
-        skin = with_normals(frame)
-        n = self.face.mesh.n_points  # base vertices come first in every frame
+        state = self.face.state_of(frame)
+        skin, n, pose = with_normals(frame), len(state.points), state.head
         everywhere, normals = np.asarray(skin.points), np.asarray(skin.point_data["Normals"])[:n]
-        pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)
         back = np.linalg.inv(pose)  # parts are placed on the head as it is at rest, and go with it
-        everywhere, normals = everywhere @ back[:3, :3].T + back[:3, 3], normals @ pose[:3, :3]
+        everywhere, normals = state.to_rest(everywhere), normals @ pose[:3, :3]
         points, refined = everywhere[:n], (everywhere, np.asarray(skin.regular_faces))
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         if self._drawn is not None:
@@ -147,8 +141,7 @@ class Scene:
                 if name in self._parts:
                     self.plotter.actors[name].visibility = name in inside
         for eye in self._eyes:
-            gaze = np.array(frame.field_data.get(f"gaze_{eye.eye.side}", eye.eye.gaze), dtype=np.float64).ravel()
-            self._put(eye.at(points, gaze), f"eye_{eye.eye.side}", _shading.EYE, **EYE)
+            self._put(eye.at(points, state.gazes.get(eye.eye.side)), f"eye_{eye.eye.side}", _shading.EYE, **EYE)
         for rim in self._rims:
             self._put(rim.at(points), f"rim_{rim.eye.side}", _shading.SKIN, **SKIN)
         for lashes in self._lashes:

@@ -1,0 +1,84 @@
+"""What a frame of a simulation says of its face: where the base vertices, the head, the eyes and the parts are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..errors import MeshError
+from .arrays import GAZE, OF_PART, POSE
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameState:
+    """The moving parts of a face in one frame, in the unit and coordinates of its mesh.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n0, 3)
+        The base vertices; they come first in every frame, before those of split triangles.
+    pose : ndarray, shape (4, 4), optional
+        How the head as a whole has moved since rest; None where the frame does not say.
+    gazes : mapping of str to ndarray, shape (3,)
+        Unit directions in which the eyes look, by side ("l", "r"), on the head at rest; empty where it does not say.
+    parts : mapping of str to ndarray, shape (k, 3)
+        Points of the parts that move by themselves, by name; NaN for those that are carried along.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> sim = fw.Simulation(face)
+    >>> sim.look(yaw=30)
+    >>> state = face.state_of(sim.step())
+    >>> state.points.shape == face.points.shape, state.gazes["l"].round(2)
+    (True, array([0.5 , 0.  , 0.87]))
+    """
+
+    points: Array
+    pose: Array | None
+    gazes: Mapping[str, Array]
+    parts: Mapping[str, Array]
+
+    @classmethod
+    def of(cls, frame: pv.PolyData, n_points: int) -> FrameState:
+        """Read the state of a face with `n_points` base vertices from a frame.
+
+        Raises
+        ------
+        MeshError
+            If the frame has fewer points.
+        """
+        if frame.n_points < n_points:
+            raise MeshError(
+                f"a frame of this face has {n_points} points or more, received {frame.n_points}. "
+                "Is it one of another face?"
+            )
+        data = frame.field_data
+        keys = data.keys()
+        return cls(
+            np.asarray(frame.points, dtype=np.float64)[:n_points],
+            np.asarray(data[POSE], dtype=np.float64) if POSE in keys else None,
+            {key[len(GAZE) :]: np.array(data[key], np.float64).ravel() for key in keys if key.startswith(GAZE)},
+            {key[len(OF_PART) :]: np.asarray(data[key]) for key in keys if key.startswith(OF_PART)},
+        )
+
+    @property
+    def head(self) -> Array:
+        """The pose as a matrix (4, 4), the identity where the frame does not say."""
+        return np.eye(4) if self.pose is None else self.pose
+
+    def to_rest(self, points: Array) -> Array:
+        """Return points (k, 3) of the frame as they are with the head back where it is at rest."""
+        back = np.linalg.inv(self.head)
+        return np.asarray(points @ back[:3, :3].T + back[:3, 3])
+
+    def from_rest(self, points: Array) -> Array:
+        """Return points (k, 3) of the head at rest where they are in the frame."""
+        return np.asarray(points @ self.head[:3, :3].T + self.head[:3, 3])

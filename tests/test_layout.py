@@ -1,0 +1,97 @@
+"""The layout of the package: rooms stand on floors, and imports run downwards only.
+
+every import (also inside functions, and for type checking) | floors below, by a table
+the graph of all modules                                    | no circle, by its strongly connected components
+the top level                                               | what users name, and nothing else
+"""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+PACKAGE = Path(__file__).parents[1] / "facewrinkle"
+
+FLOORS = (
+    ("errors",),
+    ("geometry",),
+    ("mesh",),
+    ("anatomy",),
+    ("motion", "layers", "tears", "appearance"),
+    ("simulation",),
+    ("plotting", "export", "accessor"),
+    ("commands",),
+    ("cli",),
+    ("__main__",),
+)
+"""From the ground up; rooms on one floor do not know each other."""
+
+FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+
+
+def modules() -> dict[str, Path]:
+    """The file of each module by its dotted name within the package; a package is its __init__."""
+    found = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        name = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+        found[name.removesuffix("__init__").rstrip(".")] = path
+    return found
+
+
+MODULES = modules()
+
+
+def imports(name: str) -> set[str]:
+    """The modules of the package that a module imports, wherever in it."""
+    path, out = MODULES[name], set()
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            assert not any(alias.name.split(".")[0] == "facewrinkle" for alias in node.names), f"{name}: be relative"
+        if not isinstance(node, ast.ImportFrom):
+            continue
+        assert node.level or (node.module or "").split(".")[0] != "facewrinkle", f"{name}: imports must be relative"
+        if node.level:
+            above = package.split(".")[: len(package.split(".")) - node.level + 1] if package else []
+            source = ".".join([*above, *([node.module] if node.module else [])])
+            for alias in node.names:
+                inner = f"{source}.{alias.name}".lstrip(".")
+                out.add(inner if inner in MODULES else source)
+    return out
+
+
+GRAPH = {name: imports(name) - {name} for name in MODULES}
+
+
+def test_the_reader_of_imports_sees_some():
+    assert "geometry._mesh_kernels" in GRAPH["simulation"]
+    assert {"motion.base", "anatomy.face", "errors"} <= GRAPH["motion.playback"]
+    assert sum(map(len, GRAPH.values())) > 400
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name])
+def test_imports_run_downwards(name):
+    room = name.split(".")[0]
+    for other in GRAPH[name] - {""}:  # the root only names the version, and loads rooms when asked
+        below = other.split(".")[0]
+        assert below == room or FLOOR[below] < FLOOR[room], f"{name} imports {other}"
+
+
+def test_no_import_circle():
+    names = sorted(MODULES)
+    index = {name: k for k, name in enumerate(names)}
+    pairs = np.array([(index[name], index[other]) for name in names for other in GRAPH[name]])
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(names), len(names)))
+    count, label = connected_components(graph, directed=True, connection="strong")
+    circles = [[name for name in names if label[index[name]] == k] for k in np.flatnonzero(np.bincount(label) > 1)]
+    assert count == len(names), circles
+
+
+def test_the_top_level_holds_what_users_name():
+    top = {path.name.removesuffix(".py") for path in PACKAGE.iterdir() if path.name != "__pycache__"}
+    assert top - {"py.typed", "__init__"} == set(FLOOR)
