@@ -4,7 +4,7 @@
 Compression, and how deep skin folds
 ====================================
 
-Skin folds where it is shortened, and only across the direction in which it is. The amplitude is
+Skin folds where it is shortened, and only across the direction of the shortening. The amplitude is
 ``sin(pi epsilon / 2)`` of its largest (Eq. 10), with epsilon the compression along the muscle. How epsilon is measured
 matters: the paper's sum over edges depends on the mesh, the deformation gradient does not.
 """
@@ -63,7 +63,7 @@ figure(side_by_side([picture(frame, face, style) for style in styles]))
 
 # %%
 # The deformation gradient is exact, whatever the mesh. The edges miss a fifth of the compression here, and see some
-# across it where there is none. No part of a wrinkle is where its own muscle does not compress the skin.
+# across it where there is none. No wrinkle reaches beyond the skin that its own muscle compresses.
 
 error = np.abs(np.array(by_gradient) - exact).max()
 print(f"gradient: error {error:.1e}; edges: {by_edges[0]:.3f} in place of {exact[0]:.3f}")

@@ -36,7 +36,7 @@ def landmarks_of(face, frame):
 
 
 # %%
-# Labels are drawn with the camera of the picture, without light: three numbers of a vertex as red, green and blue.
+# Labels are drawn with the camera of the picture, without light: three numbers at each vertex become red, green, blue.
 # Normals n are ``127.5 (1 + n)``, heights ``128 + 100 W`` (a level is a hundredth of a millimetre).
 
 

@@ -4,7 +4,7 @@
 Files for other programs
 ========================
 
-Frames are PyVista meshes, so one frame can be saved as anything that PyVista writes. A whole take goes into one VTKHDF
+Frames are PyVista meshes, so one frame can be saved as anything that PyVista writes. A whole clip goes into one VTKHDF
 file, with its changing triangles and all its fields, for ParaView and for PyVista; pictures go into a movie; a fitted
 face is kept with its landmarks. For programs that want the same vertices in every frame, refine once and for all.
 """
@@ -26,8 +26,8 @@ sim.express("frowning")
 frames = list(sim.run(30))
 
 # %%
-# The whole take, and one frame of it with its fields. ParaView plays the series; ``pv.read`` opens its first moment,
-# and the reader any other.
+# The whole clip, and one frame of it with its fields. ParaView plays the series; ``pv.read`` opens its first time, and
+# the reader any other.
 
 series = write_series(frames, 0.04 * np.arange(30), folder / "frowning.vtkhdf")
 frames[-1].save(folder / "frowning.vtp")

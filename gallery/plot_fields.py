@@ -4,7 +4,7 @@
 Inspecting fields
 =================
 
-Every frame carries what it was computed from, so that nothing has to be believed: coordinates along and across the
+Every frame carries the numbers it was computed from, for anyone to check: coordinates along and across the
 muscle, compression, height, the split criterion, the level of refinement, and which muscle is in charge.
 """
 

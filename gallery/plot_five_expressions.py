@@ -47,7 +47,7 @@ axes.legend(frameon=False)
 plt.tight_layout()
 
 # %%
-# Who asks most is the same in both: surprise first, then fear.
+# Both need most for the same expressions: surprise first, then fear.
 
 for row, count in zip(PAPER, ours, strict=True):
     print(f"{row.expression:17s} paper {row.before} -> {row.after}, here {face.mesh.n_cells} -> {count}")

@@ -5,7 +5,7 @@ Writing your own layer
 ======================
 
 A layer is anything that lifts the skin along its normals: it follows the vertices as they come and go, gives their
-heights at a state, and says where it needs triangles. Here: the vein that swells on the forehead of somebody
+heights in each state of the surface, and says where it needs triangles. Here: the vein that swells on the forehead of somebody
 who is angry, and beats with the heart.
 """
 
@@ -20,7 +20,7 @@ from facewrinkle.plotting import Style, View, figure, picture, side_by_side
 
 # %%
 # The four methods of :class:`facewrinkle.layers.base.Layer`. What depends on the place alone is computed once for each
-# vertex, in `follow`; `relief` is called at every step.
+# vertex, in `follow`; `displacement` is called at every step.
 
 
 class Vein:
@@ -36,7 +36,7 @@ class Vein:
         self._muscles = [name.startswith("corrugator") for name in face.muscles]
 
     def follow(self, change, created):
-        """Keep the vertices that live on, and look at the new ones."""
+        """Keep the vertices that stay, and measure the new ones."""
         distance, nearest = self._tree.query(created.points)
         away = created.points - self.line[nearest]
         away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
@@ -53,7 +53,7 @@ class Vein:
         return Displacement(self._height, np.where(active, self.width, np.inf), self._across, active)
 
     def fields(self):
-        """What a frame should carry of it."""
+        """Arrays of it that every frame carries."""
         return {"vein": self._height.copy()}
 
 

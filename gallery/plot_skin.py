@@ -4,8 +4,8 @@
 The skin that follows
 =====================
 
-Muscles pull the skin; how far it follows, how quickly, and how far away it is still felt, is a matter of its material:
-springs, ties to the bone, bending, damping. Any time step is stable.
+Muscles pull the skin. Its material decides how far it follows, how quickly, and how far away the pull is still felt:
+springs, tethers to the bone, bending, damping. Any time step is stable.
 """
 
 import matplotlib.pyplot as plt
