@@ -5,8 +5,8 @@ Writing your own layer
 ======================
 
 A layer is anything that lifts the skin along its normals: it follows the vertices as they come and go, gives their
-heights in each state of the surface, and says where it needs triangles. Here: the vein that swells on the forehead of somebody
-who is angry, and beats with the heart.
+heights in each state of the surface, and says where it needs triangles. Here: the vein that swells on the forehead of
+somebody who is angry, and beats with the heart.
 """
 
 import matplotlib.pyplot as plt
