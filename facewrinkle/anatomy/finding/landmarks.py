@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from threadpoolctl import ThreadpoolController
 
 from ...errors import LARGEST, LandmarkError, MeshError
+from ...geometry.rigid_alignment import closest_rotations
 from ...geometry.topology import components
 from ...mesh import read_surface, to_polydata
 from ..landmarks import NAMES, REFUSED, complete
@@ -356,9 +357,8 @@ def posed_by(marks: Mapping[str, Array]) -> Pose | None:
     from_, to = model - model.mean(axis=0), face - face.mean(axis=0)
     if np.linalg.svd(from_, compute_uv=False)[1] < ON_A_LINE:
         return None
-    u, stretch, v = np.linalg.svd(from_.T @ to)
-    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
-    axes, size = (u * sign) @ v, float((stretch * sign).sum() / (from_**2).sum())
+    axes = closest_rotations(from_.T @ to)
+    size = float((from_ @ axes * to).sum() / (from_**2).sum())
     if size <= 0.0 or np.linalg.norm(to / size - from_ @ axes, axis=1).max() > MISFIT:
         return None
     return Pose(axes, face.mean(axis=0) - size * model.mean(axis=0) @ axes, size, np.ones(3))
