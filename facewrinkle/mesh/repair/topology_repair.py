@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from ...errors import MeshError, MissingPackageError
 from ...geometry import topology
+from ...geometry.sampling import triangle_samples
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -461,10 +462,7 @@ def _samples(mesh: RepairedMesh) -> tuple[Array, Array, Ints]:
         normals = -normals
     counts = np.clip(SAMPLES * doubled / doubled.sum(), 3.0, 1e4).astype(np.int64)
     which = np.repeat(np.arange(len(corners)), counts)
-    # The additive sequence of the plastic number: evenly spread in the square, also in every stretch of it.
-    u, v = ((0.5 + np.arange(len(which))[:, None] * [0.7548776662466927, 0.5698402909980532]) % 1.0).T
-    over = u + v > 1.0
-    u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
+    u, v = triangle_samples(len(which))
     weights = np.stack([1.0 - u - v, u, v], axis=1)
     places = np.einsum("nk,nkj->nj", weights, corners[which])
     return places, normals[which], 3 * which + np.argmax(weights, axis=1)
