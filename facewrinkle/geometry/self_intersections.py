@@ -9,12 +9,16 @@ from scipy.sparse.csgraph import connected_components
 
 from . import _self_intersection_kernels as kernels
 from . import topology
+from .morton import morton_order
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 LEAF = 4
 """Triangles in the last boxes of the tree."""
+
+BITS = 10
+"""Triangles are sorted in a grid of 2^10 cells along each axis."""
 
 
 def self_intersections(points: Array, triangles: NDArray[np.integer]) -> Ints:
@@ -36,7 +40,7 @@ def self_intersections(points: Array, triangles: NDArray[np.integer]) -> Ints:
     if not len(triangles):
         return np.zeros((0, 2), np.int64)
     edges, sides = topology.unique_edges(triangles)
-    order = _along_a_curve(points[triangles].mean(axis=1))
+    order = _near_each_other(points[triangles].mean(axis=1))
     leaves = 1 << max(0, int(np.ceil(np.log2(len(triangles) / LEAF))))
     low, high = np.empty((2, 2 * leaves - 1, 3))
     kernels.boxes(points, triangles, order, LEAF, low, high)
@@ -69,12 +73,8 @@ def intersection_sites(crossing: Ints, triangles: NDArray[np.integer]) -> list[I
     return sorted((group for group in groups if len(group)), key=len, reverse=True)
 
 
-def _along_a_curve(places: Array) -> Ints:
-    """An order in which near places (n, 3) are mostly near: along Morton's curve."""
+def _near_each_other(places: Array) -> Ints:
+    """An order in which places (n, 3) that are near each other mostly follow each other."""
     span = float(np.ptp(places, axis=0).max()) or 1.0
-    steps = ((places - places.min(axis=0)) / span * 1023.0).astype(np.int64)
-    code = np.zeros(len(places), np.int64)
-    for bit in range(10):
-        for k in range(3):
-            code |= ((steps[:, k] >> bit) & 1) << (3 * bit + k)
-    return np.argsort(code, kind="stable")
+    steps = ((places - places.min(axis=0)) / span * (2**BITS - 1.0)).astype(np.int64)
+    return morton_order(steps, BITS)
