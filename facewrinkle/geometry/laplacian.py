@@ -1,4 +1,4 @@
-"""Laplacians of triangle meshes, as sparse matrices."""
+"""Laplacians and means of neighbours on triangle meshes, as sparse matrices."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.sparse import csr_array, diags_array
 Array = npt.NDArray[np.float64]
 
 
-def graph_laplacian(edges: npt.NDArray[np.int32], weight: Array, n: int) -> csr_array:
+def graph_laplacian(edges: npt.NDArray[np.integer], weight: Array, n: int) -> csr_array:
     """Laplacian (n, n) of the graph with these edges (e, 2) and weights (e,): rows sum to 0, positive semi-definite.
 
     Examples
@@ -22,6 +22,19 @@ def graph_laplacian(edges: npt.NDArray[np.int32], weight: Array, n: int) -> csr_
     ends = np.concatenate([i, j]), np.concatenate([j, i])
     graph = csr_array((np.concatenate([weight, weight]), ends), shape=(n, n))
     return csr_array(diags_array(np.asarray(graph.sum(axis=1))) - graph)
+
+
+def neighbour_mean(edges: npt.NDArray[np.integer], n: int) -> csr_array:
+    """Matrix (n, n) that gives each vertex the mean of those it has an edge (e, 2) to; zero rows for loose vertices.
+
+    Examples
+    --------
+    >>> neighbour_mean(np.array([[0, 1], [1, 2]]), 4) @ np.array([1.0, 2.0, 5.0, 7.0])
+    array([2., 3., 2., 0.])
+    """
+    both = np.concatenate([edges, edges[:, ::-1]]).T
+    links = csr_array((np.ones(both.shape[1]), both), shape=(n, n))
+    return csr_array(links.multiply(1.0 / np.maximum(links.sum(axis=1), 1.0)[:, None]))
 
 
 def cotangent_laplacian(points: Array, triangles: npt.NDArray[np.int32]) -> csr_array:

@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from ...geometry import topology
+from ...geometry.laplacian import neighbour_mean
 from ...geometry.self_intersections import intersection_sites, self_intersections
 from .topology_repair import RepairedMesh, slim
 
@@ -56,7 +57,7 @@ def resolved(mesh: RepairedMesh) -> RepairedMesh:
             held[triangles[place]] = True
         else:
             crossed.append(place)
-    count, mean, moved = len(crossed), _mean_of_neighbours(edges, len(points)), np.zeros(len(points), bool)
+    count, mean, moved = len(crossed), neighbour_mean(edges, len(points)), np.zeros(len(points), bool)
     for again in range(ROUNDS):
         if not crossed:
             break
@@ -87,13 +88,6 @@ def resolved(mesh: RepairedMesh) -> RepairedMesh:
 def _extent(places: Array) -> float:
     """How far places reach, without regard to a few that were thrown far off."""
     return 4.0 * float(np.median(np.linalg.norm(places - np.median(places, axis=0), axis=1)))
-
-
-def _mean_of_neighbours(edges: NDArray[np.integer], n: int) -> csr_array:
-    """The matrix (n, n) that gives each point the mean of those it has an edge to."""
-    both = np.concatenate([edges, edges[:, ::-1]]).T
-    links = csr_array((np.ones(both.shape[1]), both), shape=(n, n))
-    return csr_array(links.multiply(1.0 / np.maximum(links.sum(axis=1), 1.0)[:, None]))
 
 
 def _pieces(edges: NDArray[np.integer], n: int) -> Ints:
