@@ -25,7 +25,7 @@ def graph_laplacian(edges: npt.NDArray[np.integer], weight: Array, n: int) -> cs
 
 
 def neighbour_mean(edges: npt.NDArray[np.integer], n: int) -> csr_array:
-    """Matrix (n, n) that gives each vertex the mean of those it has an edge (e, 2) to; zero rows for loose vertices.
+    """Matrix (n, n) that gives each vertex the mean of those it shares an edge (e, 2) with; loose vertices get 0.
 
     Examples
     --------
@@ -38,11 +38,11 @@ def neighbour_mean(edges: npt.NDArray[np.integer], n: int) -> csr_array:
 
 
 def cotangent_laplacian(points: Array, triangles: npt.NDArray[np.int32]) -> csr_array:
-    """Half-cotangent weights; those of needle-shaped triangles are bounded, so that they do not dominate.
+    """Laplacian (n, n) with half-cotangent weights, bounded so that needle-shaped triangles do not dominate.
 
     Examples
     --------
-    Away from the border it vanishes on linear functions, however the triangles are shaped:
+    Away from the border it vanishes on linear functions, whatever the shape of the triangles:
 
     >>> p = np.array([[0.0, 0, 0], [3, 0, 0], [0, 2, 0], [-1, 0, 0], [0, -1, 0]])
     >>> laplacian = cotangent_laplacian(p, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]], np.int32))

@@ -19,7 +19,7 @@ def triangle_samples(count: int) -> tuple[Array, Array]:
     Examples
     --------
     >>> u, v = triangle_samples(1000)
-    >>> u.mean().round(2), v.mean().round(2), bool((u + v <= 1.0).all())
+    >>> round(float(u.mean()), 2), round(float(v.mean()), 2), bool((u + v <= 1.0).all())
     (0.33, 0.33, True)
     """
     u, v = ((0.5 + np.arange(count)[:, None] * PLASTIC) % 1.0).T

@@ -6,7 +6,7 @@ import numpy as np
 import pyvista as pv
 
 from ..geometry.refinement import RedGreenForest
-from ..geometry.seams import refined_values, split
+from ..geometry.seams import refined_values, split_vertices
 from .arrays import CORNERS, TEXTURE, to_polydata
 
 
@@ -20,7 +20,7 @@ def corner_texture(mesh: pv.PolyData) -> np.ndarray | None:
 
 def add_seams(mesh: pv.PolyData, corners: np.ndarray) -> None:
     """Keep texture coordinates (m, 3, 2) at the corners of the triangles, if there are seams in them."""
-    if split(mesh.regular_faces, corners, mesh.n_points).origin.size > mesh.n_points:
+    if split_vertices(mesh.regular_faces, corners, mesh.n_points).origin.size > mesh.n_points:
         mesh.cell_data[CORNERS] = corners.reshape(-1, 6)
 
 
@@ -57,7 +57,7 @@ def split_at_seams(mesh: pv.PolyData) -> pv.PolyData:
     corners = corner_texture(mesh)
     if corners is None or CORNERS not in mesh.cell_data:
         return mesh
-    parts = split(mesh.regular_faces, corners, mesh.n_points)
+    parts = split_vertices(mesh.regular_faces, corners, mesh.n_points)
     data = {name: np.asarray(values)[parts.origin] for name, values in mesh.point_data.items()}
     name = mesh.point_data.active_texture_coordinates_name or TEXTURE
     apart = to_polydata(np.asarray(mesh.points)[parts.origin], parts.triangles, data | {name: parts.values})
