@@ -12,7 +12,8 @@ import pyvista as pv
 from ...errors import MeshError, warn
 from ..arrays import COLORS, CORNERS, IMAGE, IMAGES, images_of
 from ..seams import corner_texture
-from .reading import GLTF, lay_texture
+from .merging import set_texture
+from .reading import GLTF
 from .textures import LARGEST_SIDE, decoded, image_of_file, image_of_gltf
 
 Image = npt.NDArray[np.uint8]
@@ -119,7 +120,7 @@ def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dic
     for name in (CORNERS, IMAGE):  # what lies on it now is no file
         mesh.cell_data.pop(name, None)
     mesh.field_data.pop(IMAGES, None)
-    lay_texture(mesh, corners)
+    set_texture(mesh, corners)
     return out
 
 

@@ -12,8 +12,9 @@ from ...errors import LARGEST, MeshError, ParameterError, warn
 from ...geometry import topology
 from ..arrays import COLORS, CORNERS, IMAGE, MOVED, PART, SOURCE, with_data
 from ..formats.reading import read_surface
+from .reconstruction import closed_up, reconstructed
 from .self_intersections import resolved, self_intersection_report
-from .topology_repair import RepairedMesh, areas_doubled, closed_up, mended, reconstructed, unfolded
+from .topology_repair import RepairedMesh, areas_doubled, mended, unfolded
 
 IN_PIECES, FEW = 0.5, 4
 """One sheet must be the nearest to this share of the landmarks, where there are so many."""
@@ -126,8 +127,10 @@ def prepare(
     skin = unfolded(resolved(skin) if resolve_self_intersections else skin)
     for sentence in skin.report:
         warn(sentence)
-    if told := self_intersection_report(skin.points, skin.triangles):  # as the lips of many sound heads do: no warning
-        skin = skin.told(told)
+    if sentence := self_intersection_report(
+        skin.points, skin.triangles
+    ):  # as the lips of many sound heads do: no warning
+        skin = skin.reported(sentence)
     return _surface(source, skin, others)
 
 
@@ -167,7 +170,7 @@ def _parted(
     counts = np.bincount(label[apart])
     counts = np.sort(counts[counts > 0])[::-1]
     listed = ", ".join(map(str, counts[:10])) + (", ..." if len(counts) > 10 else "")
-    skin = skin.told(
+    skin = skin.reported(
         f"Kept one of {len(counts) + 1} separate parts, {reason}, with {len(skin.triangles)} triangles; set apart "
         f"parts of {listed} triangles."
     )
@@ -253,11 +256,11 @@ def _oriented(skin: RepairedMesh, forward: np.ndarray | None) -> RepairedMesh:
     alike = topology.oriented(skin.triangles)
     turned = (alike != skin.triangles).any(axis=1)
     if turned.any():
-        skin = _turned(skin, turned).told(
+        skin = _turned(skin, turned).reported(
             f"Turned triangles that were oriented against their neighbours: {turned.sum()} of {len(turned)}."
         )
     if _enclosed_volume(skin.points, skin.triangles, forward) < 0:
-        skin = _turned(skin, np.ones(len(turned), bool)).told(
+        skin = _turned(skin, np.ones(len(turned), bool)).reported(
             "The surface was oriented inward; all its triangles were turned."
         )
     return skin

@@ -12,10 +12,10 @@ from scipy.sparse.csgraph import connected_components
 from ...geometry import topology
 from ...geometry.laplacian import neighbour_mean
 from ...geometry.self_intersections import intersection_sites, self_intersections
-from .topology_repair import RepairedMesh, slim
+from .topology_repair import RepairedMesh, degenerate
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+IntArray = NDArray[np.int64]
 
 SMALL = 0.1
 """A place is smoothed where it is smaller than this share of the surface: lips that press on each other are larger."""
@@ -76,10 +76,10 @@ def resolved(mesh: RepairedMesh) -> RepairedMesh:
     failed = np.unique(label[triangles[np.concatenate(crossed)]]) if crossed else np.zeros(0, int)
     moved &= ~np.isin(label, failed)
     points[~moved] = mesh.points[~moved]
-    if not moved.any() or slim(points, triangles).any():
+    if not moved.any() or degenerate(points, triangles).any():
         return mesh
     far = float(np.linalg.norm(points - mesh.points, axis=1).max())
-    return replace(mesh, points=points).told(
+    return replace(mesh, points=points).reported(
         f"Smoothed the surface where it ran through itself: {int(moved.sum())} points, by {far:.3g} at most; "
         f"places small enough to try: {count}, that stay: {len(crossed)}."
     )
@@ -90,6 +90,6 @@ def _extent(places: Array) -> float:
     return 4.0 * float(np.median(np.linalg.norm(places - np.median(places, axis=0), axis=1)))
 
 
-def _pieces(edges: NDArray[np.integer], n: int) -> Ints:
+def _pieces(edges: NDArray[np.integer], n: int) -> IntArray:
     links = csr_array((np.ones(len(edges), np.int8), edges.T), shape=(n, n))
     return np.asarray(connected_components(links, directed=False)[1])

@@ -14,12 +14,12 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ...errors import MeshError, MissingPackageError
+from ...errors import MeshError
 from ...geometry import topology
-from ...geometry.sampling import triangle_samples
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 SLIVER = 1e-10
 """Twice the area of a triangle without area, at most, as a share of its longest side squared: rounding leaves 1e-16."""
@@ -29,15 +29,6 @@ ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
 
 FOLDED = -0.9
 """Cosine between the normals of neighbours that lie back to back."""
-
-TRIM, SAMPLES = 0.012, 60_000
-"""A reconstructed surface ends so far from the old one, as a share of its diagonal; from so many points on that."""
-
-DENSE = 16_000
-"""Triangles that a reconstructed surface may have, or twice as many as there were."""
-
-CLOSE = 0.002
-"""Gaps that are closed where a mesh is in pieces, as a share of its diagonal."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +48,9 @@ class RepairedMesh:
     """
 
     points: Array
-    triangles: Ints
-    corners: Ints
-    origin: Ints
+    triangles: IntArray
+    corners: IntArray
+    origin: IntArray
     report: tuple[str, ...] = field(default=())
 
     @classmethod
@@ -68,11 +59,11 @@ class RepairedMesh:
         faces = np.array(triangles, dtype=np.int64)
         return cls(np.array(points), faces, np.arange(faces.size).reshape(-1, 3), np.arange(len(points)))
 
-    def only(self, kept: NDArray[np.bool_] | Ints) -> RepairedMesh:
+    def only(self, kept: BoolArray | IntArray) -> RepairedMesh:
         """Some of its triangles."""
         return replace(self, triangles=self.triangles[kept], corners=self.corners[kept])
 
-    def told(self, sentence: str) -> RepairedMesh:
+    def reported(self, sentence: str) -> RepairedMesh:
         """The same with a sentence more in the report."""
         return replace(self, report=(*self.report, sentence))
 
@@ -90,13 +81,13 @@ def mended(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
     return without_non_manifold_edges(without_duplicates(stitched(without_slivers(without_duplicates(mesh)), moved)))
 
 
-def areas_doubled(points: Array, triangles: Ints) -> Array:
+def areas_doubled(points: Array, triangles: IntArray) -> Array:
     """Twice the area of each triangle."""
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def slim(points: Array, triangles: Ints) -> NDArray[np.bool_]:
+def degenerate(points: Array, triangles: IntArray) -> BoolArray:
     """The triangles (m,) that have no area."""
     corners = points[triangles]
     longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
@@ -115,10 +106,10 @@ def without_duplicates(mesh: RepairedMesh) -> RepairedMesh:
     kept = np.sort(np.union1d(first, np.flatnonzero(flat)))
     if len(kept) == count:
         return mesh
-    return mesh.only(kept).told(f"Dropped duplicate triangles: {count - len(kept)} of {count}.")
+    return mesh.only(kept).reported(f"Dropped duplicate triangles: {count - len(kept)} of {count}.")
 
 
-def _places(points: Array, which: Ints) -> Ints:
+def _places(points: Array, which: IntArray) -> IntArray:
     """A number (n,) for the place of each of the points `which`, the same where they coincide; -1 elsewhere."""
     place = np.full(len(points), -1)
     if len(which):
@@ -132,27 +123,27 @@ def without_slivers(mesh: RepairedMesh) -> RepairedMesh:
     One without an area may hold its neighbours together. Where two of its corners lie at one place they become one
     point; where a corner lies on the opposite side, the neighbour there is split at it.
     """
-    flat = slim(mesh.points, mesh.triangles)
+    flat = degenerate(mesh.points, mesh.triangles)
     if not flat.any():
         return mesh
     count, dropped = len(mesh.triangles), int(flat.sum())
     mesh = _collapsed(mesh, flat)
     mesh = _flipped(mesh)
-    mesh = mesh.only(~slim(mesh.points, mesh.triangles))
+    mesh = mesh.only(~degenerate(mesh.points, mesh.triangles))
     if not len(mesh.triangles):
         raise MeshError("all triangles are degenerate: none has an area. Export the mesh again.")
-    return mesh.told(f"Dropped degenerate triangles (no area): {dropped} of {count}.")
+    return mesh.reported(f"Dropped degenerate triangles (no area): {dropped} of {count}.")
 
 
-def _collapsed(mesh: RepairedMesh, flat: NDArray[np.bool_]) -> RepairedMesh:
+def _collapsed(mesh: RepairedMesh, flat: BoolArray) -> RepairedMesh:
     """The corners of triangles without area that lie at one place become one point."""
     sides = mesh.triangles[flat][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     length = np.linalg.norm(mesh.points[sides[:, 0]] - mesh.points[sides[:, 1]], axis=1)
     same = length <= ROUNDING * 1e-3 * np.abs(mesh.points[sides]).max(axis=(1, 2))
-    return _united(mesh, sides[same])
+    return merged_points(mesh, sides[same])
 
 
-def _united(mesh: RepairedMesh, pairs: Ints) -> RepairedMesh:
+def merged_points(mesh: RepairedMesh, pairs: IntArray) -> RepairedMesh:
     """The mesh with pairs (k, 2) of points made one, the first; triangles that collapse are dropped."""
     if not len(pairs):
         return mesh
@@ -168,7 +159,7 @@ def _united(mesh: RepairedMesh, pairs: Ints) -> RepairedMesh:
 def _flipped(mesh: RepairedMesh) -> RepairedMesh:
     """Triangles whose one corner lies on the opposite side, and their neighbours there, split the other way."""
     for _ in range(4):  # neighbours of slivers may be slivers
-        flat = np.flatnonzero(slim(mesh.points, mesh.triangles))
+        flat = np.flatnonzero(degenerate(mesh.points, mesh.triangles))
         flat = flat[(mesh.triangles[flat] != np.roll(mesh.triangles[flat], 1, axis=1)).all(axis=1)]
         if not len(flat):
             break
@@ -225,12 +216,12 @@ def stitched(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
     if not len(pairs):
         return mesh
     before = len(np.unique(mesh.triangles))
-    mesh = _united(mesh, pairs)
+    mesh = merged_points(mesh, pairs)
     joined = before - len(np.unique(mesh.triangles))
-    return mesh.told(f"Joined points at which the mesh was split along seams: {joined} of {before}.")
+    return mesh.reported(f"Joined points at which the mesh was split along seams: {joined} of {before}.")
 
 
-def _near_places(points: Array, which: Ints) -> Ints:
+def _near_places(points: Array, which: IntArray) -> IntArray:
     """Like `_places`, and the same also where points differ by rounding."""
     place = np.full(len(points), -1)
     radius = ROUNDING * float(np.abs(points[which]).max())
@@ -250,20 +241,22 @@ def without_non_manifold_edges(mesh: RepairedMesh) -> RepairedMesh:
     both points of the edge from elsewhere, a cut does not part them, and they are dropped.
     """
     edges, sides = topology.unique_edges(mesh.triangles)
-    crowded = np.flatnonzero(np.bincount(sides.ravel()) > 2)
-    if not len(crowded):
+    non_manifold = np.flatnonzero(np.bincount(sides.ravel()) > 2)
+    if not len(non_manifold):
         return mesh
-    cut = _cut(mesh, edges, sides, crowded)
-    cut = cut.told(f"Cut edges that had three or more triangles: {len(crowded)} of {len(edges)}.")
+    cut = _cut(mesh, edges, sides, non_manifold)
+    cut = cut.reported(f"Cut edges that had three or more triangles: {len(non_manifold)} of {len(edges)}.")
     count = len(cut.triangles)
     while len(extra := _in_excess(cut)):
         cut = cut.only(np.delete(np.arange(len(cut.triangles)), extra))
     dropped = count - len(cut.triangles)
-    return cut.told(f"Dropped triangles on edges that two others share: {dropped} of {count}.") if dropped else cut
+    return cut.reported(f"Dropped triangles on edges that two others share: {dropped} of {count}.") if dropped else cut
 
 
-def _cut(mesh: RepairedMesh, edges: NDArray[np.int32], sides: NDArray[np.int32], crowded: Ints) -> RepairedMesh:
-    """The mesh whose triangles hang together only by edges with two triangles, and by chosen pairs at crowded ones."""
+def _cut(
+    mesh: RepairedMesh, edges: NDArray[np.int32], sides: NDArray[np.int32], non_manifold: IntArray
+) -> RepairedMesh:
+    """The mesh whose triangles hang together only by edges with two triangles, and by chosen pairs at non_manifold ones."""
     valence = np.bincount(sides.ravel())
     offsets, around = topology.edge_triangles(sides)
     inner = np.flatnonzero(valence == 2)
@@ -273,7 +266,7 @@ def _cut(mesh: RepairedMesh, edges: NDArray[np.int32], sides: NDArray[np.int32],
     sheet = connected_components(links, directed=False)[1]
     chosen = [
         (int(e), t, u)
-        for e in crowded
+        for e in non_manifold
         for t, u in _continued(mesh, edges[e], around[offsets[e] : offsets[e + 1]], sheet)
     ]
     edge, one, other = np.concatenate([pairs, np.array(chosen, dtype=np.int64).reshape(-1, 3)]).T
@@ -317,18 +310,18 @@ def _continued(
     return chosen
 
 
-def _in_excess(mesh: RepairedMesh) -> Ints:
+def _in_excess(mesh: RepairedMesh) -> IntArray:
     """Triangles beyond two on one edge: those with the most sides that no other shares, then the smallest."""
     _, sides = topology.unique_edges(mesh.triangles)
     valence = np.bincount(sides.ravel())
-    crowded = np.flatnonzero(valence > 2)
-    if not len(crowded):
+    non_manifold = np.flatnonzero(valence > 2)
+    if not len(non_manifold):
         return np.zeros(0, np.int64)
     offsets, around = topology.edge_triangles(sides)
     loose = (valence[sides] == 1).sum(axis=1)
     size = areas_doubled(mesh.points, mesh.triangles)
     out: set[int] = set()
-    for e in crowded:
+    for e in non_manifold:
         here = [t for t in around[offsets[e] : offsets[e + 1]].tolist() if t not in out]
         out |= set(sorted(here, key=lambda t: (-loose[t], size[t]))[: len(here) - 2])
     return np.array(sorted(out), dtype=np.int64)
@@ -337,7 +330,7 @@ def _in_excess(mesh: RepairedMesh) -> Ints:
 # --- triangles turned over ------------------------------------------------------------------------------
 
 
-def turned_over(points: Array, triangles: NDArray[np.integer]) -> NDArray[np.bool_]:
+def turned_over(points: Array, triangles: NDArray[np.integer]) -> BoolArray:
     """Triangles (m,) that lie back to back with two of their neighbours or more; the mesh is oriented alike."""
     normals = np.cross(
         points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]]
@@ -368,101 +361,6 @@ def unfolded(mesh: RepairedMesh, rounds: int = 8) -> RepairedMesh:
         over = turned_over(points, mesh.triangles)
         if not over.any() or not len(moved):
             break
-    if slim(points, mesh.triangles).any():
+    if degenerate(points, mesh.triangles).any():
         return mesh
-    return replace(mesh, points=points).told(f"Laid triangles flat that were turned over: {count}.")
-
-
-# --- pieces ---------------------------------------------------------------------------------------------
-
-
-def closed_up(mesh: RepairedMesh) -> RepairedMesh:
-    """The mesh with points on borders made one that are nearer to each other than `CLOSE`."""
-    edges, sides = topology.unique_edges(mesh.triangles)
-    rim = np.unique(edges[np.bincount(sides.ravel()) == 1]).astype(np.int64)
-    if not len(rim):
-        return mesh
-    pairs = cKDTree(mesh.points[rim]).query_pairs(CLOSE * _diagonal(mesh), output_type="ndarray")
-    count = len(np.unique(mesh.triangles))
-    closer = _united(mesh, rim[pairs])
-    joined = count - len(np.unique(closer.triangles))
-    if not joined:
-        return mesh
-    return mended(closer.told(f"Joined points on borders that were close to each other: {joined} of {count}."))
-
-
-def reconstructed(mesh: RepairedMesh, why: str) -> RepairedMesh:
-    """The mesh replaced by one surface through its points (Poisson's, by pymeshlab) where it was.
-
-    Points keep the data of the nearest ones of the source.
-
-    Parameters
-    ----------
-    mesh : RepairedMesh
-    why : str
-        What is wrong, for the error and the report.
-
-    Raises
-    ------
-    MissingPackageError
-        Without pymeshlab (extra `remesh`).
-    MeshError
-        If pymeshlab fails.
-    """
-    try:
-        import pymeshlab
-    except ImportError:
-        raise MissingPackageError(
-            f"{why}. To mend it, the package pymeshlab is needed, which is not installed: "
-            "pip install 'facewrinkle[remesh]'. Or reconstruct it as one surface in a modeller."
-        ) from None
-    places, normals, corner = _samples(mesh)
-    middle, size = mesh.points[mesh.triangles].mean(axis=(0, 1)), _diagonal(mesh)
-    work = pymeshlab.MeshSet(verbose=False)  # kept while its mesh is in use
-    try:
-        work.add_mesh(pymeshlab.Mesh(vertex_matrix=(places - middle) / size, v_normals_matrix=normals))
-        work.generate_surface_reconstruction_screened_poisson(depth=7, threads=1)
-        target = max(DENSE, 2 * len(mesh.triangles))
-        if work.current_mesh().face_number() > target:
-            work.meshing_decimation_quadric_edge_collapse(targetfacenum=target, preservetopology=True)
-        result = work.current_mesh()
-        points, triangles = np.array(result.vertex_matrix()), np.array(result.face_matrix(), dtype=np.int64)
-    except pymeshlab.PyMeshLabException as problem:
-        raise MeshError(f"{why}, and pymeshlab cannot mend it: {problem}. Clean it in a modeller.") from None
-    points = points * size + middle
-    distance, nearest = cKDTree(places).query(points)
-    triangles = triangles[(distance[triangles] < TRIM * size).all(axis=1)]
-    if not len(triangles):
-        raise MeshError(f"{why}, and nothing is left when it is mended. Clean it in a modeller.")
-    corner = corner[nearest]
-    whole = RepairedMesh(
-        points, triangles, mesh.corners.ravel()[corner][triangles], mesh.origin[mesh.triangles.ravel()][corner],
-        mesh.report,
-    )  # fmt: skip
-    return mended(whole.told(f"{why}; it was reconstructed with pymeshlab, with {len(triangles)} triangles."))
-
-
-def _diagonal(mesh: RepairedMesh) -> float:
-    used = mesh.points[mesh.triangles].reshape(-1, 3)
-    return float(np.linalg.norm(np.ptp(used, axis=0)))
-
-
-def _samples(mesh: RepairedMesh) -> tuple[Array, Array, Ints]:
-    """Points spread over the triangles, unit normals that look outwards, and the corner nearest to each."""
-    corners = mesh.points[mesh.triangles]
-    middle = corners.mean(axis=1)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    doubled = np.linalg.norm(normals, axis=1)
-    normals /= doubled[:, None]
-    outwards = (normals * (middle - middle.mean(axis=0))).sum(axis=1)
-    inward = float((outwards < 0.0).mean())
-    if 0.25 < inward < 0.75:  # their orientation says nothing
-        normals[outwards < 0.0] *= -1.0
-    elif inward >= 0.75:
-        normals = -normals
-    counts = np.clip(SAMPLES * doubled / doubled.sum(), 3.0, 1e4).astype(np.int64)
-    which = np.repeat(np.arange(len(corners)), counts)
-    u, v = triangle_samples(len(which))
-    weights = np.stack([1.0 - u - v, u, v], axis=1)
-    places = np.einsum("nk,nkj->nj", weights, corners[which])
-    return places, normals[which], 3 * which + np.argmax(weights, axis=1)
+    return replace(mesh, points=points).reported(f"Laid triangles flat that were turned over: {count}.")
