@@ -19,7 +19,7 @@ from .obj_off import Polygons, polygon_triangles
 
 
 def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> pv.PolyData:
-    """The triangles of the polygons of a file, with its name for errors, and its folder where the images lie."""
+    """Triangles of the polygons of a file, given its name for errors, and the folder of its images."""
     padded = [number for face in polygons.faces for number in (len(face), *face)]
     mesh = pv.PolyData()
     mesh.points = polygons.points
@@ -43,7 +43,7 @@ def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> 
 
 
 def _colours(values: np.ndarray) -> np.ndarray:
-    """Colours as uint8 or from 0 to 1, of those that go to 1, to 255 or, in 16 bits, to 65535."""
+    """Colours as uint8 or from 0 to 1, from ones up to 1, 255 or, in 16 bits, 65535."""
     if values.dtype == np.uint8 or not values.size or not values.max() > 1:
         return values
     share = values / (255.0 if values.max() <= 255 else 65535.0)
@@ -51,7 +51,7 @@ def _colours(values: np.ndarray) -> np.ndarray:
 
 
 def _at_triangles(values: np.ndarray, faces: list[list[int]], mesh: pv.PolyData) -> np.ndarray:
-    """Values (c, d) of the corners of polygons, at the corners (m, 3, d) of the triangles that they are split into."""
+    """Values (c, d) at the corners of polygons, for the corners (m, 3, d) of the triangles that they are split into."""
     vertices = np.array([vertex for face in faces for vertex in face], dtype=np.int64)
     counts = np.array([len(face) for face in faces], dtype=np.int64)
     if (counts == 3).all():
@@ -60,7 +60,7 @@ def _at_triangles(values: np.ndarray, faces: list[list[int]], mesh: pv.PolyData)
 
 
 def from_dataset(data: Any, name: str) -> pv.PolyData:
-    """The triangles of any data set that holds one surface."""
+    """Triangles of any data set that holds one surface; `name` is for errors."""
     if isinstance(data, pv.MultiBlock):
         blocks = [(path, block) for path, block in _leaves(data) if _count_faces(block)]
         if not blocks:
@@ -79,13 +79,13 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
         )
     _check_cells(data, name)
     surface = with_data(data, _triangles(data), np.arange(data.n_points))
-    if IMAGE in data.cell_data and data.is_all_triangles:  # what was read here once
+    if IMAGE in data.cell_data and data.is_all_triangles:  # a surface that was read before
         surface.cell_data[IMAGE] = data.cell_data[IMAGE]
     return surface
 
 
 def _leaves(data: pv.MultiBlock, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """The blocks that are no multi-blocks, with their paths."""
+    """Yield the blocks that are no multi-blocks themselves, with their paths."""
     for number, (key, block) in enumerate(zip(data.keys(), data, strict=True)):
         path = f"{prefix}{key or number}"
         if isinstance(block, pv.MultiBlock):
@@ -101,10 +101,10 @@ def _count_faces(data: Any) -> int:
 
 
 def _faces_of_grid(grid: pv.UnstructuredGrid, name: str) -> pv.PolyData:
-    """The faces of an unstructured grid; unlike with `extract_surface`, its points keep their numbers."""
+    """Faces of an unstructured grid; unlike `extract_surface`, this keeps the numbers of the points."""
     faces = {pv.CellType.TRIANGLE, pv.CellType.POLYGON, pv.CellType.QUAD}
-    passed_over = {pv.CellType.VERTEX, pv.CellType.POLY_VERTEX, pv.CellType.LINE, pv.CellType.POLY_LINE}
-    others = {pv.CellType(kind) for kind in np.unique(grid.celltypes)} - faces - passed_over
+    ignored = {pv.CellType.VERTEX, pv.CellType.POLY_VERTEX, pv.CellType.LINE, pv.CellType.POLY_LINE}
+    others = {pv.CellType(kind) for kind in np.unique(grid.celltypes)} - faces - ignored
     if others:
         raise MeshError(
             f"{name} must hold triangles, quads or polygons, and holds "
@@ -120,7 +120,7 @@ def _faces_of_grid(grid: pv.UnstructuredGrid, name: str) -> pv.PolyData:
 
 
 def _check_cells(mesh: pv.PolyData, name: str) -> None:
-    """Raise a MeshError for faces that would lead VTK out of its arrays, where it brings the interpreter down."""
+    """Raise a MeshError for faces that would make VTK read beyond its arrays and crash the interpreter."""
     for cells in (mesh.GetPolys(), mesh.GetStrips()):
         ends, numbers = vtk_to_numpy(cells.GetOffsetsArray()), vtk_to_numpy(cells.GetConnectivityArray())
         if (np.diff(ends) < 3).any() or (len(ends) and (ends[0] != 0 or ends[-1] != len(numbers))):
@@ -135,7 +135,7 @@ def _check_cells(mesh: pv.PolyData, name: str) -> None:
 
 
 def _triangles(mesh: pv.PolyData) -> np.ndarray:
-    """(m, 3) vertex numbers of the faces, polygons and strips split."""
+    """Triangles (m, 3) of the faces, with polygons and strips split."""
     if mesh.n_strips:
         mesh = mesh.triangulate()
     if mesh.is_all_triangles:

@@ -13,37 +13,39 @@ from ..seams import add_seams, corner_texture
 from .obj_off import Primitive
 
 MISSING = {COLORS: np.uint8(255), MOVED: 0.0}
-"""What stands for colours and motion where a mesh has none beside others that have."""
+"""Values for meshes without colours or motion that are merged with others that have them."""
 
 
 def from_primitives(primitives: list[Primitive], path: Path) -> pv.PolyData:
-    """All meshes of a scene as one surface, without the seams at which their points are split."""
+    """Return all meshes of a scene as one surface, with points that were split at seams welded."""
     return merged_primitives(primitives, path)[0]
 
 
 def merged_primitives(primitives: list[Primitive], path: Path) -> tuple[pv.PolyData, np.ndarray, np.ndarray]:
-    """The same, and with it which points (p,) of all primitives it has, and what their shapes (k, p, 3) are."""
+    """Return all meshes of a scene as one surface, the points (p,) of all primitives that it keeps, and their morph
+    targets (k, p, 3).
+    """
     if not primitives:
         raise MeshError(f"{path.name} holds no triangles. Export the face with its geometry, as a mesh.")
     starts = np.cumsum([0, *(len(part.points) for part in primitives)])
     count = max(0 if part.shapes is None else len(part.shapes) for part in primitives)
     shapes = np.zeros((count, starts[-1], 3))
-    borne = np.zeros((starts[-1], 3))
+    skinned = np.zeros((starts[-1], 3))
     colors = np.full((starts[-1], 3), 255, np.uint8)
     for part, start, end in zip(primitives, starts[:-1], starts[1:], strict=True):
         if part.shapes is not None:
             shapes[: len(part.shapes), start:end] = part.shapes
         if part.weights is not None:
-            borne[start:end] = part.weights @ np.cos(np.outer(np.arange(part.weights.shape[1]), [1.0, 1.4, 1.7]))
+            skinned[start:end] = part.weights @ np.cos(np.outer(np.arange(part.weights.shape[1]), [1.0, 1.4, 1.7]))
         if part.colors is not None:
             colors[start:end] = part.colors
     points = np.concatenate([part.points for part in primitives])
     triangles = np.concatenate([part.triangles + start for part, start in zip(primitives, starts[:-1], strict=True)])
-    kept, number = welded(points, np.concatenate([shapes, borne[None]]), triangles)
+    kept, number = welded(points, np.concatenate([shapes, skinned[None]]), triangles)
     mesh = to_polydata(points[kept], number[triangles])
     shapes = shapes[:, kept]
-    if count or borne.any():  # other bones lead elsewhere
-        mesh.point_data[MOVED] = blended(shapes) + borne[kept] * np.ptp(points, axis=0).max()
+    if count or skinned.any():  # points on different bones may part
+        mesh.point_data[MOVED] = blended(shapes) + skinned[kept] * np.ptp(points, axis=0).max()
     if any(part.colors is not None for part in primitives):
         mesh.point_data[COLORS] = colors[kept]
     if any(part.texture is not None for part in primitives):
@@ -59,8 +61,8 @@ def merged_primitives(primitives: list[Primitive], path: Path) -> tuple[pv.PolyD
 
 
 def set_images(mesh: pv.PolyData, images: np.ndarray) -> None:
-    """Say which image lies on each triangle (m,), "" for none."""
-    known, number = np.unique(images, return_inverse=True)  # which puts "" first
+    """Store the name of the image on each triangle (m,), "" for none, with the mesh."""
+    known, number = np.unique(images, return_inverse=True)  # sorted, so "" comes first
     bare = int("" in known)
     if len(known) > bare:
         mesh.cell_data[IMAGE] = number.ravel() - bare
@@ -68,7 +70,7 @@ def set_images(mesh: pv.PolyData, images: np.ndarray) -> None:
 
 
 def set_texture(mesh: pv.PolyData, at_corners: np.ndarray) -> None:
-    """Give a mesh its texture coordinates (m, 3, 2): points the first that they have, corners where these differ."""
+    """Give a mesh texture coordinates (m, 3, 2): points get the first of theirs, corners their own if these differ."""
     triangles = np.asarray(mesh.regular_faces)
     texture = np.zeros((mesh.n_points, 2))
     texture[triangles.ravel()[::-1]] = at_corners.reshape(-1, 2)[::-1]  # the first is written last
@@ -78,23 +80,23 @@ def set_texture(mesh: pv.PolyData, at_corners: np.ndarray) -> None:
 
 
 def welded(points: np.ndarray, shapes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """One point in place of all those that a seam of texture or shading splits it into.
+    """Merge the points into which seams of texture or shading split a point.
 
-    They lie on borders, at the same place, and move alike; those of lips or lids that touch move differently.
+    Such points lie on borders, at the same place, and move alike; points of lips or lids that touch move differently.
 
     Parameters
     ----------
-    points : (n, 3) float
-    shapes : (k, n, 3) float
+    points : ndarray, shape (n, 3)
+    shapes : ndarray, shape (k, n, 3)
         Displacements of the mesh's morph targets.
-    triangles : (m, 3) int
+    triangles : ndarray of int, shape (m, 3)
 
     Returns
     -------
-    kept : (p,) int
+    kept : ndarray of int, shape (p,)
         Points that are kept, the first of each seam.
-    number : (n,) int
-        Which of the kept ones each point is.
+    number : ndarray of int, shape (n,)
+        Position of each point among the kept ones.
     """
     edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     edges, count = np.unique(edges, axis=0, return_counts=True)
@@ -109,7 +111,7 @@ def welded(points: np.ndarray, shapes: np.ndarray, triangles: np.ndarray) -> tup
 
 
 def merged_surfaces(surfaces: list[pv.PolyData]) -> pv.PolyData:
-    """Surfaces side by side, with the point data that all of them have, and their texture where some have none."""
+    """Return several surfaces as one, with the point data that all of them have, and with texture if one has it."""
     if len(surfaces) == 1:
         return surfaces[0]
     starts = np.cumsum([0, *(surface.n_points for surface in surfaces[:-1])])

@@ -1,4 +1,4 @@
-"""Files and foreign meshes become triangles as PolyData."""
+"""Files and meshes of other libraries become triangles as PolyData."""
 
 from __future__ import annotations
 
@@ -45,15 +45,15 @@ SIGNS: tuple[tuple[bytes, str, tuple[str, ...]], ...] = (
     (b"\xff\xd8\xff", "a JPEG picture", (".jpg",)),
     (b"PK\x03\x04", "a zip archive", (".zip", ".usdz", ".face")),
 )
-"""What files begin with, and the endings that they should have."""
+"""First bytes of files, with the names of the formats and the endings that such files should have."""
 
 
 def read_surface(source: object) -> pv.PolyData:
-    """The triangles of a file or of a foreign mesh, with the points numbered as they are there.
+    """Return the triangles of a file or of a mesh of another library, with the points numbered as they are there.
 
-    Polygons are split into triangles (along the shorter diagonal of a quad). Where the texture has seams, points keep
+    Polygons are split into triangles (along the shorter diagonal of a quad). If the texture has seams, points keep
     the first of their texture coordinates, and the cell data "Texture Corners" holds those of all corners. Point data
-    and field data come along; lines and loose points are passed over.
+    and field data are kept; lines and loose points are ignored.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def read_surface(source: object) -> pv.PolyData:
     Raises
     ------
     MeshError
-        If there is no such file, if it cannot be read, or if no single surface is in it.
+        If there is no such file, if it cannot be read, or if it holds no surface.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def _read_file(path: Path) -> pv.PolyData:
 
 
 def _kind_of(path: Path) -> tuple[str, tuple[str, ...]] | None:
-    """What a file is by its first bytes, and the endings of such files."""
+    """Return the format of a file by its first bytes, and the endings of such files; None if it is unknown."""
     with path.open("rb") as file:
         begin = file.read(20)
     return next(((kind, endings) for sign, kind, endings in SIGNS if begin.startswith(sign)), None)
@@ -132,7 +132,7 @@ def check_file(path: Path) -> None:
     """Raise a MeshError if a file is not there, cannot be opened, or is empty."""
     try:
         status = path.stat()
-        if S_ISREG(status.st_mode):  # to open a pipe would wait for ever
+        if S_ISREG(status.st_mode):  # opening a pipe would wait for ever
             with path.open("rb"):
                 pass
     except (FileNotFoundError, NotADirectoryError, ValueError):  # a null byte is a ValueError
@@ -150,11 +150,11 @@ def check_file(path: Path) -> None:
 
 @contextmanager
 def _vtk_messages() -> Iterator[list[str]]:
-    """Collects what VTK's readers complain of; they would print it several times over."""
-    heard: list[str] = []
+    """Collect the errors of VTK's readers, which would be printed several times otherwise."""
+    messages: list[str] = []
 
     def collect(record: logging.LogRecord) -> bool:
-        heard.append(record.getMessage().splitlines()[0])
+        messages.append(record.getMessage().splitlines()[0])
         return False
 
     root = logging.getLogger()
@@ -162,21 +162,21 @@ def _vtk_messages() -> Iterator[list[str]]:
     try:
         with warnings.catch_warnings(), pv.vtk_verbosity("off"), pv.VtkErrorCatcher():
             warnings.simplefilter("ignore")
-            yield heard
+            yield messages
     finally:
         root.removeFilter(collect)
 
 
 def _read_with_vtk(path: Path) -> Any:
     data = None
-    with _vtk_messages() as heard:
+    with _vtk_messages() as messages:
         try:
             data = pv.get_reader(str(path)).read()
         except Exception as problem:  # every format fails in its own way
-            heard.append(str(problem).splitlines()[-1])
+            messages.append(str(problem).splitlines()[-1])
     if data is None or _is_empty(data):
-        telling = [line for line in heard if not line.startswith("Algorithm")]
-        reason = telling[0] if telling else "nothing is in it that VTK understands"
+        useful = [line for line in messages if not line.startswith("Algorithm")]
+        reason = useful[0] if useful else "nothing is in it that VTK understands"
         raise MeshError(
             f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged or of another format: "
             "export it again, or as OBJ or PLY."

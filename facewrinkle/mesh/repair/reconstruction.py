@@ -24,22 +24,22 @@ MOST = 16_000
 
 
 def closed_up(mesh: RepairedMesh) -> RepairedMesh:
-    """The mesh with points on borders made one that are nearer to each other than `GAP`."""
+    """Close small gaps: merge points on borders that are nearer to each other than `GAP`."""
     edges, sides = topology.unique_edges(mesh.triangles)
-    rim = np.unique(edges[np.bincount(sides.ravel()) == 1]).astype(np.int64)
-    if not len(rim):
+    border = np.unique(edges[np.bincount(sides.ravel()) == 1]).astype(np.int64)
+    if not len(border):
         return mesh
-    pairs = cKDTree(mesh.points[rim]).query_pairs(GAP * _diagonal(mesh), output_type="ndarray")
+    pairs = cKDTree(mesh.points[border]).query_pairs(GAP * _diagonal(mesh), output_type="ndarray")
     count = len(np.unique(mesh.triangles))
-    closer = merged_points(mesh, rim[pairs])
-    joined = count - len(np.unique(closer.triangles))
-    if not joined:
+    closer = merged_points(mesh, border[pairs])
+    merged = count - len(np.unique(closer.triangles))
+    if not merged:
         return mesh
-    return mended(closer.reported(f"Joined points on borders that were close to each other: {joined} of {count}."))
+    return mended(closer.reported(f"Joined points on borders that were close to each other: {merged} of {count}."))
 
 
 def reconstructed(mesh: RepairedMesh, why: str) -> RepairedMesh:
-    """The mesh replaced by one surface through its points (Poisson's, by pymeshlab) where it was.
+    """Replace the mesh by one surface through its points (screened Poisson, by pymeshlab), cut off at its borders.
 
     Points keep the data of the nearest ones of the source.
 
@@ -47,7 +47,7 @@ def reconstructed(mesh: RepairedMesh, why: str) -> RepairedMesh:
     ----------
     mesh : RepairedMesh
     why : str
-        What is wrong, for the error and the report.
+        The fault, for the error and the report.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def _diagonal(mesh: RepairedMesh) -> float:
 
 
 def _samples(mesh: RepairedMesh) -> tuple[Array, Array, IntArray]:
-    """Points spread over the triangles, unit normals that look outwards, and the corner nearest to each."""
+    """Points spread over the triangles, their outward unit normals, and the corner nearest to each."""
     corners = mesh.points[mesh.triangles]
     middle = corners.mean(axis=1)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -103,7 +103,7 @@ def _samples(mesh: RepairedMesh) -> tuple[Array, Array, IntArray]:
     normals /= doubled[:, None]
     outwards = (normals * (middle - middle.mean(axis=0))).sum(axis=1)
     inward = float((outwards < 0.0).mean())
-    if 0.25 < inward < 0.75:  # their orientation says nothing
+    if 0.25 < inward < 0.75:  # the triangles are not oriented alike
         normals[outwards < 0.0] *= -1.0
     elif inward >= 0.75:
         normals = -normals
