@@ -17,6 +17,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 import facewrinkle as fw
+from facewrinkle.geometry.rigid_alignment import closest_rotations
 from facewrinkle.geometry.topology import vertex_rings
 
 from .report import COLOURS, OUTPUT, Plot, Report, Table, plot, publish, run
@@ -59,9 +60,8 @@ class Orientation:
         for i in range(3):
             for j in range(3):
                 spread[:, i, j] = np.bincount(self._from, self._weight * now[:, i] * self._rest[:, j], n)
-        left, _, right = np.linalg.svd(spread[self._triangles].sum(axis=1))
-        left[:, :, 2] *= np.sign(np.linalg.det(left) * np.linalg.det(right))[:, None]
-        carried = np.einsum("tij,tj->ti", left @ right, self._normals)
+        turn = closest_rotations(spread[self._triangles].sum(axis=1))
+        carried = np.einsum("tij,tj->ti", turn, self._normals)
         return np.asarray((self._crossed(points) * carried).sum(axis=1) / (self._normals**2).sum(axis=1))
 
 

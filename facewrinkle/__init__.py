@@ -1,6 +1,6 @@
 """Wrinkles that muscles fold into faces, on PyVista meshes.
 
-Names are loaded when first used, so that importing the package costs nothing beyond PyVista.
+Names are loaded when they are first used, so that importing the package costs nothing beyond PyVista.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _HOME = {
     "write_mesh": "export",
 }
 _TABLES = {"MUSCLES": "muscles", "ACTION_UNITS": "action_units", "EXPRESSIONS": "expressions"}
-_ROOMS = (
+_SUBPACKAGES = (
     "anatomy",
     "appearance",
     "errors",
@@ -69,7 +69,7 @@ def __getattr__(name: str) -> Any:
         value = getattr(import_module(f".{_HOME[name]}", __name__), name)
     elif name in _TABLES:
         value = getattr(import_module(".anatomy.atlas", __name__).load_atlas(), _TABLES[name])
-    elif name in _ROOMS:
+    elif name in _SUBPACKAGES:
         value = import_module(f".{name}", __name__)
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -78,4 +78,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__, *_ROOMS])
+    return sorted([*globals(), *__all__, *_SUBPACKAGES])

@@ -12,15 +12,18 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 LARGEST = 1e50
-"""Coordinates have to be smaller: products of six of them must not overflow."""
+"""Coordinates must be smaller than this, so that products of six of them do not overflow."""
+
+LISTED = 48
+"""The most known names that an error lists."""
 
 
 class FaceWrinkleError(ValueError):
-    """Input that facewrinkle cannot work with. The base of all its exceptions.
+    """Input that facewrinkle cannot work with; the base of all its exceptions.
 
     Examples
     --------
-    One name for whatever is wrong with what was given:
+    One name for everything that can be wrong with the input:
 
     >>> import facewrinkle as fw
     >>> try:
@@ -113,7 +116,7 @@ class MissingPackageError(FaceWrinkleError):
 
     Examples
     --------
-    As where pygltflib is not installed:
+    If pygltflib is not installed:
 
     >>> from unittest import mock
     >>> import facewrinkle as fw
@@ -128,18 +131,18 @@ class MissingPackageError(FaceWrinkleError):
 
 
 class FaceWrinkleWarning(UserWarning):
-    """Input that was mended, or a result that is an estimate.
+    """Input that was repaired, or a result that is an estimate.
 
     Examples
     --------
-    Collected here; ``warnings.simplefilter("error", FaceWrinkleWarning)`` makes errors of them.
+    Collected in a list here; ``warnings.simplefilter("error", FaceWrinkleWarning)`` turns them into errors.
 
     >>> import warnings
     >>> from facewrinkle.anatomy.landmarks import read_landmarks
-    >>> with warnings.catch_warnings(record=True) as told:
+    >>> with warnings.catch_warnings(record=True) as caught:
     ...     warnings.simplefilter("always", FaceWrinkleWarning)
     ...     found = read_landmarks({"nose_tip": [0, 0, 1], "nose_root": [0, 1, 0]})
-    >>> print(told[0].message)
+    >>> print(caught[0].message)
     ignored: unknown landmark 'nose_root'. Did you mean 'nose_tip' or 'eye_r_outer'?
     """
 
@@ -149,19 +152,15 @@ class FitWarning(FaceWrinkleWarning):
 
 
 def warn(message: str, category: type[FaceWrinkleWarning] = FaceWrinkleWarning) -> None:
-    """Warn of the line from which this package was called, however deep in it the reason is."""
+    """Warn at the line that called this package, however deep inside it the reason is."""
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals["__name__"].partition(".")[0] == __package__:
         level, frame = level + 1, frame.f_back
     warnings.warn(message, category, stacklevel=level)
 
 
-LISTED = 48
-"""An error lists so many known names at most."""
-
-
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameError:
-    """The error for `name`, with the nearest known names as a suggestion."""
+    """Return the error for `name`, with the nearest known names as suggestions."""
     known = list(dict.fromkeys(known))
     close = get_close_matches(str(name), known, n=3, cutoff=0.5)
     if not known:
@@ -174,7 +173,7 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameEr
 
 
 def check_range(name: str, value: float, low: float, high: float, remedy: str = "") -> float:
-    """`value` as a float if it lies in [low, high]; a ParameterError otherwise (also for NaN)."""
+    """Return `value` as a float if it lies in [low, high]; raise a ParameterError otherwise, also for NaN."""
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):
@@ -188,7 +187,7 @@ def check_range(name: str, value: float, low: float, high: float, remedy: str = 
 
 
 def check_positive(name: str, value: float, remedy: str = "") -> float:
-    """`value` as a float if it is finite and greater than 0; a ParameterError otherwise."""
+    """Return `value` as a float if it is finite and greater than 0; raise a ParameterError otherwise."""
     number = check_range(name, value, -float("inf"), float("inf"), remedy) if value == value else float("nan")
     if not 0.0 < number < float("inf"):
         raise ParameterError(f"{name} must be a finite number greater than 0, received {number:g}. {remedy}".rstrip())
@@ -196,7 +195,7 @@ def check_positive(name: str, value: float, remedy: str = "") -> float:
 
 
 def check_whole(name: str, value: float, low: float, high: float, remedy: str = "") -> int:
-    """`value` as an int if it is a whole number in [low, high]; a ParameterError otherwise."""
+    """Return `value` as an int if it is a whole number in [low, high]; raise a ParameterError otherwise."""
     number = check_range(name, value, low, high, remedy)
     if number != int(number):
         raise ParameterError(f"{name} must be a whole number, received {number:g}.")

@@ -244,7 +244,7 @@ SPECIAL = {
     ],
     "geometry.seams.of_same_triangles": lambda e: [e["uv"], e["triangles"], e["triangles"][::-1].copy()],
     "geometry.seams.refined_values": lambda e: [e["uv"], e["triangles"], forest(e)],
-    "geometry.seams.split": lambda e: [e["triangles"], e["uv"], e["n_points"]],
+    "geometry.seams.split_vertices": lambda e: [e["triangles"], e["uv"], e["n_points"]],
     "geometry.topology.edge_triangles": lambda e: [
         np.sort(e["triangles"][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     ],

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from ..geometry.normals import vertex_normals
-from ..geometry.rigid_alignment import RigidAlignment
+from ..geometry.rigid_alignment import RigidAlignment, closest_rotations
 from ..geometry.topology import vertex_rings
 from ..mesh import to_polydata
 from ..mesh.arrays import COLORS, OF_PART, PART
@@ -160,9 +160,7 @@ class _Tied:
         now = self._mean @ points
         pairs = (self._skin[:, :, None] * points[:, None, :]).reshape(len(points), 9)
         spread = (self._mean @ pairs).reshape(-1, 3, 3) - self._rest[:, :, None] * now[:, None, :]
-        left, _, right = np.linalg.svd(spread)
-        left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
-        turn = (left @ right)[self._nearest]
+        turn = closest_rotations(spread)[self._nearest]
         offset = self._points[:, None, :] - self._rest[self._nearest]
         there = now[self._nearest] + np.einsum("nki,nkij->nkj", offset, turn)
         return np.asarray(np.einsum("nk,nkj->nj", self._weights, there))

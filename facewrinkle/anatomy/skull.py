@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array, diags_array, eye_array
+from scipy.sparse import diags_array, eye_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
+from ..geometry.laplacian import graph_laplacian
 from ..geometry.normals import vertex_normals
-from ..geometry.topology import boundary_loops
+from ..geometry.topology import boundary_loops, unique_edges
 
 Array = npt.NDArray[np.float64]
 
@@ -123,13 +124,10 @@ def _distances_to_loops(points: Array, triangles: npt.NDArray[np.int32]) -> tupl
 
 def _smoother(points: Array, triangles: npt.NDArray[np.int32], radius: float):  # type: ignore[no-untyped-def]
     """Implicit Laplacian smoothing over about `radius`: (I + r^2 L)^-1, with weights by edge length."""
-    i = triangles[:, [0, 1, 2, 1, 2, 0]].ravel()
-    j = triangles[:, [1, 2, 0, 0, 1, 2]].ravel()
-    n = len(points)
-    length = np.maximum(np.linalg.norm(points[i] - points[j], axis=1), 1e-12 * radius)
-    graph = csr_array((1.0 / length**2, (i, j)), shape=(n, n))
-    degree = np.maximum(np.asarray((graph > 0).sum(axis=1)), 1)
-    graph = diags_array(1.0 / degree) @ graph
-    laplacian = diags_array(np.asarray(graph.sum(axis=1))) - graph
-    system = (eye_array(n) + radius**2 * laplacian).tocsc()
+    edges, sides = unique_edges(triangles)
+    length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
+    weight = np.bincount(sides.ravel()) / np.maximum(length, 1e-12 * radius) ** 2  # edges count once per triangle
+    degree = np.bincount(edges.ravel(), minlength=len(points))
+    laplacian = diags_array(1.0 / np.maximum(degree, 1)) @ graph_laplacian(edges, weight, len(points))
+    system = (eye_array(len(points)) + radius**2 * laplacian).tocsc()
     return splu(system).solve

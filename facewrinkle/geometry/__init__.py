@@ -1,4 +1,4 @@
-"""Triangle meshes as plain arrays; knows nothing of faces and does not import VTK."""
+"""Algorithms on triangle meshes as plain arrays, without faces and without VTK."""
 
 from . import interpolation, least_squares, normals, refinement, seams, topology
 

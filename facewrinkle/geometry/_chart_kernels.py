@@ -1,4 +1,4 @@
-"""Inner loops of charts: the closest point of a mesh, and polar coordinates that run over its triangles."""
+"""Machine code for charts: polar coordinates that spread over the triangles of a mesh."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 SWEEPS = 2
+"""Passes over all vertices once each has a first value."""
 
 
 @njit(cache=True)
@@ -19,7 +20,7 @@ def _push(heap, keys, size, vertex, key):
 
 @njit(cache=True)
 def _pop(heap, keys, size):
-    """Take the smallest away; what remains has size - 1 entries."""
+    """Remove and return the smallest of `size` entries."""
     top, key = heap[0], keys[0]
     vertex, last = heap[size - 1], keys[size - 1]
     i, n = 0, size - 1
@@ -38,34 +39,34 @@ def _pop(heap, keys, size):
 
 
 @njit(cache=True)
-def _turned(angle):
-    """An angle in [-pi, pi]."""
+def _wrapped(angle):
+    """The same angle in [-pi, pi]."""
     return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
 
 
 @njit(cache=True)
 def _through(points, i, j, k, distance, angle):
-    """Distance and angle at i of the straight line that comes through the edge j k, and how far beside the edge it is.
+    """Distance and angle at i of the straight line through the edge j k, and the angle by which it misses the edge.
 
-    Both triangles, that of the source with the edge and that of the edge with i, are laid flat. j k i is a triangle of
-    the mesh in its own orientation: a source beyond the edge sees k to the right of j. One on the near side does not
-    look through the edge at all, and no line that does leads back or is longer than a detour by j: infinite.
+    The triangle of the source and the edge and the triangle j k i of the mesh are unfolded into one plane. As j k i is
+    oriented, a source beyond the edge sees k to the right of j. All is infinite where no line leads through the edge:
+    for a source on the near side, for lines that lead back, and for those longer than the detour by j.
     """
     e, r = points[k] - points[j], points[i] - points[j]
     length = np.sqrt((e * e).sum())
     ix = (r * e).sum() / length
     iy = np.sqrt(max((r * r).sum() - ix * ix, 0.0))
     uj, uk = distance[j], distance[k]
-    turn = _turned(angle[k] - angle[j])
+    turn = _wrapped(angle[k] - angle[j])
     sx = (uj * uj - uk * uk + length * length) / (2.0 * length)
     sy = -np.sqrt(max(uj * uj - sx * sx, 0.0))
     to_j, to_k, to_i = np.arctan2(-sy, -sx), np.arctan2(-sy, length - sx), np.arctan2(iy - sy, ix - sx)
-    from_j, from_k = _turned(to_i - to_j), _turned(to_i - to_k)
+    from_j, from_k = _wrapped(to_i - to_j), _wrapped(to_i - to_k)
     u = np.hypot(ix - sx, iy - sy)
     longest = uj + np.sqrt((r * r).sum())
     if turn > 0.0 or u < min(uj, uk) or u > longest * (1.0 + 1e-9):
         return np.inf, 0.0, np.inf
-    if from_j > 0.0:  # beside the edge the plane is continued
+    if from_j > 0.0:  # past an end of the edge the plane is continued
         return u, angle[j] + from_j, from_j
     if from_k < 0.0:
         return u, angle[k] + from_k, -from_k
@@ -76,10 +77,10 @@ def _through(points, i, j, k, distance, angle):
 
 @njit(cache=True)
 def polar(points, triangles, offsets, around, first, reach, distance, angle):
-    """Fill in distances and angles from those of the triangle `first`, nearest vertices first, up to `reach`.
+    """Fill in distances and angles, from those at the triangle `first` outwards to `reach`, nearest vertices first.
 
     `around[offsets[v]:offsets[v + 1]]` are the triangles at v. A vertex takes its values through the edge that the
-    straight line to it crosses or, where none is known yet, misses by least.
+    straight line to it crosses or, if no such edge is known yet, through the one that the line misses by least.
     """
     n = points.shape[0]
     quality, done = np.full(n, np.inf), np.zeros(n, np.bool_)
@@ -102,9 +103,9 @@ def polar(points, triangles, offsets, around, first, reach, distance, angle):
                 i, j, k = triangles[f, c], triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
                 if i == v or done[i] or not (done[j] and done[k]):
                     continue
-                u, a, beside = _through(points, i, j, k, distance, angle)
-                if beside < quality[i] or (beside == quality[i] and u < distance[i]):
-                    quality[i], distance[i], angle[i] = beside, u, a
+                u, a, miss = _through(points, i, j, k, distance, angle)
+                if miss < quality[i] or (miss == quality[i] and u < distance[i]):
+                    quality[i], distance[i], angle[i] = miss, u, a
                     _push(heap, keys, size, i, u)
                     size += 1
     for v in range(n):
@@ -121,6 +122,6 @@ def polar(points, triangles, offsets, around, first, reach, distance, angle):
                 c = 0 if triangles[f, 0] == v else 1 if triangles[f, 1] == v else 2
                 j, k = triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
                 if done[j] and done[k]:
-                    u, a, beside = _through(points, v, j, k, distance, angle)
-                    if beside < quality[v]:
-                        quality[v], distance[v], angle[v] = beside, u, a
+                    u, a, miss = _through(points, v, j, k, distance, angle)
+                    if miss < quality[v]:
+                        quality[v], distance[v], angle[v] = miss, u, a

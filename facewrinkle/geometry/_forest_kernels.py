@@ -1,4 +1,4 @@
-"""The forest of red splits as three integer tables, and the loops that grow, prune and read it.
+"""Machine code for the forest of red splits: three integer tables, and the loops that grow, prune and read it.
 
 A *node* is a triangle that the forest knows: the M0 triangles are rows 0 to m0 - 1, and the four children of
 a node that is split red are four consecutive rows after them. Side `s` of a node runs from its vertex `s` to
@@ -98,7 +98,7 @@ def _pop(nodes, state):
 
 @njit(cache=True)
 def _take(table, link, state, free, used, count):
-    """First of `count` consecutive rows: freed ones, or new ones at the end."""
+    """Return the first of `count` consecutive rows: freed ones, or new ones at the end."""
     row = state[free]
     if row >= 0:
         state[free] = table[row, link]
@@ -140,7 +140,7 @@ def plant(nodes, edges, points, ends, sides, triangles):
 
 @njit(cache=True)
 def _must_split(nodes, edges, x):
-    """Whether leaf x has two midpoints on its sides, or a neighbour two levels finer."""
+    """Return True if leaf x has midpoints on two sides, or a neighbour two levels finer."""
     hanging = nodes[x, HANGING]
     if hanging & (hanging - 1):
         return True
@@ -258,7 +258,7 @@ def _candidates(nodes, leaf, marked, status, found):
 
 @njit(cache=True)
 def _may_close(nodes, edges, x):
-    """Whether node x would be a legal leaf, going by the counts of split nodes on its edges."""
+    """Return True if node x would be a legal leaf, by the numbers of split nodes on its edges."""
     hanging = 0
     for s in range(3):
         e = nodes[x, EDGE + s]
@@ -281,8 +281,8 @@ def _push_taken(nodes, edges, state, status, e):
 
 
 @njit(cache=True)
-def _return_illegal(nodes, edges, state, status, found):
-    """Take all candidates back at once, then return those that cannot be leaves, to a fixed point."""
+def _reopen_illegal(nodes, edges, state, status, found):
+    """Close all candidates at once, then reopen those that cannot be leaves, until nothing changes."""
     for i in range(len(found)):
         x = np.int64(found[i])
         _push(nodes, state, x)
@@ -324,7 +324,7 @@ def _close(nodes, edges, state, x):
 
 @njit(cache=True)
 def _join(nodes, edges, state, e):
-    """Make edge e one piece again."""
+    """Make one edge of e and its halves again."""
     _free(edges, edges[e, HALF], 2, WHOLE, state, FREE_HALVES)
     edges[e, MIDPOINT], edges[e, HALF] = NONE, NONE
     side = edges[e, SIDES]
@@ -335,12 +335,12 @@ def _join(nodes, edges, state, e):
 
 @njit(cache=True)
 def prune(nodes, edges, state, leaf, marked, status, found, gone):
-    """Take back sibling leaves where all four are marked, and tell which vertices are `gone`.
+    """Remove sibling leaves where all four are marked, and mark the vertices that are `gone`.
 
-    `status` (UNKNOWN for every node) and `found` (room for a quarter of the leaves) are scratch.
+    `status` (UNKNOWN for every node) and `found` (room for a quarter of the leaves) are scratch space.
     """
     found = found[: _candidates(nodes, leaf, marked, status, found)]
-    _return_illegal(nodes, edges, state, status, found)
+    _reopen_illegal(nodes, edges, state, status, found)
     for i in range(len(found)):
         if status[found[i]] == TAKEN:
             _close(nodes, edges, state, found[i])
@@ -386,7 +386,7 @@ def read_leaves(nodes, edges, n_roots, triangles, leaf):
 
 @njit(cache=True)
 def weigh(points, triangles0, corners, barycentric, first):
-    """Give the vertices from `first` on the mean barycentric coordinates of the two they lie between."""
+    """Give each vertex from `first` on the mean of the barycentric coordinates of the two that it lies between."""
     for v in range(first, len(corners)):
         for k in range(3):
             corner = triangles0[points[v, POINT_HOST], k]

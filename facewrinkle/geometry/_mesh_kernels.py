@@ -1,4 +1,4 @@
-"""Inner loops over the triangles and vertices of a mesh: normals, interpolation, and where a mesh is too coarse."""
+"""Machine code for normals, interpolation, heights, and the triangles of a mesh that are too coarse."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ def accumulate(points, triangles, out):
 
 @njit(cache=True)
 def normalise(vectors):
+    """Scale vectors (n, 3) to unit length in place; zero vectors stay."""
     for v in range(vectors.shape[0]):
         x, y, z = vectors[v, 0], vectors[v, 1], vectors[v, 2]
         length = np.sqrt(x * x + y * y + z * z)
@@ -34,6 +35,7 @@ def normalise(vectors):
 
 @njit(cache=True)
 def detail(bare, displaced, triangles, smooth, scratch, out):
+    """Normals `smooth` plus the change from the normals of the bare to those of the displaced mesh."""
     accumulate(bare, triangles, scratch)
     normalise(scratch)
     accumulate(displaced, triangles, out)
@@ -45,7 +47,8 @@ def detail(bare, displaced, triangles, smooth, scratch, out):
 
 
 @njit(cache=True)
-def carry(values, corners, barycentric, out):
+def interpolate(values, corners, barycentric, out):
+    """Linear interpolation of values (n0, d) at points with three corners and weights each."""
     for i in range(corners.shape[0]):
         a, b, c = corners[i, 0], corners[i, 1], corners[i, 2]
         wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
@@ -55,7 +58,7 @@ def carry(values, corners, barycentric, out):
 
 @njit(cache=True)
 def displace(points, heights, directions, out):
-    """points + heights directions, row by row."""
+    """points + heights * directions, row by row."""
     for i in range(points.shape[0]):
         for k in range(3):
             out[i, k] = points[i, k] + heights[i] * directions[i, k]
@@ -66,8 +69,10 @@ def mark_triangles(
     triangles, level, max_level, normals, rest_normals, points, need, across, active, gamma_c, hysteresis,
     split, fine, largest,
 ):  # fmt: skip
-    """Mark triangles to split, by Eq. 19 (guarded where rest normals are nearly orthogonal) or for too few vertices per
-    half cycle, and triangles that are finer than they have to be.
+    """Mark the triangles to split, and those that are finer than they have to be.
+
+    Triangles are split by Eq. 19, guarded where rest normals are nearly orthogonal, or where a half cycle of a wrinkle
+    would have too few vertices.
     """
     for f in range(triangles.shape[0]):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -98,12 +103,12 @@ def mark_triangles(
 
 
 @njit(cache=True)
-def carry_corners(values, base, triangles, roots, hosts, weights, out):
-    """Values (m0, 3, d) at the corners of base triangles, at the corners (m, 3, d) of triangles that lie in them.
+def interpolate_corners(values, base, triangles, roots, hosts, weights, out):
+    """Interpolate values (m0, 3, d) at the corners of base triangles, at the corners (m, 3, d) of triangles in them.
 
-    Vertex v lies in the base triangle with the vertices hosts[v], with the weights (n, 3); that may be a neighbour of
-    the root of a triangle at v. Sums run over the corners of the root: one of three terms is 0 on an edge, so that both
-    sides of the edge round alike.
+    Vertex v lies in the base triangle with the vertices hosts[v], at weights[v]; that triangle may be a neighbour of
+    the root of a triangle at v. Sums run over the corners of the root: on an edge one of the three terms is 0, so
+    that both sides of the edge are rounded alike.
     """
     for t in range(len(triangles)):
         root = roots[t]
@@ -121,8 +126,8 @@ def carry_corners(values, base, triangles, roots, hosts, weights, out):
 
 
 @njit(cache=True)
-def height(points, up, points_of_mesh, triangles, near, rim, deep, out):
-    """How far above each point, along its direction, the highest of some triangles that are seen from there is."""
+def heights_above(points, up, points_of_mesh, triangles, near, tolerance, deep, out):
+    """Heights above each point, along its direction, of the highest of the triangles near it that face that way."""
     for i in range(points.shape[0]):
         out[i] = -np.inf
         p, d = points[i], up[i]
@@ -142,7 +147,7 @@ def height(points, up, points_of_mesh, triangles, near, rim, deep, out):
             bx, by, bz = oy * d[2] - oz * d[1], oz * d[0] - ox * d[2], ox * d[1] - oy * d[0]
             u = (bx * gx + by * gy + bz * gz) / facing
             v = -(bx * ex + by * ey + bz * ez) / facing
-            if u > -rim and v > -rim and u + v < 1.0 + rim:
+            if u > -tolerance and v > -tolerance and u + v < 1.0 + tolerance:
                 rise = (nx * ox + ny * oy + nz * oz) / facing
                 if abs(rise) < deep and rise > out[i]:
                     out[i] = rise

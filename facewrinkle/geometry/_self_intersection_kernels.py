@@ -1,4 +1,4 @@
-"""Inner loops that find where a mesh runs through itself."""
+"""Machine code that finds where a mesh runs through itself."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import numpy as np
 from numba import njit
 
 NEGLIGIBLE = 1e-12
-"""Volumes below this share of the product of their sides are rounding."""
+"""Volumes below this share of the product of their sides are rounding errors."""
 
 
 @njit(cache=True)
 def boxes(points, triangles, order, leaf, low, high):
-    """Bounds of a complete binary tree over triangles in order, its nodes as in a heap; `low` and `high` (2 b - 1, 3),
-    with `leaf` triangles in each of the b last ones.
+    """Bounding boxes of a complete binary tree over the triangles in order, with nodes numbered as in a heap.
+
+    `low` and `high` are (2 b - 1, 3); each of the last b nodes holds `leaf` triangles.
     """
     first = low.shape[0] // 2
     low[:], high[:] = np.inf, -np.inf
@@ -44,7 +45,7 @@ def _side(a, b, c, d):
 
 @njit(cache=True)
 def _pierces(p, q, a, b, c):
-    """Whether the segment pq runs through the inside of the triangle abc."""
+    """Return True if the segment pq runs through the inside of the triangle abc."""
     side = _side(a, b, c, p)
     if side == 0 or _side(a, b, c, q) != -side:
         return False
@@ -54,7 +55,7 @@ def _pierces(p, q, a, b, c):
 
 @njit(cache=True)
 def pierced(points, edges, triangles, order, leaf, low, high, out):
-    """Pairs (k, 2) of an edge and a triangle that it runs through, into `out` as far as there is room; their number."""
+    """Write pairs of an edge and a triangle that it runs through to `out`, as many as fit; return the number of all."""
     first, count = low.shape[0] // 2, 0
     stack = np.empty(64, np.int64)
     for e in range(edges.shape[0]):

@@ -16,7 +16,7 @@ IntArray = npt.NDArray[np.int32]
 
 
 def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up: npt.ArrayLike, reach: float) -> Array:
-    """Where each vertex lies as seen from `centre`: the logarithmic map of the surface.
+    """Positions of the vertices as seen from `centre`: the logarithmic map of the surface.
 
     Distance and direction of the straightest line from the centre run outwards over the triangles, two known corners
     giving the third: exact on surfaces that can be unrolled.
@@ -27,14 +27,14 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up:
     triangles : ndarray of int32, shape (m, 3)
     centre : ClosestPoint
     up : array_like, shape (3,)
-        Its part in the surface at the centre is the second axis.
+        The second axis is its part in the tangent plane at the centre.
     reach : float
-        Vertices further away than this are left out, except some next to it.
+        Vertices farther away than this are left out, except some just beyond it.
 
     Returns
     -------
     ndarray, shape (n, 2)
-        Right and up, in the unit of `points`; NaN where nothing reaches.
+        Right and up, in the unit of `points`; NaN for vertices out of reach.
 
     Notes
     -----
@@ -44,11 +44,12 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up:
     --------
     >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
     >>> t = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
+    >>> from facewrinkle.geometry.closest_point import closest_point
     >>> geodesic_chart(p, t, closest_point(p, t, [0.25, 0.25, 0.0]), [0, 1, 0], 9.0)[3].round(12)
     array([0.75, 0.75])
     """
     corners = triangles[centre.triangle]
-    # A corner or an edge would be seen under no angle: start a little inside, and shift what comes out.
+    # From a corner or on an edge, angles are undefined: start a little inside, and shift the result.
     start = (1.0 - 1e-3) * centre.point + 1e-3 * points[corners].mean(axis=0)
     right, upward = tangents(np.cross(*np.diff(points[corners], axis=0)), up)
     rays, shift = points[corners] - start, start - centre.point
@@ -63,12 +64,13 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up:
 
 
 def projected_chart(points: Array, centre: ClosestPoint, up: npt.ArrayLike) -> Array:
-    """Coordinates (n, 2), right and up, in the tangent plane at the centre: a pattern shone on the surface.
+    """Coordinates (n, 2), right and up, in the tangent plane at the centre: a pattern projected onto the surface.
 
     Examples
     --------
-    Heights over the tangent plane do not count:
+    Heights above the tangent plane make no difference:
 
+    >>> from facewrinkle.geometry.closest_point import closest_point
     >>> p, t = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)
     >>> projected_chart(np.array([[1.25, 0.25, 9.0]]), closest_point(p, t, [0.25, 0.25, 0.0]), [0, 1, 0]).round(9)
     array([[1., 0.]])
@@ -78,7 +80,7 @@ def projected_chart(points: Array, centre: ClosestPoint, up: npt.ArrayLike) -> A
 
 
 def tangents(normal: Array, up: npt.ArrayLike) -> tuple[Array, Array]:
-    """Unit tangents to the right and upwards, seen against `normal`; zero vectors where `up` is parallel to it.
+    """Unit tangents to the right and upwards, as seen from the tip of `normal`; zero if `up` is parallel to it.
 
     Examples
     --------
@@ -94,9 +96,9 @@ def tangents(normal: Array, up: npt.ArrayLike) -> tuple[Array, Array]:
 
 
 def gradients(points: Array, triangles: IntArray, values: Array) -> Array:
-    """Gradients (n, 3, d) in the surface of values (n, d) given at the vertices: those of the triangles, by area.
+    """Surface gradients (n, 3, d) of values (n, d) at the vertices: means over triangles, weighted by area.
 
-    Triangles in which a value is NaN do not count; vertices without others have zero gradients.
+    Triangles with a NaN are left out; vertices that have no other triangles get zero.
 
     Examples
     --------
@@ -121,10 +123,10 @@ def gradients(points: Array, triangles: IntArray, values: Array) -> Array:
 def smoothly_interpolated(
     points: Array, values: Array, slopes: Array, places: Array, corners: IntArray, barycentric: Array
 ) -> Array:
-    """Values (k, d) at places on triangles without the kinks that linear interpolation has at the edges.
+    """Values (k, d) at places on triangles, without the kinks of linear interpolation at the edges.
 
     ``sum w_i (v_i + (x - x_i) . g_i / 2)`` with the gradients g (n, 3, d) at the vertices: half linear interpolation,
-    half the mean of the tangents. What one overshoots the other undershoots: quadratic functions are carried exactly.
+    half the mean of the tangents. One overshoots by what the other undershoots, so quadratic functions are exact.
 
     Examples
     --------
@@ -142,7 +144,7 @@ def smoothly_interpolated(
 
 
 def smoothed(points: Array, triangles: IntArray, values: Array, length: float) -> Array:
-    """Values (n, d) at the vertices without what is shorter than about `length`; linear functions stay as they are.
+    """Values (n, d) at the vertices without features shorter than about `length`; linear functions stay as they are.
 
     Minimises the area integral of ``(c - values)^2 + length^4 |second derivatives of c|^2``, where a second derivative
     is the jump of the slope across an edge. Vertices with NaN, and triangles that have one, are left out.

@@ -23,7 +23,7 @@ class ClosestPoint:
     triangle : int
     barycentric : ndarray, shape (3,)
     point, normal : ndarray, shape (3,)
-        The place, and the unit normal there.
+        The place, and the unit normal there; zero on triangles without area.
     distance : float
 
     Examples
@@ -42,7 +42,7 @@ class ClosestPoint:
 
 
 def closest_point(points: Array, triangles: IntArray, query: npt.ArrayLike) -> ClosestPoint:
-    """The point of a mesh closest to `query` (3,).
+    """Return the point of a mesh that is closest to `query` (3,).
 
     Examples
     --------
@@ -53,4 +53,5 @@ def closest_point(points: Array, triangles: IntArray, query: npt.ArrayLike) -> C
     triangle, weights, distance = kernels.closest(points, triangles, np.asarray(query, dtype=np.float64))
     corners = points[triangles[triangle]]
     normal = weights @ vertex_normals(points, triangles)[triangles[triangle]]
-    return ClosestPoint(int(triangle), weights, weights @ corners, normal / np.linalg.norm(normal), float(distance))
+    length = max(float(np.linalg.norm(normal)), 1e-300)
+    return ClosestPoint(int(triangle), weights, weights @ corners, normal / length, float(distance))

@@ -1,4 +1,4 @@
-"""Values carried from the vertices of the base mesh to those of a refined one."""
+"""Values at the vertices of a base mesh, interpolated at other points of it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from . import _mesh_kernels as kernels
 
 Array = npt.NDArray[np.float64]
 
-RIM = 0.02
-"""How far beside a triangle, in barycentric coordinates, counts as in it."""
+TOLERANCE = 0.02
+"""Points that lie outside a triangle by less than this, in barycentric coordinates, count as inside."""
 
 
 def interpolated(values: Array, corners: npt.NDArray[np.int32], barycentric: Array) -> Array:
@@ -22,12 +22,12 @@ def interpolated(values: Array, corners: npt.NDArray[np.int32], barycentric: Arr
     array([[1.25]])
     """
     out = np.empty((len(corners), values.shape[1]))
-    kernels.carry(values, corners, barycentric, out)
+    kernels.interpolate(values, corners, barycentric, out)
     return out
 
 
 def barycentric(points: Array, corners: Array) -> Array:
-    """Barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3), on or beside which they lie.
+    """Barycentric coordinates (n, 3) of points (n, 3) that lie in triangles (n, 3, 3) or close to them.
 
     Examples
     --------
@@ -46,7 +46,7 @@ def barycentric(points: Array, corners: Array) -> Array:
 
 
 def nearest_values(values: np.ndarray, corners: npt.NDArray[np.int32], barycentric: Array) -> np.ndarray:
-    """Values of the base vertex of the largest weight: for labels and other values that cannot be averaged.
+    """Values of the base vertex with the largest weight: for labels and other values that cannot be averaged.
 
     Examples
     --------
@@ -73,8 +73,10 @@ def displaced(points: Array, heights: Array, directions: Array) -> Array:
 def height_above(
     points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.int32]], near: npt.NDArray[np.int64], deep: float
 ) -> Array:
-    """How far above points (n, 3), along unit directions (n, 3), a mesh is: the highest of the triangles (n, k)
-    that are given for each, within `deep`; -inf where there is none that faces this way.
+    """Heights (n,) of a mesh above points (n, 3), along unit directions (n, 3).
+
+    For each point the highest of the triangles `near` it (n, k) counts, of those within `deep` that face the direction;
+    -inf where there is none.
 
     Examples
     --------
@@ -84,5 +86,5 @@ def height_above(
     [2.0, -inf]
     """
     out = np.empty(len(points))
-    kernels.height(points, up, *mesh, near, RIM, deep, out)
+    kernels.heights_above(points, up, *mesh, near, TOLERANCE, deep, out)
     return out

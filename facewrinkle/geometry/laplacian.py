@@ -1,4 +1,4 @@
-"""Laplacians of triangle meshes, as sparse matrices."""
+"""Laplacians and means of neighbours on triangle meshes, as sparse matrices."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.sparse import csr_array, diags_array
 Array = npt.NDArray[np.float64]
 
 
-def graph_laplacian(edges: npt.NDArray[np.int32], weight: Array, n: int) -> csr_array:
+def graph_laplacian(edges: npt.NDArray[np.integer], weight: Array, n: int) -> csr_array:
     """Laplacian (n, n) of the graph with these edges (e, 2) and weights (e,): rows sum to 0, positive semi-definite.
 
     Examples
@@ -24,12 +24,25 @@ def graph_laplacian(edges: npt.NDArray[np.int32], weight: Array, n: int) -> csr_
     return csr_array(diags_array(np.asarray(graph.sum(axis=1))) - graph)
 
 
-def cotangent_laplacian(points: Array, triangles: npt.NDArray[np.int32]) -> csr_array:
-    """Half-cotangent weights; those of needle-shaped triangles are bounded, so that they do not dominate.
+def neighbour_mean(edges: npt.NDArray[np.integer], n: int) -> csr_array:
+    """Matrix (n, n) that gives each vertex the mean of those it shares an edge (e, 2) with; loose vertices get 0.
 
     Examples
     --------
-    Away from the border it vanishes on linear functions, however the triangles are shaped:
+    >>> neighbour_mean(np.array([[0, 1], [1, 2]]), 4) @ np.array([1.0, 2.0, 5.0, 7.0])
+    array([2., 3., 2., 0.])
+    """
+    both = np.concatenate([edges, edges[:, ::-1]]).T
+    links = csr_array((np.ones(both.shape[1]), both), shape=(n, n))
+    return csr_array(links.multiply(1.0 / np.maximum(links.sum(axis=1), 1.0)[:, None]))
+
+
+def cotangent_laplacian(points: Array, triangles: npt.NDArray[np.int32]) -> csr_array:
+    """Laplacian (n, n) with half-cotangent weights, bounded so that needle-shaped triangles do not dominate.
+
+    Examples
+    --------
+    Away from the border it vanishes on linear functions, whatever the shape of the triangles:
 
     >>> p = np.array([[0.0, 0, 0], [3, 0, 0], [0, 2, 0], [-1, 0, 0], [0, -1, 0]])
     >>> laplacian = cotangent_laplacian(p, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]], np.int32))

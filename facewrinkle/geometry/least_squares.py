@@ -12,13 +12,13 @@ from ..errors import FitWarning, ParameterError, check_range, check_whole, warn
 Array = npt.NDArray[np.float64]
 
 BLOCK = 2**20
-"""Numbers held at once in the largest array."""
+"""The most numbers in the largest array at any time."""
 
 DEGENERATE = 1e-9
-"""Singular values below this share of the largest one count as none."""
+"""Singular values below this share of the largest one count as zero."""
 
 LEAST = 1e-12
-"""Smallest weight beside the largest one: next to a point, the others still say which degree they determine."""
+"""Smallest weight relative to the largest: even right next to a point, the others still decide the degree."""
 
 
 def monomials(offset: Array, degree: int) -> Array:
@@ -39,11 +39,11 @@ def monomials(offset: Array, degree: int) -> Array:
 def moving_least_squares(
     x: npt.ArrayLike, points: npt.ArrayLike, values: npt.ArrayLike, degree: int = 1, epsilon: float = 0.0
 ) -> Array:
-    """Values f(x) of the polynomials that fit the values f_i at p_i best, seen from each x with its own weights.
+    """Values f(x) of polynomials fitted to the values f_i at p_i, with weights of its own for each x.
 
     The paper's normal equations ``f(x) = b(x)^T A^-1 sum_i w_i b(p_i) f_i``, ``A = sum_i w_i b b^T``,
-    ``w_i = 1/(|x - p_i|^2 + epsilon^2)``, are solved as the least-squares problem that they stand for, in a basis
-    centred at x (and scaled): as printed they lose all digits far from the origin.
+    ``w_i = 1/(|x - p_i|^2 + epsilon^2)``, are solved as the least-squares problem behind them, in a basis that is
+    centred at x and scaled: as printed, they lose all digits far from the origin.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def moving_least_squares(
     points : array_like, shape (n, d)
     values : array_like, shape (n,)
     degree : int
-        r. Only 0 stays between the smallest and the largest value.
+        The degree r. Only with 0 do the results stay between the smallest and the largest value.
     epsilon : float
         A length; 0 interpolates: f(p_i) = f_i.
 
@@ -68,7 +68,7 @@ def moving_least_squares(
     Warns
     -----
     FitWarning
-        Where the points do not determine a polynomial of this degree (too few, or on a line): a lower one is fitted.
+        If the points do not determine a polynomial of this degree (too few, or on a line): a lower one is fitted.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def moving_least_squares(
 
 
 def _fitted(where: Array, points: Array, values: Array, degree: int, epsilon: float) -> tuple[Array, int]:
-    """Values at (q, d), and at how many of these places the degree had to be lowered."""
+    """Values at places (q, d), and the number of places at which the degree had to be lowered."""
     offset = points - where[:, None]
     square = (offset**2).sum(axis=2)
     hit = np.asarray((square == 0.0) & (epsilon == 0.0))
@@ -108,21 +108,21 @@ def _fitted(where: Array, points: Array, values: Array, degree: int, epsilon: fl
     weight = np.where(on_point[:, None], hit, 1.0) / np.where(hit, 1.0, square + epsilon**2)
     weight = np.maximum(weight / weight.max(axis=1, keepdims=True), np.where(on_point[:, None], 0.0, LEAST))
     out = (weight * values).sum(axis=1) / weight.sum(axis=1)  # degree 0, and the data themselves
-    open_ = np.flatnonzero(~on_point)
+    pending = np.flatnonzero(~on_point)
     scale = np.sqrt(square.max(axis=1))
     lowered = 0
     for r in range(degree, 0, -1):
-        if not len(open_):
+        if not len(pending):
             break
-        basis = monomials(offset[open_] / scale[open_, None, None], r)
-        root = np.sqrt(weight[open_])
+        basis = monomials(offset[pending] / scale[pending, None, None], r)
+        root = np.sqrt(weight[pending])
         u, sigma, v = np.linalg.svd(basis * root[..., None], full_matrices=False)
         least = DEGENERATE if len(points) >= basis.shape[2] else np.inf
         enough = np.array(sigma[:, -1] > least * sigma[:, 0], dtype=bool, ndmin=1)
         inverse = np.where(enough[:, None], 1.0 / np.where(enough[:, None], sigma, 1.0), 0.0)
         right = np.einsum("qnk,qn->qk", u, root * values)
         constant = np.einsum("qk,qk->q", v[:, :, 0], inverse * right)  # at its centre a polynomial is its constant
-        out[open_[enough]] = constant[enough]
+        out[pending[enough]] = constant[enough]
         lowered = max(lowered, int((~enough).sum()))
-        open_ = open_[~enough]
+        pending = pending[~enough]
     return out, lowered

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-LEAF = 64
-"""Parts of fewer vertices are not divided further."""
+SMALLEST = 64
+"""Parts with fewer vertices are not divided further."""
 
 
 def nested_dissection(
@@ -16,12 +16,12 @@ def nested_dissection(
 ) -> npt.NDArray[np.int64]:
     """Order (n,) of elimination that keeps the factors of a symmetric matrix on a mesh sparse (George, 1973).
 
-    Every part is halved at the median of its longest axis, and what links the halves comes after both.
+    Every part is halved at the median of its longest axis, and the vertices that link the halves come after both.
 
     Parameters
     ----------
     pattern : tuple of ndarray of int
-        Of the matrix, by rows, as (indptr, indices).
+        Nonzero entries of the matrix by rows, as (indptr, indices).
     points : ndarray, shape (n, 3)
 
     Examples
@@ -37,7 +37,7 @@ def nested_dissection(
     i, j = np.repeat(np.arange(n), np.diff(indptr)), indices
     i, j = i[i < j], j[i < j]
     place, part, undecided = np.zeros(n, np.int64), np.zeros(n, np.int64), np.arange(n)
-    for _ in range(int(np.ceil(np.log2(max(n / LEAF, 1.0))))):
+    for _ in range(int(np.ceil(np.log2(max(n / SMALLEST, 1.0))))):
         upper = np.zeros(n, bool)
         upper[undecided] = _upper_halves(points[undecided], part[undecided])
         apart = upper[i] != upper[j]
@@ -54,7 +54,7 @@ def nested_dissection(
 
 
 def _upper_halves(points: Array, part: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-    """Which points lie in the upper half of their part along its longest axis."""
+    """True (n,) for points in the upper half of their part along its longest axis."""
     _, part, counts = np.unique(part, return_inverse=True, return_counts=True)
     order = np.argsort(part, kind="stable")
     starts = np.cumsum(counts) - counts

@@ -1,4 +1,4 @@
-"""The shape of a wrinkle across its furrow: formulas on arrays, nothing else.
+"""The shape of a wrinkle across its furrow, as formulas on arrays.
 
 Paper: Zhang, Sim, Tan, "Realistic and Efficient Wrinkle Simulation Using An Anatomy-based Face Model with
 Adaptive Refinement". The amplitude of a wrinkle is ``W = H(w) A(epsilon) At(s)`` (Eq. 3). Lengths in mm, angles in
@@ -81,8 +81,8 @@ def shape(w: float | npt.ArrayLike, u: float, k0: float | Array = 1.0, alpha: fl
     alpha : float
         Shape exponent, >= 0; sharp furrows need > 0.
     blunt : float
-        In [0, 1]: the mean of the heights within so many half cycles on either side is given in place of the height. It
-        keeps the volume, and rounds the bottom of the furrow.
+        In [0, 1]: each height is replaced by the mean of those within this many half cycles on either side. That keeps
+        the volume, and rounds the bottom of the furrow.
 
     Returns
     -------
@@ -158,7 +158,7 @@ def phase(l: npt.ArrayLike, start: float, u: float, alpha: float, ends: Ends = "
     l : array_like
         Distance along the muscle (an angle for a sphincter).
     start : float
-        Where the wrinkling region starts: lambda_w R, or -beta1.
+        Start of the wrinkling region: lambda_w R, or -beta1.
     u : float
         Half cycle.
     alpha : float
@@ -217,8 +217,7 @@ def band(x: npt.ArrayLike, inner: float, outer: float) -> Array:
 
 
 def anisotropy(epsilon: npt.ArrayLike) -> Array:
-    """Share A of the amplitude that a compression epsilon calls up (Eq. 10): ``sin(pi epsilon / 2)``, 0 where
-    stretched.
+    """Share A of the amplitude at compression epsilon (Eq. 10): ``sin(pi epsilon / 2)``, 0 where the skin is stretched.
 
     Examples
     --------
@@ -229,11 +228,11 @@ def anisotropy(epsilon: npt.ArrayLike) -> Array:
 
 
 def deepest(wavelength: npt.ArrayLike, epsilon: npt.ArrayLike) -> Array:
-    """From bulge to furrow, the most that skin of fixed length can fold where it is compressed by epsilon.
+    """The greatest height from furrow to bulge to which skin of fixed length can fold when compressed by epsilon.
 
-    A wave of the length L on the skin whose arc is longer than its chord by the share epsilon measures
-    ``2 L sqrt(epsilon) / pi`` from its lowest to its highest point (a sine, to second order in its slope); 0 where the
-    skin is stretched. In the unit of `wavelength`.
+    A wave of length L whose arc is longer than its chord by the share epsilon measures ``2 L sqrt(epsilon) / pi`` from
+    its lowest to its highest point (a sine, to second order in its slope); 0 where the skin is stretched. In the unit
+    of `wavelength`.
 
     Examples
     --------

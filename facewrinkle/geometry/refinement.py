@@ -5,7 +5,7 @@ neighbour is bisected *green*, and where it leaves two, the neighbour is split r
 Tan, Section 4). Bisecting bisected triangles again and again would ruin their angles, so the state is the
 forest of red splits, and the green halves are derived from it each time. Neighbouring leaves of the forest
 differ by at most one level, every vertex keeps its place in the base mesh M0 as barycentric weights, and
-taking everything back restores M0 exactly.
+undoing every split restores M0 exactly.
 """
 
 from __future__ import annotations
@@ -21,20 +21,22 @@ from ..errors import MeshError, check_range
 from . import _forest_kernels as kernels
 from .topology import IntArray, as_triangles, unique_edges
 
-# Weights of level L are multiples of 2^-L: beyond 52 halvings they would no longer be exact.
-DEEPEST = 52
+Array = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+AnyArray = TypeVar("AnyArray", IntArray, Array)
 
-Array = TypeVar("Array", IntArray, NDArray[np.float64])
+DEEPEST = 52
+"""The highest level. Weights of level L are multiples of 2^-L: after more halvings they would no longer be exact."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """What became of the vertices: `attribute = concatenate([attribute[change.kept], created])`.
+    """The fate of the vertices: `attribute = concatenate([attribute[change.kept], created])`.
 
     Attributes
     ----------
-    kept : slice or (k,) int64
-        The old vertices that live on, in order; `slice(None)` if all do.
+    kept : slice or ndarray of int64, shape (k,)
+        The old vertices that remain, in order; `slice(None)` if all do.
     n_created : int
         Number of vertices appended after them.
 
@@ -54,7 +56,7 @@ class Change:
     n_created: int
 
     def __bool__(self) -> bool:
-        """Whether the mesh changed at all."""
+        """True if the mesh changed at all."""
         return self.n_created > 0 or not isinstance(self.kept, slice)
 
 
@@ -66,10 +68,10 @@ class RedGreenForest:
 
     Parameters
     ----------
-    triangles : (m0, 3) int
+    triangles : array_like of int, shape (m0, 3)
         The base mesh M0. Boundaries, several components and non-manifold edges are allowed.
     max_level : int, optional
-        Triangles at this level are not split any more; 52 at most, which is the default.
+        Triangles at this level are not split again; 52 at most, which is the default.
     n_points : int, optional
         Number of vertices of M0, n0, if some have no triangle; by default the largest index + 1.
 
@@ -111,13 +113,12 @@ class RedGreenForest:
         self._leaf = np.arange(len(base), dtype=np.int32)
 
     def split(self, marked: ArrayLike) -> Change:
-        """Split the marked triangles in four, and whatever has to follow for the mesh to stay conforming.
+        """Split the marked triangles in four, and all others that must follow for the mesh to stay conforming.
 
         Parameters
         ----------
-        marked : (m,) bool, or indices of triangles
-            A marked green half stands for the red triangle it is half of; triangles at `max_level` are passed
-            over.
+        marked : array_like of bool, shape (m,), or indices of triangles
+            A marked green half stands for the red triangle it is half of; triangles at `max_level` are skipped.
 
         Raises
         ------
@@ -140,12 +141,11 @@ class RedGreenForest:
         return Change(slice(None), created)
 
     def coarsen(self, marked: ArrayLike) -> Change:
-        """Take back, by one level, every red split whose four leaves are marked, as far as the mesh stays
-        legal.
+        """Undo every red split whose four leaves are marked, by one level, as far as the mesh stays legal.
 
         Parameters
         ----------
-        marked : (m,) bool, or indices of triangles
+        marked : array_like of bool, shape (m,), or indices of triangles
             Of a bisected leaf, both green halves must be marked.
 
         Raises
@@ -197,12 +197,12 @@ class RedGreenForest:
 
     @property
     def level(self) -> IntArray:
-        """Level (m,) of every triangle's red leaf: 0 in M0, one more with each red split."""
+        """Level (m,) of the red leaf of each triangle: 0 in M0, one more with each red split."""
         return self._nodes[self._leaf, kernels.LEVEL]
 
     @property
     def root(self) -> IntArray:
-        """M0 triangle (m,) that every triangle lies in."""
+        """The M0 triangle (m,) that each triangle lies in."""
         return self._nodes[self._leaf, kernels.ROOT]
 
     @property
@@ -212,12 +212,12 @@ class RedGreenForest:
 
     @property
     def parents(self) -> IntArray:
-        """The two vertices (n, 2) that every vertex lies midway between; -1 in M0."""
+        """The two vertices (n, 2) between which each vertex lies midway; -1 in M0."""
         return self._points[: self.n_points, kernels.OF : kernels.OF + 2].copy()
 
     @property
     def host(self) -> IntArray:
-        """M0 triangle (n,) that every vertex lies in, the lowest of several; -1 for lone M0 vertices."""
+        """The M0 triangle (n,) that each vertex lies in, the lowest of several; -1 for M0 vertices without one."""
         return self._points[: self.n_points, kernels.POINT_HOST].copy()
 
     @property
@@ -226,13 +226,13 @@ class RedGreenForest:
         return _frozen(self._corners)
 
     @property
-    def barycentric(self) -> NDArray[np.float64]:
+    def barycentric(self) -> Array:
         """Weights (n, 3) of `corners`, exact; (1, 0, 0) for the vertices of M0."""
         return _frozen(self._barycentric)
 
     @property
     def weights(self) -> csr_array:
-        """Sparse matrix (n, n0) that carries values from M0 to all vertices; its rows sum to 1 exactly."""
+        """Sparse matrix (n, n0) that interpolates values of M0 at all vertices; its rows sum to 1 exactly."""
         n0 = int(np.searchsorted(self._points[: self.n_points, kernels.OF] >= 0, True))
         order = np.argsort(self._corners, axis=1, kind="stable")
         columns = np.take_along_axis(self._corners, order, axis=1)
@@ -241,8 +241,8 @@ class RedGreenForest:
         offsets = np.concatenate([[0], np.cumsum(used.sum(axis=1))]).astype(np.int32)
         return csr_array((values[used], columns[used], offsets), shape=(self.n_points, n0))
 
-    def _mask(self, marked: ArrayLike) -> NDArray[np.bool_]:
-        """Marks as a bool per triangle."""
+    def _mask(self, marked: ArrayLike) -> BoolArray:
+        """The marks as one bool per triangle."""
         array, m = np.asarray(marked), len(self._leaf)
         if array.dtype == bool and array.shape == (m,):
             return array
@@ -262,7 +262,7 @@ class RedGreenForest:
     def _read_leaves(self) -> None:
         """Derive the conforming mesh from the forest."""
         n_roots, n_nodes = len(self._base), int(self._state[kernels.N_NODES])
-        # Every leaf may be bisected; what is not written costs no memory.
+        # Every leaf may be bisected; rows that are never written take no memory.
         room = 2 * (n_roots + 3 * (n_nodes - n_roots) // 4)
         triangles, leaf = np.empty((room, 3), np.int32), np.empty(room, np.int32)
         m = kernels.read_leaves(self._nodes, self._edges, n_roots, triangles, leaf)
@@ -270,22 +270,19 @@ class RedGreenForest:
 
 
 def refined(triangles: ArrayLike, marked: ArrayLike) -> tuple[IntArray, csr_array]:
-    """A mesh with the marked triangles split in four, and its neighbours closed: `RedGreenForest` for one
-    use.
+    """Split the marked triangles of a mesh in four, and close it around them: `RedGreenForest` for one use.
 
     Parameters
     ----------
-    triangles : (m0, 3) int
-        The mesh.
-    marked : (m0,) bool, or indices of triangles
-        The triangles to split.
+    triangles : array_like of int, shape (m0, 3)
+    marked : array_like of bool, shape (m0,), or indices of triangles
 
     Returns
     -------
-    triangles : (m, 3) int32
+    triangles : ndarray of int32, shape (m, 3)
         The refined mesh; its first n0 vertices are those of the mesh.
-    weights : csr_array (n, n0)
-        Carries values from the old vertices to all: `points = weights @ points`.
+    weights : csr_array, shape (n, n0)
+        Interpolates values of the old vertices at all: `points = weights @ points`.
 
     Raises
     ------
@@ -319,7 +316,7 @@ def _enlarged(table: IntArray, used: int) -> IntArray:
     return _copied(table, used, 2 * len(table)) if used + kernels.ROOM > len(table) else table
 
 
-def _frozen(array: Array) -> Array:
+def _frozen(array: AnyArray) -> AnyArray:
     """A read-only view."""
     view = array.view()
     view.flags.writeable = False

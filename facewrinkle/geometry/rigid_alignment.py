@@ -1,4 +1,4 @@
-"""RigidAlignment motion that lies under others: how a head has moved while its face did too."""
+"""Rotations and shifts between two sets of points: how a head has moved while its face did too."""
 
 from __future__ import annotations
 
@@ -8,12 +8,38 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-class RigidAlignment:
-    """How points that mostly keep still among each other have moved as a whole.
+def closest_rotations(covariances: Array) -> Array:
+    """Rotations (..., 3, 3) that best turn one set of points into another, each from their cross-covariance.
+
+    The cross-covariance of points x and y (n, 3) about their centroids is ``x.T @ y``, and ``x @ rotation`` is as near
+    to y as it can be (Kabsch 1976). Mirrorings are ruled out.
 
     Parameters
     ----------
-    rest : (n, 3) float
+    covariances : ndarray, shape (..., 3, 3)
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+
+    Examples
+    --------
+    >>> x = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [-1, -1, -1]])
+    >>> quarter = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
+    >>> np.allclose(closest_rotations(x.T @ (x @ quarter)), quarter)
+    True
+    """
+    left, _, right = np.linalg.svd(covariances)
+    left[..., 2] *= np.sign(np.linalg.det(left @ right))[..., None]
+    return np.asarray(left @ right)
+
+
+class RigidAlignment:
+    """The motion as a whole of points that mostly keep still among each other.
+
+    Parameters
+    ----------
+    rest : ndarray, shape (n, 3)
 
     Examples
     --------
@@ -29,7 +55,7 @@ class RigidAlignment:
         """The rotation and shift of most points as a matrix (4, 4).
 
         Points that moved otherwise, by more than the tolerance, count little (Geman and McClure's weights, anew after
-        each least-squares fit, Kabsch 1976).
+        each least-squares fit).
         """
         turn, shift = np.eye(3), np.zeros(3)
         weights = 1.0 / (1.0 + ((now - self.rest) ** 2).sum(axis=1) / tolerance**2) ** 2
@@ -38,10 +64,7 @@ class RigidAlignment:
         for _ in range(rounds):
             total = weights.sum()
             before, after = weights @ self.rest / total, weights @ now / total
-            spread = (self.rest - before).T @ ((now - after) * weights[:, None])
-            left, _, right = np.linalg.svd(spread)
-            sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-            turn = (left * sign @ right).T
+            turn = closest_rotations((self.rest - before).T @ ((now - after) * weights[:, None])).T
             shift = after - turn @ before
             off = ((now - self.rest @ turn.T - shift) ** 2).sum(axis=1)
             scale = max(tolerance**2, float(np.median(off)))

@@ -1,7 +1,7 @@
-"""Values at the corners of triangles: at a seam, the triangles around a vertex have different ones.
+"""Values at the corners of triangles; at a seam, the triangles around a vertex have different ones.
 
 Texture coordinates are such values. The mesh itself stays whole at a seam, so that it moves as one; only for pictures
-and files it is split, into vertices that have one value each.
+and files is it split into vertices that have one value each.
 """
 
 from __future__ import annotations
@@ -16,42 +16,42 @@ from . import _mesh_kernels as kernels
 from .refinement import RedGreenForest
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 IntArray = NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Split:
+class SplitMesh:
     """A mesh whose vertices have one value each.
 
     Attributes
     ----------
-    triangles : (m, 3) int
+    triangles : ndarray of int, shape (m, 3)
         In the numbers of the split vertices.
-    origin : (p,) int
-        The vertex that each of them is; the first n are the vertices themselves, in order.
-    values : (p, d) float
+    origin : ndarray of int, shape (p,)
+        The vertex that each of them comes from; the first n are the vertices themselves, in order.
+    values : ndarray, shape (p, d)
     """
 
-    triangles: Ints
-    origin: Ints
+    triangles: IntArray
+    origin: IntArray
     values: Array
 
 
-def split(triangles: IntArray, values: Array, n_points: int) -> Split:
-    """Split the vertices whose corners have several values, by these.
+def split_vertices(triangles: IntArray, values: Array, n_points: int) -> SplitMesh:
+    """Split the vertices whose corners have different values into one vertex for each value.
 
     Parameters
     ----------
-    triangles : (m, 3) int
-    values : (m, 3, d) float
+    triangles : ndarray of int, shape (m, 3)
+    values : ndarray, shape (m, 3, d)
         At the corners.
     n_points : int
         Number of vertices, n. Those without a triangle get the value 0.
 
     Examples
     --------
-    >>> parts = split(np.array([[0, 1, 2], [2, 1, 3]]), np.array([[[0.0], [1.0], [2.0]], [[2.0], [5.0], [6.0]]]), 4)
+    >>> values = np.array([[[0.0], [1.0], [2.0]], [[2.0], [5.0], [6.0]]])
+    >>> parts = split_vertices(np.array([[0, 1, 2], [2, 1, 3]]), values, 4)
     >>> parts.triangles.tolist(), parts.origin.tolist(), parts.values.ravel().tolist()
     ([[0, 1, 2], [2, 4, 3]], [0, 1, 2, 3, 1], [0.0, 1.0, 2.0, 6.0, 5.0])
     """
@@ -62,7 +62,7 @@ def split(triangles: IntArray, values: Array, n_points: int) -> Split:
     rows, which = np.unique(np.column_stack([vertices[further], flat[further]]), axis=0, return_inverse=True)
     vertices[further] = n_points + which.ravel()
     origin = np.concatenate([np.arange(n_points), rows[:, 0].astype(np.int64)])
-    return Split(vertices.reshape(-1, 3), origin, np.concatenate([own, rows[:, 1:]]))
+    return SplitMesh(vertices.reshape(-1, 3), origin, np.concatenate([own, rows[:, 1:]]))
 
 
 def refined_values(values: Array, base: IntArray, forest: RedGreenForest) -> Array:
@@ -70,9 +70,9 @@ def refined_values(values: Array, base: IntArray, forest: RedGreenForest) -> Arr
 
     Parameters
     ----------
-    values : (m0, 3, d) float
+    values : ndarray, shape (m0, 3, d)
         At the corners of the base triangles.
-    base : (m0, 3) int
+    base : ndarray of int, shape (m0, 3)
         The triangles that the forest was made of.
     forest : RedGreenForest
 
@@ -86,24 +86,24 @@ def refined_values(values: Array, base: IntArray, forest: RedGreenForest) -> Arr
     """
     out = np.empty((*forest.triangles.shape, values.shape[2]))
     base = np.ascontiguousarray(base, dtype=np.int32)
-    kernels.carry_corners(values, base, forest.triangles, forest.root, forest.corners, forest.barycentric, out)
+    kernels.interpolate_corners(values, base, forest.triangles, forest.root, forest.corners, forest.barycentric, out)
     return out
 
 
 def of_same_triangles(values: Array, source: IntArray, triangles: IntArray) -> Array | None:
-    """Values (m, 3, d) of triangles that are some of a mesh's, in any order and perhaps turned.
+    """Values (m, 3, d) for some of the triangles of a mesh, in any order and with their corners in any order.
 
     Parameters
     ----------
-    values : (m0, 3, d) float
+    values : ndarray, shape (m0, 3, d)
         At the corners of the mesh's triangles.
-    source : (m0, 3) int
-    triangles : (m, 3) int
+    source : ndarray of int, shape (m0, 3)
+    triangles : ndarray of int, shape (m, 3)
 
     Returns
     -------
     ndarray or None
-        None if some are not the mesh's.
+        None if some of the triangles are not in the mesh.
 
     Examples
     --------

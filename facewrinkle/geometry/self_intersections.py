@@ -1,4 +1,4 @@
-"""Where a mesh runs through itself."""
+"""Triangles of a mesh that run through each other."""
 
 from __future__ import annotations
 
@@ -9,18 +9,22 @@ from scipy.sparse.csgraph import connected_components
 
 from . import _self_intersection_kernels as kernels
 from . import topology
+from .morton import morton_order
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+IntArray = NDArray[np.int64]
 
-LEAF = 4
-"""Triangles in the last boxes of the tree."""
+PER_BOX = 4
+"""Triangles in each of the smallest boxes of the tree."""
+
+BITS = 10
+"""Triangles are sorted in a grid of 2^10 cells along each axis."""
 
 
-def self_intersections(points: Array, triangles: NDArray[np.integer]) -> Ints:
+def self_intersections(points: Array, triangles: NDArray[np.integer]) -> IntArray:
     """Pairs of triangles (k, 2) of which an edge of the first runs through the inside of the second.
 
-    Triangles that only touch, or lie in one plane, do not cross; nor do neighbours at an edge.
+    Triangles that only touch or lie in one plane do not count, nor do neighbours at an edge.
 
     Examples
     --------
@@ -36,14 +40,14 @@ def self_intersections(points: Array, triangles: NDArray[np.integer]) -> Ints:
     if not len(triangles):
         return np.zeros((0, 2), np.int64)
     edges, sides = topology.unique_edges(triangles)
-    order = _along_a_curve(points[triangles].mean(axis=1))
-    leaves = 1 << max(0, int(np.ceil(np.log2(len(triangles) / LEAF))))
+    order = _near_each_other(points[triangles].mean(axis=1))
+    leaves = 1 << max(0, int(np.ceil(np.log2(len(triangles) / PER_BOX))))
     low, high = np.empty((2, 2 * leaves - 1, 3))
-    kernels.boxes(points, triangles, order, LEAF, low, high)
+    kernels.boxes(points, triangles, order, PER_BOX, low, high)
     room = len(triangles)
     while True:
         found = np.empty((room, 2), np.int64)
-        count = kernels.pierced(points, edges, triangles, order, LEAF, low, high, found)
+        count = kernels.pierced(points, edges, triangles, order, PER_BOX, low, high, found)
         if count <= room:
             break
         room = count
@@ -55,11 +59,12 @@ def self_intersections(points: Array, triangles: NDArray[np.integer]) -> Ints:
     return np.unique(np.column_stack([first, np.repeat(found[:, 1], counts)]), axis=0).astype(np.int64)
 
 
-def intersection_sites(crossing: Ints, triangles: NDArray[np.integer]) -> list[Ints]:
-    """The triangles of pairs (k, 2) that cross, by place: those that cross or touch each other are at one; largest
-    first.
+def intersection_sites(pairs: IntArray, triangles: NDArray[np.integer]) -> list[IntArray]:
+    """Groups of the triangles in intersecting pairs (k, 2), one for each place, the largest first.
+
+    Triangles that intersect or touch each other are at the same place.
     """
-    met, number = np.unique(crossing, return_inverse=True)
+    met, number = np.unique(pairs, return_inverse=True)
     number = number.reshape(-1, 2)
     at = np.unique(triangles[met], return_inverse=True)[1].reshape(-1, 3) + len(met)
     links = np.concatenate([number, *(np.column_stack([np.arange(len(met)), column]) for column in at.T)])
@@ -69,12 +74,8 @@ def intersection_sites(crossing: Ints, triangles: NDArray[np.integer]) -> list[I
     return sorted((group for group in groups if len(group)), key=len, reverse=True)
 
 
-def _along_a_curve(places: Array) -> Ints:
-    """An order in which near places (n, 3) are mostly near: along Morton's curve."""
+def _near_each_other(places: Array) -> IntArray:
+    """An order in which places (n, 3) that are near each other mostly follow each other."""
     span = float(np.ptp(places, axis=0).max()) or 1.0
-    steps = ((places - places.min(axis=0)) / span * 1023.0).astype(np.int64)
-    code = np.zeros(len(places), np.int64)
-    for bit in range(10):
-        for k in range(3):
-            code |= ((steps[:, k] >> bit) & 1) << (3 * bit + k)
-    return np.argsort(code, kind="stable")
+    steps = ((places - places.min(axis=0)) / span * (2**BITS - 1.0)).astype(np.int64)
+    return morton_order(steps, BITS)

@@ -1,6 +1,6 @@
 """Connectivity of triangle meshes: edges, rings, boundary loops, components, orientation.
 
-Everything here is integers: a mesh is its triangles (m, 3), and no function looks at a point. A *half-edge*
+All is integers here: a mesh is its triangles (m, 3), and no function looks at coordinates. A *half-edge*
 `3 t + s` is side `s` of triangle `t`, directed from its corner `s` to its corner `s + 1`.
 """
 
@@ -15,10 +15,11 @@ from scipy.sparse.csgraph import connected_components
 from ..errors import MeshError
 
 IntArray = NDArray[np.int32]
+BoolArray = NDArray[np.bool_]
 
 
 def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
-    """The triangles as a contiguous int32 array (m, 3), checked.
+    """Return the triangles as a contiguous int32 array (m, 3), after checking them.
 
     Raises
     ------
@@ -78,10 +79,10 @@ def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
 
     Returns
     -------
-    edges : (e, 2) int32
-        Vertices of every edge, in the order and direction in which the triangles first name it.
-    sides : (m, 3) int32
-        Edge of every triangle side; side `s` runs from corner `s` to corner `s + 1`.
+    edges : ndarray of int32, shape (e, 2)
+        Vertices of each edge, in the order and direction in which the triangles first name it.
+    sides : ndarray of int32, shape (m, 3)
+        The edge of each side of each triangle; side `s` runs from corner `s` to corner `s + 1`.
 
     Examples
     --------
@@ -92,8 +93,8 @@ def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
     [[0, 1, 2], [1, 3, 4]]
     """
     array = as_triangles(triangles)
-    # Buckets instead of sorting: lo + 2 hi spreads hubs, strips and grids alike, and keeps the locality of
-    # the mesh.
+    # Buckets instead of sorting: low + 2 high spreads hubs, strips and grids alike, and keeps what is near in the mesh
+    # near in memory.
     first, chain = np.full(3 * int(array.max()) + 3, -1, np.int32), np.empty(array.size, np.int32)
     edges, sides = np.empty((array.size, 2), np.int32), np.empty_like(array)
     n_edges = _find_edges(array, first, chain, edges, sides)
@@ -101,7 +102,7 @@ def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
 
 
 def edge_triangles(sides: NDArray[np.integer]) -> tuple[NDArray[np.int64], IntArray]:
-    """Triangles on every edge, as CSR: offsets (e + 1,), triangles (3 m,). `unique_edges` gives `sides`.
+    """Triangles at each edge, as CSR: offsets (e + 1,), triangles (3 m,). `unique_edges` gives `sides`.
 
     Examples
     --------
@@ -115,7 +116,7 @@ def edge_triangles(sides: NDArray[np.integer]) -> tuple[NDArray[np.int64], IntAr
 
 
 def vertex_rings(triangles: ArrayLike, n_points: int | None = None) -> tuple[IntArray, IntArray]:
-    """Neighbours of every vertex, ascending, as CSR (offsets (n + 1,), neighbours (2 e,)).
+    """Neighbours of each vertex, ascending, as CSR (offsets (n + 1,), neighbours (2 e,)).
 
     Examples
     --------
@@ -160,7 +161,7 @@ def euler_characteristic(triangles: ArrayLike) -> int:
 
 
 def components(triangles: ArrayLike) -> IntArray:
-    """Component (m,) of every triangle, counted from 0; triangles that share a vertex are connected.
+    """Component (m,) of each triangle, counted from 0; triangles that share a vertex are connected.
 
     Examples
     --------
@@ -176,7 +177,7 @@ def components(triangles: ArrayLike) -> IntArray:
 
 
 def sheets(triangles: ArrayLike) -> IntArray:
-    """Sheet (m,) of every triangle, counted from 0; triangles that share an edge are connected.
+    """Sheet (m,) of each triangle, counted from 0; triangles that share an edge are connected.
 
     Examples
     --------
@@ -195,8 +196,8 @@ def sheets(triangles: ArrayLike) -> IntArray:
     return numbered
 
 
-def _shared(triangles: IntArray) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Both half-edges of every edge of exactly two triangles, and whether they run in opposite directions."""
+def _shared(triangles: IntArray) -> tuple[NDArray[np.int64], NDArray[np.int64], BoolArray]:
+    """Both half-edges of each edge with exactly two triangles, and True where they run in opposite directions."""
     _, sides = unique_edges(triangles)
     order = np.argsort(sides, axis=None, kind="stable")
     valence = np.bincount(sides.ravel())
@@ -206,7 +207,7 @@ def _shared(triangles: IntArray) -> tuple[NDArray[np.int64], NDArray[np.int64], 
 
 
 def is_oriented(triangles: ArrayLike) -> bool:
-    """Whether the two triangles of every inner edge run through it in opposite directions.
+    """Return True if the two triangles of each inner edge run along it in opposite directions.
 
     Examples
     --------
@@ -217,14 +218,14 @@ def is_oriented(triangles: ArrayLike) -> bool:
 
 
 def oriented(triangles: ArrayLike) -> IntArray:
-    """The triangles with one orientation per component; the smaller part of each component is turned round.
+    """Return the triangles with one orientation per component; the smaller part of each component is flipped.
 
-    Orientation is not carried across non-manifold edges.
+    Orientation does not spread across non-manifold edges.
 
     Raises
     ------
     MeshError
-        If the surface has only one side (a Moebius band).
+        If the surface has only one side (a Möbius strip).
 
     Examples
     --------
@@ -234,8 +235,7 @@ def oriented(triangles: ArrayLike) -> IntArray:
     array = as_triangles(triangles)
     m = len(array)
     h, g, opposite = _shared(array)
-    # Double cover: every triangle stands once as it is (t) and once turned round (m + t); consistent
-    # neighbours connect.
+    # Double cover: each triangle stands once as it is (t) and once flipped (m + t); consistent neighbours connect.
     t, u = h // 3, g // 3
     links = np.concatenate([[t, u + np.where(opposite, 0, m)], [t + m, u + np.where(opposite, m, 0)]], axis=1)
     _, label = connected_components(
@@ -250,10 +250,9 @@ def oriented(triangles: ArrayLike) -> IntArray:
 
 
 def boundary_loops(triangles: ArrayLike) -> list[IntArray]:
-    """Closed loops of boundary vertices, each in the direction of its triangles and starting at its smallest
-    vertex.
+    """Closed loops of boundary vertices, each in the direction of its triangles, from its smallest vertex on.
 
-    Loops that touch in a vertex stay apart: the walk turns round the fan of triangles at that vertex.
+    Loops that touch at a vertex stay apart: the walk goes round the fan of triangles at that vertex.
 
     Raises
     ------
@@ -266,9 +265,9 @@ def boundary_loops(triangles: ArrayLike) -> list[IntArray]:
     [[0, 1, 3, 2]]
     """
     array = as_triangles(triangles)
-    crowded = non_manifold_edges(array)
-    if len(crowded):
-        raise MeshError(f"boundary loops need at most two triangles per edge; edge {crowded[0].tolist()} has more.")
+    excess = non_manifold_edges(array)
+    if len(excess):
+        raise MeshError(f"boundary loops need at most two triangles per edge; edge {excess[0].tolist()} has more.")
     h, g, opposite = _shared(array)
     if not opposite.all():
         raise MeshError("boundary loops need a consistent orientation; mend it with oriented(triangles).")
@@ -293,5 +292,5 @@ def boundary_loops(triangles: ArrayLike) -> list[IntArray]:
 
 
 def _following(half_edges: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The next half-edge of the same triangle."""
+    """The half-edges that come next in their triangles."""
     return half_edges - half_edges % 3 + (half_edges + 1) % 3

@@ -12,8 +12,8 @@ def swept_areas(points: npt.ArrayLike, displacement: npt.ArrayLike, triangles: n
     """Area vectors of triangles, averaged over a straight displacement of their corners.
 
     The volume that a triangle sweeps is the mean displacement of its corners times this vector: exactly, as the area
-    vector is a quadratic function of the time, which Simpson's rule integrates. Where triangles share an edge the
-    swept solids share a face, so that the volumes add up to that between the two surfaces.
+    vector is a quadratic function of time, which Simpson's rule integrates. Where triangles share an edge, the swept
+    solids share a face, so the volumes add up to that between the two surfaces.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def swept_volumes(points: npt.ArrayLike, displacement: npt.ArrayLike, triangles:
 
 
 def swept_shares(points: npt.ArrayLike, displacement: npt.ArrayLike, triangles: npt.ArrayLike) -> Array:
-    """Vectors (n, 3) of the vertices whose products with the displacement add up to the volume between the surfaces.
+    """Vectors (n, 3) at the vertices whose products with the displacement add up to the volume between the surfaces.
 
     Examples
     --------

@@ -1,7 +1,8 @@
-"""The edge: what users bring becomes plain arrays here, and plain arrays become PolyData again.
+"""Meshes that users bring become plain arrays here, and plain arrays become PolyData again.
 
-`read_surface` opens files and foreign objects, `prepare` checks and mends a surface until the algorithms can rely on
-it, and `to_polydata` turns results into PolyData. No other room converts; this one also names the arrays of a frame.
+`read_surface` opens files and meshes of other libraries, `prepare` checks and repairs a surface until the algorithms
+can rely on it, and `to_polydata` turns results into PolyData. Nothing else in the package converts meshes. The names
+of the arrays of a frame are here, too.
 """
 
 from .arrays import (

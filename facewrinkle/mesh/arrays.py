@@ -1,4 +1,4 @@
-"""Plain arrays become PolyData here; the arrays of a frame and their names."""
+"""Plain arrays become PolyData; the arrays of a frame and their names."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
         "rest": "position at rest, in the unit of the mesh",
     }
 )
-"""The point-data arrays of a frame and what they hold."""
+"""The point-data arrays of a frame and their contents."""
 
 MUSCLES = "muscles"
 """The field-data array of a frame that lists the muscles' names."""
@@ -43,36 +43,36 @@ GAZE = "gaze_"
 """With the side, the field data that say where an eye looks: a unit vector on the head at rest."""
 
 OF_PART = "part_"
-"""Begins the names of field-data arrays of a frame with the points (k, 3) of parts beside the skin that a recording
-moves, in the unit of the mesh; NaN for those that are carried along."""
+"""Prefix of the field-data arrays of a frame that hold the points (k, 3) of parts that a recording moves, such as
+eyes, in the unit of the mesh; NaN for parts that simply follow the skin."""
 
 SOURCE = "source point"
-"""The point-data array of parts beside a skin: the number that each point has in the mesh that was given."""
+"""The point-data array of parts other than the skin: the number that each point has in the original mesh."""
 
 TEXTURE = "Texture Coordinates"
-"""The point-data array of texture coordinates (n, 2); at seams of the texture the first that a point has."""
+"""The point-data array of texture coordinates (n, 2); at seams, the first that a point has."""
 
 COLORS = "Colors"
-"""Colours of points, of uint8 or from 0 to 1."""
+"""The point-data array of colours, as uint8 or numbers from 0 to 1."""
 
 PART = "part"
-"""Cell data that number the connected parts of what is not skin."""
+"""The cell-data array that numbers the connected parts other than the skin."""
 
 CORNERS = "Texture Corners"
-"""The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, where there are seams."""
+"""The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, if there are seams."""
 
 IMAGE, IMAGES = "image", "images"
-"""The cell-data array of the image that lies on each triangle, -1 for none, and the field-data array that these number:
-files of images, `a.glb#3` for one in a glTF file, `a.usdz[b.png]` for one in a USD package; see :func:`images_of`."""
+"""The cell-data array with the number of the image on each triangle, -1 for none, and the field-data array that lists
+the images: files, `a.glb#3` for one in a glTF file, `a.usdz[b.png]` for one in a USD package; see :func:`images_of`."""
 
 MOVED = "moved"
-"""The point-data array of a mesh that others animated: where its points go (n, 3), all its shapes or moments in one.
+"""The point-data array of an animated mesh with the displacements (n, 3) of its points, all shapes or times in one.
 
-Borders at one place that part as the mesh moves, such as closed lips, are told by it from seams."""
+It distinguishes seams from borders that touch at rest and part as the mesh moves, such as closed lips."""
 
 
 def name_images(mesh: pv.PolyData, names: Iterable[str]) -> None:
-    """Keep the names of images with a mesh: VTK has no letters beyond ASCII."""
+    """Store the names of images with a mesh, escaped, as VTK has no letters beyond ASCII."""
     mesh.field_data[IMAGES] = [name.encode("unicode_escape").decode("ascii") for name in names]
 
 
@@ -97,18 +97,18 @@ def to_polydata(
     *,
     copy: bool = True,
 ) -> pv.PolyData:
-    """A PolyData of arrays.
+    """Return a PolyData made of arrays.
 
     Parameters
     ----------
-    points : (n, 3) float
+    points : ndarray, shape (n, 3)
         Kept as float64.
-    triangles : (m, 3) int
+    triangles : ndarray of int, shape (m, 3)
         Vertex numbers.
-    point_data : mapping of name to (n,) or (n, k) array, optional
-        The arrays of the vertices; those that facewrinkle itself writes are named in `ARRAYS`.
+    point_data : mapping of str to ndarray, shape (n,) or (n, k), optional
+        Arrays of the vertices; `ARRAYS` names those that facewrinkle itself writes.
     copy : bool
-        False: it may keep the very arrays, which nobody may change then. Otherwise it shares no memory with them.
+        If False, the mesh may share memory with the arrays, which must not be changed afterwards.
 
     Returns
     -------
@@ -149,18 +149,18 @@ def to_polydata(
             )
         if values.dtype.kind in "fiu" and values.ndim <= 2:
             _add_array(mesh.GetPointData(), name, values)
-        else:  # PyVista keeps what VTK has no type for
+        else:  # PyVista can keep types that VTK lacks
             mesh.point_data[name] = values
     return mesh
 
 
 def blended(shapes: np.ndarray) -> np.ndarray:
-    """Displacements (k, n, 3) as one (n, 3), in which all have a share of their own; see `MOVED`."""
+    """Several displacements (k, n, 3) as one (n, 3), each with a weight of its own; see `MOVED`."""
     return np.asarray(np.tensordot(np.linspace(1.0, 2.0, len(shapes)) / max(len(shapes), 1), shapes, axes=1))
 
 
 def of_own_arrays(points: np.ndarray, triangles: np.ndarray, point_data: Mapping[str, np.ndarray]) -> pv.PolyData:
-    """What `to_polydata` does with arrays that need no checks, and that nobody else changes: a tear in each frame."""
+    """Return a PolyData that shares memory with arrays that need no checks: faster than `to_polydata`."""
     mesh, place, cells = pv.PolyData(), vtkPoints(), vtkCellArray()
     place.SetData(numpy_to_vtk(points))
     cells.SetData(3, numpy_to_vtk(triangles.ravel(), deep=True))
@@ -173,14 +173,14 @@ def of_own_arrays(points: np.ndarray, triangles: np.ndarray, point_data: Mapping
 
 
 def _add_array(data: vtkPointData, name: str, values: np.ndarray) -> None:
-    """What ``mesh.point_data[name] = values`` does, without its checks: a frame adds a dozen arrays."""
+    """Set ``mesh.point_data[name] = values`` without PyVista's checks: each frame has a dozen arrays."""
     array = numpy_to_vtk(values)
     array.SetName(name)
     data.AddArray(array)
 
 
 def numbers(name: str, values: object, copy: bool = True) -> np.ndarray:
-    """An array of real numbers; a copy, or the very array."""
+    """Return values as an array of real numbers, copied or not."""
     try:
         array = np.array(values) if copy else np.asarray(values)
     except (TypeError, ValueError):  # rows of different lengths
@@ -191,13 +191,15 @@ def numbers(name: str, values: object, copy: bool = True) -> np.ndarray:
 
 
 def array_of(mesh: pv.PolyData, name: str) -> np.ndarray | None:
-    """What ``mesh.point_data.get(name)`` is, as a plain array of numbers: a tear asks for it in each frame."""
+    """Return ``mesh.point_data.get(name)`` as a plain array, faster than PyVista: tears need it in each frame."""
     array = mesh.GetPointData().GetArray(name)
     return None if array is None else np.asarray(array)
 
 
 def points_and_triangles(mesh: pv.PolyData) -> tuple[np.ndarray, np.ndarray]:
-    """What ``mesh.points`` and ``mesh.regular_faces`` are, as plain arrays: a tear asks for them in each frame."""
+    """Return ``mesh.points`` and ``mesh.regular_faces`` as plain arrays, faster than PyVista: tears need them in each
+    frame.
+    """
     polys, points = mesh.GetPolys(), np.asarray(mesh.GetPoints().GetData())
     if polys.IsHomogeneous() != 3:
         return points, mesh.regular_faces
@@ -205,7 +207,7 @@ def points_and_triangles(mesh: pv.PolyData) -> tuple[np.ndarray, np.ndarray]:
 
 
 def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str, np.ndarray]) -> pv.PolyData:
-    """A copy of a mesh with other points (n, 3) and other values in some arrays: faster than building it anew.
+    """Copy a mesh with new points (n, 3) and new values in some arrays: faster than building it from scratch.
 
     Examples
     --------
@@ -226,9 +228,9 @@ def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str,
 def interpolated_point_data(
     point_data: Mapping[str, np.ndarray], corners: np.ndarray, barycentric: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """The point data of a mesh at places given by three of its vertices and weights (n, 3).
+    """Interpolate the point data of a mesh at places that three of its vertices and weights (n, 3) give.
 
-    Numbers are interpolated, labels come from the nearest vertex; normals, which do not interpolate, are left out.
+    Labels come from the nearest vertex. Normals cannot be interpolated and are left out.
 
     Examples
     --------
@@ -252,18 +254,18 @@ def interpolated_point_data(
 
 
 def with_normals(mesh: pv.PolyData) -> pv.PolyData:
-    """A shallow copy with normals that are right: a frame's are, those of any other mesh may be stale."""
+    """Return a shallow copy with up-to-date normals: those of a frame are, those of any other mesh may be stale."""
     shaded = mesh.copy(deep=False)
     if "split_gamma" not in shaded.point_data:
         shaded.point_data["Normals"] = vertex_normals(mesh.points, mesh.regular_faces)
-    shaded.point_data.active_normals_name = "Normals"  # or PyVista makes others, and drops texture coordinates
+    shaded.point_data.active_normals_name = "Normals"  # else PyVista makes others, and drops texture coordinates
     return shaded
 
 
 def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> pv.PolyData:
-    """The triangles on the points `kept` of `source`, with the data of these points, texture seams and the field data.
+    """Triangles on the points `kept` of `source`, with the data of these points, texture seams and field data.
 
-    Normals stay behind: VTK goes on shading with them after the points have moved.
+    Normals are left out: VTK would go on shading with them after the points have moved.
     """
     stale = {source.point_data.active_normals_name, "Normals"}
     names = [name for name in source.point_data if name not in stale]
@@ -273,7 +275,7 @@ def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> p
     texture, scalars = source.point_data.active_texture_coordinates_name, source.point_data.active_scalars_name
     if texture in names:
         mesh.point_data.active_texture_coordinates_name = texture
-    if scalars in names and scalars != texture:  # PyVista makes the first array both; filters of VTK then drop it
+    if scalars in names and scalars != texture:  # PyVista makes the first array both, and VTK's filters drop it
         mesh.point_data.active_scalars_name = scalars
     mesh.field_data.update(source.field_data)
     if CORNERS in source.cell_data:

@@ -1,4 +1,4 @@
-"""Text files of any encoding, files that are written whole or not at all, and checks of where output goes."""
+"""Text files in any encoding, files that are written completely or not at all, and checks of output paths."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tempfile import TemporaryFile
 from ..errors import OutputError
 
 _made: set[Path] = set()
-"""Folders that were made for files."""
+"""Folders made by `replaced`, which are removed again if they stay empty."""
 
 
 def text_of(path: Path) -> str:
-    """What a text file says: UTF-8, with or without a mark at its beginning, or what western machines wrote before."""
+    """Return the text of a file in UTF-8, with or without a byte order mark, or in Latin-1."""
     data = path.read_bytes()
     try:
         return data.decode("utf-8-sig")
@@ -26,23 +26,23 @@ def text_of(path: Path) -> str:
 
 @contextmanager
 def replaced(path: str | Path) -> Iterator[Path]:
-    """Where to write a file: beside it, under the same ending. It takes its place when all went well.
+    """Yield a temporary path in the same folder, with the same ending; at the end that file replaces `path`.
 
-    After an error, or when the user ends the program, what was there before is still there, and nothing else; folders
-    that were made for files and stayed empty are removed.
+    After an error or an interrupt, what was there before is untouched, and nothing else is left; folders that were made
+    for files and stayed empty are removed.
     """
     path = Path(os.path.expanduser(path)).absolute()
     parents = path.parents
     _made.update(folder for folder in parents if not folder.exists())
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{os.getpid()}.{path.name[-100:]}")
+    temporary = path.with_name(f".{os.getpid()}.{path.name[-100:]}")
     try:
-        yield beside
-        beside.replace(path)
+        yield temporary
+        temporary.replace(path)
     except BaseException:
-        with suppress(OSError):  # what went wrong before matters more
-            beside.unlink(missing_ok=True)
-        with suppress(OSError):  # something else came into it
+        with suppress(OSError):  # the first error matters more
+            temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # it is no longer empty
             for folder in parents:
                 if folder not in _made:
                     break
@@ -51,13 +51,13 @@ def replaced(path: str | Path) -> Iterator[Path]:
 
 
 def output_folder(path: str | Path, make: bool = True) -> Path:
-    """The folder, made if need be, after a file could be written into it.
+    """Return the folder, made if need be, after checking that a file can be written to it.
 
     Parameters
     ----------
     path : str or Path
     make : bool
-        False only looks whether it could be made: before long work.
+        If False, only check that it could be made, before long work.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def output_folder(path: str | Path, make: bool = True) -> Path:
         if make:
             folder.mkdir(parents=True, exist_ok=True)
         there = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
-        with TemporaryFile(dir=there):  # permission bits would not tell: root passes them
+        with TemporaryFile(dir=there):  # permission bits say little: root ignores them
             pass
     except (FileExistsError, NotADirectoryError):
         raise OutputError(
@@ -91,7 +91,7 @@ def output_folder(path: str | Path, make: bool = True) -> Path:
 
 
 def output_file(path: str | Path, endings: Sequence[str]) -> Path:
-    """The path of a file that ends in one of these, after it was seen that it could be written."""
+    """Return the path of a file with one of these endings, after checking that it can be written."""
     path = Path(os.path.expanduser(path))
     if path.suffix.lower() not in endings:
         raise OutputError(f"the file must end in {' or '.join(endings)}, received {path.name!r}.")

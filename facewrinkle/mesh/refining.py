@@ -1,4 +1,4 @@
-"""A mesh refined in one go."""
+"""Red-green refinement of a PolyData in one step."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .seams import refine_seams
 
 
 def refine(mesh: pv.PolyData, marked: np.ndarray) -> pv.PolyData:
-    """Split the marked triangles of a mesh in four and close the mesh around them: red-green refinement in one go.
+    """Split the marked triangles of a mesh in four and close the mesh around them, in one step of red-green refinement.
 
     Parameters
     ----------
     mesh : PolyData
-        Triangles or polygons (which are triangulated). Not changed.
-    marked : (m,) bool, or indices of triangles
+        Of triangles or polygons, which are triangulated. Not changed.
+    marked : array_like of bool, shape (m,), or indices of triangles
 
     Returns
     -------
     PolyData
-        The refined mesh with the interpolated point data. New points follow the old ones; none hangs on an edge.
+        The refined mesh with interpolated point data. New points follow the old ones; no vertex hangs on an edge.
 
     Raises
     ------

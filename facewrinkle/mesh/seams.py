@@ -6,12 +6,12 @@ import numpy as np
 import pyvista as pv
 
 from ..geometry.refinement import RedGreenForest
-from ..geometry.seams import refined_values, split
+from ..geometry.seams import refined_values, split_vertices
 from .arrays import CORNERS, TEXTURE, to_polydata
 
 
 def corner_texture(mesh: pv.PolyData) -> np.ndarray | None:
-    """Texture coordinates (m, 3, 2) at the corners of the triangles, if there are any."""
+    """Return texture coordinates (m, 3, 2) at the corners of the triangles, or None."""
     if CORNERS in mesh.cell_data:
         return np.asarray(mesh.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)
     of_points = mesh.active_texture_coordinates
@@ -19,20 +19,20 @@ def corner_texture(mesh: pv.PolyData) -> np.ndarray | None:
 
 
 def add_seams(mesh: pv.PolyData, corners: np.ndarray) -> None:
-    """Keep texture coordinates (m, 3, 2) at the corners of the triangles, if there are seams in them."""
-    if split(mesh.regular_faces, corners, mesh.n_points).origin.size > mesh.n_points:
+    """Store texture coordinates (m, 3, 2) at the corners of the triangles with the mesh, if they have seams."""
+    if split_vertices(mesh.regular_faces, corners, mesh.n_points).origin.size > mesh.n_points:
         mesh.cell_data[CORNERS] = corners.reshape(-1, 6)
 
 
 def refine_seams(source: pv.PolyData, fine: pv.PolyData, forest: RedGreenForest) -> None:
-    """Carry the texture coordinates at the corners of a mesh to the same mesh refined."""
+    """Give a refined mesh the texture coordinates at the corners of its source, interpolated."""
     if CORNERS in source.cell_data:
         corners = np.asarray(source.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)
         fine.cell_data[CORNERS] = refined_values(corners, source.regular_faces, forest).reshape(-1, 6)
 
 
 def split_at_seams(mesh: pv.PolyData) -> pv.PolyData:
-    """The mesh as pictures and files need it: points at texture seams once for each of their texture coordinates.
+    """Return the mesh as pictures and files need it: with points at seams once for each of their texture coordinates.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def split_at_seams(mesh: pv.PolyData) -> pv.PolyData:
     Returns
     -------
     PolyData
-        The points of the mesh in their order, then their twins at the seams, which have the same position, normal and
-        data to the last bit. The mesh itself where it has no seams.
+        The points of the mesh in their order, then their twins at the seams, with exactly the same position, normal and
+        data. The mesh itself if it has no seams.
 
     Examples
     --------
@@ -57,7 +57,7 @@ def split_at_seams(mesh: pv.PolyData) -> pv.PolyData:
     corners = corner_texture(mesh)
     if corners is None or CORNERS not in mesh.cell_data:
         return mesh
-    parts = split(mesh.regular_faces, corners, mesh.n_points)
+    parts = split_vertices(mesh.regular_faces, corners, mesh.n_points)
     data = {name: np.asarray(values)[parts.origin] for name, values in mesh.point_data.items()}
     name = mesh.point_data.active_texture_coordinates_name or TEXTURE
     apart = to_polydata(np.asarray(mesh.points)[parts.origin], parts.triangles, data | {name: parts.values})

@@ -16,7 +16,8 @@ from ..errors import MeshError
 from ..geometry.normals import vertex_normals
 from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
 from ..mesh.arrays import MOVED, PART, blended, with_data
-from ..mesh.formats.reading import GLTF, check_file, joined
+from ..mesh.formats.merging import merged_surfaces
+from ..mesh.formats.reading import GLTF, check_file
 from .gltf import read_gltf
 from .recorded import Recorded
 from .usd import read_usd
@@ -131,7 +132,7 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
     if others is None:
         return rest, recorded
     own = Recorded.of_positions(beside, times=written, rest=others.points)
-    return joined([rest, others]), replace(recorded, companions={rest.n_points: own})
+    return merged_surfaces([rest, others]), replace(recorded, companions={rest.n_points: own})
 
 
 def _is_ours(frame: pv.PolyData) -> bool:

@@ -15,8 +15,8 @@ from scipy.sparse import csr_array, vstack
 
 from ..errors import MeshError, unknown_name, warn
 from ..mesh.formats.gltf import Document
+from ..mesh.formats.merging import merged_primitives, merged_surfaces
 from ..mesh.formats.obj_off import Primitive
-from ..mesh.formats.reading import joined, united
 from .recorded import Recorded
 from .skinning import Bones
 from .track import Interpolation, Track
@@ -59,7 +59,7 @@ def read_gltf(path: Path, mesh: str | None = None, animation: str | None = None)
                 if own is not None:
                     companions[start] = own
                 start += other.n_points
-        return joined(surfaces), replace(recorded, companions=companions)
+        return merged_surfaces(surfaces), replace(recorded, companions=companions)
 
 
 # --- what is in the file --------------------------------------------------------------------------
@@ -242,7 +242,7 @@ class _Scene:
 
 def _animated(scene: _Scene, model: _Model, like: Recorded | None = None) -> tuple[pv.PolyData, Recorded | None]:
     """A mesh at rest, and the recording that moves it, if anything does."""
-    mesh, kept, deltas = united(model.primitives, scene.document.path)
+    mesh, kept, deltas = merged_primitives(model.primitives, scene.document.path)
     moving = [track for (node, path), track in scene.tracks.items() if node in model.bearers and path != "weights"]
     weights = scene.weights(model, like)
     if weights is None and not moving:

@@ -15,8 +15,8 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import MeshError, unknown_name, warn
+from ..mesh.formats.merging import merged_primitives, merged_surfaces
 from ..mesh.formats.obj_off import Primitive
-from ..mesh.formats.reading import joined, united
 from ..mesh.formats.usd import opened, primitive_of, shown
 from .recorded import Recorded
 from .track import Track
@@ -44,12 +44,14 @@ def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded
     for model in found:
         if model is chosen or model.primitive is None:
             continue
-        other, own = _animated(model, path) if len(model.times) > 1 else (united([model.primitive], path)[0], None)
+        other, own = (
+            _animated(model, path) if len(model.times) > 1 else (merged_primitives([model.primitive], path)[0], None)
+        )
         surfaces.append(other)
         if own is not None:
             companions[start] = own
         start += other.n_points
-    return joined(surfaces), replace(recorded, companions=companions)
+    return merged_surfaces(surfaces), replace(recorded, companions=companions)
 
 
 def _baked(stage: Any) -> Any:
@@ -72,7 +74,7 @@ def _animated(model: _Mesh, path: Path) -> tuple[pv.PolyData, Recorded]:
     if model.deforms:
         some = samples[:: max(len(samples) // MOMENTS, 1)]
         primitive = replace(primitive, shapes=np.array(some) - primitive.points)
-    surface, kept, _ = united([primitive], path)
+    surface, kept, _ = merged_primitives([primitive], path)
     positions = np.array([sample[kept] for sample in samples])
     track = Track(np.asarray(model.times) / model.per_second, positions)
     return surface, Recorded(track, rest=np.array(surface.points), pose=model.pose(still))

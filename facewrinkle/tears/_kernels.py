@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..geometry._closest_point_kernels import closest_in_triangle
 from ..geometry._mesh_kernels import normalise
 from ._subdivision_kernels import put
 
@@ -42,51 +43,20 @@ def farthest_behind(drop, skin, triangles, margin):
 
 
 @njit(cache=True)
-def nearest_in(p, a, b, c, out):
-    """Nearest point of triangle abc to p (Ericson, Real-Time Collision Detection, 5.1.5) into `out`."""
-    d1 = d2 = d3 = d4 = d5 = d6 = 0.0
-    for k in range(3):  # numbers, not small arrays, which would be allocated
-        e, f = b[k] - a[k], c[k] - a[k]
-        d1 += e * (p[k] - a[k])
-        d2 += f * (p[k] - a[k])
-        d3 += e * (p[k] - b[k])
-        d4 += f * (p[k] - b[k])
-        d5 += e * (p[k] - c[k])
-        d6 += f * (p[k] - c[k])
-    vc, vb, va = d1 * d4 - d3 * d2, d5 * d2 - d1 * d6, d3 * d6 - d5 * d4
-    if d1 <= 0.0 and d2 <= 0.0:
-        v, w = 0.0, 0.0
-    elif d3 >= 0.0 and d4 <= d3:
-        v, w = 1.0, 0.0
-    elif d6 >= 0.0 and d5 <= d6:
-        v, w = 0.0, 1.0
-    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        v, w = d1 / (d1 - d3), 0.0
-    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        v, w = 0.0, d2 / (d2 - d6)
-    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
-        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        v = 1.0 - w
-    else:
-        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
-    for k in range(3):
-        out[k] = a[k] + v * (b[k] - a[k]) + w * (c[k] - a[k])
-
-
-@njit(cache=True)
 def _walked(p, first, points, triangles, offsets, around, out):
     """The triangle with the nearest point to p that a walk from triangle `first` finds; the point in `out`."""
     here, found = first, np.empty(3)
-    nearest_in(p, points[triangles[here, 0]], points[triangles[here, 1]], points[triangles[here, 2]], out)
-    best = ((out - p) ** 2).sum()
+    best = closest_in_triangle(
+        p, points[triangles[here, 0]], points[triangles[here, 1]], points[triangles[here, 2]], out
+    )
     while True:
         at = here
         for k in range(3):
             v = triangles[at, k]
             for i in range(offsets[v], offsets[v + 1]):
                 t = around[i]
-                nearest_in(p, points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]], found)
-                d = ((found - p) ** 2).sum()
+                a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
+                d = closest_in_triangle(p, a, b, c, found)
                 if d < best * (1.0 - 1e-9):
                     best, here = d, t
                     out[:] = found

@@ -1,11 +1,12 @@
-"""Laplacians against closed forms: constants, linear functions, and the eigenvalues of a path."""
+"""Laplacians against closed forms: constants, linear functions, and the eigenvalues of a path; means of neighbours."""
 
 from __future__ import annotations
 
 import numpy as np
 import pyvista as pv
 
-from facewrinkle.geometry.laplacian import cotangent_laplacian, graph_laplacian
+from facewrinkle.geometry.laplacian import cotangent_laplacian, graph_laplacian, neighbour_mean
+from facewrinkle.geometry.topology import unique_edges
 
 
 def test_path_has_the_known_eigenvalues():
@@ -25,3 +26,12 @@ def test_cotangents_annihilate_linear_functions_inside_a_flat_mesh():
     # x^2 has the Laplacian 2: -L x^2 is twice the area of the vertex (mixed cells of a grid: its own area).
     cell = 1.0 / 30.0
     np.testing.assert_allclose(-(laplacian @ points[:, 0] ** 2)[inside], 2.0 * cell, rtol=1e-12)
+
+
+def test_mean_of_neighbours_is_what_the_laplacian_compares_with():
+    plane = pv.Plane(i_resolution=4, j_resolution=3).triangulate()
+    edges, _ = unique_edges(plane.regular_faces)
+    n, values = plane.n_points, np.random.default_rng(0).normal(size=plane.n_points)
+    laplacian = graph_laplacian(edges, np.ones(len(edges)), n)
+    expected = values - (laplacian @ values) / laplacian.diagonal()
+    np.testing.assert_allclose(neighbour_mean(edges, n) @ values, expected, atol=1e-12)

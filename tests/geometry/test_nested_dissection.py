@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from facewrinkle.geometry.laplacian import graph_laplacian
-from facewrinkle.geometry.nested_dissection import LEAF, nested_dissection
+from facewrinkle.geometry.nested_dissection import SMALLEST, nested_dissection
 from facewrinkle.geometry.topology import unique_edges
 
 
@@ -54,7 +54,7 @@ def test_without_the_links_the_halves_are_apart():
 
 def test_small_parts_and_points_in_one_place_keep_their_order():
     _, matrix = grid(7, np.random.default_rng(6))
-    assert matrix.shape[0] <= LEAF
+    assert matrix.shape[0] <= SMALLEST
     order = nested_dissection((matrix.indptr, matrix.indices), np.zeros((49, 3)))
     assert order.tolist() == list(range(49))
     _, matrix = grid(30, np.random.default_rng(6))

@@ -1,7 +1,7 @@
 """Values at the corners of triangles.
 
 what                checked against
-split               every corner keeps its vertex and its value; no two copies of a vertex have one value
+split_vertices      every corner keeps its vertex and its value; no two copies of a vertex have one value
 refined values      values that are linear in the plane on each side of a seam: their closed form
 both sides          a value that has no seam is bit for bit the same from both sides of an edge, at any depth
 of same triangles   the triangles of a mesh, shuffled and turned
@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.seams import of_same_triangles, refined_values, split
+from facewrinkle.geometry.seams import of_same_triangles, refined_values, split_vertices
 
 
 def sheet(n):
@@ -44,7 +44,7 @@ def grown(triangles, seed, passes=5):
 def test_split_vertices_have_one_value_each(seed, kinds):
     values = np.random.default_rng(seed).integers(0, kinds, (*TRIANGLES.shape, 2)) / 8.0
     before = TRIANGLES.copy()
-    parts = split(TRIANGLES, values, len(POINTS))
+    parts = split_vertices(TRIANGLES, values, len(POINTS))
     np.testing.assert_array_equal(TRIANGLES, before)
     np.testing.assert_array_equal(parts.origin[parts.triangles], TRIANGLES)
     np.testing.assert_array_equal(parts.values[parts.triangles], values)
@@ -69,7 +69,7 @@ def test_values_on_either_side_of_a_seam_have_a_closed_form(seed):
     sides = (fine[forest.triangles][:, :, 0].mean(axis=1) > 2.0)[:, None, None]
     np.testing.assert_allclose(values, closed_form(fine[forest.triangles], sides), atol=1e-15)
     # The sheet comes apart along x = 2 and nowhere else, each vertex on it in two.
-    parts = split(forest.triangles, values, forest.n_points)
+    parts = split_vertices(forest.triangles, values, forest.n_points)
     assert sorted(parts.origin[forest.n_points :]) == np.flatnonzero(fine[:, 0] == 2.0).tolist()
 
 
@@ -79,7 +79,7 @@ def test_without_a_seam_nothing_is_split_at_any_depth(seed):
     forest = grown(TRIANGLES, seed, 9)
     assert forest.level.max() == 6
     values = refined_values(uv[TRIANGLES], TRIANGLES, forest)
-    assert len(split(forest.triangles, values, forest.n_points).origin) == forest.n_points
+    assert len(split_vertices(forest.triangles, values, forest.n_points).origin) == forest.n_points
 
 
 @settings(max_examples=40, deadline=None)

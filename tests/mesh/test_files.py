@@ -36,7 +36,7 @@ def test_a_folder_that_refuses(tmp_path, monkeypatch, operation):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(
-        *((Path, "mkdir", refuse) if operation == "mkdir" else ("facewrinkle.export.files.TemporaryFile", refuse))
+        *((Path, "mkdir", refuse) if operation == "mkdir" else ("facewrinkle.mesh.files.TemporaryFile", refuse))
     )
     with pytest.raises(OutputError, match="cannot be written: Permission denied. Name a folder"):
         output_folder(tmp_path / "new")

@@ -14,6 +14,7 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from facewrinkle.anatomy.head import MIRROR, Head, Mould, both_sides, cage_data, seated, unpacked
+from facewrinkle.geometry.closest_point import closest_point
 from facewrinkle.geometry.topology import boundary_loops
 
 from .cage import subdivided
@@ -291,25 +292,6 @@ def moulding(half: HalfCage, mesh: ChartMesh, keep: Ints) -> tuple[sparse.csr_ar
 
 
 # ---------------------------------------------------------------------------------- what lies on the mesh
-def closest_point(query: Floats, corners: Floats) -> Floats:
-    """The point (3,) nearest to `query` on triangles (m, 3, 3)."""
-    a, b, c = np.moveaxis(corners, 1, 0)
-    normal = np.cross(b - a, c - a)
-    size = np.einsum("mi,mi->m", normal, normal)
-    size = np.where(size > 0.0, size, np.inf)
-    p = query - normal * (np.einsum("mi,mi->m", query - a, normal) / size)[:, None]
-    beyond = np.stack([np.einsum("mi,mi->m", np.cross(v - u, p - u), normal) for u, v in ((a, b), (b, c), (c, a))])
-    inside = (beyond >= 0.0).all(axis=0) & np.isfinite(size)
-    found = [p[inside]]
-    for u, v in ((a, b), (b, c), (c, a)):
-        along = v - u
-        share = np.einsum("mi,mi->m", query - u, along) / np.maximum(np.einsum("mi,mi->m", along, along), 1e-30)
-        found.append(u + np.clip(share, 0.0, 1.0)[:, None] * along)
-    places = np.concatenate(found)
-    nearest: Floats = places[np.linalg.norm(places - query, axis=1).argmin()]
-    return nearest
-
-
 def landmarks(half: HalfCage, data: dict[str, Any], points: Floats, triangles: Ints) -> dict[str, Floats]:
     """Landmarks on the mesh, from typed places or cage vertices; the left are mirrored to the right."""
     corners = points[triangles]
@@ -320,12 +302,19 @@ def landmarks(half: HalfCage, data: dict[str, Any], points: Floats, triangles: I
     found: dict[str, Floats] = {}
     for name, place in data["landmarks"].items():
         at = half.points[half.of(place)] if isinstance(place, str) else np.array(place, dtype=float)
-        found[name] = closest_point(at, ridge if at[0] == 0.0 else left)
+        found[name] = _closest(at, ridge if at[0] == 0.0 else left)
     found["eye_l_centre"] = np.array(data["eye"]["centre"])
     for name in [name for name in found if "_l_" in name or name.endswith("_l")]:
         twin = name.replace("_l_", "_r_") if "_l_" in name else name[:-1] + "r"
         found[twin] = found[name] * MIRROR
     return found
+
+
+def _closest(query: Floats, corners: Floats) -> Floats:
+    """The point (3,) nearest to `query` on triangles (m, 3, 3)."""
+    return closest_point(
+        corners.reshape(-1, 3), np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3), query
+    ).point
 
 
 def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:

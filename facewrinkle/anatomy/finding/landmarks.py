@@ -17,6 +17,8 @@ from scipy.spatial import cKDTree
 from threadpoolctl import ThreadpoolController
 
 from ...errors import LARGEST, LandmarkError, MeshError
+from ...geometry.rigid_alignment import closest_rotations
+from ...geometry.sampling import surface_samples
 from ...geometry.topology import components
 from ...mesh import read_surface, to_polydata
 from ..landmarks import NAMES, REFUSED, complete
@@ -24,7 +26,7 @@ from .alignment import COARSE, FINE, laid_on, likeness, seen, template_map
 from .depth import Pose, foremost
 from .matching import DOUBT, Match, matched
 from .mouth import MOUTH, corners, lower_lip
-from .samples import coarsened, spread
+from .samples import coarsened
 from .search import SIZES, candidates, distinct
 from .template import LOOKS, PEOPLE, template
 
@@ -264,7 +266,7 @@ def _off_the_floor(points: Array, triangles: Triangles) -> Iterator[Triangles]:
     """What stands on a plane that is most of the surface, as a scan does on a table that it has grown together with."""
     corners = points[triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    cloud = spread(points, triangles, 2000)
+    cloud = surface_samples(points, triangles, 2000)
     flat = np.ones(len(cloud), bool)
     for _ in range(5):  # the plane of most of the surface: that of what is close to it
         centre = cloud[flat].mean(axis=0)
@@ -316,7 +318,7 @@ class _Search:
         """Poses in which something looks like a face, the likeliest first."""
         points, triangles = self.points, self.triangles
         starts: list[tuple[float, Pose]] = []
-        for found in candidates(spread(points, triangles, SAMPLES)):
+        for found in candidates(surface_samples(points, triangles, SAMPLES)):
             starts += found
             yield
         starts.sort(key=lambda pair: pair[0])
@@ -356,9 +358,8 @@ def posed_by(marks: Mapping[str, Array]) -> Pose | None:
     from_, to = model - model.mean(axis=0), face - face.mean(axis=0)
     if np.linalg.svd(from_, compute_uv=False)[1] < ON_A_LINE:
         return None
-    u, stretch, v = np.linalg.svd(from_.T @ to)
-    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
-    axes, size = (u * sign) @ v, float((stretch * sign).sum() / (from_**2).sum())
+    axes = closest_rotations(from_.T @ to)
+    size = float((from_ @ axes * to).sum() / (from_**2).sum())
     if size <= 0.0 or np.linalg.norm(to / size - from_ @ axes, axis=1).max() > MISFIT:
         return None
     return Pose(axes, face.mean(axis=0) - size * model.mean(axis=0) @ axes, size, np.ones(3))

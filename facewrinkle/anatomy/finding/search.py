@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from ...geometry.sampling import surface_samples
 from . import _kernels as kernels
 from .depth import Pose
-from .samples import spread, thinned
+from .samples import thinned
 from .template import template
 
 Array = npt.NDArray[np.float64]
@@ -45,7 +46,7 @@ class _Round:
 @cache
 def _round_template() -> _Round:
     face = template()
-    points = spread(face.points, face.triangles, 40_000)
+    points = surface_samples(face.points, face.triangles, 40_000)
     heights = np.empty((RINGS, SECTORS))
     kernels.round_map(points, face.landmarks["nose_tip"], np.eye(3), RADIUS, heights)
     heights = 0.5 * (heights + heights[:, (SECTORS // 2 - 1 - np.arange(SECTORS)) % SECTORS])

@@ -14,6 +14,7 @@ from ...errors import MeshError, ParameterError, check_positive, check_range, ch
 from ...geometry.chart import geodesic_chart, gradients, projected_chart, smoothed, smoothly_interpolated, tangents
 from ...geometry.closest_point import ClosestPoint, closest_point
 from ...geometry.interpolation import interpolated
+from ...geometry.morton import morton_order
 from ...geometry.profile import attenuation, band
 from ...geometry.topology import vertex_rings
 from ..base import Array, IntArray, SurfacePoints
@@ -300,21 +301,12 @@ def valid_vertices(chart: Array, inside: npt.NDArray[np.bool_], share: float, se
         return np.full(len(chart), float(share == 1.0))
     uv = np.nan_to_num(chart[candidates])
     low, span = uv.min(axis=0), np.maximum(np.ptp(uv, axis=0), 1e-300)
-    order = np.argsort(_interleaved(((uv - low) / span * 65535.0).astype(np.uint64)), kind="stable")
+    order = morton_order(((uv - low) / span * 65535.0).astype(np.int64), bits=16)
     edges = np.arange(count + 1) * len(candidates) // count
     drawn = edges[:-1] + (np.random.default_rng(seed).random(count) * np.diff(edges)).astype(int)
     out = np.zeros(len(chart))
     out[candidates[order[drawn]]] = 1.0
     return out
-
-
-def _interleaved(cells: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
-    """The bits of two columns of 16-bit numbers in turns: neighbours in this order are neighbours in the plane."""
-    code = np.zeros(len(cells), np.uint64)
-    for bit in range(16):
-        for axis in range(2):
-            code |= ((cells[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(2 * bit + axis)
-    return code
 
 
 def _weights(select: npt.ArrayLike | str, face: Face, border: float) -> Array:

@@ -1,7 +1,7 @@
-"""glTF and GLB files as plain arrays: all meshes of the scene, in its coordinates, as they are at rest.
+"""glTF and GLB files as plain arrays: all meshes of the scene, in its coordinates, at rest.
 
-VTK's reader brings the interpreter down when counts or offsets lie, and refuses a mesh whose picture is missing. Here
-every count is held against the bytes that are there before it is believed. What moves a mesh is read by
+VTK's reader crashes the interpreter if counts or offsets are wrong, and refuses a mesh whose picture is missing. Here
+every count is checked against the bytes that are there before it is used. Animations are read by
 :mod:`facewrinkle.motion.gltf`.
 """
 
@@ -40,12 +40,12 @@ TRIANGLES, STRIP, FAN = 4, 5, 6
 
 
 def read_gltf_file(path: Path) -> list[Primitive]:
-    """The triangles of all meshes in the scene of a glTF or GLB file.
+    """Read the triangles of all meshes in the scene of a glTF or GLB file.
 
     Raises
     ------
     MeshError
-        For a file that is damaged, compressed (Draco, meshopt), or whose numbers lead nowhere.
+        For a file that is damaged, compressed (Draco, meshopt), or that refers to what it does not hold.
     """
     document = Document(path)
     with document.checked():
@@ -54,7 +54,7 @@ def read_gltf_file(path: Path) -> list[Primitive]:
 
 
 class Document:
-    """A glTF file whose accessors are arrays, and its nodes matrices.
+    """A glTF file, with its accessors as arrays and its nodes as matrices.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class Document:
 
     @contextmanager
     def checked(self) -> Iterator[None]:
-        """A MeshError for whatever a structure that makes no sense leads to."""
+        """Turn any error from a structure that makes no sense into a MeshError."""
         try:
             yield
         except FaceWrinkleError:
@@ -112,7 +112,7 @@ class Document:
     # --- numbers -----------------------------------------------------------------------------------
 
     def _at(self, kind: str, index: Any) -> dict[str, Any]:
-        """An entry of one of the lists of the file."""
+        """Return an entry of one of the lists of the file."""
         entries = self.file.get(kind) or []
         if not isinstance(index, int) or not 0 <= index < len(entries):
             raise self.broken(f"it refers to number {index!r} of {len(entries)} {kind}")
@@ -129,7 +129,7 @@ class Document:
         return self._buffers[index]
 
     def _linked(self, uri: str) -> bytes:
-        """What a URI holds, or the file beside this one that it names."""
+        """Return the bytes in a data URI, or those of the file that the URI names."""
         if uri.startswith("data:"):
             return base64.b64decode(uri.split(",", 1)[1])
         try:
@@ -157,7 +157,7 @@ class Document:
         return np.ndarray((count, width), dtype, data, start + offset, (stride, dtype.itemsize)).copy()
 
     def numbers(self, index: Any) -> npt.NDArray[Any]:
-        """An accessor (count, width), sparse ones filled in; integers that stand for fractions become them."""
+        """Return an accessor (count, width), filled in if sparse, with normalised integers as fractions."""
         accessor = self._at("accessors", index)
         kind, count, width = COMPONENTS[accessor["componentType"]], int(accessor["count"]), WIDTHS[accessor["type"]]
         sparse = accessor.get("sparse")
@@ -185,9 +185,9 @@ class Document:
 
     @cached_property
     def parents(self) -> dict[int, int]:
-        """The node that each hangs on, -1 for none; those come before what hangs on them."""
-        hung = {child for node in self.nodes for child in node.get("children") or []}
-        pending = [(i, -1) for i in range(len(self.nodes)) if i not in hung]
+        """The parent of each node, -1 for none; parents come before their children."""
+        below = {child for node in self.nodes for child in node.get("children") or []}
+        pending = [(i, -1) for i in range(len(self.nodes)) if i not in below]
         found: dict[int, int] = {}
         while pending:
             index, parent = pending.pop()
@@ -201,16 +201,16 @@ class Document:
         return found
 
     def world(self, moved: Mapping[int, Mapping[str, Array]] | None = None) -> Array:
-        """The matrices (k, 4, 4) of all nodes, at rest but for some parts of some: translation, rotation, scale."""
+        """Matrices (k, 4, 4) of all nodes, at rest except for the translations, rotations and scales in `moved`."""
         out = np.empty((len(self.nodes), 4, 4))
         for index, parent in self.parents.items():
-            own = _placing(self.nodes[index], (moved or {}).get(index))
+            own = _local_matrix(self.nodes[index], (moved or {}).get(index))
             out[index] = own if parent < 0 else out[parent] @ own
         return out
 
     @cached_property
     def shown(self) -> list[int]:
-        """The nodes with a mesh in the scene."""
+        """Nodes with a mesh in the scene."""
         scenes = self.file.get("scenes") or []
         pending = [i for i, parent in self.parents.items() if parent < 0]
         if scenes:
@@ -223,7 +223,7 @@ class Document:
         return [index for index in sorted(found) if self.nodes[index].get("mesh") is not None]
 
     def bones(self, node: int) -> tuple[list[int], Array]:
-        """The joints of a node's skin, and the matrices (k, 4, 4) into them from the mesh's own coordinates."""
+        """Joints of the skin of a node, and the matrices (k, 4, 4) from the coordinates of the mesh to theirs."""
         skin = self._at("skins", self.nodes[node]["skin"])
         joints = list(skin["joints"])
         for joint in joints:
@@ -236,25 +236,25 @@ class Document:
         return joints, bind[: len(joints)]
 
     def label(self, node: int) -> str:
-        """The name of a node's mesh, of the node, or its number."""
+        """The name of the mesh of a node or of the node, else its number."""
         return str(self._at("meshes", self.nodes[node]["mesh"]).get("name") or self.nodes[node].get("name") or node)
 
     def primitives(self, node: int, world: Array) -> list[Primitive]:
-        """The triangles of a node's mesh in the coordinates of the scene, for matrices of all nodes."""
+        """The mesh of a node in the coordinates of the scene, given the matrices of all nodes."""
         mesh = self._at("meshes", self.nodes[node]["mesh"])
         bones = None
         if self.nodes[node].get("skin") is not None:
             joints, bind = self.bones(node)
             bones = world[joints] @ bind
-        solid = [part for part in mesh["primitives"] if part.get("material") not in self.clear]
+        solid = [part for part in mesh["primitives"] if part.get("material") not in self.transparent]
         found = [self._primitive(part, world[node], bones, self.label(node)) for part in solid]
         return [part for part in found if part is not None]
 
     @cached_property
-    def clear(self) -> set[int]:
-        """The materials that one sees through, such as that of corneas before eyes; none where all are so."""
+    def transparent(self) -> set[int]:
+        """Materials that are transparent, such as those of corneas; empty if all are."""
         used = {part.get("material") for mesh in self.file.get("meshes") or [] for part in mesh["primitives"]}
-        found = {i for i, material in enumerate(self.file.get("materials") or []) if _is_clear(material)}
+        found = {i for i, material in enumerate(self.file.get("materials") or []) if _is_transparent(material)}
         return found if used - found else set()
 
     def _primitive(self, primitive: dict[str, Any], world: Array, bones: Array | None, name: str) -> Primitive | None:
@@ -262,7 +262,7 @@ class Document:
         mode, attributes = primitive.get("mode", TRIANGLES), primitive["attributes"]
         if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
             return None
-        plain = "bufferView" in self._at("accessors", attributes["POSITION"])  # beside what is compressed
+        plain = "bufferView" in self._at("accessors", attributes["POSITION"])  # besides the compressed data
         if "KHR_draco_mesh_compression" in (primitive.get("extensions") or {}) and not plain:
             raise MeshError(f"{self.path.name} is compressed with Draco, which is not supported. Export it without.")
         points = self._vectors(attributes["POSITION"], 3)
@@ -272,7 +272,7 @@ class Document:
             order = self.numbers(primitive["indices"])[:, 0]
             if order.dtype.kind not in "iu" or order.max() >= n:
                 raise self.broken(f"its faces use points up to {order.max()}, and it has {n}")
-        triangles = _split(order.astype(np.int64), mode)
+        triangles = _triangles(order.astype(np.int64), mode)
         targets = [target.get("POSITION") for target in primitive.get("targets") or []]
         shapes = np.array([np.zeros((n, 3)) if t is None else self._vectors(t, 3) for t in targets]).reshape(-1, n, 3)
         weights = None if bones is None else self._weights(attributes, n, len(bones))
@@ -283,14 +283,14 @@ class Document:
         shapes = np.einsum("nij,knj->kni", turn[:, :3, :3], shapes)
         if n and np.median(np.linalg.det(turn[:, :3, :3])) < 0.0:
             triangles = triangles[:, ::-1]
-        image, light, laid = self._look(primitive)
-        moved = (laid.get("extensions") or {}).get("KHR_texture_transform") or {}
-        name_of_uv = f"TEXCOORD_{moved.get('texCoord', laid.get('texCoord', 0))}"
+        image, light, placement = self._colour(primitive)
+        moved = (placement.get("extensions") or {}).get("KHR_texture_transform") or {}
+        name_of_uv = f"TEXCOORD_{moved.get('texCoord', placement.get('texCoord', 0))}"
         texture = self._vectors(attributes[name_of_uv], 2) if name_of_uv in attributes else None
         if texture is not None:
-            texture = _shifted(texture, moved)
+            texture = _transformed(texture, moved)
         light = self.numbers(attributes["COLOR_0"]) if "COLOR_0" in attributes else light
-        colors = None if light is None else np.array(np.broadcast_to(seen(light), (max(n, len(light)), 3)))
+        colors = None if light is None else np.array(np.broadcast_to(srgb(light), (max(n, len(light)), 3)))
         for values in (texture, colors):
             if values is not None and len(values) != n:
                 raise self.broken(f"it has {n} points and {len(values)} texture coordinates or colours")
@@ -298,7 +298,7 @@ class Document:
         return Primitive(name, points, triangles, at_corners, colors, shapes, image, weights)
 
     def _weights(self, attributes: dict[str, Any], n: int, count: int) -> csr_array | None:
-        """How much each of `count` bones carries of each point (n, count), of all sets of four that there are."""
+        """Weights (n, count) of the bones at each point, from all sets of four that the file has."""
         sets = sorted(name for name in attributes if name.startswith("JOINTS_") and f"WEIGHTS{name[6:]}" in attributes)
         if not sets:
             return None
@@ -313,19 +313,19 @@ class Document:
         rows, slots = np.nonzero(weights)
         return csr_array((weights[rows, slots], (rows, joints[rows, slots].astype(np.int64))), shape=(n, count))
 
-    def _look(self, primitive: dict[str, Any]) -> tuple[str, Array | None, dict[str, Any]]:
-        """The image on a primitive, "" for none, and else the colour (1, 4) of its material; and how the image lies."""
+    def _colour(self, primitive: dict[str, Any]) -> tuple[str, Array | None, dict[str, Any]]:
+        """The image on a primitive, "" for none, or else the colour (1, 4) of its material; and how the image lies."""
         try:
-            if (laid := self._laid(primitive)) is not None:
-                number, how = laid
+            if (texture := self._texture(primitive)) is not None:
+                number, how = texture
                 return f"{self.path.absolute()}#{number}", None, how
             factor = self._surface(primitive)["baseColorFactor"]
             return "", np.array(factor, dtype=np.float64).reshape(1, 4), {}
-        except (MeshError, KeyError, TypeError, ValueError, AttributeError):  # a mesh is read without its look, too
+        except (MeshError, KeyError, TypeError, ValueError, AttributeError):  # a mesh is read even without its colours
             return "", None, {}
 
     def _surface(self, primitive: dict[str, Any]) -> dict[str, Any]:
-        """What the material of a primitive says of its colour; light is the colour of what is black without it."""
+        """Colour properties of the material of a primitive; emitted light is the colour of a material that is black."""
         if primitive.get("material") is None:
             return {}
         material = self._at("materials", primitive["material"])
@@ -336,20 +336,20 @@ class Document:
             given["baseColorTexture"] = given["baseColorTexture"] or material.get("emissiveTexture")
         return {name: value for name, value in given.items() if value is not None} | usual
 
-    def _laid(self, primitive: dict[str, Any]) -> tuple[int, dict[str, Any]] | None:
-        """The number of the image that is the colour of a primitive, and how it lies on it."""
+    def _texture(self, primitive: dict[str, Any]) -> tuple[int, dict[str, Any]] | None:
+        """The number of the image that colours a primitive, and how it lies on it."""
         how = self._surface(primitive).get("baseColorTexture")
         if how is None:
             return None
         chosen = self._at("textures", how["index"])
-        for extension in (chosen.get("extensions") or {}).values():  # webp; what Pillow cannot read says so
+        for extension in (chosen.get("extensions") or {}).values():  # such as WebP; Pillow reports what it cannot read
             chosen = {"source": extension.get("source", chosen.get("source"))}
         return int(chosen["source"]), how
 
     # --- images ------------------------------------------------------------------------------------
 
     def images(self, mesh: str | None = None) -> Counter[int]:
-        """The images that lie on meshes, or on one by its name or that or the number of its node, with the number of
+        """Images on all meshes, or on the one with this name or with a node of this name or number; with the number of
         corners of their faces.
         """
         named = {n["mesh"] for i, n in enumerate(self.nodes) if "mesh" in n and mesh in (n.get("name"), str(i))}
@@ -358,13 +358,13 @@ class Document:
             if mesh is not None and entry.get("name") != mesh and number not in named:
                 continue
             for primitive in entry["primitives"]:
-                if (laid := self._laid(primitive)) is not None and "TEXCOORD_0" in primitive["attributes"]:
+                if (texture := self._texture(primitive)) is not None and "TEXCOORD_0" in primitive["attributes"]:
                     corners = primitive.get("indices", primitive["attributes"]["POSITION"])
-                    found[laid[0]] += self._at("accessors", corners)["count"]
+                    found[texture[0]] += self._at("accessors", corners)["count"]
         return found
 
     def image(self, number: int) -> bytes:
-        """The bytes of an image, as a PNG or JPEG file has them."""
+        """Return the bytes of an image, as in a PNG or JPEG file."""
         entry = self._at("images", number)
         if entry.get("bufferView") is None:
             return self._linked(entry["uri"])
@@ -379,34 +379,34 @@ class Document:
         return values
 
 
-def seen(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """Colours as they are seen (sRGB), of light (n, 3 or 4) as glTF and USD store it."""
+def srgb(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Colours in sRGB of linear light (n, 3) or (n, 4), as glTF and USD store it."""
     linear = np.clip(light[:, :3].astype(np.float64), 0.0, 1.0)
     share = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
     return np.asarray(np.rint(255.0 * share), dtype=np.uint8)
 
 
-def _is_clear(material: Mapping[str, Any]) -> bool:
-    """Whether one sees more of what is behind a surface of this material than of itself."""
+def _is_transparent(material: Mapping[str, Any]) -> bool:
+    """Return True if more is seen of what lies behind a surface of this material than of the surface itself."""
     try:
         surface = material.get("pbrMetallicRoughness") or {}
         glass = (material.get("extensions") or {}).get("KHR_materials_transmission") or {}
         through = 0.0 if "baseColorTexture" in surface else glass.get("transmissionFactor", 0.0)
         opacity = surface.get("baseColorFactor", [1.0])[-1] if material.get("alphaMode") == "BLEND" else 1.0
         return bool(through > 0.5 or opacity < 0.5)
-    except (TypeError, AttributeError, LookupError):  # a mesh is read without its look, too
+    except (TypeError, AttributeError, LookupError):  # a mesh is read even without its colours
         return False
 
 
-def _shifted(texture: Array, moved: Mapping[str, Any]) -> Array:
+def _transformed(texture: Array, moved: Mapping[str, Any]) -> Array:
     """Texture coordinates (n, 2), v downwards, scaled, turned and shifted (KHR_texture_transform)."""
     cosine, sine = np.cos(moved.get("rotation", 0.0)), np.sin(moved.get("rotation", 0.0))
     scaled = texture * moved.get("scale", (1.0, 1.0)) @ np.array([[cosine, -sine], [sine, cosine]])
     return np.asarray(scaled + moved.get("offset", (0.0, 0.0)))
 
 
-def _placing(node: dict[str, Any], moved: Mapping[str, Array] | None = None) -> Array:
-    """The matrix (4, 4) of a node in the one that it hangs on, with some of its parts replaced."""
+def _local_matrix(node: dict[str, Any], moved: Mapping[str, Array] | None = None) -> Array:
+    """The matrix (4, 4) of a node relative to its parent, with some of its parts replaced."""
     if node.get("matrix") is not None and not moved:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
     parts = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
@@ -423,7 +423,7 @@ def _placing(node: dict[str, Any], moved: Mapping[str, Array] | None = None) -> 
     return out
 
 
-def _split(order: npt.NDArray[np.int64], mode: int) -> npt.NDArray[np.int64]:
+def _triangles(order: npt.NDArray[np.int64], mode: int) -> npt.NDArray[np.int64]:
     """Triangles (m, 3) of a list, a strip or a fan of points."""
     if mode == TRIANGLES:
         return order[: len(order) - len(order) % 3].reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Which image lies on what: materials of OBJ files, and images by the names that other files give them."""
+"""Materials of OBJ files, and files found by the names that other files give them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _OPTION = re.compile(
 
 
 def sibling_file(folder: Path, name: str) -> Path | None:
-    """A file by the name that another one gives it: with the folders of another machine, or in another case."""
+    """Find a file by the name that another one gives it, even with folders of another machine or in another case."""
     name = name.replace("\\", "/")
     for candidate in (folder / name, folder / Path(name).name):
         try:
@@ -29,7 +29,7 @@ def sibling_file(folder: Path, name: str) -> Path | None:
 
 
 def uncommented(line: str) -> str:
-    """A line without its comment: a number sign within a word is part of a name.
+    """Return a line without its comment; a number sign within a word is part of a name.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def uncommented(line: str) -> str:
 
 
 def images_of_materials(folder: Path, libraries: Iterable[str]) -> dict[str, str]:
-    """The names of the images (`map_Kd`) of the materials in MTL files of a folder; missing files have none."""
+    """Names of the images (`map_Kd`) of the materials in MTL files of a folder; missing files are ignored."""
     images: dict[str, str] = {}
     for library in libraries:
         whole = sibling_file(folder, library)  # a name with blanks, or several names

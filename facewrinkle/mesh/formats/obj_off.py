@@ -1,8 +1,8 @@
-"""OBJ and OFF files (PLY: :mod:`.ply`) as plain arrays, with the points numbered as in the file.
+"""OBJ and OFF files as plain arrays, with the points numbered as in the file.
 
-VTK's OBJ reader splits every point at which two texture coordinates meet, so that the mesh falls apart and
-landmark files no longer fit; VTK has no OFF reader. Both formats are lists of numbers, and are read here line
-by line."""
+VTK's OBJ reader splits each point at which several texture coordinates meet, so that the mesh falls apart and landmark
+files no longer fit; VTK has no OFF reader. Both formats are lists of numbers, and are read here line by line.
+"""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ __all__ = ["Polygons", "read_obj", "read_off"]
 
 @dataclass(frozen=True)
 class Polygons:
-    """What a text file holds.
+    """The polygons of a file.
 
     Attributes
     ----------
-    points : (n, 3) float64
+    points : ndarray, shape (n, 3)
     faces : list of lists of int
         The vertex numbers of each polygon, from 0.
-    texture : (n, 2) float64 or None
-        The texture coordinates of each point; zero where the file gives none.
-    corners : (c, 2) float64 or None
-        The texture coordinates of each corner, face by face; None where those of the points suffice.
-    colors : (n, 3) or (n, 4) array or None
-        Colours of the points, as the file writes them: OBJ behind the coordinates, PLY as properties.
+    texture : ndarray, shape (n, 2), or None
+        Texture coordinates of each point; zero if the file gives none.
+    corners : ndarray, shape (c, 2), or None
+        Texture coordinates of each corner, face by face; None if those of the points suffice.
+    colors : ndarray, shape (n, 3) or (n, 4), or None
+        Colours of the points as in the file: after the coordinates in OBJ, as properties in PLY.
     images : tuple of str
-        The image on each face, by the name that its material gives it, "" for none; empty where no face has one.
+        The image on each face, by the name that its material gives it, "" for none; empty if no face has one.
     """
 
     points: np.ndarray
@@ -56,17 +56,17 @@ class Primitive:
     Attributes
     ----------
     name : str
-    points : (n, 3) float64
-    triangles : (m, 3) int64
-    texture : (m, 3, 2) float64 or None
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int64, shape (m, 3)
+    texture : ndarray, shape (m, 3, 2), or None
         At the corners of the triangles, with v upwards.
-    colors : (n, 3) uint8 or None
-    shapes : (k, n, 3) float64 or None
+    colors : ndarray of uint8, shape (n, 3), or None
+    shapes : ndarray, shape (k, n, 3), or None
         Displacements of the morph targets.
-    image : str or (m,) array of str
-        What image lies on it, or on each triangle: a file, `a.glb#3` or `a.usdz[b.png]`; "" for none.
-    weights : (n, b) sparse array or None
-        How much each bone of its skin carries of each point; they add up to 1.
+    image : str or ndarray of str, shape (m,)
+        The image on it, or on each triangle: a file, `a.glb#3` or `a.usdz[b.png]`; "" for none.
+    weights : csr_array, shape (n, b), or None
+        Weights of the bones of its skin at each point; they add up to 1.
     """
 
     name: str
@@ -80,14 +80,14 @@ class Primitive:
 
 
 def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Triangles (m, 3) that polygons are split into, in numbers of their corners.
+    """Split polygons into triangles (m, 3), given as numbers of corners.
 
     Parameters
     ----------
-    corners : (c, 3) float
-        The places of the corners of all polygons, one after the other.
-    counts : (p,) int
-        How many each has, three at least.
+    corners : ndarray, shape (c, 3)
+        Positions of the corners of all polygons, one after the other.
+    counts : ndarray of int, shape (p,)
+        Number of corners of each polygon, three at least.
 
     Examples
     --------
@@ -103,7 +103,7 @@ def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
     split = whole.triangulate()
     triangles = np.asarray(split.regular_faces, dtype=np.int64).reshape(-1, 3)
     polygon = np.asarray(split.cell_data["polygon"], dtype=np.int64) if len(triangles) else np.zeros(0, np.int64)
-    # VTK leaves out polygons that it cannot cut, such as those that name a point twice: these are cut like a fan.
+    # VTK leaves out polygons that it cannot split, such as those that name a point twice: these become fans.
     left = np.setdiff1d(np.arange(len(counts)), polygon)
     if len(left):
         sides = counts[left] - 2
@@ -116,7 +116,7 @@ def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
 
 
 def strip_triangles(order: np.ndarray) -> np.ndarray:
-    """Triangles (m, 3) of a strip of points, all turned alike; those that name a point twice only join strips.
+    """Triangles (m, 3) of a strip of points, all oriented alike; those that name a point twice only link strips.
 
     Examples
     --------
@@ -130,7 +130,7 @@ def strip_triangles(order: np.ndarray) -> np.ndarray:
 
 
 def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """The number and the words of each line that has words, without comments, with continued lines joined."""
+    """Yield the number and the words of each line that has any, without comments, with continued lines put together."""
     words: list[str] = []
     for number, line in enumerate(StringIO(text_of(path), newline=None), start=1):
         content = uncommented(line).rstrip()
@@ -155,12 +155,12 @@ def _array(rows: list[list[float]], columns: int) -> np.ndarray:
 
 
 def read_obj(path: Path) -> Polygons:
-    """The polygons of a Wavefront OBJ file, and the images of their materials; normals, lines, groups are passed over.
+    """Read the polygons of a Wavefront OBJ file, and the images of their materials; normals, lines, groups are ignored.
 
     Raises
     ------
     MeshError
-        For a line with something else than numbers, or a face whose vertex does not exist; names the line.
+        For a line with something other than numbers, which it names, or a face whose vertex does not exist.
     """
     points: list[list[float]] = []
     colors: list[list[float]] = []
@@ -205,7 +205,7 @@ def read_obj(path: Path) -> Polygons:
 
 
 def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int], list[int]]:
-    """The vertices of one face, and the texture coordinates of its corners (-1 for none); negative ones count back."""
+    """The vertices of one face, and the texture coordinates of its corners (-1 for none); the file's may count back."""
     face, numbers = [], []
     for word in words:
         parts = word.split("/")
@@ -238,8 +238,8 @@ def textured(
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     """The first texture coordinates of each point, and those of each corner if they differ, face by face.
 
-    `corners` holds numbers of texture coordinates, -1 for none; those that lead nowhere, as modellers write them, are
-    passed over.
+    `corners` holds numbers of texture coordinates, -1 for none; those that do not exist, as some modellers write, are
+    ignored.
     """
     vertices = np.array([vertex for face in faces for vertex in face], dtype=np.int64)
     given = np.flatnonzero((corners >= 0) & (corners < len(texture)))
@@ -254,13 +254,12 @@ def textured(
 
 
 def read_off(path: Path) -> Polygons:
-    """The polygons of an ASCII OFF file (also COFF, NOFF and so on); colours and normals are passed over.
+    """Read the polygons of an ASCII OFF file (also COFF, NOFF and so on); colours and normals are ignored.
 
     Raises
     ------
     MeshError
-        For another header, a binary file, a line with something else than numbers, or fewer lines than
-        announced.
+        For another header, a binary file, a line with something other than numbers, or fewer lines than announced.
     """
     lines = list(_lines(path))
     header = lines[0][1] if lines else ["nothing"]
@@ -269,7 +268,7 @@ def read_off(path: Path) -> Polygons:
             f"{path.name} must begin with OFF and hold text, and begins with {' '.join(header)[:40]!r}. "
             "Save it as ASCII OFF, OBJ or PLY."
         )
-    if len(header) > 1:  # the counts may stand behind the word
+    if len(header) > 1:  # the counts may follow on the same line
         lines[0] = (lines[0][0], header[1:])
     else:
         lines = lines[1:]

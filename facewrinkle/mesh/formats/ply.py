@@ -1,7 +1,8 @@
 """PLY files as plain arrays, text and binary, with the points numbered as in the file.
 
-VTK's reader brings the interpreter down when a file is cut off or damaged, and splits points at texture seams. Here
-every count is held against the bytes that are there before it is believed."""
+VTK's reader crashes the interpreter if a file is cut off or damaged, and splits points at texture seams. Here every
+count is checked against the bytes that are there before it is used.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +32,11 @@ NUMBERS = {
     for name in names.split()
 }
 ORDERS = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}
-TEXTURES = (("u", "v"), ("s", "t"), ("texture_u", "texture_v"))
+COORDINATES = (("u", "v"), ("s", "t"), ("texture_u", "texture_v"))
 CHANNELS = ("red", "green", "blue")
+
+LENGTH = " length"
+"""Ending of the columns with the lengths of lists; no name of a property has a blank."""
 
 Property = tuple[str, str, str | None]  # name, type of the numbers, and for a list the type of its length
 Element = tuple[str, int, list[Property]]
@@ -41,7 +45,7 @@ Lists = dict[str, tuple[npt.NDArray[np.int64], np.ndarray]]  # lengths, and the 
 
 
 def read_ply(path: Path) -> Polygons:
-    """The polygons of a PLY file, with texture coordinates and colours; all else in it is passed over.
+    """Read the polygons of a PLY file, with texture coordinates and colours; all else is ignored.
 
     Raises
     ------
@@ -78,7 +82,7 @@ def read_ply(path: Path) -> Polygons:
 
 
 def _of_strips(numbers: np.ndarray) -> np.ndarray:
-    """Triangles (m, 3) of strips, which -1 parts."""
+    """Triangles (m, 3) of strips that are separated by -1."""
     ends = np.flatnonzero(np.append(numbers, -1) == -1)
     strips = [numbers[begin:end] for begin, end in zip(np.append(0, ends[:-1] + 1), ends, strict=True)]
     triangles = [strip_triangles(strip) for strip in strips if len(strip) > 2]
@@ -90,7 +94,7 @@ def _broken(path: Path, reason: str) -> MeshError:
 
 
 def _header(path: Path, data: bytes) -> tuple[list[Element], str | None, bytes]:
-    """What the file holds, its byte order (None for text), and what follows the header."""
+    """Elements of the file, its byte order (None for text), and the data after the header."""
     line_end = rb"[ \t]*(?:\r\n|\n|\r)"
     found = re.match(rb"ply" + line_end + rb"(.*?)(?<=[\r\n])end_header" + line_end, data, re.DOTALL)
     if found is None:
@@ -120,8 +124,8 @@ def _header(path: Path, data: bytes) -> tuple[list[Element], str | None, bytes]:
 
 
 def _body(elements: list[Element], order: str | None, body: bytes) -> dict[str, tuple[Columns, Lists]]:
-    """The columns of each element, those of numbers and those of lists."""
-    if order is None:  # text becomes doubles in a row, and is read like any other
+    """Columns of each element, those of numbers and those of lists."""
+    if order is None:  # text becomes a row of doubles, and is read like the others
         body = np.array(body.split(), dtype=np.float64).tobytes()
     found = {}
     offset = 0
@@ -136,7 +140,7 @@ def _body(elements: list[Element], order: str | None, body: bytes) -> dict[str, 
         for p, kind, length in properties if runs else ():
             numbers = np.concatenate([run[p].ravel() for run in runs])
             if kind[0] != "f":
-                with np.errstate(invalid="ignore"):  # text may say NaN; as an index that is refused later
+                with np.errstate(invalid="ignore"):  # text may hold NaN; as an index, that is refused later
                     numbers = numbers.astype(np.int64 if length else kind)
             if length:
                 lists[p] = (np.concatenate([np.full(len(run), run[p].shape[1]) for run in runs]), numbers)
@@ -147,12 +151,12 @@ def _body(elements: list[Element], order: str | None, body: bytes) -> dict[str, 
 
 
 def _runs(properties: list[Property], count: int, body: bytes, offset: int) -> tuple[list[np.ndarray], int]:
-    """The rows of an element, cut where the length of a list changes, and where the next element begins.
+    """Rows of an element, in runs of lists with the same lengths, and the offset of the next element.
 
     Raises
     ------
     ValueError
-        If the data do not hold so many.
+        If there are fewer in the data.
     """
     if count < 0:
         raise ValueError
@@ -162,20 +166,17 @@ def _runs(properties: list[Property], count: int, body: bytes, offset: int) -> t
         row = _row(properties, body, offset)
         ahead = min(ahead, count - done, (len(body) - offset) // row.itemsize)
         rows = np.frombuffer(body, row, ahead, offset)
-        alike = np.ones(ahead, dtype=bool)
+        uniform = np.ones(ahead, dtype=bool)
         for name, _, length in properties:
             if length:
-                alike &= rows[name + LENGTH] == rows[name].shape[1]
-        n = ahead if alike.all() else int(np.argmin(alike))
+                uniform &= rows[name + LENGTH] == rows[name].shape[1]
+        n = ahead if uniform.all() else int(np.argmin(uniform))
         if n == 0:
             raise ValueError
         runs.append(rows[:n])
         done, offset = done + n, offset + n * row.itemsize
         ahead = 2 * ahead if n == ahead else 1
     return runs, offset
-
-
-LENGTH = " length"  # no name of a property has a blank
 
 
 def _row(properties: list[Property], body: bytes, offset: int) -> np.dtype:
@@ -197,7 +198,7 @@ def _texture(
     vertex: Columns, face: Lists, lengths: np.ndarray, faces: list[list[int]], n_points: int
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Texture coordinates of the points, and of the corners where points have several."""
-    for u, v in TEXTURES:
+    for u, v in COORDINATES:
         if u in vertex and v in vertex:
             return np.stack([vertex[u], vertex[v]], axis=1).astype(np.float64), None
     sizes, values = face.get("texcoord", (lengths, lengths))

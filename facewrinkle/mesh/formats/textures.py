@@ -1,4 +1,4 @@
-"""Images that lie on meshes: the one that a file names or holds, or that the user gives."""
+"""Images on meshes: named or held by a file, or given by the user."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from .reading import GLTF, check_file
 Image = npt.NDArray[np.uint8]
 
 LARGEST_SIDE = 16_384
-"""Pixels; graphics cards take no larger textures."""
+"""The most pixels along a side: graphics cards take no larger textures."""
 
 
 def as_texture(image: object) -> Image:
-    """An image as an array (h, w, 3) of uint8, first row at the top; transparency is dropped.
+    """Return an image as an array (h, w, 3) of uint8, first row at the top, without transparency.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def as_texture(image: object) -> Image:
     MeshError
         If a file cannot be read.
     ParameterError
-        For something else than an image.
+        For anything but an image.
 
     Examples
     --------
@@ -68,15 +68,15 @@ def as_texture(image: object) -> Image:
 
 
 def read_texture(source: object, mesh: str | None = None) -> Image | None:
-    """The image that a mesh file or a trimesh-like object brings along.
+    """Return the image of a mesh file or a trimesh-like object.
 
     Parameters
     ----------
     source : path, or anything that :func:`facewrinkle.read_surface` takes
-        OBJ with a material that has `map_Kd`, PLY with a comment `TextureFile`, glTF with a base colour texture. Where
-        there are several, the one on most faces is taken.
+        OBJ with a material that has `map_Kd`, PLY with a comment `TextureFile`, glTF with a base colour texture. Of
+        several, the one on most faces is taken.
     mesh : str, optional
-        Only of this mesh or node of a glTF file: its name, or the number of the node.
+        The mesh or node of a glTF file to look at: its name, or the number of the node.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
 
     Examples
     --------
-    What was written with a sheet, 8 pixels wide and 4 high:
+    The image written with a sheet, 8 pixels wide and 4 high:
 
     >>> import pyvista as pv
     >>> import tempfile
@@ -107,33 +107,33 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
         match path.suffix.lower():
             case ".obj":
                 check_file(path)
-                return _named(path, Counter(image for image in read_obj(path).images if image))
+                return _most_named(path, Counter(image for image in read_obj(path).images if image))
             case ".ply":
-                return _named(path, _comments_of_ply(path))
+                return _most_named(path, _comments_of_ply(path))
             case ending if ending in GLTF:
                 document = _document(path)
                 with document.checked():
                     counts = document.images(mesh)
                 names = Counter({str(number): count for number, count in counts.items()})
-                return _image_in(document, int(_most(names, path.name))) if names else None
+                return _image_of_document(document, int(_most_frequent(names, path.name))) if names else None
     except MeshError as problem:
         warn(f"the texture is left out: {problem}")
     return None
 
 
 def image_of_file(path: Path, *, alpha: bool = False) -> Image:
-    """The image in a file, (h, w, 3), or (h, w, 4) where it is transparent and this is asked for."""
+    """Read an image file as (h, w, 3), or as (h, w, 4) if it is transparent and `alpha` is set."""
     check_file(path)
     return decoded(path.read_bytes(), path.name, alpha=alpha)
 
 
 def image_of_gltf(path: Path, number: int, *, alpha: bool = False) -> Image:
-    """The same for an image of a glTF file, by its number."""
-    return _image_in(_document(path), number, alpha=alpha)
+    """Read an image of a glTF file by its number, as `image_of_file` does."""
+    return _image_of_document(_document(path), number, alpha=alpha)
 
 
 def decoded(data: bytes, name: str, *, alpha: bool = False) -> Image:
-    """The same for the bytes of an image."""
+    """Decode the bytes of an image, as `image_of_file` does."""
     from PIL import Image as Pillow
     from PIL import UnidentifiedImageError
 
@@ -155,7 +155,7 @@ def decoded(data: bytes, name: str, *, alpha: bool = False) -> Image:
 
 
 def _in_eight_bits(image: Any) -> Any:
-    """A grey Pillow image of 16 bits, or of numbers from 0 to 1, in 8 bits: Pillow would cut off what is brighter."""
+    """Convert a grey Pillow image of 16 bits, or of numbers from 0 to 1, to 8 bits: Pillow itself would clip it."""
     from PIL import Image as Pillow
 
     if not image.mode.startswith(("I", "F")):
@@ -175,24 +175,24 @@ def _document(path: Path) -> Document:
     return Document(path)
 
 
-def _image_in(document: Document, number: int, *, alpha: bool = False) -> Image:
+def _image_of_document(document: Document, number: int, *, alpha: bool = False) -> Image:
     with document.checked():
         data = document.image(number)
     return decoded(data, f"{number} of {document.path.name}", alpha=alpha)
 
 
-def _named(path: Path, names: Counter[str]) -> Image | None:
-    """The image of the name that counts most."""
+def _most_named(path: Path, names: Counter[str]) -> Image | None:
+    """Read the image whose name counts most."""
     if not names:
         return None
-    name = _most(names, path.name)
+    name = _most_frequent(names, path.name)
     found = sibling_file(path.parent, name)
     if found is None:
         raise MeshError(f"{path.name} names the image {name!r}, which is not there. Put it beside the mesh.")
     return as_texture(found)
 
 
-def _most(names: Counter[str], where: str) -> str:
+def _most_frequent(names: Counter[str], where: str) -> str:
     (name, _), *others = names.most_common()
     if others:
         listed = ", ".join(repr(other) for other, _ in others[:8])

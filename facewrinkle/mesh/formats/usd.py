@@ -8,25 +8,28 @@ from typing import Any
 import numpy as np
 
 from ...errors import MeshError, MissingPackageError
-from .gltf import seen
+from .gltf import srgb
 from .obj_off import Primitive, polygon_triangles
 
 __all__ = ["read_usd_file"]
 
 
-TEXTURES = ("st", "UVMap", "st0", "uv")
-"""What texture coordinates are called, the first of which is taken; else the first of another name."""
+COORDINATES = ("st", "UVMap", "st0", "uv")
+"""Names of texture coordinates, in order of preference; else the first of another name is taken."""
+
+COLOUR_INPUTS = ("diffusecolor", "basecolor", "diffusetexture", "basecolortexture")
+"""Names of the colour inputs of shaders, without underscores: of the preview surface, MaterialX and MDL."""
 
 
 def read_usd_file(path: Path) -> list[Primitive]:
-    """The triangles of all meshes that are drawn on the stage of a USD file.
+    """Read the triangles of all meshes that are drawn on the stage of a USD file.
 
     Raises
     ------
     MissingPackageError
         Without usd-core (extra `export`).
     MeshError
-        For a file that USD cannot open, or whose faces lead nowhere.
+        For a file that USD cannot open, or whose faces use points that do not exist.
     """
     stage = opened(path)
     from pxr import Usd, UsdGeom
@@ -41,7 +44,7 @@ def read_usd_file(path: Path) -> list[Primitive]:
 
 
 def shown(stage: Any) -> list[Any]:
-    """The prims of the meshes that are drawn, of which some may be empty."""
+    """Prims of the meshes that are drawn; some may be empty."""
     from pxr import Usd, UsdGeom
 
     first = Usd.TimeCode.EarliestTime()
@@ -56,7 +59,7 @@ def shown(stage: Any) -> list[Any]:
 
 
 def opened(path: Path) -> Any:
-    """The stage of a USD file."""
+    """Open the stage of a USD file."""
     try:
         from pxr import Tf, Usd
     except ImportError:
@@ -72,7 +75,7 @@ def opened(path: Path) -> Any:
 
 
 def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primitive | None:
-    """A mesh at a time, placed by a matrix (4, 4); None if it is empty."""
+    """Return a mesh at a time, transformed by a matrix (4, 4); None if it is empty."""
     from pxr import UsdGeom
 
     name = mesh.GetPrim().GetName()
@@ -101,44 +104,40 @@ def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primit
 
 
 def _colors(mesh: Any, count: int, time: Any) -> np.ndarray | None:
-    """The colours of so many points."""
+    """Colours of the `count` points."""
     primvar = mesh.GetDisplayColorPrimvar()
     values = primvar.ComputeFlattened(time) if primvar and primvar.HasValue() else None
     if values is None or primvar.GetInterpolation() not in ("vertex", "varying") or len(values) != count:
         return None
-    return seen(np.array(values))
+    return srgb(np.array(values))
 
 
 def _images(mesh: Any, count: int) -> np.ndarray:
-    """The image on each of so many faces, by the material of the mesh or those of its subsets; "" for none."""
+    """The image on each of the `count` faces, from the material of the mesh or those of its subsets; "" for none."""
     from pxr import UsdShade
 
     binding = UsdShade.MaterialBindingAPI(mesh.GetPrim())
-    found = [_image(binding.ComputeBoundMaterial()[0])] * count
+    found = [_image_of_material(binding.ComputeBoundMaterial()[0])] * count
     for subset in binding.GetMaterialBindSubsets():
-        own = _image(UsdShade.MaterialBindingAPI(subset.GetPrim()).ComputeBoundMaterial()[0])
+        own = _image_of_material(UsdShade.MaterialBindingAPI(subset.GetPrim()).ComputeBoundMaterial()[0])
         for face in subset.GetIndicesAttr().Get() or []:
             if 0 <= face < count:
                 found[face] = own
     return np.array(found)
 
 
-COLOUR = ("diffusecolor", "basecolor", "diffusetexture", "basecolortexture")
-"""What shaders call the input of the colour, without underscores: the preview surface, MaterialX, MDL."""
-
-
-def _image(material: Any) -> str:
-    """The file of the image that gives a material its colour, "" for none."""
+def _image_of_material(material: Any) -> str:
+    """The image file that gives a material its colour, "" for none."""
     for context in ("", "mdl") if material else ():
         shader = material.ComputeSurfaceSource(context)[0]
         for source in shader.GetInputs() if shader else ():
-            if source.GetBaseName().lower().replace("_", "") in COLOUR and (file := _file(source)):
+            if source.GetBaseName().lower().replace("_", "") in COLOUR_INPUTS and (file := _file(source)):
                 return file
     return ""
 
 
 def _file(source: Any, depth: int = 8) -> str:
-    """The file that an input of a shader, or what it is connected to, names first, "" for none."""
+    """The first file named by an input of a shader, or by what it is connected to; "" for none."""
     from pxr import Sdf, UsdShade
 
     value = source.Get()
@@ -155,7 +154,7 @@ def _texture(mesh: Any, split: np.ndarray, vertices: np.ndarray, time: Any, usd:
     """Texture coordinates (m, 3, 2) of the corners of the triangles."""
     primvars = usd.PrimvarsAPI(mesh.GetPrim())
     others = [primvar for primvar in primvars.GetPrimvars() if primvar.GetTypeName().role == "TextureCoordinate"]
-    for primvar in (*(primvars.GetPrimvar(name) for name in TEXTURES), *others):
+    for primvar in (*(primvars.GetPrimvar(name) for name in COORDINATES), *others):
         values = primvar.ComputeFlattened(time) if primvar and primvar.HasValue() else None
         if values is None:
             continue

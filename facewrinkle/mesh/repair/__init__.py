@@ -1,1 +1,1 @@
-"""Repair: a surface that anyone brings becomes one that the algorithms can rely on."""
+"""Repair: any surface becomes one that the algorithms can rely on."""

@@ -1,4 +1,4 @@
-"""Surfaces are checked and mended until the algorithms can rely on them."""
+"""Check and repair surfaces until the algorithms can rely on them."""
 
 from __future__ import annotations
 
@@ -12,11 +12,15 @@ from ...errors import LARGEST, MeshError, ParameterError, warn
 from ...geometry import topology
 from ..arrays import COLORS, CORNERS, IMAGE, MOVED, PART, SOURCE, with_data
 from ..formats.reading import read_surface
+from .reconstruction import closed_up, reconstructed
 from .self_intersections import resolved, self_intersection_report
-from .topology_repair import RepairedMesh, areas_doubled, closed_up, mended, reconstructed, unfolded
+from .topology_repair import RepairedMesh, areas_doubled, mended, unfolded
 
-IN_PIECES, FEW = 0.5, 4
-"""One sheet must be the nearest to this share of the landmarks, where there are so many."""
+IN_PIECES = 0.5
+"""A surface is in pieces unless one sheet of it is the nearest to this share of the landmarks."""
+
+FEW = 4
+"""With fewer landmarks, a surface is never taken to be in pieces."""
 
 
 @dataclass(frozen=True)
@@ -27,19 +31,19 @@ class CleanSurface:
     ----------
     mesh : pyvista.PolyData
         With the point data of the input.
-    triangles : (m, 3) int32
-    points : (n, 3) float64
-    source_points : (n,) int
+    triangles : ndarray of int32, shape (m, 3)
+    points : ndarray, shape (n, 3)
+    source_points : ndarray of int, shape (n,)
         The number that each point has in the input.
     report : tuple of str
-        What was mended, one sentence each.
+        One sentence for each repair.
     others : pyvista.PolyData, optional
-        The other parts of the input, as they are there; its cell data "part" number them, and its point data "source
-        point" say which points of the input they have.
+        The other parts of the input, unchanged; the cell data "part" number them, and the point data "source point"
+        give the numbers of their points in the input.
 
     Examples
     --------
-    A sheet with a ball beside it; the sheet is larger:
+    A sheet and a ball; the sheet is larger:
 
     >>> import pyvista as pv
     >>> import warnings
@@ -65,26 +69,24 @@ def prepare(
     forward: np.ndarray | None = None,
     resolve_self_intersections: bool = False,
 ) -> CleanSurface:
-    """A clean copy of a surface, on which the algorithms can rely.
+    """Return a clean copy of a surface on which the algorithms can rely.
 
     Degenerate and duplicate triangles are dropped without tearing the surface, points that are split at seams are
-    joined, edges with three triangles or more are cut, one component is chosen, the triangles are oriented alike and
-    outward, those that lie turned over are laid flat, and unused points are dropped. Where the surface under the
-    landmarks is in pieces or has only one side, small gaps are closed; if that is not enough, pymeshlab (extra
-    `remesh`) reconstructs it. What changes the surface is reported. Places where it runs through itself are reported,
-    too, and stay, for lips and lids of real faces do; unless they are to be resolved.
+    merged, edges with three triangles or more are cut, one component is chosen, the triangles are oriented alike and
+    outward, those that lie turned over are laid flat, and unused points are dropped. If the surface under the landmarks
+    is in pieces or has only one side, small gaps are closed; if that is not enough, pymeshlab (extra `remesh`)
+    reconstructs it. All changes are reported. So are places where the surface runs through itself; they stay, as lips
+    and lids of real faces have such places, unless `resolve_self_intersections` is set.
 
     Parameters
     ----------
     mesh : anything that `read_surface` takes
         Not changed.
-    near : (k, 3) float, optional
-        Landmarks. The component that is nearest to most of them is chosen; without them the one of the
-        largest area.
-    forward : (3,) float, optional
-        The direction in which the face looks. The inside of the surface lies behind it. Without it, the
-        inside is taken to be where the centroid is, which holds for closed surfaces and for masks that bulge
-        outward.
+    near : array_like, shape (k, 3), optional
+        Landmarks. The component that is nearest to most of them is chosen; without them, the one with the largest area.
+    forward : array_like, shape (3,), optional
+        The direction in which the face looks; the inside of the surface lies behind it. Without it, the inside is taken
+        to be where the centroid is, which holds for closed surfaces and for masks that bulge outward.
     resolve_self_intersections : bool
         Smooth small places where the surface runs through itself, as much as it takes.
 
@@ -119,27 +121,27 @@ def prepare(
     source = read_surface(mesh)
     points, faces = np.asarray(source.points), np.asarray(source.regular_faces)
     _check_finite(points, faces)
-    moved = source.point_data.pop(MOVED, None)  # of a new object
+    moved = source.point_data.pop(MOVED, None)  # `source` is a new object
     whole = _in_one_piece(mended(RepairedMesh.of(points, faces), moved), near)
-    skin, others = _parted(source, whole, near)
+    skin, others = _chosen_sheet(source, whole, near)
     skin = _oriented(skin, forward)
     skin = unfolded(resolved(skin) if resolve_self_intersections else skin)
     for sentence in skin.report:
         warn(sentence)
-    if told := self_intersection_report(skin.points, skin.triangles):  # as the lips of many sound heads do: no warning
-        skin = skin.told(told)
+    if sentence := self_intersection_report(skin.points, skin.triangles):  # no warning: the lips of many sound heads do
+        skin = skin.reported(sentence)
     return _surface(source, skin, others)
 
 
 def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None) -> CleanSurface:
-    """The mended triangles with the data of the source at their points and corners."""
+    """Return the repaired triangles with the data of the source at their points and corners."""
     used, renumbered = np.unique(skin.triangles, return_inverse=True)
     triangles = renumbered.reshape(-1, 3)
     kept = skin.origin[used]
     clean = with_data(source, triangles, kept)
     clean.points = skin.points[used]
     if COLORS in clean.point_data and not np.ptp(clean.point_data[COLORS], axis=0).any():
-        del clean.point_data[COLORS]  # one colour is that of a material, and tells nothing
+        del clean.point_data[COLORS]  # a single colour is that of the material, and of no use
     if IMAGE in source.cell_data:
         clean.cell_data[IMAGE] = np.asarray(source.cell_data[IMAGE])[skin.corners[:, 0] // 3]
     faces = np.asarray(source.regular_faces)
@@ -154,10 +156,10 @@ def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None
     return CleanSurface(clean, triangles.astype(np.int32), np.array(clean.points), kept, skin.report, others)
 
 
-def _parted(
+def _chosen_sheet(
     source: pv.PolyData, whole: RepairedMesh, near: np.ndarray | None
 ) -> tuple[RepairedMesh, pv.PolyData | None]:
-    """The sheet that is meant, and the other parts as they are in the source."""
+    """Return the sheet that is the skin, and the other parts as they are in the source."""
     label = topology.sheets(whole.triangles)
     votes, reason = _votes(whole, label, near)
     apart = label != np.argmax(votes)
@@ -167,7 +169,7 @@ def _parted(
     counts = np.bincount(label[apart])
     counts = np.sort(counts[counts > 0])[::-1]
     listed = ", ".join(map(str, counts[:10])) + (", ..." if len(counts) > 10 else "")
-    skin = skin.told(
+    skin = skin.reported(
         f"Kept one of {len(counts) + 1} separate parts, {reason}, with {len(skin.triangles)} triangles; set apart "
         f"parts of {listed} triangles."
     )
@@ -175,7 +177,7 @@ def _parted(
 
 
 def _votes(whole: RepairedMesh, label: np.ndarray, near: np.ndarray | None) -> tuple[np.ndarray, str]:
-    """How much speaks for each sheet: the landmarks that are nearest to it, or its area; and which it was, in words."""
+    """Votes for each sheet (the number of landmarks nearest to it, or its area), and the reason for the choice."""
     count = int(label.max()) + 1
     if near is None:
         return np.bincount(label, areas_doubled(whole.points, whole.triangles), count), "the largest"
@@ -186,23 +188,23 @@ def _votes(whole: RepairedMesh, label: np.ndarray, near: np.ndarray | None) -> t
 
 
 def _in_one_piece(whole: RepairedMesh, near: np.ndarray | None) -> RepairedMesh:
-    """The mesh, joined as far as is needed for one sheet of it to be nearest to enough landmarks."""
+    """Close gaps or reconstruct the mesh as far as needed for one sheet to be nearest to enough landmarks."""
     if near is None or len(near) < FEW or not (fault := _fault(whole, near)):
         return whole
-    joined = closed_up(whole)
-    if not _fault(joined, near):
-        return joined
-    joined = reconstructed(whole, f"The surface under the landmarks {fault}")
-    if left := _fault(joined, near):
+    closed = closed_up(whole)
+    if not _fault(closed, near):
+        return closed
+    rebuilt = reconstructed(whole, f"The surface under the landmarks {fault}")
+    if left := _fault(rebuilt, near):
         raise MeshError(
             f"the surface under the landmarks {fault}; when it is reconstructed, it {left}. Make it one surface in a "
             "modeller, or check that the landmarks are those of this mesh."
         )
-    return joined
+    return rebuilt
 
 
 def _fault(whole: RepairedMesh, near: np.ndarray) -> str:
-    """What is wrong with the surface under the landmarks: in pieces, or without two sides."""
+    """The fault of the surface under the landmarks, in pieces or with only one side; empty if there is none."""
     label = topology.sheets(whole.triangles)
     votes, _ = _votes(whole, label, near)
     if votes.max() < IN_PIECES * len(near):
@@ -215,7 +217,7 @@ def _fault(whole: RepairedMesh, near: np.ndarray) -> str:
 
 
 def _others(source: pv.PolyData, apart: RepairedMesh, label: np.ndarray) -> pv.PolyData:
-    """The triangles of the source that are none of the skin's, with the number of their part."""
+    """Triangles of the source that do not belong to the skin, with the numbers of their parts."""
     rows, first = np.unique(apart.corners[:, 0] // 3, return_index=True)
     kept, renumbered = np.unique(np.asarray(source.regular_faces)[rows], return_inverse=True)
     others = with_data(source, renumbered.reshape(-1, 3), kept)
@@ -229,6 +231,7 @@ def _others(source: pv.PolyData, apart: RepairedMesh, label: np.ndarray) -> pv.P
 
 
 def _vectors(name: str, values: np.ndarray) -> np.ndarray:
+    """Return finite vectors (k, 3), after checking them."""
     values = np.asarray(values, dtype=np.float64)
     if values.ndim != 2 or values.shape[1] != 3 or not np.isfinite(values).all() or not values.any():
         raise ParameterError(
@@ -239,7 +242,7 @@ def _vectors(name: str, values: np.ndarray) -> np.ndarray:
 
 def _check_finite(points: np.ndarray, triangles: np.ndarray) -> None:
     broken = np.flatnonzero(~(np.abs(points) < LARGEST).all(axis=1))
-    broken = broken[np.isin(broken, triangles)] if len(broken) else broken  # loose points do no harm
+    broken = broken[np.isin(broken, triangles)] if len(broken) else broken  # unused points do no harm
     if len(broken):
         raise MeshError(
             f"{len(broken)} of {len(points)} points are NaN, infinite or beyond {LARGEST:g}, the first is point "
@@ -249,30 +252,31 @@ def _check_finite(points: np.ndarray, triangles: np.ndarray) -> None:
 
 
 def _oriented(skin: RepairedMesh, forward: np.ndarray | None) -> RepairedMesh:
-    """The triangles, all oriented alike and outward."""
+    """Orient the triangles alike and outward."""
     alike = topology.oriented(skin.triangles)
     turned = (alike != skin.triangles).any(axis=1)
     if turned.any():
-        skin = _turned(skin, turned).told(
+        skin = _turned(skin, turned).reported(
             f"Turned triangles that were oriented against their neighbours: {turned.sum()} of {len(turned)}."
         )
     if _enclosed_volume(skin.points, skin.triangles, forward) < 0:
-        skin = _turned(skin, np.ones(len(turned), bool)).told(
+        skin = _turned(skin, np.ones(len(turned), bool)).reported(
             "The surface was oriented inward; all its triangles were turned."
         )
     return skin
 
 
 def _turned(skin: RepairedMesh, which: np.ndarray) -> RepairedMesh:
+    """Reverse the orientation of some triangles."""
     triangles, corners = (np.where(which[:, None], a[:, [0, 2, 1]], a) for a in (skin.triangles, skin.corners))
     return replace(skin, triangles=triangles, corners=corners)
 
 
 def _enclosed_volume(points: np.ndarray, triangles: np.ndarray, forward: np.ndarray | None) -> float:
-    """The signed volume between the surface and an apex inside it; 0 where it is too small to tell.
+    """Signed volume between the surface and an apex inside it; 0 if it is too small to tell.
 
-    The apex is the centroid, moved far back along `forward`. For a closed surface it does not matter; for an
-    open one the volume grows with the part of the area vector that looks forward.
+    The apex is the centroid, moved far back along `forward`. For a closed surface it makes no difference; for an open
+    one the volume grows with the part of the area vector that looks forward.
     """
     corners = points[triangles]
     areas = 0.5 * areas_doubled(points, triangles)

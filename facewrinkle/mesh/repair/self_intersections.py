@@ -1,4 +1,4 @@
-"""Places where a surface runs through itself: told, and smoothed where that is asked for."""
+"""Places where a surface runs through itself: reported, and smoothed on request."""
 
 from __future__ import annotations
 
@@ -10,21 +10,25 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from ...geometry import topology
+from ...geometry.laplacian import neighbour_mean
 from ...geometry.self_intersections import intersection_sites, self_intersections
-from .topology_repair import RepairedMesh, slim
+from .topology_repair import RepairedMesh, degenerate
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+IntArray = NDArray[np.int64]
 
 SMALL = 0.1
-"""A place is smoothed where it is smaller than this share of the surface: lips that press on each other are larger."""
+"""Places smaller than this share of the surface are smoothed: lips that press on each other are larger."""
 
-ROUNDS, STEPS = 12, 4
-"""Times at most that the surface is looked at, and steps of smoothing between."""
+ROUNDS = 12
+"""Times at most that intersections are looked for."""
+
+STEPS = 4
+"""Smoothing steps in each round."""
 
 
 def self_intersection_report(points: Array, triangles: NDArray[np.integer]) -> str:
-    """Where a surface runs through itself, as a sentence; nothing where it does not."""
+    """Return a sentence that says where a surface runs through itself; empty if it does not."""
     places = intersection_sites(self_intersections(points, triangles), triangles)
     if not places:
         return ""
@@ -40,10 +44,10 @@ def self_intersection_report(points: Array, triangles: NDArray[np.integer]) -> s
 
 
 def resolved(mesh: RepairedMesh) -> RepairedMesh:
-    """The mesh smoothed at small places where it runs through itself, as much as it takes.
+    """Smooth the mesh at small places where it runs through itself, as much as it takes.
 
-    Points there go to the middle of their neighbours; each time that this is not enough, those around them do so too.
-    A place that stays crossed after all is left as it was; so are borders, and places larger than `SMALL`.
+    Points there move to the mean of their neighbours; if this is not enough, the points around them join in, round by
+    round. Places that cannot be resolved are left as they were; so are borders, and places larger than `SMALL`.
     """
     triangles, points = mesh.triangles, mesh.points.copy()
     edges, sides = topology.unique_edges(triangles)
@@ -56,7 +60,7 @@ def resolved(mesh: RepairedMesh) -> RepairedMesh:
             held[triangles[place]] = True
         else:
             crossed.append(place)
-    count, mean, moved = len(crossed), _mean_of_neighbours(edges, len(points)), np.zeros(len(points), bool)
+    count, mean, moved = len(crossed), neighbour_mean(edges, len(points)), np.zeros(len(points), bool)
     for again in range(ROUNDS):
         if not crossed:
             break
@@ -75,27 +79,21 @@ def resolved(mesh: RepairedMesh) -> RepairedMesh:
     failed = np.unique(label[triangles[np.concatenate(crossed)]]) if crossed else np.zeros(0, int)
     moved &= ~np.isin(label, failed)
     points[~moved] = mesh.points[~moved]
-    if not moved.any() or slim(points, triangles).any():
+    if not moved.any() or degenerate(points, triangles).any():
         return mesh
     far = float(np.linalg.norm(points - mesh.points, axis=1).max())
-    return replace(mesh, points=points).told(
+    return replace(mesh, points=points).reported(
         f"Smoothed the surface where it ran through itself: {int(moved.sum())} points, by {far:.3g} at most; "
         f"places small enough to try: {count}, that stay: {len(crossed)}."
     )
 
 
 def _extent(places: Array) -> float:
-    """How far places reach, without regard to a few that were thrown far off."""
+    """Robust size of a set of points, which a few outliers do not change."""
     return 4.0 * float(np.median(np.linalg.norm(places - np.median(places, axis=0), axis=1)))
 
 
-def _mean_of_neighbours(edges: NDArray[np.integer], n: int) -> csr_array:
-    """The matrix (n, n) that gives each point the mean of those it has an edge to."""
-    both = np.concatenate([edges, edges[:, ::-1]]).T
-    links = csr_array((np.ones(both.shape[1]), both), shape=(n, n))
-    return csr_array(links.multiply(1.0 / np.maximum(links.sum(axis=1), 1.0)[:, None]))
-
-
-def _pieces(edges: NDArray[np.integer], n: int) -> Ints:
+def _pieces(edges: NDArray[np.integer], n: int) -> IntArray:
+    """Number (n,) of the connected piece of the graph that each vertex belongs to."""
     links = csr_array((np.ones(len(edges), np.int8), edges.T), shape=(n, n))
     return np.asarray(connected_components(links, directed=False)[1])

@@ -1,7 +1,7 @@
-"""Faults of triangle meshes that are mended without moving more than they must: on plain arrays, with a report.
+"""Repair of the connectivity of triangle meshes, on plain arrays, with a report; points move as little as possible.
 
-A mesh here is its points and the vertices (m, 3) of its triangles, with the corner of the source that each of their
-corners was, counted from 0 over all triangles: through these, data of points and corners find their way back.
+A mesh here is its points and triangles (m, 3), with the number of the corner of the source from which each corner
+comes, counted over all triangles: through these numbers, the data of points and corners are found again.
 """
 
 from __future__ import annotations
@@ -14,72 +14,65 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ...errors import MeshError, MissingPackageError
+from ...errors import MeshError
 from ...geometry import topology
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 SLIVER = 1e-10
-"""Twice the area of a triangle without area, at most, as a share of its longest side squared: rounding leaves 1e-16."""
+"""Triangles are degenerate if twice their area is at most this share of their longest side squared; rounding errors
+are about 1e-16."""
 
 ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
-"""Places that differ by less than this share of the largest coordinate are one: files hold single precision."""
+"""Positions that differ by less than this share of the largest coordinate are the same: files have single precision."""
 
 FOLDED = -0.9
 """Cosine between the normals of neighbours that lie back to back."""
 
-TRIM, SAMPLES = 0.012, 60_000
-"""A reconstructed surface ends so far from the old one, as a share of its diagonal; from so many points on that."""
-
-DENSE = 16_000
-"""Triangles that a reconstructed surface may have, or twice as many as there were."""
-
-CLOSE = 0.002
-"""Gaps that are closed where a mesh is in pieces, as a share of its diagonal."""
-
 
 @dataclass(frozen=True)
 class RepairedMesh:
-    """Triangles on points, and where they come from.
+    """Points and triangles, and the points and corners of the source that they come from.
 
     Attributes
     ----------
-    points : (n, 3) float64
-    triangles : (m, 3) int64
-    corners : (m, 3) int64
-        The corner of the source that each corner was, ``3 * triangle + side``.
-    origin : (n,) int64
-        The point of the source that each point was.
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int64, shape (m, 3)
+    corners : ndarray of int64, shape (m, 3)
+        The corner of the source that each corner comes from, ``3 * triangle + side``.
+    origin : ndarray of int64, shape (n,)
+        The point of the source that each point comes from.
     report : tuple of str
-        What was mended, one sentence each.
+        One sentence for each repair.
     """
 
     points: Array
-    triangles: Ints
-    corners: Ints
-    origin: Ints
+    triangles: IntArray
+    corners: IntArray
+    origin: IntArray
     report: tuple[str, ...] = field(default=())
 
     @classmethod
     def of(cls, points: Array, triangles: NDArray[np.integer]) -> RepairedMesh:
-        """A source that nothing was done to yet."""
+        """Return a source mesh as it is, before any repair."""
         faces = np.array(triangles, dtype=np.int64)
         return cls(np.array(points), faces, np.arange(faces.size).reshape(-1, 3), np.arange(len(points)))
 
-    def only(self, kept: NDArray[np.bool_] | Ints) -> RepairedMesh:
-        """Some of its triangles."""
+    def only(self, kept: BoolArray | IntArray) -> RepairedMesh:
+        """Return the mesh with only some of its triangles."""
         return replace(self, triangles=self.triangles[kept], corners=self.corners[kept])
 
-    def told(self, sentence: str) -> RepairedMesh:
-        """The same with a sentence more in the report."""
+    def reported(self, sentence: str) -> RepairedMesh:
+        """Return the mesh with one more sentence in the report."""
         return replace(self, report=(*self.report, sentence))
 
 
 def mended(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
-    """The mesh without degenerate and duplicate triangles, whole at its seams, with two triangles at most on each edge.
+    """Return the mesh without degenerate or duplicate triangles, stitched at seams and without non-manifold edges.
 
-    `moved` (n, 3) is where the points of the source go as the mesh moves: borders that part are no seams.
+    `moved` (n, 3) says how the points of the source move in an animation: borders that part are no seams.
 
     Raises
     ------
@@ -89,36 +82,36 @@ def mended(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
     return without_non_manifold_edges(without_duplicates(stitched(without_slivers(without_duplicates(mesh)), moved)))
 
 
-def areas_doubled(points: Array, triangles: Ints) -> Array:
+def areas_doubled(points: Array, triangles: IntArray) -> Array:
     """Twice the area of each triangle."""
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def slim(points: Array, triangles: Ints) -> NDArray[np.bool_]:
-    """The triangles (m,) that have no area."""
+def degenerate(points: Array, triangles: IntArray) -> BoolArray:
+    """True (m,) for triangles without area."""
     corners = points[triangles]
     longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
     return np.asarray(~(areas_doubled(points, triangles) > SLIVER * longest))
 
 
-# --- what is there twice, or has no area ----------------------------------------------------------
+# --- duplicate and degenerate triangles -------------------------------------------------------------
 
 
 def without_duplicates(mesh: RepairedMesh) -> RepairedMesh:
-    """Each triangle once, by its places: a sheet that is there twice, back to back, becomes one."""
+    """Keep each triangle once, by the positions of its corners, so that two sheets back to back become one."""
     places = _places(mesh.points, np.arange(len(mesh.points)))[mesh.triangles]
     _, first = np.unique(np.sort(places, axis=1), axis=0, return_index=True)
     count = len(mesh.triangles)
-    flat = (places == np.roll(places, 1, axis=1)).any(axis=1)  # those are not duplicates of each other
+    flat = (places == np.roll(places, 1, axis=1)).any(axis=1)  # these are not duplicates of each other
     kept = np.sort(np.union1d(first, np.flatnonzero(flat)))
     if len(kept) == count:
         return mesh
-    return mesh.only(kept).told(f"Dropped duplicate triangles: {count - len(kept)} of {count}.")
+    return mesh.only(kept).reported(f"Dropped duplicate triangles: {count - len(kept)} of {count}.")
 
 
-def _places(points: Array, which: Ints) -> Ints:
-    """A number (n,) for the place of each of the points `which`, the same where they coincide; -1 elsewhere."""
+def _places(points: Array, which: IntArray) -> IntArray:
+    """Number the positions of the points `which`, with equal numbers where they coincide; (n,), -1 for other points."""
     place = np.full(len(points), -1)
     if len(which):
         place[which] = np.unique(points[which], axis=0, return_inverse=True)[1].ravel()
@@ -126,33 +119,33 @@ def _places(points: Array, which: Ints) -> Ints:
 
 
 def without_slivers(mesh: RepairedMesh) -> RepairedMesh:
-    """The triangles that have an area.
+    """Drop the triangles without area, without tearing the mesh.
 
-    One without an area may hold its neighbours together. Where two of its corners lie at one place they become one
-    point; where a corner lies on the opposite side, the neighbour there is split at it.
+    Such a triangle may hold its neighbours together. If two of its corners coincide, they become one point; if a corner
+    lies on the opposite side, the neighbour there is split at it.
     """
-    flat = slim(mesh.points, mesh.triangles)
+    flat = degenerate(mesh.points, mesh.triangles)
     if not flat.any():
         return mesh
     count, dropped = len(mesh.triangles), int(flat.sum())
     mesh = _collapsed(mesh, flat)
     mesh = _flipped(mesh)
-    mesh = mesh.only(~slim(mesh.points, mesh.triangles))
+    mesh = mesh.only(~degenerate(mesh.points, mesh.triangles))
     if not len(mesh.triangles):
         raise MeshError("all triangles are degenerate: none has an area. Export the mesh again.")
-    return mesh.told(f"Dropped degenerate triangles (no area): {dropped} of {count}.")
+    return mesh.reported(f"Dropped degenerate triangles (no area): {dropped} of {count}.")
 
 
-def _collapsed(mesh: RepairedMesh, flat: NDArray[np.bool_]) -> RepairedMesh:
-    """The corners of triangles without area that lie at one place become one point."""
+def _collapsed(mesh: RepairedMesh, flat: BoolArray) -> RepairedMesh:
+    """Merge corners of triangles without area that coincide."""
     sides = mesh.triangles[flat][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     length = np.linalg.norm(mesh.points[sides[:, 0]] - mesh.points[sides[:, 1]], axis=1)
     same = length <= ROUNDING * 1e-3 * np.abs(mesh.points[sides]).max(axis=(1, 2))
-    return _united(mesh, sides[same])
+    return merged_points(mesh, sides[same])
 
 
-def _united(mesh: RepairedMesh, pairs: Ints) -> RepairedMesh:
-    """The mesh with pairs (k, 2) of points made one, the first; triangles that collapse are dropped."""
+def merged_points(mesh: RepairedMesh, pairs: IntArray) -> RepairedMesh:
+    """Merge pairs (k, 2) of points into the first; triangles that collapse are dropped."""
     if not len(pairs):
         return mesh
     n = len(mesh.points)
@@ -165,9 +158,9 @@ def _united(mesh: RepairedMesh, pairs: Ints) -> RepairedMesh:
 
 
 def _flipped(mesh: RepairedMesh) -> RepairedMesh:
-    """Triangles whose one corner lies on the opposite side, and their neighbours there, split the other way."""
+    """Flip the longest side of triangles with a corner on it, together with the neighbour there."""
     for _ in range(4):  # neighbours of slivers may be slivers
-        flat = np.flatnonzero(slim(mesh.points, mesh.triangles))
+        flat = np.flatnonzero(degenerate(mesh.points, mesh.triangles))
         flat = flat[(mesh.triangles[flat] != np.roll(mesh.triangles[flat], 1, axis=1)).all(axis=1)]
         if not len(flat):
             break
@@ -179,11 +172,11 @@ def _flipped(mesh: RepairedMesh) -> RepairedMesh:
             ends = mesh.points[triangles[t]]
             k = int(np.argmax(np.linalg.norm(ends - np.roll(ends, -1, axis=0), axis=1)))  # the longest side
             on = [around[offsets[e] : offsets[e + 1]].tolist() for e in sides[t]]
-            beside = [u for u in on[k] if u != t]
+            opposite = [u for u in on[k] if u != t]
             holds = max(len(on[(k + 1) % 3]), len(on[(k + 2) % 3])) > 1
-            if len(beside) != 1 or not holds or t in touched or beside[0] in touched:
+            if len(opposite) != 1 or not holds or t in touched or opposite[0] in touched:
                 continue
-            u = beside[0]
+            u = opposite[0]
             touched |= {t, u}
             a, b, c = (int(triangles[t, (k + i) % 3]) for i in range(3))
             tip = corners[t, (k + 2) % 3]
@@ -200,9 +193,9 @@ def _flipped(mesh: RepairedMesh) -> RepairedMesh:
 
 
 def stitched(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
-    """The mesh joined where two of its borders run along the same places, as at seams of texture or shading.
+    """Stitch the mesh where two of its borders run along the same positions, as at seams of texture or shading.
 
-    Points alone are not joined: lids and lips may touch. Nor are borders that part as the source's points have `moved`.
+    Points alone are not merged, as lids and lips may touch; nor are borders that part in an animation (`moved`).
     """
     edges, sides = topology.unique_edges(mesh.triangles)
     border = edges[np.bincount(sides.ravel()) == 1].astype(np.int64)
@@ -224,13 +217,13 @@ def stitched(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
     if not len(pairs):
         return mesh
     before = len(np.unique(mesh.triangles))
-    mesh = _united(mesh, pairs)
-    joined = before - len(np.unique(mesh.triangles))
-    return mesh.told(f"Joined points at which the mesh was split along seams: {joined} of {before}.")
+    mesh = merged_points(mesh, pairs)
+    merged = before - len(np.unique(mesh.triangles))
+    return mesh.reported(f"Joined points at which the mesh was split along seams: {merged} of {before}.")
 
 
-def _near_places(points: Array, which: Ints) -> Ints:
-    """Like `_places`, and the same also where points differ by rounding."""
+def _near_places(points: Array, which: IntArray) -> IntArray:
+    """Like `_places`, with equal numbers also where points differ by rounding."""
     place = np.full(len(points), -1)
     radius = ROUNDING * float(np.abs(points[which]).max())
     pairs = cKDTree(points[which]).query_pairs(radius, output_type="ndarray")
@@ -239,30 +232,33 @@ def _near_places(points: Array, which: Ints) -> Ints:
     return place
 
 
-# --- edges with three triangles and more --------------------------------------------------------------
+# --- non-manifold edges ---------------------------------------------------------------------------------
 
 
 def without_non_manifold_edges(mesh: RepairedMesh) -> RepairedMesh:
-    """The mesh cut open along edges with three triangles or more, of which two stay together.
+    """Cut the mesh open along edges with three triangles or more, of which two stay together.
 
-    These are of the same sheet if possible, and lie flattest. Points on cuts become several. Where the others hang on
-    both points of the edge from elsewhere, a cut does not part them, and they are dropped.
+    Those two are of the same sheet if possible, and meet at the flattest angle. Points on cuts are duplicated. If the
+    other triangles are connected to both points of the edge by another way, a cut does not separate them, and they are
+    dropped.
     """
     edges, sides = topology.unique_edges(mesh.triangles)
-    crowded = np.flatnonzero(np.bincount(sides.ravel()) > 2)
-    if not len(crowded):
+    non_manifold = np.flatnonzero(np.bincount(sides.ravel()) > 2)
+    if not len(non_manifold):
         return mesh
-    cut = _cut(mesh, edges, sides, crowded)
-    cut = cut.told(f"Cut edges that had three or more triangles: {len(crowded)} of {len(edges)}.")
+    cut = _cut(mesh, edges, sides, non_manifold)
+    cut = cut.reported(f"Cut edges that had three or more triangles: {len(non_manifold)} of {len(edges)}.")
     count = len(cut.triangles)
     while len(extra := _in_excess(cut)):
         cut = cut.only(np.delete(np.arange(len(cut.triangles)), extra))
     dropped = count - len(cut.triangles)
-    return cut.told(f"Dropped triangles on edges that two others share: {dropped} of {count}.") if dropped else cut
+    return cut.reported(f"Dropped triangles on edges that two others share: {dropped} of {count}.") if dropped else cut
 
 
-def _cut(mesh: RepairedMesh, edges: NDArray[np.int32], sides: NDArray[np.int32], crowded: Ints) -> RepairedMesh:
-    """The mesh whose triangles hang together only by edges with two triangles, and by chosen pairs at crowded ones."""
+def _cut(
+    mesh: RepairedMesh, edges: NDArray[np.int32], sides: NDArray[np.int32], non_manifold: IntArray
+) -> RepairedMesh:
+    """Connect the triangles only at edges with two triangles, and by chosen pairs at non-manifold edges."""
     valence = np.bincount(sides.ravel())
     offsets, around = topology.edge_triangles(sides)
     inner = np.flatnonzero(valence == 2)
@@ -272,7 +268,7 @@ def _cut(mesh: RepairedMesh, edges: NDArray[np.int32], sides: NDArray[np.int32],
     sheet = connected_components(links, directed=False)[1]
     chosen = [
         (int(e), t, u)
-        for e in crowded
+        for e in non_manifold
         for t, u in _continued(mesh, edges[e], around[offsets[e] : offsets[e + 1]], sheet)
     ]
     edge, one, other = np.concatenate([pairs, np.array(chosen, dtype=np.int64).reshape(-1, 3)]).T
@@ -297,7 +293,7 @@ def _cut(mesh: RepairedMesh, edges: NDArray[np.int32], sides: NDArray[np.int32],
 def _continued(
     mesh: RepairedMesh, edge: NDArray[np.integer], around: NDArray[np.integer], sheet: NDArray[np.integer]
 ) -> list[tuple[int, int]]:
-    """Pairs of the triangles around an edge that go on in each other: of one sheet first, then the flattest."""
+    """Pairs of the triangles around an edge that continue each other: of one sheet first, then the flattest."""
     a, b = mesh.points[edge[0]], mesh.points[edge[1]]
     along = (b - a) / np.linalg.norm(b - a)
     tips = np.array([mesh.points[next(v for v in mesh.triangles[t] if v not in edge)] for t in around]) - a
@@ -310,24 +306,24 @@ def _continued(
     taken: set[int] = set()
     chosen = []
     for _, cosine, i, j in order:
-        if cosine < 0.5 and not {i, j} & taken:  # not two that lie on each other
+        if cosine < 0.5 and not {i, j} & taken:  # not two that lie on top of each other
             taken |= {i, j}
             chosen.append((int(around[i]), int(around[j])))
     return chosen
 
 
-def _in_excess(mesh: RepairedMesh) -> Ints:
-    """Triangles beyond two on one edge: those with the most sides that no other shares, then the smallest."""
+def _in_excess(mesh: RepairedMesh) -> IntArray:
+    """Triangles beyond two at an edge: first those with the most border sides, then the smallest."""
     _, sides = topology.unique_edges(mesh.triangles)
     valence = np.bincount(sides.ravel())
-    crowded = np.flatnonzero(valence > 2)
-    if not len(crowded):
+    non_manifold = np.flatnonzero(valence > 2)
+    if not len(non_manifold):
         return np.zeros(0, np.int64)
     offsets, around = topology.edge_triangles(sides)
     loose = (valence[sides] == 1).sum(axis=1)
     size = areas_doubled(mesh.points, mesh.triangles)
     out: set[int] = set()
-    for e in crowded:
+    for e in non_manifold:
         here = [t for t in around[offsets[e] : offsets[e + 1]].tolist() if t not in out]
         out |= set(sorted(here, key=lambda t: (-loose[t], size[t]))[: len(here) - 2])
     return np.array(sorted(out), dtype=np.int64)
@@ -336,8 +332,8 @@ def _in_excess(mesh: RepairedMesh) -> Ints:
 # --- triangles turned over ------------------------------------------------------------------------------
 
 
-def turned_over(points: Array, triangles: NDArray[np.integer]) -> NDArray[np.bool_]:
-    """Triangles (m,) that lie back to back with two of their neighbours or more; the mesh is oriented alike."""
+def turned_over(points: Array, triangles: NDArray[np.integer]) -> BoolArray:
+    """True (m,) for triangles that lie back to back with at least two neighbours; the mesh must be oriented."""
     normals = np.cross(
         points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]]
     )
@@ -351,120 +347,22 @@ def turned_over(points: Array, triangles: NDArray[np.integer]) -> NDArray[np.boo
 
 
 def unfolded(mesh: RepairedMesh, rounds: int = 8) -> RepairedMesh:
-    """The mesh with triangles that are turned over laid flat: their points go to the middle of their neighbours."""
+    """Lay triangles that are turned over flat: their points move to the mean of their neighbours."""
     over = turned_over(mesh.points, mesh.triangles)
     if not over.any():
         return mesh
     count, points = int(over.sum()), mesh.points.copy()
     start, ring = topology.vertex_rings(mesh.triangles, len(points))
     edges, sides = topology.unique_edges(mesh.triangles)
-    rim = np.zeros(len(points), bool)
-    rim[edges[np.bincount(sides.ravel()) == 1]] = True
+    border = np.zeros(len(points), bool)
+    border[edges[np.bincount(sides.ravel()) == 1]] = True
     for _ in range(rounds):
         moved = np.unique(mesh.triangles[over])
-        moved = moved[~rim[moved]]
+        moved = moved[~border[moved]]
         points[moved] = [points[ring[start[v] : start[v + 1]]].mean(axis=0) for v in moved]
         over = turned_over(points, mesh.triangles)
         if not over.any() or not len(moved):
             break
-    if slim(points, mesh.triangles).any():
+    if degenerate(points, mesh.triangles).any():
         return mesh
-    return replace(mesh, points=points).told(f"Laid triangles flat that were turned over: {count}.")
-
-
-# --- pieces ---------------------------------------------------------------------------------------------
-
-
-def closed_up(mesh: RepairedMesh) -> RepairedMesh:
-    """The mesh with points on borders made one that are nearer to each other than `CLOSE`."""
-    edges, sides = topology.unique_edges(mesh.triangles)
-    rim = np.unique(edges[np.bincount(sides.ravel()) == 1]).astype(np.int64)
-    if not len(rim):
-        return mesh
-    pairs = cKDTree(mesh.points[rim]).query_pairs(CLOSE * _diagonal(mesh), output_type="ndarray")
-    count = len(np.unique(mesh.triangles))
-    closer = _united(mesh, rim[pairs])
-    joined = count - len(np.unique(closer.triangles))
-    if not joined:
-        return mesh
-    return mended(closer.told(f"Joined points on borders that were close to each other: {joined} of {count}."))
-
-
-def reconstructed(mesh: RepairedMesh, why: str) -> RepairedMesh:
-    """The mesh replaced by one surface through its points (Poisson's, by pymeshlab) where it was.
-
-    Points keep the data of the nearest ones of the source.
-
-    Parameters
-    ----------
-    mesh : RepairedMesh
-    why : str
-        What is wrong, for the error and the report.
-
-    Raises
-    ------
-    MissingPackageError
-        Without pymeshlab (extra `remesh`).
-    MeshError
-        If pymeshlab fails.
-    """
-    try:
-        import pymeshlab
-    except ImportError:
-        raise MissingPackageError(
-            f"{why}. To mend it, the package pymeshlab is needed, which is not installed: "
-            "pip install 'facewrinkle[remesh]'. Or reconstruct it as one surface in a modeller."
-        ) from None
-    places, normals, corner = _samples(mesh)
-    middle, size = mesh.points[mesh.triangles].mean(axis=(0, 1)), _diagonal(mesh)
-    work = pymeshlab.MeshSet(verbose=False)  # kept while its mesh is in use
-    try:
-        work.add_mesh(pymeshlab.Mesh(vertex_matrix=(places - middle) / size, v_normals_matrix=normals))
-        work.generate_surface_reconstruction_screened_poisson(depth=7, threads=1)
-        target = max(DENSE, 2 * len(mesh.triangles))
-        if work.current_mesh().face_number() > target:
-            work.meshing_decimation_quadric_edge_collapse(targetfacenum=target, preservetopology=True)
-        result = work.current_mesh()
-        points, triangles = np.array(result.vertex_matrix()), np.array(result.face_matrix(), dtype=np.int64)
-    except pymeshlab.PyMeshLabException as problem:
-        raise MeshError(f"{why}, and pymeshlab cannot mend it: {problem}. Clean it in a modeller.") from None
-    points = points * size + middle
-    distance, nearest = cKDTree(places).query(points)
-    triangles = triangles[(distance[triangles] < TRIM * size).all(axis=1)]
-    if not len(triangles):
-        raise MeshError(f"{why}, and nothing is left when it is mended. Clean it in a modeller.")
-    corner = corner[nearest]
-    whole = RepairedMesh(
-        points, triangles, mesh.corners.ravel()[corner][triangles], mesh.origin[mesh.triangles.ravel()][corner],
-        mesh.report,
-    )  # fmt: skip
-    return mended(whole.told(f"{why}; it was reconstructed with pymeshlab, with {len(triangles)} triangles."))
-
-
-def _diagonal(mesh: RepairedMesh) -> float:
-    used = mesh.points[mesh.triangles].reshape(-1, 3)
-    return float(np.linalg.norm(np.ptp(used, axis=0)))
-
-
-def _samples(mesh: RepairedMesh) -> tuple[Array, Array, Ints]:
-    """Points spread over the triangles, unit normals that look outwards, and the corner nearest to each."""
-    corners = mesh.points[mesh.triangles]
-    middle = corners.mean(axis=1)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    doubled = np.linalg.norm(normals, axis=1)
-    normals /= doubled[:, None]
-    outwards = (normals * (middle - middle.mean(axis=0))).sum(axis=1)
-    inward = float((outwards < 0.0).mean())
-    if 0.25 < inward < 0.75:  # their orientation says nothing
-        normals[outwards < 0.0] *= -1.0
-    elif inward >= 0.75:
-        normals = -normals
-    counts = np.clip(SAMPLES * doubled / doubled.sum(), 3.0, 1e4).astype(np.int64)
-    which = np.repeat(np.arange(len(corners)), counts)
-    # The additive sequence of the plastic number: evenly spread in the square, also in every stretch of it.
-    u, v = ((0.5 + np.arange(len(which))[:, None] * [0.7548776662466927, 0.5698402909980532]) % 1.0).T
-    over = u + v > 1.0
-    u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
-    weights = np.stack([1.0 - u - v, u, v], axis=1)
-    places = np.einsum("nk,nkj->nj", weights, corners[which])
-    return places, normals[which], 3 * which + np.argmax(weights, axis=1)
+    return replace(mesh, points=points).reported(f"Laid triangles flat that were turned over: {count}.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 
 import numpy as np
@@ -11,15 +10,13 @@ import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageError
+from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import prepare, read_surface
 from facewrinkle.mesh.repair.topology_repair import (
     RepairedMesh,
     areas_doubled,
-    closed_up,
     mended,
-    reconstructed,
     turned_over,
     unfolded,
 )
@@ -99,7 +96,7 @@ def test_a_triangle_that_is_there_twice_back_to_back_is_dropped():
 
 @pytest.mark.parametrize("rounding", [0.0, 1e-7])
 @pytest.mark.parametrize("make", [ball, sheet])
-def test_seams_are_sewn(make, rounding):
+def test_seams_are_stitched(make, rounding):
     points, triangles = make()
     over = points[triangles].mean(axis=1) @ [1.0, 0.3, 0.2] > 0.05
     split = np.where(over[:, None], triangles + len(points), triangles)
@@ -112,7 +109,7 @@ def test_seams_are_sewn(make, rounding):
     assert "along seams" in mesh.report[0]
 
 
-def test_texture_keeps_both_sides_of_a_seam_that_was_sewn():
+def test_texture_keeps_both_sides_of_a_seam_that_was_stitched():
     points, triangles = sheet()
     over = points[triangles].mean(axis=1)[:, 0] > 0.0
     split = np.where(over[:, None], triangles + len(points), triangles)
@@ -125,7 +122,7 @@ def test_texture_keeps_both_sides_of_a_seam_that_was_sewn():
     np.testing.assert_allclose(clean.mesh.cell_data["Texture Corners"].reshape(-1, 3, 2), expected)
 
 
-def test_corners_that_touch_are_not_sewn():
+def test_corners_that_touch_are_not_stitched():
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0], [-1, 0, 0], [0, -1, 0]])
     mesh = mended(RepairedMesh.of(points, np.array([[0, 1, 2], [3, 4, 5]])))
     assert mesh.report == ()
@@ -190,57 +187,7 @@ def test_faces_have_no_triangles_turned_over(face, real_face):
         assert not turned_over(real.points, real.triangles).any()
 
 
-def soup(points, triangles, gap):
-    """Triangles that hang together nowhere, each smaller by a share."""
-    corners = points[triangles]
-    middle = corners.mean(axis=1, keepdims=True)
-    return (middle + (1.0 - gap) * (corners - middle)).reshape(-1, 3), np.arange(triangles.size).reshape(-1, 3)
-
-
-def test_small_gaps_are_closed():
-    points, triangles = ball()
-    mesh = closed_up(RepairedMesh.of(*soup(points, triangles, 0.002)))
-    label = topology.sheets(mesh.triangles)
-    assert np.bincount(label).max() > 0.95 * len(triangles)
-    assert len(np.unique(mesh.triangles)) <= 1.02 * len(points)
-
-
-def test_a_soup_is_reconstructed():
-    pytest.importorskip("pymeshlab")
-    points, triangles = ball(24)
-    random = np.random.default_rng(3)
-    turned = triangles.copy()
-    half = random.random(len(turned)) < 0.5
-    turned[half] = turned[half][:, ::-1]
-    mesh = reconstructed(RepairedMesh.of(*soup(points, turned, 0.2)), "A soup")
-    label = topology.sheets(mesh.triangles)
-    assert np.bincount(label).max() > 0.99 * len(label)
-    used = np.unique(mesh.triangles)
-    assert np.abs(np.linalg.norm(mesh.points[used], axis=1) - 1.0).max() < 0.05
-    assert "reconstructed with pymeshlab" in mesh.report[-1]
-    # Data come from the corner that is near.
-    source = soup(points, turned, 0.2)[0]
-    assert np.linalg.norm(source[mesh.origin[used]] - mesh.points[used], axis=1).max() < 0.3
-
-
-def test_a_soup_needs_pymeshlab(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pymeshlab", None)
-    points, triangles = ball()
-    source = pv.PolyData.from_regular_faces(*soup(points, triangles, 0.3))
-    with pytest.raises(MissingPackageError, match=r"in 8 pieces.*facewrinkle\[remesh\]"):
-        prepare(source, near=points[::30][:8])
-
-
-def test_landmarks_of_another_mesh_are_told():
-    pytest.importorskip("pymeshlab")
-    parts = [pv.Sphere(radius=0.5, center=(3.0 * k, 0, 0), theta_resolution=8, phi_resolution=8) for k in range(5)]
-    source = parts[0].append_polydata(*parts[1:])
-    near = np.array([[3.0 * k, 0.0, 0.5] for k in range(5)])
-    with pytest.raises(MeshError, match="in 5 pieces; when it is reconstructed.*landmarks are those of this mesh"):
-        prepare(source, near=near)
-
-
-def test_pv_read_tears_a_file_and_it_is_sewn_again(tmp_path, face):
+def test_pv_read_tears_a_file_and_it_is_stitched_again(tmp_path, face):
     """`pyvista.read` splits the points of an OBJ at each texture coordinate."""
     lines = [f"v {x} {y} {z}" for x, y, z in face.points]
     lines += [f"vt {n / 10} {k}" for n in range(7) for k in (0, 1)]
@@ -268,7 +215,7 @@ def lips(gap):
     return pv.PolyData.from_regular_faces(both, np.vstack([triangles, triangles + len(points)])), moved
 
 
-def test_borders_that_part_as_the_mesh_moves_are_not_sewn():
+def test_borders_that_part_as_the_mesh_moves_are_not_stitched():
     mesh, moved = lips(0.0)
     still = mesh.copy()
     for data in (None, moved):  # a seam, whether it is known how it moves or not

@@ -1,0 +1,31 @@
+"""Morton order: neighbours along a line that are mostly neighbours in space."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+IntArray = npt.NDArray[np.int64]
+
+
+def morton_order(cells: npt.NDArray[np.integer], bits: int) -> IntArray:
+    """Return the order (n,) of the cells of a grid along the curve of Morton (1966).
+
+    Parameters
+    ----------
+    cells : ndarray of int, shape (n, d)
+        Rows, columns and so on, from 0 to ``2**bits - 1``. The last column counts most.
+    bits : int
+        At most 63 for all d columns together.
+
+    Examples
+    --------
+    >>> morton_order(np.array([[1, 1], [0, 1], [1, 0], [0, 0]]), 1).tolist()
+    [3, 2, 1, 0]
+    """
+    cells = np.asarray(cells, np.int64)
+    code, axes = np.zeros(len(cells), np.int64), cells.shape[1]
+    for bit in range(bits):
+        for axis in range(axes):
+            code |= ((cells[:, axis] >> bit) & 1) << (axes * bit + axis)
+    return np.argsort(code, kind="stable")

@@ -1,0 +1,146 @@
+"""Data sets of VTK, and polygons from text files, become triangles as PolyData."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from ...errors import MeshError
+from ..arrays import COLORS, IMAGE, TEXTURE, with_data
+from ..seams import add_seams
+from .materials import sibling_file
+from .merging import merged_surfaces, set_images
+from .obj_off import Polygons, polygon_triangles
+
+
+def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> pv.PolyData:
+    """Triangles of the polygons of a file, given its name for errors, and the folder of its images."""
+    padded = [number for face in polygons.faces for number in (len(face), *face)]
+    mesh = pv.PolyData()
+    mesh.points = polygons.points
+    mesh.faces = np.array(padded, dtype=np.int64)
+    if polygons.texture is not None:
+        mesh.point_data[TEXTURE] = polygons.texture
+        mesh.point_data.active_texture_coordinates_name = TEXTURE
+    if polygons.colors is not None:
+        mesh.point_data[COLORS] = _colours(polygons.colors)
+    surface = from_dataset(mesh, name)
+    if polygons.corners is not None:
+        add_seams(surface, _at_triangles(polygons.corners, polygons.faces, mesh))
+    if folder is not None and polygons.images and polygons.texture is not None:
+        places = {
+            name: str((sibling_file(folder, name) or folder / name).absolute()) for name in set(polygons.images) - {""}
+        }
+        images = np.array([places.get(name, "") for name in polygons.images])
+        face = np.repeat(np.arange(len(images)), [len(face) for face in polygons.faces])[:, None]
+        set_images(surface, images[_at_triangles(face, polygons.faces, mesh)[:, 0, 0]])
+    return surface
+
+
+def _colours(values: np.ndarray) -> np.ndarray:
+    """Colours as uint8 or from 0 to 1, from ones up to 1, 255 or, in 16 bits, 65535."""
+    if values.dtype == np.uint8 or not values.size or not values.max() > 1:
+        return values
+    share = values / (255.0 if values.max() <= 255 else 65535.0)
+    return np.asarray(np.rint(255.0 * np.clip(share, 0.0, 1.0)), dtype=np.uint8)
+
+
+def _at_triangles(values: np.ndarray, faces: list[list[int]], mesh: pv.PolyData) -> np.ndarray:
+    """Values (c, d) at the corners of polygons, for the corners (m, 3, d) of the triangles that they are split into."""
+    vertices = np.array([vertex for face in faces for vertex in face], dtype=np.int64)
+    counts = np.array([len(face) for face in faces], dtype=np.int64)
+    if (counts == 3).all():
+        return np.asarray(values.reshape(len(faces), 3, -1))
+    return np.asarray(values[polygon_triangles(np.asarray(mesh.points, dtype=np.float64)[vertices], counts)])
+
+
+def from_dataset(data: Any, name: str) -> pv.PolyData:
+    """Triangles of any data set that holds one surface; `name` is for errors."""
+    if isinstance(data, pv.MultiBlock):
+        blocks = [(path, block) for path, block in _leaves(data) if _count_faces(block)]
+        if not blocks:
+            raise MeshError(f"{name} holds no surface: none of its {data.n_blocks} blocks has faces.")
+        return merged_surfaces([from_dataset(block, f"{name}, block {path!r}") for path, block in blocks])
+    if not isinstance(data, pv.DataSet):
+        raise MeshError(f"{name} is a {type(data).__name__}, which holds no surface. Pass a PolyData.")
+    if not isinstance(data, pv.PolyData):
+        data = _faces_of_grid(data.cast_to_unstructured_grid(), name)
+    if data.n_points == 0:
+        raise MeshError(f"{name} has no points: it is no mesh, or empty. Export it again, or name another file.")
+    if not _count_faces(data):
+        raise MeshError(
+            f"{name} has {data.n_points} points and no faces. A surface is needed: export polygons (not "
+            "points or lines), or reconstruct one with mesh.reconstruct_surface()."
+        )
+    _check_cells(data, name)
+    surface = with_data(data, _triangles(data), np.arange(data.n_points))
+    if IMAGE in data.cell_data and data.is_all_triangles:  # a surface that was read before
+        surface.cell_data[IMAGE] = data.cell_data[IMAGE]
+    return surface
+
+
+def _leaves(data: pv.MultiBlock, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the blocks that are no multi-blocks themselves, with their paths."""
+    for number, (key, block) in enumerate(zip(data.keys(), data, strict=True)):
+        path = f"{prefix}{key or number}"
+        if isinstance(block, pv.MultiBlock):
+            yield from _leaves(block, f"{path}/")
+        else:
+            yield path, block
+
+
+def _count_faces(data: Any) -> int:
+    if isinstance(data, pv.PolyData):
+        return data.n_faces + data.n_strips
+    return data.n_cells if isinstance(data, pv.DataSet) else 0
+
+
+def _faces_of_grid(grid: pv.UnstructuredGrid, name: str) -> pv.PolyData:
+    """Faces of an unstructured grid; unlike `extract_surface`, this keeps the numbers of the points."""
+    faces = {pv.CellType.TRIANGLE, pv.CellType.POLYGON, pv.CellType.QUAD}
+    ignored = {pv.CellType.VERTEX, pv.CellType.POLY_VERTEX, pv.CellType.LINE, pv.CellType.POLY_LINE}
+    others = {pv.CellType(kind) for kind in np.unique(grid.celltypes)} - faces - ignored
+    if others:
+        raise MeshError(
+            f"{name} must hold triangles, quads or polygons, and holds "
+            f"{', '.join(sorted(kind.name for kind in others))}. "
+            "Take its surface first: mesh.extract_surface()."
+        )
+    kept = np.isin(grid.celltypes, [int(kind) for kind in faces])
+    mesh = pv.PolyData()
+    mesh.points = grid.points
+    mesh.faces = grid.cells[np.repeat(kept, np.diff(grid.cell_offsets) + 1)]
+    mesh.point_data.update(grid.point_data)
+    return mesh
+
+
+def _check_cells(mesh: pv.PolyData, name: str) -> None:
+    """Raise a MeshError for faces that would make VTK read beyond its arrays and crash the interpreter."""
+    for cells in (mesh.GetPolys(), mesh.GetStrips()):
+        ends, numbers = vtk_to_numpy(cells.GetOffsetsArray()), vtk_to_numpy(cells.GetConnectivityArray())
+        if (np.diff(ends) < 3).any() or (len(ends) and (ends[0] != 0 or ends[-1] != len(numbers))):
+            raise MeshError(
+                f"each face of {name} must have three points or more. The data are damaged: export it again."
+            )
+        if len(numbers) and (numbers.min() < 0 or numbers.max() >= mesh.n_points):
+            raise MeshError(
+                f"the faces of {name} must use points from 0 to {mesh.n_points - 1}, received {numbers.min()} to "
+                f"{numbers.max()}. The data are damaged: export it again."
+            )
+
+
+def _triangles(mesh: pv.PolyData) -> np.ndarray:
+    """Triangles (m, 3) of the faces, with polygons and strips split."""
+    if mesh.n_strips:
+        mesh = mesh.triangulate()
+    if mesh.is_all_triangles:
+        return np.array(mesh.regular_faces, dtype=np.int64)
+    polys = mesh.GetPolys()
+    ends, vertices = vtk_to_numpy(polys.GetOffsetsArray()), vtk_to_numpy(polys.GetConnectivityArray())
+    split = polygon_triangles(np.asarray(mesh.points, dtype=np.float64)[vertices], np.diff(ends))
+    return np.array(vertices[split], dtype=np.int64)

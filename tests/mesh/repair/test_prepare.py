@@ -1,0 +1,252 @@
+"""Repair of meshes that were spoiled on purpose: the result must be the mesh before the damage."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_meshes import cap, fingerprint, mesh_of, same_triangles, side_by_side, sphere
+
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError
+from facewrinkle.geometry import topology
+from facewrinkle.mesh import prepare, read_surface, to_polydata
+
+FACES = Path(__file__).parents[4] / "shared" / "faces"
+REAL = ("ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male")
+needs_faces = pytest.mark.skipif(not FACES.is_dir(), reason="the faces of other projects are not here")
+
+
+@needs_faces
+@pytest.mark.parametrize("name", REAL)
+@pytest.mark.parametrize("forward", [None, (0.0, 0.0, 1.0), (0.0, 0.4, 2.0)])
+def test_real_faces_are_turned_outward(name, forward):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        mesh = read_surface(FACES / f"{name}.obj")
+    clean = prepare(mesh, forward=forward)
+    assert all("runs through itself" in line for line in clean.report)  # lips and lids may touch; nothing is changed
+    assert same_triangles(clean.triangles, mesh.regular_faces)
+    with pytest.warns(FaceWrinkleWarning, match="inward"):
+        turned = prepare(to_polydata(mesh.points, mesh.regular_faces[:, ::-1]), forward=forward)
+    assert same_triangles(turned.triangles, mesh.regular_faces)
+
+
+def test_input_is_copied_and_unchanged():
+    mesh = cap()
+    before = fingerprint(mesh)
+    read = read_surface(mesh)
+    read.points[:] = 0.0
+    read["identity"][:] = 0
+    surface = prepare(mesh)
+    surface.points[:] = 0.0
+    surface.mesh.points[:] = 0.0
+    surface.mesh["identity"][:] = 0
+    assert fingerprint(mesh) == before
+
+
+def test_a_clean_surface_stays_as_it_is():
+    mesh = cap()
+    surface = prepare(mesh)
+    np.testing.assert_array_equal(surface.triangles, mesh.regular_faces)
+    np.testing.assert_array_equal(surface.points, mesh.points)
+    np.testing.assert_array_equal(surface.source_points, np.arange(mesh.n_points))
+    assert (surface.triangles.dtype, surface.points.dtype, surface.report) == (np.int32, np.float64, ())
+
+
+def test_stale_normals_stay_behind():
+    mesh = cap().compute_normals(cell_normals=False)
+    assert "Normals" in mesh.point_data
+    assert prepare(mesh).mesh.array_names == ["identity", "colour"]
+
+
+def test_no_points_and_no_faces():
+    with pytest.raises(MeshError, match="has no points"):
+        prepare(pv.PolyData())
+    with pytest.raises(MeshError, match="3 points and no faces.*reconstruct_surface"):
+        prepare(pv.PolyData(np.eye(3)))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e60])
+def test_points_that_are_not_finite(value):
+    mesh = cap()
+    mesh.points[[7, 20], 1] = value
+    with pytest.raises(MeshError, match=r"2 of 144 points are NaN, infinite or beyond.*first is point 7.*Delete them"):
+        prepare(mesh)
+
+
+def test_degenerate_and_duplicate_triangles_are_dropped():
+    mesh = cap()
+    spoiled = mesh_of(
+        np.vstack([mesh.points, mesh.points[[0, 1]].mean(axis=0)]),
+        np.vstack(
+            [
+                [[0, 1, 144]],
+                [[5, 5, 6]],
+                mesh.regular_faces,
+                mesh.regular_faces[3:5, [1, 2, 0]],
+                mesh.regular_faces[9:10, ::-1],
+            ]
+        ),
+    )
+    with pytest.warns(FaceWrinkleWarning) as caught:
+        surface = prepare(spoiled)
+    assert [str(w.message) for w in caught] == list(surface.report)
+    assert re.search(r"duplicate triangles: 3 of 247", surface.report[0])
+    assert re.search(r"degenerate triangles .*: 2 of 244", surface.report[1])
+    np.testing.assert_array_equal(surface.triangles, mesh.regular_faces)
+    np.testing.assert_array_equal(surface.points, mesh.points)
+
+
+def test_nothing_but_degenerate_triangles():
+    with pytest.raises(MeshError, match="all triangles are degenerate"):
+        prepare(mesh_of([[0, 0, 0], [1, 1, 1], [3, 3, 3]], [[0, 1, 2]]))
+
+
+def test_thin_triangles_are_kept():
+    thin = mesh_of([[0, 0, 0], [1, 0, 0], [0.5, 1e-6, 0], [0.5, -1, 0]], [[0, 1, 2], [1, 0, 3]])
+    assert len(prepare(thin).triangles) == 2
+
+
+def test_a_fin_is_cut_off():
+    mesh = cap()
+    fin = mesh_of(np.vstack([mesh.points, [[0, 0, 5]]]), np.vstack([mesh.regular_faces, [[14, 13, 144]]]))
+    with pytest.warns(FaceWrinkleWarning, match="three or more triangles: 1 of|set apart parts of 1 tri"):
+        surface = prepare(fin)
+    assert len(surface.report) == 2
+    np.testing.assert_array_equal(surface.triangles, mesh.regular_faces)
+    np.testing.assert_array_equal(surface.source_points, np.arange(144))
+    np.testing.assert_array_equal(surface.others.points, fin.points[[13, 14, 144]])
+
+
+def test_the_largest_part_is_chosen():
+    speck, face, eye = sphere((5, 0, 0), 0.1, 16), cap(), sphere((0, 0, -1), 0.2)
+    assert speck.n_cells > face.n_cells  # by area, not by count
+    with pytest.warns(FaceWrinkleWarning) as caught:
+        surface = prepare(side_by_side(speck, face, eye))
+    assert len(caught) == 1
+    others = f"{speck.n_cells}, {eye.n_cells}"
+    assert re.search(f"one of 3 .*largest, with 242 .*parts of {others} triangles", surface.report[0])
+    np.testing.assert_array_equal(surface.triangles, face.regular_faces)
+    np.testing.assert_array_equal(surface.source_points, speck.n_points + np.arange(face.n_points))
+
+
+def test_landmarks_choose_the_part():
+    hair, face = sphere((0, 0, 0), 9.0), cap()
+    near = np.vstack([face.points[[3, 30, 60]] + 0.01, [[0, 0, 9.1]]])
+    with pytest.warns(FaceWrinkleWarning, match="nearest to 3 of 4 landmarks"):
+        surface = prepare(side_by_side(hair, face), near=near)
+    np.testing.assert_array_equal(surface.points, face.points)
+
+
+def test_many_specks_make_one_short_warning():
+    parts = [sphere((3.0 * k, 0, 5), 0.1) for k in range(15)]
+    with pytest.warns(FaceWrinkleWarning) as caught:
+        prepare(side_by_side(cap(), *parts))
+    assert len(caught) == 1
+    listed = ", ".join([str(parts[0].n_cells)] * 10)
+    assert "one of 16 separate parts" in str(caught[0].message)
+    assert f"set apart parts of {listed}, ... triangles." in str(caught[0].message)
+
+
+def test_inconsistent_orientation_is_mended():
+    mesh = cap()
+    triangles = mesh.regular_faces.copy()
+    triangles[[0, 7, 100]] = triangles[[0, 7, 100], ::-1]
+    with pytest.warns(FaceWrinkleWarning, match=r"oriented against their neighbours: 3 of 242"):
+        surface = prepare(mesh_of(mesh.points, triangles))
+    assert same_triangles(surface.triangles, mesh.regular_faces)
+    assert topology.is_oriented(surface.triangles)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.sets(st.integers(0, 241)), st.randoms(use_true_random=False))
+def test_any_damage_to_the_orientation_is_mended(flipped, random):
+    mesh = cap()
+    triangles = mesh.regular_faces.copy()
+    triangles[sorted(flipped)] = triangles[sorted(flipped), ::-1]
+    order = list(range(len(triangles)))
+    random.shuffle(order)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        surface = prepare(mesh_of(mesh.points, triangles[order]))
+    assert same_triangles(surface.triangles, mesh.regular_faces)
+
+
+def test_a_moebius_strip_cannot_be_oriented():
+    t = np.linspace(0, 2 * np.pi, 20, endpoint=False)
+    inner, outer = (
+        np.column_stack([(2 + w * np.cos(t / 2)) * np.cos(t), (2 + w * np.cos(t / 2)) * np.sin(t), w * np.sin(t / 2)])
+        for w in (-0.5, 0.5)
+    )
+    a = np.arange(20)
+    b = np.roll(a, -1)
+    low, high = a, a + 20
+    low_next = np.where(b == 0, 20, b)  # the strip closes with a half turn
+    high_next = np.where(b == 0, 0, b + 20)
+    strip = np.vstack([np.column_stack([low, low_next, high]), np.column_stack([low_next, high_next, high])])
+    with pytest.raises(MeshError, match="only one side"):
+        prepare(mesh_of(np.vstack([inner, outer]), strip))
+
+
+@pytest.mark.parametrize("forward", [None, (0, 0, 1), (0.5, 0.5, 2)])
+@pytest.mark.parametrize("shape", ["mask", "closed"])
+def test_surfaces_that_look_inward_are_turned(shape, forward):
+    mesh = cap() if shape == "mask" else sphere((40, -30, 7), 2.0)
+    with pytest.warns(FaceWrinkleWarning, match="inward"):
+        surface = prepare(mesh_of(mesh.points, mesh.regular_faces[:, ::-1]), forward=forward)
+    assert same_triangles(surface.triangles, mesh.regular_faces)
+    assert prepare(mesh, forward=forward).report == ()
+
+
+def test_forward_decides_for_a_hollow_and_for_a_plane():
+    bowl = cap()
+    bowl.points[:, 2] *= -1  # its triangles look up, into the hollow
+    assert prepare(bowl, forward=(0, 0, 1)).report == ()
+    with pytest.warns(FaceWrinkleWarning, match="inward"):
+        assert same_triangles(prepare(bowl, forward=(0, 0, -1)).triangles, bowl.regular_faces[:, ::-1])
+    plane = cap()
+    plane.points[:, 2] = 0.0
+    down = mesh_of(plane.points, plane.regular_faces[:, ::-1])
+    assert prepare(plane).report == prepare(down).report == ()
+    with pytest.warns(FaceWrinkleWarning, match="inward"):
+        prepare(down, forward=(0, 0, 1))
+
+
+def test_unused_points_go_and_data_stay_with_their_points():
+    mesh = cap()
+    half_of = np.r_[60:100, 181:221]  # both triangles of each square
+    half = mesh_of(mesh.points, mesh.regular_faces[half_of], identity=mesh["identity"], colour=mesh["colour"])
+    half["uv"] = mesh.points[:, :2]
+    half.point_data.active_texture_coordinates_name = "uv"
+    half.field_data["subject"] = ["someone"]
+    surface = prepare(half)
+    used = np.unique(half.regular_faces)
+    np.testing.assert_array_equal(surface.source_points, used)
+    np.testing.assert_array_equal(surface.mesh["identity"], used)
+    np.testing.assert_array_equal(surface.mesh["colour"], mesh["colour"][used])
+    np.testing.assert_array_equal(surface.mesh.active_texture_coordinates, mesh.points[used, :2])
+    np.testing.assert_array_equal(used[surface.triangles], half.regular_faces)
+    assert list(surface.mesh.field_data["subject"]) == ["someone"]
+    np.testing.assert_array_equal(surface.mesh.points, surface.points)
+    np.testing.assert_array_equal(surface.mesh.regular_faces, surface.triangles)
+
+
+@pytest.mark.parametrize("near", [[[0, 0]], [[0, 0, np.nan]]])
+def test_bad_landmarks(near):
+    with pytest.raises(ParameterError, match="near must be finite vectors"):
+        prepare(cap(), near=np.array(near))
+
+
+@pytest.mark.parametrize("forward", [(0, 0, 0), (0, 1), (np.inf, 0, 0)])
+def test_bad_direction(forward):
+    with pytest.raises(ParameterError, match="forward must be"):
+        prepare(cap(), forward=forward)
+
+
+# --- out ----------------------------------------------------------------------------------------

@@ -1,0 +1,62 @@
+"""PolyData from plain arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from small_meshes import cap
+
+from facewrinkle.errors import MeshError
+from facewrinkle.mesh import ARRAYS, prepare, to_polydata
+
+
+def test_to_polydata_round_trip():
+    mesh = cap()
+    data = {name: np.linspace(0, 1, mesh.n_points) for name in ARRAYS}
+    data["rest"] = mesh.points * 2
+    data["muscle"] = np.arange(mesh.n_points) - 1
+    out = to_polydata(mesh.points, mesh.regular_faces.astype(np.int32), data)
+    np.testing.assert_array_equal(out.points, mesh.points)
+    np.testing.assert_array_equal(out.regular_faces, mesh.regular_faces)
+    assert out.array_names == list(ARRAYS)
+    for name, values in data.items():
+        np.testing.assert_array_equal(out[name], values)
+        assert out[name].dtype == values.dtype
+    again = prepare(out)
+    np.testing.assert_array_equal(again.triangles, mesh.regular_faces)
+
+
+def test_to_polydata_shares_no_memory():
+    mesh = cap()
+    points, triangles, values = mesh.points.copy(), mesh.regular_faces.copy(), np.ones(mesh.n_points)
+    out = to_polydata(points, triangles, {"W": values})
+    points[:], triangles[:], values[:] = 0, 0, 0
+    np.testing.assert_array_equal(out.points, mesh.points)
+    np.testing.assert_array_equal(out.regular_faces, mesh.regular_faces)
+    np.testing.assert_array_equal(out["W"], 1.0)
+
+
+@pytest.mark.parametrize(
+    ("points", "triangles", "data", "message"),
+    [
+        (np.zeros((3, 2)), [[0, 1, 2]], {}, r"points must have the shape \(n, 3\), received \(3, 2\)"),
+        (np.eye(3), [[0.0, 1.0, 2.0]], {}, "must be integers"),
+        (np.eye(3), [[0, 1, 2, 0]], {}, r"received int64 of \(1, 4\)"),
+        (np.eye(3), [[0, 1, 3]], {}, "from 0 to 2, received 0 to 3"),
+        (np.eye(3), [[-1, 1, 2]], {}, "received -1 to 2"),
+        (np.eye(3), [[0, 1, 2]], {"W": np.zeros(2)}, "'W' must have 3 rows.*received 2"),
+    ],
+)
+def test_to_polydata_checks(points, triangles, data, message):
+    with pytest.raises(MeshError, match=message):
+        to_polydata(points, np.array(triangles), data)
+
+
+@pytest.mark.parametrize("copy", [True, False])
+def test_polydata_share_memory_with_the_arrays_only_where_asked(copy):
+    points, values = np.random.default_rng(0).random((2, 3, 3))
+    mesh = to_polydata(points, np.array([[0, 1, 2]]), {"v": values}, copy=copy)
+    assert np.shares_memory(mesh.points, points) is not copy
+    assert np.shares_memory(mesh["v"], values) is not copy
+    assert np.array_equal(mesh["v"], values)
+    assert mesh.regular_faces.tolist() == [[0, 1, 2]]

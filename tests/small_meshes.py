@@ -1,0 +1,53 @@
+"""Small meshes for tests, and comparisons of meshes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyvista as pv
+
+
+def fingerprint(mesh: pv.PolyData) -> tuple:
+    """All that a function could change in its input."""
+    data = [(name, mesh[name].tobytes(), mesh[name].dtype) for name in mesh.point_data]
+    return mesh.points.tobytes(), mesh.points.dtype, mesh.faces.tobytes(), data, mesh.active_scalars_name
+
+
+def mesh_of(points: np.ndarray, triangles: np.ndarray, **point_data: np.ndarray) -> pv.PolyData:
+    mesh = pv.PolyData.from_regular_faces(np.array(points, dtype=float), np.asarray(triangles))
+    for name, values in point_data.items():
+        mesh.point_data[name] = values
+    return mesh
+
+
+def cap(resolution: int = 12) -> pv.PolyData:
+    """A round mask that bulges along +z, with an identity for every point."""
+    u, v = np.meshgrid(np.linspace(-1, 1, resolution), np.linspace(-1, 1, resolution))
+    points = np.column_stack([u.ravel(), v.ravel(), 1.0 - 0.4 * (u**2 + v**2).ravel()])
+    corner = np.arange(resolution * resolution).reshape(resolution, resolution)
+    low, high = corner[:-1], corner[1:]
+    a, b, c, d = (part.ravel() for part in (low[:, :-1], low[:, 1:], high[:, 1:], high[:, :-1]))
+    triangles = np.vstack([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    return mesh_of(points, triangles, identity=np.arange(len(points)), colour=np.abs(points))
+
+
+def sphere(centre: tuple[float, float, float], radius: float, resolution: int = 8) -> pv.PolyData:
+    ball = pv.Sphere(radius=radius, center=centre, theta_resolution=resolution, phi_resolution=resolution)
+    return mesh_of(ball.points, ball.regular_faces)
+
+
+def side_by_side(*meshes: pv.PolyData) -> pv.PolyData:
+    """The meshes side by side, points and triangles in this order."""
+    shifts = np.cumsum([0] + [mesh.n_points for mesh in meshes[:-1]])
+    return mesh_of(
+        np.vstack([mesh.points for mesh in meshes]),
+        np.vstack([mesh.regular_faces + shift for mesh, shift in zip(meshes, shifts, strict=True)]),
+    )
+
+
+def same_triangles(one: np.ndarray, other: np.ndarray) -> bool:
+    """Return True for the same triangles with the same orientation, in any order and from any corner."""
+
+    def turned(triangles: np.ndarray) -> set[tuple[int, ...]]:
+        return {tuple(np.roll(t, -int(np.argmin(t))).tolist()) for t in np.asarray(triangles)}
+
+    return len(one) == len(other) and turned(one) == turned(other)
