@@ -8,6 +8,7 @@ import pyvista as pv
 
 from ..anatomy.eyeball import RADIUS, Eyeball
 from ..anatomy.face import Face
+from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
 
 Array = npt.NDArray[np.float64]
@@ -52,9 +53,7 @@ class PaintedEye:
         )
         adult = RADIUS * face.frame.pupil_distance  # irises are as large in larger eyes
         self._paint = _eye_paint(self._ring * eye.radius / adult, self._spoke)
-        here = np.arange(SPOKES) + SPOKES * np.arange(len(RINGS) - 1)[:, None]
-        after = (np.arange(SPOKES) + 1) % SPOKES + SPOKES * np.arange(len(RINGS) - 1)[:, None]
-        self._quads = np.stack([here, here + SPOKES, after + SPOKES, after], axis=-1).reshape(-1, 4)
+        self._quads = ring_quads(SPOKES, len(RINGS))[:, [0, 3, 2, 1]]
 
     @property
     def open(self) -> bool:

@@ -10,6 +10,7 @@ from ..anatomy.eyeball import Eyeball
 from ..anatomy.eyelid_opening import lid_rim
 from ..anatomy.face import Face
 from ..geometry.normals import vertex_normals
+from ..geometry.rings import ring_triangles
 from ..mesh import to_polydata
 from .skin_paint import flesh
 
@@ -46,10 +47,7 @@ class LidMargin:
         reach = 0.0 if loop is None else float(np.linalg.norm(face.points[loop] - eye.centre, axis=1).max())
         self.loop = np.empty(0, np.int32) if loop is None or reach <= FILLED * eye.radius else loop
         n = len(self.loop)
-        here = np.arange(n) + n * np.arange(len(ROWS) - 1)[:, None]
-        after = (np.arange(n) + 1) % max(n, 1) + n * np.arange(len(ROWS) - 1)[:, None]
-        corners = [(after, here, here + n), (after, here + n, after + n)]
-        self._triangles = np.concatenate([np.stack(c, axis=-1).reshape(-1, 3) for c in corners]).astype(np.int32)
+        self._triangles = ring_triangles(n, len(ROWS))[:, [0, 2, 1]]
         self._paint = np.rint(flesh(np.repeat(ROWS, n))).astype(np.uint8)
 
     def at(self, points: Array) -> pv.PolyData:

@@ -11,6 +11,7 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..anatomy.teeth import teeth_of
 from ..geometry.normals import vertex_normals
+from ..geometry.rings import ring_triangles
 from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import boundary_loops
 from ..mesh import to_polydata
@@ -110,14 +111,8 @@ class Mouth:
         narrow = min(float(np.ptp(local[:, 0])) / self._width, 1.0)  # pursed lips take the cheeks beside them along
         for half, depth in ((0.38 * narrow, 0.12), (0.47 * narrow, 0.3), (0.45, 0.85)):
             rings.append(middle + (half * oval - [0.0, 0.0, depth]) * size @ self._axes)
-        here = np.arange(n)
-        after = (here + 1) % n
-        faces = []
-        for k in (0, n, 2 * n):
-            faces += [np.stack(c, axis=1) + k for c in ((here, here + n, after), (after, here + n, after + n))]
-        faces.append(np.stack([here + 3 * n, np.full(n, 4 * n), after + 3 * n], axis=1))
         rings.append(rings[-1].mean(axis=0)[None])
-        pocket = to_polydata(np.vstack(rings), np.vstack(faces))
+        pocket = to_polydata(np.vstack(rings), ring_triangles(n, 4, last=4 * n)[:, [0, 2, 1]])
         tints = [(84, 38, 36), (50, 20, 19), (26, 9, 9), (12, 4, 5), (12, 4, 5)]
         pocket.point_data["paint"] = np.repeat(np.array(tints, np.uint8), [n, n, n, n, 1], axis=0)
         return pocket

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from facewrinkle.anatomy.parts import follower
+from facewrinkle.appearance.companion_meshes import companion_meshes
 from facewrinkle.appearance.lid_margins import LidMargin
 from facewrinkle.plotting import Scene, Style
 from facewrinkle.simulation import Simulation
