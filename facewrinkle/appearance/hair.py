@@ -76,9 +76,7 @@ class Brows:
     """Hairs drawn for each given one, shifted and shortened at random: brows are dense, and their hairs thin."""
 
     STIFF, FINE = 0.5, 0.05
-    """Shares of a brow's length: bends that are shorter than the first are straightened, but for the finest, which
-    smoothing over the second removes.
-    """
+    """Shares of a brow's length: bends shorter than the first and longer than the second are straightened."""
 
     def __init__(self, hairs: BrowHairs, face: Face, pixel: float) -> None:
         self.hairs = hairs

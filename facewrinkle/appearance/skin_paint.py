@@ -122,9 +122,8 @@ class SkinPainter:
         away, nearest = self._tree.query(points)
         for opening, facing in zip(self._openings, self._facing, strict=True):
             behind = opening.behind(points, facing[nearest] & (away == 0.0))
-            colour += (smoothstep(behind / 0.3) * (LID_STRENGTH + (1.0 - LID_STRENGTH) * behind))[:, None] * (
-                flesh(behind) - colour
-            )
+            strength = smoothstep(behind / 0.3) * (LID_STRENGTH + (1.0 - LID_STRENGTH) * behind)
+            colour += strength[:, None] * (flesh(behind) - colour)
         return np.asarray(np.rint(colour), dtype=np.uint8)
 
     def _by_corners(self, points: Array) -> Array:
