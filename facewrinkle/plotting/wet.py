@@ -19,7 +19,6 @@ from .images import Image
 from .scene import Scene
 from .views import LIGHTS, VIEW_ANGLE, Style
 
-
 PLAIN: dict[str, Any] = {"color": "#f4f1ec", "opacity": 0.25, "specular": 1.0, "specular_power": 80.0, "diffuse": 0.5}
 """Options of `add_mesh` for a tear without refraction: quick, for movies."""
 
@@ -126,8 +125,8 @@ class TearScene(Scene):
         return self._image()
 
     def _plain(self, tear: pv.PolyData) -> Any:
-        options = {"smooth_shading": True, "culling": "back", "reset_camera": False, "render": False}
-        return self.plotter.add_mesh(tear, **options, **PLAIN)
+        options: dict[str, Any] = {"smooth_shading": True, "culling": "back", "reset_camera": False, "render": False}
+        return self.plotter.add_mesh(tear, **(options | PLAIN))
 
     def _wet(self, tear: pv.PolyData, behind: pv.Texture) -> Any:
         mapper = vtkPolyDataMapper()

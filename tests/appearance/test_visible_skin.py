@@ -1,4 +1,4 @@
-"""What is drawn of skin: small holes are closed, large ones are dim inside, and a mouth's lining has no back."""
+"""Skin as it is drawn: small holes are closed, large ones are dim inside, and a mouth's lining has no back."""
 
 from __future__ import annotations
 
