@@ -1,7 +1,8 @@
 """Pictures compared with baselines: expressions, fields, patterns and tears, without text.
 
-``make pictures`` draws the baselines anew. Before they are committed, somebody has to look at what changed: ``git diff``
-shows the files, and ``output/pictures`` what failed, next to its baseline. A baseline is right only if it was seen.
+``make pictures`` draws the baselines anew. Before they are committed, somebody has to look at what changed:
+``git diff`` shows the files, and ``output/pictures`` what failed, next to its baseline. A baseline is right only if it
+was seen.
 
 Mesa's software renderer draws the same pixels in every run. A graphics card draws others: there the comparisons with
 baselines are skipped, and tests that need none still run. ``-m "not pictures"`` leaves all of them out.
