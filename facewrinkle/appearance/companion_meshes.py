@@ -21,6 +21,13 @@ def companion_meshes(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
 
     They are the parts that came with the face, painted eyes where it has none, the flesh between lids and eyeballs, and
     between parted lips the dark of the mouth, teeth and tongue.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> sorted(companion_meshes(face, face.mesh))
+    ['eye_l', 'eye_r']
     """
     own = own_parts(face, frame)
     pose = np.asarray(frame.field_data.get(POSE, np.eye(4)), dtype=np.float64)

@@ -44,6 +44,13 @@ class PaintedEye:
     ----------
     eye : Eyeball
     face : Face
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> PaintedEye(face.eyes[0], face).at(face.points).array_names
+    ['Normals', 'paint']
     """
 
     def __init__(self, eye: Eyeball, face: Face) -> None:

@@ -70,6 +70,14 @@ class Brows:
     face : Face
     pixel : float
         Width of a pixel, in the unit of the mesh.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> brows = Brows(face.brows, face, pixel=0.1)
+    >>> brows.at(face.points, face.triangles, face.tissue.normals).point_data["paint"].shape[1]
+    4
     """
 
     STRANDS = 3
@@ -209,6 +217,13 @@ class Lashes:
     roots : list of tuple
         For each row of lashes, vertices of the skin (n,), and their weights (k, n) in the roots of its k lashes; empty
         if there is no skin before the eye.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> [len(weights) for _, weights in Lashes(face.eyes[0], face, pixel=0.1).roots]
+    [130, 70]
     """
 
     KNOTS = 5

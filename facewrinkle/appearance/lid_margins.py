@@ -40,6 +40,18 @@ class LidMargin:
     ----------
     loop : ndarray of int
         Vertices of the rim in order; empty where the skin goes on behind the lids, or the ball fills the hole.
+
+    Examples
+    --------
+    The balls of the built-in face fill their holes; smaller ones would not:
+
+    >>> import facewrinkle as fw
+    >>> from dataclasses import replace
+    >>> face = fw.default_face()
+    >>> eye = face.eyes[0]
+    >>> small = LidMargin(replace(eye, radius=0.9 * eye.radius), face)
+    >>> len(LidMargin(eye, face).loop), small.at(face.points).n_open_edges == 2 * len(small.loop)
+    (0, True)
     """
 
     def __init__(self, eye: Eyeball, face: Face) -> None:

@@ -50,6 +50,14 @@ class Mouth:
         True if the skin goes on behind the lips.
     teeth : tuple of Arch
         The upper and the lower ones at rest, where there is a hole or a bag.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> mouth = Mouth(face)
+    >>> mouth.parted(face.points), sorted(mouth.inside(face.points))
+    (False, ['lower_teeth', 'tongue', 'upper_teeth'])
     """
 
     INSIDE = ("upper_teeth", "lower_teeth", "tongue")

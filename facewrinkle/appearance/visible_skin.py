@@ -31,6 +31,14 @@ class VisibleSkin:
         Without landmarks, nothing tells which of its holes are faults.
     bag : bool
         The skin goes on behind the lips; that part of it may come out through the chin.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> before = face.frame.world(np.array([0.0, 0.0, 10.0]))
+    >>> VisibleSkin(face, bag=False).of(face.mesh, before) is face.mesh
+    True
     """
 
     def __init__(self, face: Face, bag: bool) -> None:
