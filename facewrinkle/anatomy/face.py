@@ -14,6 +14,7 @@ import pyvista as pv
 
 from ..errors import MeshError
 from ..geometry.normals import vertex_normals
+from ..geometry.topology import boundary_loops
 from ..mesh import to_polydata
 from ..mesh.frame_state import FrameState
 from .atlas import Atlas, load_atlas
@@ -22,7 +23,7 @@ from .brow_hairs import BrowHairs
 from .cavities import Cavities, Lining
 from .eye_placement import place_eyeballs
 from .eyeball import Eyeball
-from .eyelid_opening import EyelidOpening, eyelid_opening
+from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim
 from .eyelids import lid_weights
 from .jaw import Mandible, jaw_weights
 from .joint_weights import JointWeights
@@ -146,6 +147,11 @@ class Face:
         return np.ascontiguousarray(self.mesh.regular_faces, dtype=np.int32)
 
     @cached_property
+    def boundary_loops(self) -> list[npt.NDArray[np.int32]]:
+        """Vertices around each hole of the mesh, in order."""
+        return boundary_loops(self.triangles)
+
+    @cached_property
     def frame(self) -> FaceFrame:
         """Axes and size of the face; without landmarks those of the coordinates, and a fifth of the mesh's size."""
         if not self.landmarks:
@@ -163,6 +169,12 @@ class Face:
         """What is between the open lids of each eye, by side; eyes whose lids are closed have none."""
         found = {eye.side: eyelid_opening(eye, self.points, self.triangles, self.landmarks) for eye in self.eyes}
         return {side: opening for side, opening in found.items() if opening is not None}
+
+    @cached_property
+    def lid_rims(self) -> dict[str, npt.NDArray[np.int32]]:
+        """Vertices around the hole before each eye, in order, by side; none where the skin goes on behind the lids."""
+        found = {eye.side: lid_rim(eye, self.points, self.triangles) for eye in self.eyes}
+        return {side: rim for side, rim in found.items() if rim is not None}
 
     @cached_property
     def cavities(self) -> Cavities:

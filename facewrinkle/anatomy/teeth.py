@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from ..geometry.rings import ring_triangles
 from ..mesh import to_polydata
 from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame
 
@@ -117,6 +118,7 @@ def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
     """Points (left, up, forward), triangles and colours in mm; the incisors' edges meet the outer border at 0."""
     sign = 1.0 if jaw == "upper" else -1.0
     parts = [_gum(jaw)]
+    crowns = ring_triangles(AROUND, LEVELS, first=AROUND * LEVELS)
     place = 0.0
     for k, width in enumerate(WIDTHS[jaw]):
         centre, outward = _on_border(jaw, np.array(place + 0.5 * width))
@@ -126,7 +128,7 @@ def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
         left = centre + crown[:, :1] * along + crown[:, 1:2] * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
         share = np.clip(crown[:, 1:2] / HEIGHTS[jaw][k], 0.0, 1.0)
         paint = ENAMEL + (ROOT - ENAMEL) * share**2
-        parts += [(left, _tube(AROUND, LEVELS), paint), (left * [-1, 1, 1], _tube(AROUND, LEVELS)[:, ::-1], paint)]
+        parts += [(left, crowns, paint), (left * [-1, 1, 1], crowns[:, ::-1], paint)]
     offsets = np.cumsum([0] + [len(points) for points, _, _ in parts])
     points = np.concatenate([points for points, _, _ in parts]) * [1.0, sign, 1.0]
     triangles = np.concatenate([t + offset for (_, t, _), offset in zip(parts, offsets, strict=False)])
@@ -180,20 +182,5 @@ def _gum(jaw: str) -> tuple[Array, IntArray, Array]:
     left = np.stack(rows, axis=1)
     whole = np.concatenate([left[:0:-1] * [-1.0, 1.0, 1.0], left])
     m, n = whole.shape[:2]
-    corner = (np.arange(m - 1)[:, None] * n + np.arange(n - 1)).ravel()
-    triangles = np.concatenate(
-        [np.stack([corner, corner + n, corner + 1], axis=1), np.stack([corner + 1, corner + n, corner + n + 1], axis=1)]
-    )
+    triangles = ring_triangles(n, m, closed=False)[:, [0, 2, 1]]
     return whole.reshape(-1, 3), triangles, np.tile(GUM, (m * n, 1))
-
-
-def _tube(around: int, levels: int) -> IntArray:
-    """Triangles of rings of points joined up, and of the first closed by the last point."""
-    here = np.arange(around) + around * np.arange(levels - 1)[:, None]
-    after = (np.arange(around) + 1) % around + around * np.arange(levels - 1)[:, None]
-    sides = [
-        np.stack(c, axis=-1).reshape(-1, 3)
-        for c in ((here, after, here + around), (after, after + around, here + around))
-    ]
-    cap = np.stack([after[0], here[0], np.full(around, around * levels)], axis=1)
-    return np.asarray(np.vstack([*sides, cap]), dtype=np.int32)

@@ -1,1 +1,1 @@
-"""What is seen beside the skin, as meshes with colours and without a plotter: pictures and files share it."""
+"""Meshes, with colours, of what is seen of a face beside its skin: pictures and files share them."""

@@ -1,4 +1,4 @@
-"""All that is seen beside the skin in a frame, as meshes: parts that came with the face, eyes, mouth."""
+"""Meshes of all that is seen beside the skin in a frame, but hair: parts that came with the face, eyes, mouth."""
 
 from __future__ import annotations
 
@@ -13,12 +13,20 @@ from .mouth import Mouth
 from .own_parts import own_parts
 
 Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 
 def companion_meshes(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
-    """What is beside the skin in a frame, with `paint` (rgb): the parts that came with the face, painted eyes where it
-    has none, and between parted lips the dark, teeth and tongue.
+    """Return meshes by name of what is seen beside the skin in a frame, with `paint` (rgb) or texture coordinates.
+
+    They are the parts that came with the face, painted eyes where it has none, the flesh between lids and eyeballs, and
+    between parted lips the dark of the mouth, teeth and tongue.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> sorted(companion_meshes(face, face.mesh))
+    ['eye_l', 'eye_r']
     """
     own = own_parts(face, frame)
     state = face.state_of(frame)

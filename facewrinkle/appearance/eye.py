@@ -1,4 +1,4 @@
-"""What is drawn beside the skin: painted eyes, what came with the face, and the dark behind parted lips."""
+"""Painted eyes, for faces that come without eyeballs of their own."""
 
 from __future__ import annotations
 
@@ -8,20 +8,24 @@ import pyvista as pv
 
 from ..anatomy.eyeball import RADIUS, Eyeball
 from ..anatomy.face import Face
+from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
 
 Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 PUPIL, IRIS = 9.0, 28.5
-"""Angles from the middle of the eye, degrees."""
+"""Angles between the axis of the eye and the borders of pupil and iris, degrees."""
 
-RINGS = np.concatenate([np.linspace(0.0, 8.0, 4), np.linspace(8.5, 34.0, 27), np.linspace(37.0, 97.0, 11)])
+ANGLES = np.concatenate([np.linspace(0.0, 8.0, 4), np.linspace(8.5, 34.0, 27), np.linspace(37.0, 97.0, 11)])
+"""Angles between the axis of the eye and the rings of vertices, degrees."""
+
 SPOKES = 96
+"""Vertices of each ring."""
 
 COLOURS = {
     name: np.array(colour, dtype=np.float64)
     for name, colour in {
+        "pupil": (8, 8, 10),
         "iris": (98, 116, 122),
         "collar": (128, 104, 72),
         "limbus": (34, 38, 42),
@@ -34,12 +38,19 @@ COLOURS = {
 
 
 class PaintedEye:
-    """The front of an eyeball: pupil, streaked iris, dark rim, sclera; darker under the lids, wherever these are.
+    """The front of an eyeball: pupil, streaked iris, dark limbus, and a sclera that is darker below the lids.
 
     Parameters
     ----------
     eye : Eyeball
     face : Face
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> PaintedEye(face.eyes[0], face).at(face.points).array_names
+    ['Normals', 'paint']
     """
 
     def __init__(self, eye: Eyeball, face: Face) -> None:
@@ -47,43 +58,41 @@ class PaintedEye:
         opening = face.eyelid_openings.get(eye.side)
         self._margins = None if opening is None else (opening.upper, opening.lower)
         self._corners = [face.landmarks[f"eye_{eye.side}_{end}"] for end in ("inner", "outer")]
-        self._ring, self._spoke = (
-            grid.ravel() for grid in np.meshgrid(RINGS, np.arange(SPOKES) * (2.0 * np.pi / SPOKES), indexing="ij")
+        self._angle, self._spoke = (
+            grid.ravel() for grid in np.meshgrid(ANGLES, np.arange(SPOKES) * (2.0 * np.pi / SPOKES), indexing="ij")
         )
         adult = RADIUS * face.frame.pupil_distance  # irises are as large in larger eyes
-        self._paint = _eye_paint(self._ring * eye.radius / adult, self._spoke)
-        here = np.arange(SPOKES) + SPOKES * np.arange(len(RINGS) - 1)[:, None]
-        after = (np.arange(SPOKES) + 1) % SPOKES + SPOKES * np.arange(len(RINGS) - 1)[:, None]
-        self._quads = np.stack([here, here + SPOKES, after + SPOKES, after], axis=-1).reshape(-1, 4)
+        self._paint = _eye_paint(self._angle * eye.radius / adult, self._spoke)
+        self._quads = ring_quads(SPOKES, len(ANGLES))[:, [0, 3, 2, 1]].astype(int)
 
     @property
     def open(self) -> bool:
-        """Whether the skin before the eye has an opening; otherwise lids, or an eye of the mesh's own, cover it."""
+        """True if the skin has an opening before the eye; if not, lids or an eye of the mesh cover it."""
         return self._margins is not None
 
     def at(self, points: Array, gaze: Array | None = None) -> pv.PolyData:
-        """The eyeball, with `paint` (rgb), between lids whose vertices are where they are now (n, 3).
+        """Return the eyeball, with `paint` (rgb), between lids with vertices at `points` (n, 3).
 
-        Normals are those of the cornea, which is more curved than the ball.
+        Its normals are those of the cornea, which is more curved than the ball.
         """
         eye = self.eye
         gaze = eye.gaze if gaze is None else gaze
         side = np.cross(eye.up, gaze)
         side /= np.linalg.norm(side)
         axes = np.stack([side, np.cross(gaze, side), gaze])
-        share = 1.0 - smoothstep((self._ring - 25.0) / 9.0)
-        directions = _directions(self._ring, self._spoke) @ axes
+        cornea = 1.0 - smoothstep((self._angle - 25.0) / 9.0)
+        directions = _directions(self._angle, self._spoke) @ axes
         ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * directions, self._quads)
-        ball.point_data["Normals"] = _directions(self._ring * (1.0 + 0.5 * share), self._spoke) @ axes
+        ball.point_data["Normals"] = _directions(self._angle * (1.0 + 0.5 * cornea), self._spoke) @ axes
         paint = self._between_lids(directions, points)
         ball.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8)
         return ball
 
     def _between_lids(self, directions: Array, points: Array) -> Array:
-        """The paint, with the lids' shadows, the wet lower margin and the flesh of the inner corner."""
+        """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
         inner, outer = (corner - self.eye.centre for corner in self._corners)
-        near = np.degrees(np.arccos(np.clip(directions @ inner / np.linalg.norm(inner), -1.0, 1.0)))
-        paint = _mixed(self._paint, np.broadcast_to(COLOURS["caruncle"], self._paint.shape), 1.25 - near / 11.0)
+        from_corner = np.degrees(np.arccos(np.clip(directions @ inner / np.linalg.norm(inner), -1.0, 1.0)))
+        paint = _mixed(self._paint, COLOURS["caruncle"], 1.25 - from_corner / 11.0)
         if self._margins is None:
             return paint
         lateral = (outer - inner) / np.linalg.norm(outer - inner)
@@ -92,27 +101,27 @@ class PaintedEye:
         forward = self.eye.gaze - (self.eye.gaze @ lateral) * lateral
         place = directions @ lateral
         height = np.degrees(np.arctan2(directions @ up, directions @ forward))
-        from_margin = []
-        for chain in self._margins:
-            offset = (points[chain] - self.eye.centre) / self.eye.radius
+        margins = []
+        for margin in self._margins:
+            offset = (points[margin] - self.eye.centre) / self.eye.radius
             order = np.argsort(offset @ lateral, kind="stable")
             elevation = np.degrees(np.arctan2(offset @ up, offset @ forward))
-            from_margin.append(np.interp(place, (offset @ lateral)[order], elevation[order]))
-        below, above = from_margin[0] - height, height - from_margin[1]
+            margins.append(np.interp(place, (offset @ lateral)[order], elevation[order]))
+        below, above = margins[0] - height, height - margins[1]
         wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))[:, None]
         paint = paint + wet * (COLOURS["tears"] - paint)
         shade = 0.62 * np.exp(-np.maximum(below, 0.0) / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
         return np.asarray(paint * (1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]))
 
 
-def _directions(ring: Array, spoke: Array) -> Array:
-    """Unit vectors (n, 3) [aside, up, ahead] at angles from the middle, degrees, on spokes, radians."""
-    away = np.sin(np.radians(ring))
-    return np.stack([away * np.cos(spoke), away * np.sin(spoke), np.cos(np.radians(ring))], axis=1)
+def _directions(angle: Array, spoke: Array) -> Array:
+    """Unit vectors (n, 3) [aside, up, ahead] at angles from the axis, degrees, on spokes, radians."""
+    away = np.sin(np.radians(angle))
+    return np.stack([away * np.cos(spoke), away * np.sin(spoke), np.cos(np.radians(angle))], axis=1)
 
 
 def _eye_paint(angle: Array, spoke: Array) -> Array:
-    """Colours (n, 3) of points at an angle from the middle, degrees, on a spoke, radians."""
+    """Colours (n, 3) of points at angles from the axis, degrees, on spokes, radians."""
     across = np.clip((angle - PUPIL) / (IRIS - PUPIL), 0.0, 1.0)
     wave = 0.5 * np.sin(7.0 * across + 3.0 * np.sin(5.0 * spoke))
     fibres = 0.55 * np.sin(29.0 * spoke + wave) * np.sin(11.0 * spoke + 4.0 * across) + 0.45 * np.sin(
@@ -126,11 +135,12 @@ def _eye_paint(angle: Array, spoke: Array) -> Array:
     vein = smoothstep((np.sin(13.0 * spoke + 3.0 * np.sin(0.11 * angle + 4.0 * spoke)) - 0.93) / 0.07)
     red = smoothstep((angle - 36.0) / 50.0) + 0.25 * vein * smoothstep((angle - 38.0) / 14.0)
     sclera = COLOURS["sclera"] + np.clip(red, 0.0, 1.0)[:, None] * (COLOURS["corner"] - COLOURS["sclera"])
-    paint = _mixed(iris, np.broadcast_to(COLOURS["limbus"], iris.shape), 0.9 * (angle - 23.5) / 4.0)
+    paint = _mixed(iris, COLOURS["limbus"], 0.9 * (angle - 23.5) / 4.0)
     paint = _mixed(paint, sclera, (angle - IRIS + 1.2) / 4.2)
-    return _mixed(np.tile([8.0, 8.0, 10.0], (len(angle), 1)), paint, (angle - PUPIL) / 1.3)
+    return _mixed(COLOURS["pupil"], paint, (angle - PUPIL) / 1.3)
 
 
 def _mixed(first: Array, second: Array, t: Array) -> Array:
+    """Colours (n, 3) between a first one, at t <= 0, and a second one, at t >= 1."""
     share = smoothstep(t)[:, None]
     return np.asarray(first * (1.0 - share) + second * share)

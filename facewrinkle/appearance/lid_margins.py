@@ -1,4 +1,4 @@
-"""The flesh between lids and eyeballs, where the skin of a face ends at the lids."""
+"""Flesh between lids and eyeballs, where the skin of a face ends at the margins of the lids."""
 
 from __future__ import annotations
 
@@ -7,27 +7,29 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.eyeball import Eyeball
-from ..anatomy.eyelid_opening import lid_rim
 from ..anatomy.face import Face
 from ..geometry.normals import vertex_normals
+from ..geometry.rings import ring_triangles
 from ..mesh import to_polydata
 from .skin_paint import flesh
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
 
-WITHIN = 0.96
-"""Where the flesh ends, in radii of the ball: in it."""
+END = 0.96
+"""Distance from the centre of the ball, in its radii, at which the flesh ends inside the ball."""
 
 FILLED = 1.05
-"""Where no part of the rim is farther from the centre, in radii, the ball fills the hole."""
+"""A ball fills the hole before it if no vertex of the rim is farther from its centre than this, in radii."""
 
-ROWS = np.linspace(0.0, 1.0, 5)
-"""Of vertices, from the rim (0) to where the flesh ends."""
+DEPTHS = np.linspace(0.0, 1.0, 5)
+"""Depths of the rings of vertices, from the rim (0) to the end (1)."""
 
 
 class LidMargin:
-    """A strip from the rim of the hole that a skin has before an eye, to the ball: without it one looks past the ball
-    into the dark where the lids do not touch it, in the corners above all.
+    """A strip of flesh that leads from the rim of the hole before an eye into the ball.
+
+    Without it, one looks past the ball into the dark wherever the lids do not touch it, above all in the corners.
 
     Parameters
     ----------
@@ -37,27 +39,36 @@ class LidMargin:
     Attributes
     ----------
     loop : ndarray of int
-        Vertices of the rim in order; none where the skin goes on behind the lids, or the ball fills the hole.
+        Vertices of the rim in order; empty where the skin goes on behind the lids, or the ball fills the hole.
+
+    Examples
+    --------
+    The balls of the built-in face fill their holes; smaller ones would not:
+
+    >>> import facewrinkle as fw
+    >>> from dataclasses import replace
+    >>> face = fw.default_face()
+    >>> eye = face.eyes[0]
+    >>> small = LidMargin(replace(eye, radius=0.9 * eye.radius), face)
+    >>> len(LidMargin(eye, face).loop), small.at(face.points).n_open_edges == 2 * len(small.loop)
+    (0, True)
     """
 
     def __init__(self, eye: Eyeball, face: Face) -> None:
         self.eye = eye
-        loop = lid_rim(eye, face.points, face.triangles)
-        reach = 0.0 if loop is None else float(np.linalg.norm(face.points[loop] - eye.centre, axis=1).max())
-        self.loop = np.empty(0, np.int32) if loop is None or reach <= FILLED * eye.radius else loop
+        loop: IntArray = face.lid_rims.get(eye.side, np.empty(0, np.int32))
+        farthest = np.linalg.norm(face.points[loop] - eye.centre, axis=1).max(initial=0.0)
+        self.loop = loop if farthest > FILLED * eye.radius else loop[:0]
         n = len(self.loop)
-        here = np.arange(n) + n * np.arange(len(ROWS) - 1)[:, None]
-        after = (np.arange(n) + 1) % max(n, 1) + n * np.arange(len(ROWS) - 1)[:, None]
-        corners = [(after, here, here + n), (after, here + n, after + n)]
-        self._triangles = np.concatenate([np.stack(c, axis=-1).reshape(-1, 3) for c in corners]).astype(np.int32)
-        self._paint = np.rint(flesh(np.repeat(ROWS, n))).astype(np.uint8)
+        self._triangles = ring_triangles(n, len(DEPTHS))[:, [0, 2, 1]]
+        self._paint = np.rint(flesh(np.repeat(DEPTHS, n))).astype(np.uint8)
 
     def at(self, points: Array) -> pv.PolyData:
-        """The strip, with `paint` (rgb), at lids whose vertices are where they are now (n, 3)."""
+        """Return the strip, with `paint` (rgb), between lids with vertices at `points` (n, 3)."""
         offset = points[self.loop] - self.eye.centre
         distance = np.linalg.norm(offset, axis=1, keepdims=True)
-        end = np.minimum(WITHIN * self.eye.radius, distance - 0.02 * self.eye.radius)
-        away = distance + ROWS[:, None, None] * (end - distance)
+        end = np.minimum(END * self.eye.radius, distance - 0.02 * self.eye.radius)
+        away = distance + DEPTHS[:, None, None] * (end - distance)
         strip = (self.eye.centre + away * (offset / distance)).reshape(-1, 3)
         mesh = to_polydata(strip, self._triangles)
         mesh.point_data["Normals"] = vertex_normals(strip, self._triangles)

@@ -1,28 +1,23 @@
-"""The parts that came with a face and are drawn as they are."""
+"""Parts that came with a face and are drawn with their own shape and colours."""
 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.parts import Part
 from ..mesh import split_at_seams
 
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-
-
 PART_COLOURS = {
     "teeth": (214, 205, 186), "tongue": (176, 92, 88), "glasses": (40, 40, 44), "other": (150, 140, 134),
     "hair": (62, 46, 38),
 }  # fmt: skip
-"""Of what came with a face, where it has no colours."""
+"""Colours of parts that have none, by what their names hold; those of hair for all others."""
 
 
 def has_colours(mesh: pv.PolyData) -> bool:
-    """Whether the points of a mesh have colours, of uint8 or from 0 to 1."""
+    """Return True if the points of a mesh have colours, of uint8 or from 0 to 1."""
     colours = mesh.point_data.get("Colors")
     if colours is None or colours.ndim != 2 or colours.shape[1] not in (3, 4):
         return False
@@ -30,8 +25,10 @@ def has_colours(mesh: pv.PolyData) -> bool:
 
 
 def is_drawn(name: str, part: Part) -> bool:
-    """Whether a part is drawn as it is: an eye without colours, or of one, would be blind, and is painted; lashes are
-    in place of cards that lack their picture.
+    """Return True if a part is drawn as it is.
+
+    An eye that has no colours, or only one, would look blind: a painted one takes its place. So do lashes in place of
+    hair cards whose picture is missing.
     """
     if name.startswith("lashes"):
         return not part.lacks_picture
@@ -41,7 +38,10 @@ def is_drawn(name: str, part: Part) -> bool:
 
 
 def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
-    """What came with the face and is drawn as it is, where it is in a frame: with `paint` where it has no texture."""
+    """Return the parts by name that are drawn as they are, where they are in a frame.
+
+    They have `paint` (rgb) where they have no texture.
+    """
     if not face.parts:
         return {}
     parts = {name: part for name, part in face.parts_at(frame).items() if is_drawn(name, face.parts[name])}

@@ -1,7 +1,7 @@
-"""The colour of skin by where it lies on a face: red, yellow and grey zones, eye sockets, lips, and cropped hair.
+"""Colours of skin by its place on a face: red, yellow and grey zones, eye sockets, lips, and cropped hair.
 
-Everything is placed by landmarks, so it goes on any mesh. Colours are bytes (0 to 255) as numbers; lengths are mm on a
-face whose pupils are 63 mm apart.
+Landmarks place everything, so it fits any mesh. Colours are numbers from 0 to 255; lengths are mm on a face whose
+pupils are 63 mm apart.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from ..anatomy.cavities import INSIDE as WITHIN
-from ..anatomy.cavities import Cavities
+from ..anatomy.cavities import INSIDE, Cavities
 from ..anatomy.face import Face
 from ..anatomy.hairline import hair_cover
 from ..anatomy.landmarks import FaceFrame, of_side
@@ -22,9 +21,9 @@ from ..geometry.smoothstep import smoothstep
 
 Array = npt.NDArray[np.float64]
 
-SKIN = (211.0, 169.0, 142.0)
+SKIN_COLOUR = (211.0, 169.0, 142.0)
 
-ZONES: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, float], float], ...] = (
+TINTS: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, float], float], ...] = (
     # landmark, offset [outwards, up, forward], reach, colour, strength
     ("forehead_mid", (0, 0, 0), 30, (222, 180, 148), 0.55),
     ("brow_mid", (8, 14, 0), 20, (220, 176, 146), 0.4),
@@ -44,46 +43,43 @@ ZONES: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, f
     ("gonion", (0, -40, 0), 34, (204, 158, 128), 0.45),
 )
 
-BEARD = ((142.0, 118.0, 110.0), 0.13)
+BEARD_COLOUR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
 
-HAIR = (50.0, 38.0, 31.0)
+HAIR_COLOUR = (50.0, 38.0, 31.0)
 
+WHOLE_HEAD = 25.0
+"""A mesh is a whole head if it reaches this far above the hairline, and twice as far behind the ears."""
 
-SCALP = 25.0
-"""A mesh that reaches so far above the hairline in mm, and twice as far behind the ears, is a whole head."""
+LIP_COLOUR = (178.0, 104.0, 96.0)
 
-LIPS = (178.0, 104.0, 96.0)
+CAVITY_COLOURS = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
+"""Colours in mouth and nostrils, the depths where they begin, and over how much more depth they reach full strength."""
 
+NOSTRIL_RATE, NOSTRIL_RIM = 2.2, 1.3
+"""Nostrils darken faster than the mouth by this factor, below the depth over which their rims are rounded."""
 
-INSIDE = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
-"""Of mouth and nostrils: colour, the depth where it begins, and over how much more it comes."""
+NOSTRIL_TILT = 40.0
+"""Depth in nostrils is measured as seen from this far below, degrees: from the front, wings and sill hide it."""
 
-NARROW, RIM = 2.2, 1.3
-"""How much faster it darkens in nostrils than in the mouth, and the depth that their rims are rounded over, mm."""
-
-TILT = 40.0
-"""Nostrils are looked into from so far below, degrees: from the front, wings and sill hide how deep they are."""
-
-DEEP = 20.0
-"""Where it is all dark, mm."""
-
+HIDDEN_DEPTH = 20.0
+"""The lining that is not seen from the front is as dark as at this depth."""
 
 LID, FLESH, DEEP_FLESH = (
     np.array(colour, dtype=np.float64) for colour in ((208, 150, 132), (190, 112, 100), (120, 58, 52))
 )
-"""Of the flesh between lids and eyeballs, at the margins, behind them, and at the ball."""
+"""Colours of the flesh between lids and eyeballs, at the margins, behind them, and at the ball."""
 
-WET = 0.75
-"""How much of their colour the thickness of lids and the lining of sockets have."""
+LID_STRENGTH = 0.75
+"""Share of these colours in that of thick lids near their margins; it grows to 1 at the ball."""
 
 
 class SkinPainter:
-    """The colours of a face that has none of its own: skin, lips, cropped hair, and the dark of mouth and nostrils.
+    """Paints a face that has no colours of its own: skin, lips, cropped hair, and the dark of mouth and nostrils.
 
     Parameters
     ----------
     face : Face
-        With landmarks. Hair is painted where the mesh is a whole head: on a mask it would look like dirt.
+        With landmarks. Hair is painted only if the mesh is a whole head: on a mask it would look like dirt.
 
     Examples
     --------
@@ -96,41 +92,42 @@ class SkinPainter:
     def __init__(self, face: Face) -> None:
         self._face = face
         self._cavities = face.cavities
-        self._nostrils = Cavities(face.points, face.triangles, face.landmarks, face.frame.tilted(TILT))
+        self._nostrils = Cavities(face.points, face.triangles, face.landmarks, face.frame.tilted(NOSTRIL_TILT))
         self._lining = face.lining
         self._openings = [opening for opening in face.eyelid_openings.values() if opening.thick]
         self._tree, normals = cKDTree(face.points), vertex_normals(face.points, face.triangles)
-        self._facing = [  # the balls; they are far from each other
+        self._facing = [  # vertices that face a ball; the two are far from each other
             ((face.points - opening.eye.centre) * normals).sum(axis=1) < 0.0 for opening in self._openings
         ]
         where = face.frame.local_mm(face.points)
         ear, top = (face.frame.local_mm(face.landmarks[name]) for name in ("zygion_l", "trichion"))
-        self._hair = bool((where[:, 1].max() > top[1] + SCALP) & (where[:, 2].min() < ear[2] - 2.0 * SCALP))
+        self._hair = bool((where[:, 1].max() > top[1] + WHOLE_HEAD) & (where[:, 2].min() < ear[2] - 2.0 * WHOLE_HEAD))
 
     def __call__(self, points: Array) -> npt.NDArray[np.uint8]:
-        """Colours (n, 3) of points of the face at rest."""
+        """Return the colours (n, 3) of points of the face at rest."""
         landmarks, frame = self._face.landmarks, self._face.frame
         colour = complexion(points, landmarks, frame)
         depth = self._cavities.depth(points)
         creased = smoothstep((depth - 0.3) / 1.2) * self._by_corners(points)
         red = np.maximum(lips(points, landmarks, frame), creased)
-        colour += 0.7 * red[:, None] * (np.array(LIPS) - colour)
+        colour += 0.7 * red[:, None] * (np.array(LIP_COLOUR) - colour)
         if self._hair:
             hair = 0.93 * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
-            colour += hair * (np.array(HAIR) - colour)
-        depth[self._lining.holds(points) & (depth < WITHIN)] = DEEP  # farther than is seen from the front
+            colour += hair * (np.array(HAIR_COLOUR) - colour)
+        depth[self._lining.holds(points) & (depth < INSIDE)] = HIDDEN_DEPTH  # farther than is seen from the front
         rims = self._cavities.at_nostrils(points)
-        for where, inside in ((1.0 - rims, depth), (rims, NARROW * (self._nostrils.depth(points) - RIM))):
-            for tint, begin, over in INSIDE:
+        for where, inside in ((1.0 - rims, depth), (rims, NOSTRIL_RATE * (self._nostrils.depth(points) - NOSTRIL_RIM))):
+            for tint, begin, over in CAVITY_COLOURS:
                 colour += (where * smoothstep((inside - begin) / over))[:, None] * (np.array(tint) - colour)
         away, nearest = self._tree.query(points)
         for opening, facing in zip(self._openings, self._facing, strict=True):
             behind = opening.behind(points, facing[nearest] & (away == 0.0))
-            colour += (smoothstep(behind / 0.3) * (WET + (1.0 - WET) * behind))[:, None] * (flesh(behind) - colour)
+            strength = smoothstep(behind / 0.3) * (LID_STRENGTH + (1.0 - LID_STRENGTH) * behind)
+            colour += strength[:, None] * (flesh(behind) - colour)
         return np.asarray(np.rint(colour), dtype=np.uint8)
 
     def _by_corners(self, points: Array) -> Array:
-        """How much (0 to 1) points lie by the corners of the mouth, where lips end in a crease."""
+        """Nearness (0 to 1) of points to the corners of the mouth, where the lips end in a crease."""
         where = self._face.frame.local_mm(points)
         corners = [self._face.frame.local_mm(self._face.landmarks[f"mouth_{side}"]) for side in "lr"]
         away = np.min([np.linalg.norm(where - corner, axis=1) for corner in corners], axis=0)
@@ -138,7 +135,7 @@ class SkinPainter:
 
 
 def complexion(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
-    """Colour (n, 3) of the skin at points of a face, without lips and hair.
+    """Return the colour (n, 3) of the skin at points of a face, without lips and hair.
 
     Examples
     --------
@@ -150,26 +147,25 @@ def complexion(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     True
     """
     where = frame.local_mm(points)
-    colour = np.tile(SKIN, (len(points), 1))
-    for stem, offset, reach, tint, strength in ZONES:
+    colour = np.tile(SKIN_COLOUR, (len(points), 1))
+    for stem, offset, reach, tint, strength in TINTS:
         cover = np.zeros(len(points))
         for side, sign in (("l", 1.0), ("r", -1.0)):
             centre = frame.local_mm(landmarks[of_side(stem, side)]) + np.array(offset) * [sign, 1.0, 1.0]
             cover = np.maximum(cover, np.exp(-0.5 * ((where - centre) ** 2).sum(axis=1) / reach**2))
         colour += strength * cover[:, None] * (np.array(tint) - colour)
-    shade, strength = BEARD
-    colour += strength * beard(where, landmarks, frame)[:, None] * (np.array(shade) - colour)
+    colour += BEARD_STRENGTH * beard(where, landmarks, frame)[:, None] * (np.array(BEARD_COLOUR) - colour)
     return colour
 
 
 def flesh(behind: Array) -> Array:
-    """Colour (n, 3) of what lies between the margin of a lid (0) and the ball (1)."""
+    """Return the colour (n, 3) of flesh at depths (n,) between the margin of a lid (0) and the ball (1)."""
     t = behind[:, None]
     return np.asarray(np.where(t < 0.4, LID + (FLESH - LID) * t / 0.4, FLESH + (DEEP_FLESH - FLESH) * (t - 0.4) / 0.6))
 
 
 def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
-    """How much (0 to 1) local points lie where a beard would grow: jaw, chin, over the upper lip."""
+    """Return the density (0 to 1) of a beard at local points: on jaw, chin and upper lip, fading out around them."""
     mouth, nose, jaw, chin, ear = (
         frame.local_mm(landmarks[name]) for name in ("mouth_l", "subnasale", "gonion_l", "menton", "zygion_l")
     )
@@ -185,7 +181,7 @@ def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Arr
 
 
 def lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
-    """How much (0 to 1) points lie on the red of the lips, as far as four landmarks tell."""
+    """Return the strength (0 to 1) of the red of the lips at points of a face, as four landmarks place it."""
     where = frame.local_mm(points)
     upper, lower = (frame.local_mm(landmarks[name]) for name in ("upper_lip_mid", "lower_lip_mid"))
     corner = 0.5 * (frame.local_mm(landmarks["mouth_l"]) + frame.local_mm(landmarks["mouth_r"]) * [-1.0, 1.0, 1.0])

@@ -1,5 +1,5 @@
-"""Skin as pictures show it: without small holes, such as scanners leave, and without the back of a mouth's and eye
-sockets' lining.
+"""Skin as pictures show it: small holes, such as scanners leave, are closed, and the lining of mouth and eye sockets is
+not seen from behind.
 """
 
 from __future__ import annotations
@@ -9,45 +9,52 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.eyeball import Eyeball
-from ..anatomy.eyelid_opening import lid_rim
 from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
 from ..geometry.topology import boundary_loops
 from ..mesh.arrays import CORNERS
 
-SMALL = 0.3
-"""Holes across less are closed, in distances between the pupils: eyes and mouths are larger."""
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.integer]
+BoolArray = npt.NDArray[np.bool_]
 
-Triangles = npt.NDArray[np.int_]
+SMALL_HOLE = 0.3
+"""Holes smaller than this are closed, in distances between the pupils: eyes and mouths are larger."""
 
 
 class VisibleSkin:
-    """What is drawn of the skin of a face.
+    """The part of a face's skin that is drawn.
 
     Parameters
     ----------
     face : Face
-        Without landmarks nothing tells what is a hole in it.
+        Without landmarks, nothing tells which of its holes are faults.
     bag : bool
-        Its skin goes on behind the lips: there, it may come out through the chin.
+        The skin goes on behind the lips; that part of it may come out through the chin.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> before = face.frame.world(np.array([0.0, 0.0, 10.0]))
+    >>> VisibleSkin(face, bag=False).of(face.mesh, before) is face.mesh
+    True
     """
 
     def __init__(self, face: Face, bag: bool) -> None:
-        self._rims = np.zeros(len(face.points), bool)
-        limit = SMALL * face.frame.pupil_distance
-        loops = boundary_loops(face.triangles) if face.landmarks else []
+        limit = SMALL_HOLE * face.frame.pupil_distance
+        loops = face.boundary_loops if face.landmarks else []
         small = [loop for loop in loops if np.linalg.norm(np.ptp(face.points[loop], axis=0)) < limit]
+        self._rims = np.zeros(len(face.points), bool)
+        for loop in small:
+            self._rims[loop] = not face.lining.vertices[loop].all()
         self._lining = face.lining if bag else None
         self._sockets = _sockets(face)
-        if small:
-            inner = face.lining.vertices
-            for loop in small:
-                self._rims[loop] = not inner[loop].all()
 
-    def of(self, skin: pv.PolyData, eye: npt.NDArray[np.float64]) -> pv.PolyData:
-        """The skin of a frame as it is seen from a place: the frame itself where nothing is different."""
+    def of(self, skin: pv.PolyData, viewpoint: Array) -> pv.PolyData:
+        """Return the skin of a frame as it is seen from a place; the frame itself if nothing is different."""
         triangles = np.asarray(skin.regular_faces)
-        across, kept = self._across(skin, triangles), ~self._hidden(skin, triangles, eye)
+        across, kept = self._across(skin, triangles), ~self._hidden(skin, triangles, viewpoint)
         if not len(across) and kept.all():
             return skin
         drawn = skin.copy(deep=False)
@@ -58,7 +65,7 @@ class VisibleSkin:
             drawn.cell_data[CORNERS] = np.vstack([skin.cell_data[CORNERS][kept], corners])
         return drawn
 
-    def _across(self, skin: pv.PolyData, triangles: Triangles) -> Triangles:
+    def _across(self, skin: pv.PolyData, triangles: IntArray) -> IntArray:
         """Triangles across small holes, between the vertices of their rims as they are now."""
         if not self._rims.any():
             return np.empty((0, 3), triangles.dtype)
@@ -67,33 +74,27 @@ class VisibleSkin:
         polygons = np.concatenate([np.append(len(loop), loop) for loop in loops])
         return np.asarray(pv.PolyData(np.asarray(skin.points), faces=polygons).triangulate().regular_faces)
 
-    def _hidden(self, skin: pv.PolyData, triangles: Triangles, eye: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-        """Which triangles of linings are seen from within the flesh."""
+    def _hidden(self, skin: pv.PolyData, triangles: IntArray, viewpoint: Array) -> BoolArray:
+        """True for triangles of linings that are seen from within the flesh."""
         rest, lined = np.asarray(skin.point_data.get("rest", skin.points)), np.zeros(len(triangles), bool)
         if self._lining is not None:
             inner = self._lining.vertices
             lined |= np.append(inner, self._lining.holds(rest[len(inner) :]))[triangles].any(axis=1)
-        for socket in self._sockets:  # what faces the ball
+        for socket in self._sockets:
             offset = rest - socket.centre
             near = np.flatnonzero((np.linalg.norm(offset, axis=1) < SHELL * socket.radius)[triangles].all(axis=1))
-            lined[near] |= _faces(offset, triangles[near], np.zeros(3))
+            lined[near] |= _faces(offset, triangles[near], np.zeros(3))  # the ball
         hidden = np.zeros(len(triangles), bool)
-        hidden[lined] = ~_faces(np.asarray(skin.points), triangles[lined], eye)
+        hidden[lined] = ~_faces(np.asarray(skin.points), triangles[lined], viewpoint)
         return hidden
 
 
-def _faces(
-    points: npt.NDArray[np.float64], triangles: Triangles, place: npt.NDArray[np.float64]
-) -> npt.NDArray[np.bool_]:
-    """Which triangles show their front to a place."""
+def _faces(points: Array, triangles: IntArray, place: Array) -> BoolArray:
+    """True for triangles that turn their front to a place."""
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     return np.asarray((np.cross(b - a, c - a) * (place - a)).sum(axis=1) >= 0.0)
 
 
 def _sockets(face: Face) -> list[Eyeball]:
-    """The eyes between whose open lids and the ball the skin of a face goes on: its lining lies behind the lids."""
-    return [
-        eye
-        for eye in face.eyes
-        if eye.side in face.eyelid_openings and lid_rim(eye, face.points, face.triangles) is None
-    ]
+    """The eyes with open lids behind which the skin goes on, between lids and ball."""
+    return [eye for eye in face.eyes if eye.side in face.eyelid_openings and eye.side not in face.lid_rims]

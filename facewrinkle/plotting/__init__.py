@@ -2,8 +2,8 @@
 
 from .fields import FIELD_COLOURS
 from .images import Image, figure, save_picture, side_by_side, stacked
-from .scene import Scene, closeup, picture, pictures
-from .views import CLOSE, VIEWS, Style, View
+from .scene import Scene, picture, pictures
+from .views import CLOSE, VIEWS, Style, View, closeup
 from .wet import TearScene
 
 __all__ = [

@@ -11,14 +11,8 @@ import pyvista as pv
 
 from ..errors import ParameterError, unknown_name
 from ..mesh import ARRAYS, MUSCLES
-from .images import Image as Image
-from .images import figure as figure
-from .images import save_picture as save_picture
-from .images import side_by_side as side_by_side
-from .images import stacked as stacked
 
 Array = npt.NDArray[np.float64]
-
 
 FIELD_COLOURS: dict[str, tuple[str, tuple[float, float] | None]] = {
     "W": ("RdBu_r", None),
@@ -29,15 +23,25 @@ FIELD_COLOURS: dict[str, tuple[str, tuple[float, float] | None]] = {
     "muscle": ("Paired", None),
     "level": ("YlGnBu", None),
 }
-"""Colour maps of fields, and their ranges where these are not those of the values."""
-
+"""Colour maps of fields, and their ranges; None stands for the range of the values."""
 
 OF_MUSCLES = ("lambda", "gamma", "epsilon", "muscle")
 """Fields that mean nothing where no muscle wrinkles the skin."""
 
+NOTHING = "#8d8580"
+"""Colour of skin where a field means nothing."""
 
-def _field(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
-    """Colours and a scalar bar for a field in a window of this height; grey where it means nothing."""
+
+def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
+    """Return options of `add_mesh` that colour skin by a field, with a scalar bar for a window of this height, pixels.
+
+    Raises
+    ------
+    UnknownNameError
+        For a field that the skin does not have.
+    ParameterError
+        For one with several numbers per vertex.
+    """
     if name not in skin.point_data:
         raise unknown_name("field", name, [n for n in ARRAYS if n in skin.point_data])
     values = np.array(skin.point_data[name], dtype=np.float64)
@@ -51,13 +55,13 @@ def _field(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
     bar: dict[str, Any] = {"title": title, "title_font_size": height // 40, "label_font_size": height // 50}
     bar |= {"color": "white", "fmt": "%.2g", "vertical": True}
     bar |= {"position_x": 0.82, "position_y": 0.2, "height": 0.6, "width": 0.06}
-    options: dict[str, Any] = {"cmap": colours, "nan_color": "#8d8580", "specular": 0.0, "clim": limits}
+    options: dict[str, Any] = {"cmap": colours, "nan_color": NOTHING, "specular": 0.0, "clim": limits}
     if colours == "RdBu_r":
         options["clim"] = (-largest, largest)
     if name in ("muscle", "level"):
-        values = _of_triangles(values, skin)
+        values = _largest_corners(values, skin)
     if name == "muscle":
-        values, names = _pairs(values, [str(muscle) for muscle in skin.field_data[MUSCLES]])
+        values, names = _without_sides(values, [str(muscle) for muscle in skin.field_data[MUSCLES]])
         options |= {"annotations": dict(enumerate(names)), "clim": (-0.5, max(len(names), 1) - 0.5)}
         options["n_colors"] = max(len(names), 1)
         bar |= {"n_labels": 0, "position_x": 0.91}
@@ -68,14 +72,14 @@ def _field(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
     return options | {"scalars": values, "show_scalar_bar": True, "scalar_bar_args": bar}
 
 
-def _of_triangles(values: Array, skin: pv.PolyData) -> Array:
-    """The largest value of each triangle's corners, NaN if one is: between two names or levels there is no third."""
+def _largest_corners(values: Array, skin: pv.PolyData) -> Array:
+    """The largest value at the corners of each triangle, or NaN if one is: names and levels are not interpolated."""
     corners = values[np.asarray(skin.regular_faces)]
     return np.asarray(corners.max(axis=1))
 
 
-def _pairs(muscles: Array, names: Sequence[str]) -> tuple[Array, list[str]]:
-    """Indices (NaN for none) into the names without their sides, which are returned too."""
+def _without_sides(muscles: Array, names: Sequence[str]) -> tuple[Array, list[str]]:
+    """Indices of muscles (NaN for none) in the names without their sides, and these names."""
     stems = [name.removesuffix("_l").removesuffix("_r") for name in names]
     known = list(dict.fromkeys(stems))
     number = np.array([known.index(stem) for stem in stems] + [np.nan])

@@ -1,4 +1,4 @@
-"""Pictures as arrays of pixels: put together, shown, written."""
+"""Pictures as arrays of pixels: combining, showing and writing them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Image = npt.NDArray[np.uint8]
 
 
 def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
-    """Pictures of one height in a row.
+    """Return pictures of one height in a row.
 
     Examples
     --------
@@ -30,7 +30,7 @@ def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
 
 
 def stacked(images: Sequence[Image], gap: int = 4) -> Image:
-    """Pictures of one width, one under the other.
+    """Return pictures of one width, one below the other.
 
     Examples
     --------
@@ -43,7 +43,7 @@ def stacked(images: Sequence[Image], gap: int = 4) -> Image:
 
 
 def figure(image: Image) -> Any:
-    """A picture as a figure of Matplotlib, pixel by pixel: what notebooks and galleries show.
+    """Return a picture as a figure of Matplotlib, pixel by pixel, as notebooks and galleries show it.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def figure(image: Image) -> Any:
 
 
 def save_picture(image: Image, path: str | Path, colours: int | None = None) -> Path:
-    """Write a picture as PNG; with a palette of so many colours (at most 256), it takes a third of the space.
+    """Write a picture as PNG. With a palette of `colours` (at most 256) it takes a third of the space.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def save_picture(image: Image, path: str | Path, colours: int | None = None) -> 
 
 
 def reduced(image: Image, factor: int) -> Image:
-    """A picture smaller by a whole factor, each pixel the mean of those that it takes the place of.
+    """Return a picture that is smaller by a whole factor; each pixel is the mean of those that it replaces.
 
     Examples
     --------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -18,36 +18,37 @@ from ..appearance.mouth import Mouth
 from ..appearance.own_parts import has_colours, is_drawn, own_parts
 from ..appearance.skin_paint import SkinPainter
 from ..appearance.visible_skin import VisibleSkin
-from ..errors import unknown_name
 from ..mesh import split_at_seams, with_normals
-from . import shaders as _shading
-from .fields import _field
-from .images import Image as Image
-from .images import figure as figure
-from .images import reduced
-from .images import save_picture as save_picture
-from .images import side_by_side as side_by_side
-from .images import stacked as stacked
-from .views import CLOSE, LIGHTS, Style, _aim, _height, _stand
+from .fields import field_colouring
+from .images import Image, reduced
+from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, cavity_shading
+from .views import LIGHTS, Style, aim, height_of
 
 Array = npt.NDArray[np.float64]
-
+IntArray = npt.NDArray[np.int32]
 
 OWN = "own "
-"""What names of actors of parts that came with the face begin with."""
+"""Names of actors begin with it that show parts that came with the face."""
 
-SAMPLES = 2
-"""Pictures are drawn this many times larger and reduced: in software that takes half the time of multisampling."""
+SUPERSAMPLING = 2
+"""Pictures are drawn larger by this factor and reduced: in software that takes half the time of multisampling."""
 
-SKIN: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specular_power": 14.0}
-EYE: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
-HAIR: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
-SKIN_COLOUR = (0.87, 0.67, 0.56)
+SKIN_LIGHTING: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specular_power": 14.0}
+EYE_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
+HAIR_LIGHTING: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
+"""Options of `add_mesh`, for VTK's own shading: of hair, and in quick pictures also of what has a material."""
+
+PLAIN_COLOUR = (0.87, 0.67, 0.56)
+"""Colour of skin for meshes that the face's texture does not fit."""
+
 BACKGROUND = ("#20242a", "#3a4048")
+"""Colours of the background at the bottom and at the top."""
 
 
 class Scene:
-    """A camera, lights and a face before them, off screen; close it after use, or use it in a `with` statement.
+    """A camera, lights and a face in front of them, off screen.
+
+    Close it after use, or use it in a `with` statement.
 
     Parameters
     ----------
@@ -68,43 +69,45 @@ class Scene:
     """
 
     def __init__(self, face: Face, style: Style | None = None) -> None:
-        self.face = face
-        self.style = style or Style()
-        self._samples = 1 if self.style.quick else SAMPLES
-        window = [self._samples * pixels for pixels in self.style.size]
-        self.plotter = pv.Plotter(off_screen=True, window_size=window, lighting="none")
+        self.face, self.style = face, style or Style()
+        self._samples = 1 if self.style.quick else SUPERSAMPLING
+        self._window = [self._samples * pixels for pixels in self.style.size]
+        self.plotter = pv.Plotter(off_screen=True, window_size=self._window, lighting="none")
         self.plotter.disable_anti_aliasing()
         self.plotter.renderer.SetUseOIT(False)  # hairs of one colour blend in any order
-        self._parts: dict[str, pv.PolyData] = {}
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
-        _aim(self.plotter, face, self.style)
+        aim(self.plotter, face, self.style)
+        self._parts: dict[str, pv.PolyData] = {}
         self._texture = _texture(face.texture)
-        self._brows = None
-        pixel = _height(face, self.style) / window[1]
-        self._paint = None
+        self._painter = None
         if face.landmarks and face.texture is None and not has_colours(face.mesh):
-            self._paint = SkinPainter(face)
-            self._painted = self._paint(face.points)
-        brows = fitted_brows(face) if face.brows is None and self._paint is not None else face.brows
-        if self.style.brows and self.style.scalars is None and brows is not None:
-            self._brows = Brows(brows, face, pixel)
+            self._painter = SkinPainter(face)
+            self._base_paint = self._painter(face.points)
         self._mouth = Mouth(face)
         plain = not self.style.wireframe and self.style.scalars is None
-        self._drawn = VisibleSkin(face, self._mouth.bag) if plain else None
-        self._own = {name: _texture(part.texture) for name, part in face.parts.items() if is_drawn(name, part)}
+        self._visible = VisibleSkin(face, self._mouth.bag) if plain else None
+        self._own_textures = {name: _texture(part.texture) for name, part in face.parts.items() if is_drawn(name, part)}
         balls = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
-        self._eyes = [ball for ball in balls if ball.open and f"eye_{ball.eye.side}" not in self._own]
-        rims = [LidMargin(ball.eye, face) for ball in balls if ball.open]
-        self._rims = [rim for rim in rims if len(rim.loop)]
-        self._lashes = (
-            [
-                Lashes(ball.eye, face, pixel)
-                for ball in balls
-                if f"lashes_{ball.eye.side}" not in self._own and (ball.open or self._paint is not None)
-            ]
-            if self.style.brows and self.style.scalars is None
-            else []
-        )
+        self._eyes = [ball for ball in balls if ball.open and f"eye_{ball.eye.side}" not in self._own_textures]
+        margins = [LidMargin(ball.eye, face) for ball in balls if ball.open]
+        self._lid_margins = [margin for margin in margins if len(margin.loop)]
+        self._lashes, self._brows = self._hair(balls)
+
+    def _hair(self, balls: Sequence[PaintedEye]) -> tuple[list[Lashes], Brows | None]:
+        """Lashes, if none came with the face, and brows."""
+        if not self.style.brows or self.style.scalars is not None:
+            return [], None
+        pixel = height_of(self.face, self.style) / self._window[1]
+        lashes = [
+            Lashes(ball.eye, self.face, pixel)
+            for ball in balls
+            if f"lashes_{ball.eye.side}" not in self._own_textures and (ball.open or self._painter is not None)
+        ]
+        hairs = self.face.brows
+        if hairs is None and self._painter is not None:
+            hairs = fitted_brows(self.face)
+        brows = None if hairs is None else Brows(hairs, self.face, pixel)
+        return [row for row in lashes if row.roots], brows
 
     def show(self, frame: pv.PolyData) -> None:
         """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in the place of the one before."""
@@ -113,49 +116,73 @@ class Scene:
         everywhere, normals = np.asarray(skin.points), np.asarray(skin.point_data["Normals"])[:n]
         back = np.linalg.inv(pose)  # parts are placed on the head as it is at rest, and go with it
         everywhere, normals = state.to_rest(everywhere), normals @ pose[:3, :3]
-        points, refined = everywhere[:n], (everywhere, np.asarray(skin.regular_faces))
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        if self._drawn is not None:
-            place = np.append(self.plotter.camera.position, 1.0)
-            skin = self._drawn.of(skin, (pose @ place if self.style.follow else place)[:3])
+        points, refined = everywhere[:n], (everywhere, np.asarray(skin.regular_faces))
+        self._show_skin(skin, pose)
+        self._show_mouth(points)
+        self._show_eyes(points, state.gazes)
+        self._show_hair(points, normals, refined)
+        for name, part in own_parts(self.face, frame).items():
+            lighting = EYE_LIGHTING if name.startswith("eye") else HAIR_LIGHTING
+            self._put(part, f"{OWN}{name}", texture=self._own_textures[name], **lighting)
+        for name in ("skin", *self._parts):
+            there = name == "skin" or name.startswith(OWN)  # they are where the frame has them
+            followed, seen = (back, np.eye(4)) if there else (np.eye(4), pose)
+            self.plotter.actors[name].user_matrix = followed if self.style.follow else seen
+
+    def _show_skin(self, skin: pv.PolyData, pose: Array) -> None:
+        if self._visible is not None:
+            viewpoint = np.append(self.plotter.camera.position, 1.0)
+            skin = self._visible.of(skin, (pose @ viewpoint if self.style.follow else viewpoint)[:3])
         if self._texture is not None and self.style.scalars is None:
             skin = split_at_seams(skin)
             skin.active_scalars_name = None  # VTK's normals drop texture coordinates that are scalars, too
-        options = SKIN | self._colouring(skin)
+        options = SKIN_LIGHTING | self._colouring(skin)
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
-        self._add(skin, "skin", None if self.style.scalars else _shading.SKIN, **options)
+        self._add(skin, "skin", None if self.style.scalars else SKIN_MATERIAL, **options)
         if "texture" in options and "W" in skin.point_data:
-            skin.point_data["shade"] = _shading.cavity_shading(skin)
+            skin.point_data["shade"] = cavity_shading(skin)
             mapper = self.plotter.actors["skin"].mapper
             mapper.scalar_visibility, mapper.color_mode, mapper.scalar_map_mode = True, "direct", "point_field"
             mapper.SelectColorArray("shade")
+
+    def _colouring(self, skin: pv.PolyData) -> dict[str, Any]:
+        """Options of `add_mesh` that colour the skin: by a field, the face's texture, its colours, or plainly."""
+        if self.style.scalars is not None:
+            return field_colouring(skin, self.style.scalars, self._window[1])
+        if self._texture is not None and skin.active_texture_coordinates is not None:
+            return {"texture": self._texture}
+        if has_colours(skin):
+            return {"scalars": "Colors", "rgb": True}
+        if self._painter is not None:
+            new = np.asarray(skin.point_data.get("rest", skin.points))[len(self._base_paint) :]
+            return {"scalars": np.concatenate([self._base_paint, self._painter(new)]), "rgb": True}
+        return {"color": PLAIN_COLOUR}
+
+    def _show_mouth(self, points: Array) -> None:
         if len(self._mouth.loop):
             self._put(self._mouth.pocket(points), "mouth", lighting=False)
-        if len(self._mouth.loop) or self._mouth.bag:
-            inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
-            inside = {name: part for name, part in inside.items() if name not in self._own}
-            for name, part in inside.items():
-                self._put(part, name, _shading.TEETH)
-            for name in Mouth.INSIDE:
-                if name in self._parts:
-                    self.plotter.actors[name].visibility = name in inside
-        for eye in self._eyes:
-            self._put(eye.at(points, state.gazes.get(eye.eye.side)), f"eye_{eye.eye.side}", _shading.EYE, **EYE)
-        for rim in self._rims:
-            self._put(rim.at(points), f"rim_{rim.eye.side}", _shading.SKIN, **SKIN)
+        inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
+        inside = {name: part for name, part in inside.items() if name not in self._own_textures}
+        for name, part in inside.items():
+            self._put(part, name, TEETH_MATERIAL)
+        for name in Mouth.INSIDE:
+            if name in self._parts:
+                self.plotter.actors[name].visibility = name in inside
+
+    def _show_eyes(self, points: Array, gazes: Mapping[str, Array]) -> None:
+        for ball in self._eyes:
+            side = ball.eye.side
+            self._put(ball.at(points, gazes.get(side)), f"eye_{side}", EYE_MATERIAL, **EYE_LIGHTING)
+        for margin in self._lid_margins:
+            self._put(margin.at(points), f"rim_{margin.eye.side}", SKIN_MATERIAL, **SKIN_LIGHTING)
+
+    def _show_hair(self, points: Array, normals: Array, refined: tuple[Array, IntArray]) -> None:
         for lashes in self._lashes:
-            if lashes.roots:
-                self._put(lashes.at(points), f"lashes_{lashes.eye.side}", **HAIR)
+            self._put(lashes.at(points), f"lashes_{lashes.eye.side}", **HAIR_LIGHTING)
         if self._brows is not None:
-            self._put(self._brows.at(points, self.face.triangles, normals, refined), "brows", **HAIR)
-        for name, part in own_parts(self.face, frame).items():
-            look = EYE if name.startswith("eye") else HAIR
-            self._put(part, f"{OWN}{name}", texture=self._own[name], **look)
-        for name in ("skin", *self._parts):
-            there = name == "skin" or name.startswith(OWN)  # where they are in the frame
-            goes, stays = (back, np.eye(4)) if there else (np.eye(4), pose)
-            self.plotter.actors[name].user_matrix = goes if self.style.follow else stays
+            self._put(self._brows.at(points, self.face.triangles, normals, refined), "brows", **HAIR_LIGHTING)
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
@@ -163,8 +190,12 @@ class Scene:
         self.plotter.render()
 
     def picture(self, frame: pv.PolyData) -> Image:
-        """The picture of a frame: ndarray of uint8, shape (height, width, 3)."""
+        """Return the picture of a frame: ndarray of uint8, shape (height, width, 3)."""
         self.draw(frame)
+        return self._image()
+
+    def _image(self) -> Image:
+        """The picture that was rendered last, in the size of the style."""
         image = np.array(self.plotter.screenshot(None, return_img=True))
         return image if self._samples == 1 else reduced(image, self._samples)
 
@@ -182,11 +213,11 @@ class Scene:
         self,
         part: pv.PolyData,
         name: str,
-        surface: _shading.Material | None = None,
+        material: Material | None = None,
         texture: pv.Texture | None = None,
         **options: Any,
     ) -> None:
-        """Draw a part with `paint` or a texture beside the skin, in the place of what it was."""
+        """Draw a part that has `paint` or a texture, in the place of the one of this name before."""
         if "Normals" in part.point_data:
             part.point_data.active_normals_name = "Normals"
         if name in self._parts:
@@ -195,34 +226,20 @@ class Scene:
         else:
             self._parts[name] = part
             colours: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
-            self._add(part, name, surface, smooth_shading=False, **colours, **options)
+            self._add(part, name, material, smooth_shading=False, **colours, **options)
             self.plotter.actors[name].prop.interpolation = "phong"
 
-    def _add(self, mesh: pv.PolyData, name: str, surface: _shading.Material | None = None, **options: Any) -> None:
+    def _add(self, mesh: pv.PolyData, name: str, material: Material | None = None, **options: Any) -> None:
         defaults = {"smooth_shading": True, "show_scalar_bar": False, "reset_camera": False, "render": False}
-        if surface is not None and not self.style.quick:
+        if material is not None and not self.style.quick:
             options |= {"ambient": 1.0, "diffuse": 1.0}
         actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
-        if surface is not None and not self.style.quick:
-            surface.apply(actor, len(LIGHTS), "texture" in options)
-
-    def _colouring(self, skin: pv.PolyData) -> dict[str, Any]:
-        """What `add_mesh` needs to colour the skin: a field, the face's texture, its colours, or plain skin."""
-        if self.style.scalars is not None:
-            return _field(skin, self.style.scalars, self.style.size[1] * self._samples)
-        if self._texture is not None and skin.active_texture_coordinates is not None:
-            return {"texture": self._texture}
-        if has_colours(skin):
-            return {"scalars": "Colors", "rgb": True}
-        if self._paint is not None:
-            new = np.asarray(skin.point_data.get("rest", skin.points))[len(self._painted) :]
-            paint = np.concatenate([self._painted, self._paint(new)])
-            return {"scalars": paint, "rgb": True}
-        return {"color": SKIN_COLOUR}  # the texture is not for this mesh
+        if material is not None and not self.style.quick:
+            material.apply(actor, len(LIGHTS), "texture" in options)
 
 
 def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image:
-    """A picture of a frame.
+    """Return a picture of a frame.
 
     Returns
     -------
@@ -245,7 +262,7 @@ def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image
 
 
 def pictures(frames: Iterable[pv.PolyData], face: Face, style: Style | None = None) -> Iterator[Image]:
-    """Pictures of many frames, one after the other, with one scene: for movies.
+    """Yield pictures of many frames, one after the other, from one scene: for movies.
 
     Examples
     --------
@@ -261,39 +278,6 @@ def pictures(frames: Iterable[pv.PolyData], face: Face, style: Style | None = No
     with Scene(face, style) as scene:
         for frame in frames:
             yield scene.picture(frame)
-
-
-def closeup(frame: pv.PolyData, face: Face) -> str:
-    """The name of the view in :data:`CLOSE` that shows most of the wrinkles of a frame; "front" where it has none.
-
-    Examples
-    --------
-    >>> import facewrinkle as fw
-    >>> face = fw.default_face()
-    >>> sim = fw.Simulation(face)
-    >>> sim.express("frowning")
-    >>> *_, frame = sim.run(15)
-    >>> closeup(frame, face)
-    'glabella'
-    """
-    if "W" not in frame.point_data:
-        raise unknown_name("field", "W", frame.point_data)
-    points, triangles, size = np.asarray(frame.points), np.asarray(frame.regular_faces), face.frame.pupil_distance
-    a, b, c = (points[triangles[:, corner]] for corner in range(3))
-    area = np.bincount(triangles.ravel(), np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1), 3), len(points))
-    weight = area * np.asarray(frame.point_data["W"]) ** 2
-    if not weight.any():
-        return "front"
-    normals = np.asarray(frame.point_data["Normals"])
-
-    def shown(name: str) -> float:
-        view = CLOSE[name]
-        focus, towards, right, up = _stand(face, view)
-        away = np.maximum(np.abs((points - focus) @ right), np.abs((points - focus) @ up)) / (view.height * size)
-        inside = np.clip((0.5 - away) / 0.15, 0.0, 1.0)  # less and less towards the border of the picture
-        return float((weight * inside * np.clip(normals @ towards, 0.0, 1.0)).sum() / view.height**0.5)
-
-    return max(CLOSE, key=shown)
 
 
 def _texture(image: Image | None) -> pv.Texture | None:

@@ -1,8 +1,8 @@
-"""How light falls on skin, eyes and teeth: fragment shaders for the lights of a scene.
+"""Skin, eyes and teeth under the lights of a scene: fragment shaders, and the shading of furrows.
 
 Light enters skin and comes out again around where it fell in, red light the farthest: the border between light and
-shade is soft and warm. What is reflected at the surface is not coloured by the skin, and grows towards the outline.
-Colours are taken as the square roots of what they reflect. The inside of skin, in holes and masks, is dim and red.
+shade is soft and warm. Light that is reflected at the surface is not coloured by the skin, and grows towards the
+outline. Colours are taken as square roots of reflectances. The back of skin, in holes and masks, is dim and red.
 """
 
 from __future__ import annotations
@@ -50,19 +50,19 @@ DONE = """
 
 @dataclass(frozen=True)
 class Material:
-    """How a surface answers light.
+    """The way in which a surface reflects light.
 
     Attributes
     ----------
     below, above : str
-        Light from the ground and from the sky, GLSL.
+        Light from the ground and from the sky: like the others, GLSL.
     bleed : str
-        How far past the edge of the light red, green and blue light come.
+        Distances that red, green and blue light reach past the edge of the light, as cosines.
     shine : str
-        What is reflected, by `near`, the cosine between the normal and the half-way direction, its powers (`near8`),
-        and the light `C`.
+        Share that the surface reflects, by the light `C`, the cosine `near` between the normal and the half-way
+        direction, and its powers (`near8`).
     behind : str
-        What is different where its back is seen.
+        A statement that changes `lit` where the back of the surface is seen.
     """
 
     below: str
@@ -72,7 +72,7 @@ class Material:
     behind: str = ""
 
     def apply(self, actor: pv.Actor, lights: int, textured: bool = False) -> None:
-        """Have an actor drawn so, under so many directional lights."""
+        """Draw an actor with this material, under a number of directional lights."""
         parts = {"below": self.below, "above": self.above, "bleed": self.bleed}
         code = (
             LIT % parts
@@ -85,51 +85,51 @@ class Material:
         actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code)
 
 
-# Hair and furrows on the skin are dull, and so are teeth where no light comes.
-SKIN = Material(
+# Hair and furrows on the skin are dull, and so are teeth that no light reaches.
+SKIN_MATERIAL = Material(
     "0.060, 0.046, 0.040",
     "0.110, 0.112, 0.120",
     "0.24, 0.13, 0.09",
     "smoothstep(-0.03, 0.2, albedo.g) * (0.022 * near8 + 0.05 * near32 * near8)",
     "if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * dot(N, V));",
 )
-EYE = Material(
+EYE_MATERIAL = Material(
     "0.10, 0.09, 0.09",
     "0.22, 0.23, 0.25",
     "0.30, 0.22, 0.20",
     "0.03 * near32 + 2.2 * C.g * C.g * smoothstep(0.9960, 0.9990, near)",
 )
-TEETH = Material(
+TEETH_MATERIAL = Material(
     "0.05, 0.045, 0.04",
     "0.10, 0.10, 0.11",
     "0.25, 0.2, 0.15",
     "smoothstep(0.02, 0.2, albedo.g) * (0.02 * near8 + 0.25 * C.g * near32 * near32 * near32)",
 )
 
-DARKEST, DEEP = 0.42, 0.6
+FURROW_SHADE, FURROW_DEPTH = 0.42, 0.6
 """Share of the light that deep furrows lack, and the depth at which they lack two thirds of that, mm."""
 
-WINDOW = 3
-"""Rings of triangles over which it is judged whether a hollow is a furrow: its width, as refinement samples it."""
+FURROW_RINGS = 3
+"""Rings of triangles around a vertex that tell furrows from pits: the width of a furrow, as refinement samples it."""
 
 
 def cavity_shading(skin: pv.PolyData) -> npt.NDArray[np.uint8]:
-    """Factors (n, 3) of the colour of a frame, as bytes: little light comes into furrows, and what comes out is red.
+    """Return factors (n, 3) of a frame's colours, as bytes: little light enters furrows, and red light leaves them.
 
-    The walls of a furrow face each other, and those of a dimple stand around it: that is shaded by its slopes alone.
+    Dimples, whose walls stand around them instead of facing each other, are shaded by their slopes alone.
     """
     height = np.asarray(skin.point_data["W"], dtype=np.float64)
-    dark = -DARKEST * np.expm1(np.minimum(height, 0.0) / DEEP)
+    dark = -FURROW_SHADE * np.expm1(np.minimum(height, 0.0) / FURROW_DEPTH)
     if dark.any():
-        rest = np.asarray(skin.point_data.get("rest", skin.points), dtype=np.float64)  # there, furrows are level
+        rest = np.asarray(skin.point_data.get("rest", skin.points), dtype=np.float64)  # at rest, furrows are level
         dark *= _coherence(rest, np.asarray(skin.regular_faces), height)
     return np.rint(255.0 * (1.0 - dark[:, None] * [0.75, 1.0, 1.0])).astype(np.uint8)
 
 
 def _coherence(points: Array, triangles: npt.NDArray[np.integer], height: Array) -> Array:
-    """Per vertex (n,) how alike the directions are in which a height rises around it: 1 on a furrow, 0 in a round pit.
+    """Coherence (n,) of the directions in which a height rises around each vertex: 1 on a furrow, 0 in a round pit.
 
-    That of the structure tensor: ((p - q) / (p + q))^2 with its two eigenvalues p and q.
+    It is that of the structure tensor: ((p - q) / (p + q))^2 with its two eigenvalues p and q.
     """
     a, b, c = (points[triangles[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
@@ -143,9 +143,9 @@ def _coherence(points: Array, triangles: npt.NDArray[np.integer], height: Array)
     ).T
     area = np.maximum(spread.sum(axis=1), 1e-300)[:, None]
     around = spread @ tensor / area
-    for _ in range(WINDOW - 1):
+    for _ in range(FURROW_RINGS - 1):
         around = spread @ (around[triangles].mean(axis=1)) / area
     trace = around[:, :3].sum(axis=1)
     squares = (around[:, :3] ** 2).sum(axis=1) + 2.0 * (around[:, 3:] ** 2).sum(axis=1)
-    alike = 2.0 * squares / np.maximum(trace**2, 1e-300) - 1.0
-    return np.asarray(np.clip(alike, 0.0, 1.0))
+    coherence = 2.0 * squares / np.maximum(trace**2, 1e-300) - 1.0
+    return np.asarray(np.clip(coherence, 0.0, 1.0))

@@ -1,4 +1,4 @@
-"""Camera views, and the style of a picture."""
+"""Views of a camera, the style of a picture, and the camera and lights that these give a plotter."""
 
 from __future__ import annotations
 
@@ -12,25 +12,23 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..anatomy.landmarks import NAMES, mirrored_name
 from ..errors import ParameterError, check_range, check_whole, unknown_name
-from .images import Image as Image
-from .images import figure as figure
-from .images import save_picture as save_picture
-from .images import side_by_side as side_by_side
-from .images import stacked as stacked
+from ..geometry.normals import vertex_areas
 
 Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class View:
-    """Where the camera stands, on any face.
+    """Place of the camera before any face.
 
     Attributes
     ----------
     direction : tuple of float
-        [to the subject's left, up, forward], from what is looked at to the camera.
+        Direction [to the subject's left, up, forward] to the camera, from the point that it looks at.
     landmark : str
-        What is looked at, moved by `offset` (in distances between the pupils, along the same axes).
+        Name of the landmark at or near that point.
+    offset : tuple of float
+        From the landmark to the point that it looks at, along the same axes, in distances between the pupils.
     height : float
         Height of the picture there, in distances between the pupils.
 
@@ -54,7 +52,7 @@ class View:
         check_range("height", self.height, 1e-3, 1e3)
 
     def mirrored(self) -> View:
-        """The same from the other side of the face."""
+        """Return the same view from the other side of the face."""
         (x, y, z), (u, v, w) = self.direction, self.offset
         return View((-x, y, z), mirrored_name(self.landmark), (-u, v, w), self.height)
 
@@ -65,7 +63,6 @@ _LEFT = {
     "left_eye": View((0.75, 0.05, 0.8), "eye_l_outer", (0.05, 0.0, 0.0), 1.05),
     "left_mouth": View((0.55, 0.0, 1.0), "mouth_l", (0.1, 0.1, 0.0), 1.4),
 }
-
 
 CLOSE: dict[str, View] = {
     "forehead": View((0.12, 0.1, 1.0), "glabella", (0.0, 0.26, -0.2), 1.36),
@@ -79,8 +76,7 @@ CLOSE: dict[str, View] = {
     "left_mouth": _LEFT["left_mouth"],
     "right_mouth": _LEFT["left_mouth"].mirrored(),
 }
-"""Views of places where wrinkles are."""
-
+"""Close-ups of places where wrinkles are."""
 
 VIEWS: dict[str, View] = {
     "front": View((0.0, 0.02, 1.0)),
@@ -90,21 +86,20 @@ VIEWS: dict[str, View] = {
 }
 """All views that have a name."""
 
-
 VIEW_ANGLE = 15.0
-
+"""Angle of the camera from the lower to the upper border of the picture, degrees."""
 
 LIGHTS = (
     ((-0.6, 0.6, 0.75), (1.0, 0.95, 0.88), 1.12),
     ((0.9, 0.1, 0.6), (0.94, 0.97, 1.0), 0.2),
     ((0.65, 0.45, -0.8), (1.0, 0.98, 0.95), 0.9),
 )
-"""A warm key, a cool fill and a rim light: [right, up, towards the camera], colour, intensity."""
+"""A warm key light, a cool fill light and a rim light: direction [right, up, towards the camera], colour, intensity."""
 
 
 @dataclass(frozen=True)
 class Style:
-    """How a picture looks.
+    """Size, view and content of a picture.
 
     Attributes
     ----------
@@ -117,10 +112,11 @@ class Style:
     scalars : str, optional
         Colour by this array of the frame in place of skin.
     eyes, brows : bool
+        Draw eyes; draw brows and lashes.
     quick : bool
         One headlight and no anti-aliasing.
     follow : bool
-        The camera goes with a head that moves as a whole.
+        Move the camera along with a head that moves as a whole.
 
     Examples
     --------
@@ -146,8 +142,12 @@ class Style:
             check_whole("each of width and height in pixels", pixels, 16, 8192)
 
 
-def _stand(face: Face, view: View) -> tuple[Array, Array, Array, Array]:
-    """What a view looks at, and the unit directions towards the camera, to the right and up in the picture."""
+def _view_of(style: Style) -> View:
+    return VIEWS[style.view] if isinstance(style.view, str) else style.view
+
+
+def _placed(view: View, face: Face) -> tuple[Array, Array, Array, Array]:
+    """Point that a view looks at, and unit directions towards the camera, to the right and up in the picture."""
     size, axes = face.frame.pupil_distance, face.frame.axes
     focus = face.frame.origin  # of a surface without landmarks
     if face.landmarks:
@@ -159,19 +159,17 @@ def _stand(face: Face, view: View) -> tuple[Array, Array, Array, Array]:
     return focus, towards, right, np.cross(towards, right)
 
 
-def _height(face: Face, style: Style) -> float:
-    """What the picture shows from its lower to its upper border, in the unit of the mesh."""
-    view = VIEWS[style.view] if isinstance(style.view, str) else style.view
+def height_of(face: Face, style: Style) -> float:
+    """Return the height of what a picture shows, from its lower to its upper border, in the unit of the mesh."""
     # The view angle is the vertical one: in an upright picture the width would be cut off.
-    return float(face.frame.pupil_distance * view.height * max(1.0, style.size[1] / style.size[0]))
+    return float(face.frame.pupil_distance * _view_of(style).height * max(1.0, style.size[1] / style.size[0]))
 
 
-def _aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
-    """Camera on the face, and lights that move with it."""
-    view = VIEWS[style.view] if isinstance(style.view, str) else style.view
+def aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
+    """Point the camera of a plotter at a face, and add lights that stand around the camera."""
     size = face.frame.pupil_distance
-    focus, towards, right, up = _stand(face, view)
-    distance = _height(face, style) / (2.0 * np.tan(np.radians(VIEW_ANGLE / 2.0)))
+    focus, towards, right, up = _placed(_view_of(style), face)
+    distance = height_of(face, style) / (2.0 * np.tan(np.radians(VIEW_ANGLE / 2.0)))
     camera = plotter.camera
     camera.position = focus + distance * towards
     camera.focal_point = focus
@@ -186,3 +184,34 @@ def _aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
     for (x, y, z), colour, intensity in LIGHTS:
         where = focus + 14.0 * size * (x * right + y * up + z * towards)
         plotter.add_light(pv.Light(position=where, focal_point=focus, color=colour, intensity=intensity))
+
+
+def closeup(frame: pv.PolyData, face: Face) -> str:
+    """Return the name of the view in :data:`CLOSE` that shows most of a frame's wrinkles; "front" if it has none.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> sim = fw.Simulation(face)
+    >>> sim.express("frowning")
+    >>> *_, frame = sim.run(15)
+    >>> closeup(frame, face)
+    'glabella'
+    """
+    if "W" not in frame.point_data:
+        raise unknown_name("field", "W", frame.point_data)
+    points, size = np.asarray(frame.points), face.frame.pupil_distance
+    weight = vertex_areas(points, frame.regular_faces) * np.asarray(frame.point_data["W"]) ** 2
+    if not weight.any():
+        return "front"
+    normals = np.asarray(frame.point_data["Normals"])
+
+    def shown(name: str) -> float:
+        view = CLOSE[name]
+        focus, towards, right, up = _placed(view, face)
+        away = np.maximum(np.abs((points - focus) @ right), np.abs((points - focus) @ up)) / (view.height * size)
+        inside = np.clip((0.5 - away) / 0.15, 0.0, 1.0)  # less and less towards the border of the picture
+        return float((weight * inside * np.clip(normals @ towards, 0.0, 1.0)).sum() / view.height**0.5)
+
+    return max(CLOSE, key=shown)

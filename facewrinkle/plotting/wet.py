@@ -1,7 +1,7 @@
-"""Pictures of tears that look wet: what lies behind them is drawn first, and then seen through them.
+"""Pictures of tears that look wet: the scene behind them is drawn first, and then seen through them.
 
-The opaque scene goes into a texture. The fragment shader of a tear bends the line of sight (index 1.33), looks up what
-it meets, and adds a Fresnel reflection of the studio, a highlight, and the light that the bead gathers on its far side.
+It goes into a texture. The fragment shader of a tear bends the line of sight, looks up what it meets there, and adds a
+Fresnel reflection of the studio, a highlight, and the light that the bead gathers on its far side.
 """
 
 from __future__ import annotations
@@ -10,25 +10,70 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from ..anatomy.face import Face
-from .images import Image, reduced
+from .images import Image
 from .scene import Scene
 from .views import LIGHTS, VIEW_ANGLE, Style
 
-Array = npt.NDArray[np.float64]
-
 PLAIN: dict[str, Any] = {"color": "#f4f1ec", "opacity": 0.25, "specular": 1.0, "specular_power": 80.0, "diffuse": 0.5}
-"""How a tear looks without refraction: quick, for movies."""
+"""Options of `add_mesh` for a tear without refraction: quick, for movies."""
 
-INDEX = 1.33
+REFRACTIVE_INDEX = 1.33
+"""Of water."""
 
 FULLY_WET = 0.04
-"""Thickness from which a film darkens the skin as much as it ever does, mm."""
+"""Thickness from which a film of tears darkens the skin as much as it ever does, mm."""
+
+VERTEX = {
+    "//VTK::Normal::Dec": "//VTK::Normal::Dec\nin float thickness;\nin vec3 under;\n"
+    "out float depthVSOutput;\nout vec3 underVSOutput;\n",
+    "//VTK::Normal::Impl": "//VTK::Normal::Impl\n  depthVSOutput = thickness;\n"
+    "  underVSOutput = normalMatrix * under;\n",
+}
+"""Replacements in the vertex shader."""
+
+STUDIO = """//VTK::Normal::Dec
+in float depthVSOutput;
+in vec3 underVSOutput;
+vec3 studio(vec3 r, vec3 around, float film, float bead)
+{
+  float soft = mix(0.14, 0.05, bead);  // in a film, the relief of the skin blurs the lamp
+  float box = smoothstep(0.0, soft, 0.18 - abs(dot(r, %(side)s)));
+  box *= smoothstep(0.0, soft, 0.45 - abs(dot(r, %(up)s))) * mix(0.6, 1.0, bead);
+  box *= step(0.0, dot(r, %(key)s));
+  float strip = smoothstep(0.90, 0.97, dot(r, %(fill)s));
+  vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
+  float glow = pow(clamp(dot(r, %(key)s), 0.0, 1.0), 7.0);
+  return room + 9.0 * film * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
+}
+"""
+"""Light of the studio from a direction `r`: a lamp with soft edges, a strip light, and a room coloured by the skin."""
+
+TEAR_COLOUR = """//VTK::Light::Impl
+  vec3 seen = normalize(vertexVC.xyz);
+  vec3 surface = normalVCVSOutput;
+  vec3 skin = normalize(underVSOutput);
+  vec3 bent = refract(seen, surface, 1.0 / %(index)s);
+  vec3 meets = vertexVC.xyz + bent * depthVSOutput / max(dot(-bent, skin), 0.25);
+  vec2 place = 0.5 + 0.5 * %(focal).6f * vec2(meets.x / %(aspect).6f, meets.y) / -meets.z;
+  vec3 colour = texture(behind, clamp(place, 0.001, 0.999)).rgb;
+  float facing = clamp(dot(-seen, surface), 0.0, 1.0);
+  float mirrored = 0.02 + 0.98 * pow(1.0 - facing, 5.0);
+  vec3 tilt = surface - dot(surface, skin) * skin;
+  vec3 towards = %(key)s - dot(%(key)s, skin) * skin;
+  float lit = dot(tilt, normalize(towards + 1e-5));
+  float film = smoothstep(0.0, %(film).8f, depthVSOutput);
+  float bead = smoothstep(0.0, %(bead).8f, depthVSOutput);
+  colour *= mix(vec3(1.0), vec3(0.935, 0.905, 0.885), film);  // wet skin is darker, and redder
+  colour *= 1.0 + bead * (0.75 * clamp(-lit, 0.0, 1.0) - 0.30 * clamp(lit, 0.0, 1.0));
+  colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour, film, bead);
+  gl_FragData[0] = vec4(min(colour, vec3(1.0)), 1.0);
+"""
+"""The colour of a tear, from the scene behind it and the studio around."""
 
 
 class TearScene(Scene):
@@ -39,7 +84,7 @@ class TearScene(Scene):
     face : Face
     style : Style, optional
     refraction : bool
-        False draws tears in one pass, as plain translucent surfaces.
+        If not, tears are drawn in one pass, as plain translucent surfaces.
 
     Examples
     --------
@@ -56,7 +101,7 @@ class TearScene(Scene):
         self.refraction = refraction
         self._tears: list[Any] = []
         width, height = self.style.size
-        self._shader = _shader(width / height, FULLY_WET / face.unit)
+        self._fragment = _fragment_shader(width / height, FULLY_WET / face.unit)
 
     def draw(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> None:
         """Show a frame and tears, and render (twice, with refraction)."""
@@ -75,14 +120,13 @@ class TearScene(Scene):
         self.plotter.render()
 
     def picture(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> Image:
-        """The picture of a frame with tears: ndarray of uint8, shape (height, width, 3)."""
+        """Return the picture of a frame with tears: ndarray of uint8, shape (height, width, 3)."""
         self.draw(frame, tears)
-        image = np.array(self.plotter.screenshot(None, return_img=True))
-        return image if self._samples == 1 else reduced(image, self._samples)
+        return self._image()
 
     def _plain(self, tear: pv.PolyData) -> Any:
-        options = {"smooth_shading": True, "culling": "back", "reset_camera": False, "render": False}
-        return self.plotter.add_mesh(tear, **{**options, **PLAIN})
+        options: dict[str, Any] = {"smooth_shading": True, "culling": "back", "reset_camera": False, "render": False}
+        return self.plotter.add_mesh(tear, **(options | PLAIN))
 
     def _wet(self, tear: pv.PolyData, behind: pv.Texture) -> Any:
         mapper = vtkPolyDataMapper()
@@ -95,68 +139,21 @@ class TearScene(Scene):
         actor.GetProperty().BackfaceCullingOn()
         actor.GetProperty().SetTexture("behind", behind)
         program = actor.GetShaderProperty()
-        for place, code in self._shader["vertex"].items():
+        for place, code in VERTEX.items():
             program.AddVertexShaderReplacement(place, True, code, False)
-        for place, code in self._shader["fragment"].items():
+        for place, code in self._fragment.items():
             program.AddFragmentShaderReplacement(place, True, code, False)
         self.plotter.renderer.AddActor(actor)
         return actor
 
 
-def _shader(aspect: float, film: float) -> dict[str, dict[str, str]]:
-    """Replacements in the vertex and fragment shaders."""
-    f = 1.0 / np.tan(np.radians(VIEW_ANGLE / 2.0))
-    key = np.array(LIGHTS[0][0]) / np.linalg.norm(LIGHTS[0][0])
-    fill = np.array(LIGHTS[1][0]) / np.linalg.norm(LIGHTS[1][0])
+def _fragment_shader(aspect: float, film: float) -> dict[str, str]:
+    """Replacements in the fragment shader, for pictures of an aspect and a thickness at which skin is fully wet."""
+    key, fill = (np.array(direction) / np.linalg.norm(direction) for direction, _, _ in LIGHTS[:2])
     side = np.cross([0.0, 1.0, 0.0], key)
     side /= np.linalg.norm(side)
-    up = np.cross(key, side)
-
-    def vec(x: Array) -> str:
-        return "vec3({:.6f}, {:.6f}, {:.6f})".format(*x)
-
-    vertex = {
-        "//VTK::Normal::Dec": "//VTK::Normal::Dec\nin float thickness;\nin vec3 under;\n"
-        "out float depthVSOutput;\nout vec3 underVSOutput;\n",
-        "//VTK::Normal::Impl": "//VTK::Normal::Impl\n  depthVSOutput = thickness;\n"
-        "  underVSOutput = normalMatrix * under;\n",
-    }
-    studio = f"""
-in float depthVSOutput;
-in vec3 underVSOutput;
-vec3 studio(vec3 r, vec3 around, float film, float bead)
-{{
-  float soft = mix(0.14, 0.05, bead);  // in a film, the relief of the skin blurs the lamp
-  float box = smoothstep(0.0, soft, 0.18 - abs(dot(r, {vec(side)})));
-  box *= smoothstep(0.0, soft, 0.45 - abs(dot(r, {vec(up)}))) * mix(0.6, 1.0, bead);
-  box *= step(0.0, dot(r, {vec(key)}));
-  float strip = smoothstep(0.90, 0.97, dot(r, {vec(fill)}));
-  vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
-  float glow = pow(clamp(dot(r, {vec(key)}), 0.0, 1.0), 7.0);
-  return room + 9.0 * film * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
-}}
-"""
-    light = f"""//VTK::Light::Impl
-  vec3 seen = normalize(vertexVC.xyz);
-  vec3 surface = normalVCVSOutput;
-  vec3 skin = normalize(underVSOutput);
-  vec3 bent = refract(seen, surface, 1.0 / {INDEX});
-  vec3 meets = vertexVC.xyz + bent * depthVSOutput / max(dot(-bent, skin), 0.25);
-  vec2 place = 0.5 + 0.5 * {f:.6f} * vec2(meets.x / {aspect:.6f}, meets.y) / -meets.z;
-  vec3 colour = texture(behind, clamp(place, 0.001, 0.999)).rgb;
-  float facing = clamp(dot(-seen, surface), 0.0, 1.0);
-  float mirrored = 0.02 + 0.98 * pow(1.0 - facing, 5.0);
-  vec3 tilt = surface - dot(surface, skin) * skin;
-  vec3 towards = {vec(key)} - dot({vec(key)}, skin) * skin;
-  float lit = dot(tilt, normalize(towards + 1e-5));
-  float film = smoothstep(0.0, {film:.8f}, depthVSOutput);
-  float bead = smoothstep(0.0, {10.0 * film:.8f}, depthVSOutput);
-  colour *= mix(vec3(1.0), vec3(0.935, 0.905, 0.885), film);  // wet skin is darker, and redder
-  colour *= 1.0 + bead * (0.75 * clamp(-lit, 0.0, 1.0) - 0.30 * clamp(lit, 0.0, 1.0));
-  colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour, film, bead);
-  gl_FragData[0] = vec4(min(colour, vec3(1.0)), 1.0);
-"""
-    return {
-        "vertex": vertex,
-        "fragment": {"//VTK::Normal::Dec": "//VTK::Normal::Dec" + studio, "//VTK::Light::Impl": light},
-    }
+    directions = {"key": key, "fill": fill, "side": side, "up": np.cross(key, side)}
+    values: dict[str, Any] = {name: "vec3({:.6f}, {:.6f}, {:.6f})".format(*x) for name, x in directions.items()}
+    values |= {"index": REFRACTIVE_INDEX, "aspect": aspect, "focal": 1.0 / np.tan(np.radians(VIEW_ANGLE / 2.0))}
+    values |= {"film": film, "bead": 10.0 * film}
+    return {"//VTK::Normal::Dec": STUDIO % values, "//VTK::Light::Impl": TEAR_COLOUR % values}

@@ -11,6 +11,7 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.normals import vertex_normals
+from ..geometry.rings import ring_triangles
 from ..geometry.smoothstep import smoothstep
 from ..mesh import to_polydata
 from . import _kernels as kernels
@@ -193,14 +194,7 @@ class DrippingTear:
         self._u = np.pi * np.linspace(0.0, 1.0, rings + 2)
         turn = 2.0 * np.pi * np.arange(n) / n
         self._circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        here, after = np.arange(n), (np.arange(n) + 1) % n
-        ring = 1 + n * np.arange(rings - 1)[:, None]
-        a, b, c, d = (x.ravel() for x in (ring + here, ring + after, ring + n + after, ring + n + here))
-        last = 1 + n * (rings - 1)
-        head = np.stack([np.zeros(n, int), after + 1, here + 1], axis=1)
-        tip = np.stack([np.full(n, last + n), last + here, last + after], axis=1)
-        sides = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-        self._triangles = np.concatenate([head, sides, tip]).astype(np.int32)
+        self._triangles = ring_triangles(n, rings, start=1, first=0, last=1 + n * rings, diagonal="ac")
 
     # --- clocks --------------------------------------------------------------------------------
 

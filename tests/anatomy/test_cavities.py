@@ -14,7 +14,7 @@ from facewrinkle.anatomy.cavities import BACK, INSIDE, Cavities
 from facewrinkle.anatomy.face import Face
 from facewrinkle.appearance.companion_meshes import companion_meshes
 from facewrinkle.appearance.mouth import Mouth
-from facewrinkle.appearance.skin_paint import HAIR, SkinPainter
+from facewrinkle.appearance.skin_paint import HAIR_COLOUR, SkinPainter
 from facewrinkle.commands.fit import _bone
 from facewrinkle.mesh import to_polydata
 
@@ -92,7 +92,7 @@ def test_the_pocket_is_dark_and_the_face_is_not(bagged, face):
 
 def test_hair_grows_on_whole_heads_only(face):
     crown = face.frame.origin + np.array([[0.0, 90.0, -70.0]])
-    np.testing.assert_allclose(SkinPainter(face)(crown)[0], HAIR, atol=20.0)
+    np.testing.assert_allclose(SkinPainter(face)(crown)[0], HAIR_COLOUR, atol=20.0)
     front = face.triangles[(face.points[:, 2] > face.landmarks["zygion_l"][2] - 20.0)[face.triangles].all(axis=1)]
     mask = Face.from_landmarks(pv.PolyData.from_regular_faces(face.points, front).clean(), face.landmarks, 1.0)
     assert SkinPainter(mask)(crown).mean() > 120.0

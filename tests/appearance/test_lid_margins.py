@@ -13,7 +13,7 @@ from facewrinkle.simulation import Simulation
 
 
 def seen_past(face, eye, points, parts):
-    """How many rays through the hole before an eye, along its gaze, meet neither the skin nor the parts."""
+    """Number of rays through the hole before an eye, along its gaze, that meet neither the skin nor the parts."""
     loop = LidMargin(eye, face).loop
     size = face.frame.pupil_distance
     side = np.cross(eye.up, eye.gaze)

@@ -1,4 +1,4 @@
-"""What is drawn of skin: small holes are closed, large ones are dim inside, and a mouth's lining has no back."""
+"""Skin as it is drawn: small holes are closed, large ones are dim inside, and a mouth's lining has no back."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
 from facewrinkle.appearance.mouth import Mouth
-from facewrinkle.appearance.visible_skin import SMALL, VisibleSkin
+from facewrinkle.appearance.visible_skin import SMALL_HOLE, VisibleSkin
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import corner_texture, split_at_seams, with_normals
 from facewrinkle.plotting import Scene, Style, View
@@ -46,7 +46,7 @@ def test_small_holes_are_closed_also_when_their_rims_are_split(face):
 
 
 def test_eyes_mouth_and_large_holes_stay_open(face):
-    holed, _ = cut(face, "forehead_mid", SMALL)
+    holed, _ = cut(face, "forehead_mid", SMALL_HOLE)
     assert VisibleSkin(holed, bag=False).of(holed.mesh, AHEAD) is holed.mesh
 
 

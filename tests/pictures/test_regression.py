@@ -1,10 +1,11 @@
-"""Pictures beside those of before: expressions, fields, patterns and tears, without text.
+"""Pictures compared with baselines: expressions, fields, patterns and tears, without text.
 
-``make pictures`` draws the baselines anew. Somebody has to look at what changed (``git diff`` shows the files, and
-``output/pictures`` what failed, beside its baseline) before it is committed: a baseline is right only if it was seen.
+``make pictures`` draws the baselines anew. Before they are committed, somebody has to look at what changed:
+``git diff`` shows the files, and ``output/pictures`` what failed, next to its baseline. A baseline is right only if it
+was seen.
 
-Mesa's software renderer draws the same pixels in every run. A graphics card does not draw those pixels: there the
-comparisons with baselines are skipped, and what needs none still runs. ``-m "not pictures"`` leaves all of it out.
+Mesa's software renderer draws the same pixels in every run. A graphics card draws others: there the comparisons with
+baselines are skipped, and tests that need none still run. ``-m "not pictures"`` leaves all of them out.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ pytestmark = [
 BASELINES = Path(__file__).parent / "baselines"
 SIDE = 400
 ERROR, WARNING = 5.0, 1.0
-"""Of VTK's thresholded error. The same picture scores 0; wrinkles that are 2.5 % higher score more than ERROR."""
+"""VTK's thresholded error. The same picture scores 0; wrinkles that are 2.5 % higher score more than ERROR."""
 
 EXPRESSIONS = {
     "surprise": "forehead",
@@ -73,7 +74,7 @@ TEARS = {
 
 @pytest.fixture(scope="module")
 def compared(request):
-    """Skips where pixels mean nothing."""
+    """Skip where pixels mean nothing."""
     renderer = pv.GPUInfo().renderer
     if "llvmpipe" not in renderer:
         pytest.skip(f"the baselines are those of Mesa's llvmpipe; {renderer} draws other pixels")
@@ -81,7 +82,7 @@ def compared(request):
 
 @pytest.fixture
 def verify(compared, verify_image_cache, pytestconfig):
-    """Compares what a plotter shows with the baseline of a name, or makes that."""
+    """Compare what a plotter shows with a baseline, or make that."""
 
     def verify(plotter, name):
         assert tuple(plotter.window_size) == (SIDE, SIDE)
@@ -110,25 +111,25 @@ def _forget():
 
 @lru_cache(maxsize=4)
 def frame(kind, name, factor=1.0):
-    """An expression held, or a pattern laid, with wrinkles higher by a factor."""
+    """A frame with an expression held, or a pattern, with wrinkles higher by a factor."""
     face = fw.default_face()
     if kind == "pattern":
         simulation = fw.Simulation(face, layers=fw.PatternLayer.presets(name, face), motion=fw.Still(face))
     else:
         simulation = fw.Simulation(face)
     for layer in simulation.layers:
-        layer.relief = lambda moment, of=layer.relief: replace(r := of(moment), height=factor * r.height)
+        layer.displacement = lambda state, of=layer.displacement: replace(d := of(state), height=factor * d.height)
     if kind == "expression" and name is not None:
         simulation.express(name)
     *_, last = simulation.run(15 if kind == "expression" else 5)
     return last
 
 
-def relief(mesh, view):
-    """A plotter with white plaster under three raking lamps, red, green and blue: slopes become colours.
+def plaster(mesh, view):
+    """A plotter with the mesh in white plaster under three raking lamps, red, green and blue: slopes become colours.
 
     Under the lights of the studio, 2.5 % are too little for a byte to tell. Nothing but shape is seen here: eyes, brows
-    and the colour of the skin can change without these pictures.
+    and the colour of the skin can change and leave these pictures as they are.
     """
     with Scene(fw.default_face(), Style((SIDE, SIDE), view, quick=True)) as aimed:
         camera = aimed.plotter.camera.copy()
@@ -153,13 +154,13 @@ def relief(mesh, view):
 
 
 def style(view, **options):
-    """Twice half the size is drawn, to be reduced; here it is taken as drawn."""
+    """Half the size: scenes draw twice that, to reduce it, and here it is taken as drawn."""
     return Style((SIDE // 2, SIDE // 2), view, **options)
 
 
 @pytest.mark.parametrize("kind, name, view", WRINKLES, ids=lambda value: value if isinstance(value, str) else "close")
 def test_wrinkles(kind, name, view, verify):
-    plotter = relief(frame(kind, name), view)
+    plotter = plaster(frame(kind, name), view)
     try:
         verify(plotter, f"{kind}_{name}")
     finally:
@@ -168,7 +169,7 @@ def test_wrinkles(kind, name, view, verify):
 
 @pytest.mark.parametrize("kind, name, view", WRINKLES, ids=lambda value: value if isinstance(value, str) else "close")
 def test_a_change_of_a_fortieth_in_height_is_an_error(kind, name, view):
-    plotters = [relief(frame(kind, name, factor), view) for factor in (1.0, 1.025)]
+    plotters = [plaster(frame(kind, name, factor), view) for factor in (1.0, 1.025)]
     try:
         assert pv.compare_images(*plotters) > ERROR
     finally:
@@ -206,7 +207,7 @@ def test_tears(name, verify):
 def test_the_same_again_is_the_same_picture():
     def pixels():
         frame.cache_clear()
-        plotter = relief(frame("expression", "frowning"), "glabella")
+        plotter = plaster(frame("expression", "frowning"), "glabella")
         try:
             return plotter.screenshot(None, return_img=True)
         finally:

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from facewrinkle.anatomy.hairline import hair_cover
 from facewrinkle.anatomy.landmarks import frame_of
-from facewrinkle.appearance.skin_paint import HAIR, complexion
+from facewrinkle.appearance.skin_paint import HAIR_COLOUR, complexion
 from facewrinkle.geometry.normals import vertex_normals
 
 from .cage_mesh import Chart, cross
@@ -82,7 +82,7 @@ class Skin:
     def colours(self, plane: Floats) -> NDArray[np.uint8]:
         """Colours (q, 3) at places (q, 2) of the chart, those of the right half too, without fine detail."""
         skin, sky, cover, _ = self._even(self.chart(np.stack([np.abs(plane[:, 0]), plane[:, 1]], axis=1)))
-        return _bytes(_cropped(shaded(skin, sky), np.tile(HAIR, (len(sky), 1)), sky, cover))
+        return _bytes(_cropped(shaded(skin, sky), np.tile(HAIR_COLOUR, (len(sky), 1)), sky, cover))
 
     def texture(self, middle: Floats, span: float) -> NDArray[np.uint8]:
         """The colour as a square image, first row at v = 1."""
@@ -94,7 +94,7 @@ class Skin:
         for side in (-1.0, 1.0):
             places = values[:, :3] * [side, 1.0, 1.0]
             ragged = cover + 1.2 * noise(places, 9.0, 21) + 2.6 * noise(places, 0.42, 22)
-            hair = np.array(HAIR) * strands(places)[:, None]
+            hair = np.array(HAIR_COLOUR) * strands(places)[:, None]
             halves.append(_cropped(shaded(skin * mottled(places, lip), sky), hair, sky, ragged))
         right, left = (_bytes(half).reshape(TEXELS, -1, 3) for half in halves)
         return np.concatenate([right[:, ::-1], left], axis=1)

@@ -1,4 +1,4 @@
-"""Files and meshes of other libraries, against a naive parser of OBJ and the meshes that the files were written from."""
+"""Files and meshes of other libraries, against a naive parser of OBJ and the meshes that were written."""
 
 from __future__ import annotations
 

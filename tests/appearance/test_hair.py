@@ -1,0 +1,83 @@
+"""Brows and lashes: they go with the skin, and stay on it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawing import held
+
+import facewrinkle as fw
+from facewrinkle.anatomy.fitting import fitted_brows
+from facewrinkle.appearance.hair import Brows, Lashes
+
+
+def test_lashes_stay_on_the_margins_of_the_lids(face):
+    """Within the thickness of a lid, open and closed; the upper ones come down with theirs."""
+    open_eyes, closed = face.points, np.asarray(held("AU43").points)[: face.mesh.n_points]
+    for eye in face.eyes:
+        lashes = Lashes(eye, face, 0.1)
+        opening = face.eyelid_openings[eye.side]
+        heights = []
+        for points in (open_eyes, closed):
+            tips = lashes.at(points).points.reshape(-1, Lashes.KNOTS, 2, 3).mean(axis=2)
+            counts = [len(weights) for _, weights in lashes.roots]
+            for hairs, chain in zip(np.split(tips, counts[:1]), (opening.upper, opening.lower), strict=True):
+                fine = np.concatenate(
+                    [np.linspace(a, b, 30) for a, b in zip(points[chain][:-1], points[chain][1:], strict=True)]
+                )
+                gap = np.linalg.norm(hairs[:, 0, None] - fine, axis=2).min(axis=1)
+                assert gap.max() < 2.0
+                length = np.linalg.norm(np.diff(hairs, axis=1), axis=2).sum(axis=1)
+                assert 0.5 < length.min() < length.max() < 10.0
+                # Outside of the eyeball along all their length.
+                assert np.linalg.norm(hairs - eye.centre, axis=2).min() > eye.radius
+            heights.append(tips[: counts[0], 0, 1].mean())
+        assert heights[0] - heights[1] > 4.0
+
+
+def _moved_brow(face, by):
+    """Motion of the roots of the left brow's hairs with skin that moves, in the mean of each tenth of its length."""
+    brows, normals, knots = Brows(face.brows, face, 0.01), face.tissue.normals, face.brows.triangles.shape[1]
+    before, after = (
+        brows.at(points, face.triangles, normals).points.reshape(-1, brows.STRANDS, knots, 2, 3)[:, 0, 0].mean(axis=1)
+        for points in (face.points, face.points + by)
+    )
+    x, moved = before[:, 0], after - before
+    left = np.sort(x[x > 0.0])
+    tenth = np.digitize(x, np.linspace(left[0], left[-1], 11)[1:-1])
+    return np.array([moved[(x > 0.0) & (tenth == k)].mean(axis=0) for k in range(10)])
+
+
+def test_brows_go_with_skin_that_goes_as_a_whole(face):
+    assert _moved_brow(face, [1.0, 3.0, 0.5]) == pytest.approx(np.tile([1.0, 3.0, 0.5], (10, 1)), abs=1e-4)
+
+
+def test_brows_do_not_bend_as_sharply_as_skin(face):
+    def bend(x):
+        return 0.5 * np.maximum(40.0 - x, 0.0)
+
+    brow = _moved_brow(face, bend(face.points[:, :1]) * [0.0, 1.0, 0.0])[:, 1]
+    skin = np.diff(bend(np.linspace(10.0, 60.0, 11)), 2)
+    assert 0.0 < np.diff(brow, 2).max() < 0.5 * skin.max()
+
+
+@pytest.mark.parametrize("expression", ["anger", "surprise"])
+def test_hairs_of_brows_lie_on_folds_between_coarse_vertices(real_face, expression):
+    face = real_face("mediapipe_canonical_face_model")
+    simulation = fw.Simulation(face)
+    simulation.express(expression)
+    *_, frame = simulation.run(14)
+    n = face.mesh.n_points
+    points, normals = np.asarray(frame.points)[:n], np.asarray(frame.point_data["Normals"])[:n]
+    hairs = Brows(fitted_brows(face), face, 0.01)
+    buried = []
+    for refined in (None, (np.asarray(frame.points), frame.regular_faces)):
+        ribbons = hairs.at(points, face.triangles, normals, refined)
+        seen = ribbons.points + 0.5 * face.frame.pupil_distance * face.frame.axes[2]
+        among = range(0, len(seen), 17)
+        hidden = 0
+        for k in among:
+            hits, _ = frame.ray_trace(seen[k], ribbons.points[k])
+            hidden += bool(len(hits)) and np.linalg.norm(hits - ribbons.points[k], axis=1).max() > 0.1 / face.unit
+        buried.append(hidden / len(among))
+    assert buried[1] < 0.01 < 0.03 < buried[0], buried

@@ -1,0 +1,49 @@
+"""The inside of a mouth: it shows between parted lips, dark, and its lower teeth go with the jaw."""
+
+from __future__ import annotations
+
+import numpy as np
+from drawing import held, on_screen
+from scipy.spatial.transform import Rotation
+
+from facewrinkle.appearance.mouth import Mouth
+from facewrinkle.plotting import Scene, Style
+
+
+def test_parted_lips_show_the_dark_of_the_mouth(face):
+    """Not what is behind the head: the picture between the lips is darker than the background and reddish."""
+    parted = face.mesh.copy()
+    lower = (np.asarray(parted.points) - face.landmarks["lower_lip_mid"]) / 12.0
+    parted.points[:, 1] -= 8.0 * np.exp(-(lower**2).sum(axis=1))
+    with Scene(face, Style((200, 200), "mouth")) as scene:
+        image = scene.picture(parted)
+        gap = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]) - [0, 2, 0]
+        row, column = on_screen(scene, gap[None])[0].astype(int)
+    red, _, blue = image[row - 8 : row + 9, column].astype(int).T
+    assert (red >= blue).all()
+
+
+def test_teeth_show_behind_an_open_mouth_and_go_with_the_jaw(face):
+    opened = held("AU27")
+    mouth = Mouth(face)
+    base = np.asarray(opened.points)[: face.mesh.n_points]
+    assert not mouth.parted(face.points)
+    assert mouth.parted(base)
+    jaw, guide = face.muscles["jaw"], face.joint_weights["jaw"]
+    turned = face.points.copy()
+    turned[guide.vertices] += guide.turned(face.points, 0.7)
+    expected = Rotation.from_rotvec(0.7 * jaw.angle * jaw.axis)
+    upper, lower = (mouth.inside(turned)[name].points for name in ("upper_teeth", "lower_teeth"))
+    np.testing.assert_allclose(upper, mouth.teeth[0].points, atol=1e-4)
+    np.testing.assert_allclose(lower, expected.apply(mouth.teeth[1].points - jaw.hinge) + jaw.hinge, atol=0.1)
+    parts = mouth.inside(base)
+    with Scene(face, Style((240, 240), "mouth")) as scene:
+        images = [scene.picture(frame).astype(int) for frame in (opened, face.mesh)]
+        # The edges of the lower incisors, where the lip does not hide them.
+        tips = parts["lower_teeth"].points
+        tips = tips[(np.abs(tips[:, 0]) < 6.0) & (tips[:, 2] > tips[:, 2].max() - 8.0)]
+        rows, columns = on_screen(scene, tips[tips[:, 1] > tips[:, 1].max() - 1.0]).astype(int).T
+        assert not any(scene.plotter.actors[name].visibility for name in Mouth.INSIDE)
+    white = [(np.ptp(image, axis=2) < 50) & (image.min(axis=2) > 90) for image in images]
+    assert white[0][rows, columns].mean() > 0.25
+    assert not white[1][rows, columns].any()

@@ -1,0 +1,37 @@
+"""Shared by tests of pictures: held expressions, places on the screen, differences of pictures."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.plotting import Scene
+
+SMALL = (160, 200)
+
+
+@lru_cache(maxsize=4)
+def held(expression: str, wrinkles: bool = True) -> pv.PolyData:
+    """The built-in face with an expression, or action unit, held for 15 frames. Not to be changed."""
+    simulation = fw.Simulation(fw.default_face()) if wrinkles else fw.Simulation(fw.default_face(), layers=[])
+    simulation.express(expression)
+    *_, frame = simulation.run(15)
+    return frame
+
+
+def difference(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Per pixel, the largest difference of the channels."""
+    return np.abs(first.astype(int) - second.astype(int)).max(axis=2)
+
+
+def on_screen(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """Pixels [row, column] of points, as VTK's own camera projects them."""
+    width, height = scene.style.size
+    matrix = scene.plotter.camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
+    projection = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+    clip = np.column_stack([points, np.ones(len(points))]) @ projection.T
+    x, y = (clip[:, :2] / clip[:, 3:]).T
+    return np.column_stack([(1 - y) / 2 * height, (x + 1) / 2 * width])

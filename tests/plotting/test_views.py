@@ -1,0 +1,94 @@
+"""Views: they look at the place of their name, from the side of their name, and show what they have to."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from drawing import SMALL, difference, held, on_screen
+
+import facewrinkle as fw
+from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.plotting import CLOSE, VIEWS, Scene, Style, View, closeup, picture
+
+
+@pytest.mark.parametrize("name", [name for name in VIEWS if name.startswith("left")])
+def test_views_of_the_two_sides_mirror_each_other(face, name):
+    """With a light at the camera; the head is symmetric, the pores of its skin, hairs and irises are not."""
+    half = face.texture[:, : face.texture.shape[1] // 2]
+    even = dataclasses.replace(face, texture=np.concatenate([half, half[:, ::-1]], axis=1))
+    left, right = (
+        picture(face.mesh, even, Style(SMALL, view, quick=True, brows=False, eyes=False))
+        for view in (name, name.replace("left", "right"))
+    )
+    assert (difference(left, right[:, ::-1]) > 20).mean() < 0.01
+    assert (difference(left, right) > 20).mean() > 0.1
+    assert VIEWS[name].mirrored().mirrored() == VIEWS[name]
+
+
+@pytest.mark.parametrize("name", CLOSE)
+def test_views_look_at_skin(face, name):
+    with Scene(face, Style((80, 80), name)) as scene:
+        empty = np.array(scene.plotter.screenshot(None, return_img=True).reshape(160, 160, 3)[72:88, 72:88])
+        centre = scene.picture(face.mesh)[36:44, 36:44]
+    assert difference(empty[::2, ::2], centre).min() > 10
+
+
+@pytest.mark.parametrize("view", ["front", "left_three_quarter", "left_profile"])
+def test_upright_and_wide_pictures_hold_the_whole_head_and_cut_the_neck(face, view):
+    points = np.asarray(face.mesh.points)
+    head = points[:, 1] > face.landmarks["menton"][1]
+    for size in ((100, 200), (200, 100)):
+        with Scene(face, Style(size, view=view)) as scene:
+            scene.draw(face.mesh)
+            row, column = on_screen(scene, points).T
+        assert row[head].min() > 0
+        assert row[head].max() < size[1]
+        assert column[head].min() > 0
+        assert column[head].max() < size[0]
+
+
+@pytest.mark.parametrize(
+    "expression, expected",
+    [
+        ("surprise", "forehead"),
+        ("frowning", "glabella"),
+        ("closing_eye", "left_eye"),
+        ("stretching_mouth", "right_mouth"),
+        ("AU12L", "left_mouth"),
+        ("AU43R", "right_eye"),
+    ],
+)
+def test_closeup_is_where_the_wrinkles_are(face, expression, expected):
+    assert closeup(held(expression), face) == expected
+
+
+def test_closeup_without_wrinkles(face):
+    *_, frame = fw.Simulation(face).run(1)
+    assert closeup(frame, face) == "front"
+
+
+def test_any_view(face):
+    from_behind = picture(face.mesh, face, Style((60, 60), View((0.0, 0.0, -1.0))))
+    assert difference(from_behind, picture(face.mesh, face, Style((60, 60)))).max() > 30
+
+
+def test_views_that_cannot_be_drawn(face):
+    for direction in ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (np.nan, 0.0, 1.0)):
+        with pytest.raises(ParameterError, match="straight up"):
+            View(direction)
+    with pytest.raises(ParameterError, match="height must lie in"):
+        View((0.0, 0.0, 1.0), height=0.0)
+    with pytest.raises(UnknownNameError, match="'nose'. Did you mean 'nose_tip'"):
+        View((0.0, 0.0, 1.0), "nose")
+    with pytest.raises(UnknownNameError, match="unknown field 'W'"):
+        closeup(face.mesh, face)
+
+
+def test_unknown_views_and_sizes():
+    with pytest.raises(UnknownNameError, match="unknown view 'forhead'. Did you mean 'forehead'"):
+        Style(view="forhead")
+    for size in ((8, 100), (100, 10**5), (100.5, 100), (100,), 100, (np.nan, 100), ("a", "b")):
+        with pytest.raises(ParameterError, match="width and height in pixels"):
+            Style(size=size)
