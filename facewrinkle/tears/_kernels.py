@@ -74,9 +74,9 @@ def nearest_in(p, a, b, c, out):
 
 
 @njit(cache=True)
-def _walked(p, first, points, triangles, offsets, around, out):
+def _walked(p, first, points, triangles, fans, out):
     """Walk from triangle `first` to the one nearest to p; return it, with its point nearest to p in `out`."""
-    here, found = first, np.empty(3)
+    (offsets, around), here, found = fans, first, np.empty(3)
     nearest_in(p, points[triangles[here, 0]], points[triangles[here, 1]], points[triangles[here, 2]], out)
     best = ((out - p) ** 2).sum()
     while True:
@@ -95,11 +95,13 @@ def _walked(p, first, points, triangles, offsets, around, out):
 
 
 @njit(cache=True)
-def descend(points, triangles, normals, offsets, around, start, first, heading, down, step, inertia, flat, path):
+def descend(surface, fans, start, first, heading, down, step, inertia, flat, path):
     """Write steps down the surface from `start` on triangle `first` into `path`; return how many points it has.
 
-    It ends where the surface is level (its slope below `flat`), where it rises, or where it ends.
+    `surface` is its points, triangles and normals, `fans` the triangles around each point: offsets and triangles.
+    The path ends where the surface is level (its slope below `flat`), where it rises, or where it ends.
     """
+    points, triangles, normals = surface
     p, t, v = start.copy(), first, heading.copy()
     path[0] = p
     out, count = np.empty(3), 1
@@ -124,7 +126,7 @@ def descend(points, triangles, normals, offsets, around, start, first, heading, 
         v -= (v * n).sum() * n
         v /= np.sqrt((v * v).sum()) + 1e-300
         q = p + step * v
-        t = _walked(q, t, points, triangles, offsets, around, out)
+        t = _walked(q, t, points, triangles, fans, out)
         moved = out - p
         if ((out - q) ** 2).sum() > (0.5 * step) ** 2 or (moved * down).sum() < 0.02 * step:
             break

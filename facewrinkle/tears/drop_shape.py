@@ -37,7 +37,7 @@ class DropShape:
 
     Examples
     --------
-    A slim drop, twice as long as it pinches off as at rest:
+    A slim drop that is drawn out to twice its ratio while it pinches off:
 
     >>> import facewrinkle as fw
     >>> tear = fw.DrippingTear(shape=DropShape(ratio=12.0, stretch=1.0))
@@ -128,11 +128,11 @@ class DropLattice:
 
     Examples
     --------
-    The mesh has less volume than the drop of the formula, whose facets it cuts off:
+    Its facets are chords, so that the mesh has a little less volume than the drop of the formula, 11.36:
 
     >>> lattice = DropLattice(40)
     >>> round(lattice.volume(0.4, 5.0), 2), lattice.points(0.4, 1.0, 5.0).shape
-    (11.25, (802, 3))
+    (11.25, (842, 3))
     """
 
     def __init__(self, n: int, egg: bool = False) -> None:

@@ -26,7 +26,7 @@ INERTIA = 0.6
 """Share of its direction that water keeps from one step to the next."""
 
 DIVERTED = np.deg2rad(25.0)
-"""A fold that turns a stream by more than this from its way down lets some of it over."""
+"""A fold that turns a stream by more than this from its way down lets some of it spill over."""
 
 BEHIND = 1.7
 """Depth behind the eyes, in distances between the pupils, at which a face ends."""
@@ -67,7 +67,7 @@ def descent(support: SupportSurface, start: Array, step: float, length: float, h
     cells, found = support.nearest(start[None])
     path = np.empty((int(length / step) + 1, 3))
     count = kernels.descend(
-        support.points, support.triangles, support.normals, offsets, order // 3, found[0], int(cells[0]),
+        (support.points, support.triangles, support.normals), (offsets, order // 3), found[0], int(cells[0]),
         support.down if heading is None else heading, support.down, step, INERTIA, LEAST_SLOPE, path,
     )  # fmt: skip
     return path[:count]

@@ -110,7 +110,7 @@ class Flow:
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """The course that a tear takes which is shed: its end, its branches, and the folds that divert it.
+    """The course of a tear that is shed: its length, its branches, and the folds that divert it.
 
     Attributes
     ----------
@@ -239,7 +239,8 @@ class SheddingTear:
         found = finder.cut(found)
         if start is not None and route.into is None:
             found = finder.meandered(found, film.roughness, random)
-        self.paths = self._stream_paths(finder, paths.smoothed(self._support, found, 0.4 * half), film, route, random)
+        found = paths.smoothed(self._support, found, 0.4 * half)
+        self.paths: tuple[StreamPath, ...] = self._stream_paths(finder, found, film, route, random)
         self.c = flow.c / unit
         self.s = min(2.2 * half, self.length) if flow.s is None else flow.s / unit
         self.s = max(self.s, 1.2 * (half + self.shape.trail))
@@ -252,10 +253,8 @@ class SheddingTear:
     def _checked_shape(self, width: float, height: float, trail: float) -> Shape:
         """Return the shape of the tear in the unit of the surface, if it is small enough for this."""
         size, unit = self._support.size, self._support.unit
-        half, height = (
-            0.5 * check_range("width", width, 1e-6, 1e6) / unit,
-            check_range("height", height, 1e-6, 1e6) / unit,
-        )
+        half = 0.5 * check_range("width", width, 1e-6, 1e6) / unit
+        height = check_range("height", height, 1e-6, 1e6) / unit
         if max(2.0 * half, height) > LARGEST_SHARE * size:
             raise ParameterError(
                 f"a tear must be smaller than {LARGEST_SHARE} of the surface, {LARGEST_SHARE * size * unit:.3g} mm, "
@@ -264,7 +263,7 @@ class SheddingTear:
         return Shape(half, height, half * trail, max(0.07 * height, 2.0 * EDGE / unit))
 
     def _path_finder(self, route: Route) -> PathFinder:
-        """Return what finds the path, if its length is not too large for the mesh."""
+        """Return a finder of paths, if the longest of them is not too long for the mesh."""
         support, width = self._support, 2.0 * self.shape.half
         longest = min(route.length / support.unit, 20.0 * support.size)
         if longest > LONGEST * self._detail:
