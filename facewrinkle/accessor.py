@@ -25,7 +25,8 @@ from .layers.patterns_on_skin.strength import Compression
 from .mesh import add_seams, corner_texture, read_surface, to_polydata, with_data
 from .motion.base import Still
 from .simulation import FINEST, Refinement, Simulation
-from .tears.stream import SheddingTear
+from .tears.options import grouped
+from .tears.stream import Film, Flow, Route, SheddingTear
 
 
 @pv.register_dataset_accessor("facewrinkle", pv.PolyData)
@@ -134,7 +135,8 @@ class FaceWrinkleAccessor:
         t : float, optional
             Seconds. Default: when it has arrived.
         **options
-            Of :class:`facewrinkle.SheddingTear`; `unit` is mm per unit of the mesh.
+            Of :class:`facewrinkle.SheddingTear`, those of its groups by their own names, such as ``roughness=0.0``;
+            `unit` is mm per unit of the mesh.
 
         Returns
         -------
@@ -149,7 +151,7 @@ class FaceWrinkleAccessor:
         >>> water.n_open_edges
         0
         """
-        stream = SheddingTear(self._mesh, path, start, **options)
+        stream = SheddingTear(self._mesh, path, start, **grouped(options, film=Film, flow=Flow, route=Route))
         return stream.surface(stream.end if t is None else t)
 
 

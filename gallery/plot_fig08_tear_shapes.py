@@ -19,7 +19,8 @@ import facewrinkle as fw
 times = [0.17, 0.22, 0.27, 0.32, 0.37, 0.43]
 drops = []
 for t in times:
-    tear = fw.DrippingTear(size=3.0, ratio=8.0, shape=(t, t), stretch=0.0, resolution=80)
+    shape = fw.tears.DropShape(ratio=8.0, t=(t, t), stretch=0.0)
+    tear = fw.DrippingTear(size=3.0, shape=shape, resolution=80)
     drops.append(tear.surface(tear.begin + tear.hang))
 
 # %%

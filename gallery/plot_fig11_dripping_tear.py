@@ -34,7 +34,7 @@ with TearScene(face, Style((460, 460), VIEW)) as scene:
 figure(stacked([side_by_side(images[:2]), side_by_side(images[2:])]))
 
 # %%
-# It falls as things fall: half g t².
+# It falls freely, by half g t².
 
 first, second = (tears[0].fallen(t) for t in moments[1:3])
 print(f"fallen {first:.1f} and {second:.1f} mm")

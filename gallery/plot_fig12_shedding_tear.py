@@ -23,7 +23,7 @@ tears = [fw.SheddingTear(face, start="l"), fw.SheddingTear(face, start="r", begi
 frames = list(sim.run(32))
 
 # %%
-# What is covered grows with time, ``h = s + c t``: here at 0.1, 1, 2 and 3.2 s.
+# The length that is covered grows with time, ``h = s + c t``: here at 0.1, 1, 2 and 3.2 s.
 
 moments = [0.1, 1.0, 2.0, 3.2]
 images = []

@@ -23,7 +23,7 @@ stone.points *= (1.0 + 0.06 * bumps)[:, None]
 stone.points *= [1.25, 0.9, 1.0]
 
 # %%
-# ``mesh.facewrinkle.tear`` runs from a start; :class:`facewrinkle.SheddingTear` gives every moment of it.
+# ``mesh.facewrinkle.tear`` runs from a start; :class:`facewrinkle.SheddingTear` gives the water at all times.
 
 angles = np.radians([60.0, 75.0, 92.0, 106.0, 120.0])
 starts = [(45.0 * np.cos(a), 45.0 * np.sin(a), depth) for a, depth in zip(angles, (16, 22, 18, 24, 15), strict=True)]

@@ -1,4 +1,4 @@
-"""Inner loops of the tears."""
+"""Inner loops of tears: drops kept off the skin, steps of a descent, and the footprint of a stream."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ._subdivision_kernels import put
 
 @njit(cache=True)
 def farthest_behind(drop, skin, triangles, margin):
-    """How far the drop's points (k, 3) must move along the third axis to lie `margin` before the skin, at least 0."""
+    """Return how far points (k, 3) must move along the third axis to be `margin` in front of the skin, at least 0."""
     lowest, highest = drop[0].copy(), drop[0].copy()
     for p in range(len(drop)):
         for k in range(3):
@@ -43,9 +43,9 @@ def farthest_behind(drop, skin, triangles, margin):
 
 
 @njit(cache=True)
-def _walked(p, first, points, triangles, offsets, around, out):
-    """The triangle with the nearest point to p that a walk from triangle `first` finds; the point in `out`."""
-    here, found = first, np.empty(3)
+def _walked(p, first, points, triangles, fans, out):
+    """Walk from triangle `first` to the one nearest to p; return it, with its point nearest to p in `out`."""
+    (offsets, around), here, found = fans, first, np.empty(3)
     best = closest_in_triangle(
         p, points[triangles[here, 0]], points[triangles[here, 1]], points[triangles[here, 2]], out
     )
@@ -65,11 +65,13 @@ def _walked(p, first, points, triangles, offsets, around, out):
 
 
 @njit(cache=True)
-def descend(points, triangles, normals, offsets, around, start, first, heading, down, step, inertia, flat, path):
-    """Steps down the surface from `start` on triangle `first` into `path`; how many points it has then.
+def descend(surface, fans, start, first, heading, down, step, inertia, flat, path):
+    """Write steps down the surface from `start` on triangle `first` into `path`; return how many points it has.
 
-    It ends where the surface is level (its slope below `flat`), where it rises, or where it ends.
+    `surface` is its points, triangles and normals, `fans` the triangles around each point: offsets and triangles.
+    The path ends where the surface is level (its slope below `flat`), where it rises, or where it ends.
     """
+    points, triangles, normals = surface
     p, t, v = start.copy(), first, heading.copy()
     path[0] = p
     out, count = np.empty(3), 1
@@ -94,7 +96,7 @@ def descend(points, triangles, normals, offsets, around, start, first, heading, 
         v -= (v * n).sum() * n
         v /= np.sqrt((v * v).sum()) + 1e-300
         q = p + step * v
-        t = _walked(q, t, points, triangles, offsets, around, out)
+        t = _walked(q, t, points, triangles, fans, out)
         moved = out - p
         if ((out - q) ** 2).sum() > (0.5 * step) ** 2 or (moved * down).sum() < 0.02 * step:
             break
@@ -106,7 +108,7 @@ def descend(points, triangles, normals, offsets, around, start, first, heading, 
 
 @njit(cache=True)
 def look_up(s, w, wobble, noise, out_wobble, out_noise):
-    """Values at places (n,) of a row, and at places (n,) of a grid whose second axis is 0 in the middle; linear."""
+    """Interpolate linearly in a row at s (n,), and at s, w (n,) in a grid whose second axis is 0 in the middle."""
     last, wide = len(wobble) - 1, noise.shape[1] - 1
     for i in range(len(s)):
         x, y = min(max(s[i], 0.0), float(last)), min(max(w[i] + wide // 2, 0.0), float(wide))
@@ -119,17 +121,20 @@ def look_up(s, w, wobble, noise, out_wobble, out_noise):
 
 
 @njit(cache=True)
-def connected(edges, sides, n):
-    """Neighbours of n vertices: offsets (n + 1,) and vertices. Which edges are of one triangle only; their vertices."""
+def adjacency(edges, sides, n):
+    """Return the neighbours of n vertices (offsets (n + 1,) and vertices), and the edges and vertices at the border.
+
+    Edges at the border are of one triangle only.
+    """
     offsets, neighbours = np.zeros(n + 1, np.int32), np.empty(2 * len(edges), np.int32)
     triangles = np.zeros(len(edges), np.int32)
     for t in range(len(sides)):
         for k in range(3):
             triangles[sides[t, k]] += 1
-    single, border = triangles == 1, np.zeros(n, np.bool_)
+    border_edges, border = triangles == 1, np.zeros(n, np.bool_)
     for e in range(len(edges)):
-        border[edges[e, 0]] |= single[e]
-        border[edges[e, 1]] |= single[e]
+        border[edges[e, 0]] |= border_edges[e]
+        border[edges[e, 1]] |= border_edges[e]
         for k in range(2):
             offsets[edges[e, k] + 1] += 1
     for v in range(1, len(offsets)):
@@ -140,34 +145,35 @@ def connected(edges, sides, n):
         neighbours[at[a]], neighbours[at[b]] = b, a
         at[a] += 1
         at[b] += 1
-    return (offsets, neighbours), single, border
+    return (offsets, neighbours), border_edges, border
 
 
 @njit(cache=True)
-def carry(points, normals, corners, weights, rest, first, second, share, bottom, up, home):
-    """Points and unit normals of a mesh, at a share of the way from one place in it to another.
+def interpolate(points, normals, corners, weights, rest, between, out_points, out_normals, out_rest):
+    """Points and unit normals of a mesh at a share of the way between two vertices of a footprint, and those at rest.
 
-    A place is between three vertices; `rest` is where it is at rest.
+    `between` is the first vertex, the second, and the share.
     """
+    first, second, share = between
     for i in range(len(first)):
         v, w, part = first[i], second[i], share[i]
         a, b, c, x, y, z = corners[v, 0], corners[v, 1], corners[v, 2], weights[v, 0], weights[v, 1], weights[v, 2]
         for k in range(3):
-            bottom[i, k] = x * points[a, k] + y * points[b, k] + z * points[c, k]
-            up[i, k] = x * normals[a, k] + y * normals[b, k] + z * normals[c, k]
-            home[i, k] = rest[v, k] + part * (rest[w, k] - rest[v, k])
+            out_points[i, k] = x * points[a, k] + y * points[b, k] + z * points[c, k]
+            out_normals[i, k] = x * normals[a, k] + y * normals[b, k] + z * normals[c, k]
+            out_rest[i, k] = rest[v, k] + part * (rest[w, k] - rest[v, k])
         if v == w:
             continue
         a, b, c, x, y, z = corners[w, 0], corners[w, 1], corners[w, 2], weights[w, 0], weights[w, 1], weights[w, 2]
         for k in range(3):
-            bottom[i, k] += part * (x * points[a, k] + y * points[b, k] + z * points[c, k] - bottom[i, k])
-            up[i, k] += part * (x * normals[a, k] + y * normals[b, k] + z * normals[c, k] - up[i, k])
-    normalise(up)
+            out_points[i, k] += part * (x * points[a, k] + y * points[b, k] + z * points[c, k] - out_points[i, k])
+            out_normals[i, k] += part * (x * normals[a, k] + y * normals[b, k] + z * normals[c, k] - out_normals[i, k])
+    normalise(out_normals)
 
 
 @njit(cache=True)
 def thicken(s, w, front, sizes, tapering, drained, pooling, wobble, rough, level, height):
-    """Level and height of a tear at places: see :func:`facewrinkle.tears.shape.thickness`."""
+    """Write level and height of a tear at s, w (n,), see :func:`facewrinkle.tears.shape.thickness`."""
     wide, tall, narrow, thin = sizes
     for i in range(len(s)):
         behind, head, left = (front - s[i]) / wide, 0.0, 1.0
@@ -186,25 +192,25 @@ def thicken(s, w, front, sizes, tapering, drained, pooling, wobble, rough, level
 
 
 @njit(cache=True)
-def make_disk(level, triangles, edges, offsets, rings, border, tiny):
-    """Change `level` so that the vertices above 0 are connected and enclose none that are not; how many there are.
+def make_disk(level, triangles, edges, neighbours, border, least):
+    """Change `level` so that the vertices above 0 are connected and have no holes; return how many there are.
 
-    None is nearer to 0 than `tiny` then.
+    None is nearer to 0 than `least` then.
     """
     for v in range(len(level)):
-        if abs(level[v]) < tiny:
-            level[v] = tiny
+        if abs(level[v]) < least:
+            level[v] = least
     label, queue = np.full(len(level), -1, np.int32), np.empty(len(level), np.int32)
     largest, kept = 0, -1
     for seed in range(len(level)):
         if level[seed] > 0.0 and label[seed] < 0:
-            size, _ = _flood(seed, level, offsets, rings, border, label, queue)
+            size, _ = _flood(seed, level, neighbours, border, label, queue)
             if size > largest:
                 largest, kept = size, seed
     euler = largest
     for v in range(len(level)):
         if level[v] > 0.0 and label[v] != kept:
-            level[v] = -tiny
+            level[v] = -least
     for e in range(len(edges)):
         euler -= (level[edges[e, 0]] > 0.0) & (level[edges[e, 1]] > 0.0)
     for t in range(len(triangles)):
@@ -214,17 +220,18 @@ def make_disk(level, triangles, edges, offsets, rings, border, tiny):
     label[:] = -1
     for seed in range(len(level)):
         if level[seed] <= 0.0 and label[seed] < 0:
-            size, outside = _flood(seed, level, offsets, rings, border, label, queue)
+            size, outside = _flood(seed, level, neighbours, border, label, queue)
             if not outside:
                 for i in range(size):
-                    level[queue[i]] = tiny
+                    level[queue[i]] = least
                 largest += size
     return largest
 
 
 @njit(cache=True)
-def _flood(seed, level, offsets, rings, border, label, queue):
-    """Label what is connected to a vertex and on the same side of 0; its size, and whether it is at the border."""
+def _flood(seed, level, neighbours, border, label, queue):
+    """Label the vertices joined to `seed` on its side of 0; return their number, and True if one is at a border."""
+    offsets, others = neighbours
     wet, size, at, outside = level[seed] > 0.0, 1, 0, False
     queue[0], label[seed] = seed, seed
     while at < size:
@@ -232,7 +239,7 @@ def _flood(seed, level, offsets, rings, border, label, queue):
         at += 1
         outside = outside or border[v]
         for i in range(offsets[v], offsets[v + 1]):
-            j = rings[i]
+            j = others[i]
             if label[j] < 0 and (level[j] > 0.0) == wet:
                 label[j] = seed
                 queue[size] = j
@@ -241,13 +248,14 @@ def _flood(seed, level, offsets, rings, border, label, queue):
 
 
 @njit(cache=True)
-def clip(triangles, sides, edges, single, level, out, rim, first, second, share, inside):
-    """The part of a mesh where the linear function `level` is above 0.
+def clip(triangles, sides, edges, border_edges, level, out, rim, vertices):
+    """Cut out the part of a mesh where the linear function `level` is above 0.
 
-    Vertices of the part lie between `first` and `second` at `share`, in triangle `inside`. Writes its triangles into
-    `out` and the sides of its outline, of which some are `single` edges of the mesh, into `rim`; returns the numbers of
-    the three.
+    Write its triangles into `out`, the sides of its outline into `rim`, and its vertices into `vertices`: the two of
+    the mesh between which each lies, its share of the way, and a triangle in which it is. Return the numbers of the
+    three. Edges at the border of the mesh belong to the outline.
     """
+    first, second, share, inside = vertices
     n, m, r = len(level), 0, 0
     vertex, between, count = np.full(n, -1, np.int32), np.full(len(edges), -1, np.int32), 0
     ring, side = np.empty(4, np.int64), np.empty(4, np.bool_)
@@ -262,7 +270,7 @@ def clip(triangles, sides, edges, single, level, out, rim, first, second, share,
                     vertex[v] = count
                     first[count], second[count], share[count], inside[count] = v, v, 0.0, t
                     count += 1
-                ring[size], side[size] = vertex[v], single[e]
+                ring[size], side[size] = vertex[v], border_edges[e]
                 size += 1
             if (level[v] > 0.0) != (level[w] > 0.0):
                 if between[e] < 0:
@@ -271,7 +279,7 @@ def clip(triangles, sides, edges, single, level, out, rim, first, second, share,
                     first[count], second[count], inside[count] = i, j, t
                     share[count] = min(max(level[i] / (level[i] - level[j]), 0.03), 0.97)
                     count += 1
-                ring[size], side[size] = between[e], level[v] > 0.0 or single[e]
+                ring[size], side[size] = between[e], level[v] > 0.0 or border_edges[e]
                 size += 1
         for k in range(1, size - 1):
             m = put(out, m, ring[0], ring[k], ring[k + 1])
@@ -284,7 +292,7 @@ def clip(triangles, sides, edges, single, level, out, rim, first, second, share,
 
 @njit(cache=True)
 def close(triangles, rim, n, out):
-    """Triangles (2 m + 2 b, 3) of a solid: of its top, of its base numbered from `n` on, and of the walls."""
+    """Write the triangles (2 m + 2 b, 3) of a solid: top, bottom (its vertices are numbered from n on), and walls."""
     m = len(triangles)
     for t in range(m):
         for k in range(3):

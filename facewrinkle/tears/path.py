@@ -1,4 +1,4 @@
-"""Where a tear runs: down the steepest descent, through given points, or along what was painted."""
+"""Paths of tears: down the steepest descent, through given points, or along painted vertices."""
 
 from __future__ import annotations
 
@@ -19,31 +19,37 @@ from .support_surface import SupportSurface, vectors
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
-LEVEL = 0.06
-"""Where the slope of the surface (sine) is less, water stays."""
+LEAST_SLOPE = 0.06
+"""Sine of the slope of the surface below which water stays."""
 
 INERTIA = 0.6
-"""How much of its direction water keeps from one step to the next."""
+"""Share of its direction that water keeps from one step to the next."""
+
+DIVERTED = np.deg2rad(25.0)
+"""A fold that turns a stream by more than this from its way down lets some of it spill over."""
+
+BEHIND = 1.7
+"""Depth behind the eyes, in distances between the pupils, at which a face ends."""
 
 
-def descent(ground: SupportSurface, start: Array, step: float, length: float, heading: Array | None = None) -> Array:
-    """The way of water from a point of the surface down the steepest descent.
+def descent(support: SupportSurface, start: Array, step: float, length: float, heading: Array | None = None) -> Array:
+    """Return the path of water from a point of the surface down the steepest descent.
 
-    Where facets meet, interpolated normals stand for the smooth surface; water keeps some of its direction.
+    The slope is that of the interpolated normals, as of a smooth surface; water keeps some of its direction.
 
     Parameters
     ----------
-    ground : SupportSurface
+    support : SupportSurface
     start : ndarray, shape (3,)
     step, length : float
-        Of a step, and at most of the whole way.
+        Of a step, and at most of the whole path.
     heading : ndarray, shape (3,), optional
-        Direction in which it arrives.
+        Direction in which the water arrives. Default: down.
 
     Returns
     -------
     ndarray, shape (k, 3)
-        It ends at a level place, in a pit, or at the border; k = 1 if it does not run at all.
+        It ends where the surface is level, in a pit, or at the border; k = 1 if the water does not run at all.
 
     Examples
     --------
@@ -52,39 +58,39 @@ def descent(ground: SupportSurface, start: Array, step: float, length: float, he
     >>> import pyvista as pv
     >>> from facewrinkle.tears.support_surface import support_surface
     >>> sheet = support_surface(pv.Plane(i_size=20, j_size=20))
-    >>> way = descent(sheet, np.array([3.0, 8, 0]), step=0.5, length=100.0)
-    >>> way[0].round(3) + 0.0, way[-1].round(3) + 0.0
+    >>> path = descent(sheet, np.array([3.0, 8, 0]), step=0.5, length=100.0)
+    >>> path[0].round(3) + 0.0, path[-1].round(3) + 0.0
     (array([3., 8., 0.]), array([  3., -10.,   0.]))
     """
-    order = np.argsort(ground.triangles, axis=None, kind="stable")
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(ground.triangles.ravel(), minlength=len(ground.points)))])
-    cells, found = ground.nearest(start[None])
+    order = np.argsort(support.triangles, axis=None, kind="stable")
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(support.triangles.ravel(), minlength=len(support.points)))])
+    cells, found = support.nearest(start[None])
     path = np.empty((int(length / step) + 1, 3))
     count = kernels.descend(
-        ground.points, ground.triangles, ground.normals, offsets, order // 3, found[0], int(cells[0]),
-        ground.down if heading is None else heading, ground.down, step, INERTIA, LEVEL, path,
+        (support.points, support.triangles, support.normals), (offsets, order // 3), found[0], int(cells[0]),
+        support.down if heading is None else heading, support.down, step, INERTIA, LEAST_SLOPE, path,
     )  # fmt: skip
     return path[:count]
 
 
-def through(ground: SupportSurface, given: npt.ArrayLike, width: float) -> Array:
-    """A path over the surface through points given on it.
+def through(support: SupportSurface, given: npt.ArrayLike, width: float) -> Array:
+    """Return a path over the surface through points given on it.
 
     Raises
     ------
     ParameterError
-        If a point is off the surface or under it, if the way between two of them leaves the surface, or if the path
+        If a point is off the surface or behind the face, if the path between two of them leaves the surface, or if it
         crosses itself.
 
     Examples
     --------
-    The way between two points runs on the surface, and is longer than the chord:
+    The path between two points runs on the surface, and is longer than the straight line between them:
 
     >>> import pyvista as pv
     >>> from facewrinkle.tears.support_surface import support_surface
     >>> ball = support_surface(pv.Sphere(radius=20.0, theta_resolution=60, phi_resolution=60))
-    >>> way = through(ball, [(0, 14, 14), (0, -14, 14)], width=2.0)
-    >>> round(float(lengths(way)[-1])), round(float(np.linalg.norm(way[-1] - way[0])))
+    >>> path = through(ball, [(0, 14, 14), (0, -14, 14)], width=2.0)
+    >>> round(float(lengths(path)[-1])), round(float(np.linalg.norm(path[-1] - path[0])))
     (31, 28)
     >>> through(ball, [(0, 14, 14), (0, 0, 30)], width=2.0)
     Traceback (most recent call last):
@@ -93,20 +99,20 @@ def through(ground: SupportSurface, given: npt.ArrayLike, width: float) -> Array
     points = vectors("path", given)
     if len(points) < 2:
         raise ParameterError(f"a path needs two points at least, received {len(points)}.")
-    _, found = ground.nearest(points)
+    _, found = support.nearest(points)
     gap = np.linalg.norm(found - points, axis=1)
-    allowed = max(width, 0.02 * ground.size)
+    allowed = max(width, 0.02 * support.size)
     if gap.max() > allowed:
         worst = int(np.argmax(gap))
         raise ParameterError(
             f"the path must lie on the surface; its point {worst}, {points[worst]}, is {gap[worst]:.3g} away from it "
             f"(at most {allowed:.3g} is allowed). Are path and surface in the same unit and coordinates?"
         )
-    _check_side(ground, found)
+    _check_side(support, found)
     pieces = []
     for a, b in pairwise(found):
         share = np.linspace(0.0, 1.0, max(int(np.ceil(np.linalg.norm(b - a) / (0.5 * width))), 1) + 1)[:-1, None]
-        pieces.append(ground.nearest((1.0 - share) * a + share * b)[1])
+        pieces.append(support.nearest((1.0 - share) * a + share * b)[1])
     path = np.concatenate([*pieces, found[-1:]])
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
     if steps.max() > 2.5 * width:
@@ -119,14 +125,14 @@ def through(ground: SupportSurface, given: npt.ArrayLike, width: float) -> Array
     return path
 
 
-def painted(ground: SupportSurface, weight: npt.ArrayLike, width: float) -> Array:
-    """A path along painted vertices: the shortest way from the highest to the lowest of them that keeps to the paint.
+def painted(support: SupportSurface, weight: npt.ArrayLike, width: float) -> Array:
+    """Return a path along painted vertices, the shortest from the highest of them to the lowest.
 
     Parameters
     ----------
-    ground : SupportSurface
+    support : SupportSurface
     weight : array_like, shape (n,)
-        Above 0 where the tear may run; it prefers large ones.
+        Above 0 where the tear may run; it prefers large weights.
     width : float
 
     Raises
@@ -141,50 +147,54 @@ def painted(ground: SupportSurface, weight: npt.ArrayLike, width: float) -> Arra
     >>> import pyvista as pv
     >>> from facewrinkle.tears.support_surface import support_surface
     >>> sheet = support_surface(pv.Plane(i_size=20, j_size=20))
-    >>> way = painted(sheet, abs(sheet.points[:, 0] - 4.0) < 0.5, width=2.0)
-    >>> way[0].round(3) + 0.0, way[-1].round(3) + 0.0
+    >>> path = painted(sheet, abs(sheet.points[:, 0] - 4.0) < 0.5, width=2.0)
+    >>> path[0].round(3) + 0.0, path[-1].round(3) + 0.0
     (array([ 4., 10.,  0.]), array([  4., -10.,   0.]))
     """
     paint = np.asarray(weight, dtype=np.float64)
-    if paint.shape != (len(ground.points),) or not np.isfinite(paint).all():
+    if paint.shape != (len(support.points),) or not np.isfinite(paint).all():
         raise ParameterError(
-            f"painted weights must be {len(ground.points)} finite numbers, one for each vertex, received {paint.shape}"
+            f"painted weights must be {len(support.points)} finite numbers, one for each vertex, received {paint.shape}"
             f"{'' if np.isfinite(paint).all() else ', some of them not finite'}."
         )
-    edges, _ = unique_edges(ground.triangles)
+    vertices = _shortest_descent(support, paint)
+    if len(vertices) < 2:
+        raise ParameterError("the painted vertices have one height; a path leads downwards. Paint some below them.")
+    return through(support, support.points[vertices], width)
+
+
+def _shortest_descent(support: SupportSurface, paint: Array) -> list[int]:
+    """Return the painted vertices on the shortest path from the highest to the lowest that is connected with it."""
+    edges, _ = unique_edges(support.triangles)
     edges = edges[(paint[edges] > 0.0).all(axis=1)]
     if not len(edges):
         raise ParameterError("nothing is painted: two neighbouring vertices at least need weights above 0.")
-    length = np.linalg.norm(ground.points[edges[:, 0]] - ground.points[edges[:, 1]], axis=1)
+    length = np.linalg.norm(support.points[edges[:, 0]] - support.points[edges[:, 1]], axis=1)
     cost = length * paint.max() / paint[edges].mean(axis=1)
     graph = coo_array((cost, edges.T), shape=(len(paint), len(paint))).tocsr()
     used = np.unique(edges)
-    depth = ground.points[used] @ ground.down
+    depth = support.points[used] @ support.down
     top = int(used[np.argmin(depth)])
-    reached, before = dijkstra(graph, directed=False, indices=top, return_predecessors=True)
-    lowest = used[np.isfinite(reached[used])]
-    at = int(lowest[np.argmax(ground.points[lowest] @ ground.down)])
-    way = [at]
-    while at != top:
-        at = int(before[at])
-        way.append(at)
-    if len(way) < 2:
-        raise ParameterError("the painted vertices have one height; a path leads downwards.")
-    return through(ground, ground.points[way[::-1]], width)
+    distance, before = dijkstra(graph, directed=False, indices=top, return_predecessors=True)
+    reached = np.isfinite(distance[used])
+    upwards = [int(used[reached][np.argmax(depth[reached])])]
+    while upwards[-1] != top:
+        upwards.append(int(before[upwards[-1]]))
+    return upwards[::-1]
 
 
-def smoothed(ground: SupportSurface, path: Array, spacing: float, rounds: int = 12) -> Array:
-    """The path on the surface, without its corners, with points at equal distances."""
+def smoothed(support: SupportSurface, path: Array, spacing: float, rounds: int = 12) -> Array:
+    """Return the path on the surface, its corners rounded, with points at equal distances."""
     path = resampled(path, spacing)
     for _ in range(rounds):
         path[1:-1] = 0.25 * path[:-2] + 0.5 * path[1:-1] + 0.25 * path[2:]
-    path = ground.nearest(path)[1]
+    path = support.nearest(path)[1]
     moved = np.linalg.norm(np.diff(path, axis=0), axis=1) > 1e-6 * spacing  # at a border, neighbours may become one
     return path[np.concatenate([[True], moved])]
 
 
 def resampled(path: Array, spacing: float) -> Array:
-    """Points (k, 3) at equal distances, about `spacing`, on a polyline; k is at least 3."""
+    """Return points (k, 3) at equal distances, about `spacing`, on a polyline; k is at least 3."""
     length = lengths(path)
     keep = np.concatenate([[True], np.diff(length) > 0.0])
     path, length = path[keep], length[keep]
@@ -197,8 +207,8 @@ def lengths(path: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
 
 
-def joined(path: Array, others: Sequence[Array], distance: float) -> Array:
-    """The path up to where it comes within a distance of another one, which it follows from there."""
+def merged(path: Array, others: Sequence[Array], distance: float) -> Array:
+    """Return the path up to where it comes within `distance` of another one, and from there the other."""
     for other in others:
         gap, where = cKDTree(other).query(path)
         close = np.flatnonzero(gap < distance)
@@ -207,59 +217,60 @@ def joined(path: Array, others: Sequence[Array], distance: float) -> Array:
     return path
 
 
-def branch(ground: SupportSurface, path: Array, step: float, width: float) -> Array | None:
-    """The way of what spills over where a fold first turns the stream aside; None where no fold does.
+def branch(support: SupportSurface, path: Array, step: float, width: float) -> Array | None:
+    """Return the path of what spills over where a fold first turns the stream aside; None where no fold does.
 
     Parameters
     ----------
-    ground : SupportSurface
+    support : SupportSurface
     path : ndarray, shape (k, 3)
     step, width : float
-        The surface without its folds is that of normals averaged over four widths.
+        Of a step of the descent, and of the stream.
     """
     if len(path) < 8:
         return None
-    around = cKDTree(ground.points).query_ball_point(path, 4.0 * width)
-    normal = np.array([ground.normals[near].sum(axis=0) if near else -ground.down for near in around])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    straight = ground.down - (normal @ ground.down)[:, None] * normal
-    straight /= np.maximum(np.linalg.norm(straight, axis=1, keepdims=True), 1e-9)
+    straight, normal = _without_folds(support, path, 4.0 * width)
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     turned = np.einsum("ki,ki->k", along, straight)
     turned[[0, 1, 2, -1, -2, -3]] = 1.0
-    diverted = np.flatnonzero(turned < np.cos(SPILL))
+    diverted = np.flatnonzero(turned < np.cos(DIVERTED))
     if not len(diverted):
         return None
     k = int(diverted[0])
-    crossing = path[k] + np.linspace(0.0, 2.5 * width, 26)[1:, None] * straight[k]
-    over = _from_above(ground, crossing, 2.0 * width * normal[k])
+    across = path[k] + np.linspace(0.0, 2.5 * width, 26)[1:, None] * straight[k]
+    over = _from_above(support, across, 2.0 * width * normal[k])
     if over is None:
         return None
-    way = descent(ground, over[-1], step, float(lengths(path)[-1]), straight[k])
-    free = cKDTree(path).query(way)[0] > 1.2 * width
-    way = way[: int(np.argmin(free)) if not free.all() else len(way)]
-    if len(way) * step < 3.0 * width:
+    spilled = descent(support, over[-1], step, float(lengths(path)[-1]), straight[k])
+    free = cKDTree(path).query(spilled)[0] > 1.2 * width
+    spilled = spilled[: int(np.argmin(free)) if not free.all() else len(spilled)]
+    if len(spilled) * step < 3.0 * width:
         return None
-    return np.concatenate([path[k : k + 1], over[:-1], way])
+    return np.concatenate([path[k : k + 1], over[:-1], spilled])
 
 
-def _from_above(ground: SupportSurface, points: Array, up: Array) -> Array | None:
-    """Where the surface is first met from above points: on top of a fold, not inside it. None where it ends."""
-    met = [ground.mesh.ray_trace(point + up, point - up, first_point=True)[0] for point in points]
+def _without_folds(support: SupportSurface, path: Array, reach: float) -> tuple[Array, Array]:
+    """Return the directions (k, 3) of descent and the normals (k, 3) of the surface averaged within reach of a path."""
+    around = cKDTree(support.points).query_ball_point(path, reach)
+    normal = np.array([support.normals[near].sum(axis=0) if near else -support.down for near in around])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    straight = support.down - (normal @ support.down)[:, None] * normal
+    return straight / np.maximum(np.linalg.norm(straight, axis=1, keepdims=True), 1e-9), normal
+
+
+def _from_above(support: SupportSurface, points: Array, up: Array) -> Array | None:
+    """Return the points where the surface is first met from above: on top of a fold, not in it. None if it ends."""
+    met = [support.mesh.ray_trace(point + up, point - up, first_point=True)[0] for point in points]
     return np.array(met, dtype=np.float64) if all(len(point) for point in met) else None
 
 
-SPILL = np.deg2rad(25.0)
-"""A fold that turns a stream by more than this from its way down lets some of it over."""
-
-
-def _check_side(ground: SupportSurface, path: Array) -> None:
-    if ground.face is None:
+def _check_side(support: SupportSurface, path: Array) -> None:
+    """Raise a ParameterError for a path over the back of a head."""
+    if support.face is None:
         return
-    frame = ground.face.frame
-    behind = (path - frame.origin) @ frame.axes[2] / frame.pupil_distance
-    if behind.min() < -BACK:
+    behind = support.face.frame.local(path)[:, 2]
+    if behind.min() < -BEHIND:
         worst = int(np.argmin(behind))
         raise ParameterError(
             f"the path must run over the front of the face; its point {worst}, {path[worst].round(2)}, is on the wrong "
@@ -267,19 +278,14 @@ def _check_side(ground: SupportSurface, path: Array) -> None:
         )
 
 
-BACK = 1.7
-"""What lies farther behind the eyes, in distances between the pupils, is no face."""
-
-
 def _check_crossing(path: Array, width: float) -> None:
     """Raise a ParameterError for a path that comes back to itself."""
     points = resampled(path, 0.5 * width)
-    apart = 8  # samples: four widths along the path
     pairs = cKDTree(points).query_pairs(width, output_type="ndarray")
-    crossing = pairs[np.abs(pairs[:, 0] - pairs[:, 1]) > apart]
+    crossing = pairs[np.abs(pairs[:, 0] - pairs[:, 1]) > 8]  # four widths along the path
     if len(crossing):
         i, j = sorted(crossing[0].tolist())
         raise ParameterError(
-            f"the path must not cross itself or come within its width of itself; it does at {points[i].round(2)}, "
+            f"the path must not cross itself or come within its width of itself; it does so at {points[i].round(2)}, "
             f"{0.5 * width * i:.3g} and {0.5 * width * j:.3g} along it. Take out the loop, or make two tears of it."
         )

@@ -1,4 +1,4 @@
-"""Ways to cry: several tears that belong together."""
+"""Presets: several tears that belong together."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_whole, unknown_name
-from .drop import DrippingTear
-from .stream import SheddingTear
+from .drop import DrippingTear, Fall
+from .drop_shape import DropShape
+from .options import grouped
+from .stream import Film, Flow, Route, SheddingTear
 from .support_surface import lid_point
 
 Tear = DrippingTear | SheddingTear
@@ -27,11 +29,11 @@ class Run:
     ----------
     side : {"l", "r"}
     along : float
-        Where on the lower lid, from the inner (0) to the outer (1) corner.
+        Position on the lower lid, from the inner (0) to the outer (1) corner.
     drips : bool
-        Whether it drips or is shed.
+        True if it drips, False if it is shed.
     options : mapping
-        Of :class:`DrippingTear` or :class:`SheddingTear`.
+        Of :class:`DrippingTear` or :class:`SheddingTear`, those of their groups by their own names.
     """
 
     side: str
@@ -46,7 +48,7 @@ class Preset:
 
     Examples
     --------
-    What goes with the tears, to be played on the face, and where on which lid the first of them comes out:
+    The expression to be played on the face, the number of tears, and the place on the lids of the first:
 
     >>> weeping = PRESETS["weeping"]
     >>> weeping.expression, len(weeping.runs), weeping.runs[0].side, weeping.runs[0].along
@@ -98,7 +100,7 @@ PRESETS: Mapping[str, Preset] = MappingProxyType(
 
 
 def preset(name: str, face: Face, seed: int = 0, **options: Any) -> list[Tear]:
-    """The tears of a preset on a face, each a little different for each seed.
+    """Return the tears of a preset on a face, a little different for each seed.
 
     Parameters
     ----------
@@ -107,8 +109,9 @@ def preset(name: str, face: Face, seed: int = 0, **options: Any) -> list[Tear]:
     face : Face
     seed : int
     **options
-        For all its tears, in place of the preset's own: options of :class:`DrippingTear` if they all drip, otherwise of
-        :class:`SheddingTear` (those that drip are left as they are).
+        For all its tears, in place of the preset's own: of :class:`DrippingTear` if they all drip, otherwise of
+        :class:`SheddingTear` (those that drip are left as they are). Those of their groups are given by their own
+        names, such as ``c=20.0`` or ``roughness=0.5``.
 
     Raises
     ------
@@ -135,26 +138,29 @@ def preset(name: str, face: Face, seed: int = 0, **options: Any) -> list[Tear]:
         start, larger = lid_point(face, run.side, along), random.uniform(0.92, 1.08)
         given = {**run.options, **(options if run.drips == all_drip else {})}
         if run.drips:
-            given.setdefault("size", 3.0)
-            tears.append(DrippingTear(face, start, **{**given, "size": larger * given["size"]}))
+            given = {**given, "size": larger * given.get("size", 3.0)}
+            tears.append(DrippingTear(face, start, **grouped(given, shape=DropShape, fall=Fall)))
         else:
-            given.setdefault("width", 3.0)
-            given = {**given, "width": larger * given["width"], "seed": int(random.integers(2**31))}
-            tears.append(_merged(face, start, given, tears))
+            given = {**given, "width": larger * given.get("width", 3.0), "seed": int(random.integers(2**31))}
+            tears.append(_shed_tear(face, start, given, tears))
     return tears
 
 
-def _merged(face: Face, start: Any, options: dict[str, Any], before: Sequence[Tear]) -> SheddingTear:
-    """A tear that joins the first of those before that it meets."""
-    tear = SheddingTear(face, start=start, **options)
+def _shed_tear(face: Face, start: Any, options: Mapping[str, Any], before: Sequence[Tear]) -> SheddingTear:
+    """Return a tear that runs into the first of those before that it meets."""
+
+    def shed(**more: Any) -> SheddingTear:
+        return SheddingTear(face, start=start, **grouped({**options, **more}, film=Film, flow=Flow, route=Route))
+
+    tear = shed()
     for other in before:
         if isinstance(other, SheddingTear) and tear.meets(other):
-            return SheddingTear(face, start=start, into=other, **options)
+            return shed(into=other)
     return tear
 
 
 def surfaces(tears: Iterable[Tear], t: float, on: pv.PolyData | None = None) -> list[pv.PolyData]:
-    """The surfaces of those tears that there are at time t.
+    """Return the surfaces of the tears that there are at time t.
 
     Examples
     --------

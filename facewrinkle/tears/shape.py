@@ -1,4 +1,4 @@
-"""The shape of a tear that is shed, as formulas: how thick it is, its noise, and the closed solid."""
+"""The shape of a tear that is shed, as formulas: its thickness, its noise, and the closed solid."""
 
 from __future__ import annotations
 
@@ -15,10 +15,22 @@ from . import _kernels as kernels
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
+DRAINED = 0.85
+"""Share of its width that the trail keeps long after the head has passed."""
+
+POOLING = 2.0
+"""Thickening of the film per widening of the trail, both as shares: water stays where it is wide."""
+
+TAPER = 2.6
+"""Length over which the head narrows into the trail, in halves of its width."""
+
+ROWS = 32
+"""Rows of the grid of noise that are fitted at a time."""
+
 
 @dataclass(frozen=True)
 class Shape:
-    """Sizes of a tear, in the unit of the surface.
+    """Sizes of a tear that is shed, in the unit of the surface.
 
     Attributes
     ----------
@@ -43,14 +55,14 @@ class Shape:
     film: float
 
     def scaled(self, factor: float) -> Shape:
-        """All of it larger or smaller."""
+        """Return the shape with all sizes times `factor`."""
         return Shape(self.half * factor, self.height * factor, self.trail * factor, self.film * factor)
 
 
 def thickness(
     s: Array, w: Array, front: float, shape: Shape, wobble: Array | float = 0.0, rough: Array | float = 0.0
 ) -> tuple[Array, Array]:
-    """Where the tear is, and how thick.
+    """Return the level of the tear, which is 0 on its outline, and its thickness.
 
     The head is round in front and tapers into the trail; across, its profile is a parabola.
 
@@ -59,7 +71,7 @@ def thickness(
     s, w : ndarray, shape (n,)
         Position along the path and distance from it.
     front : float
-        Length that is covered.
+        Length of the path that is covered.
     shape : Shape
     wobble, rough : ndarray, shape (n,)
         Change of the trail's width, and what is added to its thickness, as shares.
@@ -69,7 +81,7 @@ def thickness(
     level : ndarray, shape (n,)
         Above 0 inside the outline, 1 on the path.
     height : ndarray, shape (n,)
-        0 outside of the outline.
+        0 outside the outline.
 
     Examples
     --------
@@ -86,20 +98,10 @@ def thickness(
     return level, height
 
 
-DRAINED = 0.85
-"""Share of its width that the trail keeps long after the head has passed."""
-
-POOLING = 2.0
-"""How much thicker the film is where the trail is wider, both as shares: it is where water stays."""
-
-TAPER = 2.6
-"""Length over which the head narrows into the trail, in halves of its width."""
-
-
 def rough_film(
     length: float, half: float, roughness: float, degree: int, random: np.random.Generator
 ) -> tuple[Array, float]:
-    """Noise on the top surface over a grid of (s, w): bumps of height 0 to 1 at some places, 0 at the others.
+    """Return noise over a grid of (s, w) for the top of a tear: bumps of height 0 to 1 in some places, 0 elsewhere.
 
     Parameters
     ----------
@@ -108,7 +110,7 @@ def rough_film(
     roughness : float
         Share of the places that are raised, 0 to 1: rough skin holds more water back.
     degree : int
-        Of the moving least squares. Above 0 they dip, and are cut off at 0: the tear must not enter the skin.
+        Of the moving least squares. Above degree 0 they dip, and are cut off at 0: the tear must not enter the skin.
 
     Returns
     -------
@@ -134,18 +136,17 @@ def rough_film(
     raised = random.random(s.size) < roughness
     values = np.where(raised, random.uniform(0.3, 1.0, s.size), 0.0)
     noise = np.empty((len(grid_s), len(grid_w)))
-    rows = 32
-    for first in range(0, len(grid_s), rows):  # far away points hardly count
-        part = grid_s[first : first + rows]
+    for first in range(0, len(grid_s), ROWS):  # far away points hardly count
+        part = grid_s[first : first + ROWS]
         near = (places[:, 0] > part[0] - 6.0 * apart) & (places[:, 0] < part[-1] + 6.0 * apart)
         x = np.stack(np.meshgrid(part, grid_w, indexing="ij"), axis=-1).reshape(-1, 2)
         fitted = moving_least_squares(x, places[near], values[near], degree, 0.4 * apart)
-        noise[first : first + rows] = fitted.reshape(len(part), -1)
+        noise[first : first + ROWS] = fitted.reshape(len(part), -1)
     return np.maximum(noise, 0.0), spacing
 
 
 def waves(random: np.random.Generator, n: int, scale: float) -> Array:
-    """Smooth random numbers (n,) between -1 and 1 that change over `scale` of them.
+    """Return smooth random numbers (n,) between -1 and 1 that change over about `scale` of them.
 
     Examples
     --------
@@ -156,23 +157,23 @@ def waves(random: np.random.Generator, n: int, scale: float) -> Array:
     return smooth / max(float(np.abs(smooth).max()), 1e-9)
 
 
-def solid(base: Array, top: Array, triangles: IntArray, rim: IntArray | None = None) -> tuple[Array, IntArray]:
-    """The closed surface between a base and a top with the same triangles, joined by walls along the outline.
+def solid(bottom: Array, top: Array, triangles: IntArray, rim: IntArray | None = None) -> tuple[Array, IntArray]:
+    """Return the closed surface between a bottom and a top with the same triangles, joined by walls along the outline.
 
     Parameters
     ----------
-    base, top : ndarray, shape (n, 3)
+    bottom, top : ndarray, shape (n, 3)
     triangles : ndarray of int32, shape (m, 3)
-        Of a disk, each used vertex once.
+        Of a disk.
     rim : ndarray of int32, shape (b, 2), optional
-        The outline, as sides of the triangles. Default: it is looked for.
+        The outline, as sides of the triangles. Default: it is found.
 
     Returns
     -------
     points : ndarray, shape (2 n, 3)
-        Those of the top, then those of the base.
+        Those of the top, then those of the bottom.
     triangles : ndarray of int32, shape (2 m + 2 b, 3)
-        Oriented outwards where those of the base face towards the top.
+        Oriented outwards if those given face from the bottom towards the top.
 
     Examples
     --------
@@ -186,5 +187,5 @@ def solid(base: Array, top: Array, triangles: IntArray, rim: IntArray | None = N
         t, k = np.nonzero(np.bincount(sides.ravel())[sides] == 1)
         rim = np.stack([triangles[t, k], triangles[t, (k + 1) % 3]], axis=1)
     closed = np.empty((2 * len(triangles) + 2 * len(rim), 3), np.int32)
-    kernels.close(triangles, rim, len(base), closed)
-    return np.concatenate([top, base]), closed
+    kernels.close(triangles, rim, len(bottom), closed)
+    return np.concatenate([top, bottom]), closed

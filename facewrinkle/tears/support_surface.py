@@ -1,8 +1,8 @@
-"""What a tear stands on: a face, or any other surface, with its way down."""
+"""The surface that supports a tear: a face or any other, at rest or in a frame, with its direction of falling."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -20,12 +20,20 @@ from ..mesh import array_of, points_and_triangles, read_surface, to_polydata
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
-SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
+EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
+"""Names of the two eyes, the subject's own left and right."""
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
-    """Points bound to triangles: corners (n, 3) and barycentric coordinates (n, 3).
+class BoundPoints:
+    """Points that move with the triangles they are bound to.
+
+    Attributes
+    ----------
+    corners : ndarray of int32, shape (n, 3)
+        Vertices of the triangle of each point.
+    weights : ndarray, shape (n, 3)
+        Barycentric coordinates.
 
     Examples
     --------
@@ -33,8 +41,8 @@ class Place:
 
     >>> import pyvista as pv
     >>> sheet = support_surface(pv.Plane(i_size=20, j_size=20))
-    >>> place = sheet.bound(np.array([[3.3, 4.5, 6.0]]))
-    >>> place.at(sheet.points + [0, 0, 5]).round(3)
+    >>> bound = sheet.bound(np.array([[3.3, 4.5, 6.0]]))
+    >>> bound.at(sheet.points + [0, 0, 5]).round(3)
     array([[3.3, 4.5, 5. ]])
     """
 
@@ -42,27 +50,27 @@ class Place:
     weights: Array
 
     def at(self, points: Array) -> Array:
-        """Where they are when the vertices are at these points."""
+        """Return the points (n, 3) for vertices at `points`."""
         return np.asarray(np.einsum("nk,nki->ni", self.weights, points[self.corners]))
 
 
 @dataclass(frozen=True, eq=False)
 class SupportSurface:
-    """A surface at rest, as arrays.
+    """A surface at rest, or as it is in a frame, as arrays.
 
     Attributes
     ----------
     points : ndarray, shape (n, 3)
     triangles : ndarray of int32, shape (m, 3)
     down, forward : ndarray, shape (3,)
-        Unit directions, orthogonal: where things fall to, and away from the surface.
+        Unit directions, orthogonal: the direction of falling, and away from the surface.
     unit : float
         Millimetres per unit.
     face : Face, optional
 
     Examples
     --------
-    The point of an upright sheet that is nearest to one before it, where things fall to, and where they lift off:
+    The point of an upright sheet that is nearest to one in front of it, and the directions down and forward:
 
     >>> import pyvista as pv
     >>> sheet = support_surface(pv.Plane(i_size=20, j_size=20))
@@ -85,7 +93,7 @@ class SupportSurface:
 
     @cached_property
     def mesh(self) -> pv.PolyData:
-        """For searches."""
+        """The surface as a mesh, for searches."""
         return to_polydata(self.points, self.triangles)
 
     @property
@@ -94,23 +102,25 @@ class SupportSurface:
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     def nearest(self, points: Array) -> tuple[IntArray, Array]:
-        """Triangles (n,) and points (n, 3) of the surface that are nearest to points (n, 3)."""
+        """Return the triangles (n,) and the points (n, 3) of the surface that are nearest to points (n, 3)."""
         cells, found = self.mesh.find_closest_cell(np.atleast_2d(points), return_closest_point=True)  # type: ignore[misc]
         return np.atleast_1d(cells).astype(np.int32), np.atleast_2d(np.asarray(found, dtype=np.float64))
 
-    def bound(self, points: Array) -> Place:
-        """The places nearest to points (n, 3)."""
+    def bound(self, points: Array) -> BoundPoints:
+        """Bind the points of the surface that are nearest to points (n, 3)."""
         cells, found = self.nearest(points)
-        return Place(self.triangles[cells], barycentric(found, self.points[self.triangles[cells]]))
+        return BoundPoints(self.triangles[cells], barycentric(found, self.points[self.triangles[cells]]))
 
-    def frame(self, on: pv.PolyData) -> tuple[Array, IntArray, Array]:
-        """Points and triangles of a frame of this surface, and its points at rest.
+    def in_frame(self, on: pv.PolyData | None) -> tuple[SupportSurface, Array]:
+        """Return the surface as it is in a frame, and the vertices (n, 3) of the frame at rest; None is the rest.
 
         Raises
         ------
         MeshError
-            For what is no frame of this surface, or has points that are not finite.
+            If `on` is no frame of this surface, or its points are not finite.
         """
+        if on is None:
+            return self, self.points
         if not isinstance(on, pv.PolyData):
             raise MeshError(f"a frame must be a PolyData, such as a simulation gives, received {type(on).__name__}.")
         points, triangles = points_and_triangles(on)
@@ -123,22 +133,23 @@ class SupportSurface:
             )
         if not np.isfinite(points).all():
             raise MeshError("the points of the frame must be finite. Did the simulation break down?")
-        return points, triangles, self.points if rest is None else np.asarray(rest, dtype=np.float64)
+        moved = replace(self, points=points, triangles=triangles)
+        return moved, self.points if rest is None else np.asarray(rest, dtype=np.float64)
 
     def start(self, start: Any, allowed: float) -> Array:
-        """A point (3,) on the surface, from one near it or the side ("l" or "r") of an eye.
+        """Return the point (3,) of the surface nearest to `start`, or on the lower lid of an eye, "l" or "r".
 
         Raises
         ------
         UnknownNameError
             For another name.
         ParameterError
-            For coordinates that are no finite triple, or farther from the surface than `allowed`.
+            If `start` is not three finite coordinates, or is farther from the surface than `allowed`.
         """
         if isinstance(start, str):
-            if start not in SIDES:
-                raise unknown_name("side", start, SIDES)
-            return lid_point(self._of_face(), SIDES[start])
+            if start not in EYE_SIDES:
+                raise unknown_name("side", start, EYE_SIDES)
+            return lid_point(self._of_face(), EYE_SIDES[start])
         point = vectors("start", start)[0]
         _, found = self.nearest(point[None])
         gap = float(np.linalg.norm(found[0] - point))
@@ -158,7 +169,7 @@ class SupportSurface:
 def support_surface(
     surface: Face | pv.PolyData | Any, down: npt.ArrayLike | None = None, unit: float = 1.0
 ) -> SupportSurface:
-    """The ground that a face or any other surface is.
+    """Return the support surface that a face or any other mesh is.
 
     Parameters
     ----------
@@ -189,26 +200,27 @@ def support_surface(
         unit = check_range("unit", unit, 1e-9, 1e9)
     if face is None:
         return SupportSurface(points, triangles, *directions(down), unit)
-    fall, ahead = directions(-face.frame.axes[1] if down is None else down, face.frame.axes[2])
-    return SupportSurface(points, triangles, fall, ahead, unit, face)
+    return SupportSurface(
+        points, triangles, *directions(-face.frame.axes[1] if down is None else down, face.frame.axes[2]), unit, face
+    )
 
 
 def directions(down: npt.ArrayLike | None, forward: Array | None = None) -> tuple[Array, Array]:
-    """Unit vectors down (default -y) and, orthogonal to it, forward (default +z)."""
-    fall = vectors("down", (0.0, -1.0, 0.0) if down is None else down)[0]
-    length = float(np.linalg.norm(fall))
+    """Return the unit vectors down (default -y) and, orthogonal to it, forward (default +z)."""
+    falling = vectors("down", (0.0, -1.0, 0.0) if down is None else down)[0]
+    length = float(np.linalg.norm(falling))
     if not length > 0.0:
         raise ParameterError("down must not be zero.")
-    fall = fall / length
+    falling = falling / length
     ahead = np.array([0.0, 0.0, 1.0]) if forward is None else forward
-    if np.linalg.norm(np.cross(ahead, fall)) < 1e-3:
+    if np.linalg.norm(np.cross(ahead, falling)) < 1e-3:
         ahead = np.array([1.0, 0.0, 0.0])
-    ahead = ahead - (ahead @ fall) * fall
-    return fall, ahead / np.linalg.norm(ahead)
+    ahead = ahead - (ahead @ falling) * falling
+    return falling, ahead / np.linalg.norm(ahead)
 
 
 def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
-    """A point of the margin of the lower lid.
+    """Return a point on the margin of the lower lid.
 
     Parameters
     ----------
@@ -221,7 +233,7 @@ def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
     Returns
     -------
     ndarray, shape (3,)
-        Where the eye is closed, on the line where its lids meet, which sags between the corners.
+        On a closed eye, a point of the line along which its lids meet, which sags between the corners.
 
     Examples
     --------
@@ -230,34 +242,34 @@ def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
     >>> bool(lid_point(face, "l")[0] > lid_point(face, "r")[0])
     True
     """
-    if side not in SIDES:
-        raise unknown_name("side", side, SIDES)
-    side, along = SIDES[side], check_range("along", along, 0.0, 1.0)
+    if side not in EYE_SIDES:
+        raise unknown_name("side", side, EYE_SIDES)
+    side, along = EYE_SIDES[side], check_range("along", along, 0.0, 1.0)
     if not face.eyes:
-        raise ParameterError("the face has no eyes: it was made without landmarks. Give a point in their place.")
+        raise ParameterError("the face has no eyes: it was made without landmarks. Give a point instead.")
     eye = next(eye for eye in face.eyes if eye.side == side)
     inner, outer = face.landmarks[f"eye_{side}_inner"], face.landmarks[f"eye_{side}_outer"]
     opening = face.eyelid_openings.get(eye.side)
     if opening is None:
         return _on_shut_lids(face, eye, inner, outer, along)
     across = (outer - inner) / ((outer - inner) @ (outer - inner))
-    chain = face.points[opening.lower]
-    place = (chain - inner) @ across
-    return np.array([np.interp(along, place, coordinate) for coordinate in chain.T])
+    margin = face.points[opening.lower]
+    position = (margin - inner) @ across
+    return np.array([np.interp(along, position, coordinate) for coordinate in margin.T])
 
 
 def _on_shut_lids(face: Face, eye: Eyeball, inner: Array, outer: Array, along: float) -> Array:
-    """Where lids that are shut meet, seen along the gaze: the lids bulge out before the line between the corners."""
+    """Return a point where closed lids meet: they bulge out in front of the line between the corners."""
     width = float(np.linalg.norm(outer - inner))
-    place = eye.slit(inner, outer, along)[0]
-    seen, _ = face.mesh.ray_trace(place + 2.0 * width * eye.gaze, place - 2.0 * width * eye.gaze)
+    point = eye.slit(inner, outer, along)[0]
+    seen, _ = face.mesh.ray_trace(point + 2.0 * width * eye.gaze, point - 2.0 * width * eye.gaze)
     if len(seen):
         return np.asarray(seen[np.argmax(seen @ eye.gaze)], dtype=np.float64)
-    return np.asarray(support_surface(face).nearest(place[None])[1][0])
+    return np.asarray(support_surface(face).nearest(point[None])[1][0])
 
 
 def vectors(name: str, values: npt.ArrayLike) -> Array:
-    """Finite points (n, 3); a ParameterError for anything else."""
+    """Return finite points (n, 3); raise a ParameterError for anything else."""
     try:
         array = np.atleast_2d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):

@@ -13,15 +13,17 @@ import math
 
 import numpy as np
 import pytest
+import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
 from facewrinkle.geometry.least_squares import moving_least_squares
-from facewrinkle.geometry.topology import boundary_loops, euler_characteristic
+from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
 from facewrinkle.tears.shape import DRAINED, POOLING, TAPER, Shape, rough_film, solid, thickness, waves
 
 SHAPE = Shape(1.5, 1.1, 0.8, 0.12)
+ROUND = Shape(half=1.5, height=0.9, trail=0.8, film=0.06)
 
 
 # --- thickness ----------------------------------------------------------------------------------
@@ -96,11 +98,29 @@ def test_a_larger_tear_is_the_same_tear_in_another_unit(factor, front):
     np.testing.assert_allclose(other_height, factor * height, rtol=1e-9, atol=1e-9 * factor)
 
 
+def test_what_is_covered_is_h():
+    s = np.linspace(-5.0, 80.0, 4000)
+    for front in (10.0, 33.3, 70.0):
+        level, height = thickness(s, np.zeros_like(s), front, ROUND)
+        assert s[level > 0.0].max() == pytest.approx(front, abs=0.03)
+        assert s[level > 0.0].min() == pytest.approx(0.0, abs=0.03)
+        assert s[np.argmax(height)] == pytest.approx(front - ROUND.half, abs=0.1)
+        assert height.max() == pytest.approx(ROUND.height, rel=1e-3)
+    assert (height[level <= 0.0] == 0.0).all()
+
+
+def test_the_head_is_round_in_front():
+    w, s = np.meshgrid(np.linspace(-2.0, 2.0, 401), np.linspace(48.5, 50.5, 201))
+    level, _ = thickness(s.ravel(), w.ravel(), 50.0, ROUND)
+    away = np.hypot(s.ravel() - 48.5, w.ravel())
+    assert ((level > 0.0) == (away < ROUND.half)).mean() > 0.999
+
+
 # --- noise --------------------------------------------------------------------------------------
 
 
 def drawn_places(length, half, roughness, seed):
-    """Where bumps may be and how high they are: a grid that covers the film, shaken, with its rows one by one."""
+    """Places of bumps and their heights: a grid that covers the film, shaken, with its rows one by one."""
     random = np.random.default_rng(seed)
     apart = 2.5 * half / 4.0
     rows = math.ceil((length + apart) / apart - 1e-9)
@@ -156,6 +176,19 @@ def test_bumps_of_degree_0_lie_between_none_and_the_highest(roughness, seed, len
     assert noise.max() <= 1.0
     assert film(length, 1.0, 1.0, 0, seed)[0].min() >= 0.3 - 1e-12
     assert not film(length, 1.0, 0.0, 0, seed)[0].any()
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+def test_noise_is_only_ever_raised(degree):
+    noise, spacing = rough_film(40.0, 1.5, 0.3, degree, np.random.default_rng(1))
+    assert noise.min() >= 0.0
+    assert 0.2 < noise.max() < 1.6
+    assert noise.std() > 0.05
+    assert noise.shape[0] * spacing >= 40.0
+    smooth, _ = rough_film(40.0, 1.5, 0.0, degree, np.random.default_rng(1))
+    assert smooth.max() < 1e-12
+    rougher, _ = rough_film(40.0, 1.5, 0.8, degree, np.random.default_rng(1))
+    assert rougher.mean() > noise.mean()
 
 
 # --- waves --------------------------------------------------------------------------------------
@@ -226,3 +259,18 @@ def test_the_outline_can_be_given():
     fewer = solid(base, top, triangles, rim[:-1])[1]
     assert len(fewer) == len(found) - 2
     assert len(boundary_loops(fewer)) == 1
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(1, 6), st.integers(1, 6), st.floats(0.01, 2.0))
+def test_solid_over_a_grid(i, j, height):
+    plane = pv.Plane(i_resolution=i, j_resolution=j).triangulate()
+    base = np.asarray(plane.points, dtype=float)
+    points, triangles = solid(base, base + np.array([0.0, 0.0, height]), np.asarray(plane.regular_faces, np.int32))
+    mesh = pv.PolyData.from_regular_faces(points, triangles)
+    assert not boundary_loops(triangles)
+    assert euler_characteristic(triangles) == 2
+    assert is_oriented(triangles)
+    assert len(np.unique(triangles)) == mesh.n_points
+    assert mesh.volume > 0.0
+    assert mesh.volume == pytest.approx(height, rel=1e-5)

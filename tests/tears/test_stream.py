@@ -1,8 +1,6 @@
 """Tears that are shed.
 
-path         steepest descent against the meridians of a sphere, given and painted paths, and what is refused
-thickness    the outline, the round head, and what h = s + c t covers
-rough_film   never below the top surface
+its paths    folds that divert it, streams that merge, creases that it fills, and what is refused
 SheddingTear closed, of genus 0, oriented and outside the skin (VTK's signed distance) on rest, moving, wrinkled and
              refined faces, and on surfaces that are no faces
 """
@@ -12,17 +10,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import pyvista as pv
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
+from facewrinkle.tears import Film, Flow, Route
 from facewrinkle.tears import path as paths
-from facewrinkle.tears.shape import Shape, rough_film, solid, thickness
 from facewrinkle.tears.support_surface import support_surface
-
-SHAPE = Shape(half=1.5, height=0.9, trail=0.8, film=0.06)
 
 
 def assert_ball(mesh):
@@ -55,55 +49,16 @@ def tear(face):
     return fw.SheddingTear(face, start="l")
 
 
-# --- the way ----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("azimuth", [0.1, 2.0, 4.5])
-def test_water_runs_down_the_meridian_of_a_sphere(sphere, azimuth):
-    start = meridian(azimuth)[0]
-    way = paths.descent(support_surface(sphere), start, 0.5, 500.0)
-    angle = np.arctan2(way[:, 2], way[:, 0])
-    turned = np.remainder(angle - azimuth + np.pi, 2.0 * np.pi) - np.pi
-    assert np.abs(turned)[: len(way) * 9 // 10].max() < 0.05
-    assert (np.diff(way[:, 1]) < 0.0).all()
-    assert way[-1, 1] < -49.5  # to where it is level
-    assert paths.lengths(way)[-1] == pytest.approx(50.0 * (np.pi - 0.3), rel=0.04)
-
-
-def test_descent_stays_on_the_surface_and_ends_with_it(face):
-    ground = support_surface(face)
-    for side in "lr":
-        way = paths.descent(ground, ground.start(side, 1.0), 0.3, 300.0)
-        _, near = ground.nearest(way)
-        assert np.linalg.norm(near - way, axis=1).max() < 1e-9
-        assert (np.diff(way @ ground.down) > 0.0).all()
-        assert len(way) * 0.3 < 300.0  # it comes to an end
-
-
-def test_path_through_points(face):
-    marks = [face.landmarks[name] for name in ("malar_l", "mouth_l", "pogonion")]
-    way = paths.through(support_surface(face), marks, 2.0)
-    for mark in marks:
-        assert np.linalg.norm(way - mark, axis=1).min() < 1.0
-
-
-def test_painted_path_follows_the_paint(sphere):
-    azimuth = np.arctan2(sphere.points[:, 2], sphere.points[:, 0])
-    paint = np.exp(-(((azimuth - 1.0) / 0.15) ** 2)) * (np.abs(sphere.points[:, 1]) < 40.0)
-    paint[paint < 0.05] = 0.0
-    way = paths.painted(support_surface(sphere), paint, 4.0)
-    assert way[0, 1] > 33.0
-    assert way[-1, 1] < -33.0
-    assert np.abs(np.arctan2(way[:, 2], way[:, 0]) - 1.0).max() < 0.3
+# --- its paths --------------------------------------------------------------------------------------
 
 
 def test_streams_merge(face):
-    first = fw.SheddingTear(face, start="l", roughness=0.0)
-    beside = first.courses[0].points[10] + [4.0, 0.0, 0.0]
-    toward = [beside, first.courses[0].points[60] + [1.0, 0.0, 0.0], first.courses[0].points[90] + [6.0, 0.0, 0.0]]
-    second = fw.SheddingTear(face, path=toward, into=first)
-    end = first.courses[0].points[-1]
-    assert np.linalg.norm(second.courses[0].points[-1] - end) < 2.0
+    first = fw.SheddingTear(face, start="l", film=Film(roughness=0.0))
+    beside = first.paths[0].points[10] + [4.0, 0.0, 0.0]
+    toward = [beside, first.paths[0].points[60] + [1.0, 0.0, 0.0], first.paths[0].points[90] + [6.0, 0.0, 0.0]]
+    second = fw.SheddingTear(face, path=toward, route=Route(into=first))
+    end = first.paths[0].points[-1]
+    assert np.linalg.norm(second.paths[0].points[-1] - end) < 2.0
     assert_ball(second.surface(second.end))
 
 
@@ -113,67 +68,22 @@ def test_a_fold_turns_the_stream_and_some_of_it_spills_over():
     x, y = plane.points[:, 0], plane.points[:, 1]
     dam = 2.2 * np.exp(-(((y + 0.7 * x + 5.0) / 2.0) ** 2))
     plane.points = np.stack([x, y, 0.35 * y + dam], axis=1)
-    options = {"start": (0.0, 25.0, 8.75), "width": 3.0, "down": (0.0, 0.0, -1.0), "roughness": 0.0, "length": 80.0}
-    plain = fw.SheddingTear(plane, **options)
-    way = plain.courses[0].points
+    options = {"start": (0.0, 25.0, 8.75), "width": 3.0, "down": (0.0, 0.0, -1.0), "film": Film(roughness=0.0)}
+    plain = fw.SheddingTear(plane, route=Route(length=80.0), **options)
+    way = plain.paths[0].points
     below = way[np.abs(way[:, 1] + 10.0) < 3.0]
     assert np.abs(below[:, 0]).min() > 4.0  # diverted along the dam
-    divided = fw.SheddingTear(plane, branches=2, **options)
-    assert len(divided.courses) > 1
+    divided = fw.SheddingTear(plane, route=Route(length=80.0, branches=2), **options)
+    assert len(divided.paths) > 1
     for t in np.linspace(divided.begin, divided.end, 6):
         mesh = divided.surface(t)
         assert_ball(mesh)
         assert_outside(mesh, plane)
-    over = divided.courses[1].points
+    over = divided.paths[1].points
     assert np.abs(over[len(over) // 2, 0] - over[0, 0]) < 12.0
     assert over[-1, 1] < -20.0
     _, near = mesh.find_closest_cell(over, return_closest_point=True)
     assert (np.linalg.norm(near - over, axis=1) < 0.05).mean() > 0.95  # the water is there, over the dam
-
-
-# --- shape ------------------------------------------------------------------------------------------
-
-
-def test_what_is_covered_is_h():
-    s = np.linspace(-5.0, 80.0, 4000)
-    for front in (10.0, 33.3, 70.0):
-        level, height = thickness(s, np.zeros_like(s), front, SHAPE)
-        assert s[level > 0.0].max() == pytest.approx(front, abs=0.03)
-        assert s[level > 0.0].min() == pytest.approx(0.0, abs=0.03)
-        assert s[np.argmax(height)] == pytest.approx(front - SHAPE.half, abs=0.1)
-        assert height.max() == pytest.approx(SHAPE.height, rel=1e-3)
-    assert (height[level <= 0.0] == 0.0).all()
-
-
-def test_the_head_is_round_in_front():
-    w, s = np.meshgrid(np.linspace(-2.0, 2.0, 401), np.linspace(48.5, 50.5, 201))
-    level, _ = thickness(s.ravel(), w.ravel(), 50.0, SHAPE)
-    away = np.hypot(s.ravel() - 48.5, w.ravel())
-    assert ((level > 0.0) == (away < SHAPE.half)).mean() > 0.999
-
-
-@pytest.mark.parametrize("degree", [0, 1, 2])
-def test_noise_is_only_ever_raised(degree):
-    noise, spacing = rough_film(40.0, 1.5, 0.3, degree, np.random.default_rng(1))
-    assert noise.min() >= 0.0
-    assert 0.2 < noise.max() < 1.6
-    assert noise.std() > 0.05
-    assert noise.shape[0] * spacing >= 40.0
-    smooth, _ = rough_film(40.0, 1.5, 0.0, degree, np.random.default_rng(1))
-    assert smooth.max() < 1e-12
-    rougher, _ = rough_film(40.0, 1.5, 0.8, degree, np.random.default_rng(1))
-    assert rougher.mean() > noise.mean()
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.integers(1, 6), st.integers(1, 6), st.floats(0.01, 2.0))
-def test_solid_over_a_grid(i, j, height):
-    plane = pv.Plane(i_resolution=i, j_resolution=j).triangulate()
-    base = np.asarray(plane.points, dtype=float)
-    points, triangles = solid(base, base + np.array([0.0, 0.0, height]), np.asarray(plane.regular_faces, np.int32))
-    mesh = pv.PolyData.from_regular_faces(points, triangles)
-    assert_ball(mesh)
-    assert mesh.volume == pytest.approx(height, rel=1e-5)
 
 
 # --- the tear ---------------------------------------------------------------------------------------
@@ -196,7 +106,7 @@ def test_no_triangle_dips_into_wrinkled_skin(face, expression):
     """Inside its triangles too, and no vertex of the skin is in the tear (by the solid angle it is seen under)."""
     sim = fw.Simulation(face)
     sim.express(expression)
-    tear = fw.SheddingTear(face, start="l", c=60.0)
+    tear = fw.SheddingTear(face, start="l", flow=Flow(c=60.0))
     for i, frame in enumerate(sim.run(30)):
         if i % 10 != 9:
             continue
@@ -208,7 +118,7 @@ def test_no_triangle_dips_into_wrinkled_skin(face, expression):
         skin = np.asarray(frame.points)
         near = skin[((skin > points.min(axis=0)) & (skin < points.max(axis=0))).all(axis=1)]
         assert len(near) > 3
-        assert np.abs(winding(near, points, triangles)).max() < 0.9  # on the base it is a half
+        assert np.abs(winding(near, points, triangles)).max() < 0.9  # at the bottom it is a half
 
 
 def winding(places, points, triangles):
@@ -227,12 +137,12 @@ def test_the_frames_before_change_nothing(face):
     frames = list(sim.run(34))
     sim.relax()
     frames += list(sim.run(60, ramp=0.1))  # and vertices go and are numbered anew
-    tear = fw.SheddingTear(face, start="l", c=60.0)
+    tear = fw.SheddingTear(face, start="l", flow=Flow(c=60.0))
     assert any(b.n_points < a.n_points for a, b in pairwise(frames))
     for i, frame in enumerate(frames):
         mesh = tear.surface(1.0, frame)
         if i % 10 == 9:
-            alone = fw.SheddingTear(face, start="l", c=60.0).surface(1.0, frame)
+            alone = fw.SheddingTear(face, start="l", flow=Flow(c=60.0)).surface(1.0, frame)
             assert mesh.n_cells == alone.n_cells
             assert mesh.volume == pytest.approx(alone.volume, rel=1e-9)
             apart = np.abs(alone.compute_implicit_distance(mesh)["implicit_distance"])
@@ -264,12 +174,12 @@ def test_covered_length_grows_and_the_trail_stays(tear):
     assert (np.diff(covered) >= 0.0).all()
     run = times < tear.end - 1.0  # then it has arrived, and holds
     assert np.diff(np.array(covered)[run]) == pytest.approx(np.full(run.sum() - 1, 30.0 * (times[1] - times[0])))
-    course = tear.courses[0].points
+    path = tear.paths[0].points
     for t in times[::6]:
         mesh = tear.surface(t)
-        _, near = mesh.find_closest_cell(course, return_closest_point=True)
-        wet = np.linalg.norm(near - course, axis=1) < 1e-3
-        along = tear.courses[0].lengths
+        _, near = mesh.find_closest_cell(path, return_closest_point=True)
+        wet = np.linalg.norm(near - path, axis=1) < 1e-3
+        along = tear.paths[0].lengths
         inside = (along > 1.5) & (along < tear.covered(t) - 0.5)
         assert wet[inside].mean() > 0.98
         assert not wet[along > tear.covered(t) + 0.5].any()
@@ -279,7 +189,7 @@ def test_covered_length_grows_and_the_trail_stays(tear):
 def test_it_rides_on_the_wrinkled_refined_face(face, expression):
     sim = fw.Simulation(face)
     sim.express(expression)
-    tears = [fw.SheddingTear(face, start=side, c=60.0) for side in "lr"]
+    tears = [fw.SheddingTear(face, start=side, flow=Flow(c=60.0)) for side in "lr"]
     for i, frame in enumerate(sim.run(40)):
         if i % 8 == 7:
             for tear in tears:
@@ -383,19 +293,30 @@ def test_refuses_starts_weights_and_sizes(face, sphere):
     for options in ({"width": 100.0}, {"height": 100.0}):
         with pytest.raises(ParameterError, match=r"smaller than 0\.15 of the surface"):
             fw.SheddingTear(face, start="l", **options)
-    for name, value in [
-        ("width", -1.0),
-        ("c", 0.0),
-        ("roughness", 2.0),
-        ("trail", np.nan),
-        ("degree", 9),
-        ("seed", -1),
-    ]:
+    for name, value in (("width", -1.0), ("seed", -1)):
         with pytest.raises(ParameterError, match=name):
             fw.SheddingTear(face, start="l", **{name: value})
 
 
-def test_refuses_times_and_frames(tear):
+@pytest.mark.parametrize(
+    ("group", "name", "value"),
+    [
+        (Flow, "c", 0.0),
+        (Flow, "s", -1.0),
+        (Flow, "hold", np.nan),
+        (Film, "roughness", 2.0),
+        (Film, "trail", np.nan),
+        (Film, "degree", 9),
+        (Route, "length", 0.0),
+        (Route, "branches", 0.5),
+    ],
+)
+def test_groups_refuse(group, name, value):
+    with pytest.raises(ParameterError, match=name):
+        group(**{name: value})
+
+
+def test_refuses_times_and_frames(face, tear):
     for t in (-1.0, tear.end + 1.0, np.nan):
         with pytest.raises(ParameterError, match="t must lie in"):
             tear.surface(t)
@@ -403,7 +324,7 @@ def test_refuses_times_and_frames(tear):
         tear.surface(1.0, pv.Sphere())
     with pytest.raises(MeshError, match="must be a PolyData"):
         tear.surface(1.0, "frame")
-    broken = tear._ground.mesh.copy()
+    broken = face.mesh.copy()
     broken.points[7] = np.nan
     with pytest.raises(MeshError, match="finite"):
         tear.surface(1.0, broken)
@@ -422,9 +343,9 @@ def test_refuses_gaps_no_length_and_meshes_without_end(sphere):
     with pytest.raises(ParameterError, match="too fine a mesh"):
         fw.SheddingTear(sphere, start=meridian(0.0)[5], width=0.01, height=0.01)
     with pytest.raises(ParameterError, match="into must be a SheddingTear"):
-        fw.SheddingTear(sphere, start=meridian(0.0)[5], into="river")
+        fw.SheddingTear(sphere, start=meridian(0.0)[5], route=Route(into="river"))
     with pytest.raises(MeshError, match="must be a PolyData"):
-        fw.SheddingTear(sphere, start=meridian(0.0)[5], on="frame")
+        fw.SheddingTear(sphere, start=meridian(0.0)[5], route=Route(on="frame"))
 
 
 @pytest.mark.parametrize(("out", "goes_on"), [(0.4, True), (4.0, False)])
@@ -434,7 +355,7 @@ def test_a_tear_fills_a_shallow_crease_and_runs_on(out, goes_on):
     sheet = pv.StructuredGrid(x, y, ridge).extract_surface(algorithm="dataset_surface").triangulate()
     sheet = sheet if sheet.compute_normals()["Normals"][:, 2].mean() > 0.0 else sheet.flip_faces()
     down = np.array([0.0, -1.0, -1.0])  # the sheet leans back: above the ridge water would have to rise
-    tear = fw.SheddingTear(sheet, start=(0.0, 20.0, 0.0), width=2.0, down=down, roughness=0.0, seed=1)
+    tear = fw.SheddingTear(sheet, start=(0.0, 20.0, 0.0), width=2.0, down=down, film=Film(roughness=0.0), seed=1)
     stuck = paths.descent(support_surface(sheet, down), np.array([0.0, 20.0, 0.0]), 0.3, 60.0)
     assert stuck[-1, 1] > 0.0
-    assert (tear.courses[0].points[-1, 1] < -10.0) == goes_on
+    assert (tear.paths[0].points[-1, 1] < -10.0) == goes_on

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
@@ -21,6 +20,14 @@ def test_a_surface_has_no_lids(face):
         lid_point(fw.surface(face.mesh), "l")
 
 
+def test_lid_point_is_on_the_lower_lid(face):
+    for side in "lr":
+        inner, middle, outer = (lid_point(face, side, along) for along in (0.0, 0.5, 1.0))
+        assert middle[1] < min(inner[1], outer[1]) < face.landmarks[f"eye_{side}_centre"][1] + 5.0
+        _, near = face.mesh.find_closest_cell(middle, return_closest_point=True)
+        assert np.linalg.norm(near - middle) < 0.5
+
+
 @pytest.mark.parametrize("side", ["l", "r"])
 def test_shut_lids_meet_below_the_line_between_the_corners(real_face, side):
     shut = real_face("mediapipe_canonical_face_model")
@@ -34,9 +41,3 @@ def test_shut_lids_meet_below_the_line_between_the_corners(real_face, side):
     assert shut.mesh.find_closest_cell(lid_point(shut, side), return_closest_point=True)[1] == pytest.approx(
         lid_point(shut, side), abs=1e-3 * width
     )
-
-
-def test_paint_of_one_height_leads_nowhere():
-    flat = pv.Plane(direction=(0, 1, 0), i_size=100, j_size=100, i_resolution=4, j_resolution=4).triangulate()
-    with pytest.raises(ParameterError, match="one height; a path leads downwards"):
-        fw.SheddingTear(flat, weight=np.ones(flat.n_points), down=(0, -1, 0))

@@ -1,0 +1,66 @@
+"""Paths: steepest descent against the meridians of a sphere, and given and painted paths."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.errors import ParameterError
+from facewrinkle.tears import path as paths
+from facewrinkle.tears.support_surface import support_surface
+
+
+def meridian(azimuth, radius=50.0):
+    polar = np.linspace(0.3, 2.8, 30)
+    x, y = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth)
+    return radius * np.stack([x, np.cos(polar), y], axis=1)
+
+
+@pytest.fixture(scope="module")
+def sphere():
+    return pv.Icosphere(radius=50.0, nsub=4)
+
+
+@pytest.mark.parametrize("azimuth", [0.1, 2.0, 4.5])
+def test_water_runs_down_the_meridian_of_a_sphere(sphere, azimuth):
+    start = meridian(azimuth)[0]
+    way = paths.descent(support_surface(sphere), start, 0.5, 500.0)
+    angle = np.arctan2(way[:, 2], way[:, 0])
+    turned = np.remainder(angle - azimuth + np.pi, 2.0 * np.pi) - np.pi
+    assert np.abs(turned)[: len(way) * 9 // 10].max() < 0.05
+    assert (np.diff(way[:, 1]) < 0.0).all()
+    assert way[-1, 1] < -49.5  # to where it is level
+    assert paths.lengths(way)[-1] == pytest.approx(50.0 * (np.pi - 0.3), rel=0.04)
+
+
+def test_descent_stays_on_the_surface_and_ends_with_it(face):
+    support = support_surface(face)
+    for side in "lr":
+        way = paths.descent(support, support.start(side, 1.0), 0.3, 300.0)
+        _, near = support.nearest(way)
+        assert np.linalg.norm(near - way, axis=1).max() < 1e-9
+        assert (np.diff(way @ support.down) > 0.0).all()
+        assert len(way) * 0.3 < 300.0  # it comes to an end
+
+
+def test_path_through_points(face):
+    marks = [face.landmarks[name] for name in ("malar_l", "mouth_l", "pogonion")]
+    way = paths.through(support_surface(face), marks, 2.0)
+    for mark in marks:
+        assert np.linalg.norm(way - mark, axis=1).min() < 1.0
+
+
+def test_painted_path_follows_the_paint(sphere):
+    azimuth = np.arctan2(sphere.points[:, 2], sphere.points[:, 0])
+    paint = np.exp(-(((azimuth - 1.0) / 0.15) ** 2)) * (np.abs(sphere.points[:, 1]) < 40.0)
+    paint[paint < 0.05] = 0.0
+    way = paths.painted(support_surface(sphere), paint, 4.0)
+    assert way[0, 1] > 33.0
+    assert way[-1, 1] < -33.0
+    assert np.abs(np.arctan2(way[:, 2], way[:, 0]) - 1.0).max() < 0.3
+
+
+def test_paint_of_one_height_leads_nowhere():
+    flat = pv.Plane(direction=(0, 1, 0), i_size=100, j_size=100, i_resolution=4, j_resolution=4).triangulate()
+    with pytest.raises(ParameterError, match="one height; a path leads downwards"):
+        fw.SheddingTear(flat, weight=np.ones(flat.n_points), down=(0, -1, 0))
