@@ -20,7 +20,7 @@ from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..errors import ParameterError, UnknownNameError, unknown_name
 from ..export import write_mesh
-from ..export.meshes import companion_files
+from ..export.meshes import sidecar_files
 from .interrupts import interruptible
 
 T = TypeVar("T")
@@ -130,7 +130,7 @@ class OutputOptions:
         if self.save_mesh is None:
             return []
         file = path.with_name(f"{path.name}.{self.save_mesh}")
-        beside = companion_files(file, textured=face.texture is not None, tears=bool(tears))
+        beside = sidecar_files(file, textured=face.texture is not None, tears=bool(tears))
         return [write_mesh(frame, file, face, parts=True, tears=tears), *beside]
 
 

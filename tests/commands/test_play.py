@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
+from glb_files import write_glb
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 import facewrinkle as fw
@@ -18,7 +19,6 @@ SMALL = ["--size", "64", "--max-level", "1"]
 @pytest.fixture(scope="module")
 def clip(face, played, tmp_path_factory):
     """The built-in face as a GLB that raises and lowers its brows in 0.4 s, in cm, and its landmarks."""
-    pygltflib = pytest.importorskip("pygltflib")
     folder = tmp_path_factory.mktemp("clip")
     arrays = [
         (face.points / 10.0, "VEC3", 5126),
@@ -30,30 +30,22 @@ def clip(face, played, tmp_path_factory):
     blob, views, accessors = b"", [], []
     for values, kind, component in arrays:
         data = values.astype("<u4" if component == 5125 else "<f4").tobytes()
-        views.append(pygltflib.BufferView(buffer=0, byteOffset=len(blob), byteLength=len(data)))
-        accessors.append(
-            pygltflib.Accessor(bufferView=len(views) - 1, componentType=component, count=len(values), type=kind)
-        )
+        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data)})
+        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(values), "type": kind})
         blob += data
-    shape = pygltflib.Primitive(attributes=pygltflib.Attributes(POSITION=0), indices=1, targets=[{"POSITION": 2}])
-    target = pygltflib.AnimationChannelTarget(node=0, path="weights")
-    file = pygltflib.GLTF2(
-        scene=0,
-        scenes=[pygltflib.Scene(nodes=[0])],
-        nodes=[pygltflib.Node(mesh=0)],
-        meshes=[pygltflib.Mesh(primitives=[shape], extras={"targetNames": ["browsUp"]})],
-        animations=[
-            pygltflib.Animation(
-                samplers=[pygltflib.AnimationSampler(input=3, output=4)],
-                channels=[pygltflib.AnimationChannel(sampler=0, target=target)],
-            )
-        ],
-        accessors=accessors,
-        bufferViews=views,
-        buffers=[pygltflib.Buffer(byteLength=len(blob))],
-    )
-    file.set_binary_blob(blob)
-    file.save_binary(str(folder / "brows.glb"))
+    shape = {"attributes": {"POSITION": 0}, "indices": 1, "targets": [{"POSITION": 2}]}
+    channel = {"sampler": 0, "target": {"node": 0, "path": "weights"}}
+    content = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [shape], "extras": {"targetNames": ["browsUp"]}}],
+        "animations": [{"samplers": [{"input": 3, "output": 4}], "channels": [channel]}],
+        "accessors": accessors,
+        "bufferViews": views,
+    }
+    write_glb(folder / "brows.glb", content, blob)
     landmarks = {name: point / 10.0 for name, point in face.landmarks.items()}
     write_landmarks(landmarks, folder / "brows.json")
     return folder / "brows.glb", folder / "brows.json"
