@@ -25,10 +25,12 @@ from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, load_atlas
 from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.cli import main
 from facewrinkle.commands import demo as demo_module
-from facewrinkle.commands import recorder as take_module
-from facewrinkle.commands.common import FaceOptions, Report, mixture
-from facewrinkle.commands.recorder import FIELDS, Take
-from facewrinkle.commands.timings import PAPER, as_text, measure
+from facewrinkle.commands import recorder as recorder_module
+from facewrinkle.commands.express import FIELDS, Performance
+from facewrinkle.commands.options import FaceOptions
+from facewrinkle.commands.parsing import parse_mixture
+from facewrinkle.commands.report import Report
+from facewrinkle.commands.table1 import PAPER, as_text, measure
 from facewrinkle.errors import MissingPackageError, ParameterError, UnknownNameError
 
 SIZE, FRAMES = 96, 6
@@ -117,20 +119,21 @@ def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
 
 
 def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
-    seen: list[Take] = []
-    monkeypatch.setattr("facewrinkle.commands.express.record", lambda take, *rest: seen.append(take))
+    seen: list[Performance] = []
+    monkeypatch.setattr("facewrinkle.commands.express.record", lambda performance, *rest: seen.append(performance))
     options = ["--intensity=0.5", "--frames=7", "--max-level=3", "--gamma-c=0.1", "--samples=3", "--depth=2"]
     options += ["--alpha=1.5", "--count=3", "--ends=paper", "--compression=edges", "--size=64x48", "--view=nose"]
     assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0
-    (take,) = seen
-    assert take.rates == {"corrugator_l": 0.5, "corrugator_r": 0.5}
-    assert (take.frames, take.size, take.close, take.fps) == (7, (64, 48), "nose", 10.0)
-    assert (take.refinement.max_level, take.refinement.gamma_c, take.refinement.samples) == (3, 0.1, 3.0)
-    assert (take.layer.depth, take.layer.compression) == (2.0, "edges")
-    for name, muscle in take.face.muscles.items():
+    (performance,) = seen
+    assert performance.rates == {"corrugator_l": 0.5, "corrugator_r": 0.5}
+    assert (performance.frames, performance.size, performance.view, performance.fps) == (7, (64, 48), "nose", 10.0)
+    refinement = performance.refinement
+    assert (refinement.max_level, refinement.gamma_c, refinement.samples) == (3, 0.1, 3.0)
+    assert (performance.layer.depth, performance.layer.compression) == (2.0, "edges")
+    for name, muscle in performance.face.muscles.items():
         original = fw.default_face().muscles[name].fold_pattern.wrinkles
         wrinkles = muscle.fold_pattern.wrinkles
-        if name in take.rates:
+        if name in performance.rates:
             assert (wrinkles.alpha, wrinkles.count, wrinkles.ends) == (1.5, 3, "paper")
             assert wrinkles.depth == original.depth
         else:
@@ -208,7 +211,7 @@ def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatc
     def missing(*_: object) -> None:
         raise MissingPackageError("movies need the package imageio, which is not installed.")
 
-    monkeypatch.setattr(take_module, "movie_writer", missing)
+    monkeypatch.setattr(recorder_module, "movie_writer", missing)
     stale = tmp_path / "AU4.mp4"
     stale.write_bytes(b"of an earlier run")
     assert main(["express", "AU4", *FEW, "--out", str(tmp_path)]) == 0
@@ -438,12 +441,12 @@ def test_info_lists_every_name(capsys):
 
 def test_mixtures():
     atlas = load_atlas()
-    assert mixture("AU1=0.7,AU4", atlas) == {"AU1": 0.7, "AU4": 1.0}
-    assert mixture("corrugator", atlas) == {"corrugator": 1.0}
+    assert parse_mixture("AU1=0.7,AU4", atlas) == {"AU1": 0.7, "AU4": 1.0}
+    assert parse_mixture("corrugator", atlas) == {"corrugator": 1.0}
     for name in [*atlas.expressions, *atlas.action_units, *atlas.muscles]:
-        assert mixture(name, atlas) == {name: 1.0}
+        assert parse_mixture(name, atlas) == {name: 1.0}
     with pytest.raises(UnknownNameError, match="'' *"):
-        mixture("AU1,", atlas)
+        parse_mixture("AU1,", atlas)
 
 
 def test_names_of_files_are_printed_as_they_are(tmp_path, capsys):
@@ -620,11 +623,11 @@ def test_what_takes_a_while_is_told_where_there_is_a_terminal(capsys, monkeypatc
 
 
 def test_the_expression_without_wrinkles_is_the_same_with_a_skin_that_was_used(face):
-    take = Take(face, face.atlas.contractions("AU4"), frames=3, size=(40, 40))
-    used = take.simulation()
+    performance = Performance(face, face.atlas.contractions("AU4"), frames=3, size=(40, 40))
+    used = performance.simulation()
     for _ in used.run(4):
         pass
-    np.testing.assert_array_equal(take.bare(used.motion).points, take.bare().points)
+    np.testing.assert_array_equal(performance.bare(used.motion).points, performance.bare().points)
 
 
 FACES_THAT_ARE_NONE = (

@@ -11,7 +11,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.cli import main
-from facewrinkle.commands.play import _watched
+from facewrinkle.commands.play import DeepestMoments
 
 SMALL = ["--size", "64", "--max-level", "1"]
 
@@ -157,20 +157,8 @@ def test_a_file_without_animation_is_refused(tmp_path, capsys):
     assert "animations are read from .glb, .gltf, .vtkhdf, .usd" in capsys.readouterr().err
 
 
-class Waves:
-    """A simulation whose frames have the given reliefs."""
-
-    def __init__(self, reliefs):
-        self.reliefs, self.time = reliefs, 0.0
-
-    def run(self, steps):
-        for relief in self.reliefs[:steps]:
-            self.time += 1.0
-            yield {"W": np.array([0.0, relief])}
-
-
 @pytest.mark.parametrize(
-    "reliefs, count, times",
+    "depths, count, times",
     [
         ([0, 1, 0, 3, 1, 2, 0], 5, [2, 4, 6]),
         ([0, 1, 0, 3, 1, 2, 0], 2, [4, 6]),
@@ -182,8 +170,10 @@ class Waves:
         ([2], 5, [1]),
     ],
 )
-def test_moments_are_those_of_the_deepest_wrinkles(reliefs, count, times):
-    peaks = []
-    assert len(list(_watched(Waves(reliefs), len(reliefs), count, peaks))) == len(reliefs)
-    assert [when for _, when, _ in peaks] == times
-    assert [relief for relief, _, _ in peaks] == [reliefs[when - 1] for when in times]
+def test_moments_are_those_of_the_deepest_wrinkles(depths, count, times):
+    moments = DeepestMoments(count)
+    for time, depth in enumerate(depths, 1):
+        moments.add(float(time), {"W": np.array([0.0, depth])})
+    found = moments.found()
+    assert [moment.time for moment in found] == times
+    assert [moment.depth for moment in found] == [depths[time - 1] for time in times]

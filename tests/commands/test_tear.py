@@ -91,7 +91,7 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, code, message, 
 
 
 def test_an_unwritable_folder_is_refused_before_the_face_is_made(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("facewrinkle.commands.common.FaceOptions.load", lambda self: pytest.fail("it was made"))
+    monkeypatch.setattr("facewrinkle.commands.options.FaceOptions.load", lambda self: pytest.fail("it was made"))
     (tmp_path / "file").write_text("")
     for folder in (tmp_path / "file", tmp_path / "file" / "deeper"):
         assert main(["tear", "weeping", "--out", str(folder)]) == 1

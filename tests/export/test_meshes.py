@@ -13,7 +13,9 @@ import pyvista as pv
 from glb_files import read_glb
 
 import facewrinkle as fw
-from facewrinkle.commands.common import OutputOptions
+from facewrinkle.commands.options import OutputOptions
+from facewrinkle.commands.recorder import Recorder
+from facewrinkle.commands.report import Report
 from facewrinkle.errors import MeshError, OutputError
 from facewrinkle.mesh import corner_texture, split_at_seams, to_polydata
 
@@ -305,5 +307,6 @@ def test_no_tears_change_nothing(moment, tmp_path):
 def test_commands_tell_of_all_files_that_were_written(tmp_path, ending, textured, crying):
     sheet = fw.surface(pv.Plane(), texture=np.zeros((4, 4, 3), np.uint8) if textured else None)
     tears = [pv.Sphere(radius=0.1)] if crying else []
-    told = OutputOptions(save_mesh=ending).mesh_of(sheet.mesh, sheet, tmp_path / "a", tears)
-    assert sorted(told) == sorted(tmp_path.iterdir())
+    recorder = Recorder(tmp_path, "a", OutputOptions(save_mesh=ending), Report(quiet=False))
+    recorder.save_mesh(sheet.mesh, sheet, tears=tears)
+    assert sorted(recorder.files) == sorted(tmp_path.iterdir())
