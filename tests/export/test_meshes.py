@@ -13,9 +13,6 @@ import pyvista as pv
 from glb_files import read_glb
 
 import facewrinkle as fw
-from facewrinkle.commands.options import OutputOptions
-from facewrinkle.commands.recorder import Recorder
-from facewrinkle.commands.report import Report
 from facewrinkle.errors import MeshError, OutputError
 from facewrinkle.mesh import corner_texture, split_at_seams, to_polydata
 
@@ -299,14 +296,3 @@ def test_no_tears_change_nothing(moment, tmp_path):
         fw.write_mesh(moment.frame, paths[0], moment.face)
         fw.write_mesh(moment.frame, paths[1], moment.face, tears=[pv.PolyData()])
         assert paths[0].read_bytes() == paths[1].read_bytes()
-
-
-@pytest.mark.parametrize("ending", ["glb", "gltf", "obj", "ply"])
-@pytest.mark.parametrize("textured", [True, False])
-@pytest.mark.parametrize("crying", [True, False])
-def test_commands_tell_of_all_files_that_were_written(tmp_path, ending, textured, crying):
-    sheet = fw.surface(pv.Plane(), texture=np.zeros((4, 4, 3), np.uint8) if textured else None)
-    tears = [pv.Sphere(radius=0.1)] if crying else []
-    recorder = Recorder(tmp_path, "a", OutputOptions(save_mesh=ending), Report(quiet=False))
-    recorder.save_mesh(sheet.mesh, sheet, tears=tears)
-    assert sorted(recorder.files) == sorted(tmp_path.iterdir())
