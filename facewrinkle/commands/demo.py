@@ -48,10 +48,10 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
         rows.append(_sides(face.mesh, scenes, "front"))
         for row in PAPER:
             performance = Performance(face, face.atlas.contractions(row.expression), FRAMES, size=(SIZE, SIZE))
-            height = record(performance, folder / row.expression, row.expression, report, output, fields=False)
+            peak = record(performance, folder / row.expression, row.expression, report, output, fields=False)
             with report.waiting("Drawing it for the contact sheets"):
-                columns.append(stacked([_small(image) for image in (height.front[2], *height.closeup[2:])]))
-                rows.append(_sides(height.frame, scenes, height.close))
+                columns.append(stacked([_small(image) for image in (peak.front[2], *peak.closeup[2:])]))
+                rows.append(_sides(peak.frame, scenes, peak.close))
     contact = save_picture(side_by_side(columns), folder / "contact.png", colours=256)
     sheet = save_picture(stacked(rows), folder / "contact_sheet.png", colours=256)
     report.say(f"\n{sheet}: the neutral face and the five expressions from three sides")

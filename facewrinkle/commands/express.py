@@ -77,6 +77,7 @@ def express(
     """
     begin, output = time.perf_counter(), output or OutputOptions()
     report = Report(output.quiet)
+    check_range("fps", output.fps, 1.0, 100.0)
     face = (source or FaceOptions()).load(report)
     rates = face.atlas.contractions(parse_mixture(name, face.atlas), intensity)
     performance = Performance(
@@ -87,7 +88,6 @@ def express(
         layer=MuscleWrinkles(compression, depth),
         size=output.pixels,
         view=output.view,
-        fps=output.fps,
     )
     stem = re.sub(r"[^\w.=-]+", "_", name)[:100]  # the names of files must not become too long
     record(performance, output.folder(stem), stem, report, output)
@@ -111,7 +111,6 @@ class Performance:
         Of a picture, pixels.
     view : str, optional
         Of the close-up. Default: where the wrinkles are.
-    fps : float
     """
 
     face: Face
@@ -121,11 +120,9 @@ class Performance:
     layer: MuscleWrinkles = field(default_factory=MuscleWrinkles)
     size: tuple[int, int] = (800, 800)
     view: str | None = None
-    fps: float = 25.0
 
     def __post_init__(self) -> None:
         check_whole("the number of frames", self.frames, 1, 1e9)
-        check_range("fps", self.fps, 1.0, 100.0)
         Style(self.size, "front" if self.view is None else self.view)
 
     @property
@@ -162,8 +159,8 @@ class Performance:
 
 
 @dataclass(frozen=True, eq=False)
-class Height:
-    """The height of a performance.
+class Peak:
+    """The peak of a performance, with pictures of it.
 
     Attributes
     ----------
@@ -182,8 +179,8 @@ class Height:
 
 def record(
     performance: Performance, folder: Path, stem: str, report: Report, output: OutputOptions, *, fields: bool = True
-) -> Height:
-    """Play a performance, write its files into a folder, print what came out, and return its height."""
+) -> Peak:
+    """Play a performance, write its files into a folder, print what came out, and return its peak."""
     face = performance.face
     with report.waiting("Preparing the skin"):
         rehearsal = performance.simulation()  # refuses what cannot be played before anything is written
@@ -216,11 +213,11 @@ def record(
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
     milliseconds = 1000.0 * seconds / performance.steps
     recorder.tabulate(stem, _facts(face, peak) | {"simulation": f"{milliseconds:.1f} ms a frame", "close-up": close})
-    return Height(peak, close, *rows)
+    return Peak(peak, close, *rows)
 
 
 def _facts(face: Face, peak: pv.PolyData) -> dict[str, str]:
-    """Return the rows of a table about the frame at the height of an expression."""
+    """Return the rows of a table about the peak of an expression."""
     height = np.asarray(peak["W"])
     compression = np.max(peak["epsilon"], where=height != 0.0, initial=0.0)
     return {

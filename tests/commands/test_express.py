@@ -13,6 +13,7 @@ from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.cli import main
 from facewrinkle.commands.express import FIELDS, Performance
+from facewrinkle.commands.options import OutputOptions
 
 SIZE, FRAMES = 96, 6
 STEPS = FRAMES + FRAMES // 2
@@ -74,14 +75,14 @@ def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
 
 
 def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
-    seen: list[Performance] = []
-    monkeypatch.setattr("facewrinkle.commands.express.record", lambda performance, *rest: seen.append(performance))
+    seen: list[tuple[Performance, OutputOptions]] = []
+    monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given: seen.append((given[0], given[-1])))
     options = ["--intensity=0.5", "--frames=7", "--max-level=3", "--gamma-c=0.1", "--samples=3", "--depth=2"]
     options += ["--alpha=1.5", "--count=3", "--ends=paper", "--compression=edges", "--size=64x48", "--view=nose"]
     assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0
-    (performance,) = seen
+    ((performance, output),) = seen
     assert performance.rates == {"corrugator_l": 0.5, "corrugator_r": 0.5}
-    assert (performance.frames, performance.size, performance.view, performance.fps) == (7, (64, 48), "nose", 10.0)
+    assert (performance.frames, performance.size, performance.view, output.fps) == (7, (64, 48), "nose", 10.0)
     refinement = performance.refinement
     assert (refinement.max_level, refinement.gamma_c, refinement.samples) == (3, 0.1, 3.0)
     assert (performance.layer.depth, performance.layer.compression) == (2.0, "edges")

@@ -57,13 +57,13 @@ def test_without_movie_and_series_frames_are_watched_only(clip, tmp_path, capsys
     made.save_picture(np.zeros((4, 4, 3), np.uint8), "_b")
     made.save_picture(np.zeros((4, 4, 3), np.uint8), "_a")
     made.tabulate("a ball", {"frames": "4"})
-    assert capsys.readouterr().out.split() == [
-        *("a", "ball", "frames", "4", "files", "in", str(tmp_path), "ball_a.png", "ball_b.png"),
-    ]
+    title, frames, *files = capsys.readouterr().out.splitlines()
+    assert (title.split(), frames.split()) == (["a", "ball"], ["frames", "4"])
+    assert " ".join(files).split()[-2:] == ["ball_a.png", "ball_b.png"]
 
 
 def test_a_scene_that_has_drawn_other_frames_draws_the_same(face, played):
-    frames = [face.mesh, played("surprise").held, face.mesh]
+    frames = [face.mesh, played("surprise").top, face.mesh]
     styles = [Style((48, 48), view) for view in ("front", "forehead")]
     with Scenes(face) as scenes:
         shown = [scenes.picture(frame, style) for frame in frames for style in styles]
