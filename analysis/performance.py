@@ -17,7 +17,7 @@ import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.commands.timings import PAPER, Row, measure
+from facewrinkle.commands.table1 import PAPER, Row, measure
 from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.mesh import to_polydata
 from facewrinkle.plotting import Scene, Style

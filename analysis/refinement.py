@@ -14,7 +14,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Wrinkles
-from facewrinkle.commands.timings import PAPER
+from facewrinkle.commands.table1 import PAPER
 from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.mesh import to_polydata
 

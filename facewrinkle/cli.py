@@ -1,6 +1,6 @@
 """The command line: ``express``, ``play``, ``pattern``, ``tear``, ``fit``, ``table1``, ``info`` and ``demo``.
 
-The commands live in :mod:`facewrinkle.commands` and are imported when they are called: ``--help`` stays quick.
+The commands live in :mod:`facewrinkle.commands` and are imported when they are called, so that ``--help`` is quick.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from .commands.interrupts import interrupts
 from .errors import FaceWrinkleError, FaceWrinkleWarning
 
 USAGE, FAILED = 2, 1
+"""Exit codes."""
 
 app = App(
     name="facewrinkle",
@@ -37,7 +38,7 @@ app.command(
 app.command("facewrinkle.commands.table1:table1", help="Measure the paper's Table 1 and print it beside the paper's.")
 app.command(
     "facewrinkle.commands.info:info",
-    help="List the muscles, action units and expressions; or tell what a file holds.",
+    help="List the muscles, action units and expressions; or show what a file holds.",
 )
 app.command(
     "facewrinkle.commands.demo:demo", help="The paper's five expressions with pictures and movies, then Table 1."
@@ -55,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 after success, 1 after an error, 2 after wrong usage, 130 after Ctrl-C, 143 after SIGTERM. Errors are one
+        0 after success, 1 after an error, 2 after wrong usage, 130 after Ctrl-C, 143 after SIGTERM. An error is one
         line on stderr.
     """
     if sys.platform.startswith("linux"):  # VTK would look for a display first
@@ -86,14 +87,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def program() -> NoReturn:
     """Run the command line and end the process with its code."""
     code = main()
-    if code > 128:  # impatient second ones would break the tidying up
+    if code > 128:  # a second signal would break the tidying up
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_IGN)
     sys.exit(code)
 
 
 def _code(seen: list[int]) -> int:
-    """The exit code after a signal."""
+    """Return the exit code after a signal."""
     return 128 + (seen[0] if seen else signal.SIGINT)
 
 
@@ -110,7 +111,7 @@ _show = warnings.showwarning
 
 
 def _notice(message: Warning | str, category: type[Warning], *where: object, **rest: object) -> None:
-    """Our own warnings are notices of one line; others are shown as they always are."""
+    """Show our own warnings as notices of one line, and others as ever."""
     if issubclass(category, FaceWrinkleWarning):
         print(f"facewrinkle: note: {' '.join(str(message).split())}", file=sys.stderr)
     else:

@@ -116,17 +116,16 @@ class MissingPackageError(FaceWrinkleError):
 
     Examples
     --------
-    If pygltflib is not installed:
+    If imageio is not installed:
 
     >>> from unittest import mock
-    >>> import facewrinkle as fw
-    >>> with mock.patch.dict("sys.modules", pygltflib=None):
+    >>> from facewrinkle.export import write_movie
+    >>> with mock.patch.dict("sys.modules", imageio=None):
     ...     try:
-    ...         fw.write_mesh(fw.default_face().mesh, "head.glb")
+    ...         write_movie([], "head.mp4")
     ...     except MissingPackageError as error:
     ...         print(error)
-    to write glTF needs the package pygltflib, which is not installed. pip install 'facewrinkle[export]'.
-    OBJ and PLY are written without it.
+    movies need the package imageio, which is not installed. pip install 'facewrinkle[export]'
     """
 
 

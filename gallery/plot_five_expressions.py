@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import facewrinkle as fw
-from facewrinkle.commands.timings import PAPER
+from facewrinkle.commands.table1 import PAPER
 from facewrinkle.plotting import Style, closeup, figure, picture, side_by_side, stacked
 
 face = fw.default_face()

@@ -8,20 +8,24 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.face import Face
 from ..anatomy.fitting import default_face
 from ..export import output_folder
-from ..plotting import Image, picture, save_picture, side_by_side, stacked
+from ..plotting import Image, save_picture, side_by_side, stacked
 from ..plotting.views import Style
-from .common import OutputOptions, Report
-from .express import record
-from .recorder import Take
-from .table1 import tabulate
-from .timings import PAPER
+from .express import Performance, record
+from .options import OutputOptions
+from .recorder import Scenes
+from .report import Report
+from .table1 import PAPER, tabulate
 
-SIZE, FRAMES, TILE = 400, 24, 204
-ITERATIONS, DRAWINGS = 250, 20
+SIZE, FRAMES = 400, 24
+"""Pixels of the pictures, and frames until an expression is held."""
+TILE = 204
+"""Pixels of a picture on the sheet of wrinkles and triangles."""
 SHEET, SIDES = 400, ("front", "left_three_quarter", "left_profile")
+"""Pixels and views of the pictures on the sheet of all sides."""
+ITERATIONS, DRAWINGS = 250, 20
+"""For Table 1."""
 
 
 def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
@@ -39,14 +43,15 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     folder = output_folder(out, make=False)
     face = default_face()
     output = OutputOptions(series=False)
-    columns, rows = [], [_sides(face.mesh, face, "front")]
-    for row in PAPER:
-        take = Take(face, face.atlas.contractions(row.expression), FRAMES, size=(SIZE, SIZE))
-        peak = record(take, folder / row.expression, row.expression, report, output, fields=False)
-        styles = (Style(take.size), Style(take.size, take.close), Style(take.size, take.close, wireframe=True))
-        with report.waiting("Drawing it for the contact sheets"):
-            columns.append(stacked([_small(picture(peak, face, style)) for style in styles]))
-            rows.append(_sides(peak, face, take.close))
+    columns, rows = [], []
+    with Scenes(face) as scenes:
+        rows.append(_sides(face.mesh, scenes, "front"))
+        for row in PAPER:
+            performance = Performance(face, face.atlas.contractions(row.expression), FRAMES, size=(SIZE, SIZE))
+            peak = record(performance, folder / row.expression, row.expression, report, output, fields=False)
+            with report.waiting("Drawing it for the contact sheets"):
+                columns.append(stacked([_small(image) for image in (peak.front[2], *peak.closeup[2:])]))
+                rows.append(_sides(peak.frame, scenes, peak.close))
     contact = save_picture(side_by_side(columns), folder / "contact.png", colours=256)
     sheet = save_picture(stacked(rows), folder / "contact_sheet.png", colours=256)
     report.say(f"\n{sheet}: the neutral face and the five expressions from three sides")
@@ -55,10 +60,10 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     report.say(f"\n{time.perf_counter() - begin:.0f} s")
 
 
-def _sides(frame: pv.PolyData, face: Face, close: str) -> Image:
-    """A frame from the front and from the side on which the close-up is."""
+def _sides(frame: pv.PolyData, scenes: Scenes, close: str) -> Image:
+    """Return a frame from the front and from the side on which the close-up is."""
     views = [view.replace("left", "right") if close.startswith("right") else view for view in SIDES]
-    return side_by_side([picture(frame, face, Style((SHEET, SHEET), view)) for view in views])
+    return side_by_side([scenes.picture(frame, Style((SHEET, SHEET), view)) for view in views])
 
 
 def _small(image: Image) -> Image:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,12 +13,22 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..export import output_folder
+from ..errors import check_range, check_whole
 from ..layers.muscle_wrinkles import MuscleWrinkles
-from ..plotting import save_picture, side_by_side
-from ..simulation import Refinement
-from .common import FaceOptions, OutputOptions, Report, mixture
-from .recorder import Take
+from ..motion.base import Motion
+from ..plotting import Image, closeup, picture, side_by_side
+from ..plotting.views import Style
+from ..simulation import Refinement, Simulation
+from .options import FaceOptions, OutputOptions
+from .parsing import parse_mixture
+from .recorder import Clip, Recorder, Scenes
+from .report import Report
+
+FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
+"""Arrays of a frame that are drawn in colour."""
+
+REHEARSED = 15
+"""Frames of a rehearsal, which shows where the wrinkles will be."""
 
 
 def express(
@@ -65,62 +77,164 @@ def express(
     """
     begin, output = time.perf_counter(), output or OutputOptions()
     report = Report(output.quiet)
+    check_range("fps", output.fps, 1.0, 100.0)
     face = (source or FaceOptions()).load(report)
-    rates = face.atlas.contractions(mixture(name, face.atlas), intensity)
-    take = Take(
-        face=_altered(face, rates, _given(alpha=alpha, count=count, ends=ends)),
+    rates = face.atlas.contractions(parse_mixture(name, face.atlas), intensity)
+    performance = Performance(
+        face=_with_folds(face, rates, _given(alpha=alpha, count=count, ends=ends)),
         rates=rates,
         frames=frames,
         refinement=Refinement(**_given(max_level=max_level, gamma_c=gamma_c, samples=samples)),
         layer=MuscleWrinkles(compression, depth),
         size=output.pixels,
         view=output.view,
-        fps=output.fps,
     )
     stem = re.sub(r"[^\w.=-]+", "_", name)[:100]  # the names of files must not become too long
-    record(take, output.folder(stem), stem, report, output)
+    record(performance, output.folder(stem), stem, report, output)
     report.say(f"{time.perf_counter() - begin:.1f} s")
 
 
+@dataclass(frozen=True, eq=False)
+class Performance:
+    """An expression that comes and goes before the camera.
+
+    Attributes
+    ----------
+    face : Face
+    rates : mapping of str to float
+        Contraction rates by muscle.
+    frames : int
+        Steps from the relaxed face to the held expression; half as many lead back.
+    refinement : Refinement
+    layer : MuscleWrinkles
+    size : tuple of int
+        Of a picture, pixels.
+    view : str, optional
+        Of the close-up. Default: where the wrinkles are.
+    """
+
+    face: Face
+    rates: Mapping[str, float]
+    frames: int = 100
+    refinement: Refinement = field(default_factory=Refinement)
+    layer: MuscleWrinkles = field(default_factory=MuscleWrinkles)
+    size: tuple[int, int] = (800, 800)
+    view: str | None = None
+
+    def __post_init__(self) -> None:
+        check_whole("the number of frames", self.frames, 1, 1e9)
+        Style(self.size, "front" if self.view is None else self.view)
+
+    @property
+    def steps(self) -> int:
+        """Number of frames there and back."""
+        return self.frames + (self.frames + 1) // 2
+
+    def simulation(self, motion: Motion | None = None) -> Simulation:
+        """Return a simulation that has been asked for the expression.
+
+        With the motion of a simulation that is over, its skin is not made again.
+        """
+        simulation = Simulation(self.face, self.refinement, [self.layer], motion=motion)
+        simulation.contract(self.rates)
+        return simulation
+
+    def bare(self, motion: Motion | None = None) -> pv.PolyData:
+        """Return the expression without wrinkles; for `motion` see :meth:`simulation`."""
+        simulation = Simulation(self.face, Refinement(max_level=0), layers=[], motion=motion)
+        simulation.contract(self.rates)
+        *_, frame = simulation.run(self.frames)
+        return frame
+
+    def clip(self, simulation: Simulation) -> Clip:
+        """Return the expression there and back."""
+
+        def frames() -> Iterator[pv.PolyData]:
+            yield from simulation.run(self.frames)
+            simulation.relax()
+            yield from simulation.run(self.steps - self.frames, ramp=0.8)
+
+        times = (1.0 + np.arange(self.steps)) * simulation.motion.time_step
+        return Clip(self.face, frames(), times)
+
+
+@dataclass(frozen=True, eq=False)
+class Peak:
+    """The peak of a performance, with pictures of it.
+
+    Attributes
+    ----------
+    frame : PolyData
+    close : str
+        View of the close-up.
+    front, closeup : list of images
+        Neutral, without wrinkles, with wrinkles, and with the edges of the triangles.
+    """
+
+    frame: pv.PolyData
+    close: str
+    front: list[Image]
+    closeup: list[Image]
+
+
 def record(
-    take: Take, folder: Path, stem: str, report: Report, output: OutputOptions, *, fields: bool = True
-) -> pv.PolyData:
-    """Play a take, write what belongs to it into a folder, say what came out, and return the frame at its height."""
+    performance: Performance, folder: Path, stem: str, report: Report, output: OutputOptions, *, fields: bool = True
+) -> Peak:
+    """Play a performance, write its files into a folder, print what came out, and return its peak."""
+    face = performance.face
     with report.waiting("Preparing the skin"):
-        simulation = take.simulation()  # refuses what cannot be played before anything is written
-    folder = output_folder(folder, make=False)
-    peak, files = take.shoot(simulation, *output.files(folder / stem), report)
-    files += output.mesh_of(peak, take.face, folder / stem)
-    with report.waiting("Drawing"):
-        bare = take.bare(simulation.motion)
-        for suffix, view in (("", "front"), ("_closeup", take.close)):
-            files.append(save_picture(side_by_side(take.panels(view, peak, bare)), folder / f"{stem}{suffix}.png"))
-        if fields:
-            files += [save_picture(image, folder / f"{stem}_{name}.png") for name, image in take.fields(peak)]
-    height, acting = np.asarray(peak["W"]), np.asarray(peak["W"]) != 0.0
+        rehearsal = performance.simulation()  # refuses what cannot be played before anything is written
+    recorder = Recorder(folder, stem, output, report)
+    close = performance.view
+    if close is None:
+        *_, frame = rehearsal.run(REHEARSED)
+        close = closeup(frame, face)
+    simulation = performance.simulation(rehearsal.motion)
+    styles = [Style(performance.size, view) for view in ("front", close)]
+    peaks: list[pv.PolyData] = []
+
+    def watch(number: int, frame: pv.PolyData) -> None:
+        if number == performance.frames - 1:
+            peaks.append(frame)
+
+    with Scenes(face) as scenes:
+        clip = performance.clip(simulation)
+        recorder.record(clip, lambda frame: side_by_side([scenes.picture(frame, style) for style in styles]), watch)
+        (peak,) = peaks
+        recorder.save_mesh(peak, face)
+        with report.waiting("Drawing"):
+            shown = [face.mesh, performance.bare(simulation.motion), peak]
+            rows = [[scenes.picture(frame, style) for frame in shown] for style in styles]
+            for row, style, suffix in zip(rows, styles, ("", "_closeup"), strict=True):
+                row.append(picture(peak, face, replace(style, wireframe=True)))
+                recorder.save_picture(side_by_side(row), suffix)
+            for name in FIELDS if fields else ():
+                recorder.save_picture(picture(peak, face, replace(styles[0], scalars=name)), f"_{name}")
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
-    report.table(
-        stem,
-        {
-            "triangles": f"{take.face.mesh.n_cells} → {peak.n_cells}",
-            "highest bulge": f"{height.max():.2f} mm",
-            "deepest furrow": f"{-height.min():.2f} mm",
-            "largest compression": f"{np.max(peak['epsilon'], where=acting, initial=0.0):.2f}",
-            "simulation": f"{1000.0 * seconds / take.steps:.1f} ms a frame",
-            "close-up": take.close,
-            f"files in {folder}": "\n".join(sorted(path.name for path in files)),
-        },
-    )
-    return peak
+    milliseconds = 1000.0 * seconds / performance.steps
+    recorder.tabulate(stem, _facts(face, peak) | {"simulation": f"{milliseconds:.1f} ms a frame", "close-up": close})
+    return Peak(peak, close, *rows)
+
+
+def _facts(face: Face, peak: pv.PolyData) -> dict[str, str]:
+    """Return the rows of a table about the peak of an expression."""
+    height = np.asarray(peak["W"])
+    compression = np.max(peak["epsilon"], where=height != 0.0, initial=0.0)
+    return {
+        "triangles": f"{face.mesh.n_cells} → {peak.n_cells}",
+        "highest bulge": f"{height.max():.2f} mm",
+        "deepest furrow": f"{-height.min():.2f} mm",
+        "largest compression": f"{compression:.2f}",
+    }
 
 
 def _given(**options: Any) -> dict[str, Any]:
-    """The options that were given."""
+    """Return the options that were given."""
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _altered(face: Face, rates: dict[str, float], changes: dict[str, Any]) -> Face:
-    """The face with other wrinkles over the muscles that act."""
+def _with_folds(face: Face, rates: dict[str, float], changes: dict[str, Any]) -> Face:
+    """Return the face with other wrinkles over the muscles that act."""
     if not changes:
         return face
     return face.with_muscles({name: face.muscles[name].replaced(**changes) for name in rates})

@@ -1,4 +1,4 @@
-"""``facewrinkle fit``: the anatomy under a face, found on its mesh, in files and in a picture to check it by."""
+"""``facewrinkle fit``: the landmarks and the anatomy of a face, in files and in a picture to check them by."""
 
 from __future__ import annotations
 
@@ -21,10 +21,14 @@ from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
 from ..plotting import Image, Scene, save_picture, side_by_side, stacked
 from ..plotting.views import Style
-from .common import Report, facts_of, units_of
+from .parsing import parse_units
+from .report import Report, face_facts
 
 MEASURED, ESTIMATED, MUSCLE = "#35d07f", "#ffb347", "#b3262e"
+"""Colours of landmarks that were found or given, of those that were estimated, and of muscles."""
+
 SIZE = (760, 860)
+"""Pixels of each of the four pictures."""
 
 
 def fit(
@@ -67,7 +71,7 @@ def fit(
     face = fit_face(
         file,
         landmarks,
-        units_of(units),
+        parse_units(units),
         watch=report.search,
         texture=texture,
         resolve_self_intersections=resolve_self_intersections,
@@ -76,7 +80,7 @@ def fit(
     write_face(face, folder / f"{stem}{SUFFIX}")
     with report.waiting("Drawing"):
         save_picture(stacked([side_by_side(row) for row in _rows(face)]), folder / f"{stem}.png")
-    rows = facts_of(face) | {
+    rows = face_facts(face) | {
         "triangles": str(face.mesh.n_cells),
         f"files in {folder}": "\n".join(f"{stem}{ending}" for ending in (SUFFIX, ".landmarks.json", ".png")),
     }
@@ -87,17 +91,17 @@ def fit(
 
 
 def _rows(face: Face) -> Iterator[list[Image]]:
-    """Landmarks from two sides, the names of one half each; skull and muscles from the same sides."""
+    """Yield pictures from two sides, with the names of the landmarks of one half each; then of skull and muscles."""
     face = dataclasses.replace(face, parts={})  # hair would hide them
-    for drawn in (_with_landmarks, _with_anatomy):
+    for draw in (_draw_landmarks, _draw_anatomy):
         images = []
         for view in ("front", "left_three_quarter"):
             with Scene(face, Style(SIZE, view)) as scene:
-                images.append(drawn(scene, face))
+                images.append(draw(scene, face))
         yield images
 
 
-def _with_landmarks(scene: Scene, face: Face) -> Image:
+def _draw_landmarks(scene: Scene, face: Face) -> Image:
     size, forward = face.frame.pupil_distance, face.frame.axes[2]
     scene.show(face.mesh)
     for names, colour in ((set(face.landmarks) - set(face.estimated), MEASURED), (set(face.estimated), ESTIMATED)):
@@ -113,10 +117,10 @@ def _with_landmarks(scene: Scene, face: Face) -> Image:
             where[mine], labels, font_size=20, text_color="white", shape=None, show_points=False, always_visible=True,
             reset_camera=False,
         )  # fmt: skip
-    return _taken(scene)
+    return _screenshot(scene)
 
 
-def _with_anatomy(scene: Scene, face: Face) -> Image:
+def _draw_anatomy(scene: Scene, face: Face) -> Image:
     size = face.frame.pupil_distance
     scene.plotter.add_mesh(_bone(face), color="#e9e2d0", smooth_shading=True, reset_camera=False)
     scene.plotter.add_mesh(face.mesh, color="#d9a58c", opacity=0.25, smooth_shading=True, reset_camera=False)
@@ -124,11 +128,11 @@ def _with_anatomy(scene: Scene, face: Face) -> Image:
         for line in _lines(muscle):
             tube = pv.MultipleLines(line).tube(radius=0.014 * size)
             scene.plotter.add_mesh(tube, color=MUSCLE, reset_camera=False)
-    return _taken(scene)
+    return _screenshot(scene)
 
 
 def _bone(face: Face) -> pv.PolyData:
-    """The skull without what lies under the skin of mouth and nostrils: that would stand out of the face."""
+    """Return the skull without what lies under the skin of mouth and nostrils, which would stand out of the face."""
     skin, bone = face.points, face.tissue.anchors
     outer = ~face.lining.vertices
     nearest = np.flatnonzero(outer)[cKDTree(skin[outer]).query(bone)[1]]
@@ -137,7 +141,7 @@ def _bone(face: Face) -> pv.PolyData:
 
 
 def _lines(muscle: object) -> Iterator[np.ndarray]:
-    """Polylines (k, 3) that show where a muscle lies."""
+    """Yield polylines (k, 3) along a muscle."""
     if isinstance(muscle, LinearMuscle):
         yield np.array([muscle.attachment, muscle.insertion])
     elif isinstance(muscle, SheetMuscle):
@@ -151,8 +155,8 @@ def _lines(muscle: object) -> Iterator[np.ndarray]:
             yield muscle.centre + share * (across + muscle.semi_minor * np.sin(angle) * muscle.vertical)
 
 
-def _taken(scene: Scene) -> Image:
-    """The picture of what is in the scene, at the size of its style."""
+def _screenshot(scene: Scene) -> Image:
+    """Return a picture of a scene as it is, at the size of its style."""
     scene.plotter.render()
     image = np.array(scene.plotter.screenshot(None, return_img=True))
     factor = image.shape[0] // scene.style.size[1]

@@ -1,4 +1,4 @@
-"""``facewrinkle info``: what there is to contract, and what a file holds."""
+"""``facewrinkle info``: the names of muscles, action units and expressions; and the content of a file."""
 
 from __future__ import annotations
 
@@ -16,21 +16,22 @@ from ..geometry.topology import boundary_loops
 from ..mesh import merged_texture, prepare, read_surface, read_texture
 from ..mesh.arrays import IMAGE
 from ..mesh.repair.self_intersections import self_intersection_report
-from .common import Report, facts_of
+from .report import Report, face_facts
 
 Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int32]
+IntArray = npt.NDArray[np.int32]
 
 TOPICS = ("muscles", "action-units", "expressions")
+"""The tables that can be asked for."""
 
 
 def info(topic: str | None = None, /) -> None:
-    """List the muscles, action units and expressions; or tell what a file holds.
+    """List the muscles, action units and expressions; or show what a file holds.
 
     Parameters
     ----------
     topic
-        Only these: muscles, action-units or expressions; default: all three. Or a mesh, or a .face file.
+        One of muscles, action-units and expressions (default: all three), or a mesh, or a .face file.
     """
     report = Report(quiet=False)
     if topic is not None and topic not in TOPICS:
@@ -46,33 +47,33 @@ def info(topic: str | None = None, /) -> None:
 
 
 def _of_face(path: Path) -> dict[str, str]:
-    """What is known of a fitted face."""
+    """Return the rows of a table about a fitted face."""
     face = read_face(path)
-    rows = facts_of(face) | {"muscles": str(len(face.muscles))}
+    rows = face_facts(face) | {"muscles": str(len(face.muscles))}
     if face.parts:
         rows["parts"] = ", ".join(face.parts)
     return rows | _surface(face.points, face.triangles, face.texture is not None, face.report)
 
 
 def _of_mesh(path: Path) -> dict[str, str]:
-    """What a mesh is like, and what has to be mended; landmarks are not looked for."""
+    """Return the rows of a table about a mesh and its faults; landmarks are not looked for."""
     source = read_surface(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FaceWrinkleWarning)  # it is in the table
         clean = prepare(source)
     rows = {"in the file": f"{source.n_points} points, {source.n_cells} triangles"}
-    laid = source.active_texture_coordinates is not None
-    textured = (
-        laid and (merged_texture(clean.mesh) if IMAGE in clean.mesh.cell_data else read_texture(path)) is not None
-    )
-    rows["texture coordinates"] = "yes" if laid else "no"
-    return rows | _surface(clean.points, clean.triangles, textured, clean.report)
+    has_uv = source.active_texture_coordinates is not None
+    texture = None
+    if has_uv:
+        texture = merged_texture(clean.mesh) if IMAGE in clean.mesh.cell_data else read_texture(path)
+    rows["texture coordinates"] = "yes" if has_uv else "no"
+    return rows | _surface(clean.points, clean.triangles, texture is not None, clean.report)
 
 
-def _surface(points: Array, triangles: Ints, textured: bool, told: tuple[str, ...]) -> dict[str, str]:
+def _surface(points: Array, triangles: IntArray, textured: bool, report: tuple[str, ...]) -> dict[str, str]:
     holes = boundary_loops(triangles)
     crossing = self_intersection_report(points, triangles)
-    told = tuple(sentence for sentence in told if sentence != crossing)
+    mended = [sentence for sentence in report if sentence != crossing]
     width, height, depth = np.ptp(points, axis=0)
     return {
         "triangles": str(len(triangles)),
@@ -80,7 +81,7 @@ def _surface(points: Array, triangles: Ints, textured: bool, told: tuple[str, ..
         "texture": "yes" if textured else "no",
         "borders": "none" if not holes else f"{len(holes)}, of {', '.join(str(len(hole)) for hole in holes[:8])} edges",
         "runs through itself": crossing.removeprefix("The surface runs through itself ") or "no",
-        "mended and set apart": "\n".join(told) or "nothing",
+        "mended and set apart": "\n".join(mended) or "nothing",
     }
 
 
@@ -117,12 +118,12 @@ def _table(title: str, *columns: str) -> Table:
 
 
 def _listed(rates: dict[str, float]) -> str:
-    """Muscles with their rates; pairs that do the same under one name."""
+    """Return muscles with their rates; a pair with equal rates under one name."""
     names = []
     for muscle, rate in rates.items():
         stem, side = muscle[:-2], muscle[-2:]
-        alike = rates.get(stem + {"_l": "_r", "_r": "_l"}.get(side, "")) == rate
-        if side == "_r" and alike:
+        equal = rates.get(stem + {"_l": "_r", "_r": "_l"}.get(side, "")) == rate
+        if side == "_r" and equal:
             continue
-        names.append((stem if alike and side == "_l" else muscle) + ("" if rate == 1.0 else f" {rate:g}"))
+        names.append((stem if equal and side == "_l" else muscle) + ("" if rate == 1.0 else f" {rate:g}"))
     return ", ".join(names)

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, heard even where Python, or a library, drops the exception that they raise."""
+"""Ctrl-C and SIGTERM, which take effect even where Python or a library drops the exception that they raise."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ _seen: list[int] = []
 
 @contextmanager
 def interrupts() -> Iterator[list[int]]:
-    """The Ctrl-C and SIGTERM that came meanwhile, by number; each raises KeyboardInterrupt as Ctrl-C ever does, and
-    again where Python had to drop it.
+    """Yield the list of signals (Ctrl-C and SIGTERM, by number) that have come meanwhile.
+
+    Each raises KeyboardInterrupt, as Ctrl-C always does, and raises it again where Python had to drop it.
     """
     dropping, raised = False, True
     _seen.clear()
@@ -28,10 +29,10 @@ def interrupts() -> Iterator[list[int]]:
     def interrupted(number: int, _: object) -> None:
         nonlocal raised
         _seen.append(number)
-        if dropping:  # not within the hook below: what it starts asks again
+        if dropping:  # the hook below is at work: the thread that it starts raises it again
             return
         raised = True
-        logging.disable()  # VTK, where it is in the middle of something, would complain at length
+        logging.disable()  # VTK would log at length that it was interrupted
         raise KeyboardInterrupt
 
     def insist() -> None:
@@ -45,7 +46,7 @@ def interrupts() -> Iterator[list[int]]:
             return
         nonlocal dropping, raised
         dropping, raised = True, False
-        threading.Thread(target=insist, daemon=True).start()  # it fell into a finalizer: once more, outside of it
+        threading.Thread(target=insist, daemon=True).start()  # it came inside a finalizer: once more, outside of it
         dropping = False
 
     if threading.current_thread() is not threading.main_thread():
@@ -64,7 +65,7 @@ def interrupts() -> Iterator[list[int]]:
 
 
 def interruptible(items: Iterator[T]) -> Iterator[T]:
-    """The items, up to an interrupt that was dropped while one was made or used: a library's callbacks may do so."""
+    """Yield the items, up to an interrupt that a callback of a library dropped while one was made or used."""
     for item in items:
         yield item
         if _seen:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,15 +12,16 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..errors import ParameterError, check_range, check_whole
-from ..export import output_folder
 from ..geometry.smoothstep import smoothstep
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..motion.base import Still
-from ..plotting import closeup, picture, save_picture, side_by_side
+from ..plotting import closeup, picture, side_by_side
 from ..plotting.views import Style, View
 from ..simulation import Refinement, Simulation
-from .common import FaceOptions, OutputOptions, Report, mixture, units_of
-from .recorder import shot
+from .options import FaceOptions, OutputOptions
+from .parsing import parse_mixture, parse_numbers, parse_units
+from .recorder import Clip, Recorder, Scenes
+from .report import Report
 
 
 def pattern(
@@ -88,26 +88,27 @@ def pattern(
     check_range("strength", strength, 0.0, 1.0)
     if number is not None and spacing is not None:
         raise ParameterError("--number and --spacing exclude each other: leave one of them out.")
-    words: dict[str, Any] = {"depth": depth, "number": number, "spacing": spacing, "sharpness": sharpness}
-    words |= {"style": style, "variation": variation, "seed": seed}
-    words |= {"size": _numbers("extent", extent, (1, 2)), "up": _numbers("up", up, (3,))}
-    words = {word: value for word, value in words.items() if value is not None}
+    options: dict[str, Any] = {"depth": depth, "number": number, "spacing": spacing, "sharpness": sharpness}
+    options |= {"style": style, "variation": variation, "seed": seed}
+    options |= {"size": parse_numbers("extent", extent, (1, 2)), "up": parse_numbers("up", up, (3,))}
+    options = {option: value for option, value in options.items() if value is not None}
     if expression is None:
-        words["strength"] = _Rise(strength, frames, fps)
+        options["strength"] = _Swell(strength, frames, fps)
     elif centre is None:
-        words["strength"] = "skin"
-    face, layers = _placed(name, source or FaceOptions(), _numbers("centre", centre, (3,)), words, report)
-    rates = {} if expression is None else face.atlas.contractions(mixture(expression, face.atlas), strength)
+        options["strength"] = "skin"
+    face, layers = _placed(name, source or FaceOptions(), parse_numbers("centre", centre, (3,)), options, report)
+    rates = {} if expression is None else face.atlas.contractions(parse_mixture(expression, face.atlas), strength)
     motion = Still(face, 1.0 / fps) if expression is None else None
     refinement = Refinement() if max_level is None else Refinement(max_level=max_level)
     with report.waiting("Preparing the skin"):
-        show = _Show(Simulation(face, refinement, layers, motion=motion), rates, frames, fps)
+        simulation = Simulation(face, refinement, layers, motion=motion)
     stem = f"pattern_{name}"
-    _record(show, output_folder(output.folder(stem), make=False), stem, report, output)
+    clip = Clip(face, _there_and_back(simulation, rates, frames), (1.0 + np.arange(2 * frames + 1)) / fps)
+    _record(clip, simulation, Recorder(output.folder(stem), stem, output, report))
 
 
 @dataclass(frozen=True)
-class _Rise:
+class _Swell:
     """A strength that rises over the frames and falls again."""
 
     strength: float
@@ -119,94 +120,66 @@ class _Rise:
         return self.strength * float(smoothstep(1.0 - abs(step - self.frames) / self.frames))
 
 
-@dataclass(frozen=True, eq=False)
-class _Show:
-    """What is played."""
-
-    simulation: Simulation
-    rates: dict[str, float]
-    frames: int
-    fps: float
-
-    def play(self) -> Iterator[pv.PolyData]:
-        """There and back."""
-        self.simulation.reset()
-        if not self.rates:
-            for _ in range(2 * self.frames + 1):
-                yield self.simulation.step()
-            return
-        self.simulation.contract(self.rates)
-        yield from self.simulation.run(self.frames)
-        self.simulation.relax()
-        yield from self.simulation.run(self.frames + 1, ramp=0.8)
-
-    def times(self) -> np.ndarray:
-        """Seconds of the frames."""
-        return (1.0 + np.arange(2 * self.frames + 1)) / self.fps
+def _there_and_back(simulation: Simulation, rates: dict[str, float], frames: int) -> Iterator[pv.PolyData]:
+    """Yield the frames of a pattern that comes out and goes: by itself, or with the muscles that contract."""
+    if not rates:
+        for _ in range(2 * frames + 1):
+            yield simulation.step()
+        return
+    simulation.contract(rates)
+    yield from simulation.run(frames)
+    simulation.relax()
+    yield from simulation.run(frames + 1, ramp=0.8)
 
 
 def _placed(
-    name: str, source: FaceOptions, centre: tuple[float, ...] | None, words: dict[str, Any], report: Report
+    name: str, source: FaceOptions, centre: tuple[float, ...] | None, options: dict[str, Any], report: Report
 ) -> tuple[Face, list[PatternLayer]]:
-    """The face and the layers: by landmarks, or about a centre on any surface."""
+    """Return the face, and the layers: by landmarks, or about a centre on any surface."""
     if centre is None:
         face = source.load(report)
-        return face, PatternLayer.presets(name, face, **words)
+        return face, PatternLayer.presets(name, face, **options)
     if source.face is None:
         raise ParameterError("--centre belongs to a mesh: name it with --face.")
     if source.landmarks is not None:
         raise ParameterError("--centre and --landmarks exclude each other: landmarks place the pattern by themselves.")
-    face = surface(source.face, units_of(source.units) or "mm", source.texture)
-    if "size" not in words:
+    face = surface(source.face, parse_units(source.units) or "mm", source.texture)
+    if "size" not in options:
         raise ParameterError("--centre needs --extent: width and height of the pattern in the unit of the mesh.")
-    return face, [PatternLayer(name, centre, **words)]
+    return face, [PatternLayer(name, centre, **options)]
 
 
-def _numbers(name: str, text: str | None, counts: tuple[int, ...]) -> tuple[float, ...] | None:
-    """Numbers from "1,2,3"."""
-    if text is None:
-        return None
-    try:
-        numbers = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) not in counts:
-        raise ParameterError(f"--{name} must be {counts[-1]} numbers with commas between, received {text!r}.")
-    return numbers * 2 if counts == (1, 2) and len(numbers) == 1 else numbers
+def _record(clip: Clip, simulation: Simulation, recorder: Recorder) -> None:
+    """Play a clip, write its files, and print what came out."""
+    face, output = clip.face, recorder.output
+    front = Style(output.pixels)
+    highest: list[pv.PolyData] = []
 
+    def watch(_: int, frame: pv.PolyData) -> None:
+        if not highest or np.abs(frame["W"]).max() >= np.abs(highest[0]["W"]).max():
+            highest[:] = [frame]
 
-def _record(show: _Show, folder: Path, stem: str, report: Report, output: OutputOptions) -> None:
-    """Play, write what belongs to it, and say what came out."""
-    face, style = show.simulation.face, Style(output.pixels)
-    peak: list[pv.PolyData] = []
-
-    def played() -> Iterator[pv.PolyData]:
-        for frame in report.progress(show.play(), "Frames", 2 * show.frames + 1):
-            if not peak or np.abs(frame["W"]).max() >= np.abs(peak[0]["W"]).max():
-                peak[:] = [frame]
-            yield frame
-
-    files = shot(played(), show.times(), face, [style], show.fps, *output.files(folder / stem))
-    top = peak[0]
-    files += output.mesh_of(top, face, folder / stem)
-    views = [("", "front"), ("_closeup", _close(face, top, output.view, show.simulation.layers))]
-    for suffix, where in report.progress(iter(views), "Pictures", len(views)):
-        shots = [picture(frame, face, Style(style.size, where)) for frame in (face.mesh, top)]
-        shots.append(picture(top, face, Style(style.size, where, wireframe=True)))
-        files.append(save_picture(side_by_side(shots), folder / f"{stem}{suffix}.png"))
-    report.table(
-        stem,
+    with Scenes(face) as scenes:
+        recorder.record(clip, lambda frame: scenes.picture(frame, front), watch)
+        (top,) = highest
+        recorder.save_mesh(top, face)
+        close = replace(front, view=_close(face, top, output.view, simulation.layers))
+        for suffix, style in recorder.report.progress(iter((("", front), ("_closeup", close))), "Pictures", 2):
+            images = [scenes.picture(frame, style) for frame in (face.mesh, top)]
+            images.append(picture(top, face, replace(style, wireframe=True)))
+            recorder.save_picture(side_by_side(images), suffix)
+    recorder.tabulate(
+        recorder.stem,
         {
             "triangles": f"{face.mesh.n_cells} → {top.n_cells}",
             "highest": f"{top['W'].max():.2f} mm",
             "deepest": f"{-top['W'].min():.2f} mm",
-            f"files in {folder}": "\n".join(sorted(path.name for path in files)),
         },
     )
 
 
 def _close(face: Face, frame: pv.PolyData, view: str | None, layers: list[Any]) -> str | View:
-    """The view that was asked for, or one of where the pattern is."""
+    """Return the view that was asked for, or else one of the pattern."""
     if view is not None:
         return view
     if face.landmarks:

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pyvista as pv
 
 from ..anatomy.fitting import fit_face
 from ..errors import ParameterError, check_range, check_whole, warn
-from ..export import output_folder
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..motion.animation import read_animation
-from ..plotting import closeup, picture, save_picture, side_by_side, stacked
+from ..plotting import closeup, side_by_side, stacked
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
-from .common import OutputOptions, Report, units_of
-from .recorder import shot
+from .options import OutputOptions
+from .parsing import parse_units
+from .recorder import Clip, Recorder, Scenes
+from .report import Report
 
-LONGEST = 100_000
-"""Steps; a clip of more is a mistake in its speed or in --fps."""
+MAX_STEPS = 100_000
+"""A clip of more steps is a mistake in its speed or in --fps."""
 
 SMOOTH = 0.005
 """Wrinkles less deep than this are none, in mm."""
@@ -77,70 +79,97 @@ def play(
     styles = [Style(output.pixels, view, follow=follow) for view in ("front", output.view or "cheeks")]
     rest, recorded = read_animation(file, mesh, animation)
     recorded = recorded.played(speed)
-    face = fit_face(rest, landmarks, units_of(units), watch=report.search, texture=texture)
+    face = fit_face(rest, landmarks, parse_units(units), watch=report.search, texture=texture)
     with report.waiting("Preparing the skin"):
         layers = [MuscleWrinkles(depth=depth)]
         simulation = Simulation(face, Refinement(max_level=max_level), layers, step, motion=recorded)
     steps = max(int(np.ceil(recorded.duration / step - 1e-6)), 1)
-    if steps > LONGEST:
-        raise ParameterError(f"the clip would have {steps} steps, at most {LONGEST} are allowed. Raise --speed.")
-    folder = output_folder(output.folder(file.stem), make=False)
-    peaks: list[Peak] = []
-    frames = report.progress(_watched(simulation, steps, count, peaks), "Frames", steps)
-    times = (1 + np.arange(steps)) * step
-    columns, files = [], shot(frames, times, face, styles, output.fps, *output.files(folder / file.stem))
-    if max(map(_depth, peaks)) < SMOOTH:
-        warn(
-            f"{file.name} shows no wrinkles: its motion compresses the skin of the face nowhere. Clips of bodies often "
-            "carry the head along as one piece; give one in which the face moves, with blend shapes or facial bones."
-        )
-    for _, when, frame in report.progress(iter(peaks), "Pictures", len(peaks)):
-        close = Style(output.pixels, output.view or closeup(frame, face), follow=follow)
-        pair = [picture(frame, face, style) for style in (styles[0], close)]
-        files.append(save_picture(side_by_side(pair), folder / f"{file.stem}_{when:.2f}s.png"))
-        files += output.mesh_of(frame, face, folder / f"{file.stem}_{when:.2f}s")
-        columns.append(stacked(pair))
-    files.append(save_picture(side_by_side(columns), folder / f"{file.stem}.png"))
+    if steps > MAX_STEPS:
+        raise ParameterError(f"the clip would have {steps} steps, at most {MAX_STEPS} are allowed. Raise --speed.")
+    recorder = Recorder(output.folder(file.stem), file.stem, output, report)
+    clip = Clip(face, simulation.run(steps), (1 + np.arange(steps)) * step)
+    with Scenes(face) as scenes:
+        deepest = _record(clip, recorder, scenes, styles, count)
+        if max(moment.depth for moment in deepest) < SMOOTH:
+            warn(
+                f"{file.name} shows no wrinkles: its motion compresses the skin of the face nowhere. Clips of bodies "
+                "often carry the head along as one piece; give one in which the face moves, with blend shapes or "
+                "facial bones."
+            )
+        _draw(deepest, recorder, scenes, styles[0])
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
-    report.table(
+    recorder.tabulate(
         file.name,
         {
             "shapes": str(len(recorded.names)),
             "clip": f"{recorded.duration:.2f} s, {steps} steps",
-            "triangles": f"{face.mesh.n_cells} → {max(frame.n_cells for *_, frame in peaks)}",
-            "deepest at": ", ".join(f"{when:.2f} s ({relief:.2f} mm)" for relief, when, _ in peaks),
+            "triangles": f"{face.mesh.n_cells} → {max(moment.frame.n_cells for moment in deepest)}",
+            "deepest at": ", ".join(f"{moment.time:.2f} s ({moment.depth:.2f} mm)" for moment in deepest),
             "simulation": f"{1000.0 * seconds / steps:.1f} ms a frame",
-            f"files in {folder}": "\n".join(sorted(path.name for path in files)),
         },
     )
     report.say(f"{time.perf_counter() - begin:.1f} s")
 
 
-Peak = tuple[float, float, pv.PolyData]
-"""From the deepest furrow to the highest bulge in mm, the time, and the frame."""
+class Moment(NamedTuple):
+    """A frame, its time, and the height from its deepest furrow to its highest bulge in mm."""
+
+    depth: float
+    time: float
+    frame: pv.PolyData
 
 
-def _watched(simulation: Simulation, steps: int, count: int, peaks: list[Peak]) -> Iterator[pv.PolyData]:
-    """The frames of a simulation; when they are through, `peaks` holds those where the wrinkles were deepest, in order:
-    at most `count`, and one at least.
+class DeepestMoments:
+    """The frames of a clip in which wrinkles are deepest.
+
+    Parameters
+    ----------
+    count : int
+        At most as many are kept; one at least, where there is a frame.
     """
-    before, last, rising = -1.0, None, True
-    for frame in simulation.run(steps):
-        now = float(np.ptp(frame["W"]))
-        if last is not None and rising and now < before:
-            peaks.append(last)
-        rising = now > before or (rising and now == before)
-        before, last = now, (now, simulation.time, frame)
-        peaks[:] = sorted(sorted(peaks, key=_depth)[-count:], key=_moment)
-        yield frame
-    if last is not None and (rising or not peaks):
-        peaks.append(last)
-    peaks[:] = sorted(sorted(peaks, key=_depth)[-count:], key=_moment)
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self._kept: list[Moment] = []
+        self._last: Moment | None = None
+        self._rising = True
+
+    def add(self, time: float, frame: pv.PolyData) -> None:
+        """Look at the next frame; the one before is kept if wrinkles rose until then and fall now."""
+        now, last = Moment(float(np.ptp(frame["W"])), time, frame), self._last
+        if last is not None and self._rising and now.depth < last.depth:
+            self._kept = self._deepest([*self._kept, last])
+        self._rising = last is None or now.depth > last.depth or (self._rising and now.depth == last.depth)
+        self._last = now
+
+    def found(self) -> list[Moment]:
+        """Return the moments, from the first to the last."""
+        rest = [self._last] if self._last is not None and (self._rising or not self._kept) else []
+        return self._deepest([*self._kept, *rest])
+
+    def _deepest(self, moments: list[Moment]) -> list[Moment]:
+        by_depth = sorted(moments, key=lambda moment: moment.depth)
+        return sorted(by_depth[-self.count :], key=lambda moment: moment.time)
 
 
-def _depth(peak: Peak) -> float:
-    return peak[0]
+def _record(clip: Clip, recorder: Recorder, scenes: Scenes, styles: list[Style], count: int) -> list[Moment]:
+    """Play a clip, and return its deepest moments."""
+    moments = DeepestMoments(count)
+    recorder.record(
+        clip,
+        lambda frame: side_by_side([scenes.picture(frame, style) for style in styles]),
+        lambda number, frame: moments.add(float(clip.times[number]), frame),
+    )
+    return moments.found()
 
 
-def _moment(peak: Peak) -> float:
-    return peak[1]
+def _draw(moments: list[Moment], recorder: Recorder, scenes: Scenes, front: Style) -> None:
+    """Write pictures and meshes of moments, and one picture of all."""
+    columns = []
+    for _, when, frame in recorder.report.progress(iter(moments), "Pictures", len(moments)):
+        close = replace(front, view=recorder.output.view or closeup(frame, scenes.face))
+        pair = [scenes.picture(frame, style) for style in (front, close)]
+        recorder.save_picture(side_by_side(pair), f"_{when:.2f}s")
+        recorder.save_mesh(frame, scenes.face, f"_{when:.2f}s")
+        columns.append(stacked(pair))
+    recorder.save_picture(side_by_side(columns))

@@ -1,166 +1,162 @@
-"""A take: an expression that comes and goes before the camera, and the pictures of it at its height."""
+"""The recorder behind the commands that play something: movie, time series, pictures and meshes of a clip."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import MissingPackageError, check_range, check_whole, warn
-from ..export import movie_writer, write_series
-from ..layers.muscle_wrinkles import MuscleWrinkles
-from ..motion.base import Motion
-from ..plotting import Image, Scene, closeup, picture, side_by_side
+from ..errors import MissingPackageError, warn
+from ..export import movie_writer, output_folder, write_mesh, write_series
+from ..export.meshes import sidecar_files
+from ..plotting import Image, Scene, save_picture
 from ..plotting.views import Style
-from ..simulation import Refinement, Simulation
-from .common import Report
-
-FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
+from .options import OutputOptions
+from .report import Report
 
 
 @dataclass(frozen=True, eq=False)
-class Take:
-    """What is played, and how it is drawn.
+class Clip:
+    """A clip of a face, to be played once.
 
     Attributes
     ----------
     face : Face
-    rates : mapping of str to float
-        Contraction rates by muscle.
-    frames : int
-        Steps from the relaxed face to the held expression; half as many lead back.
-    refinement : Refinement
-    layer : MuscleWrinkles
-    size : tuple of int
-        Of a picture, pixels.
-    view : str, optional
-        Of the close-up; default: where the wrinkles are.
-    fps : float
+    frames : iterator of PolyData
+        Each made when it is its turn.
+    times : ndarray, shape (t,)
+        Of the frames, s.
     """
 
     face: Face
-    rates: Mapping[str, float]
-    frames: int = 100
-    refinement: Refinement = field(default_factory=Refinement)
-    layer: MuscleWrinkles = field(default_factory=MuscleWrinkles)
-    size: tuple[int, int] = (800, 800)
-    view: str | None = None
-    fps: float = 25.0
+    frames: Iterator[pv.PolyData]
+    times: np.ndarray
 
-    def __post_init__(self) -> None:
-        check_whole("the number of frames", self.frames, 1, 1e9)
-        check_range("fps", self.fps, 1.0, 100.0)
-        Style(self.size, "front" if self.view is None else self.view)
 
-    @cached_property
-    def close(self) -> str:
-        """The view of the close-up: chosen after a quick rehearsal, where none was asked for."""
-        if self.view is not None:
-            return self.view
-        *_, frame = self.simulation().run(15)
-        return closeup(frame, self.face)
+class Recorder:
+    """A recorder that plays a clip and writes the files that were asked for.
 
-    @property
-    def steps(self) -> int:
-        """Number of frames there and back."""
-        return self.frames + (self.frames + 1) // 2
+    Parameters
+    ----------
+    folder : Path
+    stem : str
+        Beginning of the names of all files.
+    output : OutputOptions
+    report : Report
 
-    def simulation(self) -> Simulation:
-        """A simulation that has been asked for the expression."""
-        simulation = Simulation(self.face, self.refinement, [self.layer])
-        simulation.contract(self.rates)
-        return simulation
+    Attributes
+    ----------
+    files : list of Path
+        All that has been written.
+    """
 
-    def bare(self, motion: Motion | None = None) -> pv.PolyData:
-        """The expression without wrinkles; with the motion of a simulation that is over, its skin is not made again."""
-        simulation = Simulation(self.face, Refinement(max_level=0), layers=[], motion=motion)
-        simulation.contract(self.rates)
-        *_, frame = simulation.run(self.frames)
-        return frame
+    def __init__(self, folder: Path, stem: str, output: OutputOptions, report: Report) -> None:
+        self.folder, self.stem = output_folder(folder, make=False), stem
+        self.output, self.report = output, report
+        self.files: list[Path] = []
 
-    def shoot(
-        self, simulation: Simulation, movie: Path | None, series: Path | None, report: Report
-    ) -> tuple[pv.PolyData, list[Path]]:
-        """Play the expression there and back, write it as it goes; returns the frame at its height, and the files.
+    def record(
+        self, clip: Clip, draw: Callable[[pv.PolyData], Image], watch: Callable[[int, pv.PolyData], None]
+    ) -> None:
+        """Play a clip; its movie and its time series are written as the frames pass by.
 
-        Without the packages for movies there is a notice in place of the movie.
+        Without the packages for movies a warning takes the place of the movie.
+
+        Parameters
+        ----------
+        clip : Clip
+        draw : callable
+            Returns the picture of a frame in the movie.
+        watch : callable
+            Called with the number of each frame and the frame, to keep those that pictures are made of.
         """
-        peak: list[pv.PolyData] = []
+        with ExitStack() as stack:
+            append = self._open_movie(stack) if self.output.movie else None
+            frames = self._passing(clip, draw, watch, append)
+            if self.output.series:
+                self.write_series(map(clip.face.with_parts, frames), clip.times)
+            else:
+                deque(frames, maxlen=0)
+        if append is not None:
+            self.files.append(self._path(".mp4"))
 
-        def played() -> Iterator[pv.PolyData]:
-            for frame in simulation.run(self.frames):
-                yield frame
-            peak.append(frame)
-            simulation.relax()
-            yield from simulation.run(self.steps - self.frames, ramp=0.8)
-
-        frames = report.progress(played(), "Frames", self.steps)
-        styles = [Style(self.size, view) for view in ("front", self.close)] if movie is not None else []
-        times = (1 + np.arange(self.steps)) * simulation.motion.time_step
-        files = shot(frames, times, self.face, styles, self.fps, movie, series)
-        return peak[0], files
-
-    def panels(self, view: str, peak: pv.PolyData, bare: pv.PolyData) -> list[Image]:
-        """Neutral, expression without wrinkles, with wrinkles, and its triangles."""
-        with Scene(self.face, Style(self.size, view)) as scene:
-            images = [scene.picture(frame) for frame in (self.face.mesh, bare, peak)]
-        return [*images, picture(peak, self.face, Style(self.size, view, wireframe=True))]
-
-    def fields(self, peak: pv.PolyData) -> Iterator[tuple[str, Image]]:
-        """The fields in colour on the whole face, by name."""
-        for name in FIELDS:
-            yield name, picture(peak, self.face, Style(self.size, scalars=name))
-
-
-def shot(
-    frames: Iterator[pv.PolyData],
-    times: np.ndarray,
-    face: Face,
-    styles: Sequence[Style],
-    fps: float,
-    movie: Path | None,
-    series: Path | None,
-) -> list[Path]:
-    """Take all frames; those files that are named are written as they pass by, and returned."""
-    with ExitStack() as stack:
-        if movie is not None:
-            frames = filmed(frames, movie, face, styles, fps, stack)
-        if series is not None:
-            write_series(map(face.with_parts, frames), times, series)
-        else:
-            for _ in frames:
-                pass
-    return [path for path in (movie, series) if path is not None and path.exists()]
-
-
-def film(path: Path, fps: float, stack: ExitStack) -> Callable[[np.ndarray], None] | None:
-    """What appends a picture to a movie; None, with a notice, without the packages for movies."""
-    try:
-        return stack.enter_context(movie_writer(path, fps))
-    except MissingPackageError as missing:
-        warn(f"no movie is written: {missing}")
-        path.unlink(missing_ok=True)  # of an earlier run
-        return None
-
-
-def filmed(
-    frames: Iterator[pv.PolyData], path: Path, face: Face, styles: Sequence[Style], fps: float, stack: ExitStack
-) -> Iterator[pv.PolyData]:
-    """The same frames; a picture in each style, side by side, is appended to a movie as they pass by."""
-    append = film(path, fps, stack)
-    if append is None:
-        return frames
-    scenes = [stack.enter_context(Scene(face, style)) for style in styles]
-
-    def passing() -> Iterator[pv.PolyData]:
-        for frame in frames:
-            append(side_by_side([scene.picture(frame) for scene in scenes]))
+    def _passing(
+        self,
+        clip: Clip,
+        draw: Callable[[pv.PolyData], Image],
+        watch: Callable[[int, pv.PolyData], None],
+        append: Callable[[np.ndarray], None] | None,
+    ) -> Iterator[pv.PolyData]:
+        """Yield the frames of a clip after they were watched and drawn."""
+        for number, frame in enumerate(self.report.progress(clip.frames, "Frames", len(clip.times))):
+            watch(number, frame)
+            if append is not None:
+                append(draw(frame))
             yield frame
 
-    return passing()
+    def _open_movie(self, stack: ExitStack) -> Callable[[np.ndarray], None] | None:
+        """Return a function that appends a picture to the movie; None, with a warning, without the packages for it."""
+        path = self._path(".mp4")
+        try:
+            return stack.enter_context(movie_writer(path, self.output.fps))
+        except MissingPackageError as missing:
+            warn(f"no movie is written: {missing}")
+            path.unlink(missing_ok=True)  # of an earlier run
+            return None
+
+    def write_series(self, frames: Iterable[pv.PolyData], times: Iterable[float], suffix: str = "") -> None:
+        """Write a time series."""
+        self.files.append(write_series(frames, times, self._path(f"{suffix}.vtkhdf")))
+
+    def save_picture(self, image: Image, suffix: str = "") -> None:
+        """Write a picture."""
+        self.files.append(save_picture(image, self._path(f"{suffix}.png")))
+
+    def save_mesh(self, frame: pv.PolyData, face: Face, suffix: str = "", tears: Sequence[pv.PolyData] = ()) -> None:
+        """Write the mesh of a moment, if that was asked for."""
+        if self.output.save_mesh is None:
+            return
+        path = self._path(f"{suffix}.{self.output.save_mesh}")
+        self.files.append(write_mesh(frame, path, face, parts=True, tears=tears))
+        self.files += sidecar_files(path, textured=face.texture is not None, tears=bool(tears))
+
+    def tabulate(self, title: str, rows: Mapping[str, str]) -> None:
+        """Print what came out, and the names of all files."""
+        names = "\n".join(sorted(path.name for path in self.files))
+        self.report.table(title, {**rows, f"files in {self.folder}": names})
+
+    def _path(self, ending: str) -> Path:
+        return self.folder / f"{self.stem}{ending}"
+
+
+class Scenes:
+    """Scenes of a face, one for each style, built when it is first drawn in; use it in a `with` statement.
+
+    Parameters
+    ----------
+    face : Face
+    """
+
+    def __init__(self, face: Face) -> None:
+        self.face = face
+        self._scenes: dict[Style, Scene] = {}
+
+    def picture(self, frame: pv.PolyData, style: Style) -> Image:
+        """Return the picture of a frame."""
+        if style not in self._scenes:
+            self._scenes[style] = Scene(self.face, style)
+        return self._scenes[style].picture(frame)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for scene in self._scenes.values():
+            scene.close()

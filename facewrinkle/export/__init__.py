@@ -1,4 +1,4 @@
-"""Frames and pictures as files: meshes of a moment, a time series, a movie, and the folder they go to."""
+"""Frames and pictures as files: the mesh of one moment, a time series, a movie; and the folder they go to."""
 
 from ..mesh.files import output_folder
 from .meshes import write_mesh

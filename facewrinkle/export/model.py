@@ -1,43 +1,127 @@
-"""A mesh as other programs take it."""
+"""Meshes as other programs take them: one normal and one place in the texture for each vertex."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from io import BytesIO
 
 import numpy as np
 import numpy.typing as npt
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..errors import MeshError
+from ..geometry.normals import vertex_normals
+from ..mesh import split_at_seams, with_normals
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 Image = npt.NDArray[np.uint8]
+
+ORIGIN = " origin"
+"""Name of the array that remembers vertices of the frame while they are split at seams."""
+
+WATER_INDEX, WATER_OPACITY = 1.33, 0.3
+"""Refractive index of tears, and their opacity in programs that do not refract."""
 
 
 @dataclass(frozen=True)
 class Model:
-    """A mesh as other programs take it: each vertex has one normal and one place in the texture.
+    """A mesh whose vertices have one normal and one place in the texture each.
 
     Attributes
     ----------
-    points, normals : (n, 3) float
-    triangles : (m, 3) int
-    origin : (n,) int
-        The vertex of the frame that each one is; the frame's own come first, then their twins at texture seams.
-    uv : (n, 2) float, optional
+    points, normals : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    origin : ndarray of int, shape (n,)
+        Vertex of the frame that each vertex is; the frame's own come first, then their twins at texture seams.
+    uv : ndarray, shape (n, 2), optional
         Texture coordinates, v upwards.
-    colours : (n, 3) uint8, optional
+    colours : ndarray of uint8, shape (n, 3), optional
     png : bytes, optional
         The texture.
     cutout : bool
-        What is transparent in the texture is not drawn.
-    clear : bool
-        It is water.
+        Leave out what is transparent in the texture.
+    water : bool
+        Draw it as water.
     """
 
     points: Array
     normals: Array
-    triangles: npt.NDArray[np.int64]
-    origin: npt.NDArray[np.int64]
+    triangles: IntArray
+    origin: IntArray
     uv: Array | None
     colours: Image | None
     png: bytes | None
     cutout: bool = False
-    clear: bool = False
+    water: bool = False
+
+
+def skin_model(frame: pv.PolyData, face: Face | None) -> Model:
+    """Return the skin of a frame, with the texture of its face."""
+    if not isinstance(frame, pv.PolyData) or not frame.n_cells or not frame.is_all_triangles:
+        raise MeshError(
+            "a mesh of triangles is needed, such as a frame or the mesh of a face. Pass other meshes through "
+            "read_surface."
+        )
+    shaded = with_normals(frame)
+    shaded.point_data[ORIGIN] = np.arange(frame.n_points)
+    mesh = split_at_seams(shaded)
+    uv, texture = mesh.active_texture_coordinates, None if face is None else face.texture
+    if texture is not None and uv is None:
+        raise MeshError(
+            "the face has a texture, and the frame has no texture coordinates by which it would lie on it. Is it a "
+            "frame of this face?"
+        )
+    return Model(
+        points=np.asarray(mesh.points, dtype=np.float64),
+        normals=np.asarray(mesh.point_data["Normals"], dtype=np.float64),
+        triangles=np.asarray(mesh.regular_faces, dtype=np.int64),
+        origin=np.asarray(mesh.point_data[ORIGIN]),
+        uv=None if uv is None else np.asarray(uv, dtype=np.float64),
+        colours=_colours(mesh, "Colors"),
+        png=None if texture is None else _png(texture),
+    )
+
+
+def part_model(part: pv.PolyData, texture: Image | None = None) -> Model:
+    """Return a mesh that is seen beside the skin, coloured by its texture, or else by its array `paint`."""
+    points, triangles = np.asarray(part.points, np.float64), np.asarray(part.triangulate().regular_faces, np.int64)
+    normals = part.point_data.get("Normals")  # an eye has those of its cornea
+    return Model(
+        points=points,
+        normals=vertex_normals(points, triangles) if normals is None else np.asarray(normals),
+        triangles=triangles,
+        origin=np.arange(len(points)),
+        uv=None if texture is None else np.asarray(part.active_texture_coordinates, dtype=np.float64),
+        colours=_colours(part, "paint"),
+        png=None if texture is None else _png(texture),
+        cutout=texture is not None and texture.shape[2] == 4,
+    )
+
+
+def tears_model(tears: Iterable[pv.PolyData]) -> Model | None:
+    """Return all tears as one mesh; None if there are none."""
+    surfaces = [tear for tear in tears if tear.n_cells]
+    if not surfaces:
+        return None
+    merged = pv.merge(surfaces) if len(surfaces) > 1 else surfaces[0]
+    return replace(part_model(merged), colours=None, water=True)
+
+
+def _png(image: Image) -> bytes:
+    from PIL import Image as Pillow
+
+    stream = BytesIO()
+    Pillow.fromarray(image).save(stream, format="PNG")
+    return stream.getvalue()
+
+
+def _colours(mesh: pv.PolyData, name: str) -> Image | None:
+    """Colours (n, 3) of the points, if there are any."""
+    colours = mesh.point_data.get(name)
+    if colours is None or colours.ndim != 2 or colours.shape[1] < 3:
+        return None
+    rgb = np.asarray(colours)[:, :3]
+    return rgb if rgb.dtype == np.uint8 else np.rint(255.0 * np.clip(rgb, 0.0, 1.0)).astype(np.uint8)

@@ -16,19 +16,19 @@ from ..mesh.files import output_file, replaced
 
 
 def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.0) -> Path:
-    """Write pictures as an .mp4 (H.264) or an endless .gif, one by one.
+    """Write pictures one by one as an .mp4 (H.264) or an endless .gif.
 
-    H.264 needs even sizes: an odd picture gets its last row or column twice, nothing is rescaled. A GIF
-    counts in hundredths of a second, and shows a picture that is repeated once, for as long.
+    H.264 needs even sizes: the last row or column of an odd picture is written twice, and nothing is rescaled. A GIF
+    counts in hundredths of a second, and holds equal pictures in a row as one that is shown longer.
 
     Parameters
     ----------
     images : iterable of (height, width, 3 or 4) uint8 arrays
-        All of one size. Transparency is dropped.
+        All of the same size. Transparency is dropped.
     path : path
         Ends in .mp4 or .gif. An existing file is replaced.
     fps : float
-        Pictures in a second, 1 to 100.
+        Pictures per second, 1 to 100.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.
 
 @contextmanager
 def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.ndarray], None]]:
-    """The function that appends a picture to a movie, for pictures that come one at a time; see :func:`write_movie`.
+    """Yield a function that appends one picture to a movie; for the arguments see :func:`write_movie`.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.n
     def append(image: np.ndarray) -> None:
         nonlocal writer
         image = _checked(image, shapes)
-        if writer is None:  # not before there is a picture: nothing is left behind after an error
+        if writer is None:  # opened with the first picture, so that an error before it leaves no file
             writer = imageio.get_writer(stack.enter_context(replaced(path)), mode="I", **settings)
             stack.callback(writer.close)
         writer.append_data(_even(image) if movie else image)
@@ -94,7 +94,7 @@ def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.n
     except OSError as problem:
         raise OutputError(f"{str(path)!r} cannot be written: {problem}.") from None
     if writer is None:
-        raise ParameterError("a movie needs one picture at least, received none.")
+        raise ParameterError("a movie needs at least one picture, received none.")
 
 
 def _imageio(movie: bool) -> ModuleType:
@@ -111,7 +111,7 @@ def _imageio(movie: bool) -> ModuleType:
 
 
 def _checked(image: np.ndarray, shapes: list[tuple[int, ...]]) -> np.ndarray:
-    """The picture without transparency, if it has the shape of those before, to which its own is added."""
+    """Return the picture without transparency; its shape is appended to `shapes`, and must be that of the first."""
     image = np.asarray(image)
     if image.ndim != 3 or image.shape[2] not in (3, 4) or image.dtype != np.uint8 or not image.size:
         raise ParameterError(
@@ -124,5 +124,6 @@ def _checked(image: np.ndarray, shapes: list[tuple[int, ...]]) -> np.ndarray:
 
 
 def _even(image: np.ndarray) -> np.ndarray:
+    """Return the picture with an even number of rows and columns; the last is repeated if need be."""
     height, width = image.shape[:2]
     return np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")

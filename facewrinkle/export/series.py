@@ -20,20 +20,24 @@ from ..errors import OutputError, ParameterError, check_range
 from ..mesh.files import output_file, replaced
 
 LATEST = float(np.finfo(np.float32).max)
+"""The latest time that a file can hold, in single precision."""
+
+COMPRESSION = 1
+"""Of the HDF5 data, 0 to 9."""
 
 
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
     """Write frames as one VTKHDF file, which ParaView plays and `pyvista.read` opens at the first time.
 
-    The frames are taken and written one by one, so a generator such as `Simulation.run` is never held in
-    memory. Points, triangles, point data and field data (the names of the muscles too) are kept exactly, in
-    their own precision, and may change their number from frame to frame. VTK stores the times in single
-    precision, and replaces "/" and "." in names by "_".
+    Frames are taken and written one by one, so those of a generator such as `Simulation.run` are never all in memory.
+    Points, triangles, point data and field data (also the names of the muscles) are kept exactly, in their own
+    precision, and their number may change from frame to frame. VTK stores the times in single precision, and replaces
+    "/" and "." in names by "_".
 
     Parameters
     ----------
     frames : iterable of pyvista.PolyData
-        All with the same arrays.
+        All with the same point arrays.
     times : iterable of float
         One for each frame, increasing.
     path : path
@@ -46,8 +50,8 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     Raises
     ------
     ParameterError
-        If there are more times than frames or more frames than times, if the times do not increase, or if a
-        frame has other arrays than the first.
+        If there are more times than frames, or fewer; if the times do not increase; or if a frame has other arrays
+        than the first.
     OutputError
         If the file cannot be written. Nothing is left behind after an error.
 
@@ -65,40 +69,42 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     stored = np.array(steps, dtype=np.float32)
     if not steps or not np.isfinite(stored).all() or not (np.diff(stored) > 0).all():
         raise ParameterError(f"times must be finite and increase (as float32), received {steps[:8]}.")
-    with replaced(path) as beside:
-        if not _written(iter(frames), steps, beside):
+    with replaced(path) as whole:
+        if not _written(iter(frames), steps, whole):
             raise OutputError(f"VTK could not write {str(path)!r}. Is the disk full?")
     return path
 
 
 def _written(frames: Iterator[pv.PolyData], times: list[float], path: Path) -> bool:
-    """Whether VTK wrote the file. It works in a thread of its own and asks for the frames, which are made in this one:
-    an interrupt of the user comes here, and never inside VTK, which would drop it.
+    """Return True if VTK wrote the file.
+
+    It works in a thread of its own and asks for the frames, which are made in this one: an interrupt by the user
+    arrives here, and never inside VTK, which would drop it.
     """
     source, frame = _FrameSource(times), None
     thread = threading.Thread(target=source.write, args=(path,), daemon=True)
     with pv.vtk_verbosity("off"):  # what goes wrong is raised, once
         thread.start()
         try:
-            for taken in iter(source.asked.get, None):
-                frame = _checked(next(frames, None), frame, taken, len(times))
-                source.given.put(frame)
+            for number in iter(source.requests.get, None):
+                frame = _checked(next(frames, None), frame, number, len(times))
+                source.answers.put(frame)
             if source.taken == len(times) and next(frames, None) is not None:
                 raise ParameterError(f"every frame needs a time, received {len(times)} times and more frames.")
         finally:
-            source.given.put(None)  # whatever else it asks for
+            source.answers.put(None)  # whatever else it asks for
             thread.join()
     return source.written and path.exists()
 
 
-def _checked(frame: pv.PolyData | None, before: pv.PolyData | None, taken: int, count: int) -> pv.PolyData:
-    """The frame, if there is one and it has the arrays of the one before."""
+def _checked(frame: pv.PolyData | None, before: pv.PolyData | None, number: int, count: int) -> pv.PolyData:
+    """Return the frame after checking that it is there and has the arrays of the one before."""
     if frame is None:
-        raise ParameterError(f"{count} times need as many frames, received {taken} frames.")
+        raise ParameterError(f"{count} times need as many frames, received {number} frames.")
     arrays, first = _arrays(frame), _arrays(before or frame)
     if arrays != first:
         raise ParameterError(
-            f"all frames must have the point arrays of the first, {first}; frame {taken} has {arrays}."
+            f"all frames must have the point arrays of the first, {first}; frame {number} has {arrays}."
         )
     return frame
 
@@ -107,20 +113,26 @@ def _arrays(frame: pv.PolyData) -> dict[str, tuple[str, tuple[int, ...]]]:
     return {name: (values.dtype.name, values.shape[1:]) for name, values in frame.point_data.items()}
 
 
-COMPRESSION = 1
-"""Of the HDF5 data, 0 to 9."""
-
-
 class _FrameSource(VTKPythonAlgorithmBase):
-    """Hands the frames to a VTK writer, one for each time step, in order."""
+    """A VTK source that hands frames to a writer, one for each time step, in order.
+
+    Attributes
+    ----------
+    requests : SimpleQueue
+        Numbers of the frames that the writer wants, and None when it is done.
+    answers : SimpleQueue
+        The frames, and None when there are no more.
+    taken : int
+        Number of frames that the writer has been given.
+    written : bool
+        True if the writer ended without an error.
+    """
 
     def __init__(self, times: list[float]) -> None:
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkPolyData")
         self.times = times
-        self.asked: SimpleQueue[int | None] = SimpleQueue()
-        """Numbers of the frames that the writer wants, and None after the last."""
-        self.given: SimpleQueue[pv.PolyData | None] = SimpleQueue()
-        """The frames, and None where there are no more."""
+        self.requests: SimpleQueue[int | None] = SimpleQueue()
+        self.answers: SimpleQueue[pv.PolyData | None] = SimpleQueue()
         self.frame: pv.PolyData | None = None
         self.taken = 0
         self.written = False
@@ -130,12 +142,12 @@ class _FrameSource(VTKPythonAlgorithmBase):
         self.writer.SetCompressionLevel(COMPRESSION)
 
     def write(self, path: Path) -> None:
-        """Write the file, up to the last frame that is given."""
+        """Write the file, up to the last frame that there is."""
         try:
             self.writer.SetFileName(str(path))
             self.written = bool(self.writer.Write())
         finally:
-            self.asked.put(None)
+            self.requests.put(None)
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         information = outputs.GetInformationObject(0)
@@ -146,18 +158,18 @@ class _FrameSource(VTKPythonAlgorithmBase):
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
         time = outputs.GetInformationObject(0).Get(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP())
         while self.taken <= self.times.index(time):
-            self.asked.put(self.taken)
-            frame = self.given.get()
+            self.requests.put(self.taken)
+            frame = self.answers.get()
             if frame is None:
                 self._end()
                 break
             self.frame = frame
             self.taken += 1
         vtkPolyData.GetData(outputs).ShallowCopy(self.frame or pv.PolyData())
-        return 1  # also after the last: the writer would ask for the same step for ever
+        return 1  # also after the last, or the writer would ask for the same step for ever
 
     def _end(self) -> None:
-        """The writer would go on through all steps, even when it is aborted: it hears that there are no more."""
+        """Tell the writer that there are no more steps: it would go through all of them, even when it is aborted."""
         information = self.GetOutputInformation(0)
         count = max(self.taken, 1)
         information.Set(vtkStreamingDemandDrivenPipeline.TIME_STEPS(), self.times[:count], count)

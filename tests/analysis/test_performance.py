@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.performance import Cost, exponents
-from facewrinkle.commands import timings as table1
+from facewrinkle.commands import table1
 
 
 def test_exponents_are_those_of_the_stages_and_skip_what_was_not_measured():
@@ -38,6 +38,6 @@ def test_table_1_times_frames_that_are_rendered(face, monkeypatch):
             self.plotter.render_window.RemoveObservers("EndEvent")
 
     monkeypatch.setattr(table1, "Scene", Counted)
-    row = table1._played(face, "fear", 3, 3)
+    row = table1._measured(face, "fear", 3, 3)
     assert row.Tr > 0.0
     assert len(rendered) >= 3

@@ -9,7 +9,7 @@ import pytest
 
 from analysis.refinement import Gap, at_equal_count, barycentric, blind_spots, gap, smallest_angles
 from analysis.surfaces import lay, rates_of, settled, wrinkling
-from facewrinkle.commands.timings import PAPER
+from facewrinkle.commands.table1 import PAPER
 
 
 def test_smallest_angles_of_known_triangles():

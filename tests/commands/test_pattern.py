@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
-from vtkmodules.vtkIOHDF import vtkHDFReader
+from command_files import series_meshes
 
 from facewrinkle.cli import main
 
@@ -14,16 +14,7 @@ FEW = ["--frames", "4", "--size", "96", "--no-movie"]
 
 def heights(path):
     """Lowest and highest W of every step of a series."""
-    reader = vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
-    out = []
-    for step in range(reader.GetNumberOfSteps()):
-        reader.SetStep(step)
-        reader.Update()
-        w = np.asarray(pv.wrap(reader.GetOutput())["W"])
-        out.append((w.min(), w.max()))
-    return np.array(out)
+    return np.array([(mesh["W"].min(), mesh["W"].max()) for mesh in series_meshes(path)])
 
 
 def test_a_preset_comes_and_goes(tmp_path, capsys):

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
-from vtkmodules.vtkIOHDF import vtkHDFReader
+from command_files import series_meshes
+from glb_files import write_glb
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.cli import main
-from facewrinkle.commands.play import _watched
+from facewrinkle.commands.play import DeepestMoments
 
 SMALL = ["--size", "64", "--max-level", "1"]
 
@@ -18,7 +19,6 @@ SMALL = ["--size", "64", "--max-level", "1"]
 @pytest.fixture(scope="module")
 def clip(face, played, tmp_path_factory):
     """The built-in face as a GLB that raises and lowers its brows in 0.4 s, in cm, and its landmarks."""
-    pygltflib = pytest.importorskip("pygltflib")
     folder = tmp_path_factory.mktemp("clip")
     arrays = [
         (face.points / 10.0, "VEC3", 5126),
@@ -30,30 +30,22 @@ def clip(face, played, tmp_path_factory):
     blob, views, accessors = b"", [], []
     for values, kind, component in arrays:
         data = values.astype("<u4" if component == 5125 else "<f4").tobytes()
-        views.append(pygltflib.BufferView(buffer=0, byteOffset=len(blob), byteLength=len(data)))
-        accessors.append(
-            pygltflib.Accessor(bufferView=len(views) - 1, componentType=component, count=len(values), type=kind)
-        )
+        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data)})
+        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(values), "type": kind})
         blob += data
-    shape = pygltflib.Primitive(attributes=pygltflib.Attributes(POSITION=0), indices=1, targets=[{"POSITION": 2}])
-    target = pygltflib.AnimationChannelTarget(node=0, path="weights")
-    file = pygltflib.GLTF2(
-        scene=0,
-        scenes=[pygltflib.Scene(nodes=[0])],
-        nodes=[pygltflib.Node(mesh=0)],
-        meshes=[pygltflib.Mesh(primitives=[shape], extras={"targetNames": ["browsUp"]})],
-        animations=[
-            pygltflib.Animation(
-                samplers=[pygltflib.AnimationSampler(input=3, output=4)],
-                channels=[pygltflib.AnimationChannel(sampler=0, target=target)],
-            )
-        ],
-        accessors=accessors,
-        bufferViews=views,
-        buffers=[pygltflib.Buffer(byteLength=len(blob))],
-    )
-    file.set_binary_blob(blob)
-    file.save_binary(str(folder / "brows.glb"))
+    shape = {"attributes": {"POSITION": 0}, "indices": 1, "targets": [{"POSITION": 2}]}
+    channel = {"sampler": 0, "target": {"node": 0, "path": "weights"}}
+    content = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [shape], "extras": {"targetNames": ["browsUp"]}}],
+        "animations": [{"samplers": [{"input": 3, "output": 4}], "channels": [channel]}],
+        "accessors": accessors,
+        "bufferViews": views,
+    }
+    write_glb(folder / "brows.glb", content, blob)
     landmarks = {name: point / 10.0 for name, point in face.landmarks.items()}
     write_landmarks(landmarks, folder / "brows.json")
     return folder / "brows.glb", folder / "brows.json"
@@ -71,15 +63,10 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, capsys):
     for line in ("0.40 s, 10 steps", "0.20 s (", "4517 →"):
         assert line in said
     # The last frame of the series is the face at rest, in the file's unit and place.
-    reader = vtkHDFReader()
-    reader.SetFileName(str(tmp_path / "brows.vtkhdf"))
-    reader.UpdateInformation()
-    assert reader.GetNumberOfSteps() == 10
+    steps = series_meshes(tmp_path / "brows.vtkhdf")
+    assert len(steps) == 10
     rest, _ = fw.read_animation(file)
-    for step, expected in ((9, 0.0), (4, 1.0)):
-        reader.SetStep(step)
-        reader.Update()
-        frame = pv.wrap(reader.GetOutput())
+    for frame, expected in ((steps[9], 0.0), (steps[4], 1.0)):
         assert (np.ptp(frame["W"]) > 0.5) == (expected > 0.0)
         if not expected:
             np.testing.assert_allclose(frame.points[: rest.n_points], rest.points, atol=1e-6)
@@ -165,20 +152,8 @@ def test_a_file_without_animation_is_refused(tmp_path, capsys):
     assert "animations are read from .glb, .gltf, .vtkhdf, .usd" in capsys.readouterr().err
 
 
-class Waves:
-    """A simulation whose frames have the given reliefs."""
-
-    def __init__(self, reliefs):
-        self.reliefs, self.time = reliefs, 0.0
-
-    def run(self, steps):
-        for relief in self.reliefs[:steps]:
-            self.time += 1.0
-            yield {"W": np.array([0.0, relief])}
-
-
 @pytest.mark.parametrize(
-    "reliefs, count, times",
+    "depths, count, times",
     [
         ([0, 1, 0, 3, 1, 2, 0], 5, [2, 4, 6]),
         ([0, 1, 0, 3, 1, 2, 0], 2, [4, 6]),
@@ -190,8 +165,10 @@ class Waves:
         ([2], 5, [1]),
     ],
 )
-def test_moments_are_those_of_the_deepest_wrinkles(reliefs, count, times):
-    peaks = []
-    assert len(list(_watched(Waves(reliefs), len(reliefs), count, peaks))) == len(reliefs)
-    assert [when for _, when, _ in peaks] == times
-    assert [relief for relief, _, _ in peaks] == [reliefs[when - 1] for when in times]
+def test_moments_are_those_of_the_deepest_wrinkles(depths, count, times):
+    moments = DeepestMoments(count)
+    for time, depth in enumerate(depths, 1):
+        moments.add(float(time), {"W": np.array([0.0, depth])})
+    found = moments.found()
+    assert [moment.time for moment in found] == times
+    assert [moment.depth for moment in found] == [depths[time - 1] for time in times]

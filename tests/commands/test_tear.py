@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import pyvista as pv
-from vtkmodules.vtkIOHDF import vtkHDFReader
+from command_files import series_meshes
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import write_landmarks
@@ -11,20 +11,6 @@ from facewrinkle.cli import main
 
 SIZE = 96
 FEW = ["--size", str(SIZE), "--seconds", "0.8", "--fps", "10"]
-
-
-def steps(path):
-    reader = vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
-    out = []
-    for step in range(reader.GetNumberOfSteps()):
-        reader.SetStep(step)
-        reader.Update()
-        mesh = pv.PolyData()
-        mesh.copy_from(pv.wrap(reader.GetOutput()))
-        out.append(mesh)
-    return out
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +28,7 @@ def test_it_writes_pictures_movie_and_series(weeping):
 
 
 def test_series_hold_the_face_and_closed_tears_that_grow(weeping):
-    faces, tears = steps(weeping / "tear_weeping.vtkhdf"), steps(weeping / "tear_weeping_tears.vtkhdf")
+    faces, tears = series_meshes(weeping / "tear_weeping.vtkhdf"), series_meshes(weeping / "tear_weeping_tears.vtkhdf")
     assert len(faces) == len(tears) == 8
     assert all(face.n_points >= fw.default_face().mesh.n_points for face in faces)
     assert all(tear.n_open_edges == 0 for tear in tears)
@@ -91,7 +77,7 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, code, message, 
 
 
 def test_an_unwritable_folder_is_refused_before_the_face_is_made(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("facewrinkle.commands.common.FaceOptions.load", lambda self: pytest.fail("it was made"))
+    monkeypatch.setattr("facewrinkle.commands.options.FaceOptions.load", lambda self: pytest.fail("it was made"))
     (tmp_path / "file").write_text("")
     for folder in (tmp_path / "file", tmp_path / "file" / "deeper"):
         assert main(["tear", "weeping", "--out", str(folder)]) == 1

@@ -65,7 +65,7 @@ def test_odd_pictures_are_not_rescaled(tmp_path):
 @pytest.mark.parametrize(
     ("images", "message"),
     [
-        ([], "one picture at least"),
+        ([], "at least one picture"),
         ([np.zeros((4, 4), np.uint8)], r"received uint8 of \(4, 4\)"),
         ([np.zeros((4, 4, 3))], "received float64"),
         (

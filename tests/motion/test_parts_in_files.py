@@ -18,7 +18,6 @@ from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import corner_texture, to_polydata
 from facewrinkle.plotting import Scene, Style, picture
 
-pytest.importorskip("pygltflib")
 pytestmark = pytest.mark.filterwarnings("ignore:.*bad X server")
 
 PHOTO = np.random.default_rng(4).integers(0, 256, (9, 7, 4), dtype=np.uint8)

@@ -1,0 +1,110 @@
+"""Options that commands share: those that choose a face, and those that choose what is written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from cyclopts import Parameter
+
+from ..anatomy.atlas import load_atlas, read_atlas
+from ..anatomy.face import Face
+from ..anatomy.face_file import SUFFIX, read_face
+from ..anatomy.fitting import default_face, fit_face
+from ..errors import ParameterError
+from .parsing import parse_identity, parse_size, parse_units
+from .report import Report
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class FaceOptions:
+    """The face.
+
+    Parameters
+    ----------
+    face
+        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format; or a .face file of `facewrinkle fit`. Default: the
+        built-in head.
+    landmarks
+        JSON file with the coordinates of landmarks of --face. Default: found by its shape.
+    units
+        Unit of --face: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
+    identity
+        Whose face the built-in head has: parameters from -1 to 1, such as jaw=0.5,age=1. See facewrinkle.Identity.
+    atlas
+        TOML file with other muscles, action units and expressions.
+    texture
+        Photo that lies on --face. Default: the image that the file names or holds.
+    """
+
+    face: Path | None = None
+    landmarks: Path | None = None
+    units: str | None = None
+    identity: str | None = None
+    atlas: Path | None = None
+    texture: Path | None = None
+
+    def load(self, report: Report | None = None) -> Face:
+        """Return the face; an error for options that do not go together. `report` shows the progress of the search."""
+        atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
+        if self.face is not None and self.identity is not None:
+            raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
+        if self.face is not None and self.face.suffix == SUFFIX:
+            for name in ("landmarks", "units", "texture"):
+                if getattr(self, name) is not None:
+                    raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
+            return read_face(self.face, atlas)
+        if self.face is not None:
+            watch = None if report is None else report.search
+            return fit_face(self.face, self.landmarks, parse_units(self.units), atlas, watch, self.texture)
+        for name in ("landmarks", "units", "texture"):
+            if getattr(self, name) is not None:
+                raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
+        return default_face(parse_identity(self.identity) if self.identity is not None else None, atlas=atlas)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class OutputOptions:
+    """The output.
+
+    Parameters
+    ----------
+    size
+        Pixels of each picture: 800, or 800x600.
+    view
+        View of the close-ups. Default: where the wrinkles are.
+    fps
+        Pictures in a second of the movie.
+    movie
+        Write a movie.
+    series
+        Write all frames as a time series (VTKHDF), which ParaView plays.
+    save_mesh
+        Write the wrinkled mesh with its texture, too: glb or gltf (with eyes and teeth), obj or ply; and tears, in
+        ply as a file of their own.
+    out
+        Folder to write to. Default: output/NAME.
+    quiet
+        Print nothing but errors.
+    """
+
+    size: str = "800"
+    view: str | None = None
+    fps: float = 25.0
+    movie: bool = True
+    series: bool = True
+    save_mesh: Literal["glb", "gltf", "obj", "ply"] | None = None
+    out: Path | None = None
+    quiet: bool = False
+
+    @property
+    def pixels(self) -> tuple[int, int]:
+        """Width and height of a picture."""
+        return parse_size(self.size)
+
+    def folder(self, name: str) -> Path:
+        """Return the folder that was asked for, or else output/NAME."""
+        return self.out or Path("output") / name

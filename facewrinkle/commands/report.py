@@ -1,0 +1,64 @@
+"""Lines, tables and progress of a command."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from typing import Any, TypeVar
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from ..anatomy.face import Face
+from .interrupts import interruptible
+
+T = TypeVar("T")
+
+
+class Report:
+    """Lines and tables of a command on stdout, and its progress on stderr; nothing when quiet."""
+
+    def __init__(self, quiet: bool) -> None:
+        self.quiet = quiet
+        self.console = Console(quiet=quiet, highlight=False, markup=False, emoji=False)  # names may have brackets
+        if quiet:
+            warnings.simplefilter("ignore")
+
+    def say(self, *what: Any) -> None:
+        """Print a line, or a table."""
+        self.console.print(*what, soft_wrap=True)
+
+    def table(self, title: str, rows: Mapping[str, str]) -> None:
+        """Print names and values."""
+        table = Table(title=title, show_header=False, title_justify="left", title_style="bold", box=None)
+        for name, value in rows.items():
+            table.add_row(name, value)
+        self.console.print(table)
+
+    def waiting(self, what: str) -> AbstractContextManager[object]:
+        """Show on a terminal what takes a while, until it is done."""
+        console = Console(stderr=True)
+        return nullcontext() if self.quiet or not console.is_terminal else console.status(f"{what} ...")
+
+    def search(self, steps: Iterable[T], count: int) -> Iterator[T]:
+        """Yield the steps of a search for a face, with a bar."""
+        return self.progress(iter(steps), "Finding the face", count)
+
+    def progress(self, items: Iterator[T], what: str, total: int) -> Iterator[T]:
+        """Yield the items, with a bar on a terminal."""
+        console = Console(stderr=True)
+        if self.quiet or not console.is_terminal:
+            return interruptible(items)
+        return interruptible(iter(track(items, what, total, console=console, transient=True)))
+
+
+def face_facts(face: Face) -> dict[str, str]:
+    """Return the rows of a table about a fitted face."""
+    measured = [value for name, value in face.confidences.items() if name not in face.estimated]
+    facts = {"likeness to a face": "not known" if face.likeness is None else f"{face.likeness:.2f}"}
+    facts["landmarks"] = f"{len(face.landmarks)}, estimated: {', '.join(face.estimated) or 'none'}"
+    if measured:
+        facts["confidence of measured ones"] = f"{min(measured):.2f} to {max(measured):.2f}"
+    return facts | {"unit": f"{face.unit:.4g} mm", "distance between the pupils": f"{face.frame.pupil_distance:.4g}"}

@@ -1,0 +1,128 @@
+"""``facewrinkle express`` from outside: its files, its lines, and its options."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from command_files import movie_frames, picture_shape, series_meshes
+
+import facewrinkle as fw
+from facewrinkle.anatomy.atlas import load_atlas
+from facewrinkle.anatomy.landmarks import write_landmarks
+from facewrinkle.cli import main
+from facewrinkle.commands.express import FIELDS, Performance
+from facewrinkle.commands.options import OutputOptions
+
+SIZE, FRAMES = 96, 6
+STEPS = FRAMES + FRAMES // 2
+FEW = ["--frames", str(FRAMES), "--size", str(SIZE)]
+
+
+@pytest.fixture(scope="module")
+def surprise(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cli") / "new" / "folder"
+    assert main(["express", "surprise", *FEW, "--out", str(folder)]) == 0
+    return folder
+
+
+def test_express_writes_all_files(surprise):
+    pictures = {"surprise.png", "surprise_closeup.png"} | {f"surprise_{name}.png" for name in FIELDS}
+    assert {path.name for path in surprise.iterdir()} == pictures | {"surprise.mp4", "surprise.vtkhdf"}
+    for name in ("surprise.png", "surprise_closeup.png"):
+        assert picture_shape(surprise / name) == (SIZE, 4 * SIZE + 3 * 4)
+    for name in FIELDS:
+        assert picture_shape(surprise / f"surprise_{name}.png") == (SIZE, SIZE)
+
+
+def test_express_movie_shows_face_and_closeup_there_and_back(surprise):
+    images = movie_frames(surprise / "surprise.mp4", SIZE, 2 * SIZE + 4)
+    assert len(images) == STEPS
+    away = [np.abs(image.astype(int) - images[0]).mean() for image in images]
+    assert np.argmax(away) in range(FRAMES - 2, FRAMES + 2)
+    assert away[-1] < 0.8 * max(away)
+
+
+def test_express_series_holds_every_step(surprise):
+    meshes = series_meshes(surprise / "surprise.vtkhdf")
+    assert len(meshes) == STEPS
+    assert meshes[-1].n_points >= fw.default_face().mesh.n_points
+
+
+def test_express_reports_what_it_did(tmp_path, capsys):
+    assert main(["express", "AU4", *FEW, "--no-movie", "--no-series", "--out", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "4517 → " in out
+    assert "mm" in out
+    for path in tmp_path.iterdir():
+        assert path.name in out
+    assert not list(tmp_path.glob("*.mp4")) + list(tmp_path.glob("*.vtkhdf"))
+
+
+def test_express_quiet_prints_nothing(tmp_path, capfd):
+    name = "AU1=0.5,corrugator_l"
+    assert main(["express", name, *FEW, "--quiet", "--out", str(tmp_path)]) == 0
+    assert capfd.readouterr() == ("", "")
+    assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".mp4", ".vtkhdf"}
+
+
+def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["express", "AU1=0.5, AU4", *FEW, "--no-movie", "--no-series"]) == 0
+    assert (tmp_path / "output" / "AU1=0.5_AU4" / "AU1=0.5_AU4.png").is_file()
+
+
+def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
+    seen: list[tuple[Performance, OutputOptions]] = []
+    monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given: seen.append((given[0], given[-1])))
+    options = ["--intensity=0.5", "--frames=7", "--max-level=3", "--gamma-c=0.1", "--samples=3", "--depth=2"]
+    options += ["--alpha=1.5", "--count=3", "--ends=paper", "--compression=edges", "--size=64x48", "--view=nose"]
+    assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0
+    ((performance, output),) = seen
+    assert performance.rates == {"corrugator_l": 0.5, "corrugator_r": 0.5}
+    assert (performance.frames, performance.size, performance.view, output.fps) == (7, (64, 48), "nose", 10.0)
+    refinement = performance.refinement
+    assert (refinement.max_level, refinement.gamma_c, refinement.samples) == (3, 0.1, 3.0)
+    assert (performance.layer.depth, performance.layer.compression) == (2.0, "edges")
+    for name, muscle in performance.face.muscles.items():
+        original = fw.default_face().muscles[name].fold_pattern.wrinkles
+        wrinkles = muscle.fold_pattern.wrinkles
+        if name in performance.rates:
+            assert (wrinkles.alpha, wrinkles.count, wrinkles.ends) == (1.5, 3, "paper")
+            assert wrinkles.depth == original.depth
+        else:
+            assert dataclasses.astuple(wrinkles) == dataclasses.astuple(original)
+
+
+def test_express_on_another_mesh(tmp_path, capsys):
+    head = fw.default_face()
+    head.mesh.scale(0.001).save(tmp_path / "head.vtp")
+    write_landmarks({name: point * 0.001 for name, point in head.landmarks.items()}, tmp_path / "head.json")
+    source = ["--face", str(tmp_path / "head.vtp"), "--landmarks", str(tmp_path / "head.json"), "--units", "m"]
+    few = [*FEW, "--no-movie", "--no-series", "--max-level", "1", "--depth", "0.1", "--view", "front"]
+    assert main(["express", "AU46", *source, *few, "--out", str(tmp_path / "out")]) == 0
+    assert "4517 → " in capsys.readouterr().out
+    assert (tmp_path / "out" / "AU46.png").is_file()
+
+
+def test_long_mixtures_have_short_file_names(tmp_path, capsys):
+    name = ",".join(load_atlas().muscles)
+    assert len(name) > 255
+    assert main(["express", name, *FEW, "--no-movie", "--no-series", "--out", str(tmp_path)]) == 0
+    assert list(tmp_path.glob("*_closeup.png"))
+
+
+def test_a_view_without_a_name_is_refused_before_anything_is_written(tmp_path, capsys):
+    assert main(["express", "AU1", *FEW, "--view=", "--out", str(tmp_path / "new")]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not (tmp_path / "new").exists()
+
+
+def test_the_expression_without_wrinkles_is_the_same_with_a_skin_that_was_used(face):
+    performance = Performance(face, face.atlas.contractions("AU4"), frames=3, size=(40, 40))
+    used = performance.simulation()
+    for _ in used.run(4):
+        pass
+    np.testing.assert_array_equal(performance.bare(used.motion).points, performance.bare().points)

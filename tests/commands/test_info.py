@@ -1,0 +1,65 @@
+"""``facewrinkle info`` from outside: names, and the content of files."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+
+import numpy as np
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.anatomy.atlas import load_atlas
+from facewrinkle.cli import main
+
+
+def test_info_lists_every_name(capsys):
+    atlas = load_atlas()
+    names = {
+        "muscles": {muscle.removesuffix("_l").removesuffix("_r") for muscle in atlas.muscles},
+        "action-units": set(atlas.action_unit_names),
+        "expressions": set(atlas.expressions),
+    }
+    first_words = {}
+    for topic, known in names.items():
+        assert main(["info", topic]) == 0
+        first_words[topic] = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()}
+        assert known <= first_words[topic]
+    assert main(["info"]) == 0
+    everything = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()}
+    assert set().union(*names.values()) <= everything
+
+
+def test_names_of_files_are_printed_as_they_are(tmp_path, capsys):
+    path = tmp_path / "scan [v2] [red] [] :eyes:.ply"
+    pv.Sphere(theta_resolution=8, phi_resolution=8).save(path)
+    assert main(["info", str(path)]) == 0
+    assert capsys.readouterr().out.startswith(path.name)
+
+
+def test_info_tells_what_a_file_holds(tmp_path, capsys):
+    face = fw.default_face()
+    ball = pv.Sphere(center=face.landmarks["nose_tip"], radius=8.0)
+    crossing = face.mesh.copy(deep=False)
+    crossing.points = face.points * np.where(np.arange(len(face.points)) % 97, 1.0, 0.8)[:, None]
+    crossing.append_polydata(ball).save(tmp_path / "head.vtp")
+    assert main(["info", str(tmp_path / "head.vtp")]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    told = " ".join(out.split())
+    assert f"triangles {face.mesh.n_cells} size" in told
+    assert "Kept one of 2 separate parts" in told
+    number = re.search(r"runs through itself at .*, with (\d+) of 4517 triangles", told)
+    assert number is not None
+    assert int(number[1]) > 118  # those of its lips
+    fw.write_face(dataclasses.replace(face, likeness=0.93), tmp_path / "head.face")
+    assert main(["info", str(tmp_path / "head.face")]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "likeness to a face 0.93 landmarks 33, estimated: none" in told
+    for name, message in (
+        ("bones", "muscles, action-units, expressions"),
+        ("no.obj", "no file"),
+        ("no.face", "No such"),
+    ):
+        assert main(["info", name]) == 1
+        assert message in capsys.readouterr().err

@@ -1,0 +1,104 @@
+"""The recorder behind the commands that play something."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from command_files import movie_frames, series_meshes
+
+import facewrinkle as fw
+from facewrinkle.cli import main
+from facewrinkle.commands import recorder
+from facewrinkle.commands.options import OutputOptions
+from facewrinkle.commands.recorder import Clip, Recorder, Scenes
+from facewrinkle.commands.report import Report
+from facewrinkle.errors import MissingPackageError
+from facewrinkle.plotting import Style, picture
+
+
+@pytest.fixture
+def clip():
+    """A sphere that grows in four frames."""
+    balls = [pv.Sphere(radius=radius) for radius in (1.0, 1.1, 1.2, 1.3)]
+    return Clip(fw.surface(balls[0]), iter(balls), 0.1 * np.arange(4))
+
+
+def test_a_clip_is_played_once_watched_and_drawn(clip, tmp_path):
+    pytest.importorskip("imageio_ffmpeg")
+    numbers, drawn = [], []
+
+    def draw(frame):
+        drawn.append(frame.length)
+        return np.full((32, 48, 3), 60 * len(drawn), np.uint8)
+
+    made = Recorder(tmp_path / "new", "ball", OutputOptions(), Report(quiet=False))
+    made.record(clip, draw, lambda number, frame: numbers.append((number, frame.length)))
+    assert [number for number, _ in numbers] == [0, 1, 2, 3]
+    assert drawn == [length for _, length in numbers]
+    assert sorted(drawn) == drawn
+    assert (
+        set(made.files)
+        == set((tmp_path / "new").iterdir())
+        == {tmp_path / "new" / name for name in ("ball.mp4", "ball.vtkhdf")}
+    )
+    assert [mesh.length for mesh in series_meshes(tmp_path / "new" / "ball.vtkhdf")] == drawn
+    grey = movie_frames(tmp_path / "new" / "ball.mp4", 32, 48).mean(axis=(1, 2, 3))
+    np.testing.assert_allclose(grey, [60.0, 120.0, 180.0, 240.0], atol=3.0)
+
+
+def test_without_movie_and_series_frames_are_watched_only(clip, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)  # a short name
+    seen = []
+    made = Recorder(Path("out"), "ball", OutputOptions(movie=False, series=False), Report(quiet=False))
+    made.record(clip, lambda frame: pytest.fail("it was drawn"), lambda number, frame: seen.append(number))
+    assert seen == [0, 1, 2, 3]
+    made.save_mesh(clip.face.mesh, clip.face)
+    assert made.files == []
+    made.save_picture(np.zeros((4, 4, 3), np.uint8), "_b")
+    made.save_picture(np.zeros((4, 4, 3), np.uint8), "_a")
+    made.tabulate("a ball", {"frames": "4"})
+    assert [line.split() for line in capsys.readouterr().out.splitlines()] == [
+        ["a", "ball"],
+        ["frames", "4"],
+        ["files", "in", "out", "ball_a.png"],
+        ["ball_b.png"],
+    ]
+
+
+def test_a_scene_that_has_drawn_other_frames_draws_the_same(face, played):
+    frames = [face.mesh, played("surprise").top, face.mesh]
+    styles = [Style((48, 48), view) for view in ("front", "forehead")]
+    with Scenes(face) as scenes:
+        shown = [scenes.picture(frame, style) for frame in frames for style in styles]
+    for image, (frame, style) in zip(shown, [(frame, style) for frame in frames for style in styles], strict=True):
+        np.testing.assert_array_equal(image, picture(frame, face, style))
+
+
+def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatch, capsys):
+    def missing(*_: object) -> None:
+        raise MissingPackageError("movies need the package imageio, which is not installed.")
+
+    monkeypatch.setattr(recorder, "movie_writer", missing)
+    stale = tmp_path / "AU4.mp4"
+    stale.write_bytes(b"of an earlier run")
+    assert main(["express", "AU4", "--frames", "4", "--size", "64", "--out", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert err == "facewrinkle: note: no movie is written: movies need the package imageio, which is not installed.\n"
+    assert "AU4.mp4" not in out
+    assert not stale.exists()
+    assert len(series_meshes(tmp_path / "AU4.vtkhdf")) == 6
+    assert (tmp_path / "AU4_closeup.png").is_file()
+
+
+@pytest.mark.parametrize("ending", ["glb", "gltf", "obj", "ply"])
+@pytest.mark.parametrize("textured", [True, False])
+@pytest.mark.parametrize("crying", [True, False])
+def test_commands_tell_of_all_files_that_were_written(tmp_path, ending, textured, crying):
+    sheet = fw.surface(pv.Plane(), texture=np.zeros((4, 4, 3), np.uint8) if textured else None)
+    tears = [pv.Sphere(radius=0.1)] if crying else []
+    recorder = Recorder(tmp_path, "a", OutputOptions(save_mesh=ending), Report(quiet=False))
+    recorder.save_mesh(sheet.mesh, sheet, tears=tears)
+    assert sorted(recorder.files) == sorted(tmp_path.iterdir())
