@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..anatomy.landmarks import lips_middle
 from ..anatomy.teeth import teeth_of
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
@@ -46,7 +47,7 @@ class Mouth:
         self.loop, self.bag = np.empty(0, np.int64), False
         if not face.landmarks:
             return
-        centre = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+        centre = lips_middle(face.landmarks)
         self._size, self._axes = face.frame.pupil_distance, face.frame.axes
         width = 0.5 * float((face.landmarks["mouth_l"] - face.landmarks["mouth_r"]) @ self._axes[0])
         for loop in boundary_loops(face.triangles):
@@ -147,7 +148,7 @@ class Mouth:
 def _lips_of_bag(face: Face) -> tuple[int, int] | None:
     """The vertices in the middle of the lips where these meet, if the skin goes on from there into a mouth."""
     size = face.frame.pupil_distance
-    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+    lips = lips_middle(face.landmarks)
     local = (face.points - lips) @ face.frame.axes.T / size
     depth = face.cavities.depth(face.points)
     if not (depth[(np.abs(local[:, :2]) < [0.3, 0.25]).all(axis=1)] > IN_MOUTH).any():

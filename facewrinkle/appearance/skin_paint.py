@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from ..anatomy.cavities import INSIDE as WITHIN
+from ..anatomy.cavities import INSIDE_DEPTH as WITHIN
 from ..anatomy.cavities import Cavities
 from ..anatomy.face import Face
 from ..anatomy.hairline import hair_cover

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.fitting import fitted_brows
+from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.appearance.eye import PaintedEye
 from facewrinkle.appearance.hair import Brows, Lashes
 from facewrinkle.appearance.mouth import Mouth
@@ -277,7 +278,7 @@ def test_parted_lips_show_the_dark_of_the_mouth(face):
     parted.points[:, 1] -= 8.0 * np.exp(-(lower**2).sum(axis=1))
     with Scene(face, Style((200, 200), "mouth")) as scene:
         image = scene.picture(parted)
-        gap = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]) - [0, 2, 0]
+        gap = lips_middle(face.landmarks) - [0, 2, 0]
         row, column = on_screen(scene, gap[None])[0].astype(int)
     red, _, blue = image[row - 8 : row + 9, column].astype(int).T
     assert (red >= blue).all()
