@@ -38,7 +38,7 @@ NOSTRIL_WIDTH, MOUTH_WIDTH = 9.0, 13.0
 """Hollows narrower than these are nostrils and the mouth."""
 
 BESIDE_NOSE, BESIDE_MOUTH, BELOW_MOUTH = 1.0, 4.0, 4.0
-"""Where they may be: so far beside the wings of the nose and the corners of the mouth, and below the lower lip."""
+"""They reach this far beside the wings of the nose and the corners of the mouth, and below the lower lip."""
 
 GROOVES, GROOVES_DEEP = 7.5, 12.75
 """The grooves behind the wings of the nose begin this far above its base. They are open to the front but deep from
@@ -46,9 +46,10 @@ below; nostrils reach to the second height at most, where they are seen to be ho
 """
 
 BLEND = 4.0
-"""Over this height or width, one of these regions passes to the next; over `BLEND_BESIDE` beside the nose."""
+"""Height or width over which one of these regions passes to the next."""
 
 BLEND_BESIDE = 2.0
+"""The same beside the nose."""
 
 # --- Skin in a cavity ---------------------------------------------------------------------------------------
 

@@ -36,7 +36,7 @@ HEIGHTS = np.linspace(-HIGHEST, HIGHEST, 81)
 """The heights at which a meridian is searched for skin."""
 
 SOCKET = 0.08
-"""Where no skin is seen, or it lies farther than this behind the line between the canthi, the lids are open."""
+"""Lids are open where no skin is seen, or it lies farther than this behind the line between the canthi."""
 
 NARROWEST = 2
 """Gaps of so few heights between skin are none. Where fewer than half of the meridians have a gap, lids are closed."""
@@ -55,11 +55,11 @@ RIM_MISS, RIM_MIDDLE = 0.035, (0.3, 0.7)
 # --- The margin of a lid with a thickness is its front edge -------------------------------------------------
 
 LID_THICKNESS = 0.06
-"""What lies farther beyond the gap is the front of a lid, and no longer its edge."""
+"""Skin farther beyond the gap than this is the front of a lid, and no longer its edge."""
 
 SLOPES = np.linspace(0.4, 1.5, 12)
-"""How steeply the front of a lid may rise from its edge, and its thickness fall to it. The one is taken by which the
-edge is the smoothest line.
+"""Slopes between those at which the front of a lid rises from its edge and its thickness falls to it. The one with the
+smoothest edge is taken.
 """
 
 DETOUR = 0.01
@@ -74,7 +74,7 @@ SEEN_BEYOND = np.deg2rad(6.0)
 """Skin behind the margins may be seen up to this far above and below them."""
 
 LINING_DEPTH = 0.7
-"""How far from the margins (0) to the ball (1) the lining of a socket is taken to be: it is in their shadow."""
+"""Depth that the lining of a socket is taken to have, from the margins (0) to the ball (1): it is in their shadow."""
 
 EYE_WIDTH, EYE_DEPTH = 1.4, 1.5
 """Points are of an eye within this width about its middle, and so many radii of its centre."""

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
+from ..errors import LandmarkError, MeshError, ParameterError, warn
 from ..geometry.interpolation import barycentric
 from ..mesh import CleanSurface, as_texture, merged_texture, prepare, read_surface, read_texture, to_polydata
 from ..mesh.arrays import IMAGE
@@ -23,7 +23,6 @@ from .finding.landmarks import Watch
 from .head import load_head
 from .identity import Identity, head_of
 from .landmarks import (
-    MEAN_PUPIL_DISTANCE,
     NOT_ON_SKIN,
     REFUSED,
     REQUIRED,
@@ -34,10 +33,9 @@ from .landmarks import (
     read_landmarks,
 )
 from .parts import eyes_of, follower, named_parts
+from .units import millimetres, unit_of_face
 
 Array = npt.NDArray[np.float64]
-
-UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4}
 
 # --- Landmarks that are errors; in distances between the pupils ----------------------------------------------
 
@@ -68,11 +66,6 @@ CENTRAL = (
 
 UNSURE = 0.5
 """Any of these with a lower confidence."""
-
-# --- Distances between the pupils, in mm, with the unit that was given ---------------------------------------
-
-ALLOWED, USUAL = (1.0, 10_000.0), (30.0, 120.0)
-"""Others than the first are errors, others than the second a warning: a wrong unit is off by a factor of ten or more."""
 
 
 def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
@@ -170,7 +163,7 @@ def fit_face(
     if not isinstance(atlas, Atlas | None):
         raise ParameterError(f"atlas must be an Atlas, such as read_atlas(path) gives, received {atlas!r}.")
     if units is not None:
-        _scale(units)  # raises before the search
+        millimetres(units)  # raises before the search
     if texture is not None:
         texture = as_texture(texture)
     source = read_surface(mesh)
@@ -190,7 +183,7 @@ def fit_face(
     for name in found:
         if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
             found[name] = _closest(clean, found[name])
-    face = Face.from_landmarks(clean.mesh, found, _unit(units, frame.pupil_distance), atlas, estimated)
+    face = Face.from_landmarks(clean.mesh, found, unit_of_face(units, frame.pupil_distance), atlas, estimated)
     face = dataclasses.replace(
         face,
         source_points=clean.source_points,
@@ -342,25 +335,10 @@ def surface(
     ('Smoothed the surface where it ran through itself: ...',)
     """
     clean = prepare(mesh, resolve_self_intersections=resolve_self_intersections)
-    face = Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
+    face = Face.without_anatomy(clean.mesh, millimetres(units), clean.source_points)
     others = clean.others
     parts = {} if others is None else {"other": follower("other", others, merged_texture(others))}
     return dataclasses.replace(face, parts=parts, report=clean.report, texture=_image(mesh, texture, clean.mesh))
-
-
-def _scale(units: str | float) -> float:
-    """Millimetres per unit."""
-    if isinstance(units, str):
-        if units not in UNITS:
-            raise unknown_name("unit", units, UNITS)
-        return UNITS[units]
-    try:
-        unit = float(units)
-    except (TypeError, ValueError, OverflowError):
-        unit = np.nan
-    if not 0.0 < unit < np.inf:
-        raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
-    return unit
 
 
 def fitted_brows(face: Face) -> BrowHairs:
@@ -381,24 +359,6 @@ def fitted_brows(face: Face) -> BrowHairs:
     weights = barycentric(on_skin, face.points[face.triangles[cells]])
     scale = face.frame.pupil_distance / base.pupil_distance
     return BrowHairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
-
-
-def _unit(units: str | float | None, pupil_distance: float) -> float:
-    """Millimetres per unit: as given, or by the size of the face."""
-    if units is None:
-        return MEAN_PUPIL_DISTANCE / pupil_distance
-    unit = _scale(units)
-    if not ALLOWED[0] <= pupil_distance * unit <= ALLOWED[1]:
-        raise ParameterError(
-            f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart; {ALLOWED[0]:g} to {ALLOWED[1]:g} is allowed, and an "
-            "adult's are 50 to 76. Leave units out to take the size from the face."
-        )
-    if not USUAL[0] <= pupil_distance * unit <= USUAL[1]:
-        warn(
-            f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart; an adult's are 50 to 76. "
-            "Leave units out to take the size from the face."
-        )
-    return unit
 
 
 def _closest(surface: CleanSurface, point: Array) -> Array:

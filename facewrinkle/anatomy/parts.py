@@ -51,7 +51,7 @@ BALL_RADII = (0.7, 2.6)
 """Its radius relative to an adult's: up to those of a child or a cartoon, where the two balls touch."""
 
 BALL_BULGE = 0.25
-"""How far points may lie off the sphere, in its radii; a cornea does."""
+"""Points may lie this far off the sphere, in its radii; those of a cornea do."""
 
 BALL_BREADTH = 1.2
 """The piece is this broad at least, in radii. Of some eyes only the front is modelled; an iris is narrower."""

@@ -21,8 +21,8 @@ SAMPLE_RADIUS = 0.03
 """Within about this distance from a landmark, the weight of its sample of the tissue grows no further."""
 
 BORDER_STIFFNESS, BORDER_FADE = 12.0, 0.15
-"""How much stiffer the tethers are at the outer border of an open mesh, where the skin beyond it would hold it; and
-the distance over which that falls to nothing.
+"""Additional stiffness of the tethers, as a factor, at the outer border of an open mesh, where the skin beyond it would
+hold it; and the distance over which that falls to nothing.
 """
 
 SMOOTHING = 0.12

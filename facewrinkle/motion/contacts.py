@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from ..anatomy.eye_placement import ROOM
+from ..anatomy.eye_placement import LID_ROOM
 from ..anatomy.face import Face
 from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle
 from ..anatomy.teeth import BEHIND_LIPS, ELLIPSE
@@ -223,7 +223,7 @@ def _ball(points: Array, weight: Array, centre: Array, radius: float) -> Ball:
     """Room is kept for the chords between the vertices, where there is room at rest."""
     distance = np.sqrt(((points - centre) ** 2).sum(axis=1))
     near = np.flatnonzero(distance < 2.0 * radius)
-    radii = np.minimum(distance[near] - SLACK, radius / ROOM)
+    radii = np.minimum(distance[near] - SLACK, radius / LID_ROOM)
     return Ball(near, centre, radii, np.minimum(radii - SLACK, radius), weight[near])
 
 
