@@ -29,7 +29,7 @@ depth is what a face's shape tells least of.
 """
 
 CLOSED_REACH = 0.8
-"""Skin that lies less than so many radii aside of a closed eye is before it."""
+"""Skin less than this many radii aside of the centre of a closed eye is before it."""
 
 
 def place_eyeballs(

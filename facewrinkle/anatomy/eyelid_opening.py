@@ -39,7 +39,9 @@ SOCKET = 0.08
 """Lids are open where no skin is seen, or it lies farther than this behind the line between the canthi."""
 
 NARROWEST = 2
-"""Gaps of so few heights between skin are none. Where fewer than half of the meridians have a gap, lids are closed."""
+"""Gaps in the skin of no more than this many heights are none. Lids are closed if fewer than half of the meridians have
+gaps.
+"""
 
 SURROUNDINGS = np.array([0.8, 2.0 * HIGHEST, 2.0])
 """Triangles are looked at whose vertices lie within these of the middle between the canthi [outwards, up, forward]."""
@@ -47,7 +49,7 @@ SURROUNDINGS = np.array([0.8, 2.0 * HIGHEST, 2.0])
 # --- The mesh ends at the margins, or lids have a thickness and it goes on behind them ----------------------
 
 RIM_VERTICES, RIM_REACH = 6, 1.8
-"""The rim of the hole before an eye has at least so many vertices, and lies within so many radii of its centre."""
+"""The rim of the hole before an eye has at least this many vertices, and lies within this many radii of its centre."""
 
 RIM_MISS, RIM_MIDDLE = 0.035, (0.3, 0.7)
 """It is the margin that is seen if it is nowhere farther from that than this, in the middle of the eye."""
@@ -77,7 +79,7 @@ LINING_DEPTH = 0.7
 """Depth that the lining of a socket is taken to have, from the margins (0) to the ball (1): it is in their shadow."""
 
 EYE_WIDTH, EYE_DEPTH = 1.4, 1.5
-"""Points are of an eye within this width about its middle, and so many radii of its centre."""
+"""Points are of an eye within this width about its middle, and this many radii of its centre."""
 
 
 @dataclass(frozen=True, eq=False)

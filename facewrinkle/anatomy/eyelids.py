@@ -25,7 +25,7 @@ SHELL = 1.5
 """Skin farther from the centre of the eye than this many radii is no lid."""
 
 PLATE = 1.3
-"""The stiff plate of a lid ends so many radii from the centre; from there to `SHELL` it holds less and less."""
+"""The stiff plate of a lid ends this many radii from the centre; from there to `SHELL` it holds less and less."""
 
 MARGIN_FADE = np.deg2rad(20.0)
 """Angle above the margin within which the motion of the upper lid fades to nothing (14 to 22 degrees in captured

@@ -121,7 +121,7 @@ def mouth_middle(landmarks: Mapping[str, Array]) -> Array:
     >>> import facewrinkle as fw
     >>> marks = fw.default_face().landmarks
     >>> (lips_middle(marks) - mouth_middle(marks)).round(1) + 0.0
-    array([0. , 0.5, 4.8])
+    array([ 0. , -0.2,  6.6])
     """
     return np.asarray(0.25 * sum(landmarks[name] for name in MOUTH))
 
@@ -233,7 +233,7 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
 
 
 def _direction(vector: Array, size: float) -> Array:
-    """The unit vector along a vector that must not be tiny beside the size of the face."""
+    """The unit vector along a vector that must not be tiny relative to the size of the face."""
     length = float(np.linalg.norm(vector))
     if not length > 1e-3 * size:
         raise LandmarkError(

@@ -29,7 +29,7 @@ Follows = Literal["skull", "mandible", "eye", "skin"]
 # --- A piece belongs to an eye ----------------------------------------------------------------------------
 
 EYE_RADII, EYE_MARGIN = 1.6, 0.1
-"""All of it lies within so many radii, and this margin, of the middle of the eye: the margin is for lashes."""
+"""All of it lies within this many radii, and this margin for lashes, of the centre of the eye."""
 
 OFF_AXIS = 0.5
 """Balls, corneas and irises lie less than this many radii aside of the eye's middle, as seen from the front."""

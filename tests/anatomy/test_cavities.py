@@ -1,4 +1,4 @@
-"""Mouth and nostrils: what lies inside is known from the front, is dark, has teeth, and has no bone in front of it.
+"""Mouth and nostrils: their inside is known from the front, is dark, has teeth, and has no bone in front of it.
 
 The built-in head's mouth is an opening; closed with a pocket of skin, as most heads of games are, it is a bag.
 """
@@ -104,8 +104,8 @@ def test_a_bag_has_teeth_when_the_lips_part(bagged, face):
     assert mouth.bag
     assert not len(mouth.loop)
     assert not mouth.parted(bagged.points)
-    guide, opened = bagged.joint_weights["jaw"], bagged.mesh.copy()
-    opened.points[guide.vertices] += guide.turned(bagged.points, 0.7)
+    weights, opened = bagged.joint_weights["jaw"], bagged.mesh.copy()
+    opened.points[weights.vertices] += weights.turned(bagged.points, 0.7)
     assert mouth.parted(np.asarray(opened.points, dtype=np.float64))
     parts = companion_meshes(bagged, opened)
     assert {"upper_teeth", "lower_teeth", "tongue"} <= set(parts)
