@@ -86,10 +86,12 @@ SPECK = 0.02
 """Smaller pieces are dropped."""
 
 ON_SKIN = 0.12
-"""Pieces that are nowhere farther from the skin are fuzz, such as brows or a stubble, and follow it."""
+"""Pieces that are nowhere farther from the skin are fuzz, such as brows or stubble, and follow it."""
 
 GLASSES_WIDTH, GLASSES_ABOVE, GLASSES_BELOW = 0.4, 0.7, 0.9
 """Glasses are wider than this, reach in front of the nasion, and end within these above and below it."""
+
+# Hair is what has its middle above the nasion, hangs, or is a fringe; the rest is "other".
 
 HAIR_BEHIND = 1.2
 """Hair that hangs reaches this far behind the tip of the nose, and above the mouth. A neck or a pedestal does not."""
@@ -100,7 +102,7 @@ FRINGE = 1.0
 # --- Lashes are cards --------------------------------------------------------------------------------------
 
 CARD = 0.04
-"""Sheets wider than this share of all lashes are cards with a picture of many hairs; a hair is a tenth as wide."""
+"""Sheets wider than this share of the extent of all lashes are cards with a picture of hairs; a hair is a tenth as wide."""
 
 SHEET = 0.5
 """The normals of a sheet add up to more than this share of its area; those of a tube cancel."""
