@@ -26,7 +26,7 @@ BoolArray = npt.NDArray[np.bool_]
 STEP = 0.5
 """Step of its grid."""
 
-HALF_WIDTH, ABOVE_NOSE, BELOW_LIPS = 34.0, 16.0, 30.0
+MAP_HALF_WIDTH, MAP_ABOVE_NOSE, MAP_BELOW_LIPS = 34.0, 16.0, 30.0
 """Its half width, and how far it reaches above the base of the nose and below the lower lip."""
 
 BACK_OF_MAP, BACK_OF_MOUTH = 40.0, 130.0
@@ -96,8 +96,8 @@ class Cavities:
         self.frame = frame
         marks = {name: frame.local_mm(place) for name, place in landmarks.items()}
         nose, lower_lip = marks["subnasale"][1], marks["lower_lip_mid"][1]
-        self._low = np.array([-HALF_WIDTH, lower_lip - BELOW_LIPS])
-        shape = np.ceil((np.array([HALF_WIDTH, nose + ABOVE_NOSE]) - self._low) / STEP).astype(int) + 1
+        self._low = np.array([-MAP_HALF_WIDTH, lower_lip - MAP_BELOW_LIPS])
+        shape = np.ceil((np.array([MAP_HALF_WIDTH, nose + MAP_ABOVE_NOSE]) - self._low) / STEP).astype(int) + 1
         front = _front(frame.local_mm(points)[triangles], self._low, shape)
         x, y = (low + STEP * np.arange(n) for low, n in zip(self._low, shape, strict=True))
         self._nose, self._lowest = nose, 0.5 * (lower_lip + marks["menton"][1])

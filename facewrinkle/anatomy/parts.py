@@ -102,7 +102,7 @@ FRINGE = 1.0
 # --- Lashes are cards --------------------------------------------------------------------------------------
 
 CARD = 0.04
-"""Sheets wider than this share of the extent of all lashes are cards with a picture of hairs; a hair is a tenth as wide."""
+"""Sheets wider than this share of the extent of all lashes are cards with a picture; a hair is a tenth as wide."""
 
 SHEET = 0.5
 """The normals of a sheet add up to more than this share of its area; those of a tube cancel."""

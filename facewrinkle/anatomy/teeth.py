@@ -43,7 +43,7 @@ OVERJET, OVERBITE = 2.5, 3.2
 GUM_LEAN = -0.35
 """End of the lower gum towards the lip, in thicknesses of crowns: it makes room for the fold of the chin."""
 
-ENAMEL, NECK = np.array([228.0, 216.0, 196.0]), np.array([206.0, 186.0, 158.0])
+ENAMEL, CROWN_NECK = np.array([228.0, 216.0, 196.0]), np.array([206.0, 186.0, 158.0])
 """Colours of a crown at its edge and at the gum."""
 
 GUM = np.array([172.0, 92.0, 88.0])
@@ -133,7 +133,7 @@ def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
         along = np.array([outward[2], 0.0, -outward[0]])
         left = centre + crown[:, :1] * along + crown[:, 1:2] * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
         share = np.clip(crown[:, 1:2] / CROWN_HEIGHTS[jaw][k], 0.0, 1.0)
-        paint = ENAMEL + (NECK - ENAMEL) * share**2
+        paint = ENAMEL + (CROWN_NECK - ENAMEL) * share**2
         triangles = _tube(CROWN_SIDES, CROWN_RINGS)
         parts += [(left, triangles, paint), (left * [-1, 1, 1], triangles[:, ::-1], paint)]
     offsets = np.cumsum([0] + [len(points) for points, _, _ in parts])
