@@ -19,10 +19,21 @@ from .muscles import EyeMuscle, JawMuscle, LidMuscle, LinearMuscle, Muscle, Shee
 Array = npt.NDArray[np.float64]
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
 
+COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "closing", "wrinkles", "folds"}
+KEYS = {
+    "linear": {"attachment", "insertion", "radius", "max_angle"},
+    "sheet": {"attachment", "insertion", "length", "width"},
+    "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
+    "jaw": {"hinge", "angle"},
+    "lid": {"share"},
+    "eye": {"turn", "angle"},
+}
+"""Keys of an entry, by kind, besides the common ones."""
+
 
 @dataclass(frozen=True, eq=False)
 class Atlas:
-    """What is known of all faces.
+    """Knowledge of all faces: muscles, action units, expressions and tissue.
 
     Attributes
     ----------
@@ -52,9 +63,9 @@ class Atlas:
     tissue: list[dict[str, Any]]
 
     def contractions(self, what: str | Mapping[str, float], intensity: float = 1.0) -> dict[str, float]:
-        """Contraction rates by muscle of an expression, of an action unit, or of a mixture with weights.
+        """Contraction rates by muscle of an expression, an action unit, or a mixture of them with weights.
 
-        Where several action units use one muscle, the strongest counts.
+        Where several of them use one muscle, the strongest counts.
 
         Raises
         ------
@@ -100,7 +111,7 @@ class Atlas:
             try:
                 placed[name] = _placed(entry, landmarks, frame)
             except (KeyError, TypeError, ValueError) as error:
-                raise FaceWrinkleError(f"in the atlas: muscle {name!r}: {_said(error)}") from None
+                raise FaceWrinkleError(f"in the atlas: muscle {name!r}: {_reason(error)}") from None
         return placed
 
     def tissue_samples(self, landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Array, Array, Array]:
@@ -110,7 +121,7 @@ class Atlas:
                 (_point(t["at"], s, landmarks, frame), t["depth"], t["stiffness"]) for t in self.tissue for s in "lr"
             ]
         except (KeyError, TypeError, AttributeError) as error:
-            raise FaceWrinkleError(f"in the atlas: tissue: {_said(error)}") from None
+            raise FaceWrinkleError(f"in the atlas: tissue: {_reason(error)}") from None
         if not rows:
             raise FaceWrinkleError("in the atlas: there are no samples of tissue; one [[tissue]] at least is needed.")
         return tuple(np.array(column) for column in zip(*rows, strict=True))  # type: ignore[return-value]
@@ -129,7 +140,7 @@ def load_atlas() -> Atlas:
 
 
 def read_atlas(path: str | Path) -> Atlas:
-    """An atlas from a TOML file; see the one in the package for the form.
+    """Read an atlas from a TOML file; see the one in the package for the form.
 
     Raises
     ------
@@ -152,15 +163,16 @@ def read_atlas(path: str | Path) -> Atlas:
     try:
         return _expanded_atlas(content)
     except (KeyError, TypeError, AttributeError) as error:
-        raise FaceWrinkleError(f"the atlas {str(path)!r} does not have the form of an atlas: {_said(error)}") from None
+        what = f"the atlas {str(path)!r} does not have the form of an atlas"
+        raise FaceWrinkleError(f"{what}: {_reason(error)}") from None
 
 
-def _said(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     return f"{error} is missing." if isinstance(error, KeyError) else str(error)
 
 
 def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
-    """Pairs and sides of what the file says once."""
+    """The atlas of a file, with both sides of everything that it states once."""
     patterns = content.get("folds", {})
     muscles = {
         f"{name}_{side}" if entry.get("paired", True) else name: {
@@ -185,7 +197,7 @@ def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
 
 
 def _named_folds(entry: Mapping[str, Any], patterns: Mapping[str, Any]) -> dict[str, Any]:
-    """The pattern of folds that a muscle names, with what the muscle itself says of its wrinkles."""
+    """The pattern of folds that a muscle names, with the muscle's own wrinkles."""
     name = entry.get("folds")
     if not isinstance(name, str):
         return {}
@@ -203,7 +215,7 @@ def _expanded(atlas: Atlas, mixture: Mapping[str, float]) -> dict[str, float]:
 
 
 def _point(entry: Mapping[str, Any], side: str, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
-    """A point of the atlas on a face: weighted mean of landmarks plus an offset along the face's axes."""
+    """A point of the atlas on a face: a weighted mean of landmarks, and an offset along the face's axes."""
     weights = {stem: weight for stem, weight in entry.items() if stem != "offset"}
     total = sum(weights.values())
     if abs(total - 1.0) > 1e-9:
@@ -213,21 +225,9 @@ def _point(entry: Mapping[str, Any], side: str, landmarks: Mapping[str, Array], 
 
 
 def _direction(local: npt.ArrayLike, side: str, frame: FaceFrame) -> Array:
-    """A direction [lateral, up, forward] of one side in the face's coordinates."""
+    """The direction [lateral, up, forward] of one side in the coordinates of the mesh."""
     lateral, up, forward = np.asarray(local, dtype=np.float64)
     return np.array([lateral if side == "l" else -lateral, up, forward]) @ frame.axes
-
-
-COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "closing", "wrinkles", "folds"}
-KEYS = {
-    "linear": {"attachment", "insertion", "radius", "max_angle"},
-    "sheet": {"attachment", "insertion", "length", "width"},
-    "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
-    "jaw": {"hinge", "angle"},
-    "lid": {"share"},
-    "eye": {"turn", "angle"},
-}
-"""What an entry may say, by kind."""
 
 
 def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: FaceFrame) -> Muscle:

@@ -1,4 +1,4 @@
-"""How the parts that come with a face move: with its skin, its mandible and its eyes."""
+"""Motion of the parts that come with a face: with its skin, its mandible and its eyes."""
 
 from __future__ import annotations
 
@@ -21,9 +21,17 @@ from .parts import Part
 
 Array = npt.NDArray[np.float64]
 
-
 STILL = 0.01
 """Vertices that move by less than this, in distances between the pupils, go with the head."""
+
+ROOTS = 0.3
+"""The roots of a piece are its points up to this height above the skin, from its lowest (0) to its highest (1)."""
+
+ANCHORS = 6
+"""Each root goes with this many places of the skin."""
+
+ANCHOR_RADIUS = 0.05
+"""Within about this distance, in distances between the pupils, these weigh alike."""
 
 
 class Attachments:
@@ -53,8 +61,8 @@ class Attachments:
         self._parts, self._eyes, self._mandible, self._size = parts, eyes, mandible, size
         self._still = RigidAlignment(points)
         skin = points, triangles, size
-        self._tied = {name: _Tied(part.mesh, *skin) for name, part in parts.items() if part.follows == "skin"}
-        self._bent = {name: _normals(part.mesh) for name, part in parts.items()}
+        self._on_skin = {name: _OnSkin(part.mesh, *skin) for name, part in parts.items() if part.follows == "skin"}
+        self._normals = {name: _normals(part.mesh) for name, part in parts.items()}
 
     def at(
         self,
@@ -63,16 +71,16 @@ class Attachments:
         pose: Array | None = None,
         given: Mapping[str, Array] | None = None,
     ) -> dict[str, pv.PolyData]:
-        """The parts by name, for the face's vertices (n, 3) and the eyes' directions as they are now.
+        """Return the parts by name, for the face's vertices (n, 3) and the eyes' directions as they are now.
 
-        Where it is not known how the head has moved, a matrix (4, 4), the vertices tell. Parts that move by themselves
-        are `given`, points (k, 3) by name; those of them that are NaN are carried like the others.
+        `pose`, a matrix (4, 4), is the motion of the head; without it, that is found from the vertices. Parts that move
+        by themselves are `given`, points (k, 3) by name; where these are NaN, they move like the others.
         """
-        carried = self._moved(points, gazes, pose)
+        moved = self._moved(points, gazes, pose)
         for name, own in (given or {}).items():
-            part = carried[name]
-            carried[name] = _with(part, np.where(np.isnan(own), part.points, own), None)
-        return carried
+            part = moved[name]
+            moved[name] = _with(part, np.where(np.isnan(own), part.points, own), None)
+        return moved
 
     def _moved(self, points: Array, gazes: Mapping[str, Array], pose: Array | None) -> dict[str, pv.PolyData]:
         pose = self._still.pose(points, STILL * self._size) if pose is None else pose
@@ -80,9 +88,9 @@ class Attachments:
         eyes = {eye.side: eye for eye in self._eyes}
         out = {}
         for name, part in self._parts.items():
-            rest, normals = np.asarray(part.mesh.points, dtype=np.float64), self._bent[name]
-            if name in self._tied:
-                out[name] = _with(part.mesh, self._tied[name].at(points), None)
+            rest, normals = np.asarray(part.mesh.points, dtype=np.float64), self._normals[name]
+            if name in self._on_skin:
+                out[name] = _with(part.mesh, self._on_skin[name].at(points), None)
                 continue
             own, centre = np.eye(3), np.zeros(3)
             if part.follows == "eye" and part.side in eyes:
@@ -113,8 +121,8 @@ def _with(mesh: pv.PolyData, points: Array, normals: Array | None) -> pv.PolyDat
     return moved
 
 
-class _Tied:
-    """A part that follows the skin at its roots, bodily: as two rings of skin around them turn and go.
+class _OnSkin:
+    """A part that follows the skin at its roots, as a rigid body does the two rings of skin around each.
 
     Parameters
     ----------
@@ -126,12 +134,6 @@ class _Tied:
         Distance between the pupils.
     """
 
-    ROOT = 0.3
-    """Points nearer to the skin than this share of a part's height over it are its roots."""
-
-    BLENDED = 6
-    """Each point goes with so many places of the skin."""
-
     def __init__(self, mesh: pv.PolyData, skin: Array, triangles: npt.NDArray[np.int32], size: float) -> None:
         points = np.asarray(mesh.points, dtype=np.float64)
         height, below = cKDTree(skin).query(points)
@@ -141,7 +143,7 @@ class _Tied:
         for part in np.unique(label):
             mine = np.flatnonzero(label == part)
             low, high = height[mine].min(), height[mine].max()
-            roots = mine[height[mine] <= low + self.ROOT * (high - low)]
+            roots = mine[height[mine] <= low + ROOTS * (high - low)]
             root[mine] = roots[cKDTree(points[roots]).query(points[mine])[1]]
         places = np.unique(below[root])
         start, ring = vertex_rings(triangles, len(skin))
@@ -150,27 +152,27 @@ class _Tied:
         self._mean = csr_array(two.multiply(1.0 / two.sum(axis=1)[:, None]))
         self._points, self._rest = points, self._mean @ skin
         self._skin = skin
-        count = min(self.BLENDED, len(places))
+        count = min(ANCHORS, len(places))
         distance, nearest = cKDTree(skin[places]).query(points[root], k=list(range(1, count + 1)))
-        weights = 1.0 / (distance + 0.05 * size) ** 2
+        weights = 1.0 / (distance + ANCHOR_RADIUS * size) ** 2
         self._nearest, self._weights = nearest, weights / weights.sum(axis=1, keepdims=True)
 
     def at(self, points: Array) -> Array:
-        """Where the points of the part (k, 3) are, for the vertices of the face (n, 3) as they are now."""
+        """Points (k, 3) of the part, for the vertices of the face (n, 3) as they are now."""
         now = self._mean @ points
         pairs = (self._skin[:, :, None] * points[:, None, :]).reshape(len(points), 9)
         spread = (self._mean @ pairs).reshape(-1, 3, 3) - self._rest[:, :, None] * now[:, None, :]
         turn = closest_rotations(spread)[self._nearest]
         offset = self._points[:, None, :] - self._rest[self._nearest]
-        there = now[self._nearest] + np.einsum("nki,nkij->nkj", offset, turn)
-        return np.asarray(np.einsum("nk,nkj->nj", self._weights, there))
+        moved = now[self._nearest] + np.einsum("nki,nkij->nkj", offset, turn)
+        return np.asarray(np.einsum("nk,nkj->nj", self._weights, moved))
 
 
 def combined_mesh(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.PolyData:
-    """Skin and parts in one mesh: the points of the skin first; "part" tells which of `field_data["parts"]` it is.
+    """Return skin and parts in one mesh, the points of the skin first; "part" is the index in `field_data["parts"]`.
 
-    The parts keep those arrays that the skin has; where they have none, there are zeros. Colours of parts are kept, and
-    what has none is white.
+    The parts keep those arrays that the skin has, too; where one is missing, it is zero. Colours of parts are kept;
+    where there are none, it is white.
     """
     meshes = [skin, *parts.values()]
     starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])

@@ -7,26 +7,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class BrowHairs:
-    """Eyebrow hairs, tied to the skin.
+    """Eyebrow hairs that go with the skin.
 
     Parameters
     ----------
-    triangles : (k, p) int array
+    triangles : ndarray of int, shape (k, p)
         The skin triangle under each of the p points of k hairs.
-    weights : (k, p, 3) float array
+    weights : ndarray, shape (k, p, 3)
         Barycentric coordinates in it.
-    heights : (p,) float array
-        Height of a hair's points above the skin, mm.
+    heights : ndarray, shape (p,)
+        Heights of a hair's points above the skin, in the unit of the mesh.
 
     Examples
     --------
-    They go with the skin, which is raised by 5 mm here:
+    Skin that is raised by 5 mm takes them along:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
@@ -36,13 +36,13 @@ class BrowHairs:
     (640, 5.0)
     """
 
-    triangles: Ints
-    weights: Floats
-    heights: Floats
+    triangles: IntArray
+    weights: Array
+    heights: Array
 
-    def polylines(self, points: Floats, triangles: NDArray[np.int32], normals: Floats) -> Floats:
-        """Points (k, p, 3) of the hairs on the skin as it is now: its points and vertex normals (n, 3)."""
+    def polylines(self, points: Array, triangles: NDArray[np.int32], normals: Array) -> Array:
+        """Points (k, p, 3) of the hairs on the skin as it is now, given its points and vertex normals (n, 3)."""
         corners = triangles[self.triangles]
-        foot = np.einsum("kpc,kpci->kpi", self.weights, points[corners])
+        on_skin = np.einsum("kpc,kpci->kpi", self.weights, points[corners])
         up = np.einsum("kpc,kpci->kpi", self.weights, normals[corners])
-        return foot + self.heights[:, None] * up
+        return on_skin + self.heights[:, None] * up

@@ -1,6 +1,6 @@
-"""The mouth and the nostrils: how far behind the front of a face its skin lies there.
+"""The mouth and the nostrils: depth of the skin behind the front of a face.
 
-Lengths are mm on a face whose pupils are 63 mm apart.
+Lengths are mm on a face whose pupils are 63 mm apart. Heights are along the face's vertical.
 """
 
 from __future__ import annotations
@@ -19,33 +19,54 @@ from ..geometry.smoothstep import smoothstep
 from .landmarks import FaceFrame
 
 Array = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+# --- The depth map of the face from the front ---------------------------------------------------------------
 
 STEP = 0.5
-"""Of the grid."""
+"""Step of its grid."""
 
-HALF, ABOVE, BELOW = 34.0, 16.0, 30.0
-"""Half the width of what is seen, and how far it reaches above the base of the nose and below the lower lip."""
+MAP_HALF_WIDTH, MAP_ABOVE_NOSE, MAP_BELOW_LIPS = 34.0, 16.0, 30.0
+"""Its half width, and how far it reaches above the base of the nose and below the lower lip."""
 
-BACK = 130.0
-"""What lies farther behind is the other side of the head."""
+BACK_OF_MAP, BACK_OF_MOUTH = 40.0, 130.0
+"""Skin farther behind the eyes than this is not in the map; farther behind the map it is the other side of the head."""
 
-GROOVES = 7.5
-"""So far above the base of the nose begin the grooves behind its wings: open to the front, but deep from below."""
+# --- Narrow hollows of the map are cavities -----------------------------------------------------------------
 
-INSIDE = 3.0
-"""Skin that lies deeper behind lips or the rims of nostrils than this is inside."""
+NOSTRIL_WIDTH, MOUTH_WIDTH = 9.0, 13.0
+"""Hollows narrower than these are nostrils and the mouth."""
+
+BESIDE_NOSE, BESIDE_MOUTH, BELOW_MOUTH = 1.0, 4.0, 4.0
+"""They reach this far beside the wings of the nose and the corners of the mouth, and below the lower lip."""
+
+GROOVES, GROOVES_DEEP = 7.5, 12.75
+"""The grooves behind the wings of the nose begin this far above its base. They are open to the front but deep from
+below; nostrils reach to the second height at most, where they are seen to be hollow.
+"""
+
+BLEND = 4.0
+"""Height or width over which one of these regions passes to the next."""
+
+BLEND_BESIDE = 2.0
+"""The same beside the nose."""
+
+# --- Skin in a cavity ---------------------------------------------------------------------------------------
+
+INSIDE_DEPTH = 3.0
+"""Skin that lies deeper than this behind lips or the rims of nostrils is inside."""
 
 BACKWARD = -0.5
-"""Skin that faces forward less than this (a cosine) is not seen from the front, however thin lips are before it."""
+"""Skin that faces forward less than this (a cosine) is not seen from the front, however thin the lips before it are."""
 
-WIDE = {"nose": 9.0, "mouth": 13.0}
-"""Hollows narrower than this are cavities, there and there."""
+OUTER_LANDMARKS = ("glabella", "zygion_l", "zygion_r")
+"""Skin that is connected with these is of the face itself."""
 
 
 class Cavities:
-    """Where mouth and nostrils of a face at rest are, from what is seen of it from the front.
+    """Mouth and nostrils of a face at rest, as they are seen from the front.
 
-    A grey-scale closing of the depth map fills all hollows that are narrow; what lies deeper than it is inside them.
+    A grey-scale closing of the depth map fills all narrow hollows; what lies deeper than the closed map is inside them.
 
     Parameters
     ----------
@@ -57,9 +78,10 @@ class Cavities:
     Examples
     --------
     >>> import facewrinkle as fw
+    >>> from facewrinkle.anatomy.landmarks import lips_middle
     >>> face = fw.default_face()
     >>> cavities = Cavities(face.points, face.triangles, face.landmarks, face.frame)
-    >>> inside = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]) - [0, 0, 20]
+    >>> inside = lips_middle(face.landmarks) - [0, 0, 20]
     >>> bool(cavities.depth(inside[None])[0] > 10.0), float(cavities.depth(face.landmarks["malar_l"][None])[0])
     (True, 0.0)
     """
@@ -73,38 +95,37 @@ class Cavities:
     ) -> None:
         self.frame = frame
         marks = {name: frame.local_mm(place) for name, place in landmarks.items()}
-        nose = marks["subnasale"]
-        self._low = np.array([-HALF, marks["lower_lip_mid"][1] - BELOW])
-        shape = np.ceil((np.array([HALF, nose[1] + ABOVE]) - self._low) / STEP).astype(int) + 1
+        nose, lower_lip = marks["subnasale"][1], marks["lower_lip_mid"][1]
+        self._low = np.array([-MAP_HALF_WIDTH, lower_lip - MAP_BELOW_LIPS])
+        shape = np.ceil((np.array([MAP_HALF_WIDTH, nose + MAP_ABOVE_NOSE]) - self._low) / STEP).astype(int) + 1
         front = _front(frame.local_mm(points)[triangles], self._low, shape)
         x, y = (low + STEP * np.arange(n) for low, n in zip(self._low, shape, strict=True))
-        self._base = nose[1]
-        self._border = 0.5 * (nose[1] + marks["upper_lip_mid"][1])
-        upper = self._above(y)[None, :]
+        self._nose, self._lowest = nose, 0.5 * (lower_lip + marks["menton"][1])
+        self._border = 0.5 * (nose + marks["upper_lip_mid"][1])
+        upper, across = self._above(y)[None, :], np.abs(x)[:, None]
         corner = np.abs([marks["mouth_l"][0], marks["mouth_r"][0]]).max()
         wing = np.abs([marks["ala_l"][0], marks["ala_r"][0]]).max()
-        across = np.abs(x)[:, None]
-        within = smoothstep((wing + 1.0 - across) / 2.0)  # behind the wings of the nose it is skin, too
-        near = upper * within + (1.0 - upper) * smoothstep((corner + 4.0 - across) / 4.0)
-        near = near * smoothstep((y - marks["lower_lip_mid"][1] + 4.0) / 4.0)[None, :]
-        closed = [_closed(front, WIDE[what]) for what in ("nose", "mouth")]
-        self._cover = front + near * (upper * closed[0] + (1.0 - upper) * closed[1] - front)
+        within = smoothstep((wing + BESIDE_NOSE - across) / BLEND_BESIDE)  # behind the wings it is skin, too
+        near = upper * within + (1.0 - upper) * smoothstep((corner + BESIDE_MOUTH - across) / BLEND)
+        near = near * smoothstep((y - lower_lip + BELOW_MOUTH) / BLEND)[None, :]
+        nostrils, mouth = _closed(front, NOSTRIL_WIDTH), _closed(front, MOUTH_WIDTH)
+        self._cover = front + near * (upper * nostrils + (1.0 - upper) * mouth - front)
         self._within = 1.0 - upper * (1.0 - within)
-        self._lowest = 0.5 * (marks["lower_lip_mid"][1] + marks["menton"][1])
 
     def _above(self, y: Array) -> Array:
-        """How much (0 to 1) heights are those of the nose: there nostrils are what is hollow, below it the lips."""
-        return smoothstep((y - self._border) / 4.0 + 0.5)
+        """Weight (0 to 1) of heights at the nose: there hollows are nostrils, below it they are the mouth."""
+        return smoothstep((y - self._border) / BLEND + 0.5)
 
     def at_nostrils(self, points: Array) -> Array:
-        """How much (0 to 1) points (n, 3) are where nostrils may be: over the lips, not in the grooves of the wings."""
+        """Weight (0 to 1) of points (n, 3) where nostrils may be: above the lips, but not in the grooves."""
         y = self.frame.local_mm(points)[:, 1]
-        below, behind = smoothstep((self._base + GROOVES - y) / 4.0), smoothstep((self.depth(points) - 0.3) / 0.5)
-        high = smoothstep((self._base + 1.7 * GROOVES - y) / 4.0)
-        return self._above(y) * np.maximum(below, behind * high)
+        below = smoothstep((self._nose + GROOVES - y) / BLEND)
+        hollow = smoothstep((self.depth(points) - 0.3) / 0.5)
+        high = smoothstep((self._nose + GROOVES_DEEP - y) / BLEND)
+        return self._above(y) * np.maximum(below, hollow * high)
 
-    def _behind(self, points: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-        """How far points are behind what is seen, how much of that may be a cavity, and which are where those are."""
+    def _behind(self, points: Array) -> tuple[Array, Array, BoolArray]:
+        """Depth (n,) of points behind the closed map, the share of it that counts, and True for points on the map."""
         where = self.frame.local_mm(points)
         at = (where[:, :2] - self._low) / STEP
         inside = ((at >= 0.0) & (at <= np.array(self._cover.shape) - 1.0)).all(axis=1)
@@ -112,17 +133,17 @@ class Cavities:
             ndimage.map_coordinates(grid, at.T, order=1, mode="nearest") for grid in (self._cover, self._within)
         )
         behind = cover - where[:, 2]
-        return behind, within, inside & (where[:, 1] > self._lowest) & (behind < BACK)
+        return behind, within, inside & (where[:, 1] > self._lowest) & (behind < BACK_OF_MOUTH)
 
     def depth(self, points: Array) -> Array:
-        """How far (n,) points lie inside, from the skin that is seen from the front; 0 outside."""
+        """Depth (n,) of points inside, behind the skin that is seen from the front; 0 outside."""
         behind, within, near = self._behind(points)
         return np.asarray(np.where(near, np.maximum(behind * within, 0.0), 0.0))
 
-    def outer(self, points: Array) -> npt.NDArray[np.bool_]:
-        """Which points (n,) are on the skin that is seen from the front, where mouth and nostrils may be."""
+    def outer(self, points: Array) -> BoolArray:
+        """True (n,) for points on the skin that is seen from the front, where mouth and nostrils may be."""
         behind, _, near = self._behind(points)
-        return np.asarray(near & (behind < INSIDE))
+        return np.asarray(near & (behind < INSIDE_DEPTH))
 
 
 class Lining:
@@ -138,7 +159,7 @@ class Lining:
     Attributes
     ----------
     vertices : ndarray of bool, shape (n,)
-        Those that belong to the lining.
+        True for those of the lining.
 
     Examples
     --------
@@ -158,32 +179,33 @@ class Lining:
         n = len(points)
         graph = coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(n, n))
         label = connected_components(graph, directed=False)[1]
-        # Of the face itself, or where it is reached by another way, only what is seen to be inside counts.
+        # Where it is connected with the face by another way, only skin that is seen to be inside counts.
         self._tree = cKDTree(points)
-        tops = self._tree.query([landmarks[name] for name in ("glabella", "zygion_l", "zygion_r")])[1]
-        inner = np.isin(label, np.setdiff1d(label[depth >= INSIDE], label[tops]))
-        self.vertices = np.asarray(free & inner | (depth >= INSIDE))
+        face = self._tree.query([landmarks[name] for name in OUTER_LANDMARKS])[1]
+        inner = np.isin(label, np.setdiff1d(label[depth >= INSIDE_DEPTH], label[face]))
+        self.vertices = np.asarray(free & inner | (depth >= INSIDE_DEPTH))
         self._cavities = cavities
 
-    def holds(self, points: Array) -> npt.NDArray[np.bool_]:
-        """Tell which points (n,) of the face at rest belong to the lining, as the vertices nearest to them do."""
+    def holds(self, points: Array) -> BoolArray:
+        """True (n,) for points of the face at rest that belong to the lining, as the vertices nearest to them do."""
         away, nearest = self._tree.query(points)
         return np.asarray(self.vertices[nearest] & ((away == 0.0) | ~self._cavities.outer(points)))
 
 
-def _closed(front: Array, wide: float) -> Array:
-    radius = round(0.5 * wide / STEP)
+def _closed(front: Array, width: float) -> Array:
+    """The depth map with hollows narrower than a width filled."""
+    radius = round(0.5 * width / STEP)
     i = np.arange(-radius, radius + 1)
     disc = i[:, None] ** 2 + i[None, :] ** 2 <= radius**2
     return np.asarray(ndimage.grey_closing(front, footprint=disc, mode="nearest"))
 
 
 def _front(corners: Array, low: Array, shape: npt.NDArray[np.int64]) -> Array:
-    """The foremost place of triangles (m, 3, 3) over each node of a grid; where there is none, that of the nearest."""
+    """Foremost place of triangles (m, 3, 3) at each node of a grid; where there is none, that of the nearest node."""
     high = low + STEP * (shape - 1)
     flat = corners[:, :, :2]
     seen = ((flat.max(axis=1) >= low) & (flat.min(axis=1) <= high)).all(axis=1)
-    corners = corners[seen & (corners[:, :, 2].max(axis=1) > -40.0)]
+    corners = corners[seen & (corners[:, :, 2].max(axis=1) > -BACK_OF_MAP)]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     parts = np.ceil(1.5 * edge / STEP).astype(int)
     front = np.full(shape, -np.inf)

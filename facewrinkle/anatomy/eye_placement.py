@@ -1,4 +1,4 @@
-"""The place and size of eyeballs, by landmarks and by the lids that lie on them."""
+"""Place and size of eyeballs, by landmarks and by the lids that lie on them."""
 
 from __future__ import annotations
 
@@ -15,6 +15,22 @@ from .landmarks import FaceFrame
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
+SMALLEST_EYE, LARGEST_EYE = 0.75, 1.08
+"""Radii of eyeballs, relative to an adult's."""
+
+LID_ROOM, LID_QUANTILE = 0.975, 0.1
+"""Share of the room between the margins of the lids that the ball takes: the chords between their vertices must not cut
+it. The room is that before this share of the vertices, so that single ones do not count.
+"""
+
+STAY = np.array([0.5, 0.2, 0.1, 0.25])
+"""Weights with which a ball that is fitted to the margins stays where it was: up, aside and ahead, and as large. The
+depth is what a face's shape tells least of.
+"""
+
+CLOSED_REACH = 0.8
+"""Skin less than this many radii aside of the centre of a closed eye is before it."""
+
 
 def place_eyeballs(
     landmarks: Mapping[str, Array],
@@ -23,7 +39,7 @@ def place_eyeballs(
     triangles: IntArray,
     estimated: Collection[str] = (),
 ) -> list[Eyeball]:
-    """Both eyeballs: at the landmarks of their centres, as large as an adult's unless the lids leave less room.
+    """Return both eyeballs, at the landmarks of their centres, as large as an adult's unless the lids leave less room.
 
     The shape of a face does not show the depth of an eye, but the lids lie on the ball: where a centre is `estimated`,
     or no ball around it could touch the lids, it is moved to where an adult's does. An eye that is not open lies
@@ -48,26 +64,24 @@ def place_eyeballs(
         margin = points[np.unique(np.concatenate([opening.upper, opening.lower]))]
         if opening.thick:
             margin = opening.back_edges(points, triangles)
-        if name in estimated or not SMALLEST * radius < _room(eye.centre, margin) < LARGEST * radius:
-            eye = replace(eye, centre=_among(margin, eye))
+        if name in estimated or not SMALLEST_EYE * radius < _room(eye.centre, margin) < LARGEST_EYE * radius:
+            eye = replace(eye, centre=_fitted_centre(margin, eye))
         room = _room(eye.centre, margin)
-        eyes.append(replace(eye, radius=float(np.clip(room, SMALLEST * radius, LARGEST * radius))))
+        eyes.append(replace(eye, radius=float(np.clip(room, SMALLEST_EYE * radius, LARGEST_EYE * radius))))
     return eyes
 
 
 def _room(centre: Array, margin: Array) -> float:
-    """The radius for which there is room between the margins of the lids."""
-    return float(ROOM * np.quantile(np.linalg.norm(margin - centre, axis=1), 0.1))
+    """Radius for which there is room between the margins of the lids."""
+    return float(LID_ROOM * np.quantile(np.linalg.norm(margin - centre, axis=1), LID_QUANTILE))
 
 
-def _among(margin: Array, eye: Eyeball) -> Array:
-    """Where the centre of the ball is that the margins lie on: not much larger or smaller, and not far above, below or
-    beside where it was.
-    """
-    start = np.append(eye.centre, eye.radius / ROOM)
+def _fitted_centre(margin: Array, eye: Eyeball) -> Array:
+    """Centre of the ball that fits the margins best, with little change of its size and height, and some aside."""
+    start = np.append(eye.centre, eye.radius / LID_ROOM)
     stay = np.zeros((4, 4))
-    stay[:3, :3] = np.stack([0.5 * eye.up, 0.2 * np.cross(eye.up, eye.gaze), 0.1 * eye.gaze])
-    stay[3, 3] = 0.25
+    stay[:3, :3] = STAY[:3, None] * np.stack([eye.up, np.cross(eye.up, eye.gaze), eye.gaze])
+    stay[3, 3] = STAY[3]
     n, found = len(margin), start
     for _ in range(12):
         offset = found[:3] - margin
@@ -79,22 +93,12 @@ def _among(margin: Array, eye: Eyeball) -> Array:
 
 
 def _behind(eye: Eyeball, points: Array) -> Eyeball:
-    """The eyeball so far back that it lies behind the skin before it."""
+    """The eyeball moved back until it lies behind the skin before it."""
     offset = points - eye.centre
     ahead = offset @ eye.gaze
     aside = np.linalg.norm(offset - np.outer(ahead, eye.gaze), axis=1)
-    before = (aside < 0.8 * eye.radius) & (ahead > -eye.radius)
+    before = (aside < CLOSED_REACH * eye.radius) & (ahead > -eye.radius)
     if not before.any():
         return eye
-    reach = np.sqrt((eye.radius / ROOM) ** 2 - aside[before] ** 2)
+    reach = np.sqrt((eye.radius / LID_ROOM) ** 2 - aside[before] ** 2)
     return replace(eye, centre=eye.centre - max(float((reach - ahead[before]).max()), 0.0) * eye.gaze)
-
-
-SMALLEST, LARGEST = 0.75, 1.08
-"""Radii of eyeballs, relative to an adult's."""
-
-
-ROOM = 0.975
-"""Share of the room between the lids that the ball takes: the chords between the vertices of the lids must not cut
-it.
-"""

@@ -12,15 +12,12 @@ from ..errors import ParameterError, check_range
 from .landmarks import MEAN_PUPIL_DISTANCE
 
 Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-
 
 RADIUS = 12.0 / MEAN_PUPIL_DISTANCE
-"""Radius of an eyeball, in distances between the pupils."""
-
+"""Radius of an adult's eyeball, in distances between the pupils."""
 
 SAG = 0.14
-"""How far below the line between its corners a shut eye's lids and lashes meet, in distances between the corners."""
+"""The lids of a shut eye meet this far below the line between its corners, in distances between the corners."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +35,7 @@ class Eyeball:
 
     Examples
     --------
-    How far a left eye turns outwards and up, in degrees, and how far its iris moves aside in another turn:
+    The turns of a left eye outwards and up, in degrees, and the shift of its iris aside in another turn:
 
     >>> eye = Eyeball("l", np.array([31.0, 0, 0]), 12.0, gaze=np.array([0.0, 0, 1]), up=np.array([0.0, 1, 0]))
     >>> np.degrees(eye.turn_to(np.array([1.0, 0, 1]))).round()
@@ -67,7 +64,7 @@ class Eyeball:
         return np.asarray(np.cos(up) * ahead + np.sin(up) * self.up)
 
     def turn_to(self, direction: Array) -> tuple[float, float]:
-        """The turns outwards and up, in radians, after which the eye looks along a direction."""
+        """Turns outwards and up, in radians, after which the eye looks along a direction."""
         ahead, aside, above = (float(direction @ axis) for axis in (self.gaze, self._outwards, self.up))
         return float(np.arctan2(aside, ahead)), float(np.arctan2(above, np.hypot(ahead, aside)))
 
@@ -82,7 +79,7 @@ class Eyeball:
         return replace(self, gaze=np.asarray(gaze), up=up / np.linalg.norm(up))
 
     def slit(self, inner: Array, outer: Array, along: npt.ArrayLike) -> Array:
-        """Where lids meet that are shut in the mesh (k, 3), at shares of the way from corner to corner: it sags.
+        """Places (k, 3) on the sagging line where shut lids meet, at shares of the way from corner to corner.
 
         Examples
         --------

@@ -17,39 +17,74 @@ from .eyeball import Eyeball
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
 LidSections = list[tuple[float, Array, tuple[float, float]]]
 """The meridians on which there is an opening, with the skin there and the heights between which it is open."""
 
-MERIDIANS = np.linspace(0.04, 0.96, 24)
-"""Where the margins are measured, from the inner (0) to the outer canthus (1)."""
+# Lengths are in distances between the canthi (27 mm on the built-in head); heights are above the line between them.
+# In brackets are those of the three faces with open eyes at hand.
 
-HIGH, FLOOR, THICK = 0.45, 0.08, 0.06
-"""How far above and below the canthi margins lie at most, how far behind the line between them skin is no lid, and how
-thick a lid is, in distances between the canthi.
+MERIDIANS = np.linspace(0.04, 0.96, 24)
+"""Places between the inner (0) and the outer canthus (1) at which the margins are measured."""
+
+# --- Lids are open at a meridian --------------------------------------------------------------------------
+
+HIGHEST = 0.45
+"""Margins lie at most this far above and below the canthi (-0.17 to 0.25)."""
+
+HEIGHTS = np.linspace(-HIGHEST, HIGHEST, 81)
+"""The heights at which a meridian is searched for skin."""
+
+SOCKET = 0.08
+"""Lids are open where no skin is seen, or it lies farther than this behind the line between the canthi."""
+
+NARROWEST = 2
+"""Gaps in the skin of no more than this many heights are none. Lids are closed if fewer than half of the meridians have
+gaps.
 """
 
-ROWS = np.linspace(-HIGH, HIGH, 81)
+SURROUNDINGS = np.array([0.8, 2.0 * HIGHEST, 2.0])
+"""Triangles are looked at whose vertices lie within these of the middle between the canthi [outwards, up, forward]."""
 
-LEANING = np.linspace(0.4, 1.5, 12)
-"""How steeply the front of a lid may rise from its edge, and its thickness fall to it."""
+# --- The mesh ends at the margins, or lids have a thickness and it goes on behind them ----------------------
 
-NEAR = 0.01
-"""Edges whose ends are so far from where a margin is count twice their length in a path along it."""
+RIM_VERTICES, RIM_REACH = 6, 1.8
+"""The rim of the hole before an eye has at least this many vertices, and lies within this many radii of its centre."""
 
-SLIT = 0.035
-"""What is seen of a rim is no farther from it than this."""
+RIM_MISS, RIM_MIDDLE = 0.035, (0.3, 0.7)
+"""It is the margin that is seen if it is nowhere farther from that than this, in the middle of the eye."""
 
-CORNERS = np.deg2rad(6.0)
-"""How far above and below the margins skin behind them may be seen."""
+# --- The margin of a lid with a thickness is its front edge -------------------------------------------------
 
+LID_THICKNESS = 0.06
+"""Skin farther beyond the gap than this is the front of a lid, and no longer its edge."""
 
-LINING = 0.7
-"""How far behind the margins the lining of a socket is taken to be: what is seen of it is in their shadow."""
+SLOPES = np.linspace(0.4, 1.5, 12)
+"""Slopes between those at which the front of a lid rises from its edge and its thickness falls to it. The one with the
+smoothest edge is taken.
+"""
+
+DETOUR = 0.01
+"""Along the margin, an edge of the mesh whose ends are this far from it counts twice its length."""
+
+# --- The opening as it is seen ------------------------------------------------------------------------------
+
+MARGIN_ENDS, TO_CANTHUS = ((0.01, 0.1), (0.9, 0.99)), 0.1
+"""Ranges in which the margins end inside and outside, and how far beyond these ends the canthi are taken to be."""
+
+SEEN_BEYOND = np.deg2rad(6.0)
+"""Skin behind the margins may be seen up to this far above and below them."""
+
+LINING_DEPTH = 0.7
+"""Depth that the lining of a socket is taken to have, from the margins (0) to the ball (1): it is in their shadow."""
+
+EYE_WIDTH, EYE_DEPTH = 1.4, 1.5
+"""Points are of an eye within this width about its middle, and this many radii of its centre."""
 
 
 @dataclass(frozen=True, eq=False)
 class EyelidOpening:
-    """What is between open lids.
+    """The opening between the lids of an eye.
 
     Attributes
     ----------
@@ -63,11 +98,11 @@ class EyelidOpening:
     canthi : ndarray, shape (2,)
         Their elevations, the inner one first.
     thick : bool
-        Whether the skin goes on behind the margins.
+        True if the lids have a thickness: the skin goes on behind the margins.
     upper, lower : ndarray of int
-        Vertices of the margins from inside outwards.
+        Vertices of the margins, from inside outwards.
     rims : tuple of ndarray, shape (3, k)
-        Place between the canthi, elevation, and distance from the middle of the eye, of these vertices at rest.
+        Of these vertices at rest, what :meth:`polar` gives.
     """
 
     eye: Eyeball
@@ -81,39 +116,37 @@ class EyelidOpening:
     rims: tuple[Array, Array]
 
     def polar(self, points: Array) -> Array:
-        """Place between the canthi (0 to 1), elevation about the line between them as seen from the middle of the eye,
-        and distance from there, of points (n, 3): shape (3, n).
+        """Place of points (n, 3) between the canthi (0 to 1), elevation above the line between them as seen from the
+        centre of the eye, and distance from there: shape (3, n).
         """
         return _polar(points, self.eye.centre, self.inner, self.axes, self.width)
 
     def lines(self, along: Array) -> tuple[Array, Array]:
-        """Elevations of the upper and of the lower margin at places between the canthi, where they end."""
+        """Elevations of the upper and of the lower margin at places between the canthi, in which they end."""
         return self._line(0, along), self._line(1, along)
 
     def _line(self, lid: int, along: Array) -> Array:
         at, elevation, _ = self.rims[lid]
-        ends = np.clip([at[0], at[-1]], [0.01, 0.9], [0.1, 0.99])
-        place = np.concatenate([[ends[0] - 0.1], at, [ends[1] + 0.1]])
+        ends = np.clip([at[0], at[-1]], *np.transpose(MARGIN_ENDS))
+        place = np.concatenate([[ends[0] - TO_CANTHUS], at, [ends[1] + TO_CANTHUS]])
         return np.interp(along, place, np.concatenate([self.canthi[:1], elevation, self.canthi[1:]]))
 
-    def rim(self, along: Array, upper: npt.NDArray[np.bool_]) -> Array:
-        """Distance of the margins from the middle of the eye, of the upper or the lower one."""
+    def rim(self, along: Array, upper: BoolArray) -> Array:
+        """Distance of the upper or the lower margin from the centre of the eye."""
         return np.where(upper, *(np.interp(along, at, distance) for at, _, distance in self.rims))
 
-    def behind(self, points: Array, lining: npt.NDArray[np.bool_]) -> Array:
-        """How far (n,) points between the lids, or of the lining of the socket, are from their margins (0) to the ball
-        (1).
-        """
+    def behind(self, points: Array, lining: BoolArray) -> Array:
+        """Depth (n,) of points between the lids or on the lining of the socket: 0 at the margins, 1 on the ball."""
         along, elevation, distance = self.polar(points)
         top, bottom = self.lines(along)
         rim = self.rim(along, elevation > 0.5 * (top + bottom))
-        seen = smoothstep(1.0 - np.maximum(elevation - top, bottom - elevation) / CORNERS)
+        seen = smoothstep(1.0 - np.maximum(elevation - top, bottom - elevation) / SEEN_BEYOND)
         deep = np.clip((rim - distance) / np.maximum(rim - self.eye.radius, 0.02 * self.eye.radius), 0.0, 1.0)
-        near = (np.abs(along - 0.5) < 0.7) & (distance < 1.5 * self.eye.radius)
-        return np.asarray(np.where(near, np.where(lining, LINING, deep * seen), 0.0))
+        near = (np.abs(along - 0.5) < 0.5 * EYE_WIDTH) & (distance < EYE_DEPTH * self.eye.radius)
+        return np.asarray(np.where(near, np.where(lining, LINING_DEPTH, deep * seen), 0.0))
 
     def back_edges(self, points: Array, triangles: IntArray) -> Array:
-        """Where (k, 3) lids that have a thickness touch the ball: half of it behind their front edges at most."""
+        """Places (k, 3) where thick lids touch the ball: at most half their thickness behind their front edges."""
         local = (points - self.inner) @ self.axes.T / self.width
         return np.asarray(self.inner + self.width * _back_edges(local, triangles) @ self.axes)
 
@@ -121,7 +154,7 @@ class EyelidOpening:
 def eyelid_opening(
     eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
 ) -> EyelidOpening | None:
-    """The opening before an eye, None where the lids are closed.
+    """The opening before an eye; None where the lids are closed.
 
     Examples
     --------
@@ -141,7 +174,7 @@ def eyelid_opening(
     up = np.cross(forward, lateral)
     axes = np.stack([lateral, up * np.sign(up @ eye.up), forward])
     local, polar = (points - inner) @ axes.T / width, _polar(points, eye.centre, inner, axes, width)
-    lids = _lids(local[_near(local, triangles)])
+    lids = _lid_sections(local[_near(local, triangles)])
     if len(lids) < len(MERIDIANS) // 2:
         return None
     hole = _hole(lid_rim(eye, points, triangles), *polar[:2])
@@ -152,9 +185,10 @@ def eyelid_opening(
 
 
 def lid_rim(eye: Eyeball, points: Array, triangles: IntArray) -> IntArray | None:
-    """Vertices around the hole that a skin has before an eye, in order; None where it goes on behind the lids."""
+    """Vertices around the hole in the mesh before an eye, in order; None where it goes on behind the lids."""
     for loop in boundary_loops(triangles):
-        if len(loop) > 5 and np.linalg.norm(points[loop] - eye.centre, axis=1).max() < 1.8 * eye.radius:
+        far = np.linalg.norm(points[loop] - eye.centre, axis=1).max()
+        if len(loop) >= RIM_VERTICES and far < RIM_REACH * eye.radius:
             return np.asarray(loop, np.int32)
     return None
 
@@ -166,7 +200,7 @@ def _polar(points: Array, centre: Array, inner: Array, axes: Array, width: float
 
 
 def _hole(loop: IntArray | None, along: Array, elevation: Array) -> tuple[IntArray, IntArray] | None:
-    """The rim of the hole that the opening may be, cut at its ends into an upper and a lower half."""
+    """The rim of a hole, if there is one, cut at its ends into an upper and a lower half."""
     if loop is None:
         return None
     loop = np.roll(loop, -int(np.argmin(along[loop])))
@@ -180,11 +214,11 @@ def _hole(loop: IntArray | None, along: Array, elevation: Array) -> tuple[IntArr
 
 
 def _is_seen(rim: tuple[IntArray, IntArray], local: Array, lids: LidSections) -> bool:
-    """Whether the rim of a hole is the margin that is seen, and not an edge behind it."""
-    seen = [(at, *borders) for at, _, borders in lids if 0.3 <= at <= 0.7]
+    """True if the rim of a hole is the margin that is seen, and not an edge behind it."""
+    seen = [(at, *gap) for at, _, gap in lids if RIM_MIDDLE[0] <= at <= RIM_MIDDLE[1]]
     at, low, high = np.array(seen).T
     upper, lower = (np.interp(at, *local[half, :2].T) for half in rim)
-    return bool(max(np.abs(upper - high).max(), np.abs(lower - low).max()) < SLIT)
+    return bool(max(np.abs(upper - high).max(), np.abs(lower - low).max()) < RIM_MISS)
 
 
 def _margins(lids: LidSections, local: Array, triangles: IntArray) -> tuple[IntArray, IntArray]:
@@ -195,25 +229,26 @@ def _margins(lids: LidSections, local: Array, triangles: IntArray) -> tuple[IntA
 
 
 def _back_edges(local: Array, triangles: IntArray) -> Array:
-    """Places (k, 3) where the lids touch the ball: behind their front edges by half their thickness at most."""
-    lids = _lids(local[_near(local, triangles)])
+    """As :meth:`EyelidOpening.back_edges`."""
+    lids = _lid_sections(local[_near(local, triangles)])
     places = [_front_edge(lids, away) for away in (1.0, -1.0)]
     for front in places:
         for place, (_, section, _) in zip(front, lids, strict=True):
-            skin = (section[:, 0] + np.linspace(0.0, 1.0, 9)[:, None, None] * (section[:, 1] - section[:, 0])).reshape(
-                -1, 2
-            )
+            start, end = section[:, 0], section[:, 1]
+            skin = (start + np.linspace(0.0, 1.0, 9)[:, None, None] * (end - start)).reshape(-1, 2)
             behind = place[2] - skin[:, 1]
-            edge = (np.abs(skin[:, 0] - place[1]) < 0.5 * THICK) & (behind < 0.5 * THICK)
+            edge = (np.abs(skin[:, 0] - place[1]) < 0.5 * LID_THICKNESS) & (behind < 0.5 * LID_THICKNESS)
             place[2] -= behind[edge].max(initial=0.0)
     return np.concatenate(places)
 
 
 def _near(local: Array, triangles: IntArray) -> IntArray:
-    return triangles[(np.abs(local[triangles] - [0.5, 0.0, 0.0]) < [0.8, 2.0 * HIGH, 2.0]).all(axis=(1, 2))]
+    """The triangles around an eye."""
+    return triangles[(np.abs(local[triangles] - [0.5, 0.0, 0.0]) < SURROUNDINGS).all(axis=(1, 2))]
 
 
-def _lids(corners: Array) -> LidSections:
+def _lid_sections(corners: Array) -> LidSections:
+    """The lids on all meridians where triangles (m, 3, 3) leave them open."""
     sections = [(float(meridian), _section(corners, meridian)) for meridian in MERIDIANS]
     return [(at, section, gap) for at, section in sections if (gap := _gap(section)) is not None]
 
@@ -228,57 +263,53 @@ def _section(corners: Array, meridian: float) -> Array:
 
 
 def _gap(section: Array) -> tuple[float, float] | None:
-    """From where to where the opening reaches: the skin seen from the front, if there is any, lies deep behind the line
-    between the canthi.
+    """Lowest and highest height of the widest gap in a section; None where the lids are closed.
+
+    Skin that is seen in a gap from the front, if there is any, lies deep behind the line between the canthi.
     """
     start, end = section[:, 0], section[:, 1]
     rise = end[:, :1] - start[:, :1]
-    t = (ROWS - start[:, :1]) / np.where(rise == 0.0, 1.0, rise)
+    t = (HEIGHTS - start[:, :1]) / np.where(rise == 0.0, 1.0, rise)
     depth = np.where((t >= 0.0) & (t <= 1.0), start[:, 1:] + t * (end[:, 1:] - start[:, 1:]), -np.inf)
-    deep = depth.max(axis=0, initial=-np.inf) < -FLOOR
+    deep = depth.max(axis=0, initial=-np.inf) < -SOCKET
     steps = np.flatnonzero(np.diff(np.concatenate([[False], deep, [False]]).astype(np.int8)))
     first, last = steps[::2], steps[1::2]
-    inside = (first > 0) & (last < len(ROWS))
+    inside = (first > 0) & (last < len(HEIGHTS))
     if not inside.any():
         return None
     widest = np.argmax(np.where(inside, last - first, 0))
-    if last[widest] - first[widest] <= 2:
+    if last[widest] - first[widest] <= NARROWEST:
         return None
-    return float(ROWS[first[widest] - 1]), float(ROWS[last[widest]])
+    return float(HEIGHTS[first[widest] - 1]), float(HEIGHTS[last[widest]])
 
 
 def _front_edge(lids: LidSections, away: float) -> Array:
-    """Places (k, 3) where a lid, `away` from the opening (1 is up), turns from its front to its thickness.
+    """Places (k, 3) where a lid turns from its front to its thickness; `away` from the opening is 1 (up) or -1.
 
-    Where that is round, any place on it would do: those are taken that lie on the smoothest line.
+    On a rounded edge many places would do; those on the smoothest line are taken.
     """
     lines = []
-    for leaning in LEANING:
+    for slope in SLOPES:
         line = []
-        for at, section, borders in lids:
+        for at, section, gap in lids:
             places = section.reshape(-1, 2)
-            beyond = _beyond(places, borders, away)
-            lid = (beyond > -1.5 * (ROWS[1] - ROWS[0])) & (beyond < THICK)
-            # Behind the border there may be the lining of a socket, but it lies far behind.
-            best = np.argmax(np.where(lid, places[:, 1] - leaning * beyond, -np.inf))
+            beyond = away * (places[:, 0] - gap[int(away > 0.0)])
+            lid = (beyond > -1.5 * (HEIGHTS[1] - HEIGHTS[0])) & (beyond < LID_THICKNESS)
+            # There may also be the lining of a socket beyond the gap, but it lies far behind.
+            best = np.argmax(np.where(lid, places[:, 1] - slope * beyond, -np.inf))
             line.append([at, *places[best]])
         lines.append(np.array(line))
     return min(lines, key=lambda line: float((np.diff(line, 2, axis=0) ** 2).sum()))
 
 
-def _beyond(places: Array, borders: tuple[float, float], away: float) -> Array:
-    """How far places [up, forward] of a lid lie beyond its border, from the opening."""
-    return np.asarray(away * (places[:, 0] - borders[int(away > 0.0)]))
-
-
 def _along(places: Array, local: Array, edges: IntArray) -> IntArray:
-    """The vertices along the edges of the mesh that are nearest to places in order, from inside outwards."""
+    """Vertices of a path along edges of the mesh that is nearest to places in order, from inside outwards."""
     beyond = np.vstack([2.0 * places[0] - places[1], places, 2.0 * places[-1] - places[-2]])
     steps = np.linspace(0.0, len(beyond) - 1.0, 20 * len(beyond))
     curve = np.stack([np.interp(steps, np.arange(len(beyond)), column) for column in beyond.T], axis=1)
     away = cKDTree(curve).query(local)[0]
     length = np.linalg.norm(local[edges[:, 0]] - local[edges[:, 1]], axis=1)
-    cost = length * (1.0 + (away[edges] ** 2).mean(axis=1) / NEAR**2) + 1e-12
+    cost = length * (1.0 + (away[edges] ** 2).mean(axis=1) / DETOUR**2) + 1e-12
     n, used = len(local), np.unique(edges)
     graph = csr_array((cost, tuple(edges.T)), shape=(n, n))
     first, last = (used[np.argmin(np.abs(local[used, 0] - end) + 2.0 * away[used])] for end in beyond[[0, -1], 0])
@@ -288,5 +319,5 @@ def _along(places: Array, local: Array, edges: IntArray) -> IntArray:
         path.append(before[path[-1]])
     chain = np.array(path[::-1], dtype=np.int64)
     place = local[chain, 0]
-    # At its ends it may turn back from one edge of a thick lid to the other.
+    # At its ends the path may turn back from one edge of a thick lid to the other.
     return np.asarray(chain[place <= np.minimum.accumulate(place[::-1])[::-1]])

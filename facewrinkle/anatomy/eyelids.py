@@ -1,4 +1,4 @@
-"""Eyeballs, and the lids that glide over them."""
+"""Eyelids: how they turn over the eyeball to close the eye, and as it looks up and down."""
 
 from __future__ import annotations
 
@@ -17,26 +17,78 @@ from .joint_weights import JointWeights
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
 
+# --- Skin that belongs to a lid -----------------------------------------------------------------------------
+
+SHELL = 1.5
+"""Skin farther from the centre of the eye than this many radii is no lid."""
+
+PLATE = 1.3
+"""The stiff plate of a lid ends this many radii from the centre; from there to `SHELL` it holds less and less."""
 
 MARGIN_FADE = np.deg2rad(20.0)
 """Angle above the margin within which the motion of the upper lid fades to nothing (14 to 22 degrees in captured
 blinks).
 """
 
-SHELL = 1.5
-"""Skin farther from the centre than this many radii is no lid."""
+LOWER_FADE, INNER_FADE = 0.6, 2.5
+"""The same below the lower margin, and on the insides of lids: relative to `MARGIN_FADE`. The inside goes with the
+margin, and only what lies far back in the socket stays.
+"""
+
+EDGE = 0.1
+"""Thickness, in radii, over which skin beyond the margin passes from the outside of a lid to its inside."""
+
+CORNER = 0.08
+"""Beyond the canthi the motion fades to nothing over this, in distances between the canthi."""
+
+# --- Closing ------------------------------------------------------------------------------------------------
+
+MEETING = 0.12
+"""Height of the line where the lids meet above the lower margin, relative to that of the upper margin."""
+
+OVERLAP, MOST_OVERLAP = np.deg2rad(2.0), 0.2
+"""The turn of the upper lid beyond that line where the skin ends at its margin, so that coarse margins leave no chink;
+and its limit, relative to the height of the opening. Lids with a thickness would come through each other.
+"""
+
+# --- Following the eye --------------------------------------------------------------------------------------
+
+FOLLOWS_UP, FOLLOWS_DOWN = (0.45, 0.2), (0.9, 0.3)
+"""Turn of the upper and the lower lid relative to that of the eye (captured: 15 and 8 degrees up, 34 and 11 down)."""
+
+FOLLOWS_FULLY = 0.6
+"""Margins follow in full where the opening is at least this high relative to its highest place; its corners stay."""
+
+LARGEST_TURN = np.deg2rad(40.0)
+"""As far as an eye turns from straight ahead; people turn their heads well before."""
+
+# --- Skin is not folded over where the lids join ------------------------------------------------------------
+
+KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
+"""Share of its height above its neighbours by which skin may come down on them, and how much more it may per length
+along them.
+"""
+
+LEVEL = 0.2
+"""Skin still counts as above a neighbour that is higher by less than this share of their distance along the lids."""
+
+JOINED, LEAST_AREA = 0.2, 0.1
+"""Up to this far from the inner canthus the lids are one narrow skin, in distances between the canthi; of the area of a
+triangle there, as it was seen before they closed, this share is left at least.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class LidWeights:
-    """What the lids of an eye do, as guides.
+    """Turns of the skin with the lids of an eye.
 
     Attributes
     ----------
     close : JointWeights
     up, down : JointWeights
-        What they do while the eye turns up and down by one radian.
+        While the eye turns up and down by one radian.
 
     Examples
     --------
@@ -73,19 +125,14 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     eye, offset = opening.eye, points - opening.eye.centre
     along, elevation, distance = opening.polar(points)
     top, bottom = opening.lines(along)
-    meeting = bottom + 0.12 * (top - bottom)
-    is_upper = elevation > 0.5 * (top + bottom)
-    # The inside of a lid, nearer to the ball than its margin, goes with the margin; what lies far inside the socket
-    # stays.
-    outside = smoothstep((distance - opening.rim(along, is_upper)) / (0.1 * eye.radius) + 0.5)
-    beyond = np.where(is_upper, elevation - top, bottom - elevation)
-    reach = np.where(is_upper, MARGIN_FADE, 0.6 * MARGIN_FADE)
-    fade = 1.0 - smoothstep(beyond / (outside * reach + (1.0 - outside) * 2.5 * MARGIN_FADE))
-    inside = smoothstep(np.minimum(along, 1.0 - along) / 0.08 + 1.0)
-    overlap = np.minimum(0.0 if opening.thick else OVERLAP, 0.2 * (top - bottom))
-    angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * inside
+    height, is_upper = top - bottom, elevation > 0.5 * (top + bottom)
+    between = smoothstep(np.minimum(along, 1.0 - along) / CORNER + 1.0)
+    fade = _fade(opening, along, distance, np.where(is_upper, elevation - top, bottom - elevation), is_upper)
+    meeting = bottom + MEETING * height
+    overlap = np.minimum(0.0 if opening.thick else OVERLAP, MOST_OVERLAP * height)
+    angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * between
     near = (offset @ eye.gaze > 0.0) & (distance < SHELL * eye.radius)
-    hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3))) * inside
+    hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - PLATE) / (SHELL - PLATE))) * between
     across = along * opening.width / eye.radius
     angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, CLOSING_SHEAR)
     # Turning about up x gaze by a positive angle lowers what looks along the gaze.
@@ -96,28 +143,21 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     if not len(vertices):
         return None
     close = JointWeights(vertices, angles[vertices], hold[vertices], eye.centre, axis)
-    # The corners of the eye stay; in between both margins follow it.
-    height = top - bottom
-    follow = np.where(near, fade * inside, 0.0) * np.clip(height / (0.6 * height[vertices].max()), 0.0, 1.0)
-    guides = []
+    full = FOLLOWS_FULLY * height[vertices].max()
+    follow = np.where(near, fade * between, 0.0) * np.clip(height / full, 0.0, 1.0)
+    following = []
     for share, sign in ((FOLLOWS_UP, -1.0), (FOLLOWS_DOWN, 1.0)):
         most = np.where(is_upper, *share) * follow * LARGEST_TURN
         bounded = sign * _without_folds(most, sign * elevation, across, triangles, FOLLOWING_SHEAR) / LARGEST_TURN
-        guides.append(replace(close, angles=bounded[vertices]))
-    return LidWeights(close, *guides)
+        following.append(replace(close, angles=bounded[vertices]))
+    return LidWeights(close, *following)
 
 
-FOLLOWS_UP, FOLLOWS_DOWN = (0.45, 0.2), (0.9, 0.3)
-"""Turn of the upper and the lower lid relative to that of the eye (captured: 15 and 8 degrees up, 34 and 11 down)."""
-
-LARGEST_TURN = np.deg2rad(40.0)
-"""As far as an eye turns from straight ahead; people turn their heads well before."""
-
-
-OVERLAP = np.deg2rad(2.0)
-"""How much farther than to the line where the lids meet the upper one turns where the skin ends at its margin, so that
-coarse margins leave no chink. LidWeights that have a thickness would come through each other.
-"""
+def _fade(opening: EyelidOpening, along: Array, distance: Array, beyond: Array, is_upper: BoolArray) -> Array:
+    """Share (n,) of the motion of a margin that skin takes part in, by its angle `beyond` it."""
+    outside = smoothstep((distance - opening.rim(along, is_upper)) / (EDGE * opening.eye.radius) + 0.5)
+    reach = np.where(is_upper, MARGIN_FADE, LOWER_FADE * MARGIN_FADE)
+    return np.asarray(1.0 - smoothstep(beyond / (outside * reach + (1.0 - outside) * INNER_FADE * MARGIN_FADE)))
 
 
 def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray, shear: float) -> Array:
@@ -130,10 +170,10 @@ def _without_folds(angles: Array, elevation: Array, across: Array, triangles: In
     edges, _ = unique_edges(triangles)
     i, j = np.concatenate([edges, edges[:, ::-1]]).T
     rise, aside = elevation[j] - elevation[i], np.abs(across[j] - across[i])
-    up = rise > -0.2 * aside
+    up = rise > -LEVEL * aside
     length = KEPT * np.maximum(rise, 0.0) + shear * aside
     n, base = len(angles), float(-angles.min()) + 1.0
-    # From one node more, as far from every vertex as its angle; the angles are made positive for it.
+    # From one more node, as far from every vertex as its angle, which is made positive for that.
     source = np.full(n, n)
     graph = csr_array(
         (
@@ -145,10 +185,6 @@ def _without_folds(angles: Array, elevation: Array, across: Array, triangles: In
     return np.asarray(dijkstra(graph, indices=n)[:n] - base)
 
 
-KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
-"""By how much of its height over its neighbours skin may come down on them, and how far along them."""
-
-
 def _none_turned_over(angles: Array, offset: Array, triangles: IntArray, axis: Array) -> Array:
     """Turns of vertices about an axis through the origin, smaller where triangles would come to lie on their faces."""
     triangles = triangles[(angles[triangles] != 0.0).any(axis=1)]
@@ -156,23 +192,17 @@ def _none_turned_over(angles: Array, offset: Array, triangles: IntArray, axis: A
         return angles
     angles = angles.copy()
 
-    def across(turns: Array) -> Array:
+    def areas(turns: Array) -> Array:
         pairs = zip(turns.T, triangles.T, strict=True)
         a, b, c = (Rotation.from_rotvec(turn[:, None] * axis).apply(offset[k]) for turn, k in pairs)
         return np.cross(b - a, c - a)
 
     for _ in range(40):
         turns = angles[triangles]
-        together = across(np.repeat(turns.mean(axis=1, keepdims=True), 3, axis=1))
-        share = (across(turns) * together).sum(axis=1) / np.maximum((together**2).sum(axis=1), 1e-300)
-        over = np.unique(triangles[share < UPRIGHT])
+        together = areas(np.repeat(turns.mean(axis=1, keepdims=True), 3, axis=1))
+        share = (areas(turns) * together).sum(axis=1) / np.maximum((together**2).sum(axis=1), 1e-300)
+        over = np.unique(triangles[share < LEAST_AREA])
         if not len(over):
             break
         angles[over] *= 0.9
     return angles
-
-
-JOINED, UPRIGHT = 0.2, 0.1
-"""How far from the inner corner of an eye its lids are one narrow skin, in distances between the corners, and what is
-left there at least of the area of a triangle, as it was seen before they closed.
-"""

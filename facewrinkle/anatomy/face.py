@@ -24,7 +24,7 @@ from .cavities import Cavities, Lining
 from .eye_placement import place_eyeballs
 from .eyeball import Eyeball
 from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim
-from .eyelids import lid_weights
+from .eyelids import LidWeights, lid_weights
 from .jaw import Mandible, jaw_weights
 from .joint_weights import JointWeights
 from .landmarks import NOT_ON_SKIN, FaceFrame, frame_of
@@ -33,14 +33,15 @@ from .parts import Part
 from .skull import Tissue, tissue_of
 
 Array = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """A rest mesh with landmarks, skull, eyes and muscles; everything in the mesh's own unit and coordinates.
+    """A rest mesh with landmarks, skull, eyes and muscles, all in the mesh's own unit and coordinates.
 
-    Make one with :func:`facewrinkle.default_face` or :func:`facewrinkle.fit_face`; :func:`facewrinkle.surface` makes
-    one without anatomy of any surface.
+    :func:`facewrinkle.default_face` and :func:`facewrinkle.fit_face` make one; :func:`facewrinkle.surface` makes one
+    without anatomy of any surface.
 
     Attributes
     ----------
@@ -54,27 +55,27 @@ class Face:
     unit : float
         Millimetres per unit of the mesh.
     atlas : Atlas
-        Where the muscles, action units and expressions come from.
+        The source of muscles, action units and expressions.
     estimated : tuple of str
-        Landmarks that were not given but mirrored or carried over.
+        Landmarks that were not given but mirrored or estimated.
     texture : ndarray of uint8, shape (h, w, 3), optional
         Colour over the mesh's texture coordinates, first row at the top.
     brows : BrowHairs, optional
-        Eyebrows, tied to the triangles of the mesh.
+        Eyebrows, bound to the triangles of the mesh.
     confidences : dict of str to float
-        How far landmarks that were found by the shape of the mesh can be trusted, 0 to 1.
+        Confidence, 0 to 1, in landmarks that were found by the shape of the mesh.
     likeness : float, optional
-        How much the shape looks like a face, at most 1, where landmarks were found by it.
+        Likeness of the shape to a face, at most 1, if landmarks were found by it.
     source_points : ndarray of int, shape (n,), optional
         The number that each vertex has in the mesh that was given. Default: the same.
     parts : dict of str to Part
-        What came with the face beside its skin, such as ``eye_l``, ``upper_teeth``, ``lashes_l``, ``hair``.
+        Meshes that came with the face beside its skin, such as ``eye_l``, ``upper_teeth``, ``lashes_l``, ``hair``.
     report : tuple of str
-        What was mended and set apart when the face was fitted, one sentence each.
+        Repairs and parts that were set apart when the face was fitted, one sentence each.
 
     Examples
     --------
-    The built-in head, and how far its nose is in front of its eyes, mm:
+    The built-in head, and the distance of its nose in front of its eyes, mm:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
@@ -127,10 +128,10 @@ class Face:
     def without_anatomy(
         cls, mesh: pv.PolyData, unit: float, source_points: npt.NDArray[np.int64] | None = None
     ) -> Self:
-        """A clean triangle mesh as a face that has no landmarks, eyes, muscles or depth."""
+        """Return a clean triangle mesh as a face that has no landmarks, eyes, muscles or depth of tissue."""
         points, triangles = np.array(mesh.points, dtype=np.float64), np.asarray(mesh.regular_faces, dtype=np.int32)
-        nothing = np.zeros(len(points))
-        tissue = Tissue(nothing, nothing, vertex_normals(points, triangles), points, nothing.astype(bool))
+        zero = np.zeros(len(points))
+        tissue = Tissue(zero, zero, vertex_normals(points, triangles), points, zero.astype(bool))
         return cls(mesh, {}, {}, [], tissue, unit, load_atlas(), source_points=source_points)
 
     def __repr__(self) -> str:
@@ -153,20 +154,20 @@ class Face:
 
     @cached_property
     def frame(self) -> FaceFrame:
-        """Axes and size of the face; without landmarks those of the coordinates, and a fifth of the mesh's size."""
+        """Axes and size of the face; without landmarks, the axes of the coordinates and a fifth of the mesh's size."""
         if not self.landmarks:
             low, high = self.points.min(axis=0), self.points.max(axis=0)
             return FaceFrame(np.eye(3), 0.5 * (low + high), 0.2 * float(np.linalg.norm(high - low)))
         return frame_of(self.landmarks)
 
     @cached_property
-    def zones(self) -> npt.NDArray[np.bool_]:
-        """The triangles that the wrinkles of each muscle may touch, (k, m)."""
+    def zones(self) -> BoolArray:
+        """True (k, m) for the triangles that the wrinkles of each muscle may touch."""
         return zones((muscle.fold_pattern for muscle in self.muscles.values()), self.points, self.triangles)
 
     @cached_property
     def eyelid_openings(self) -> dict[str, EyelidOpening]:
-        """What is between the open lids of each eye, by side; eyes whose lids are closed have none."""
+        """The opening between the lids of each eye, by side; eyes whose lids are closed have none."""
         found = {eye.side: eyelid_opening(eye, self.points, self.triangles, self.landmarks) for eye in self.eyes}
         return {side: opening for side, opening in found.items() if opening is not None}
 
@@ -178,7 +179,7 @@ class Face:
 
     @cached_property
     def cavities(self) -> Cavities:
-        """The mouth and the nostrils; a face without landmarks has none to look for."""
+        """The mouth and the nostrils. Landmarks are needed."""
         return Cavities(self.points, self.triangles, self.landmarks, self.frame)
 
     @cached_property
@@ -190,40 +191,43 @@ class Face:
     def mandible(self) -> Mandible | None:
         """The bone of the lower jaw; None where no skin goes wholly with it."""
         jaws = ((muscle, self.joint_weights.get(name)) for name, muscle in self.muscles.items())
-        found = (Mandible.of(jaw, guide, self.points) for jaw, guide in jaws if isinstance(jaw, JawMuscle) and guide)
+        found = (Mandible.of(jaw, turns, self.points) for jaw, turns in jaws if isinstance(jaw, JawMuscle) and turns)
         return next((mandible for mandible in found if mandible is not None), None)
 
     @cached_property
     def joint_weights(self) -> dict[str, JointWeights]:
-        """What the muscles that move lids and jaw carry, by muscle; eyes without an opening have no lids."""
+        """Turns of the skin with lids and jaw, by muscle; eyes without an opening have no lids."""
         found: dict[str, JointWeights] = {}
         for eye in self.eyes:
             opening = self.eyelid_openings.get(eye.side)
             lids = None if opening is None else lid_weights(opening, self.points, self.triangles)
-            if lids is None:
-                continue
-            closing = f"orbicularis_oculi_{eye.side}"
-            turning = [
-                name
-                for name, muscle in self.muscles.items()
-                if isinstance(muscle, EyeMuscle) and muscle.side == eye.side and muscle.turn in ("up", "down")
-            ]
-            found[closing] = lids.close
-            upper = np.maximum(lids.close.angles, 0.0)
-            for name, muscle in self.muscles.items():
-                if isinstance(muscle, LidMuscle) and muscle.side == eye.side:
-                    lifted = dataclasses.replace(lids.close, angles=-muscle.share * upper)
-                    found[name] = dataclasses.replace(lifted, yields=(closing, *turning))
-                elif isinstance(muscle, EyeMuscle) and muscle.side == eye.side and muscle.turn in ("up", "down"):
-                    guide = lids.up if muscle.turn == "up" else lids.down
-                    found[name] = dataclasses.replace(guide, angles=muscle.angle * guide.angles, yields=(closing,))
+            found |= {} if lids is None else self._weights_of_lids(eye.side, lids)
         for name, muscle in self.muscles.items():
             if isinstance(muscle, JawMuscle):
                 found[name] = jaw_weights(muscle, self.points, self.triangles, self.landmarks, self.frame)
-        return {name: guide for name, guide in found.items() if name in self.muscles}
+        return {name: weights for name, weights in found.items() if name in self.muscles}
+
+    def _weights_of_lids(self, side: str, lids: LidWeights) -> dict[str, JointWeights]:
+        """Turns with the lids of one eye, by muscle; where several contract, closing comes first, then the gaze."""
+        closing = f"orbicularis_oculi_{side}"
+        following = {
+            name: (muscle.angle, lids.up if muscle.turn == "up" else lids.down)
+            for name, muscle in self.muscles.items()
+            if isinstance(muscle, EyeMuscle) and muscle.side == side and muscle.turn in ("up", "down")
+        }
+        upper = np.maximum(lids.close.angles, 0.0)
+        found = {closing: lids.close}
+        for name, muscle in self.muscles.items():
+            if isinstance(muscle, LidMuscle) and muscle.side == side:
+                lifted = -muscle.share * upper
+                found[name] = dataclasses.replace(lids.close, angles=lifted, yields=(closing, *following))
+            elif name in following:
+                angle, weights = following[name]
+                found[name] = dataclasses.replace(weights, angles=angle * weights.angles, yields=(closing,))
+        return found
 
     def gazes(self, rates: Mapping[str, float]) -> dict[str, Array]:
-        """The unit directions (3,) in which the eyes look, by side, at contraction rates by muscle."""
+        """Unit directions (3,) in which the eyes look, by side, at contraction rates by muscle."""
         turns = {eye.side: np.zeros(2) for eye in self.eyes}
         for name, muscle in self.muscles.items():
             if isinstance(muscle, EyeMuscle) and muscle.side in turns:
@@ -252,10 +256,10 @@ class Face:
         return FrameState.of(frame, self.mesh.n_points)
 
     def parts_at(self, frame: pv.PolyData) -> dict[str, pv.PolyData]:
-        """The parts beside the skin, where they are in a frame of :meth:`facewrinkle.Simulation.step`.
+        """The parts beside the skin, placed as in a frame of :meth:`facewrinkle.Simulation.step`.
 
-        Eyes turn with the gaze, lower teeth with the mandible, lashes go with the lids; the rest goes with the head.
-        Those that a recording moves by themselves are where it says.
+        Eyes turn with the gaze, lower teeth with the mandible, lashes with the lids; the rest goes with the head. Parts
+        that a recording moves by themselves are as recorded.
 
         Examples
         --------
@@ -271,9 +275,9 @@ class Face:
         return self._attachments.at(state.points, state.gazes, state.pose, own)
 
     def with_parts(self, frame: pv.PolyData) -> pv.PolyData:
-        """A frame and the parts beside the skin in one mesh, for files; its points come first, "part" tells them apart.
+        """Return a frame and the parts beside the skin in one mesh, for files; without parts, the frame itself.
 
-        The frame itself where there are no parts.
+        The points of the frame come first; the array "part" tells which part each point belongs to.
         """
         parts = self.parts_at(frame)
         for name, part in parts.items():
@@ -281,7 +285,7 @@ class Face:
         return combined_mesh(frame, parts) if parts else frame
 
     def landmarks_on(self, frame: pv.PolyData) -> dict[str, Array]:
-        """Where the landmarks are in a frame of :meth:`facewrinkle.Simulation.step`: on the moved and wrinkled skin.
+        """Return the landmarks on the moved and wrinkled skin of a frame of :meth:`facewrinkle.Simulation.step`.
 
         The centres of the eyes go with the head.
 
@@ -338,7 +342,7 @@ class Face:
         return to_polydata(self.tissue.anchors, self.triangles)
 
     def with_muscles(self, changes: Mapping[str, Muscle]) -> Self:
-        """The face with some muscles replaced or added.
+        """Return the face with some muscles replaced or added.
 
         Examples
         --------

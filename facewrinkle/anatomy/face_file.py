@@ -1,4 +1,4 @@
-"""Faces in files: the mesh with its landmarks and unit; muscles, skull and eyes are placed anew when it is read."""
+"""Files of faces: the mesh with its landmarks and unit. Muscles, skull and eyes are placed anew when one is read."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def _stored(key: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None) 
 
 
 def _restored(data: dict[str, Any], key: str) -> tuple[pv.PolyData, npt.NDArray[np.uint8] | None]:
-    """What `_stored` was given."""
+    """The mesh and texture that `_stored` was given."""
     data = {name.removeprefix(key): values for name, values in data.items() if name.startswith(key)}
     point_data = {name.removeprefix(_DATA): values for name, values in data.items() if name.startswith(_DATA)}
     mesh = to_polydata(data["points"], data["triangles"], point_data)
@@ -149,8 +149,8 @@ def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
         for name in sorted({k.split("/")[1] for k in data if k.startswith(_PARTS)})
     }
     eyes = eyes_of(face.eyes, parts, face.frame)
-    told = tuple(data["report"].tolist())
+    report = tuple(data["report"].tolist())
     likeness = float(data["likeness"]) if "likeness" in data else None
     return dataclasses.replace(
-        face, confidences=known, texture=texture, parts=parts, eyes=eyes, report=told, likeness=likeness
+        face, confidences=known, texture=texture, parts=parts, eyes=eyes, report=report, likeness=likeness
     )

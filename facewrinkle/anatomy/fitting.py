@@ -1,4 +1,4 @@
-"""A Face from any mesh with landmarks, and the built-in one."""
+"""Faces: the built-in one, and those fitted to any mesh."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
+from ..errors import LandmarkError, MeshError, ParameterError, warn
 from ..geometry.interpolation import barycentric
 from ..mesh import CleanSurface, as_texture, merged_texture, prepare, read_surface, read_texture, to_polydata
 from ..mesh.arrays import IMAGE
@@ -23,7 +23,6 @@ from .finding.landmarks import Watch
 from .head import load_head
 from .identity import Identity, head_of
 from .landmarks import (
-    MEAN_PUPIL_DISTANCE,
     NOT_ON_SKIN,
     REFUSED,
     REQUIRED,
@@ -34,23 +33,30 @@ from .landmarks import (
     read_landmarks,
 )
 from .parts import eyes_of, follower, named_parts
+from .units import millimetres, unit_of_face
 
 Array = npt.NDArray[np.float64]
 
-UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4}
+# --- Landmarks that are errors; in distances between the pupils ----------------------------------------------
 
 OFF_MESH = 0.2
-"""A landmark farther from the mesh than this many distances between the pupils is an error."""
-
-DOUBTED = 0.75
-"""Likeness below which what was found is to be checked."""
+"""A landmark may lie this far from the mesh."""
 
 ELSEWHERE = 0.5
-"""A given landmark that lies farther than this from where it was found, in distances between the pupils, is an error.
+"""A given landmark may lie this far from where it was found."""
+
+FACE = np.array([1.2, 2.0, 1.2])
+"""The vertices within these of the middle between the eyes [left, up, forward] are those of the face."""
+
+ASIDE, ONE_SIDED = 0.3, 0.02
+"""A side of the face begins this far from its middle; it is missing if it has less than this share of the other's
+vertices.
 """
 
-ASIDE = 0.3
-"""A side of the face begins this far from its middle, in distances between the pupils."""
+# --- Found landmarks that are to be checked ------------------------------------------------------------------
+
+DOUBTED = 0.75
+"""Those of a shape with a lower likeness."""
 
 CENTRAL = (
     *("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid"),
@@ -59,7 +65,7 @@ CENTRAL = (
 """Landmarks that much depends on."""
 
 UNSURE = 0.5
-"""Confidence of these below which they are to be checked."""
+"""Any of these with a lower confidence."""
 
 
 def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
@@ -103,16 +109,16 @@ def fit_face(
     texture: object = None,
     resolve_self_intersections: bool = False,
 ) -> Face:
-    """Place skull, eyes and muscles under a mesh.
+    """Return the face of a mesh, with skull, eyes and muscles placed under it.
 
     Parameters
     ----------
     mesh : PolyData or path
         Triangles, quads or polygons in any unit and orientation. Not changed. Where there are several parts, the one
-        that the landmarks lie on is the face; the others (eyes, teeth, lashes, hair, glasses) are carried along.
+        that the landmarks lie on is the face; the others (eyes, teeth, lashes, hair, glasses) go along with it.
     landmarks : dict, str or Path, optional
         Coordinates by name (see :data:`facewrinkle.anatomy.landmarks.NAMES`), or a JSON file. Missing ones are
-        mirrored or estimated where that is sound; otherwise they are found by the shape of the mesh
+        mirrored or estimated where the others suffice; otherwise they are found by the shape of the mesh
         (:func:`find_landmarks`). Those that are given are kept as they are.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float, optional
         Unit of the mesh, or millimetres per unit. Default: such that the pupils are 63 mm apart, as an adult's are.
@@ -123,8 +129,8 @@ def fit_face(
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
         The photo on the mesh. Default: the image that the file names or holds.
     resolve_self_intersections : bool
-        Smooth small places where the surface runs through itself, as much as it takes. Such places do no harm but to
-        looks; they are told in the face's `report`.
+        Smooth small places where the surface runs through itself, as much as it takes. Such places only look bad; they
+        are listed in the face's `report`.
 
     Returns
     -------
@@ -134,7 +140,7 @@ def fit_face(
     Raises
     ------
     MeshError
-        If the mesh cannot carry a face, or has no texture coordinates for a `texture` that is given.
+        If the mesh cannot be used for a face, or has no texture coordinates for a `texture` that is given.
     LandmarkError
         If no face is found where landmarks are missing; if landmarks lie off the mesh, are swapped left for right, or
         lie elsewhere than the face.
@@ -142,7 +148,7 @@ def fit_face(
     Warns
     -----
     FaceWrinkleWarning
-        If what was found may be no face; for each kind of fault that was mended (also in the face's `report`); if an
+        If what was found may be no face; for each kind of fault that was repaired (also in the face's `report`); if an
         image that the file names cannot be read.
 
     Examples
@@ -157,7 +163,7 @@ def fit_face(
     if not isinstance(atlas, Atlas | None):
         raise ParameterError(f"atlas must be an Atlas, such as read_atlas(path) gives, received {atlas!r}.")
     if units is not None:
-        _scale(units)  # what cannot be used is refused before the search
+        millimetres(units)  # raises before the search
     if texture is not None:
         texture = as_texture(texture)
     source = read_surface(mesh)
@@ -170,25 +176,27 @@ def fit_face(
     if search is not None:
         estimated = tuple(name for name in search.estimated if name not in given)
     frame = frame_of(found)
-    _check_both_sides(source, frame.axes, frame.origin, frame.pupil_distance)
+    _check_both_sides(frame.local(_used_points(source)))
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2], resolve_self_intersections=resolve_self_intersections)
     _check_on_mesh(given, clean, frame.pupil_distance)
     for name in found:
         if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
             found[name] = _closest(clean, found[name])
-    scale = _unit(units, frame.pupil_distance)
-    face = Face.from_landmarks(clean.mesh, found, scale, atlas, estimated)
-    confidences = {} if search is None else search.confidences
-    face = dataclasses.replace(face, source_points=clean.source_points, confidences=confidences, report=clean.report)
-    if search is not None:
-        face = dataclasses.replace(face, likeness=search.confidence)
-    face = dataclasses.replace(face, texture=_image(mesh, texture, clean.mesh))
+    face = Face.from_landmarks(clean.mesh, found, unit_of_face(units, frame.pupil_distance), atlas, estimated)
+    face = dataclasses.replace(
+        face,
+        source_points=clean.source_points,
+        confidences={} if search is None else search.confidences,
+        likeness=None if search is None else search.confidence,
+        report=clean.report,
+        texture=_image(mesh, texture, clean.mesh),
+    )
     return face if clean.others is None else _with_parts(face, clean.others)
 
 
 def _with_parts(face: Face, others: pv.PolyData) -> Face:
-    """The face with what else was in its file; where eyes were, its eyeballs are there."""
+    """The face with the other parts of its file, and with its eyeballs where eyes are among these."""
     parts, specks = named_parts(others, face.mesh, face.landmarks, face.frame)
     report = face.report
     if parts:
@@ -208,7 +216,7 @@ def _with_parts(face: Face, others: pv.PolyData) -> Face:
 
 
 def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.uint8] | None:
-    """The image that was given or that the mesh brings along, if it can be laid on it; several are put into one."""
+    """The image that was given or that comes with the mesh, if there are texture coordinates; several are merged."""
     if clean.active_texture_coordinates is not None:
         if texture is not None:
             return as_texture(texture)
@@ -222,12 +230,12 @@ def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.
 
 
 def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | None) -> Found:
-    """The landmarks that the shape shows, moved onto those that are given; an error where it shows no face."""
+    """Landmarks found by the shape, moved onto those that are given; an error where there is no face."""
     from .finding import find_landmarks, posed_by
 
     found = find_landmarks(source, watch, given)
     if posed_by(given) is not None:
-        _check_both_sides(source, found.pose.axes, found.pose.origin, found.pose.size)
+        _check_both_sides(found.pose.local(_used_points(source)))
     if found.confidence < REFUSED and posed_by(given) is None:
         missing = [name for name in REQUIRED if name not in mirrored(given)]
         raise LandmarkError(
@@ -260,13 +268,13 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | No
         )
     return dataclasses.replace(
         found,
-        landmarks=_drawn_to(found.landmarks, names, shift, found.pose.size) | dict(given),
+        landmarks=_warped_to(found.landmarks, names, shift, found.pose.size) | dict(given),
         confidences=found.confidences | dict.fromkeys(given, 1.0),
     )
 
 
-def _drawn_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, size: float) -> dict[str, Array]:
-    """Landmarks moved along with those whose shift is known, the less the farther they are from them."""
+def _warped_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, size: float) -> dict[str, Array]:
+    """Landmarks moved along with those whose shift is known, less with increasing distance from them."""
     from scipy.interpolate import RBFInterpolator
 
     at = np.array([landmarks[name] for name in names]) / size
@@ -280,13 +288,13 @@ def surface(
     texture: object = None,
     resolve_self_intersections: bool = False,
 ) -> Face:
-    """Any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.
+    """Return any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.
 
     Parameters
     ----------
     mesh : PolyData or path
-        Triangles, quads or polygons, any orientation. Not changed. Of several parts the largest is the surface, and
-        the others are carried along.
+        Triangles, quads or polygons, any orientation. Not changed. Of several parts the largest is the surface; the
+        others go along with it.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
         Unit of the mesh, or millimetres per unit.
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
@@ -314,7 +322,7 @@ def surface(
     >>> fw.Simulation(cloth).step().n_points == cloth.mesh.n_points
     True
 
-    A bump that bends over and comes down through the sheet, told and then smoothed:
+    A bump that bends over and comes down through the sheet, reported and then smoothed:
 
     >>> import warnings
     >>> hook = pv.Plane(i_size=100.0, j_size=100.0, i_resolution=40, j_resolution=40)
@@ -327,29 +335,14 @@ def surface(
     ('Smoothed the surface where it ran through itself: ...',)
     """
     clean = prepare(mesh, resolve_self_intersections=resolve_self_intersections)
-    face = Face.without_anatomy(clean.mesh, _scale(units), clean.source_points)
+    face = Face.without_anatomy(clean.mesh, millimetres(units), clean.source_points)
     others = clean.others
     parts = {} if others is None else {"other": follower("other", others, merged_texture(others))}
     return dataclasses.replace(face, parts=parts, report=clean.report, texture=_image(mesh, texture, clean.mesh))
 
 
-def _scale(units: str | float) -> float:
-    """Millimetres per unit."""
-    if isinstance(units, str):
-        if units not in UNITS:
-            raise unknown_name("unit", units, UNITS)
-        return UNITS[units]
-    try:
-        unit = float(units)
-    except (TypeError, ValueError, OverflowError):
-        unit = np.nan
-    if not 0.0 < unit < np.inf:
-        raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
-    return unit
-
-
 def fitted_brows(face: Face) -> BrowHairs:
-    """The eyebrows of the built-in head on another face, by their landmarks.
+    """Return the eyebrows of the built-in head on another face, by the landmarks of both.
 
     Examples
     --------
@@ -359,30 +352,13 @@ def fitted_brows(face: Face) -> BrowHairs:
     """
     head = load_head()
     places = head.brows.polylines(head.points, head.triangles, np.zeros_like(head.points))
-    carry = fitted_map(head.landmarks, face.landmarks, frame_of(head.landmarks), face.frame)
-    flat = carry(places.reshape(-1, 3))
-    found: Any = face.mesh.find_closest_cell(flat, return_closest_point=True)
+    base = frame_of(head.landmarks)
+    onto_face = fitted_map(head.landmarks, face.landmarks, base, face.frame)
+    found: Any = face.mesh.find_closest_cell(onto_face(places.reshape(-1, 3)), return_closest_point=True)
     cells, on_skin = found
     weights = barycentric(on_skin, face.points[face.triangles[cells]])
-    scale = face.frame.pupil_distance / frame_of(head.landmarks).pupil_distance
+    scale = face.frame.pupil_distance / base.pupil_distance
     return BrowHairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
-
-
-def _unit(units: str | float | None, pupil_distance: float) -> float:
-    if units is None:
-        return MEAN_PUPIL_DISTANCE / pupil_distance
-    unit = _scale(units)
-    if not 1.0 <= pupil_distance * unit <= 10_000.0:
-        raise ParameterError(
-            f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart; 1 to 10000 is allowed, and an "
-            "adult's are 50 to 76. Leave units out to take the size from the face."
-        )
-    if not 30.0 <= pupil_distance * unit <= 120.0:
-        warn(
-            f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart; an adult's are 50 to 76. "
-            "Leave units out to take the size from the face."
-        )
-    return unit
 
 
 def _closest(surface: CleanSurface, point: Array) -> Array:
@@ -391,13 +367,16 @@ def _closest(surface: CleanSurface, point: Array) -> Array:
     return np.asarray(found[1], dtype=np.float64)
 
 
-def _check_both_sides(source: pv.PolyData, axes: Array, origin: Array, size: float) -> None:
-    """Raise a LandmarkError where the mesh goes no farther than to the middle of the face on one side."""
-    points = np.asarray(source.points, dtype=np.float64)[np.unique(source.regular_faces)]
-    at = (points - origin) @ axes.T / size
-    face = at[(np.abs(at) < [1.2, 2.0, 1.2]).all(axis=1), 0]
+def _used_points(source: pv.PolyData) -> Array:
+    """Points of a mesh that its triangles use."""
+    return np.asarray(source.points, dtype=np.float64)[np.unique(source.regular_faces)]
+
+
+def _check_both_sides(local: Array) -> None:
+    """Raise a LandmarkError where the points of a mesh, in the frame of the face, leave out one of its sides."""
+    face = local[(np.abs(local) < FACE).all(axis=1), 0]
     for side, other, across in (("left", "right", face), ("right", "left", -face)):
-        if (across < -ASIDE).sum() < 0.02 * (across > ASIDE).sum():
+        if (across < -ASIDE).sum() < ONE_SIDED * (across > ASIDE).sum():
             raise LandmarkError(
                 f"by the landmarks, the mesh has only the subject's {side} side of the face; muscles need both. Mirror "
                 f"it in a modeller, join the halves, and give the landmarks of both; or check the {other} ones."
@@ -405,6 +384,7 @@ def _check_both_sides(source: pv.PolyData, axes: Array, origin: Array, size: flo
 
 
 def _check_on_mesh(given: Mapping[str, Array], surface: CleanSurface, size: float) -> None:
+    """Raise a LandmarkError for landmarks that lie too far from a surface."""
     names = [n for n in given if n not in NOT_ON_SKIN]
     if not names:
         return

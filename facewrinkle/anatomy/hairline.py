@@ -1,4 +1,4 @@
-"""The hairline of the scalp."""
+"""The hairline around the scalp. Lengths are mm on a face of average size."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from ..anatomy.landmarks import FaceFrame
 from ..geometry.smoothstep import smoothstep
+from .landmarks import FaceFrame
 
 Array = npt.NDArray[np.float64]
 
 
 HAIRLINE = np.array(
-    # azimuth from the front about the middle of the head in degrees, height over the eyes in mm
+    # azimuth from the front about the axis of the head in degrees, height above the eyes
     [
         *((0, 62), (10, 62.5), (20, 64), (29, 63), (36, 57), (42, 46), (48, 32), (55, 24), (61, 18), (64, 8)),
         *((66, -8), (69, -19), (76, -20), (80, -14), (82, 4), (86, 15), (95, 20), (106, 15), (113, 2), (118, -22)),
@@ -23,19 +23,23 @@ HAIRLINE = np.array(
     ],
     dtype=np.float64,
 )
-"""Of the scalp: over the forehead, down the temple and before the ear, around the ear to the nape."""
+"""The line over the forehead, down the temple before the ear, and around the ear to the nape."""
 
+AXIS_BEHIND_ZYGION = 12.0
+"""From the zygion back to the upright axis of the head."""
 
-BEHIND = 12.0
-"""From the zygion back to the axis about which the azimuth turns, mm."""
+HEAD_RADIUS = 80.0
+"""Radius about the axis at which azimuths are measured as lengths."""
 
+FOREHEAD, TEMPLE = 30.0, 60.0
+"""The line follows the trichion up to the first of these azimuths, the zygion from the second one on."""
 
-AROUND = 80.0
-"""Radius at which an azimuth is a length, mm."""
+EAR_HEIGHT = 16.0
+"""The zygion lies this far below the eyes on the built-in head; the line is as much higher where it is higher."""
 
 
 def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
-    """Signed distance (n,) of points from the hairline along the head, mm; positive where hair grows.
+    """Signed distance (n,) of points (n, 3) from the hairline along the head; positive where hair grows.
 
     Examples
     --------
@@ -48,12 +52,12 @@ def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     """
     where = frame.local_mm(points)
     ear, top = frame.local_mm(landmarks["zygion_l"]), frame.local_mm(landmarks["trichion"])
-    azimuth = np.degrees(np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + BEHIND))
+    azimuth = np.degrees(np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + AXIS_BEHIND_ZYGION))
     line = HAIRLINE.copy()
-    share = smoothstep((line[:, 0] - 30.0) / 30.0)
-    line[:, 1] += (1.0 - share) * (top[1] - line[0, 1]) + share * (ear[1] + 16.0)
-    flat = np.radians(azimuth) * AROUND
-    line[:, 0] = np.radians(line[:, 0]) * AROUND
+    share = smoothstep((line[:, 0] - FOREHEAD) / (TEMPLE - FOREHEAD))
+    line[:, 1] += (1.0 - share) * (top[1] - line[0, 1]) + share * (ear[1] + EAR_HEIGHT)
+    flat = np.radians(azimuth) * HEAD_RADIUS
+    line[:, 0] = np.radians(line[:, 0]) * HEAD_RADIUS
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T)))
     dense = np.linspace(0.0, along[-1], 600)
     curve = np.stack([np.interp(dense, along, line[:, c]) for c in range(2)], axis=1)

@@ -20,28 +20,29 @@ from scipy.sparse import csr_array
 from .brow_hairs import BrowHairs
 from .eyeball import Eyeball
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Array = NDArray[np.float64]
 
 DATA = Path(__file__).parent / "data"
 MIRROR = np.array([-1.0, 1.0, 1.0])
-SEAT = 0.25  # mm between eyeball and lid margin: more than the sag of a margin edge
+
+SEAT = 0.25
+"""Room between eyeball and lid margin, mm: more than an edge of the margin sags below the arc of its ends."""
 
 
-def both_sides(points: Floats) -> Floats:
+def both_sides(points: Array) -> Array:
     """Cage points of the left half, and after them the mirror images of those off the middle."""
     return np.vstack([points, points[points[:, 0] != 0.0] * MIRROR])
 
 
-def seated(points: Floats, share: Floats, centre: Floats, radius: float) -> Floats:
-    """Points (n, 3) with the lids' inner margin (where `share` (n,) is 1) on the eyeball, and all others outside it."""
+def seated(points: Array, share: Array, centre: Array, radius: float) -> Array:
+    """Points (n, 3) with the lids' inner margin, where `share` (n,) is 1, on the eyeball, and all others outside it."""
     away = points - centre
     distance = np.linalg.norm(away, axis=1)
     wanted = np.maximum(distance + share**2 * (radius + SEAT - distance), radius + SEAT)
     return np.asarray(centre + away * (wanted / distance)[:, None])
 
 
-def pair_of_eyes(centre: Floats, radius: float) -> tuple[Eyeball, Eyeball]:
+def pair_of_eyes(centre: Array, radius: float) -> tuple[Eyeball, Eyeball]:
     """The left eyeball, which looks ahead, and its mirror image."""
     ahead, up = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
     return Eyeball("l", centre, radius, ahead, up), Eyeball("r", centre * MIRROR, radius, ahead, up)
@@ -53,19 +54,19 @@ class Mould:
 
     Parameters
     ----------
-    weights : (k, c) sparse array
+    weights : sparse array, shape (k, c)
         From the c cage points of :func:`both_sides` to the k vertices of the left half, which come first.
-    lids : (k,) float array
-        1 on the lids' inner margin, 0 on their front and everywhere else; see :func:`seated`.
-    twins : (n - k,) int array
+    lids : ndarray, shape (k,)
+        1 on the lids' inner margin, falling to 0 on their front; see :func:`seated`.
+    twins : ndarray of int, shape (n - k,)
         Vertices of the left half whose mirror images are the other vertices.
     """
 
     weights: Any
-    lids: Floats
+    lids: Array
     twins: NDArray[np.int32]
 
-    def __call__(self, cage: Floats, centre: Floats, radius: float) -> Floats:
+    def __call__(self, cage: Array, centre: Array, radius: float) -> Array:
         """The head's points (n, 3) for the left half's cage points (c0, 3) and left eyeball."""
         left = seated(self.weights @ both_sides(cage), self.lids, centre, radius)
         middle = np.setdiff1d(np.arange(len(left)), self.twins)
@@ -79,25 +80,25 @@ class Head:
 
     Parameters
     ----------
-    points : (n, 3) float array
-    triangles : (4517, 3) int32 array
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int32, shape (4517, 3)
         Counter-clockwise seen from outside.
-    uv : (n, 2) float array
+    uv : ndarray, shape (n, 2)
         Texture coordinates in [0, 1], without overlaps.
-    landmarks : dict of (3,) arrays
+    landmarks : dict of str to ndarray, shape (3,)
         On the surface; ``eye_l_centre`` and ``eye_r_centre`` are the eyeballs' centres.
     eyes : tuple of two Eyeball
         The left one and the right one.
-    colour : (n, 3) uint8 array
+    colour : ndarray of uint8, shape (n, 3)
         Skin colour.
-    texture : (s, s, 3) uint8 array
+    texture : ndarray of uint8, shape (s, s, 3)
         The same colour as an image over `uv`, first row at v = 1: the border of the lips is sharper in it.
     brows : BrowHairs
     mould : Mould
 
     Examples
     --------
-    How far the centres of the eyes are apart, mm, and how many pixels the skin's texture has:
+    The distance between the centres of the eyes, mm, and the pixels of the skin's texture:
 
     >>> head = load_head()
     >>> left, right = head.eyes
@@ -105,10 +106,10 @@ class Head:
     (63.8, (1024, 1024, 3))
     """
 
-    points: Floats
+    points: Array
     triangles: NDArray[np.int32]
-    uv: Floats
-    landmarks: dict[str, Floats]
+    uv: Array
+    landmarks: dict[str, Array]
     eyes: tuple[Eyeball, Eyeball]
     colour: NDArray[np.uint8]
     texture: NDArray[np.uint8]
@@ -132,13 +133,13 @@ def load_head() -> Head:
 
 
 def cage_data() -> dict[str, Any]:
-    """The cage and what was typed with it: names, points, quads, landmarks, eyeball, brows, colours."""
+    """The cage as it was typed: names, points, quads, landmarks, eyeball, brows, colours."""
     data: dict[str, Any] = json.loads((DATA / "head_cage.json").read_text(encoding="utf-8"))
     return data
 
 
 def unpacked(data: dict[str, NDArray[Any]]) -> Head:
-    """Return the head that arrays hold as they are stored."""
+    """Return the head from its arrays as they are stored."""
     data["texture"] = _decoded(data["texture"])
     for array in data.values():
         array.setflags(write=False)

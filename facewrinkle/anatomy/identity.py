@@ -1,4 +1,4 @@
-"""Whose face it is: parameters in an artist's words that move the cage of the built-in head, and colour it."""
+"""Identity of a face: parameters in an artist's words that move the cage of the built-in head, and colour it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from .landmarks import frame_of
 
 Array = NDArray[np.float64]
 
-
 COLOURS = ("skin", "hair")
 """Parameters that change no shape."""
 
@@ -35,8 +34,21 @@ TINTS = {
 GREYING, GREY = 0.2, np.array([152.0, 145.0, 136.0])
 """The age at which hair begins to turn grey, and what it turns to."""
 
-DARK, TEXELS = 130.0, 4
-"""Brightness of the mean head's texture below which it is hair where hair grows; that is looked up every few texels."""
+DARK, DARK_FADE = 130.0, 50.0
+"""Brightness of the mean head's texture below which it begins to be hair where hair grows, and by how much less it is
+all hair.
+"""
+
+HAIRLINE_FADE = (-12.0, 6.0)
+"""Hair begins at the first distance from the hairline, mm, and is dense the second one farther."""
+
+TEXELS = 4
+"""That distance is computed for every few texels."""
+
+GREYEST, BROWN, BRIGHTEST = 0.85, 40.0, 200.0
+"""Share of hair that is grey at age 1; the brightness of the mean head's hair, whose strands keep their contrast; and
+that of grey hair at most.
+"""
 
 
 @dataclass(frozen=True)
@@ -104,7 +116,7 @@ class Identity:
 
     @classmethod
     def of(cls, what: Identity | Mapping[str, float] | None) -> Self | Identity:
-        """An identity from parameters by name; the mean one from None.
+        """Return an identity from parameters by name; the mean one from None.
 
         Raises
         ------
@@ -130,9 +142,9 @@ class Identity:
 
     @classmethod
     def random(cls, seed: int | None = None, spread: float = 0.9) -> Self:
-        """Somebody: all parameters at random in [-spread, spread]; the same for the same seed.
+        """Return somebody: all parameters at random in [-spread, spread]; the same for the same seed.
 
-        Who has dark skin has hair no fairer than it.
+        Hair is never fairer than the skin.
 
         Examples
         --------
@@ -149,7 +161,7 @@ class Identity:
 
 @cache
 def _moves() -> dict[str, Any]:
-    """What the parameters do, as typed."""
+    """The moves of the cage by parameter, as typed."""
     data: dict[str, Any] = json.loads((DATA / "identity.json").read_text(encoding="utf-8"))
     return data
 
@@ -159,7 +171,7 @@ def head_of(identity: Identity) -> Head:
 
     Examples
     --------
-    How far the angle of the jaw is from the middle, mm, from a narrow to a square jaw:
+    Distance of the angle of the jaw from the middle, mm, from a narrow to a square jaw:
 
     >>> [round(float(head_of(Identity(jaw=jaw)).landmarks["gonion_l"][0])) for jaw in (-1.0, 0.0, 1.0)]
     [58, 64, 70]
@@ -174,7 +186,7 @@ def head_of(identity: Identity) -> Head:
     shift, eye_shift = _shifts(weights, list(data["points"]), cage, left.centre)
     centre = left.centre + eye_shift
     points = mean.mould(cage + shift, centre, left.radius)
-    landmarks = {name: _carried(mean, place, points) for name, place in mean.landmarks.items()}
+    landmarks = {name: _moved_with(mean, place, points) for name, place in mean.landmarks.items()}
     eyes = pair_of_eyes(centre, left.radius)
     landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
     head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes)
@@ -188,16 +200,16 @@ def _tinted(colour: NDArray[np.uint8], hair: Array, identity: Identity) -> NDArr
     """Colours (..., 3) of the mean head for somebody's skin and hair, which is `hair` (...) of it."""
     skin = TINTS["skin"][int(identity.skin > 0.0)] ** abs(identity.skin)
     strands = TINTS["hair"][int(identity.hair > 0.0)] ** abs(identity.hair)
-    grey = smoothstep((identity.age - GREYING) / (1.0 - GREYING)) * 0.85
+    grey = smoothstep((identity.age - GREYING) / (1.0 - GREYING)) * GREYEST
     shown = colour * (skin + hair[..., None] * (strands - skin))
-    bright = GREY * (0.5 + 0.5 * colour.mean(axis=-1, keepdims=True) / 40.0)  # strand by strand as the brown was
-    shown += grey * hair[..., None] * (np.minimum(bright, 200.0) - shown)
+    bright = GREY * (0.5 + 0.5 * colour.mean(axis=-1, keepdims=True) / BROWN)
+    shown += grey * hair[..., None] * (np.minimum(bright, BRIGHTEST) - shown)
     return np.rint(np.clip(shown, 0.0, 255.0)).astype(np.uint8)
 
 
 @cache
 def _hair() -> tuple[Array, Array]:
-    """How much (0 to 1) of the mean head's colours (n,) and of its texture (s, s) is hair."""
+    """Share (0 to 1) of hair in the mean head's colours (n,) and in its texture (s, s)."""
     mean = load_head()
     cover = hair_cover(mean.points, mean.landmarks, frame_of(mean.landmarks))
     size = len(mean.texture)
@@ -207,8 +219,8 @@ def _hair() -> tuple[Array, Array]:
     flat = np.repeat(np.repeat(coarse, TEXELS, axis=0), TEXELS, axis=1)
     out = []
     for colour, distance in ((mean.colour, cover), (mean.texture, flat)):
-        dark = smoothstep((DARK - colour.mean(axis=-1)) / 50.0)
-        out.append(dark * smoothstep((distance + 12.0) / 6.0))
+        dark = smoothstep((DARK - colour.mean(axis=-1)) / DARK_FADE)
+        out.append(dark * smoothstep((distance - HAIRLINE_FADE[0]) / HAIRLINE_FADE[1]))
     return out[0], out[1]
 
 
@@ -237,7 +249,7 @@ def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Ar
     return shift[:-1], shift[-1]
 
 
-def _carried(head: Head, place: Array, points: Array) -> Array:
-    """Where a place on the skin of a head lies when its vertices are at other points."""
+def _moved_with(head: Head, place: Array, points: Array) -> Array:
+    """The place (3,) on the skin of a head that goes with it as its vertices move to other points."""
     on = closest_point(head.points, head.triangles, place)
     return np.asarray(on.barycentric @ points[head.triangles[on.triangle]])

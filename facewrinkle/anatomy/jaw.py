@@ -13,41 +13,48 @@ from scipy.spatial.transform import Rotation
 from ..geometry.laplacian import graph_laplacian
 from ..geometry.topology import unique_edges
 from .joint_weights import JointWeights
-from .landmarks import FaceFrame
+from .landmarks import FaceFrame, mouth_middle
 from .muscles import JawMuscle
 
 Array = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
-ABOVE = 0.16
-"""Skin farther above the line of the lips than this many distances between the pupils stays with the skull."""
+# Lengths are in distances between the pupils; heights are above the plane through hinge and mouth.
 
-BELOW = 0.24
-"""Skin farther below it goes with the mandible."""
+FIXED_ABOVE = 0.16
+"""Skin higher than this stays with the skull."""
 
-MIDDLE = 0.4
-"""Towards the middle of the lips, from so far aside, they lie closer to their bones."""
+TURNING_BELOW = 0.24
+"""Skin lower than this goes with the mandible."""
+
+LIPS_WIDTH, LIPS_LEAST = 0.4, 0.2
+"""Towards the middle of the mouth, from the first distance aside, both bounds shrink; in the middle to the other share.
+"""
 
 NECK = 0.55
-"""From the lower border of the mandible down, the skin of the neck follows less and less over this distance."""
+"""Skin farther than this below the lower border of the mandible stays; in between, the neck follows less and less."""
+
+WHOLLY = 0.98
+"""Skin that takes this share of the mandible's turn goes wholly with it."""
 
 
 def jaw_weights(
     jaw: JawMuscle, points: Array, triangles: npt.NDArray[np.int32], landmarks: Mapping[str, Array], frame: FaceFrame
 ) -> JointWeights:
-    """How far each vertex turns with the mandible.
+    """Turn of each vertex with the mandible.
 
-    Chin and jaw go with the bone, the face above the lips stays. In between the share is harmonic on the surface:
-    soft in the cheeks, and parted at the opening of the mouth.
+    Chin and jaw go with the bone, the face above the lips stays. In between, the share of the turn is harmonic on the
+    surface: it is soft in the cheeks, and jumps where the mouth is open.
 
     Examples
     --------
-    The share of the mandible's turn that chin, corner of the mouth and nose take part in:
+    The share of the mandible's turn that chin, corner of the mouth and nose take:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> jaw, share = face.muscles["jaw"], np.zeros(len(face.points))
-    >>> guide = jaw_weights(jaw, face.points, face.triangles, face.landmarks, face.frame)
-    >>> share[guide.vertices] = guide.angles / jaw.angle
+    >>> weights = jaw_weights(jaw, face.points, face.triangles, face.landmarks, face.frame)
+    >>> share[weights.vertices] = weights.angles / jaw.angle
     >>> for name in ("menton", "mouth_l", "nose_tip"):
     ...     print(share[face.mesh.find_closest_point(face.landmarks[name])].round(1))
     1.0
@@ -55,16 +62,16 @@ def jaw_weights(
     0.0
     """
     size, hinge, axis = frame.pupil_distance, jaw.hinge, jaw.axis
-    lips = 0.25 * sum(landmarks[n] for n in ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r"))
+    mouth = mouth_middle(landmarks)
     border = landmarks["menton"] - 0.5 * (landmarks["gonion_l"] + landmarks["gonion_r"])
-    # Heights over the plane through hinge and lips, and below the one along the lower border of the mandible.
-    up = _normal_of_plane(axis, np.asarray(lips) - hinge, frame.axes[1])
+    # Heights above the plane through hinge and mouth, and below the one along the lower border of the mandible.
+    up = _normal_of_plane(axis, mouth - hinge, frame.axes[1])
     over = (points - hinge) @ up / size
     under = (landmarks["menton"] - points) @ _normal_of_plane(axis, border, frame.axes[1]) / size
-    aside = np.minimum(0.2 + np.abs((points - lips) @ frame.axes[0]) / (MIDDLE * size), 1.0)
+    aside = np.minimum(LIPS_LEAST + np.abs((points - mouth) @ frame.axes[0]) / (LIPS_WIDTH * size), 1.0)
     behind = (points - hinge) @ frame.axes[2] < 0.0
-    fixed_up = (over > ABOVE * aside) | behind | (under > NECK)
-    fixed_down = (over < -BELOW * aside) & (under < 0.0) & ~fixed_up
+    fixed_up = (over > FIXED_ABOVE * aside) | behind | (under > NECK)
+    fixed_down = (over < -TURNING_BELOW * aside) & (under < 0.0) & ~fixed_up
     share = _harmonic(points, triangles, fixed_up, fixed_down)
     vertices = np.flatnonzero(share > 1e-4)
     return JointWeights(vertices, jaw.angle * share[vertices], np.zeros(len(vertices)), hinge, axis, bone=True)
@@ -77,10 +84,8 @@ def _normal_of_plane(axis: Array, forward: Array, up: Array) -> Array:
     return np.asarray(normal * np.sign(normal @ up))
 
 
-def _harmonic(
-    points: Array, triangles: npt.NDArray[np.int32], zero: npt.NDArray[np.bool_], one: npt.NDArray[np.bool_]
-) -> Array:
-    """The harmonic function (n,) that is 0 and 1 where it is told; edges weigh by their inverse length."""
+def _harmonic(points: Array, triangles: npt.NDArray[np.int32], zero: BoolArray, one: BoolArray) -> Array:
+    """The harmonic function (n,) with given vertices at 0 and at 1; edges weigh by their inverse length."""
     n = len(points)
     edges, _ = unique_edges(triangles)
     length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
@@ -95,7 +100,7 @@ def _harmonic(
 
 @dataclass(frozen=True, eq=False)
 class Mandible:
-    """The bone of the lower jaw, followed by the skin that goes wholly with it.
+    """The bone of the lower jaw: its turn is measured on the skin that goes wholly with it.
 
     Attributes
     ----------
@@ -120,18 +125,14 @@ class Mandible:
     axis: Array
 
     @classmethod
-    def of(cls, jaw: JawMuscle, guide: JointWeights, points: Array) -> Mandible | None:
-        """Return the mandible of a face at rest, None where no skin goes wholly with it."""
-        vertices = guide.vertices[guide.angles > WHOLLY * jaw.angle]
+    def of(cls, jaw: JawMuscle, weights: JointWeights, points: Array) -> Mandible | None:
+        """Return the mandible of a face at rest; None where no skin goes wholly with it."""
+        vertices = weights.vertices[weights.angles > WHOLLY * jaw.angle]
         return cls(vertices, points[vertices] - jaw.hinge, jaw.hinge, jaw.axis) if len(vertices) else None
 
     def rotation(self, points: Array) -> Array:
-        """Rotation (3, 3) about the hinge that the skin (n, 3) shows, with the head where it is at rest."""
+        """Rotation (3, 3) about the hinge that the skin (n, 3) shows, for a head that has not moved."""
         now = points[self.vertices] - self.hinge
         flat, turned = (offset - np.outer(offset @ self.axis, self.axis) for offset in (self.offsets, now))
         angle = np.arctan2((np.cross(flat, turned) @ self.axis).sum(), (flat * turned).sum())
         return np.asarray(Rotation.from_rotvec(angle * self.axis).as_matrix())
-
-
-WHOLLY = 0.98
-"""Skin that takes this share of the mandible's turn goes wholly with it."""

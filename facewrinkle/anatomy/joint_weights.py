@@ -1,4 +1,4 @@
-"""What carries the skin bodily: bones and lid plates that turn about an axis."""
+"""Turns of the skin with bones and the plates of lids."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class JointWeights:
-    """How far the tethers of each vertex turn with a bone or a lid at full contraction.
+    """Turn of each vertex with a bone or a lid at full contraction.
 
     Attributes
     ----------
@@ -20,10 +20,10 @@ class JointWeights:
     angles : ndarray, shape (k,)
         Turn about `axis`, radians; downwards positive.
     hold : ndarray, shape (k,)
-        In [0, 1]: 1 on the stiff plates of the lids (tarsi), which follow exactly; falls to 0 in the skin around.
+        In [0, 1]: 1 on the stiff plates of the lids (tarsi), which follow exactly, falling to 0 in the skin around.
     centre, axis : ndarray, shape (3,)
     bone : bool
-        Whether the bone itself turns, and the feet of all tethers with it; else plates are added to the tethers.
+        True if a bone turns, and the anchors of the tethers with it; else the skin is tethered to a lid's plate, too.
     yields : tuple of str
         Names of muscles whose contraction takes the place of this one's: a lid that closes does not follow the eye, and
         one that goes with the eye is not lifted more.
@@ -32,8 +32,8 @@ class JointWeights:
     --------
     Two vertices 10 mm in front of an axis, of which the second follows by half, at half a contraction:
 
-    >>> guide = JointWeights(np.array([1, 2]), np.array([0.4, 0.2]), np.zeros(2), np.zeros(3), np.array([1.0, 0, 0]))
-    >>> guide.turned(np.array([[0.0, 0, 0], [0, 0, 10], [0, 0, 10]]), rate=0.5)[:, 1].round(1)
+    >>> weights = JointWeights(np.array([1, 2]), np.array([0.4, 0.2]), np.zeros(2), np.zeros(3), np.array([1.0, 0, 0]))
+    >>> weights.turned(np.array([[0.0, 0, 0], [0, 0, 10], [0, 0, 10]]), rate=0.5)[:, 1].round(1)
     array([-2., -1.])
     """
 
@@ -46,12 +46,12 @@ class JointWeights:
     yields: tuple[str, ...] = ()
 
     def turned(self, points: Array, rate: float) -> Array:
-        """Displacement (k, 3) of the feet at a contraction rate, for rest positions (n, 3) in the unit of `centre`."""
+        """Displacement (k, 3) at a contraction rate, of rest positions (n, 3) in the unit of `centre`."""
         return turned(points[self.vertices] - self.centre, self.axis, rate * self.angles)
 
 
 def turned(vectors: Array, axis: Array, angles: Array) -> Array:
-    """By how much vectors (k, 3) change when they turn by angles (k,) about an axis (Rodrigues)."""
+    """Change of vectors (k, 3) that turn by angles (k,) about an axis (Rodrigues)."""
     cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
     axial = axis * (vectors @ axis)[:, None]
     return np.asarray((vectors - axial) * (cos - 1.0) + np.cross(axis, vectors) * sin)

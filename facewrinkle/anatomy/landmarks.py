@@ -1,4 +1,4 @@
-"""Named landmarks: their symmetry, the frame and size of the face that they span, reading and writing.
+"""Named landmarks: their symmetry, the frame and size of the face that they span, reading and writing them.
 
 Landmarks of a pair are named ``NAME_l_PART`` or ``NAME_l`` and ``..._r...`` after the subject's own left and right.
 """
@@ -49,25 +49,32 @@ PAIRED = [
 ]
 NAMES: tuple[str, ...] = (*MIDLINE, *(name.format(side) for name in PAIRED for side in "lr"))
 
+MOUTH = ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")
+
 NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 
-# Geometry and expression hang on these; they cannot be guessed from the others (the mirrored one of a pair can).
+# Geometry and expressions depend on these, and the others do not give them. Of a pair, one gives the other.
 REQUIRED = (
     *(name.format(side) for name in ("eye_{}_inner", "eye_{}_outer", "mouth_{}", "brow_{}_mid") for side in "lr"),
     *("nose_tip", "upper_lip_mid", "lower_lip_mid"),
 )
 
 REFUSED = 0.60
-"""Likeness below which what was found is no face."""
+"""A face is found only with a likeness of at least this."""
 
 MEAN_PUPIL_DISTANCE = 63.0
 """Distance between the pupils of an adult in mm (Dodgson, "Variation and extrema of human interpupillary distance",
 2004).
 """
 
+LEAN = 0.14
+"""Slope at which the line from mouth to eyes leans back against the vertical of the face: 0.11 to 0.19 on three mean
+faces.
+"""
+
 
 def mirrored_name(name: str) -> str:
-    """The landmark's counterpart on the other side; itself on the midline.
+    """The name of a landmark's counterpart on the other side; on the midline, its own.
 
     Examples
     --------
@@ -95,9 +102,33 @@ def of_side(stem: str, side: str) -> str:
     return name
 
 
+def lips_middle(landmarks: Mapping[str, Array]) -> Array:
+    """The place (3,) where the lips meet in the middle: halfway between the middles of the two.
+
+    Examples
+    --------
+    >>> lips_middle({"upper_lip_mid": np.array([0.0, -64, 20]), "lower_lip_mid": np.array([0.0, -72, 18])})
+    array([  0., -68.,  19.])
+    """
+    return np.asarray(0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"]))
+
+
+def mouth_middle(landmarks: Mapping[str, Array]) -> Array:
+    """The mean (3,) of the four landmarks of the mouth, which lies farther back than the middle of the lips.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> marks = fw.default_face().landmarks
+    >>> (lips_middle(marks) - mouth_middle(marks)).round(1) + 0.0
+    array([ 0. , -0.2,  6.6])
+    """
+    return np.asarray(0.25 * sum(landmarks[name] for name in MOUTH))
+
+
 @dataclass(frozen=True, eq=False)
 class FaceFrame:
-    """Orthonormal axes of a face and its size: rows of `axes` are the subject's left, up and forward.
+    """Orthonormal axes of a face, and its size. The rows of `axes` are the subject's left, up and forward.
 
     Attributes
     ----------
@@ -122,7 +153,7 @@ class FaceFrame:
 
     @property
     def scale(self) -> float:
-        """What a millimetre on a face of average size is here, in the unit of the landmarks."""
+        """A millimetre on a face of average size, in the unit of the landmarks."""
         return self.pupil_distance / MEAN_PUPIL_DISTANCE
 
     def local(self, points: Array) -> Array:
@@ -152,7 +183,7 @@ class FaceFrame:
         return np.asarray(self.origin + self.pupil_distance * local @ self.axes)
 
     def tilted(self, angle: float) -> FaceFrame:
-        """As a face that lifts its chin by an angle (degrees) is seen from the front.
+        """Return the frame turned such that, seen along it, the face lifts its chin by an angle in degrees.
 
         Examples
         --------
@@ -165,7 +196,7 @@ class FaceFrame:
 
 
 def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
-    """The frame that eyes, mouth and brows span. Needs the required landmarks of both sides.
+    """The frame that eyes, mouth and nose span. The required landmarks of both sides are needed.
 
     Examples
     --------
@@ -179,7 +210,6 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
     """
     side = {s: 0.5 * (landmarks[f"eye_{s}_inner"] + landmarks[f"eye_{s}_outer"]) for s in "lr"}
     centre = 0.5 * (side["l"] + side["r"])
-    lips = 0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"])
     mouth = 0.5 * (landmarks["mouth_l"] + landmarks["mouth_r"])
     spans = [landmarks[n] - landmarks[mirrored_name(n)] for n in ("eye_l_outer", "eye_l_inner", "mouth_l")]
     size = float(np.linalg.norm(np.ptp([*side.values(), mouth, landmarks["nose_tip"]], axis=0)))
@@ -190,7 +220,7 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
     forward = np.cross(left, up)
     forward, up = forward - LEAN * up, up + LEAN * forward
     axes = np.array([left, up / np.linalg.norm(up), forward / np.linalg.norm(forward)])
-    nose = landmarks["nose_tip"] - 0.5 * (centre + lips)
+    nose = landmarks["nose_tip"] - 0.5 * (centre + lips_middle(landmarks))
     if nose @ axes[2] < 0.0:
         raise LandmarkError(
             "the landmarks are swapped left for right, or the face is mirrored: with them the nose points into "
@@ -203,7 +233,7 @@ def frame_of(landmarks: Mapping[str, Array]) -> FaceFrame:
 
 
 def _direction(vector: Array, size: float) -> Array:
-    """The unit vector along a vector that must not be tiny beside the size of the face."""
+    """The unit vector along a vector that must not be tiny relative to the size of the face."""
     length = float(np.linalg.norm(vector))
     if not length > 1e-3 * size:
         raise LandmarkError(
@@ -214,19 +244,13 @@ def _direction(vector: Array, size: float) -> Array:
 
 
 def _pairs(landmarks: Mapping[str, Array]) -> list[tuple[str, str]]:
-    """Names of the pairs, left and right, that are there."""
+    """Names of the pairs of which both are there, left and right."""
     names = [(name.format("l"), name.format("r")) for name in PAIRED]
     return [(left, right) for left, right in names if left in landmarks and right in landmarks]
 
 
-LEAN = 0.14
-"""How far the line from mouth to eyes leans back against the face's vertical, as a slope; 0.11 to 0.19 on three mean
-faces.
-"""
-
-
 def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
-    """Landmarks with every one that is missing on one side only mirrored from the other.
+    """Return the landmarks, and mirror images of those that are missing on one side.
 
     The mirror plane is fitted to the pairs and midline points that are given. Without at least one pair nothing is
     mirrored.
@@ -256,7 +280,7 @@ def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def complete(given: Mapping[str, Array], template: Mapping[str, Array]) -> tuple[dict[str, Array], tuple[str, ...]]:
-    """All landmarks: given ones as they are, the others mirrored or carried over from `template`.
+    """Return all landmarks: given ones as they are, the others mirrored or mapped from `template`.
 
     Returns
     -------
@@ -271,7 +295,7 @@ def complete(given: Mapping[str, Array], template: Mapping[str, Array]) -> tuple
 
     Examples
     --------
-    What is needed at least, of one side where there are two, gives all of them:
+    The least that is needed, of each pair one, gives all of them:
 
     >>> import facewrinkle as fw
     >>> template = fw.default_face().landmarks
@@ -319,7 +343,7 @@ def _check_sides(landmarks: Mapping[str, Array], frame: FaceFrame) -> None:
 
 
 def fitted_map(template: Mapping[str, Array], found: Mapping[str, Array], base: FaceFrame, frame: FaceFrame) -> Any:
-    """Smooth map of the template's space onto the face: thin-plate interpolation of the landmarks both have.
+    """Return a smooth map of the template's space onto the face: it interpolates the landmarks that both have.
 
     Examples
     --------
@@ -328,27 +352,28 @@ def fitted_map(template: Mapping[str, Array], found: Mapping[str, Array], base: 
     >>> import facewrinkle as fw
     >>> head = fw.default_face().landmarks
     >>> large = {name: 2.0 * place for name, place in head.items()}
-    >>> carry = fitted_map(head, large, frame_of(head), frame_of(large))
-    >>> carry(np.array([10.0, 20.0, 30.0])).round(3)
+    >>> onto_large = fitted_map(head, large, frame_of(head), frame_of(large))
+    >>> onto_large(np.array([10.0, 20.0, 30.0])).round(3)
     array([20., 40., 60.])
     """
     from scipy.interpolate import RBFInterpolator
 
     shared = [n for n in NAMES if n in found]
-    source = np.array([(template[n] - base.origin) @ base.axes.T / base.pupil_distance for n in shared])
-    target = np.array([(found[n] - frame.origin) @ frame.axes.T / frame.pupil_distance for n in shared])
+    source = base.local(np.array([template[n] for n in shared]))
+    target = frame.local(np.array([found[n] for n in shared]))
     warp = RBFInterpolator(source, target - source, kernel="linear", degree=1)
 
-    def carry(points: Array) -> Array:
-        local = np.atleast_2d((points - base.origin) @ base.axes.T / base.pupil_distance)
-        there = (local + warp(local)) * frame.pupil_distance @ frame.axes + frame.origin
-        return np.asarray(there.reshape(points.shape))
+    def mapped(points: Array) -> Array:
+        local = np.atleast_2d(base.local(points))
+        return frame.world(local + warp(local)).reshape(points.shape)
 
-    return carry
+    return mapped
 
 
 def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
-    """Landmarks from a dictionary or a JSON file: ``{name: [x, y, z]}`` or ``{"landmarks": {name: {"xyz": [...]}}}``.
+    """Read landmarks from a dictionary or a JSON file.
+
+    It holds ``{name: [x, y, z]}`` or ``{"landmarks": {name: {"xyz": [x, y, z]}}}``.
 
     Parameters
     ----------
@@ -413,7 +438,7 @@ def write_landmarks(
     estimated: Iterable[str] = (),
     confidences: Mapping[str, float] | None = None,
 ) -> None:
-    """Write landmarks as JSON in the form that :func:`read_landmarks` reads; how far each can be trusted, if known.
+    """Write landmarks as JSON that :func:`read_landmarks` reads, with the confidence in each where it is known.
 
     Examples
     --------
@@ -424,12 +449,12 @@ def write_landmarks(
     ...     read_landmarks(f"{folder}/landmarks.json")
     {'nose_tip': array([0. , 1.5, 2. ])}
     """
-    guessed, trust = set(estimated), confidences or {}
+    guessed, known = set(estimated), confidences or {}
     entries: dict[str, dict[str, Any]] = {
         n: {"xyz": [float(c) for c in p], "estimated": n in guessed} for n, p in landmarks.items()
     }
-    for name in trust.keys() & entries.keys():
-        entries[name]["confidence"] = round(trust[name], 3)
+    for name in known.keys() & entries.keys():
+        entries[name]["confidence"] = round(known[name], 3)
     try:
         with replaced(path) as whole:
             whole.write_text(json.dumps({"landmarks": entries}, indent=1) + "\n", encoding="utf-8")

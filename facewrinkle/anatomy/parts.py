@@ -1,4 +1,4 @@
-"""What comes with a face beside its skin: eyes, teeth, lashes, brows, hair, glasses. They are carried along."""
+"""Parts that come with a face beside its skin, and go along with it: eyes, teeth, tongue, lashes, hair, glasses."""
 
 from __future__ import annotations
 
@@ -17,35 +17,98 @@ from ..geometry.topology import unique_edges
 from ..mesh import merged_texture
 from ..mesh.arrays import COLORS, PART, SOURCE, with_data
 from .eyeball import RADIUS, Eyeball
-from .landmarks import FaceFrame
+from .landmarks import FaceFrame, mouth_middle
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 Follows = Literal["skull", "mandible", "eye", "skin"]
 
-NEAR_EYE, AROUND_EYE = 1.6, 0.1
-"""What lies within so many radii of the middle of an eye, and this farther, in distances between the pupils, belongs
-to it.
+# Every connected piece gets its name from the first table below that it fits, in this order. Lengths are in distances
+# between the pupils. Numbers in brackets are those of the built-in head, whose eyes have a radius of 0.19.
+
+# --- A piece belongs to an eye ----------------------------------------------------------------------------
+
+EYE_RADII, EYE_MARGIN = 1.6, 0.1
+"""All of it lies within this many radii, and this margin for lashes, of the centre of the eye."""
+
+OFF_AXIS = 0.5
+"""Balls, corneas and irises lie less than this many radii aside of the eye's middle, as seen from the front."""
+
+EYE_HEIGHT, EYE_SMALL = 0.6, 0.8
+"""They are also at least this high relative to their width, which lashes are not, or smaller than this many radii of an
+adult's eye either way, as a pupil is.
 """
 
-BALLS = (0.7, 2.6)
-"""Radii of balls that may be eyes, relative to an adult's: up to where those of a child or a cartoon touch."""
+STRAND = 0.2
+"""They are no hairs: their second largest extent is at least this share of the largest."""
 
-UNEVEN, OPEN = 0.25, 1.2
-"""How far a ball may bulge, as with its cornea, and how broad the piece of it is that there is at least, in radii."""
+# --- It is the ball of an eye, and gives it its place and size ---------------------------------------------
 
-ARCH, ROWS, TONGUE = 0.4, 0.04, 0.2
-"""How broad a row of teeth is, how far apart two are, and how broad a tongue is, in distances between the pupils."""
+BALL_POINTS = 9
+"""A sphere is fitted to this many points or more."""
 
-ON_SKIN = 0.12
-"""Parts that nowhere are farther from the skin than this, in distances between the pupils, follow the skin."""
+BALL_RADII = (0.7, 2.6)
+"""Its radius relative to an adult's: up to those of a child or a cartoon, where the two balls touch."""
 
+BALL_BULGE = 0.25
+"""Points may lie this far off the sphere, in its radii; those of a cornea do."""
+
+BALL_BREADTH = 1.2
+"""The piece is this broad at least, in radii. Of some eyes only the front is modelled; an iris is narrower."""
+
+# --- It belongs to the mouth: teeth, gums, tongue (teeth, unless it is a tongue) ---------------------------
+
+MOUTH_HALF_WIDTH, MOUTH_HALF_HEIGHT = 0.55, 0.5
+"""Its middle lies within these of the middle of the mouth (0.37 and 0.23)."""
+
+MOUTH_BACK, MOUTH_FRONT = -1.2, 0.05
+"""The same forward (-0.67 to -0.12)."""
+
+MOUTH_FOREMOST = 0.25
+"""No point of it lies farther in front of the mouth, as glasses and a fringe do (-0.05)."""
+
+MOUTH_EXTENT = 1.4
+"""It is smaller than this (0.96: the upper gum)."""
+
+TONGUE_WIDTH, TONGUE_LENGTH, TONGUE_ASIDE = 0.2, 1.2, 0.1
+"""A tongue is wider than this (0.6; a molar is 0.17 wide), at least this long relative to its width (1.4; gums are
+0.7), and its middle is no farther aside.
+"""
+
+ARCH_WIDTH, BITE = 0.4, 0.04
+"""Pieces wider than this are whole rows of teeth, or their gums; two of them are those of both jaws if their heights
+differ by more than this (0.39).
+"""
+
+# --- Something else ----------------------------------------------------------------------------------------
 
 SPECK = 0.02
-"""Parts smaller than this, in distances between the pupils, are dropped, unless they belong to an eye or a mouth."""
+"""Smaller pieces are dropped."""
 
+ON_SKIN = 0.12
+"""Pieces that are nowhere farther from the skin are fuzz, such as brows or stubble, and follow it."""
+
+GLASSES_WIDTH, GLASSES_ABOVE, GLASSES_BELOW = 0.4, 0.7, 0.9
+"""Glasses are wider than this, reach in front of the nasion, and end within these above and below it."""
+
+# Hair is what has its middle above the nasion, hangs, or is a fringe; the rest is "other".
+
+HAIR_BEHIND = 1.2
+"""Hair that hangs reaches this far behind the tip of the nose, and above the mouth. A neck or a pedestal does not."""
+
+FRINGE = 1.0
+"""A fringe begins this far above the nasion, at the hairline (0.94), however far it hangs down."""
+
+# --- Lashes are cards --------------------------------------------------------------------------------------
 
 CARD = 0.04
-"""Sheets wider than this share of all lashes are cards with a picture of many hairs; a hair is a tenth as wide."""
+"""Sheets wider than this share of the extent of all lashes are cards with a picture; a hair is a tenth as wide."""
+
+SHEET = 0.5
+"""The normals of a sheet add up to more than this share of its area; those of a tube cancel."""
+
+MOSTLY = 0.5
+"""Lashes are cards where these make up more than this share of their area."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,11 +120,11 @@ class Part:
     mesh : pyvista.PolyData
         At rest, in the coordinates of the face, with the point data of the input.
     follows : {"skull", "mandible", "eye", "skin"}
-        What carries it.
+        What it moves with.
     side : {"l", "r", ""}
         Of an eye.
     texture : ndarray of uint8, shape (h, w, 3 or 4), optional
-        Colour, and how opaque it is, over the mesh's texture coordinates.
+        Colour, and opacity, over the mesh's texture coordinates.
     source_points : ndarray of int, shape (k,), optional
         The number that each point has in the mesh that the face was made from.
     """
@@ -70,11 +133,11 @@ class Part:
     follows: Follows
     side: str = ""
     texture: npt.NDArray[np.uint8] | None = None
-    source_points: npt.NDArray[np.int64] | None = None
+    source_points: IntArray | None = None
 
     @cached_property
     def lacks_picture(self) -> bool:
-        """Whether it is cards, flat and wide, that should show a picture of hairs, and has neither that nor colours."""
+        """True for cards, flat and wide, that have neither the picture of hairs that they should show nor colours."""
         if self.texture is not None or COLORS in self.mesh.point_data:
             return False
         points, triangles = np.asarray(self.mesh.points), np.asarray(self.mesh.regular_faces)
@@ -82,17 +145,20 @@ class Part:
         a, b, c = (points[triangles[:, corner]] for corner in range(3))
         across = 0.5 * np.cross(b - a, c - a)
         area = np.bincount(label, np.linalg.norm(across, axis=1))
-        flat = np.linalg.norm([np.bincount(label, values) for values in across.T], axis=0) > 0.5 * area  # no tube
+        flat = np.linalg.norm([np.bincount(label, values) for values in across.T], axis=0) > SHEET * area
         edges, sides = unique_edges(triangles)
         length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
         length[np.bincount(sides.ravel()) > 1] = 0.0
         border = np.bincount(label, length[sides].sum(axis=1))
+        # The width of a strip is twice its area over the length of its border.
         cards = flat & (2.0 * area > CARD * np.ptp(points, axis=0).max() * border)
-        return bool(area[cards].sum() > 0.5 * area.sum())
+        return bool(area[cards].sum() > MOSTLY * area.sum())
 
 
 def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None = None) -> Part:
-    """The part of a name: ``eye_l`` turns with the eye, lower teeth and tongue with the jaw, lashes with the skin."""
+    """Return the part of a name: ``eye_l`` turns with the eye, lower teeth and tongue with the jaw, lashes with the
+    skin.
+    """
     source, side = mesh.point_data.pop(SOURCE, None), ""  # of a new object
     follows: Follows = "skin" if name.split("_")[0] in ("lashes", "fuzz") else "skull"
     if name.startswith("eye_"):
@@ -102,103 +168,124 @@ def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None
     return Part(mesh, follows, side, texture, None if source is None else np.asarray(source))
 
 
-# --- what is what -----------------------------------------------------------------------------------------
+# --- naming them ------------------------------------------------------------------------------------------
 
 
 def named_parts(
     others: pv.PolyData, skin: pv.PolyData, landmarks: Mapping[str, Array], frame: FaceFrame
 ) -> tuple[dict[str, Part], int]:
-    """Eyes, teeth, tongue, lashes, glasses, hair, told apart by size and place, and how many specks were dropped.
+    """Eyes, teeth, tongue, lashes, glasses and hair by name, and how many specks were dropped.
 
     Parameters
     ----------
     others : pyvista.PolyData
-        All that is not skin; its cell data "part" number what is connected.
+        All that is not skin; its cell data "part" number the connected pieces.
     skin : pyvista.PolyData
     landmarks : dict of str to ndarray, shape (3,)
     frame : FaceFrame
     """
     triangles, label = np.asarray(others.regular_faces), np.asarray(others.cell_data[PART])
-    local = (np.asarray(others.points) - frame.origin) @ frame.axes.T / frame.pupil_distance
-    marks = {n: (p - frame.origin) @ frame.axes.T / frame.pupil_distance for n, p in landmarks.items()}
+    local = frame.local(np.asarray(others.points))
+    marks = {name: frame.local(place) for name, place in landmarks.items()}
     away = cKDTree(np.asarray(skin.points)).query(others.points)[0] / frame.pupil_distance
     order = np.argsort(label, kind="stable")
     ends = np.flatnonzero(np.diff(label[order], prepend=-1, append=label.max() + 1))
     pieces = [(piece, np.unique(triangles[piece])) for piece in (order[begin:end] for begin, end in pairwise(ends))]
     eyes = {side: _socket([local[used] for _, used in pieces], marks[f"eye_{side}_centre"]) for side in "lr"}
     kinds = [_kind(local[used], away[used], marks, eyes) for _, used in pieces]
-    inside = [local[used] for (_, used), kind in zip(pieces, kinds, strict=True) if kind == "teeth"]
-    line = _bite(inside, _lips(marks)[1])
-    rows: dict[str, list[npt.NDArray[np.int64]]] = {}
+    teeth = [local[used] for (_, used), kind in zip(pieces, kinds, strict=True) if kind == "teeth"]
+    bite = _bite(teeth, mouth_middle(marks)[1])
+    chosen: dict[str, list[IntArray]] = {}
     for (piece, used), kind in zip(pieces, kinds, strict=True):
-        name = _jaw_with(local[used], line) + "_teeth" if kind == "teeth" else kind
-        rows.setdefault(name, []).append(piece)
-    specks = len(rows.pop("speck", []))
-    found = {}
-    for name in sorted(rows):
-        chosen = np.sort(np.concatenate(rows[name]))
-        kept, renumbered = np.unique(triangles[chosen], return_inverse=True)
-        mesh = with_data(others, renumbered.reshape(-1, 3), kept)
-        for array in others.cell_data:
-            mesh.cell_data[array] = np.asarray(others.cell_data[array])[chosen]
-        if COLORS in mesh.point_data and np.asarray(mesh.point_data[COLORS]).min() == 255:
-            del mesh.point_data[COLORS]  # where others have colours
-        found[name] = follower(name, mesh, merged_texture(mesh))
-    return found, specks
+        name = f"{_jaw_of(local[used], bite)}_teeth" if kind == "teeth" else kind
+        chosen.setdefault(name, []).append(piece)
+    specks = len(chosen.pop("speck", []))
+    return {name: _part(name, others, np.sort(np.concatenate(chosen[name]))) for name in sorted(chosen)}, specks
+
+
+def _part(name: str, others: pv.PolyData, cells: IntArray) -> Part:
+    """The part of a name that some cells of a mesh make up."""
+    kept, renumbered = np.unique(np.asarray(others.regular_faces)[cells], return_inverse=True)
+    mesh = with_data(others, renumbered.reshape(-1, 3), kept)
+    for array in others.cell_data:
+        mesh.cell_data[array] = np.asarray(others.cell_data[array])[cells]
+    if COLORS in mesh.point_data and np.asarray(mesh.point_data[COLORS]).min() == 255:
+        del mesh.point_data[COLORS]  # other parts have colours, this one has none
+    return follower(name, mesh, merged_texture(mesh))
 
 
 def _socket(pieces: list[Array], centre: Array) -> tuple[Array, float]:
-    """Centre and radius of an eye: of the largest ball that there is about where it is expected, or as expected."""
+    """Centre and radius of an eye: those of the largest ball about its landmark, or an adult's there."""
     balls = [ball for ball in (_eyeball(points, centre, RADIUS) for points in pieces) if ball is not None]
     return max(balls, key=lambda ball: ball[1], default=(centre, RADIUS))
 
 
 def _kind(points: Array, away: Array, marks: Mapping[str, Array], eyes: Mapping[str, tuple[Array, float]]) -> str:
-    """What a part is, from its points (n, 3) [left, up, forward] and their distances from the skin.
-
-    All lengths are in distances between the pupils.
+    """Name of a piece by the tables above, from its points [left, up, forward] (n, 3) and their distances (n,) from the
+    skin; "teeth" for those of either jaw.
     """
-    low, high = points.min(axis=0), points.max(axis=0)
-    middle, extent = 0.5 * (low + high), high - low
     for side, (centre, radius) in eyes.items():
-        if np.linalg.norm(points - centre, axis=1).max() > NEAR_EYE * radius + AROUND_EYE:
-            continue
-        # Balls, corneas and irises are round and lie before or about the middle of the eye; lashes stand off its rim.
-        flat = np.linalg.norm(middle[:2] - centre[:2])
-        lengths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-        hair = lengths[1] < 0.2 * lengths[0]
-        round_ = not hair and (extent[1] > 0.6 * extent[0] or extent[:2].max() < 0.8 * RADIUS)
-        return f"eye_{side}" if flat < 0.5 * radius and round_ else f"lashes_{side}"
-    lips = _lips(marks)
-    within = np.abs(middle - lips)
-    behind = middle[2] < lips[2] + 0.05 and high[2] < lips[2] + 0.25
-    if behind and within[0] < 0.55 and within[1] < 0.5 and middle[2] > lips[2] - 1.2 and extent.max() < 1.4:
-        tongue = extent[0] > TONGUE and extent[2] > 1.2 * extent[0] and within[0] < 0.1  # deep, and in the middle
-        return "tongue" if tongue else "teeth"
-    if extent.max() < SPECK:
+        if np.linalg.norm(points - centre, axis=1).max() <= EYE_RADII * radius + EYE_MARGIN:
+            return f"eye_{side}" if _is_of_eyeball(points, centre, radius) else f"lashes_{side}"
+    low, high = points.min(axis=0), points.max(axis=0)
+    mouth, bridge = mouth_middle(marks), marks["nasion"]
+    if _is_in_mouth(low, high, mouth):
+        return "tongue" if _is_tongue(low, high, mouth) else "teeth"
+    if (high - low).max() < SPECK:
         return "speck"
     if away.max() < ON_SKIN:
         return "fuzz"
-    bridge = marks["nasion"]
-    if high[2] > bridge[2] and high[1] < bridge[1] + 0.7 and low[1] > bridge[1] - 0.9 and extent[0] > 0.4:
+    if _is_glasses(low, high, bridge):
         return "glasses"
-    hangs = low[2] < marks["nose_tip"][2] - 1.2 and high[1] > lips[1]  # what ends below is a neck or a pedestal
-    fringe = high[1] > bridge[1] + 1.0  # from above the forehead, however far down
-    return "hair" if middle[1] > bridge[1] or hangs or fringe else "other"
+    hangs = low[2] < marks["nose_tip"][2] - HAIR_BEHIND and high[1] > mouth[1]
+    is_fringe = high[1] > bridge[1] + FRINGE
+    return "hair" if 0.5 * (low + high)[1] > bridge[1] or hangs or is_fringe else "other"
 
 
-def _lips(marks: Mapping[str, Array]) -> Array:
-    return np.asarray(np.mean([marks[n] for n in ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")], axis=0))
+def _is_of_eyeball(points: Array, centre: Array, radius: float) -> bool:
+    """True for balls, corneas and irises; False for lashes, which stand off the rim of the eye."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    aside, extent = np.linalg.norm((0.5 * (low + high) - centre)[:2]), high - low
+    lengths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if aside >= OFF_AXIS * radius or lengths[1] < STRAND * lengths[0]:
+        return False
+    return bool(extent[1] > EYE_HEIGHT * extent[0] or extent[:2].max() < EYE_SMALL * RADIUS)
 
 
-def _bite(pieces: list[Array], lips: float) -> float:
-    """The height at which two rows of teeth meet: between the highest and the lowest, or the lips' if there is one."""
-    heights = [0.5 * (points[:, 1].min() + points[:, 1].max()) for points in pieces if np.ptp(points[:, 0]) > ARCH]
-    return 0.5 * (min(heights) + max(heights)) if heights and max(heights) - min(heights) > ROWS else lips
+def _is_in_mouth(low: Array, high: Array, mouth: Array) -> bool:
+    aside, above, ahead = 0.5 * (low + high) - mouth
+    return bool(
+        (abs(aside) < MOUTH_HALF_WIDTH and abs(above) < MOUTH_HALF_HEIGHT and MOUTH_BACK < ahead < MOUTH_FRONT)
+        and high[2] < mouth[2] + MOUTH_FOREMOST
+        and (high - low).max() < MOUTH_EXTENT
+    )
 
 
-def _jaw_with(points: Array, line: float) -> str:
-    return "lower" if points[:, 1].min() + points[:, 1].max() <= 2.0 * line else "upper"
+def _is_tongue(low: Array, high: Array, mouth: Array) -> bool:
+    (width, _, length), aside = high - low, abs(0.5 * (low + high) - mouth)[0]
+    return bool(width > TONGUE_WIDTH and length > TONGUE_LENGTH * width and aside < TONGUE_ASIDE)
+
+
+def _is_glasses(low: Array, high: Array, bridge: Array) -> bool:
+    level = high[1] < bridge[1] + GLASSES_ABOVE and low[1] > bridge[1] - GLASSES_BELOW
+    return bool(level and high[2] > bridge[2] and high[0] - low[0] > GLASSES_WIDTH)
+
+
+def _bite(teeth: list[Array], lips: float) -> float:
+    """The height at which two rows of teeth meet: between the highest and the lowest; with one row, that of the lips.
+
+    Lips may lie lower or higher than the teeth behind them, so the rows tell which is which if there are two.
+    """
+    rows = [0.5 * (points[:, 1].min() + points[:, 1].max()) for points in teeth if np.ptp(points[:, 0]) > ARCH_WIDTH]
+    return 0.5 * (min(rows) + max(rows)) if rows and max(rows) - min(rows) > BITE else lips
+
+
+def _jaw_of(points: Array, bite: float) -> str:
+    """The jaw of teeth, by the height of their middle."""
+    return "lower" if points[:, 1].min() + points[:, 1].max() <= 2.0 * bite else "upper"
+
+
+# --- balls ------------------------------------------------------------------------------------------------
 
 
 def ball_of(points: Array) -> tuple[Array, float]:
@@ -219,18 +306,19 @@ def ball_of(points: Array) -> tuple[Array, float]:
 
 
 def _eyeball(points: Array, centre: Array, adult: float) -> tuple[Array, float] | None:
-    """Centre and radius of the ball, or its front, that points (n, 3) are; none if it is no eye about this place.
+    """Centre and radius of the ball, or its front, that points (n, 3) lie on; None if it is no eye about this place.
 
-    `adult` is the radius of an eye as it is expected.
+    `adult` is the radius of an adult's eye.
     """
-    if len(points) < 9:
+    if len(points) < BALL_POINTS:
         return None
     middle, radius = ball_of(points)
     across = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
     extent = np.sort(np.ptp(points @ across.T, axis=0))
-    even = np.abs(np.linalg.norm(points - middle, axis=1) - radius).max() < UNEVEN * radius
-    right = BALLS[0] < radius / adult < BALLS[1] and np.linalg.norm(middle - centre) < radius
-    return (middle, radius) if even and right and extent[1] > OPEN * radius else None
+    is_round = np.abs(np.linalg.norm(points - middle, axis=1) - radius).max() < BALL_BULGE * radius
+    is_here = np.linalg.norm(middle - centre) < radius
+    fits = BALL_RADII[0] < radius / adult < BALL_RADII[1] and extent[1] > BALL_BREADTH * radius
+    return (middle, radius) if is_round and is_here and fits else None
 
 
 def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part], frame: FaceFrame) -> list[Eyeball]:
@@ -247,6 +335,3 @@ def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part], frame: FaceFrame) ->
                 eye = replace(eye, centre=ball[0], radius=ball[1])
         out.append(eye)
     return out
-
-
-# --- how it moves -----------------------------------------------------------------------------------------

@@ -16,10 +16,31 @@ from ..geometry.topology import boundary_loops, unique_edges
 
 Array = npt.NDArray[np.float64]
 
+# Lengths are in distances between the pupils.
+
+SAMPLE_RADIUS = 0.03
+"""Within about this distance from a landmark, the weight of its sample of the tissue grows no further."""
+
+BORDER_STIFFNESS, BORDER_FADE = 12.0, 0.15
+"""Additional stiffness of the tethers, as a factor, at the outer border of an open mesh, where the skin beyond it would
+hold it; and the distance over which that falls to nothing.
+"""
+
+SMOOTHING = 0.12
+"""The surface and its normals are smoothed over this, so that the skull does not follow lips, nostrils and lids."""
+
+LEAST_DEPTH = 1.0 / 3.0
+"""The bone stays below the skin by this share of the tissue: smoothing cuts corners where a face is concave."""
+
+# The skull is a wall where it does not fold over, as it does around eyes, mouth and nostrils: the cosine between the
+# skin's smoothed normals and those of the skull, the cosine between these and those of the skin, and the distance from
+# holes are larger than these.
+WALL_SKULL, WALL_SKIN, WALL_HOLES = 0.7, 0.5, 0.25
+
 
 @dataclass(frozen=True, eq=False)
 class Tissue:
-    """What lies between skin and bone, per vertex of the skin.
+    """Soft tissue between skin and bone, per vertex of the skin.
 
     Attributes
     ----------
@@ -30,14 +51,14 @@ class Tissue:
     normals : ndarray, shape (n, 3)
         Unit normals of the skin, smoothed over about the thickness: the direction of the tethers.
     anchors : ndarray, shape (n, 3)
-        Where the tethers start: the vertices of the skull.
+        Ends of the tethers on the bone: the vertices of the skull.
     solid : ndarray of bool, shape (n,)
-        Where the skull is a wall that stops the skin. Around eyes, mouth and nostrils the surface under the skin folds
-        over.
+        True where the skull is a wall that stops the skin. Around eyes, mouth and nostrils it is none: the surface
+        under the skin folds over.
 
     Examples
     --------
-    What lies over the bone is thin on the forehead and thick in the cheeks; millimetres:
+    It is thin on the forehead and thick in the cheeks; millimetres:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
@@ -58,7 +79,7 @@ class Tissue:
 def tissue_of(
     points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Array, Array, Array], size: float
 ) -> Tissue:
-    """Soft tissue from samples of its depth and stiffness at landmarks.
+    """Return the soft tissue, from samples of its depth and stiffness at landmarks.
 
     Parameters
     ----------
@@ -72,8 +93,7 @@ def tissue_of(
     Notes
     -----
     Samples are spread with inverse distance weights (Shepard), the stiffness by its logarithm. The skull is the skin
-    moved inwards by the depth along the smoothed normals; smoothing (implicit, so any mesh resolution will do) keeps
-    it from following lips, nostrils and lids.
+    moved inwards by the depth along the smoothed normals, and smoothed (implicitly, so any mesh resolution will do).
 
     Examples
     --------
@@ -88,37 +108,33 @@ def tissue_of(
     """
     where, depths, stiffness = samples
     square = ((points[:, None, :] - where[None]) ** 2).sum(axis=2) / size**2
-    weights = (square + 0.03**2) ** -1.5
+    weights = (square + SAMPLE_RADIUS**2) ** -1.5
     weights /= weights.sum(axis=1, keepdims=True)
     depth = weights @ depths
-    rim, holes = _distances_to_loops(points, triangles)
-    tethers = np.exp(weights @ np.log(stiffness)) * (1.0 + RIM * np.exp(-((rim / (0.15 * size)) ** 2)))
-    smooth = _smoother(points, triangles, 0.12 * size)
+    border, holes = _distances_to_loops(points, triangles)
+    near_border = np.exp(-((border / (BORDER_FADE * size)) ** 2))
+    tethers = np.exp(weights @ np.log(stiffness)) * (1.0 + BORDER_STIFFNESS * near_border)
+    smooth = _smoother(points, triangles, SMOOTHING * size)
     facing = vertex_normals(points, triangles)
     normals = smooth(facing)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     anchors = smooth(points - depth[:, None] * normals)
-    # Smoothing cuts corners where the face is concave: the bone stays below the skin by a third of the tissue at least.
     above = ((points - anchors) * normals).sum(axis=1)
-    anchors -= np.maximum(depth / 3.0 - above, 0.0)[:, None] * normals
-    solid = ((vertex_normals(anchors, triangles) * normals).sum(axis=1) > 0.7) & (holes > 0.25 * size)
-    solid &= (facing * normals).sum(axis=1) > 0.5
+    anchors -= np.maximum(LEAST_DEPTH * depth - above, 0.0)[:, None] * normals
+    solid = (vertex_normals(anchors, triangles) * normals).sum(axis=1) > WALL_SKULL
+    solid &= ((facing * normals).sum(axis=1) > WALL_SKIN) & (holes > WALL_HOLES * size)
     return Tissue(depth, tethers, normals, anchors, solid)
 
 
-RIM = 12.0
-"""How much stiffer the tethers are at the outer rim of an open mesh, where the skin beyond it would hold it."""
-
-
 def _distances_to_loops(points: Array, triangles: npt.NDArray[np.int32]) -> tuple[Array, Array]:
-    """Distance of each vertex from the longest boundary loop, and from all others; infinite where there is none."""
+    """Distance of each vertex from the longest boundary loop, and from the others; infinite where there is none."""
     loops = boundary_loops(triangles)
     lengths = [np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum() for loop in loops]
     outer = int(np.argmax(lengths)) if loops else -1
     out = []
     for chosen in (loops[outer : outer + 1], loops[:outer] + loops[outer + 1 :]):
-        rim = np.concatenate([points[loop] for loop in chosen]) if chosen else None
-        out.append(np.full(len(points), np.inf) if rim is None else cKDTree(rim).query(points)[0])
+        places = np.concatenate([points[loop] for loop in chosen]) if chosen else None
+        out.append(np.full(len(points), np.inf) if places is None else cKDTree(places).query(points)[0])
     return out[0], out[1]
 
 

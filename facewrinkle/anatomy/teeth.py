@@ -11,10 +11,47 @@ import pyvista as pv
 
 from ..geometry.rings import ring_triangles
 from ..mesh import to_polydata
-from .landmarks import MEAN_PUPIL_DISTANCE, FaceFrame
+from .landmarks import FaceFrame, lips_middle
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
+
+
+CROWN_WIDTHS = {"upper": (8.5, 6.5, 7.5, 7.0, 7.0, 10.0, 9.0), "lower": (5.0, 5.5, 7.0, 7.0, 7.0, 11.0, 10.5)}
+"""Widths of the crowns from the middle backwards, mm (Nelson, "Wheeler's Dental Anatomy")."""
+
+CROWN_HEIGHTS = {"upper": (10.5, 9.0, 10.0, 8.5, 8.5, 7.5, 7.0), "lower": (9.0, 9.5, 11.0, 8.5, 8.0, 7.5, 7.0)}
+"""Their heights, mm (the same)."""
+
+CROWN_THICKNESS = (6.0, 6.0, 7.0, 8.0, 8.5, 10.5, 10.5)
+"""Their thickness from lip to tongue at the gum, mm."""
+
+EDGE_THICKNESS = (0.28, 0.28, 0.4, 0.75, 0.8, 0.85, 0.85)
+"""Their thickness at the edge, relative to that at the gum."""
+
+ELLIPSE = {"upper": (29.0, 46.0), "lower": (27.0, 43.5)}
+"""Half width and depth of the arch's outer border, mm."""
+
+BEHIND_LIPS = 10.5
+"""From the front of the lips back to the upper incisors, mm."""
+
+BELOW_LIPS = 3.2
+"""From the line where the lips meet down to the edges of the upper incisors, mm."""
+
+OVERJET, OVERBITE = 2.5, 3.2
+"""From the edges of the upper incisors back, and up, to those of the lower ones, mm."""
+
+GUM_LEAN = -0.35
+"""End of the lower gum towards the lip, in thicknesses of crowns: it makes room for the fold of the chin."""
+
+ENAMEL, CROWN_NECK = np.array([228.0, 216.0, 196.0]), np.array([206.0, 186.0, 158.0])
+"""Colours of a crown at its edge and at the gum."""
+
+GUM = np.array([172.0, 92.0, 88.0])
+"""Colour of the gum."""
+
+CROWN_SIDES, CROWN_RINGS = 14, 7
+"""Points around a crown, and rings of them from its edge into the gum."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,34 +91,6 @@ class Arch:
         return mesh
 
 
-WIDTHS = {"upper": (8.5, 6.5, 7.5, 7.0, 7.0, 10.0, 9.0), "lower": (5.0, 5.5, 7.0, 7.0, 7.0, 11.0, 10.5)}
-"""Of the crowns from the middle backwards, mm; like the heights below from Nelson, "Wheeler's Dental Anatomy"."""
-
-HEIGHTS = {"upper": (10.5, 9.0, 10.0, 8.5, 8.5, 7.5, 7.0), "lower": (9.0, 9.5, 11.0, 8.5, 8.0, 7.5, 7.0)}
-
-THICKNESS = (6.0, 6.0, 7.0, 8.0, 8.5, 10.5, 10.5)
-"""Of the crowns from lip to tongue at the gum, mm."""
-
-EDGE = (0.28, 0.28, 0.4, 0.75, 0.8, 0.85, 0.85)
-"""Thickness at the edge, relative to that at the gum."""
-
-ELLIPSE = {"upper": (29.0, 46.0), "lower": (27.0, 43.5)}
-"""Half width and depth of the arch's outer border, mm."""
-
-LIPS = 10.5
-"""From the front of the lips back to the upper incisors, mm; the lower ones stand OVERJET behind these."""
-
-OVERJET, OVERBITE = 2.5, 3.2
-BELOW = 3.2
-"""The edges of the upper incisors lie so far below the line where the lips meet, mm."""
-
-LEAN = -0.35
-"""Where the lower gum ends towards the lip, in thicknesses of crowns: it makes room for the fold of the chin."""
-
-ENAMEL, ROOT, GUM = (np.array(c) for c in ((228.0, 216.0, 196.0), (206.0, 186.0, 158.0), (172.0, 92.0, 88.0)))
-AROUND, LEVELS = 14, 7
-
-
 def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Arch, Arch]:
     """The upper and the lower arch behind the lips.
 
@@ -103,31 +112,30 @@ def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Arch, Ar
     >>> upper.surface().n_cells == len(upper.triangles)
     True
     """
-    scale = frame.pupil_distance / MEAN_PUPIL_DISTANCE
-    lips = 0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"])
+    lips = lips_middle(landmarks)
     arches = []
     for jaw in ("upper", "lower"):
         points, triangles, paint = _arch(jaw)
-        down, back = (BELOW, LIPS) if jaw == "upper" else (BELOW - OVERBITE, LIPS + OVERJET)
-        placed = lips + scale * (points - [0.0, down, back]) @ frame.axes
+        down, back = (BELOW_LIPS, BEHIND_LIPS) if jaw == "upper" else (BELOW_LIPS - OVERBITE, BEHIND_LIPS + OVERJET)
+        placed = lips + frame.scale * (points - [0.0, down, back]) @ frame.axes
         arches.append(Arch(jaw, placed, triangles.astype(np.int32), np.rint(paint).astype(np.uint8)))
     return arches[0], arches[1]
 
 
 def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
-    """Points (left, up, forward), triangles and colours in mm; the incisors' edges meet the outer border at 0."""
+    """Points [left, up, forward] in mm, triangles and colours; the incisors' edges meet the outer border at 0."""
     sign = 1.0 if jaw == "upper" else -1.0
     parts = [_gum(jaw)]
-    crowns = ring_triangles(AROUND, LEVELS, first=AROUND * LEVELS)
+    crowns = ring_triangles(CROWN_SIDES, CROWN_RINGS, first=CROWN_SIDES * CROWN_RINGS)
     place = 0.0
-    for k, width in enumerate(WIDTHS[jaw]):
+    for k, width in enumerate(CROWN_WIDTHS[jaw]):
         centre, outward = _on_border(jaw, np.array(place + 0.5 * width))
         place += width
-        crown = _crown(width, HEIGHTS[jaw][k], THICKNESS[k], EDGE[k])
+        crown = _crown(width, CROWN_HEIGHTS[jaw][k], CROWN_THICKNESS[k], EDGE_THICKNESS[k])
         along = np.array([outward[2], 0.0, -outward[0]])
         left = centre + crown[:, :1] * along + crown[:, 1:2] * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
-        share = np.clip(crown[:, 1:2] / HEIGHTS[jaw][k], 0.0, 1.0)
-        paint = ENAMEL + (ROOT - ENAMEL) * share**2
+        share = np.clip(crown[:, 1:2] / CROWN_HEIGHTS[jaw][k], 0.0, 1.0)
+        paint = ENAMEL + (CROWN_NECK - ENAMEL) * share**2
         parts += [(left, crowns, paint), (left * [-1, 1, 1], crowns[:, ::-1], paint)]
     offsets = np.cumsum([0] + [len(points) for points, _, _ in parts])
     points = np.concatenate([points for points, _, _ in parts]) * [1.0, sign, 1.0]
@@ -149,8 +157,8 @@ def _on_border(jaw: str, place: Array) -> tuple[Array, Array]:
 
 def _crown(width: float, height: float, thickness: float, edge: float) -> Array:
     """Points (along the arch, up from the edge, out) of a crown, ring by ring from its edge into the gum."""
-    level = np.linspace(0.0, 1.0, LEVELS)[:, None] ** 1.5
-    turn = 2.0 * np.pi * np.arange(AROUND) / AROUND
+    level = np.linspace(0.0, 1.0, CROWN_RINGS)[:, None] ** 1.5
+    turn = 2.0 * np.pi * np.arange(CROWN_SIDES) / CROWN_SIDES
     across, out = (np.sign(f) * np.abs(f) ** 0.7 for f in (np.sin(turn), np.cos(turn)))
     round_off = 1.0 - 0.35 * np.exp(-level / 0.02)  # the edge is rounded
     half = 0.5 * width * (0.98 - 0.13 * level**2 - 0.04 * (1.0 - level) ** 4) * round_off
@@ -164,17 +172,17 @@ def _crown(width: float, height: float, thickness: float, edge: float) -> Array:
 
 def _gum(jaw: str) -> tuple[Array, IntArray, Array]:
     """The gum over the roots of both sides: a ridge along the arch, scalloped around the crowns."""
-    ends = np.cumsum(WIDTHS[jaw])
+    ends = np.cumsum(CROWN_WIDTHS[jaw])
     place = np.linspace(0.0, ends[-1], 60)
     which = np.minimum(np.searchsorted(ends, place), len(ends) - 1)
-    inside = (place - (ends - WIDTHS[jaw])[which]) / np.array(WIDTHS[jaw])[which]
-    height = np.interp(place, ends - 0.5 * np.array(WIDTHS[jaw]), HEIGHTS[jaw])
-    thick = np.interp(place, ends - 0.5 * np.array(WIDTHS[jaw]), THICKNESS)
+    inside = (place - (ends - CROWN_WIDTHS[jaw])[which]) / np.array(CROWN_WIDTHS[jaw])[which]
+    height = np.interp(place, ends - 0.5 * np.array(CROWN_WIDTHS[jaw]), CROWN_HEIGHTS[jaw])
+    thick = np.interp(place, ends - 0.5 * np.array(CROWN_WIDTHS[jaw]), CROWN_THICKNESS)
     border, outward = _on_border(jaw, place)
     papilla = 1.6 * np.abs(2.0 * inside - 1.0) ** 3
     # Profile [out, up]: under the tongue's side, over the crowns' necks, and up the outer side.
     profile = [(-1.0, 12.0), (-1.05, 2.0), (-0.95, 0.3), (-0.04, -0.3), (0.04, 0.6), (0.09, 3.0)]
-    profile.append((0.12, 12.0) if jaw == "upper" else (LEAN, 12.0))
+    profile.append((0.12, 12.0) if jaw == "upper" else (GUM_LEAN, 12.0))
     rows = [
         border + (out * thick)[:, None] * outward + (height + up - papilla * (up < 1.0))[:, None] * [0.0, 1.0, 0.0]
         for out, up in profile

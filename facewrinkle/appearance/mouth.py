@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..anatomy.landmarks import lips_middle
 from ..anatomy.teeth import teeth_of
 from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_triangles
@@ -68,7 +69,7 @@ class Mouth:
         self.bag = False
         if not face.landmarks:
             return
-        centre = _lips_middle(face)
+        centre = lips_middle(face.landmarks)
         self._size, self._axes = face.frame.pupil_distance, face.frame.axes
         self.loop = _mouth_loop(face, centre)
         ends = self._middles(face) if len(self.loop) else _lips_of_bag(face, centre)
@@ -155,10 +156,6 @@ class Mouth:
         if self._mandible is None:
             return np.eye(3), np.zeros(3)
         return self._mandible.rotation(points), self._mandible.hinge
-
-
-def _lips_middle(face: Face) -> Array:
-    return np.asarray(0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]))
 
 
 def _mouth_loop(face: Face, centre: Array) -> IntArray:

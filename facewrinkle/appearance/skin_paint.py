@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from ..anatomy.cavities import INSIDE, Cavities
+from ..anatomy.cavities import INSIDE_DEPTH, Cavities
 from ..anatomy.face import Face
 from ..anatomy.hairline import hair_cover
 from ..anatomy.landmarks import FaceFrame, of_side
@@ -114,7 +114,7 @@ class SkinPainter:
         if self._hair:
             hair = 0.93 * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
             colour += hair * (np.array(HAIR_COLOUR) - colour)
-        depth[self._lining.holds(points) & (depth < INSIDE)] = HIDDEN_DEPTH  # farther than is seen from the front
+        depth[self._lining.holds(points) & (depth < INSIDE_DEPTH)] = HIDDEN_DEPTH  # farther than is seen from the front
         rims = self._cavities.at_nostrils(points)
         for where, inside in ((1.0 - rims, depth), (rims, NOSTRIL_RATE * (self._nostrils.depth(points) - NOSTRIL_RIM))):
             for tint, begin, over in CAVITY_COLOURS:

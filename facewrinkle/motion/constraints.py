@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
-from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE
+from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle
 from ..geometry.smoothstep import smoothstep
 
 Array = npt.NDArray[np.float64]
@@ -58,7 +58,7 @@ def on_gums(face: Face) -> Array:
     """
     left, up, forward = face.frame.axes
     scale = face.frame.pupil_distance / MEAN_PUPIL_DISTANCE
-    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+    lips = lips_middle(face.landmarks)
     wide = abs((face.landmarks["mouth_l"] - face.landmarks["mouth_r"]) @ left)
     local = face.points - lips
     inside = (np.abs(local @ left) < 0.6 * wide) & (face.tissue.normals @ forward < 0.0)

@@ -15,11 +15,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from ..anatomy.eye_placement import ROOM
+from ..anatomy.eye_placement import LID_ROOM
 from ..anatomy.face import Face
-from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE
-from ..anatomy.teeth import ELLIPSE
-from ..anatomy.teeth import LIPS as BEHIND_LIPS
+from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle
+from ..anatomy.teeth import BEHIND_LIPS, ELLIPSE
 from ..geometry.normals import vertex_normals
 from . import _skin_kernels as kernels
 
@@ -204,7 +203,7 @@ def lip_tethers(face: Face) -> tuple[Array, Array]:
     those of the tissue, and where the lips fold over, which turns these every way, straight off the dental arch.
     """
     scale = face.frame.pupil_distance / MEAN_PUPIL_DISTANCE
-    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+    lips = lips_middle(face.landmarks)
     middle = lips - LIP_LINE * scale * face.frame.axes[2]
     square = np.full(len(face.points), np.inf)
     for corner in (face.landmarks["mouth_l"], face.landmarks["mouth_r"]):
@@ -224,13 +223,13 @@ def _ball(points: Array, weight: Array, centre: Array, radius: float) -> Ball:
     """Room is kept for the chords between the vertices, where there is room at rest."""
     distance = np.sqrt(((points - centre) ** 2).sum(axis=1))
     near = np.flatnonzero(distance < 2.0 * radius)
-    radii = np.minimum(distance[near] - SLACK, radius / ROOM)
+    radii = np.minimum(distance[near] - SLACK, radius / LID_ROOM)
     return Ball(near, centre, radii, np.minimum(radii - SLACK, radius), weight[near])
 
 
 def _dental_wall(face: Face, points: Array, weight: Array) -> DentalWall:
     scale = face.frame.pupil_distance * face.unit / MEAN_PUPIL_DISTANCE
-    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]) * face.unit
+    lips = lips_middle(face.landmarks) * face.unit
     half = scale * np.array(ELLIPSE["upper"])
     local = (points - lips) @ face.frame.axes.T
     close = (np.linalg.norm(local, axis=1) < 50.0 * scale) & (np.abs(local[:, 1]) < 25.0 * scale)
@@ -247,7 +246,7 @@ def _lip_pairs(face: Face, points: Array, weight: Array) -> LipPairs:
     left, up, _ = face.frame.axes
     size = face.frame.pupil_distance * face.unit
     landmarks = {name: point * face.unit for name, point in face.landmarks.items()}
-    lips = 0.5 * (landmarks["upper_lip_mid"] + landmarks["lower_lip_mid"])
+    lips = lips_middle(landmarks)
     reach = 0.55 * abs((landmarks["mouth_l"] - landmarks["mouth_r"]) @ left)
     thick = 0.75 * abs((landmarks["upper_lip_mid"] - landmarks["lower_lip_mid"]) @ up)
     local = (points - lips) @ face.frame.axes.T

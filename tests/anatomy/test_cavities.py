@@ -1,4 +1,4 @@
-"""Mouth and nostrils: what lies inside is known from the front, is dark, has teeth, and has no bone in front of it.
+"""Mouth and nostrils: their inside is known from the front, is dark, has teeth, and has no bone in front of it.
 
 The built-in head's mouth is an opening; closed with a pocket of skin, as most heads of games are, it is a bag.
 """
@@ -10,8 +10,9 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.anatomy.cavities import BACK, INSIDE, Cavities
+from facewrinkle.anatomy.cavities import BACK_OF_MOUTH, INSIDE_DEPTH, Cavities
 from facewrinkle.anatomy.face import Face
+from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.appearance.companion_meshes import companion_meshes
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.appearance.skin_paint import HAIR_COLOUR, SkinPainter
@@ -52,13 +53,13 @@ def test_depth_is_that_behind_the_lips(face):
     depth = cavities_of(face).depth(line)
     scale = 63.0 / face.frame.pupil_distance
     np.testing.assert_allclose(np.diff(depth), scale * np.diff(way), atol=1e-6)
-    assert cavities_of(face).depth(lips[None] - 1.3 * BACK * face.frame.axes[2])[0] == 0.0
+    assert cavities_of(face).depth(lips[None] - 1.3 * BACK_OF_MOUTH * face.frame.axes[2])[0] == 0.0
 
 
 def test_outer_skin_is_not_inside(face):
     names = [name for name in face.landmarks if not name.endswith("centre")]
     depth = cavities_of(face).depth(np.array([face.landmarks[name] for name in names]))
-    assert depth.max() < INSIDE
+    assert depth.max() < INSIDE_DEPTH
     assert not depth[[names.index(n) for n in ("malar_l", "glabella", "zygion_r", "menton")]].any()
 
 
@@ -103,8 +104,8 @@ def test_a_bag_has_teeth_when_the_lips_part(bagged, face):
     assert mouth.bag
     assert not len(mouth.loop)
     assert not mouth.parted(bagged.points)
-    guide, opened = bagged.joint_weights["jaw"], bagged.mesh.copy()
-    opened.points[guide.vertices] += guide.turned(bagged.points, 0.7)
+    weights, opened = bagged.joint_weights["jaw"], bagged.mesh.copy()
+    opened.points[weights.vertices] += weights.turned(bagged.points, 0.7)
     assert mouth.parted(np.asarray(opened.points, dtype=np.float64))
     parts = companion_meshes(bagged, opened)
     assert {"upper_teeth", "lower_teeth", "tongue"} <= set(parts)
@@ -128,7 +129,7 @@ def test_no_bone_is_drawn_before_the_face(bagged, face):
     assert 0 < skull.n_cells < bagged.mesh.n_cells
     ahead = 300.0 * bagged.frame.axes[2]
     used = np.unique(skull.regular_faces)
-    lips = 0.5 * (bagged.landmarks["upper_lip_mid"] + bagged.landmarks["lower_lip_mid"])
+    lips = lips_middle(bagged.landmarks)
     near = used[np.linalg.norm((skull.points[used] - lips)[:, :2], axis=1) < 35.0]
     near = near[skull.points[near] @ bagged.frame.axes[2] > lips @ bagged.frame.axes[2] - 60.0]
     met = [len(bagged.mesh.ray_trace(skull.points[k], skull.points[k] + ahead)[0]) for k in near]

@@ -31,7 +31,7 @@ def middle(muscle, part):
 
 def local(face, point):
     """Lateral (to the subject's left), up and forward, in distances between the pupils."""
-    return (np.asarray(point) - face.frame.origin) @ face.frame.axes.T / face.frame.pupil_distance
+    return face.frame.local(np.asarray(point))
 
 
 # --- the whole ----------------------------------------------------------------------------------
@@ -182,17 +182,17 @@ def test_lids_turn_about_the_eyeball_until_they_meet(face, side):
     assert (face.points[upper] - eye.centre) @ eye.up > 0.0
 
 
-def test_guides_are_rotations(face):
+def test_joint_weights_are_rotations(face):
     """Turned points keep their distance from the centre and their place along the axis."""
-    for guide in face.joint_weights.values():
-        start = face.points[guide.vertices] - guide.centre
-        end = start + guide.turned(face.points, 0.6)
+    for weights in face.joint_weights.values():
+        start = face.points[weights.vertices] - weights.centre
+        end = start + weights.turned(face.points, 0.6)
         np.testing.assert_allclose(np.linalg.norm(end, axis=1), np.linalg.norm(start, axis=1), atol=1e-10)
-        np.testing.assert_allclose(end @ guide.axis, start @ guide.axis, atol=1e-10)
-        flat = [v - np.outer(v @ guide.axis, guide.axis) for v in (start, end)]
+        np.testing.assert_allclose(end @ weights.axis, start @ weights.axis, atol=1e-10)
+        flat = [v - np.outer(v @ weights.axis, weights.axis) for v in (start, end)]
         cosine = (flat[0] * flat[1]).sum(1) / (np.linalg.norm(flat[0], axis=1) * np.linalg.norm(flat[1], axis=1))
-        np.testing.assert_allclose(cosine, np.cos(0.6 * guide.angles), atol=1e-10)
-        assert not guide.turned(face.points, 0.0).any()
+        np.testing.assert_allclose(cosine, np.cos(0.6 * weights.angles), atol=1e-10)
+        assert not weights.turned(face.points, 0.0).any()
 
 
 def test_the_jaw_takes_the_chin_along_and_leaves_the_nose(face):

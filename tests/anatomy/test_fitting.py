@@ -105,11 +105,11 @@ def test_fitting_commutes_with_moving_the_mesh(face, scale):
     for a, b in zip(other.eyes, rest.eyes, strict=True):
         same(a.centre, b.centre)
         assert a.radius == pytest.approx(scale * b.radius, rel=1e-8)
-    for name, guide in rest.joint_weights.items():
+    for name, weights in rest.joint_weights.items():
         mine = other.joint_weights[name]
-        assert np.array_equal(mine.vertices, guide.vertices)
-        np.testing.assert_allclose(mine.hold, guide.hold, atol=1e-8)
-        turned = scale * guide.turned(rest.points, 0.7) @ TURN.T
+        assert np.array_equal(mine.vertices, weights.vertices)
+        np.testing.assert_allclose(mine.hold, weights.hold, atol=1e-8)
+        turned = scale * weights.turned(rest.points, 0.7) @ TURN.T
         np.testing.assert_allclose(mine.turned(other.points, 0.7), turned, atol=1e-8 * size)
     for name, muscle in rest.muscles.items():
         mine = other.muscles[name]

@@ -11,7 +11,7 @@ import pyvista as pv
 from scipy.ndimage import map_coordinates
 
 from facewrinkle.anatomy.head import MIRROR, Head, cage_data, load_head
-from facewrinkle.anatomy.landmarks import read_landmarks
+from facewrinkle.anatomy.landmarks import lips_middle, read_landmarks
 from tools.build_head.build import build_head
 
 MEAN_FACE = Path(__file__).parents[3] / "shared/faces/ict_face_narrow.obj"
@@ -345,7 +345,7 @@ def test_the_face_is_near_a_mean_face(head: Head) -> None:
     off = away_from_surface(pv.PolyData.from_regular_faces(head.points, head.triangles), mean)
     assert off.mean() < 2.0
     assert np.percentile(off, 95) < 5.0
-    lips = 0.5 * (head.landmarks["upper_lip_mid"] + head.landmarks["lower_lip_mid"])
+    lips = lips_middle(head.landmarks)
     for centre in (head.eyes[0].centre, head.eyes[1].centre, lips):
         assert off[np.linalg.norm(mean - centre, axis=1) < 26.0].mean() < 1.5
 

@@ -1,4 +1,4 @@
-"""What comes with a face beside its skin: named by place and size, and carried by eyes, jaw, lids and head."""
+"""Parts that come with a face beside its skin, named by place and size."""
 
 from __future__ import annotations
 
@@ -8,71 +8,13 @@ import warnings
 import numpy as np
 import pytest
 import pyvista as pv
-from scipy.spatial.transform import Rotation
+from dressed_head import NAMES, ellipsoid, lash, together
 
 import facewrinkle as fw
-from facewrinkle.anatomy.attachments import combined_mesh
 from facewrinkle.anatomy.parts import ball_of
-from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.appearance.companion_meshes import companion_meshes
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.plotting import Scene, Style, picture
-
-NAMES = ("eye_l", "eye_r", "glasses", "hair", "lashes_l", "lashes_r", "lower_teeth", "other", "upper_teeth")
-
-
-def ellipsoid(face, where, radii, resolution=16):
-    """In the face's own axes, in distances between the pupils from the middle between the eyes."""
-    size, axes = face.frame.pupil_distance, face.frame.axes
-    ball = pv.Sphere(radius=1.0, theta_resolution=resolution, phi_resolution=resolution)
-    points = (np.asarray(ball.points, float) * radii + where) * size @ axes + face.frame.origin
-    return points, np.asarray(ball.regular_faces)
-
-
-def lash(face, eye):
-    """A strip along the upper lid."""
-    turn = np.linspace(-0.6, 0.6, 16)
-    side, up, ahead = face.frame.axes
-    rim = np.outer(np.sin(turn), side) + np.outer(np.cos(turn), np.cos(0.3) * ahead + np.sin(0.3) * up)
-    root = eye.centre + 1.06 * eye.radius * rim
-    points = np.concatenate([root, root + 0.3 * eye.radius * (ahead + 0.4 * up)])
-    i = np.arange(15)
-    return points, np.concatenate([np.column_stack([i, i + 1, i + 16]), np.column_stack([i + 1, i + 17, i + 16])])
-
-
-def together(face, pieces):
-    """The face with other parts in one mesh."""
-    meshes = [(face.points, face.triangles), *pieces]
-    starts = np.cumsum([0, *(len(points) for points, _ in meshes[:-1])])
-    soup = pv.PolyData.from_regular_faces(
-        np.vstack([points for points, _ in meshes]),
-        np.vstack([triangles + start for (_, triangles), start in zip(meshes, starts, strict=True)]),
-    )
-    return fw.fit_face(soup, face.landmarks, units="mm")
-
-
-@pytest.fixture(scope="module")
-def pieces(face):
-    """Eyes, teeth, lashes, hair, glasses and a pedestal for the built-in head."""
-    out = {}
-    for eye in face.eyes:
-        ball = pv.Sphere(radius=1.02 * eye.radius, center=eye.centre, theta_resolution=20, phi_resolution=20)
-        out[f"eye_{eye.side}"] = np.asarray(ball.points, float), np.asarray(ball.regular_faces)
-        out[f"lashes_{eye.side}"] = lash(face, eye)
-    for arch in teeth_of(face.landmarks, face.frame):
-        out[f"{arch.jaw}_teeth"] = arch.points, arch.triangles
-    out["hair"] = ellipsoid(face, [0.0, 1.6, -1.5], [1.4, 0.8, 1.4])
-    out["other"] = ellipsoid(face, [0.0, -4.0, -1.2], [1.2, 0.8, 1.2])  # a pedestal
-    out["glasses"] = ellipsoid(face, [0.0, 0.0, 0.42], [1.0, 0.35, 0.04])
-    return out
-
-
-@pytest.fixture(scope="module")
-def dressed(face, pieces):
-    """The head with all of them in one mesh, and a speck."""
-    parts = [*pieces.values(), ellipsoid(face, [0.0, 0.3, 1.5], [0.004] * 3, 5)]
-    with pytest.warns(FaceWrinkleWarning, match="separate parts"), pytest.warns(FaceWrinkleWarning, match="are cards"):
-        return together(face, parts)
 
 
 def test_parts_are_told_apart(dressed, pieces, face):
@@ -109,7 +51,7 @@ def test_teeth_beside_the_level_of_the_lips_belong_to_both_jaws(face, pieces, sh
 
 def test_a_tongue_is_no_tooth(face):
     """It is red, goes with the mandible, and stands in for the painted one."""
-    lips = (face.landmarks["upper_lip_mid"] - face.frame.origin) @ face.frame.axes.T / face.frame.pupil_distance
+    lips = face.frame.local(face.landmarks["upper_lip_mid"])
     tongue = pv.PolyData.from_regular_faces(*ellipsoid(face, lips - [0.0, 0.15, 0.7], [0.3, 0.15, 0.42]))
     with pytest.warns(FaceWrinkleWarning, match="separate parts"):
         licking = fw.fit_face(face.mesh.append_polydata(tongue), face.landmarks, units="mm")
@@ -166,9 +108,9 @@ def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
     for name, lashes in {"coloured": coloured, "hairs": hairs(face, face.eyes[0])}.items():
         if name == "hairs":
             plain.point_data.clear()
-        with pytest.warns(FaceWrinkleWarning, match="separate parts") as told:
+        with pytest.warns(FaceWrinkleWarning, match="separate parts") as warned:
             found[name] = fw.fit_face(plain.append_polydata(lashes), face.landmarks, units="mm")
-        assert not any("cards" in str(one.message) for one in told)
+        assert not any("cards" in str(one.message) for one in warned)
     for name, dressed in found.items():
         assert list(dressed.parts) == ["lashes_l"]
         with Scene(dressed, Style((32, 32))) as scene:
@@ -208,99 +150,14 @@ def test_eyes_that_are_no_adults_are_balls_too(face, larger):
 @pytest.mark.parametrize("down", [-0.2, 0.0, 0.2])
 def test_two_rows_of_teeth_are_an_upper_and_a_lower_one(face, down):
     """Wherever the bite is, behind the lips; a tongue is neither."""
-    lips = (0.5 * (face.landmarks["mouth_l"] + face.landmarks["mouth_r"]) - face.frame.origin) @ face.frame.axes.T
-    middle = lips / face.frame.pupil_distance - [0.0, down, 0.5]
+    corners = 0.5 * (face.landmarks["mouth_l"] + face.landmarks["mouth_r"])
+    middle = face.frame.local(corners) - [0.0, down, 0.5]
     rows = [ellipsoid(face, middle + np.array([0.0, height, 0.0]), [0.4, 0.05, 0.3]) for height in (0.08, -0.08)]
     tongue = ellipsoid(face, middle - [0.0, -0.05, 0.2], [0.25, 0.05, 0.45])
     parts = together(face, [*rows, tongue]).parts
     assert tuple(parts) == ("lower_teeth", "tongue", "upper_teeth")
     np.testing.assert_array_equal(parts["upper_teeth"].mesh.points, rows[0][0])
     np.testing.assert_array_equal(parts["lower_teeth"].mesh.points, rows[1][0])
-
-
-def test_at_rest_all_parts_are_where_they_were(dressed):
-    for name, part in dressed.parts_at(dressed.mesh).items():
-        np.testing.assert_allclose(part.points, dressed.parts[name].mesh.points, atol=1e-9 * 60.0)
-
-
-def test_eyes_turn_with_the_gaze_and_nothing_else_does(dressed):
-    sim = fw.Simulation(dressed, layers=[])
-    sim.look(yaw=20.0)
-    *_, frame = sim.run(3)
-    parts = dressed.parts_at(frame)
-    turn = Rotation.from_rotvec(np.radians(20.0) * dressed.frame.axes[1]).as_matrix()
-    for eye in dressed.eyes:
-        rest = dressed.parts[f"eye_{eye.side}"].mesh.points - eye.centre
-        np.testing.assert_allclose(parts[f"eye_{eye.side}"].points - eye.centre, rest @ turn.T, atol=0.05)
-    for name in ("hair", "upper_teeth", "glasses"):
-        np.testing.assert_allclose(parts[name].points, dressed.parts[name].mesh.points, atol=0.05)
-
-
-def test_lower_teeth_go_with_the_mandible(dressed):
-    jaw = next(m for m in dressed.muscles.values() if isinstance(m, fw.anatomy.muscles.JawMuscle))
-    sim = fw.Simulation(dressed, layers=[])
-    sim.express("AU26")
-    rate = dressed.atlas.contractions("AU26")[next(n for n, m in dressed.muscles.items() if m is jaw)]
-    *_, frame = sim.run(60)
-    parts = dressed.parts_at(frame)
-    rest, now = (
-        np.asarray(mesh.points) - jaw.hinge for mesh in (dressed.parts["lower_teeth"].mesh, parts["lower_teeth"])
-    )
-    turn = Rotation.align_vectors(now, rest)[0].as_rotvec()
-    np.testing.assert_allclose(now, rest @ Rotation.from_rotvec(turn).as_matrix().T, atol=0.1)  # about the hinge
-    np.testing.assert_allclose(turn / np.linalg.norm(turn), jaw.axis, atol=0.01)
-    assert 0.7 < np.linalg.norm(turn) / (rate * jaw.angle) < 1.0  # the skin over it, which tells, holds it back
-    assert np.abs(parts["upper_teeth"].points - dressed.parts["upper_teeth"].mesh.points).max() < 0.1
-
-
-def test_lashes_go_down_with_the_lid(dressed):
-    sim = fw.Simulation(dressed, layers=[])
-    sim.contract({"orbicularis_oculi_l": 1.0})
-    *_, frame = sim.run(60)
-    parts = dressed.parts_at(frame)
-    fall = (parts["lashes_l"].points - dressed.parts["lashes_l"].mesh.points) @ dressed.frame.axes[1]
-    assert fall.max() < -3.0
-    kept = parts["lashes_r"].points - dressed.parts["lashes_r"].mesh.points
-    assert np.abs(kept).max() < 0.3
-    # They keep their shape.
-    edges = [np.linalg.norm(np.diff(mesh.points[:16], axis=0), axis=1) for mesh in
-             (dressed.parts["lashes_l"].mesh, parts["lashes_l"])]  # fmt: skip
-    np.testing.assert_allclose(edges[1], edges[0], rtol=0.35)
-
-
-def test_everything_goes_with_a_head_that_moves(dressed):
-    turn, shift = Rotation.from_rotvec([0.4, -1.0, 0.3]).as_matrix(), np.array([30.0, -500.0, 7.0])
-    frame = dressed.mesh.copy()
-    frame.points = np.asarray(frame.points) @ turn.T + shift
-    for name, part in dressed.parts_at(frame).items():
-        rest = np.asarray(dressed.parts[name].mesh.points)
-        np.testing.assert_allclose(part.points, rest @ turn.T + shift, atol=1e-6)
-
-
-def test_the_expression_does_not_shift_the_hair(dressed):
-    for expression in ("surprise", "happiness", "fear"):
-        sim = fw.Simulation(dressed, layers=[])
-        sim.express(expression)
-        *_, frame = sim.run(40)
-        hair = dressed.parts_at(frame)["hair"]
-        assert np.linalg.norm(hair.points - dressed.parts["hair"].mesh.points, axis=1).max() < 0.15, expression
-
-
-def test_one_mesh_for_files(dressed):
-    frame = fw.Simulation(dressed, layers=[]).step()
-    whole = dressed.with_parts(frame)
-    assert list(whole.field_data["parts"]) == ["skin", *NAMES]
-    parts = dressed.parts_at(frame)
-    assert whole.n_cells == frame.n_cells + sum(part.n_cells for part in parts.values())
-    np.testing.assert_array_equal(whole.points[: frame.n_points], frame.points)
-    for number, part in enumerate(parts.values(), start=1):
-        np.testing.assert_array_equal(whole.points[whole["part"] == number], part.points)
-    assert set(frame.point_data) | {"part"} == set(whole.point_data)
-    assert combined_mesh(frame, {}).n_points == frame.n_points
-
-
-def test_a_face_without_parts_is_its_own_frame(face):
-    assert face.with_parts(face.mesh) is face.mesh
 
 
 def test_parts_survive_a_file(dressed, tmp_path):

@@ -8,8 +8,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 import facewrinkle as fw
-from facewrinkle.anatomy.landmarks import frame_of
-from facewrinkle.anatomy.teeth import BELOW, GUM, OVERBITE, OVERJET, WIDTHS, Arch, teeth_of
+from facewrinkle.anatomy.landmarks import frame_of, lips_middle
+from facewrinkle.anatomy.teeth import BELOW_LIPS, CROWN_WIDTHS, GUM, OVERBITE, OVERJET, Arch, teeth_of
 from facewrinkle.geometry.normals import vertex_normals
 
 
@@ -25,7 +25,7 @@ def arches(face: fw.Face) -> tuple[Arch, Arch]:
 
 def local(face: fw.Face, points: np.ndarray) -> np.ndarray:
     """Left, up, forward from the middle of the lips."""
-    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+    lips = lips_middle(face.landmarks)
     return (points - lips) @ face.frame.axes.T
 
 
@@ -42,7 +42,7 @@ def test_fourteen_crowns_in_each_jaw_that_enclose_their_volume(arches):
     """Open at the root only: closed with the mean of the last ring, the volume is positive and that of a tooth."""
     for arch in arches:
         parts = crowns(arch)
-        assert len(parts) == 2 * len(WIDTHS[arch.jaw])
+        assert len(parts) == 2 * len(CROWN_WIDTHS[arch.jaw])
         for triangles in parts:
             a, b, c = np.moveaxis(arch.points[triangles], 1, 0)
             edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
@@ -75,7 +75,7 @@ def test_upper_incisors_bite_over_the_lower_ones(face, arches):
     middle = [np.abs(points[:, 0]) < 4.0 for points in (upper, lower)]
     scale = face.frame.pupil_distance / 63.0
     edge, other = upper[middle[0], 1].min(), lower[middle[1], 1].max()
-    assert edge == pytest.approx(-BELOW * scale, abs=0.3)
+    assert edge == pytest.approx(-BELOW_LIPS * scale, abs=0.3)
     assert other - edge == pytest.approx(OVERBITE * scale, abs=0.3)
     front = [
         points[near & (np.abs(points[:, 1]) < 3.0), 2].max()

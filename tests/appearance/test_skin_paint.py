@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.anatomy.hairline import AROUND, BEHIND, HAIRLINE, hair_cover
-from facewrinkle.anatomy.landmarks import frame_of
+from facewrinkle.anatomy.hairline import AXIS_BEHIND_ZYGION, HAIRLINE, HEAD_RADIUS, hair_cover
+from facewrinkle.anatomy.landmarks import frame_of, lips_middle
 from facewrinkle.appearance.skin_paint import beard, complexion, lips
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
@@ -44,8 +44,8 @@ def test_distance_from_the_hairline_is_a_distance(face):
     places = sphere(face)
     cover = hair_cover(places, face.landmarks, face.frame)
     where, ear = face.frame.local_mm(places), face.frame.local_mm(face.landmarks["zygion_l"])
-    turn = np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + BEHIND)
-    flat = np.stack([turn * AROUND, where[:, 1]], axis=1)
+    turn = np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + AXIS_BEHIND_ZYGION)
+    flat = np.stack([turn * HEAD_RADIUS, where[:, 1]], axis=1)
     pairs = np.random.default_rng(4).integers(0, len(places), (5000, 2))
     way = np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1)
     assert (np.abs(np.diff(cover[pairs], axis=1)[:, 0]) <= way + 0.5).all()
@@ -88,7 +88,7 @@ def test_cheeks_and_ears_are_red_and_the_jaw_is_grey(face):
 
 def test_lips_are_where_their_landmarks_are(face):
     marks = face.landmarks
-    middle = 0.5 * (marks["upper_lip_mid"] + marks["lower_lip_mid"])
+    middle = lips_middle(marks)
     cover = lips(np.array([middle, marks["nose_tip"], marks["pogonion"], marks["gonion_l"]]), marks, face.frame)
     assert cover[0] > 0.9
     assert cover[1:].max() == 0.0

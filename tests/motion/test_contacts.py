@@ -15,6 +15,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
+from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.motion import _skin_kernels as kernels
 from facewrinkle.motion.contacts import _seen
@@ -98,7 +99,7 @@ def test_lips_stay_before_the_teeth(face):
     t = skin.contacts.teeth
     upper, _ = teeth_of(face.landmarks, face.frame)
     # The arch that is drawn lies within the wall, but for the bulge of its crowns.
-    lips = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
+    lips = lips_middle(face.landmarks)
     middle = lips + ((skin.points[t.vertices[0]] - lips) @ t.axes.T - t.local[0]) @ t.axes
     radius = np.hypot(*(((upper.points - middle) @ t.axes.T) / t.half).T)
     assert 0.95 < radius.max() < 1.05

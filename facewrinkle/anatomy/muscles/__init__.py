@@ -1,4 +1,4 @@
-"""Muscles: where they reach, which way they pull, how the skin over them folds, and what they turn.
+"""Muscles: their reach, their pull, the folds of the skin over them, and the bones, lids and eyes that they turn.
 
 Everything here is a function of rest positions, in the unit of the mesh that the muscle was placed on, and is computed
 once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear), 12-13 (sheet), 14-18 (sphincter).

@@ -1,4 +1,4 @@
-"""What all muscles share, and how the skin over them folds."""
+"""Properties of all muscles, and of the folds of the skin over them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FRONTS: tuple[Fronts, ...] = ("straight", "round")
 
 
 def vector(name: str, value: npt.ArrayLike) -> Array:
-    """Three finite coordinates (3,), read-only; a ParameterError for anything else."""
+    """Return three finite coordinates (3,), read-only; a ParameterError for anything else."""
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
@@ -33,7 +33,7 @@ def vector(name: str, value: npt.ArrayLike) -> Array:
 
 
 def checked_points(points: npt.ArrayLike) -> Array:
-    """Points (n, 3); a ParameterError for another shape."""
+    """Return points (n, 3); a ParameterError for another shape."""
     array = np.asarray(points, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
         raise ParameterError(f"points must have the shape (n, 3), received {array.shape}.")
@@ -48,14 +48,14 @@ def unit(vectors: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Wrinkles:
-    """How the skin over a muscle folds.
+    """Folds of the skin over a muscle.
 
     Parameters
     ----------
     count : int
         Number of furrows nw across the wrinkling region.
     start : float
-        lambda_w in [0, 1): where along the muscle the region starts. Not used by sphincters.
+        lambda_w in [0, 1): the start of the region along the muscle. Not used by sphincters.
     depth : float
         kappa, the furrow depth factor k0 at full contraction, mm. From bulge to furrow a wrinkle measures
         ``k0 2^alpha sin(pi epsilon / 2)``.
@@ -68,11 +68,11 @@ class Wrinkles:
     falloff : {"paper", "smoothstep"}
         See :func:`facewrinkle.geometry.profile.attenuation`.
     fronts : {"straight", "round"}
-        Whether the furrows of a linear muscle run straight across its central fibre, as in the paper, or as arcs about
-        its attachment, everywhere across the compression that is measured.
+        The furrows of a linear muscle run straight across its central fibre, as in the paper, or as arcs about its
+        attachment, everywhere across the compression that is measured.
     taper : float or tuple of float
-        In [0, 2], or two numbers for its start and its end: how far from its ends the furrows grow shallower towards
-        them, in halves of the region's length. 0 as in the paper: all are alike.
+        In [0, 2], one number, or two for start and end: the distance from the ends of the region over which furrows
+        grow shallower towards them, in halves of its length. 0 as in the paper: all are alike.
 
     Examples
     --------
@@ -115,8 +115,8 @@ class Wrinkles:
 
 @dataclass(frozen=True, eq=False)
 class Muscle:
-    """What all kinds share. By itself it neither pulls the skin nor folds it: :class:`LinearMuscle`,
-    :class:`SheetMuscle` and :class:`SphincterMuscle` do; the others move a bone or a lid.
+    """Base of all kinds of muscles. By itself it neither pulls the skin nor folds it: :class:`LinearMuscle`,
+    :class:`SheetMuscle` and :class:`SphincterMuscle` do; the others move a bone, a lid or an eye.
 
     Examples
     --------
@@ -135,12 +135,12 @@ class Muscle:
     normal_share: float = field(default=1.0, kw_only=True)
     """Share of the pull along the skin's normal that reaches the skin."""
     swell: float = field(default=0.0, kw_only=True)
-    """Push of the flesh that it bunches up on the skin over it, outwards, relative to its pull."""
+    """Outward push on the skin of the flesh that it bunches up, relative to its pull."""
     closing: float = field(default=0.0, kw_only=True)
     """Pressure with which it closes the lips, relative to its pull."""
     folds: Muscle | None = field(default=None, kw_only=True)
-    """Where the skin folds elsewhere than over the muscle, or not across its fibres: the muscle-like region on which
-    the wrinkles are laid instead. None, as in the paper: over the muscle and across its fibres.
+    """The muscle-like region on which the wrinkles are laid, if the skin folds elsewhere than over the muscle, or not
+    across its fibres. None, as in the paper: over the muscle and across its fibres.
     """
 
     def _check_common(self) -> None:
@@ -160,7 +160,7 @@ class Muscle:
         return np.zeros(n), np.zeros(n)
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
-        """Whether each of (n, 3) points lies in the wrinkling region."""
+        """True (n,) for points (n, 3) in the wrinkling region."""
         return np.zeros(len(checked_points(points)), dtype=bool)
 
     @property
@@ -194,7 +194,7 @@ class Muscle:
         return np.zeros_like(checked_points(points))
 
     def bunched(self, points: npt.ArrayLike) -> Array:
-        """How much flesh is bunched up under (n, 3) points at full contraction, in [0, 1]."""
+        """Flesh that is bunched up under (n, 3) points at full contraction, in [0, 1]."""
         return np.zeros(len(checked_points(points)))
 
     @property
@@ -209,7 +209,7 @@ class Muscle:
         raise NotImplementedError
 
     def replaced(self, **changes: object) -> Self:
-        """A copy with other values.
+        """Return a copy with other values.
 
         Names of :class:`Wrinkles` (count, depth, alpha, ...) are accepted too; they change the wrinkles where they are
         laid, on `folds` if there are any.

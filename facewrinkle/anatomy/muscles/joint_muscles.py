@@ -1,4 +1,4 @@
-"""Muscles that turn the mandible, a lid or an eyeball; the skin goes with these."""
+"""Muscles that turn the mandible, a lid or an eyeball, and the skin with it."""
 
 from __future__ import annotations
 
@@ -71,8 +71,8 @@ class LidMuscle(Muscle):
     It turns the lid back over the ball by half of what closes the eye:
 
     >>> import facewrinkle as fw
-    >>> guides = fw.default_face().with_muscles({"levator_palpebrae_l": LidMuscle("l", share=0.5)}).joint_weights
-    >>> lifting, closing = guides["levator_palpebrae_l"], guides["orbicularis_oculi_l"]
+    >>> weights = fw.default_face().with_muscles({"levator_palpebrae_l": LidMuscle("l", share=0.5)}).joint_weights
+    >>> lifting, closing = weights["levator_palpebrae_l"], weights["orbicularis_oculi_l"]
     >>> float((lifting.angles.min() / closing.angles.max()).round(9))
     -0.5
     """
@@ -87,7 +87,7 @@ class LidMuscle(Muscle):
         check_range("share", self.share, 0.0, 1.0)
 
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The muscle itself, or that of the other side if `rotation` mirrors: it goes with the lids."""
+        """The same muscle, or that of the other side if `rotation` mirrors: it goes with the lids."""
         if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
             return self
         return dataclasses.replace(self, side="r" if self.side == "l" else "l")
@@ -110,7 +110,7 @@ class EyeMuscle(Muscle):
 
     Examples
     --------
-    How far it contracts in an eye that looks up, and in one that looks down:
+    Its contraction in an eye that looks up, and in one that looks down:
 
     >>> superior = EyeMuscle("l", "up", angle=0.8)
     >>> superior.rate(outwards=0.0, up=0.2), superior.rate(outwards=0.0, up=-0.2)
@@ -130,7 +130,7 @@ class EyeMuscle(Muscle):
         check_range("angle", self.angle, 1e-6, 1.0)
 
     def rate(self, outwards: float, up: float) -> float:
-        """Its contraction rate, in [0, 1], in an eye that is turned by these angles, radians.
+        """Return its contraction rate, in [0, 1], in an eye that is turned by these angles, radians.
 
         Raises
         ------
@@ -147,7 +147,7 @@ class EyeMuscle(Muscle):
         return min(max(rate, 0.0), 1.0)
 
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The muscle itself, or that of the other side if `rotation` mirrors: it goes with the eye."""
+        """The same muscle, or that of the other side if `rotation` mirrors: it goes with the eye."""
         if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
             return self
         return dataclasses.replace(self, side="r" if self.side == "l" else "l")

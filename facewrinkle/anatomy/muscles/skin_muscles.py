@@ -14,6 +14,11 @@ from ...errors import ParameterError, check_range
 from ...geometry import profile
 from .base import Array, BoolArray, Muscle, checked_points, unit, vector
 
+BELLY = (0.38, 0.7)
+"""Place along a linear muscle at which flesh is bunched up most, and the radius around it, relative to R; captured
+smiles bulge there.
+"""
+
 
 def _longitudinal(along: Array, insertion: float) -> Array:
     """Theta1: rises to 1 at the insertion, falls to 0 at lambda = 1; 0 outside [0, 1]."""
@@ -27,11 +32,6 @@ def _longitudinal(along: Array, insertion: float) -> Array:
 def _lateral(across: Array) -> Array:
     """Theta2: 1 on the central fibre, 0 from the border on."""
     return np.where(across < 1.0, np.cos(across * (0.5 * np.pi)), 0.0)
-
-
-BELLY = (0.38, 0.7)
-"""Where along a linear muscle flesh is bunched up most, and how far around; captured smiles bulge there. Relative to R.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ class LinearMuscle(Muscle):
         return self._profile(distance, self.wrinkles.start * self.radius, self.half_wavelength, blunt)
 
     def _towards_folds(self, along: Array, offset: Array) -> Array:
-        """What the furrows are lines of equal values of: l, or the distance r from the attachment."""
+        """The distance of which the furrows are level lines: l, or r from the attachment."""
         return along if self.wrinkles.fronts == "straight" else np.linalg.norm(offset, axis=1)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:

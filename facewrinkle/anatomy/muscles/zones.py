@@ -11,10 +11,9 @@ from .base import Array, BoolArray, Muscle
 
 
 def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.int32]) -> BoolArray:
-    """The triangles that the wrinkling region of each muscle may touch, (k, m).
+    """True (k, m) for the triangles that the wrinkling region of each muscle may touch.
 
-    Those with a corner, an edge's midpoint or the centroid in it, and the ring around them. Only triangles that come
-    within the muscle's reach are looked at.
+    These are the ones with a corner, an edge's midpoint or the centroid in it, and the ring around them.
 
     Examples
     --------

@@ -1,0 +1,63 @@
+"""Eyeballs lie where the lids do; an eye that is not open lies behind its skin."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+from eyelids_of_faces import filled, margins_of
+
+import facewrinkle as fw
+from facewrinkle.anatomy.eye_placement import place_eyeballs
+from facewrinkle.anatomy.muscles import EyeMuscle, LidMuscle
+from facewrinkle.appearance.hair import Lashes
+from facewrinkle.plotting import Scene, Style
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0, 3.0), (0.0, 0.0, -3.0), (1.0, 0.5, 2.0)])
+def test_the_lids_tell_how_deep_an_eye_lies(face, shift):
+    marks = dict(face.landmarks)
+    for eye, sign in zip(face.eyes, (1.0, -1.0), strict=True):
+        marks[f"eye_{eye.side}_centre"] = eye.centre + np.array(shift) * [sign, 1.0, 1.0]
+    names = ("eye_l_centre", "eye_r_centre")
+    found = place_eyeballs(marks, face.frame, face.points, face.triangles, names)
+    given = place_eyeballs(marks, face.frame, face.points, face.triangles)
+    for eye, there, kept in zip(face.eyes, found, given, strict=True):
+        assert np.linalg.norm(there.centre - eye.centre) < 0.5 * np.linalg.norm(shift)
+        assert there.radius == pytest.approx(eye.radius, rel=0.1)
+        margin = face.points[np.concatenate(margins_of(face, eye.side))]
+        assert np.linalg.norm(margin - there.centre, axis=1).min() > 0.95 * there.radius
+        if shift[2] > 0.0:  # what is given is kept, unless the ball would be far from the lids
+            np.testing.assert_array_equal(kept.centre, marks[f"eye_{eye.side}_centre"])
+        else:
+            np.testing.assert_array_equal(kept.centre, there.centre)
+
+
+def test_an_eye_that_is_not_open_lies_behind_its_skin(face):
+    points, triangles = filled(face)
+    closed = fw.fit_face(pv.PolyData.from_regular_faces(points, triangles), face.landmarks, units="mm")
+    assert not any(isinstance(closed.muscles[name], LidMuscle | EyeMuscle) for name in closed.joint_weights)
+    assert not any(name.startswith("orbicularis_oculi") for name in closed.joint_weights)
+    for eye in closed.eyes:
+        assert eye.side not in closed.eyelid_openings
+        hits = closed.mesh.ray_trace(eye.centre, eye.centre + 100.0 * eye.gaze)[0]
+        assert np.linalg.norm(hits - eye.centre, axis=1).min() >= eye.radius
+        lashes = Lashes(eye, closed, 0.1)
+        ((chain, weights),) = lashes.roots
+        np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-9)
+        roots = weights @ closed.points[chain]
+        assert np.abs(roots - closed.mesh.find_closest_cell(roots, return_closest_point=True)[1]).max() < 0.5
+    with Scene(closed, Style(size=(64, 64))) as scene:
+        scene.show(closed.mesh)
+        drawn = set(scene.plotter.actors)
+    assert {"lashes_l", "lashes_r"} <= drawn
+    assert not {"eye_l", "eye_r"} & drawn
+
+
+def test_eyes_of_a_face_with_closed_lids_do_not_show(real_face):
+    face = real_face("mediapipe_canonical_face_model")
+    for eye in face.eyes:
+        assert eye.side not in face.eyelid_openings
+        offset = face.points - eye.centre
+        before = offset @ eye.gaze > 0.0
+        assert np.linalg.norm(offset[before], axis=1).min() > eye.radius
