@@ -290,7 +290,7 @@ def _part_at(track: Track, time: float, path: str) -> Array:
     """Translation, scale or rotation at a time; a rotation turns evenly, the short way."""
     if path != "rotation" or track.interpolation != "linear":
         return track.at(time)
-    i, share, _ = track.place(time)
+    i, share = track.place(time)
     if share == 0.0:
         return track.at(time)
     a, b = track.values[i], track.values[i + 1]
