@@ -271,7 +271,7 @@ def _lip_pairs(face: Face, points: Array, weight: Array) -> LipPairs:
     reach = 0.55 * abs((marks["mouth_l"] - marks["mouth_r"]) @ left)
     thick = 0.75 * abs((marks["upper_lip_mid"] - marks["lower_lip_mid"]) @ up)
     local = from_lips(face) * face.unit
-    near = (np.abs(local) < [reach, thick + 0.1 * size, 0.4 * size]).all(axis=1)
+    near = np.all(np.abs(local) < np.array([reach, thick + 0.1 * size, 0.4 * size]), axis=1)
     facing = vertex_normals(points, face.triangles) @ up
     inside = np.flatnonzero(near[face.triangles].all(axis=1))
     triangles = face.triangles[inside]

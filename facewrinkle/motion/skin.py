@@ -124,16 +124,17 @@ class Skin:
     def _build_springs(self, face: Face) -> None:
         """Springs along the edges, and the areas and normals of triangles that the inversion barrier compares with."""
         points = self.points
-        self._edges, sides = unique_edges(self._triangles)
-        self._rest = np.ascontiguousarray(points[self._edges[:, 1]] - points[self._edges[:, 0]])
+        edges, sides = unique_edges(self._triangles)
+        self._edges: IntArray = edges
+        self._rest = np.ascontiguousarray(points[edges[:, 1]] - points[edges[:, 0]])
         self._length = np.linalg.norm(self._rest, axis=1)
         a, b, c = (points[self._triangles[:, k]] for k in range(3))
         cross = np.cross(b - a, c - a)
         self._double_area = np.linalg.norm(cross, axis=1)
         self._facing = cross / self._double_area[:, None]
-        area_of_edge = np.bincount(sides.ravel(), np.repeat(0.5 * self._double_area, 3), minlength=len(self._edges))
+        area_of_edge = np.bincount(sides.ravel(), np.repeat(0.5 * self._double_area, 3), minlength=len(edges))
         # Van Gelder: springs of this stiffness behave like a membrane of stiffness 1, whatever the triangles.
-        firm = 1.0 + self.material.cartilage * tip_of_nose(face)[0][self._edges].min(axis=1)
+        firm = 1.0 + self.material.cartilage * tip_of_nose(face)[0][edges].min(axis=1)
         self._stiffness = firm * area_of_edge / self._length**2
 
     def _build_bending(self, face: Face) -> None:
