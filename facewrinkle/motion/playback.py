@@ -75,7 +75,7 @@ class Playback(Undriven):
         """See :class:`facewrinkle.Motion`; the first step leads to the time of one time step."""
         self._steps += 1
         time = self.recorded.recorded_time(self._steps * self.time_step)
-        moved = self.recorded.positions_then(time, self._rest, self._numbers) * self._face.unit
+        moved = self.recorded.positions_at(time, self._rest, self._numbers) * self._face.unit
         self._move_parts(time)
         return moved
 
@@ -102,5 +102,5 @@ class Playback(Undriven):
         if self._head is None:
             return pose
         rest, numbers = self._rest[self._some], self._numbers[self._some]
-        baked = self._head.pose(replace(recorded, pose=None).positions_then(time, rest, numbers), self._still)
+        baked = self._head.pose(replace(recorded, pose=None).positions_at(time, rest, numbers), self._still)
         return baked if pose is None else pose @ baked

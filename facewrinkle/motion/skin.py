@@ -113,10 +113,6 @@ class Skin:
         self._minimiser = Minimiser(
             [matrix + inertia for matrix in stiffness], self.points, self._area, int(iterations)
         )
-        # Unsigned, for the loops: no number counts from the end.
-        self._edges, self._corners, self._bent = (
-            numbers.astype(np.uint32) for numbers in (self._edges, self._triangles, self._bending.indices)
-        )
         self.reset()
 
     # --- what the skin is made of -------------------------------------------------------------
@@ -125,7 +121,8 @@ class Skin:
         """Springs along the edges, and the areas and normals of triangles that the inversion barrier compares with."""
         points = self.points
         edges, sides = unique_edges(self._triangles)
-        self._edges: IntArray = edges
+        # Unsigned, for the loops: no number counts from the end.
+        self._edges, self._corners = edges.astype(np.uint32), self._triangles.astype(np.uint32)
         self._rest = np.ascontiguousarray(points[edges[:, 1]] - points[edges[:, 0]])
         self._length = np.linalg.norm(self._rest, axis=1)
         a, b, c = (points[self._triangles[:, k]] for k in range(3))
@@ -146,6 +143,7 @@ class Skin:
             stiffness[joint.vertices] = np.minimum(stiffness[joint.vertices], thin)
         bending = laplacian.T @ diags_array(stiffness / self._area) @ laplacian
         self._bending = csr_array(0.5 * (bending + bending.T))
+        self._bent = self._bending.indices.astype(np.uint32)
 
     def _build_tethers(self, face: Face) -> None:
         """Tethers to the bone, their stiffness along and across the surface, and the joints that carry them."""

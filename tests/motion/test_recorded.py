@@ -74,10 +74,12 @@ def test_shapes_add_up(cloth, shapes):
     recorded = Recorded.of_shapes(shapes, weights, fps=10.0, names=["a", "b", "c"])
     for i, w in enumerate(weights):
         expected = cloth.points + np.einsum("k,knd->nd", w, shapes)
-        np.testing.assert_allclose(recorded.positions(i / 10.0, cloth.points), expected, atol=1e-14)
+        np.testing.assert_allclose(
+            recorded.positions_at(recorded.recorded_time(i / 10.0), cloth.points), expected, atol=1e-14
+        )
         assert recorded.weights(i / 10.0) == pytest.approx(dict(zip("abc", w, strict=True)))
     halfway = cloth.points + np.einsum("k,knd->nd", 0.5 * (weights[1] + weights[2]), shapes)
-    np.testing.assert_allclose(recorded.positions(0.15, cloth.points), halfway, atol=1e-14)
+    np.testing.assert_allclose(recorded.positions_at(recorded.recorded_time(0.15), cloth.points), halfway, atol=1e-14)
 
 
 def test_a_simulation_plays_them_in_mm_and_in_time(cloth, shapes):
@@ -111,7 +113,11 @@ def test_positions_are_played_as_they_are(cloth):
     sim = fw.Simulation(cloth, motion=recorded, time_step=0.5)
     for expected in positions[[2, 3, 3]]:  # the recording begins at 1 s
         np.testing.assert_allclose(sim.step().points, expected, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(recorded.positions(0.05, cloth.points), 0.5 * (positions[0] + positions[1]), atol=1e-14)
+    np.testing.assert_allclose(
+        recorded.positions_at(recorded.recorded_time(0.05), cloth.points),
+        0.5 * (positions[0] + positions[1]),
+        atol=1e-14,
+    )
     with pytest.raises(ParameterError, match="no weights"):
         recorded.weights(0.0)
 
