@@ -97,7 +97,7 @@ def test_series_that_cannot_be_played_are_refused(tmp_path):
     turned = one.copy()
     turned.flip_faces(inplace=True)
     for frames, message in (
-        ([one], "one moment"),
+        ([one], "a single time"),
         ([one, other], "changes at step 1.*without refinement"),
         ([one, one, turned], "changes at step 2"),
     ):
