@@ -45,6 +45,7 @@ from .refinement import (
 )
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 LAYER_METHODS = ("attach", "follow", "displacement", "fields")
@@ -132,7 +133,7 @@ class Simulation:
             self._level = int(self.refinement.max_level or 0)
             check_patterns(needed, self._level)
             eye_muscles = [isinstance(face.muscles.get(name), EyeMuscle) for name in self.motion.names]
-            self._eye_muscles: npt.NDArray[np.int64] = np.flatnonzero(eye_muscles)
+            self._eye_muscles: IntArray = np.flatnonzero(eye_muscles)
             self._base_normals = vertex_normals(face.points, face.triangles)
             self.reset()
 
