@@ -1,9 +1,9 @@
-"""How far muscle-driven motion agrees with captured shapes.
+"""Agreement of muscle-driven motion with captured shapes.
 
 Each pair sets one contraction at full strength, waits until the skin rests, and compares the displacements with those
 of a captured expression on the same mesh: the cosine similarity of the flattened fields, plain and weighted by area,
-the ratio of their sizes, and the mean distance in mm over the vertices that either field moves. A second table tells
-how far furrows run across the direction in which the captured skin is compressed most.
+the ratio of their sizes, and the mean distance in mm over the vertices that either field moves. A second table
+compares the direction of furrows with the direction in which the captured skin is compressed most.
 
     python -m analysis.motion FACE.obj --landmarks LANDMARKS.json --shapes SHAPES.npz --units cm
 """
@@ -44,7 +44,7 @@ PAIRS: tuple[tuple[str, str], ...] = (
     ("orbicularis_oris", "mouthPucker"),
     ("jaw", "jawOpen"),
 )
-"""The thirteen pairs; a contraction is a muscle, or a pair of muscles named without side."""
+"""The thirteen pairs; a contraction is that of a muscle, or of both muscles of a pair, named without side."""
 
 OTHERS: tuple[tuple[str, str], ...] = (
     ("levator_labii_superioris_l", "mouthUpperUp_L"),
@@ -89,11 +89,11 @@ class Agreement:
     cosine, area_cosine : float
         Cosine similarity over all vertices, plain and weighted by their area.
     size : float
-        Ours over the captured one (area-weighted root mean square).
+        Size of our field over that of the captured one (root mean square, weighted by area).
     error : float
         Mean distance in mm over the vertices that either field moves by more than 0.2 mm.
     largest, captured : float
-        Largest displacement of either, mm.
+        Largest displacements, ours and the captured one, mm.
     """
 
     muscle: str
@@ -107,7 +107,7 @@ class Agreement:
 
 
 def compared(ours: Array, captured: Array, area: Array, muscle: str = "", shape: str = "") -> Agreement:
-    """Compare two displacement fields (n, 3) in mm; `area` (n,) of the vertices."""
+    """Compare two displacement fields (n, 3) in mm; `area` (n,) is that of the vertices."""
     weight = area[:, None]
     inner, area_inner = (ours * captured).sum(), (weight * ours * captured).sum()
     sizes = [np.sqrt((field**2).sum()) for field in (ours, captured)]
@@ -127,7 +127,7 @@ def compared(ours: Array, captured: Array, area: Array, muscle: str = "", shape:
 
 
 def settled(skin: fw.Skin, rates: dict[str, float], steps: int = 15) -> Array:
-    """Displacement (n, 3) in mm with these contraction rates, once the skin, which should have long steps, rests."""
+    """Return the displacement (n, 3) in mm at which the skin, which should have long steps, rests with these rates."""
     skin.reset()
     skin.contract(rates)
     for _ in range(steps):
@@ -138,19 +138,19 @@ def settled(skin: fw.Skin, rates: dict[str, float], steps: int = 15) -> Array:
 def agreements(
     face: fw.Face, shapes: dict[str, Array], pairs: Iterable[tuple[str, str]] = PAIRS
 ) -> list[tuple[Agreement, Array]]:
-    """Every pair whose muscle and shape exist, with our field."""
+    """Return the agreement of every pair whose muscle and shape exist, with our displacement field."""
     skin = fw.Skin(face, time_step=1.0)
     area = vertex_areas(skin.points, face.triangles)
     out = []
     for muscle, shape in pairs:
         if set(shape.split("+")) <= set(shapes):
             ours = settled(skin, face.atlas.resolve(muscle))
-            out.append((compared(ours, joined(shapes, shape), area, muscle, shape), ours))
+            out.append((compared(ours, summed(shapes, shape), area, muscle, shape), ours))
     return out
 
 
-def joined(shapes: dict[str, Array], name: str) -> Array:
-    """The sum of the shapes whose names are joined by +."""
+def summed(shapes: dict[str, Array], name: str) -> Array:
+    """Return the sum of the shapes whose names are joined by +."""
     return np.asarray(sum(shapes[part] for part in name.split("+")))
 
 
@@ -176,7 +176,7 @@ class FoldAngle:
 
 
 def fold_angles(face: fw.Face, shapes: dict[str, Array], pairs: Iterable[tuple[str, str]] = FOLDS) -> list[FoldAngle]:
-    """How far the furrows of each muscle run across the principal compression of the captured shape."""
+    """Return the angles of the furrows of each muscle to the principal compression of the captured shape."""
     points, triangles = face.points * face.unit, face.triangles
     normals, area = vertex_normals(points, triangles), vertex_areas(points, triangles)
     field = StrainField(points, triangles)
@@ -184,7 +184,7 @@ def fold_angles(face: fw.Face, shapes: dict[str, Array], pairs: Iterable[tuple[s
     for name, shape in pairs:
         if name not in face.muscles or not set(shape.split("+")) <= set(shapes):
             continue
-        strain = field.strain(points + joined(shapes, shape))
+        strain = field.strain(points + summed(shapes, shape))
         epsilon, principal_direction = principal_compression(strain, field.metric, normals)
         muscle = face.muscles[name]
         weight = muscle.fold_pattern.envelope(face.points) * area * np.maximum(epsilon, 0.0)
@@ -201,7 +201,7 @@ def fold_angles(face: fw.Face, shapes: dict[str, Array], pairs: Iterable[tuple[s
 
 
 def read_shapes(path: Path, n_points: int, unit: float) -> dict[str, Array]:
-    """Captured shapes in mm from an npz file with `names` (k,) and `deltas` (k, n, 3) in the unit of the mesh."""
+    """Read captured shapes (mm) from an npz file with `names` (k,) and `deltas` (k, n, 3) in the unit of the mesh."""
     with np.load(path) as content:
         names, deltas = content["names"], np.asarray(content["deltas"], dtype=np.float64) * unit
     if deltas.shape[1:] != (n_points, 3):
@@ -215,7 +215,7 @@ BAR = {"title": "mm", "vertical": True, "position_x": 0.85, "position_y": 0.25, 
 
 
 def picture(face: fw.Face, ours: Array, captured: Array) -> npt.NDArray[np.uint8]:
-    """Both fields side by side: the moved faces, coloured by the size of the displacement."""
+    """Draw both fields side by side: the moved faces, coloured by the size of the displacement."""
     plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=[1000, 560])
     largest = float(max(np.linalg.norm(field, axis=1).max() for field in (ours, captured)))
     for column, field in enumerate((ours, captured)):
@@ -236,7 +236,7 @@ def picture(face: fw.Face, ours: Array, captured: Array) -> npt.NDArray[np.uint8
 
 
 def report(face: fw.Face, shapes: dict[str, Array], pictures: bool = True) -> Report:
-    """All pairs on a captured face, with a picture of each."""
+    """Report all pairs on a captured face, with a picture of each."""
     pairs, others = agreements(face, shapes), agreements(face, shapes, OTHERS)
     rows, angles = [row for row, _ in pairs], fold_angles(face, shapes)
     figure, axes = plot(1, 2, (11.0, 4.0))
@@ -256,7 +256,7 @@ def report(face: fw.Face, shapes: dict[str, Array], pictures: bool = True) -> Re
     plots = [Plot("agreement", figure, "Agreement of the muscles with captured shapes, and how furrows run.")]
     if pictures:
         plots += [
-            Plot(f"{row.muscle}_{row.shape}", picture(face, ours, joined(shapes, row.shape)),
+            Plot(f"{row.muscle}_{row.shape}", picture(face, ours, summed(shapes, row.shape)),
                  f"{row.muscle} (left) and the captured {row.shape}: cosine {row.cosine:.2f}.")
             for row, ours in pairs
         ]  # fmt: skip

@@ -18,6 +18,7 @@ from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.layers.base import Displacement, Layer, SurfacePoints, SurfaceState
 from facewrinkle.layers.compression import StrainField
 from facewrinkle.mesh import to_polydata
+from facewrinkle.motion.base import NONE_BY_NAME
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -134,6 +135,8 @@ class Given:
     displacement : ndarray, shape (n, 3)
         Of the base mesh at full contraction, mm.
     """
+
+    pose, gazes, parts = None, NONE_BY_NAME, NONE_BY_NAME
 
     def __init__(self, face: fw.Face, displacement: Array) -> None:
         self.names, self.points, self.time_step = tuple(face.muscles), face.points * face.unit, 0.02

@@ -48,20 +48,10 @@ def scene():
         frame = sim.step()
     rng = np.random.default_rng(0)
     while frame.n_cells < TRIANGLES:  # more triangles, spread over the face
-        change = sim.forest.split(rng.random(frame.n_cells) < 0.01)
-        created = sim._sites_from(sim.forest.n_points - change.n_created)
-        old = sim._sites
-        joined = {
-            f.name: np.concatenate([getattr(old, f.name)[change.kept], getattr(created, f.name)])
-            for f in dataclasses.fields(old)
-        }
-        sim._sites = type(old)(**joined)
-        for layer in sim.layers:
-            layer.follow(change, created)
-        sim._template, sim._levels, sim._marks = None, sim.forest.level, None
-        frame = sim._polydata(*sim._shape(face.points * face.unit))
-    bare = sim._sites.points * face.unit
-    state = SurfaceState(np.empty(0), sim._sites, sim.forest.triangles, bare[: len(face.points)], bare, 0.0)
+        sim._follow(sim.forest.split(rng.random(frame.n_cells) < 0.01))
+        frame = sim._frame(*sim._shape(face.points * face.unit))
+    bare = sim.vertices.points * face.unit
+    state = SurfaceState(np.empty(0), sim.vertices, sim.forest.triangles, bare[: len(face.points)], bare, 0.0)
     return sim.layers, state, frame.n_cells
 
 

@@ -1,7 +1,7 @@
 """One step of the skin against one linearly implicit step in plain numpy and scipy.
 
-The reference linearises springs and ties at rest, and calls spsolve once a step with one matrix for the three
-coordinates (the largest stiffness of springs and ties in all directions, which is stable), so that the matrix is
+The reference linearises springs and tethers at rest, and calls spsolve once a step with one matrix for the three
+coordinates (the largest stiffness of springs and tethers in all directions, which is stable), so that the matrix is
 factored in every step. The skin factors a closer matrix per coordinate when it is made; its springs are biphasic, it
 keeps triangles from folding, stays off bone and eyes, and iterates.
 """
@@ -56,8 +56,8 @@ class Reference:
         skin, (i, j), u = self.skin, self.edges, self.u
         stretch = np.einsum("ek,ek->e", self.along, u[j] - u[i])
         out = np.einsum("nk,nk->n", skin._normals, u)[:, None] * skin._normals
-        ties = skin._along[:, None] * u + (skin._across - skin._along)[:, None] * out
-        return self.gather @ ((skin._stiffness * stretch)[:, None] * self.along) + skin._bending @ u + ties
+        tethers = skin._along[:, None] * u + (skin._across - skin._along)[:, None] * out
+        return self.gather @ ((skin._stiffness * stretch)[:, None] * self.along) + skin._bending @ u + tethers
 
     def step(self):
         h = self.skin.time_step

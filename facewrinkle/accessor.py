@@ -1,4 +1,4 @@
-"""``mesh.facewrinkle``: what can be laid on any PolyData, beside PyVista's own filters.
+"""``mesh.facewrinkle``: patterns and tears on any PolyData, as filters like PyVista's own.
 
 PyVista finds this module through the entry point group ``pyvista.accessors`` and imports it when ``mesh.facewrinkle``
 is first used; importing it by hand does the same.
@@ -71,24 +71,24 @@ class FaceWrinkleAccessor:
             See :class:`facewrinkle.PatternLayer`. With `landmarks`, the name of a preset
             (:func:`facewrinkle.layers.patterns_on_skin.presets.names`), on both sides where it names none.
         centre, up, size :
-            See :class:`facewrinkle.Region`; in the coordinates and unit of the mesh. Of a mesh of several parts, the
-            one that is nearest to the centre takes the pattern.
-        landmarks : mapping, path, optional
-            Of a face; see :func:`facewrinkle.fit_face`.
+            See :class:`facewrinkle.Region`; in the coordinates and unit of the mesh. If the mesh has several connected
+            parts, the pattern is laid on the one nearest to the centre.
+        landmarks : mapping or path, optional
+            Landmarks of a face; see :func:`facewrinkle.fit_face`.
         time : float
-            Seconds; what is a function of time, or trembles, is taken at this moment.
+            Seconds: the time at which patterns that tremble, or are functions of time, are evaluated.
         units : str or float, optional
             Unit of the mesh, or mm per unit. Default: mm, or by the size of the face.
         max_level : int
             Triangles are split at most this often.
         **words
-            Of the layer, the pattern and the region.
+            Options of the layer, the pattern and the region.
 
         Returns
         -------
         PolyData
-            The mesh with the pattern, refined where it needs triangles, with the point data of the mesh, "Normals", "W"
-            (mm) and what else a frame has.
+            The mesh with the pattern, refined where the pattern needs triangles, with the point data of the mesh,
+            "Normals", "W" (mm) and the other arrays of a frame.
 
         Raises
         ------
@@ -105,7 +105,9 @@ class FaceWrinkleAccessor:
         if isinstance(words.get("strength"), Compression | str):
             raise ParameterError("nothing compresses a mesh that keeps still; give a number or a function as strength.")
         if "begin" in words:
-            raise ParameterError(f"the moment to take is `time`; leave out begin, received {words['begin']!r}.")
+            raise ParameterError(
+                f"the time to evaluate a pattern at is `time`; leave out begin, received {words['begin']!r}."
+            )
         words["begin"] = time
         if landmarks is not None:
             face, rest = fit_face(self._mesh, landmarks, units), None
@@ -117,7 +119,7 @@ class FaceWrinkleAccessor:
                 raise ParameterError(f"the preset {pattern!r} is placed by landmarks: give those of the face.")
             face, rest = _nearest_part(self._mesh, centre, "mm" if units is None else units)
             layers = [PatternLayer(pattern, centre, up, size, **words)]
-        return _joined(laid(face, layers, max_level), rest)
+        return _combined(patterned(face, layers, max_level), rest)
 
     def tear(
         self,
@@ -126,14 +128,14 @@ class FaceWrinkleAccessor:
         t: float | None = None,
         **options: Any,
     ) -> pv.PolyData:
-        """Water that runs down the mesh, along a path or from a start: a closed surface of its own.
+        """Return water that runs down the mesh, along a path or from a start: a closed surface of its own.
 
         Parameters
         ----------
         path, start :
             See :class:`facewrinkle.SheddingTear`; in the coordinates of the mesh.
         t : float, optional
-            Seconds. Default: when it has arrived.
+            Seconds. Default: the time at which the water has arrived at its end.
         **options
             Of :class:`facewrinkle.SheddingTear`, those of its groups by their own names, such as ``roughness=0.0``;
             `unit` is mm per unit of the mesh.
@@ -155,8 +157,8 @@ class FaceWrinkleAccessor:
         return stream.surface(stream.end if t is None else t)
 
 
-def laid(face: Face, layers: list[PatternLayer], max_level: int) -> pv.PolyData:
-    """A still face with layers on it, refined as they need it."""
+def patterned(face: Face, layers: list[PatternLayer], max_level: int) -> pv.PolyData:
+    """Return a still face with layers on it, refined as they need it."""
     needed = max(layer.level_needed(face) for layer in layers)
     simulation = Simulation(face, Refinement(max_level=min(needed, max_level)), layers, motion=Still(face, 1e-9))
     frame, cells = simulation.step(), -1
@@ -173,20 +175,20 @@ def laid(face: Face, layers: list[PatternLayer], max_level: int) -> pv.PolyData:
 def _nearest_part(
     mesh: pv.PolyData, centre: npt.ArrayLike | None, units: str | float
 ) -> tuple[Face, pv.PolyData | None]:
-    """The connected part nearest to a point as a face, and the others."""
+    """Return the connected part nearest to a point as a face, and the other parts."""
     source = read_surface(mesh)
     triangles = np.asarray(source.regular_faces, dtype=np.int32)
     label = components(triangles) if len(triangles) else np.zeros(0, np.int32)
     if centre is None or np.shape(centre) != (3,) or len(triangles) == 0 or label.max() == 0:
         return surface(source, units), None
     own = label == label[closest_point(np.asarray(source.points), triangles, centre).triangle]
-    kept, numbers = np.unique(triangles[~own], return_inverse=True)
-    rest = with_data(source, numbers.reshape(-1, 3), kept)
+    others, numbers = np.unique(triangles[~own], return_inverse=True)
+    rest = with_data(source, numbers.reshape(-1, 3), others)
     return surface(with_data(source, triangles[own], np.arange(source.n_points)), units), rest
 
 
-def _joined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
-    """Both meshes as one; arrays that `rest` lacks are 0 there."""
+def _combined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
+    """Return both meshes as one; arrays that `rest` lacks are 0 there."""
     if rest is None:
         return mesh
     rest = rest.compute_normals(cell_normals=False, split_vertices=False)

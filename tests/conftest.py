@@ -87,7 +87,7 @@ def played(face):
         frames = list(sim.run(70))
         held = SimpleNamespace(
             displacement=sim.skin.displacement.copy(),
-            sites=sim._sites,
+            vertices=sim.vertices,
             triangles=sim.forest.triangles,
             barycentric=sim.forest.barycentric,
             corners=sim.forest.corners,

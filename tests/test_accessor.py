@@ -96,7 +96,7 @@ def test_presets_by_landmarks(face):
     with pytest.warns(FaceWrinkleWarning, match="refined"):
         out = face.mesh.facewrinkle.pattern("frown", landmarks=given, depth=1.0)
     with pytest.warns(FaceWrinkleWarning, match="refined"):
-        expected = facewrinkle.accessor.laid(face, fw.PatternLayer.presets("frown", face, depth=1.0), 6)
+        expected = facewrinkle.accessor.patterned(face, fw.PatternLayer.presets("frown", face, depth=1.0), 6)
     assert out.n_cells == expected.n_cells
     np.testing.assert_allclose(out["W"], expected["W"], atol=1e-9)
 

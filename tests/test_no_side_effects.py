@@ -218,7 +218,6 @@ SPECIAL = {
     "Recorded": lambda e: [fw.Recorded.of_positions(e["positions"], fps=10.0).track],
     "Recorded.of_shapes": lambda e: [e["deltas"], e["weights"], ("times", np.array([0.0, 0.1]))],
     "Recorded.of_positions": lambda e: [e["positions"], ("times", np.array([0.0, 0.1]))],
-    "Recorded.on": lambda e: [e["flat"]],
     "Recorded.points_of": lambda e: [e["flat"]],
     "SheddingTear.meets": lambda e: [tear()],
     "SheetMuscle": lambda e: [*SHEET],

@@ -1,4 +1,4 @@
-"""Inner loops of the skin: energy and gradient, contact. Positions are displacements u (n, 3) from rest, in mm."""
+"""Inner loops of the skin: energies, gradients, contacts. Positions are displacements u (n, 3) from rest, in mm."""
 
 from __future__ import annotations
 
@@ -96,14 +96,14 @@ def tethers(u, shift, normals, along, across, indptr, indices, bending, grad):
 
 
 SOFT, DEEP = 0.1, 0.3
-"""Contacts stiffen up to the first depth, for a kink in the force would cost iterations; beyond the second their force
-is constant, so that nothing is thrown out that a muscle or the jaw has swept over within one step. Millimetres.
+"""Contacts stiffen up to the first depth, as a kink in the force would cost iterations. Beyond the second depth their
+force is constant, so that skin which a muscle or the jaw has pushed far in within one step is not thrown out. mm.
 """
 
 
 @njit(cache=True)
 def contact(depth):
-    """Force and energy of a contact of stiffness 1 at a depth > 0."""
+    """Return the force and the energy of a contact of stiffness 1 at a depth > 0."""
     if depth < SOFT:
         return 0.5 * depth * depth / SOFT, depth**3 / (6.0 * SOFT)
     near = min(depth, DEEP)
@@ -112,8 +112,8 @@ def contact(depth):
 
 
 @njit(cache=True)
-def ball(u, points, vertices, centre, radii, weight, grad):
-    """Repulsion from a ball: half of `weight` times the square of what a vertex misses to its radius. Adds to grad."""
+def eyeball(u, points, vertices, centre, radii, weight, grad):
+    """Repulsion from a ball, of vertices that are nearer to its centre than their `radii`. Adds to grad."""
     energy = 0.0
     for p in range(vertices.shape[0]):
         i = vertices[p]
@@ -136,7 +136,7 @@ def ball(u, points, vertices, centre, radii, weight, grad):
 
 @njit(cache=True)
 def bone(u, points, vertices, anchors, normals, nearest, off, weight, grad):
-    """Repulsion from the tangent planes of the `nearest` vertices of the skull, felt from `off` above. Adds to grad."""
+    """Repulsion from the tangent planes at the `nearest` anchors on the skull, from a distance `off`. Adds to grad."""
     energy = 0.0
     for p in range(vertices.shape[0]):
         i = vertices[p]
@@ -154,8 +154,8 @@ def bone(u, points, vertices, anchors, normals, nearest, off, weight, grad):
 
 
 @njit(cache=True)
-def pairs(u, vertices, corners, shares, away, gap, allowed, weight, grad):
-    """Repulsion of vertices from the triangles they face: `gap` apart at rest along `away`. Adds to grad."""
+def lip_pairs(u, vertices, corners, shares, away, gap, allowed, weight, grad):
+    """Repulsion of vertices from the triangles they face, `gap` apart at rest along `away`. Adds to grad."""
     energy = 0.0
     for p in range(vertices.shape[0]):
         i, a, b, c = vertices[p], corners[p, 0], corners[p, 1], corners[p, 2]
@@ -178,20 +178,20 @@ def pairs(u, vertices, corners, shares, away, gap, allowed, weight, grad):
 
 
 @njit(cache=True)
-def wall(u, shift, vertices, local, axes, half, allowed, weight, grad):
-    """Repulsion from an upright elliptic cylinder of the half axes `half` (2,), which goes with `shift`. Adds to grad.
+def dental_wall(u, shift, vertices, local, axes, half, allowed, weight, grad):
+    """Repulsion from an upright elliptic cylinder of half axes `half` (2,) that moves with `shift`. Adds to grad.
 
     `local` holds the rest positions (k, 2) along `axes` (2, 3) from the cylinder's middle, `allowed` the relative radii
-    that vertices keep.
+    below which vertices are pushed.
     """
     energy = 0.0
     for p in range(vertices.shape[0]):
         i = vertices[p]
         x, z = local[p, 0], local[p, 1]
         for k in range(3):
-            way = u[i, k] - shift[i, k]
-            x += axes[0, k] * way
-            z += axes[1, k] * way
+            moved = u[i, k] - shift[i, k]
+            x += axes[0, k] * moved
+            z += axes[1, k] * moved
         x /= half[0]
         z /= half[1]
         square = x * x + z * z
@@ -222,7 +222,7 @@ def inertia(u, target, old, mass, drag, h, force, grad):
 
 @njit(cache=True)
 def two_loop_update(q, step, other, curvature, less):
-    """Take as many times `step` from q as it measures along `other`, but `less`; how many were to be taken."""
+    """Subtract a share of `step` from q: (q . other) / curvature - less. Returns that share."""
     x, y, z = 0.0, 0.0, 0.0
     for i in range(q.shape[0]):
         x += q[i, 0] * other[i, 0]
@@ -239,8 +239,8 @@ def two_loop_update(q, step, other, curvature, less):
 def keep_off_bone(u, points, vertices, anchors, normals, below, nearest, indptr, ring):
     """Move those of some vertices that entered the skull back onto it.
 
-    `nearest` holds the skull vertex under each vertex, `below` that at rest; the walk goes from neighbour to neighbour,
-    from whichever of the two is nearer, and updates `nearest`.
+    `nearest` holds the nearest anchor of each vertex, `below` that at rest. The search walks from neighbour to
+    neighbour, starting at the nearer of the two, and updates `nearest`.
     """
     for i in vertices:
         x, y, z = points[i, 0] + u[i, 0], points[i, 1] + u[i, 1], points[i, 2] + u[i, 2]

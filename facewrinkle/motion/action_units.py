@@ -1,8 +1,8 @@
-"""Which action units the shapes of face capture stand for.
+"""Action units that the shapes of face capture stand for.
 
 The shapes are those of Apple's ARKit (ARFaceAnchor.BlendShapeLocation, 52 names that most face capture writes), and the
-few beside them of ICT-FaceKit. The units follow from what the names' documentation and the Facial Action Coding System
-(Ekman, Friesen, Hager: FACS, 2002) describe; where a shape mixes two, the one that it is mostly.
+few that ICT-FaceKit adds. The units follow from what the names' documentation and the Facial Action Coding System
+(Ekman, Friesen, Hager: FACS, 2002) describe; a shape that mixes two stands for the one that it shows most.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ ARKIT: Mapping[str, str] = MappingProxyType(
         "eyeLookDown": "AU64",
     }
 )
-"""Action unit by shape, without its side where that does not matter."""
+"""Action units by shape; the side of a shape is left out where it does not matter."""
 
 OTHERS: Mapping[str, str] = MappingProxyType(
     {
@@ -67,7 +67,7 @@ OTHERS: Mapping[str, str] = MappingProxyType(
         "browDrop": "browDown",
     }
 )
-"""What avatars call the same beside ARKit's names (Ready Player Me, VRM, Character Creator)."""
+"""Names of the same shapes in avatars (Ready Player Me, VRM, Character Creator)."""
 
 _PREFIX = re.compile(r".*[.:|]|^[A-Za-z]\d+_")
 _SIDE = re.compile(r"(.+?)(l|r|left|right)")
@@ -84,11 +84,11 @@ _STEMS = {_plain(name.removesuffix("_l").removesuffix("_r")): name for name in A
 LOOKS: Mapping[str, str] = MappingProxyType(
     {"eyeLookUp": "up", "eyeLookDown": "down", "eyeLookIn": "inwards", "eyeLookOut": "outwards"}
 )
-"""Turn of an eye by shape."""
+"""Turns of an eye by shape."""
 
 
 def looks_of(shapes: Iterable[str]) -> dict[str, tuple[str, str]]:
-    """The side, and the turn of the eye there, by shape, of those that turn eyes.
+    """Return the side and the turn of the eye for each shape that turns one.
 
     Examples
     --------
@@ -100,9 +100,9 @@ def looks_of(shapes: Iterable[str]) -> dict[str, tuple[str, str]]:
 
 
 def _sided(shape: str) -> tuple[str, str | None]:
-    """The name that ARKit gives a shape, without its side, and the side: as it is where ARKit has none.
+    """Return ARKit's name of a shape, without its side, and the side; shapes unknown to ARKit keep their name.
 
-    Writers change case and underscores, and put names of meshes and numbers before it: ``head.eyeBlink_L``,
+    Programs change case and underscores, and put names of meshes and numbers before the name: ``head.eyeBlink_L``,
     ``A14_Eye_Blink_Left``.
     """
     for plain in (_plain(shape), _plain(_PREFIX.sub("", shape))):
@@ -114,12 +114,12 @@ def _sided(shape: str) -> tuple[str, str | None]:
 
 
 def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None) -> dict[str, float]:
-    """Action units by the weights of shapes; the largest weight counts where several shapes are one unit.
+    """Return the weights of action units, given those of shapes; of several shapes of one unit the largest counts.
 
     Parameters
     ----------
     weights : mapping of str to float
-        Shapes such as "mouthSmile_L", "mouthSmileLeft", "A38_Mouth_Smile_Left" or "jawOpen"; others are passed over.
+        Shapes such as "mouthSmile_L", "mouthSmileLeft", "A38_Mouth_Smile_Left" or "jawOpen"; others are left out.
     side : {"l", "r"}, optional
         Only shapes of this side of the face, and those without a side.
 

@@ -1,4 +1,4 @@
-"""Animations that others made: from a file to a mesh at rest and the recording that moves it."""
+"""Animated files: the mesh at rest, and the recording that moves it."""
 
 from __future__ import annotations
 
@@ -24,39 +24,43 @@ from .usd import read_usd
 
 __all__ = ["read_animation"]
 
-SERIES = (".vtkhdf", ".hdf")
-USD = (".usd", ".usda", ".usdc", ".usdz")
+SERIES_SUFFIXES = (".vtkhdf", ".hdf")
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+ITERATIONS = 100
+"""Iterations at most that take the wrinkles off a frame. A fifth of them are needed where wrinkles are shallower than
+the edges of the mesh are long.
+"""
 
 
 def read_animation(
     path: str | Path, mesh: str | None = None, animation: str | None = None
 ) -> tuple[pv.PolyData, Recorded]:
-    """The mesh of an animated file at rest, and the recording that moves it.
+    """Read an animated file: its mesh at rest, and the recording that moves it.
 
     From glTF come morph targets (named as in the file) with their weights over time, the motion of the node, and bones
     (linear blend skinning). Points that the file splits at seams of texture or shading, and that move alike, are one
     point here; the cell data "Texture Corners" then holds the texture coordinates of all corners.
 
-    From USD come the time samples of the points and of the place of a mesh, and bones and blend shapes (UsdSkel); it is
-    at rest at its first time. From VTKHDF come the positions of all
-    points over time; the first are those at rest. Frames of a simulation of our own may be refined in it: the motion is
-    that of the base mesh, without the wrinkles that lie on it.
+    From USD come the time samples of the points and of the place of a mesh, and bones and blend shapes (UsdSkel); the
+    mesh is at rest at its first time. From VTKHDF come the positions of all points over time; the first are those at
+    rest. A series may hold refined frames of a simulation: then the base mesh is recorded, without wrinkles.
 
-    Other meshes of the file (eyes, teeth, lashes, hair) come after the one that is recorded, as they are at rest:
-    :func:`facewrinkle.fit_face` sets them apart. Those that the file moves on the head play that motion; shapes that
-    nothing moves follow those of the same names on the face; all else is carried along.
+    Other meshes of the file (eyes, teeth, lashes, hair) come after the one that is recorded, as they are at rest;
+    :func:`facewrinkle.fit_face` sets them apart. Those that the file moves on the head play that motion, shapes that
+    nothing moves follow those of the same names on the face, and everything else goes along with the face.
 
     Parameters
     ----------
     path : path
-        .glb or .gltf, with morph targets, bones or a node that moves; .usd, .usda, .usdc or .usdz, with
-        time samples or UsdSkel; .vtkhdf, a time series of one mesh.
+        .glb or .gltf, with morph targets, bones or a node that moves; .usd, .usda, .usdc or .usdz, with time samples or
+        UsdSkel; .vtkhdf, a time series of one mesh.
     mesh : str, optional
-        Name of a mesh or node of a glTF file, name or path of one of a USD file. Default: the one that
-        moves; of several, the one with the most points.
+        Name of a mesh or node of a glTF file, name or path of one of a USD file. Default: the one that moves; of
+        several, the one with the most points.
     animation : str, optional
-        Name of an animation of a glTF file, which is played alone. Default: the first that moves the mesh, and with it
-        those that move other things, as exporters write one for each object.
+        Name of an animation of a glTF file, which is then played alone. Default: the first that moves the mesh, and
+        with it those that move other things: exporters write one for each object.
 
     Returns
     -------
@@ -94,9 +98,9 @@ def read_animation(
     check_file(path)
     if path.suffix.lower() in GLTF:
         return read_gltf(path, mesh, animation)
-    if path.suffix.lower() in SERIES:
+    if path.suffix.lower() in SERIES_SUFFIXES:
         return _read_series(path)
-    if path.suffix.lower() in USD:
+    if path.suffix.lower() in USD_SUFFIXES:
         return read_usd(path, mesh)
     raise MeshError(
         f"{path.name}: animations are read from .glb, .gltf, .vtkhdf, .usd, .usda, .usdc and .usdz files, received "
@@ -105,19 +109,21 @@ def read_animation(
 
 
 def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
-    rest = read_surface(path)  # of the first time; its errors are those of any mesh
+    rest = read_surface(path)  # at the first time
     with pv.vtk_verbosity("off"):
         reader = vtkHDFReader()
         reader.SetFileName(str(path))
         reader.UpdateInformation()
         times = reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()) or ()
         if len(times) < 2:
-            raise MeshError(f"{path.name} holds one moment, and no animation. read_surface and fit_face read meshes.")
-        frames = [_moment(reader, step) for step in range(len(times))]
-    others, beside = None, np.zeros(0)
-    if _is_ours(frames[0]):
-        others, beside, frames = _apart(frames)
-        rest, positions = _bare(frames, path.name)
+            raise MeshError(
+                f"{path.name} holds a single time, and no animation. read_surface and fit_face read meshes."
+            )
+        frames = [_frame(reader, step) for step in range(len(times))]
+    others, other_positions = None, np.zeros(0)
+    if _is_simulated(frames[0]):
+        others, other_positions, frames = _split_parts(frames)
+        rest, positions = _without_wrinkles(frames, path.name)
     else:
         positions = [np.asarray(frame.points) for frame in frames]
         for step, frame in enumerate(frames):
@@ -127,21 +133,21 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
                     "recording needs the same triangles at all times: write it without refinement."
                 )
     rest.point_data[MOVED] = blended(np.array(positions) - rest.points)
-    written = [float(str(np.float32(time))) for time in times]  # VTK keeps single precision: 0.1 is meant to be 0.1
+    written = [float(str(np.float32(time))) for time in times]  # VTK keeps single precision: this restores 0.1
     recorded = Recorded.of_positions(positions, times=written, rest=rest.points)
     if others is None:
         return rest, recorded
-    own = Recorded.of_positions(beside, times=written, rest=others.points)
+    own = Recorded.of_positions(other_positions, times=written, rest=others.points)
     return merged_surfaces([rest, others]), replace(recorded, companions={rest.n_points: own})
 
 
-def _is_ours(frame: pv.PolyData) -> bool:
-    """Whether a frame is one of a simulation, and tells what its wrinkles and its base mesh are."""
+def _is_simulated(frame: pv.PolyData) -> bool:
+    """Return True if a frame is one of a simulation, with the arrays that hold its wrinkles and its base mesh."""
     return {"W", "level", "rest"} <= set(frame.point_data) and UNIT in frame.field_data
 
 
-def _apart(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, np.ndarray, list[pv.PolyData]]:
-    """What was written beside the skin, as it is at rest, its positions (f, k, 3), and the frames without it."""
+def _split_parts(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, np.ndarray, list[pv.PolyData]]:
+    """Return the parts that were written beside the skin, at rest, their positions (f, k, 3), and the skins alone."""
     if PART not in frames[0].point_data:
         return None, np.zeros(0), frames
     skins = []
@@ -156,11 +162,11 @@ def _apart(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, np.ndarray, l
     return others, np.array([np.asarray(frame.points)[frame[PART] != 0] for frame in frames]), skins
 
 
-def _bare(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData, list[np.ndarray]]:
-    """The base mesh of frames of a simulation at rest, and its positions without the wrinkles on it.
+def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData, list[np.ndarray]]:
+    """Return the base mesh of frames of a simulation at rest, and its positions without the wrinkles on it.
 
-    Vertices of the base mesh come first in every frame. The wrinkles move them along the normals of the base mesh as it
-    then is, which is found by iteration.
+    Vertices of the base mesh come first in every frame. The wrinkles displace them along the normals of the moved base
+    mesh, which is found by iteration.
     """
     n = int((np.asarray(frames[0]["level"]) == 0).sum())
     plain = next((frame for frame in frames if frame.n_points == n), None)
@@ -192,11 +198,7 @@ def _bare(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData, list[np.nd
     return rest, positions
 
 
-ITERATIONS = 100
-"""At most; a fifth of them are needed where wrinkles are shallower than the edges of the mesh are long."""
-
-
-def _moment(reader: Any, step: int) -> pv.PolyData:
+def _frame(reader: Any, step: int) -> pv.PolyData:
     reader.SetStep(step)
     reader.Update()
     frame = pv.wrap(reader.GetOutput())

@@ -1,8 +1,9 @@
-"""What a motion is: something that moves the base mesh, step by step."""
+"""The interface of a motion, which moves the base mesh step by step, and what is common to motions without muscles."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
@@ -13,43 +14,49 @@ from ..errors import ParameterError, check_range
 
 Array = npt.NDArray[np.float64]
 
+NONE_BY_NAME: Mapping[str, Array] = MappingProxyType({})
+"""Gazes and parts of a motion that has none of its own."""
+
 
 class Motion(Protocol):
-    """A motion hands out the base mesh of one moment after the other.
+    """A motion hands out the positions of the base mesh, one time step after the other.
+
+    To write one of your own, derive it from :class:`facewrinkle.motion.base.Undriven`, which has all of these members
+    but `points`, `time_step`, `reset` and `step`.
 
     Attributes
     ----------
     names : tuple of str
-        The face's muscles if their contraction drives the motion; empty if nothing does.
+        The face's muscles if their contraction drives the motion; empty otherwise.
     rates : ndarray, shape (k,)
         Present contraction rates, in the order of `names`.
     points : ndarray, shape (n, 3)
         The base mesh at rest, mm.
     time_step : float
         Seconds per step.
-
-    A motion that also moves the head as a whole may tell so: its `pose` is a matrix (4, 4) in the unit of the face's
-    mesh, or None. What is drawn beside the skin goes with it. One that no muscles drive may tell where the eyes look:
-    its `gazes` are unit vectors (3,) by side ("l", "r"), of the head at rest; and where parts beside the skin are: its
-    `parts` are points (k, 3) by name in the unit of the mesh, NaN for those that are carried along.
+    pose : ndarray, shape (4, 4), or None
+        The matrix that has moved the head as a whole since rest, in the unit of the face's mesh; None if it has not
+        moved. Eyes, teeth and hair go along with it.
+    gazes : mapping of str to ndarray, shape (3,)
+        Unit directions in which the eyes of the head at rest look, by side ("l", "r"). Sides that are left out look
+        straight ahead, or where their muscles turn them.
+    parts : mapping of str to ndarray, shape (k, 3)
+        Points of parts beside the skin, by name, in the unit of the mesh; NaN for points that go along with the face,
+        as do all parts that are left out.
 
     Examples
     --------
-    A head that nods, a motion of one's own:
+    A head that nods:
 
-    >>> class Nod:
-    ...     names, rates, time_step = (), np.empty(0), 0.02
+    >>> from facewrinkle.motion.base import Undriven
+    >>> class Nod(Undriven):
     ...     def __init__(self, face):
-    ...         self.points, self.steps = face.points * face.unit, 0
+    ...         self.points, self.time_step, self.steps = face.points * face.unit, 0.02, 0
     ...     def reset(self):
     ...         self.steps = 0
     ...     def step(self):
     ...         self.steps += 1
     ...         return self.points - [0.0, 10.0 * np.sin(self.steps * self.time_step), 0.0]
-    ...     def rates_of(self, rates):
-    ...         return self.rates
-    ...     def set_rates(self, rates):
-    ...         pass
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> *_, frame = fw.Simulation(face, layers=[], motion=Nod(face)).run(50)
@@ -65,26 +72,65 @@ class Motion(Protocol):
     def points(self) -> Array: ...
     @property
     def time_step(self) -> float: ...
+    @property
+    def pose(self) -> Array | None: ...
+    @property
+    def gazes(self) -> Mapping[str, Array]: ...
+    @property
+    def parts(self) -> Mapping[str, Array]: ...
 
     def reset(self) -> None:
-        """Back to the beginning: at time 0, with all rates 0."""
+        """Go back to the beginning: to time 0, with all rates 0."""
 
     def step(self) -> Array:
-        """Advance by one time step; returns the positions (n, 3) in mm, which the caller does not change."""
+        """Advance by one time step and return the positions (n, 3) in mm, which the caller does not change."""
 
     def rates_of(self, rates: Mapping[str, float]) -> Array:
-        """Contraction rates (k,) by name, checked; those not named are 0."""
+        """Return contraction rates (k,) by name, checked; muscles that are not named get 0."""
 
     def set_rates(self, rates: Array) -> None:
         """Set the contraction rates (k,), without checks."""
 
 
-class Undriven:
-    """What motions have in common that no muscle drives.
+MEMBERS = ("names", "rates", "points", "time_step", "pose", "gazes", "parts", "reset", "step", "rates_of", "set_rates")
+"""Members of a :class:`Motion`."""
+
+
+def check_motion(motion: Motion, face: Face) -> None:
+    """Raise a ParameterError unless an object is a motion, and one of this face.
 
     Examples
     --------
-    Skin that swells needs points, a time step, and these two methods:
+    >>> import facewrinkle as fw
+    >>> check_motion("nod", fw.default_face())
+    Traceback (most recent call last):
+    facewrinkle.errors.ParameterError: a motion must have names, rates, ...; the str that was given lacks names, ...
+    """
+    lacking = [name for name in MEMBERS if not hasattr(motion, name)]
+    if lacking:
+        raise ParameterError(
+            f"a motion must have {', '.join(MEMBERS)}; the {type(motion).__name__} that was given lacks "
+            f"{', '.join(lacking)}. Derive it from facewrinkle.motion.base.Undriven, which has what a motion without "
+            "muscles needs, but points, time_step, reset and step."
+        )
+    if motion.points.shape != face.points.shape:
+        raise ParameterError(
+            f"the motion moves {len(motion.points)} points, the face has {len(face.points)}. Make it from this face."
+        )
+    if motion.names not in ((), tuple(face.muscles)):
+        raise ParameterError(
+            f"the motion must be driven by all {len(face.muscles)} muscles of the face, in their order, or by none; "
+            f"its names are {', '.join(motion.names[:8])}. Make it from this face."
+        )
+
+
+class Undriven:
+    """Base class of motions that no muscle drives: it has all members of a :class:`facewrinkle.Motion` but `points`,
+    `time_step`, `reset` and `step`.
+
+    Examples
+    --------
+    Skin that swells:
 
     >>> class Swelling(Undriven):
     ...     time_step = 0.02
@@ -108,9 +154,12 @@ class Undriven:
 
     names: tuple[str, ...] = ()
     rates: Array = np.empty(0)
+    pose: Array | None = None
+    gazes: Mapping[str, Array] = NONE_BY_NAME
+    parts: Mapping[str, Array] = NONE_BY_NAME
 
     def rates_of(self, rates: Mapping[str, float]) -> Array:
-        """No rates; a ParameterError if some are asked for."""
+        """Return no rates; raise a ParameterError if some are asked for."""
         if rates:
             raise ParameterError(
                 f"this surface is moved by a {type(self).__name__}, and no muscle of it can be contracted; asked for "
@@ -119,7 +168,7 @@ class Undriven:
         return np.empty(0)
 
     def set_rates(self, rates: Array) -> None:
-        """Nothing to set."""
+        """Do nothing: there are no rates to set."""
 
 
 class Still(Undriven):

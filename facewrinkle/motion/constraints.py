@@ -1,4 +1,4 @@
-"""Where the skin is held otherwise than the tissue under it tells: on the tip of the nose, and on the gums."""
+"""Skin that other tissue holds: the tip of the nose on its cartilage, and the lining of the lips on the gums."""
 
 from __future__ import annotations
 
@@ -6,27 +6,45 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
-from ..anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle
+from ..anatomy.landmarks import lips_middle
 from ..geometry.smoothstep import smoothstep
 
 Array = npt.NDArray[np.float64]
 
-CARTILAGE, GLIDING = 7.0, 20.0
-"""How far around the line from the tip of the nose to its base, and how far around its tip, mm."""
+CARTILAGE_RADIUS, LOOSE_RADIUS = 7.0, 20.0
+"""Reach of the cartilage around the line from the tip of the nose to its base, and of the loose skin around the tip, on
+a face of average size, mm.
+"""
 
-GLIDE = 0.92
-"""Share of its tethers that the tip of the nose lacks."""
+LOOSE = 0.92
+"""Share of its tethers that the skin on the tip of the nose lacks."""
 
-LINING = (2.0, 8.0)
-"""How far above and below the line between the lips their lining leaves them for the gums, mm."""
+GUMS_FROM, GUMS_TO = 2.0, 8.0
+"""Distances above and below the line between the lips: skin behind the lips is lining of the lips up to the first, and
+holds to the gums from the second on, mm.
+"""
 
-VESTIBULE = 30.0
-"""How far behind the lips there are gums in front of teeth, mm."""
+VESTIBULE_DEPTH = 30.0
+"""Distance behind the lips up to which there are gums in front of teeth, mm."""
+
+
+def from_lips(face: Face) -> Array:
+    """Return the vertices (n, 3) as [left, up, forward] from the middle of the lips, in the unit of the mesh.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> nose = np.linalg.norm(face.points - face.landmarks["nose_tip"], axis=1).argmin()
+    >>> bool(from_lips(face)[nose, 1] > 0.0)
+    True
+    """
+    return np.asarray((face.points - lips_middle(face.landmarks)) @ face.frame.axes.T)
 
 
 def tip_of_nose(face: Face) -> tuple[Array, Array]:
-    """How far (n,) the skin sits on the cartilage between the tip of the nose and its base, and what share (n,) of its
-    tethers it lacks there: cartilage gives way where the bone ends.
+    """Return the share (n,) in which the skin sits on the cartilage between the tip of the nose and its base, and the
+    share (n,) of its tethers that it lacks there: cartilage gives way where the bone ends.
 
     Examples
     --------
@@ -41,13 +59,13 @@ def tip_of_nose(face: Face) -> tuple[Array, Array]:
     line, offset = base - tip, face.points - tip
     along = np.clip(offset @ line / (line @ line), 0.0, 1.0)
     away = np.array([((offset - share * line) ** 2).sum(axis=1) for share in (along[:, None], 0.0)])
-    reach = np.array([CARTILAGE, GLIDING]) * face.frame.pupil_distance / MEAN_PUPIL_DISTANCE
+    reach = np.array([CARTILAGE_RADIUS, LOOSE_RADIUS]) * face.frame.scale
     firm, near = np.exp(-away / reach[:, None] ** 2)
-    return firm, GLIDE * near
+    return firm, LOOSE * near
 
 
 def on_gums(face: Face) -> Array:
-    """How far (n,) the skin is lining of the lips that has turned to the gums: it holds to them, no muscle pulls it.
+    """Return the share (n,) in which the skin is lining behind the lips that holds to the gums: no muscle pulls it.
 
     Examples
     --------
@@ -57,11 +75,8 @@ def on_gums(face: Face) -> Array:
     False
     """
     left, up, forward = face.frame.axes
-    scale = face.frame.pupil_distance / MEAN_PUPIL_DISTANCE
-    lips = lips_middle(face.landmarks)
-    wide = abs((face.landmarks["mouth_l"] - face.landmarks["mouth_r"]) @ left)
-    local = face.points - lips
-    inside = (np.abs(local @ left) < 0.6 * wide) & (face.tissue.normals @ forward < 0.0)
-    inside &= ((face.points - face.landmarks["subnasale"]) @ up < 0.0) & (local @ forward > -VESTIBULE * scale)
-    first, last = LINING
-    return np.asarray(inside * smoothstep((np.abs(local @ up) / scale - first) / (last - first)))
+    width = abs((face.landmarks["mouth_l"] - face.landmarks["mouth_r"]) @ left)
+    side, height, depth = from_lips(face).T
+    behind = (np.abs(side) < 0.6 * width) & (face.tissue.normals @ forward < 0.0)
+    behind &= ((face.points - face.landmarks["subnasale"]) @ up < 0.0) & (depth > -VESTIBULE_DEPTH * face.frame.scale)
+    return np.asarray(behind * smoothstep((np.abs(height) / face.frame.scale - GUMS_FROM) / (GUMS_TO - GUMS_FROM)))

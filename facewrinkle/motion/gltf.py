@@ -1,4 +1,4 @@
-"""glTF and GLB files with an animation: the meshes at rest, and how shapes, nodes and bones move them."""
+"""glTF and GLB files with an animation: the meshes at rest, and the shapes, nodes and bones that move them."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ INTERPOLATION: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "
 WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 
 HEAD = re.compile(r"(head|face)(?!wear|band|set|gear|hair)", re.IGNORECASE)
-"""What the mesh of a face is called, where several move."""
+"""Names of meshes that are taken for the face, where several move."""
 
 Key = tuple[int, str]
-"""A node and what of it moves: "translation", "rotation", "scale" or "weights"."""
+"""A node, and the property of it that moves: "translation", "rotation", "scale" or "weights"."""
 
 
 def read_gltf(path: Path, mesh: str | None = None, animation: str | None = None) -> tuple[pv.PolyData, Recorded]:
-    """The meshes of a glTF file at rest, and the recording that moves them; see :func:`facewrinkle.read_animation`."""
+    """Read the meshes of a glTF file at rest, and their recording; see :func:`facewrinkle.read_animation`."""
     document = Document(path)
     with document.checked():
         world = document.world()
@@ -69,8 +69,7 @@ def read_gltf(path: Path, mesh: str | None = None, animation: str | None = None)
 class _Model:
     """The mesh of a node.
 
-    `bearers` are the nodes whose motion moves it: those of the bones that it hangs on, or its own, and all that these
-    hang on.
+    `bearers` are the nodes whose motion moves it: those of its bones, or its own node, and all nodes above these.
     """
 
     node: int
@@ -87,18 +86,18 @@ class _Model:
         primitives = document.primitives(node, world)
         borne = [part.weights for part in primitives if part.weights is not None]
         bones = document.bones(node)[0] if borne else []
-        hangs_on = [bones[bone] for weights in borne for bone in np.unique(weights.indices)] if borne else [node]
+        parents = [bones[bone] for weights in borne for bone in np.unique(weights.indices)] if borne else [node]
         count = max((len(part.shapes) for part in primitives if part.shapes is not None), default=0)
         names = _target_names(mesh)
         if len(names) != count or len(set(names)) < count:
             names = [f"shape_{i}" for i in range(count)]
         own = entry.get("weights") or mesh.get("weights") or []
         weights = np.array(own, dtype=np.float64) if len(own) == count else np.zeros(count)
-        return cls(node, document.label(node), tuple(names), weights, primitives, _line(document, hangs_on))
+        return cls(node, document.label(node), tuple(names), weights, primitives, _with_ancestors(document, parents))
 
     @property
     def moved_by(self) -> set[Key]:
-        """All that may move it."""
+        """All that may move the mesh."""
         return {(self.node, "weights")} | {(node, path) for node in self.bearers for path in WIDTHS}
 
     @property
@@ -107,7 +106,7 @@ class _Model:
 
 
 def _target_names(mesh: Mapping[str, Any]) -> list[str]:
-    """What a mesh, or a primitive of it, calls its shapes."""
+    """Return the names that a mesh, or a primitive of it, gives its shapes."""
     for owner in (mesh, *mesh["primitives"]):
         extras = owner.get("extras")
         if isinstance(extras, dict) and isinstance(extras.get("targetNames"), list):
@@ -115,8 +114,8 @@ def _target_names(mesh: Mapping[str, Any]) -> list[str]:
     return []
 
 
-def _line(document: Document, nodes: Iterable[int]) -> frozenset[int]:
-    """Some nodes and all that they hang on."""
+def _with_ancestors(document: Document, nodes: Iterable[int]) -> frozenset[int]:
+    """Return some nodes and all nodes above them."""
     found: set[int] = set()
     for node in nodes:
         while node >= 0 and node not in found:
@@ -126,11 +125,11 @@ def _line(document: Document, nodes: Iterable[int]) -> frozenset[int]:
 
 
 Clip = dict[Key, dict[str, Any]]
-"""The sampler of each thing that an animation moves."""
+"""The samplers of an animation, by what they move."""
 
 
 def _clips(document: Document) -> dict[str, Clip]:
-    """The animations by name; those of a name that is taken have their number behind it."""
+    """Return the animations by name; where a name is taken, the number of the animation is added to it."""
     found: dict[str, Clip] = {}
     for number, entry in enumerate(document.file.get("animations") or []):
         channels = [(channel["target"], entry["samplers"][channel["sampler"]]) for channel in entry["channels"]]
@@ -141,7 +140,7 @@ def _clips(document: Document) -> dict[str, Clip]:
 
 
 def _chosen(document: Document, models: list[_Model], clips: Mapping[str, Clip], name: str | None) -> _Model:
-    """The mesh that is meant: one that speaks before one that only moves, a head before others, the largest."""
+    """Return the mesh of that name; by default one whose shapes move, a head before others, then the largest."""
     if not models:
         raise MeshError(f"{document.path.name} holds no mesh. Export the face with its geometry.")
     if name is not None:
@@ -151,9 +150,9 @@ def _chosen(document: Document, models: list[_Model], clips: Mapping[str, Clip],
         return named[0]
     keys = {key for clip in clips.values() for key in clip}
     found = [model for model in models if model.moved_by & keys] or models
-    speaking = [model for model in found if (model.node, "weights") in keys]
+    morphing = [model for model in found if (model.node, "weights") in keys]
     shaped = [model for model in found if model.names]
-    candidates = sorted(speaking or shaped or found, key=lambda model: (not HEAD.search(model.label), -model.count))
+    candidates = sorted(morphing or shaped or found, key=lambda model: (not HEAD.search(model.label), -model.count))
     if len(candidates) > 1:
         warn(
             f"{document.path.name} holds {len(candidates)} meshes that may be meant: "
@@ -169,9 +168,9 @@ def _chosen(document: Document, models: list[_Model], clips: Mapping[str, Clip],
 def _tracks(
     document: Document, models: list[_Model], skin: _Model, clips: Mapping[str, Clip], name: str | None
 ) -> dict[Key, Track]:
-    """What an animation moves: the one of that name, or the first that moves the skin.
+    """Return the tracks of the animation of that name; by default of the first that moves the skin, and of others.
 
-    With the first go those that move nothing of what those before them move: exporters write one for each object.
+    Of the others those are added that move nothing that moves already: exporters write one animation for each object.
     """
     if not clips:
         raise MeshError(
@@ -194,7 +193,7 @@ def _tracks(
 
 
 def _track(document: Document, sampler: Mapping[str, Any], width: int) -> Track:
-    """Times and values (f, width) of an animation sampler."""
+    """Return the times and values (f, width) of an animation sampler."""
     kind = sampler.get("interpolation") or "LINEAR"
     if kind not in INTERPOLATION:
         raise unknown_name("interpolation", kind, INTERPOLATION)
@@ -209,24 +208,24 @@ def _track(document: Document, sampler: Mapping[str, Any], width: int) -> Track:
 
 
 class _Scene:
-    """Where the nodes of a file are while an animation moves them."""
+    """The nodes of a file while an animation moves them."""
 
     def __init__(self, document: Document, rest: Array, tracks: Mapping[Key, Track]) -> None:
         self.document, self.rest, self.tracks = document, rest, tracks
         self._last = (np.nan, rest)
 
     def world(self, time: float) -> Array:
-        """The matrices (k, 4, 4) of all nodes."""
+        """Return the matrices (k, 4, 4) of all nodes at a time."""
         if time != self._last[0]:
             moved: dict[int, dict[str, Array]] = {}
             for (node, path), track in self.tracks.items():
                 if path != "weights":
-                    moved.setdefault(node, {})[path] = _part_at(track, time, path)
+                    moved.setdefault(node, {})[path] = _property_at(track, time, path)
             self._last = time, self.document.world(moved)
         return self._last[1]
 
     def weights(self, model: _Model, like: Recorded | None) -> Track | None:
-        """How a mesh's shapes come and go; where nothing tells, like those of the same names on the skin."""
+        """Return the weights of a mesh's shapes; if the file has none, those of the same names on the skin."""
         own = self.tracks.get((model.node, "weights"))
         if own is not None or like is None or not set(model.names) & set(like.names) or not like.track.values.any():
             return own
@@ -241,7 +240,7 @@ class _Scene:
 
 
 def _animated(scene: _Scene, model: _Model, like: Recorded | None = None) -> tuple[pv.PolyData, Recorded | None]:
-    """A mesh at rest, and the recording that moves it, if anything does."""
+    """Return a mesh at rest, and the recording that moves it, if anything does."""
     mesh, kept, deltas = merged_primitives(model.primitives, scene.document.path)
     moving = [track for (node, path), track in scene.tracks.items() if node in model.bearers and path != "weights"]
     weights = scene.weights(model, like)
@@ -273,7 +272,7 @@ def _bones(scene: _Scene, model: _Model, weights: csr_array) -> Bones:
 
 
 def _prolonged(track: Track, time: float) -> Track:
-    """The track with its first or last value held back to, or until, a time."""
+    """Return the track with its first value held from a time on, or its last one until then."""
     if track.times[0] <= time <= track.times[-1]:
         return track
     end, at, outward = (0, 0, 0) if time < track.times[0] else (-1, len(track.times), 1)
@@ -286,11 +285,14 @@ def _prolonged(track: Track, time: float) -> Track:
     return Track(np.insert(track.times, at, time), values, track.interpolation, slopes)
 
 
-def _part_at(track: Track, time: float, path: str) -> Array:
-    """Translation, scale or rotation at a time; a rotation turns evenly, the short way."""
+def _property_at(track: Track, time: float, path: str) -> Array:
+    """Return translation, scale or rotation at a time; a rotation turns evenly, the short way (slerp).
+
+    Written out: for one quaternion, SciPy's Slerp takes twenty times as long.
+    """
     if path != "rotation" or track.interpolation != "linear":
         return track.at(time)
-    i, share, _ = track.place(time)
+    i, share = track.place(time)
     if share == 0.0:
         return track.at(time)
     a, b = track.values[i], track.values[i + 1]

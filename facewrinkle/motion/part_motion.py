@@ -1,4 +1,4 @@
-"""What a recording moves beside the skin: lashes that blink, eyes that turn, teeth that part, as their file says."""
+"""Parts that a recording moves beside the skin: lashes that blink, eyes that turn, teeth that part."""
 
 from __future__ import annotations
 
@@ -11,47 +11,47 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..geometry.rigid_alignment import RigidAlignment
-from .recorded import OFF_REST, Recorded, near
+from .recorded import OFF_REST, Recorded, same_places
 
 Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+IntArray = npt.NDArray[np.int64]
 
-OWN = 0.003
-"""Parts that move on the head by less than this, in distances between the pupils, are still there: they are carried."""
+LEAST_MOTION = 0.003
+"""Parts that move on the head by less than this, in distances between the pupils, go along with the face."""
 
-MOMENTS = 48
-"""Of a recording, at which it is seen whether a part moves; shapes tell it without."""
+SAMPLED_TIMES = 48
+"""Times of a recording at which parts are compared with the head, to see if they move on it."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """Points of a part that one recording moves."""
+    """Points of a part, by their `rows`, that are the points `numbers` of a recording."""
 
-    rows: Ints
+    rows: IntArray
     recorded: Recorded
-    which: Ints
+    numbers: IntArray
     rest: Array
 
     def at(self, time: float) -> Array:
-        return self.recorded.positions_then(time, self.rest, self.which)
+        return self.recorded.positions_at(time, self.rest, self.numbers)
 
     @property
     def thin(self) -> _Piece:
-        """Some of its points, that tell how it moves."""
+        """Some of its points, enough to show its motion."""
         few = slice(None, None, max(len(self.rows) // 64, 1))
-        return replace(self, rows=self.rows[few], which=self.which[few], rest=self.rest[few])
+        return replace(self, rows=self.rows[few], numbers=self.numbers[few], rest=self.rest[few])
 
 
 class PartMotion:
-    """Where the parts of a face are that its recording moves by themselves; others are left to be carried.
+    """The motion of the parts that a recording moves on the head; other parts go along with the face.
 
     Parameters
     ----------
     recorded : Recorded
     face : Face
-        In the mesh of the recording.
+        Made from the mesh of the recording.
     pose : callable
-        How the head has moved at a time of the recording: a matrix (4, 4).
+        The matrix (4, 4) that has moved the head since rest, at a time of the recording.
     """
 
     def __init__(self, recorded: Recorded, face: Face, pose: Callable[[float], Array]) -> None:
@@ -59,7 +59,7 @@ class PartMotion:
         if not face.parts:
             return
         self._size = face.frame.pupil_distance if face.landmarks else float(np.ptp(face.points, axis=0).max()) / 3.0
-        times = np.linspace(recorded.track.times[0], recorded.track.times[-1], MOMENTS)
+        times = np.linspace(recorded.track.times[0], recorded.track.times[-1], SAMPLED_TIMES)
         poses: dict[float, Array] = {}
 
         def posed(time: float) -> Array:
@@ -81,7 +81,7 @@ class PartMotion:
         return name in self._pieces
 
     def at(self, time: float) -> dict[str, Array]:
-        """Points (k, 3) by part at a time of the recording, in the unit of the mesh; NaN for those that it leaves."""
+        """Return points (k, 3) by part at a time of the recording, in the unit of the mesh; NaN where it moves none."""
         out = {}
         for name, pieces in self._pieces.items():
             out[name] = np.full((self._face.parts[name].mesh.n_points, 3), np.nan)
@@ -90,7 +90,7 @@ class PartMotion:
         return out
 
     def gazes(self, time: float, pose: Array) -> Mapping[str, Array]:
-        """The unit directions (3,) in which eyes that it turns look, on the head at rest, by side."""
+        """Return the unit directions (3,) in which eyes that the recording turns look, on the head at rest, by side."""
         out = {}
         for eye in self._face.eyes:
             if (pieces := self._pieces.get(f"eye_{eye.side}")) is not None:
@@ -101,11 +101,11 @@ class PartMotion:
         return out
 
     def _moves(self, piece: _Piece, times: Array, pose: Callable[[float], Array]) -> bool:
-        """Whether it moves on the head."""
-        still, recorded = OWN * self._size, piece.recorded
+        """Return True if a piece moves on the head."""
+        still, recorded = LEAST_MOTION * self._size, piece.recorded
         if recorded.deltas is not None:
             reach = np.abs(recorded.track.values).max(axis=0)
-            if any(np.abs(recorded.deltas[k][piece.which]).max() * reach[k] > still for k in np.flatnonzero(reach)):
+            if any(np.abs(recorded.deltas[k][piece.numbers]).max() * reach[k] > still for k in np.flatnonzero(reach)):
                 return True
             if recorded.pose is None and recorded.bones is None and np.array_equal(pose(times[-1]), np.eye(4)):
                 return False
@@ -117,14 +117,16 @@ class PartMotion:
         return False
 
 
-def _piece(source: Recorded, start: int, numbers: Ints | None, rest: Array) -> _Piece | None:
-    """The points of a part (k, 3) that are in a recording: by number, or most of them by their places at rest."""
+def _piece(source: Recorded, start: int, source_points: IntArray | None, rest: Array) -> _Piece | None:
+    """Return the points of a part (k, 3) that are in a recording: by number, or if most of them are at its places."""
     if source.rest is None:
         return None
-    if numbers is None:
-        away, which = cKDTree(source.rest).query(rest)
+    if source_points is None:
+        away, nearest = cKDTree(source.rest).query(rest)
         rows = np.flatnonzero(away <= OFF_REST * np.ptp(source.rest, axis=0).max())
-        return _Piece(rows, source, which[rows], rest[rows]) if 2 * len(rows) > len(rest) else None
-    rows = np.flatnonzero((numbers >= start) & (numbers < start + source.n_points))
-    which = numbers[rows] - start
-    return _Piece(rows, source, which, rest[rows]) if len(rows) and near(rest[rows], source.rest[which]) else None
+        return _Piece(rows, source, nearest[rows], rest[rows]) if 2 * len(rows) > len(rest) else None
+    rows = np.flatnonzero((source_points >= start) & (source_points < start + source.n_points))
+    numbers = source_points[rows] - start
+    if not len(rows) or not same_places(rest[rows], source.rest[numbers]):
+        return None
+    return _Piece(rows, source, numbers, rest[rows])

@@ -1,8 +1,7 @@
-"""What plays a recording on a face: its skin, the pose of its head, where its eyes look, and what moves beside it."""
+"""The motion that plays a recording on a face: skin, pose of the head, gazes, and parts beside the skin."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -20,8 +19,8 @@ from .recorded import Recorded
 
 Array = npt.NDArray[np.float64]
 
-ENOUGH = 4096
-"""Points, or up to twice as many, tell how a head has moved as a whole."""
+POINTS_FOR_POSE = 4096
+"""The pose of a head is found from this many of its points, or up to twice as many."""
 
 
 class Playback(Undriven):
@@ -49,73 +48,59 @@ class Playback(Undriven):
     def __init__(self, recorded: Recorded, face: Face, time_step: float = 0.02) -> None:
         self.recorded = recorded
         self.time_step = check_range("time_step", time_step, 1e-9, 1e9)
-        self._which = recorded.points_of(face)
+        self._numbers = recorded.points_of(face)
+        self._face, self._rest = face, face.points
+        self.points = self._rest * face.unit
+        # A pose that is not recorded shows in the positions: most of the head moves as one.
         baked = (recorded.deltas is None or recorded.bones is not None) and face.landmarks
-        self._few = slice(None, None, max(len(face.points) // ENOUGH, 1))
-        self._head = RigidAlignment(face.points[self._few]) if baked else None
-        self._near = STILL * face.frame.pupil_distance if baked else 0.0
-        self._rest, self._unit = face.points, face.unit
+        self._some = slice(None, None, max(len(face.points) // POINTS_FOR_POSE, 1))
+        self._head = RigidAlignment(self._rest[self._some]) if baked else None
+        self._still = STILL * face.frame.pupil_distance if baked else 0.0
         muscles = {(m.side, m.turn): name for name, m in face.muscles.items() if isinstance(m, EyeMuscle)}
         looks = looks_of(recorded.names).items()
-        self._looks = {shape: muscles[look] for shape, look in looks if look in muscles}
-        self._face = face
-        self._part_motion = PartMotion(
-            recorded, face, lambda time: np.eye(4) if (p := self._posed(time)) is None else p
-        )
-        self.points = self._rest * self._unit
+        self._eye_muscles = {shape: muscles[look] for shape, look in looks if look in muscles}
+
+        def pose(time: float) -> Array:
+            return np.eye(4) if (matrix := self._pose_at(time)) is None else matrix
+
+        self._part_motion = PartMotion(recorded, face, pose)
         self.reset()
 
     def reset(self) -> None:
         """See :class:`facewrinkle.Motion`."""
         self._steps = 0
-        self._shown: tuple[float, Array | None] = (np.nan, None)
+        self._move_parts(self.recorded.recorded_time(0.0))
 
     def step(self) -> Array:
         """See :class:`facewrinkle.Motion`; the first step leads to the time of one time step."""
         self._steps += 1
-        return self.recorded.positions_then(self._time, self._rest, self._which) * self._unit
+        time = self.recorded.recorded_time(self._steps * self.time_step)
+        moved = self.recorded.positions_at(time, self._rest, self._numbers) * self._face.unit
+        self._move_parts(time)
+        return moved
 
-    @property
-    def _time(self) -> float:
-        """Of the recording."""
-        return self.recorded.recorded_time(self._steps * self.time_step)
+    def _move_parts(self, time: float) -> None:
+        """Set the pose, the parts that the recording moves, and the gazes of a time of the recording."""
+        self.pose = self._pose_at(time)
+        self.parts = self._part_motion.at(time)
+        self.gazes = self._gazes_at(time)
 
-    @property
-    def parts(self) -> Mapping[str, Array]:
-        """Points (k, 3) of the parts beside the skin that the recording moves, in the unit of the mesh; NaN for those
-        that are carried.
-        """
-        return self._part_motion.at(self._time)
-
-    @property
-    def gazes(self) -> Mapping[str, Array]:
-        """The unit directions (3,) in which the eyes of the head at rest look, by side, where shapes or the file's own
-        eyes tell.
-        """
-        looks: dict[str, Array] = {}
-        if self._looks:
-            weights = dict(zip(self.recorded.names, self.recorded.track.at(self._time).tolist(), strict=True))
-            rates = {muscle: min(max(weights[shape], 0.0), 1.0) for shape, muscle in self._looks.items()}
-            looks |= self._face.gazes(rates)
+    def _gazes_at(self, time: float) -> dict[str, Array]:
+        """Gazes as shapes, or eyes of the file itself, show them."""
+        gazes: dict[str, Array] = {}
+        if self._eye_muscles:
+            weights = dict(zip(self.recorded.names, self.recorded.track.at(time).tolist(), strict=True))
+            gazes |= self._face.gazes({m: min(max(weights[s], 0.0), 1.0) for s, m in self._eye_muscles.items()})
         if any(f"eye_{eye.side}" in self._part_motion for eye in self._face.eyes):
-            looks |= self._part_motion.gazes(self._time, np.eye(4) if self.pose is None else self.pose)
-        return looks
+            gazes |= self._part_motion.gazes(time, np.eye(4) if self.pose is None else self.pose)
+        return gazes
 
-    @property
-    def pose(self) -> Array | None:
-        """How the head as a whole has moved since rest: a matrix (4, 4) in the unit of the mesh, or None.
-
-        As it was recorded, and as most positions tell where these were recorded or bones carry them.
-        """
-        if self._shown[0] != self._time:
-            self._shown = self._time, self._posed(self._time)
-        return self._shown[1]
-
-    def _posed(self, time: float) -> Array | None:
+    def _pose_at(self, time: float) -> Array | None:
+        """Return the pose as it was recorded, and as most positions show it where these, or bones, were recorded."""
         recorded = self.recorded
         pose = None if recorded.pose is None else recorded.pose(time)
         if self._head is None:
             return pose
-        rest, which = self._rest[self._few], self._which[self._few]
-        baked = self._head.pose(replace(recorded, pose=None).positions_then(time, rest, which), self._near)
+        rest, numbers = self._rest[self._some], self._numbers[self._some]
+        baked = self._head.pose(replace(recorded, pose=None).positions_at(time, rest, numbers), self._still)
         return baked if pose is None else pose @ baked

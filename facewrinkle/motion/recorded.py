@@ -1,4 +1,4 @@
-"""Recorded motion: morph targets with weights over time, or vertex positions over time, that others made."""
+"""Recorded motion: morph targets with weights over time, or vertex positions over time."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ from .skinning import Bones
 from .track import Track, finite
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 OFF_REST = 1e-4
-"""Recording and face have to agree at rest to this share of their size."""
+"""Recording and face must agree at rest to this share of their size."""
 
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A recording that moves a face in place of its muscles; see :meth:`of_shapes` and :meth:`of_positions`.
+    """A recording that moves a face in place of its muscles; made by :meth:`of_shapes` and :meth:`of_positions`.
 
-    It is in the unit and the coordinates of the mesh that it was recorded on. Muscle wrinkles on it follow the
+    It is in the unit and coordinates of the mesh that it was recorded on. Muscle wrinkles on it follow the
     measured compression of the skin.
 
     Attributes
@@ -35,7 +36,7 @@ class Recorded:
     track : Track
         Weights (f, k) of the shapes, or positions (f, n, 3).
     names : tuple of str
-        Of the shapes; empty for positions.
+        Names of the shapes; empty for positions.
     deltas : ndarray, shape (k, n, 3), optional
         Displacements of the shapes.
     rest : ndarray, shape (n, 3), optional
@@ -43,14 +44,14 @@ class Recorded:
     pose : callable, optional
         Matrix (4, 4) at a time that moves the whole mesh, as (x, y, z, 1).
     bones : Bones, optional
-        What carries the points, after the shapes and in place of a pose.
+        Bones that carry the points, displaced by the shapes; in place of a pose.
     companions : mapping of int to Recorded
-        Recordings of the meshes beside (eyes, teeth, lashes), of the same time, each by the number that its first point
-        has in the mesh of :func:`facewrinkle.read_animation`.
+        Recordings of other meshes (eyes, teeth, lashes) over the same time, each by the number that its first point has
+        in the mesh of :func:`facewrinkle.read_animation`.
     speed : float
         Seconds of the recording in one second.
     loop : bool
-        Begin anew at the end; the last shape is held otherwise.
+        Begin again after the end; otherwise the last shape is held.
 
     Examples
     --------
@@ -87,7 +88,7 @@ class Recorded:
         rest: npt.ArrayLike | None = None,
         pose: Callable[[float], Array] | None = None,
     ) -> Self:
-        """Morph targets (blend shapes).
+        """Make a recording of morph targets (blend shapes).
 
         Parameters
         ----------
@@ -97,11 +98,11 @@ class Recorded:
         times : array_like, shape (f,), optional
             Seconds.
         fps : float, optional
-            In place of times: rows of weights in a second.
+            In place of times: rows of weights per second.
         names : sequence of str, optional
             Default: shape_0, shape_1, ...
         rest : array_like, shape (n, 3), optional
-            The mesh at rest, to recognise points by where the face has fewer or others.
+            The mesh at rest, by which points are recognised where the face has fewer points, or other ones.
         pose : callable, optional
             See :class:`Recorded`.
         """
@@ -134,7 +135,7 @@ class Recorded:
         fps: float | None = None,
         rest: npt.ArrayLike | None = None,
     ) -> Self:
-        """Positions of all vertices over time (a vertex cache), interpolated linearly.
+        """Make a recording of the positions of all vertices over time (a vertex cache), interpolated linearly.
 
         Parameters
         ----------
@@ -152,23 +153,23 @@ class Recorded:
 
     @property
     def n_points(self) -> int:
-        """Vertices that are moved."""
+        """Number of vertices that are moved."""
         return int((self.track.values if self.deltas is None else self.deltas).shape[1])
 
     @property
     def duration(self) -> float:
-        """Seconds from the first to the last time of the recording, at its speed."""
+        """Seconds from the first to the last time, at the speed of the recording."""
         return float(self.track.times[-1] - self.track.times[0]) / self.speed
 
     def played(self, speed: float | None = None, loop: bool | None = None) -> Self:
-        """The same recording, played faster, slower or endlessly."""
+        """Return the same recording, to be played faster, slower or in a loop."""
         changes: dict[str, Any] = {}
         if speed is not None:
             changes["speed"] = check_range("speed", speed, 1e-6, 1e6)
         return replace(self, **changes, loop=self.loop if loop is None else bool(loop))
 
     def recorded_time(self, time: float) -> float:
-        """The time in the recording that is played at a time."""
+        """Return the time of the recording that is played at a time."""
         first, length = float(self.track.times[0]), float(self.track.times[-1] - self.track.times[0])
         passed = time * self.speed
         if self.loop and length > 0.0 and passed > length:
@@ -176,7 +177,7 @@ class Recorded:
         return first + min(passed, length)
 
     def weights(self, time: float) -> dict[str, float]:
-        """Weights of the shapes by name.
+        """Return the weights of the shapes at a time, by name.
 
         Raises
         ------
@@ -190,7 +191,7 @@ class Recorded:
     def action_units(
         self, time: float, side: Literal["l", "r"] | None = None, atlas: Atlas | None = None
     ) -> dict[str, float]:
-        """Action units of the shapes that bear ARKit's names, with their weights; the stronger side counts.
+        """Return the weights of the action units of shapes that bear ARKit's names; the stronger side counts.
 
         Parameters
         ----------
@@ -198,12 +199,12 @@ class Recorded:
         side : {"l", "r"}, optional
             Only this side of the face.
         atlas : Atlas, optional
-            Only units that it has muscles for: ``sim.express(recorded.action_units(t, atlas=sim.face.atlas))``.
+            Only units for which it has muscles: ``sim.express(recorded.action_units(t, atlas=sim.face.atlas))``.
 
         Warns
         -----
         FaceWrinkleWarning
-            If units act that the atlas has no muscles for.
+            If units have a weight for which the atlas has no muscles.
 
         Examples
         --------
@@ -217,25 +218,24 @@ class Recorded:
             return units
         if set(units) - set(atlas.action_units):
             lacking = sorted(set(units_of(dict.fromkeys(self.names, 1.0))) - set(atlas.action_units), key=_number)
-            # The same at all times: Python shows it once.
+            # The message is the same at all times, so that Python shows it once.
             warn(f"the recording has shapes without muscles, which are left out: {', '.join(lacking)}.")
         return {unit: weight for unit, weight in units.items() if unit in atlas.action_units}
 
-    def positions(self, time: float, rest: Array, which: npt.NDArray[np.int64] | slice = slice(None)) -> Array:
-        """Positions (n, 3) of the vertices `which` whose rest is `rest` (n, 3)."""
-        return self.positions_then(self.recorded_time(time), rest, which)
+    def positions_at(self, time: float, rest: Array, numbers: IntArray | slice = slice(None)) -> Array:
+        """Return positions (n, 3) of the points `numbers`, which are at `rest` (n, 3), at a time of the recording.
 
-    def positions_then(self, time: float, rest: Array, which: npt.NDArray[np.int64] | slice = slice(None)) -> Array:
-        """The same for a time of the recording itself."""
+        That is the time itself, whatever speed the recording is played at; see :meth:`recorded_time`.
+        """
         values = self.track.at(time)
         if self.deltas is None:
-            moved = values[which]
+            moved = values[numbers]
         else:
             moved = rest.copy()
             for k in np.flatnonzero(values):
-                moved += values[k] * self.deltas[k][which]
+                moved += values[k] * self.deltas[k][numbers]
         if self.bones is not None:
-            return self.bones.carried(moved, time, which)
+            return self.bones.positions_at(time, moved, numbers)
         if self.pose is not None:
             matrix = self.pose(time)
             if not np.array_equal(matrix, np.eye(4)):
@@ -244,11 +244,16 @@ class Recorded:
 
     # --- on a face -----------------------------------------------------------------------------
 
-    def points_of(self, face: Face) -> npt.NDArray[np.int64]:
-        """The recorded point (n,) that each vertex of a face is.
+    def points_of(self, face: Face) -> IntArray:
+        """Return the number (n,) of the recorded point that each vertex of a face is.
 
-        They are told by their numbers in the mesh that the face was made from, and, where the numbers do not fit, by
+        Points are recognised by their numbers in the mesh that the face was made from and, where these do not fit, by
         their positions at rest.
+
+        Raises
+        ------
+        ParameterError
+            If the recording was not made on this face.
         """
         n, points = self.n_points, face.points
         numbers = np.arange(len(points)) if face.source_points is None else face.source_points
@@ -256,11 +261,11 @@ class Recorded:
             if self.rest is None:
                 if face.source_points is not None or n == len(points):
                     return numbers
-            elif near(self.rest[numbers], points):
+            elif same_places(self.rest[numbers], points):
                 return numbers
         if self.rest is not None:
             nearest = cKDTree(self.rest).query(points)[1]
-            if near(self.rest[nearest], points):
+            if same_places(self.rest[nearest], points):
                 return np.asarray(nearest)
         raise ParameterError(
             f"the recording has {n} points and was not made on this face, which has {len(points)}: at rest they must "
@@ -268,8 +273,15 @@ class Recorded:
         )
 
 
-def near(ours: Array, theirs: Array) -> bool:
-    """Whether points (n, 3) are those of a recording at rest."""
+def same_places(ours: Array, theirs: Array) -> bool:
+    """Return True if points (n, 3) are at the same places, to a share of their size that recordings may be off.
+
+    Examples
+    --------
+    >>> corners = np.eye(3)
+    >>> same_places(corners, corners + 1e-6), same_places(corners, corners + 0.1)
+    (True, False)
+    """
     return bool(np.abs(ours - theirs).max() <= OFF_REST * np.ptp(theirs, axis=0).max())
 
 
@@ -278,9 +290,9 @@ def _number(unit: str) -> tuple[int, str]:
 
 
 def _times(values: Any, times: npt.ArrayLike | None, fps: float | None) -> Array:
-    """Times of as many frames as there are values, from either."""
+    """Return the times of frames with these values: as given, or by their number per second."""
     if (times is None) == (fps is None):
-        raise ParameterError("give either times (seconds of each frame) or fps (frames in a second).")
+        raise ParameterError("give either times (the second of each frame) or fps (frames per second).")
     if times is not None:
         return finite("times", times)
     return np.arange(len(values)) / check_range("fps", fps or 0.0, 1e-6, 1e6)

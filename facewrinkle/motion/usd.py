@@ -1,6 +1,6 @@
-"""USD stages with an animation: the meshes at rest, and how their points, places, bones and blend shapes move them.
+"""USD stages with an animation: the meshes at rest, and the points, places, bones and blend shapes that move them.
 
-The stage is usd-core's business (extra `export`); here its numbers become arrays.
+Stages are read by usd-core (extra `export`); here their numbers become arrays.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ __all__ = ["read_usd"]
 
 Array = npt.NDArray[np.float64]
 
-MOMENTS = 16
-"""About as many tell which borders stay together as the mesh moves."""
+BORDER_TIMES = 16
+"""Number of times, about, at which borders are compared, to see which stay together as the mesh moves."""
 
 
 def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded]:
-    """The meshes of a USD stage at rest, and the recording that moves them; see :func:`facewrinkle.read_animation`."""
+    """Read the meshes of a USD stage at rest, and their recording; see :func:`facewrinkle.read_animation`."""
     stage = _baked(opened(path))
     found = [_Mesh(prim, path) for prim in shown(stage)]
     chosen = _chosen([model for model in found if model.count], mesh, path.name)
@@ -55,7 +55,7 @@ def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded
 
 
 def _baked(stage: Any) -> Any:
-    """The stage with time samples of points in place of bones and blend shapes (UsdSkel); its file stays as it is."""
+    """Return the stage with time samples of points in place of bones and blend shapes; its file is not changed."""
     from pxr import Usd, UsdSkel
 
     if any(prim.IsA(UsdSkel.Root) for prim in stage.Traverse()):
@@ -65,14 +65,14 @@ def _baked(stage: Any) -> Any:
 
 
 def _animated(model: _Mesh, path: Path) -> tuple[pv.PolyData, Recorded]:
-    """A mesh at its first time, and the recording that moves it."""
+    """Return a mesh at its first time, and the recording that moves it."""
     primitive = model.primitive
     if primitive is None:
         raise MeshError(f"{path.name}: {model.name} has no faces. Export the face with its geometry.")
     still = model.world(model.times[0])
     samples = [model.points(time) @ still[:3, :3].T + still[:3, 3] for time in model.times]
     if model.deforms:
-        some = samples[:: max(len(samples) // MOMENTS, 1)]
+        some = samples[:: max(len(samples) // BORDER_TIMES, 1)]
         primitive = replace(primitive, shapes=np.array(some) - primitive.points)
     surface, kept, _ = merged_primitives([primitive], path)
     positions = np.array([sample[kept] for sample in samples])
@@ -81,7 +81,7 @@ def _animated(model: _Mesh, path: Path) -> tuple[pv.PolyData, Recorded]:
 
 
 def _chosen(found: list[_Mesh], name: str | None, file: str) -> _Mesh:
-    """The mesh that is meant."""
+    """Return the mesh of that name or path; by default the largest that moves, those that deform before others."""
     if not found:
         raise MeshError(f"{file} holds no mesh. Export the face with its geometry.")
     if name is not None:
@@ -116,18 +116,18 @@ class _Mesh:
             parent = parent.GetParent()
         self.deforms = len(own) > 1
         self.times: list[float] = sorted(placed)
-        self._stage = prim.GetStage()  # which is kept open
+        self._stage = prim.GetStage()  # keeps it open
         self.per_second = float(self._stage.GetTimeCodesPerSecond())
         self.count = len(self.points(self.first))
 
     @property
     def first(self) -> Any:
-        """The time code at which it is at rest."""
+        """The time code at which the mesh is at rest."""
         return self._usd.TimeCode(self.times[0]) if self.times else self._usd.TimeCode.EarliestTime()
 
     @property
     def primitive(self) -> Primitive | None:
-        """Its triangles at rest, placed as they are then; None if there are none."""
+        """Triangles at rest, at their place then; None if there are none."""
         if self._mesh.GetFaceVertexIndicesAttr().GetNumTimeSamples() > 1:
             raise MeshError(
                 f"{self._file.name}: the faces of {self.name} change with time. A recording needs the same."
@@ -135,7 +135,7 @@ class _Mesh:
         return primitive_of(self._file, self._mesh, self.world(self.first), self.first)
 
     def points(self, time: Any) -> Array:
-        """Positions (n, 3) at a time code, in the mesh's own coordinates."""
+        """Return positions (n, 3) at a time code, in the mesh's own coordinates."""
         points = np.array(self._mesh.GetPointsAttr().Get(time) or [], dtype=np.float64).reshape(-1, 3)
         if hasattr(self, "count") and len(points) != self.count:
             raise MeshError(
@@ -145,12 +145,12 @@ class _Mesh:
         return points
 
     def world(self, time: Any) -> Array:
-        """The matrix (4, 4) from the mesh's coordinates to the stage's, for columns."""
+        """Return the matrix (4, 4) from the mesh's coordinates to the stage's, for columns."""
         cache = self._geometry.XformCache(self._usd.TimeCode(time))
         return np.array(cache.GetLocalToWorldTransform(self._prim), dtype=np.float64).T
 
     def pose(self, still: Array) -> Callable[[float], Array] | None:
-        """How the place has changed since rest, at a time in seconds."""
+        """Return a function of the seconds that gives the change of place since rest; None if there is none."""
         back = np.linalg.inv(still)
         if all(np.allclose(self.world(time), still, rtol=0.0, atol=1e-12) for time in self.times):
             return None

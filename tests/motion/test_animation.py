@@ -28,9 +28,11 @@ def test_a_series_is_played_back(face, tmp_path):
     assert np.array_equal(mesh.regular_faces, face.triangles)
     assert recorded.track.times.tolist() == [0.0, *TIMES]
     for time, frame in zip(TIMES, frames, strict=True):
-        np.testing.assert_allclose(recorded.positions(time, face.points), frame.points, atol=1e-12)
+        np.testing.assert_allclose(
+            recorded.positions_at(recorded.recorded_time(time), face.points), frame.points, atol=1e-12
+        )
     halfway = 0.5 * (frames[0].points + frames[1].points)
-    np.testing.assert_allclose(recorded.positions(0.2, face.points), halfway, atol=1e-12)
+    np.testing.assert_allclose(recorded.positions_at(recorded.recorded_time(0.2), face.points), halfway, atol=1e-12)
     # On the face itself, with the wrinkles that the series was written without.
     *_, top = fw.Simulation(face, motion=recorded, time_step=0.3).run(40)
     assert np.ptp(top["W"]) > 0.2
@@ -95,7 +97,7 @@ def test_series_that_cannot_be_played_are_refused(tmp_path):
     turned = one.copy()
     turned.flip_faces(inplace=True)
     for frames, message in (
-        ([one], "one moment"),
+        ([one], "a single time"),
         ([one, other], "changes at step 1.*without refinement"),
         ([one, one, turned], "changes at step 2"),
     ):

@@ -1,15 +1,17 @@
-"""Motions other than the skin, and surfaces that are no faces.
+"""Motions that no muscle drives, and surfaces that are no faces.
 
 what                         checked against
 a still surface              itself, bit for bit, in its own unit
-a motion of one's own        the points that it hands out; its time step; the moments that layers see
+a motion of one's own        the points that it hands out; its time step; the states that layers see
+pose, gazes, parts           the field data of frames
 motions that do not fit      the errors that name what is wrong
-compression of a moment      the scaling that the motion applies; computed once, and only when asked for
+measured compression         the scaling that the motion applies; computed once, and only when asked for
 """
 
 from __future__ import annotations
 
 import dataclasses
+import types
 
 import numpy as np
 import pytest
@@ -35,10 +37,33 @@ class Squeezed(Undriven):
         return (self.points * [1.0 - 0.01 * self.taken, 1.0, 1.0])[:, [1, 2, 0]]
 
 
-class Probe:
-    """A layer that keeps the moments that it sees and measures `ask` of them."""
+class Half:
+    """Lacks much of what a motion has."""
 
-    def __init__(self, ask=lambda moment: None):
+    names, rates, time_step = (), np.empty(0), 0.02
+
+    def __init__(self, face):
+        self.points = face.points * face.unit
+
+    def reset(self):
+        pass
+
+    def step(self):
+        return self.points
+
+
+class Posed(Still):
+    """Says how the head is posed, where the eyes look, and where a part is."""
+
+    pose = np.diag([2.0, 1.0, 1.0, 1.0])
+    gazes = types.MappingProxyType({"l": np.array([0.0, 0.6, 0.8])})
+    parts = types.MappingProxyType({"hat": np.ones((2, 3))})
+
+
+class Probe:
+    """A layer that keeps the states that it sees, and what `ask` measures of them."""
+
+    def __init__(self, ask=lambda state: None):
         self.ask, self.seen = ask, []
 
     def attach(self, face):
@@ -124,7 +149,16 @@ def test_a_motion_of_ones_own_moves_the_surface(cloth):
     assert np.array_equal(sim.step().points, frames[0].points)
 
 
-def test_layers_measure_the_compression_of_a_moment(cloth, monkeypatch):
+def test_frames_tell_pose_gazes_and_parts_of_a_motion(cloth):
+    face = fw.surface(cloth)
+    told = fw.Simulation(face, motion=Posed(face)).step().field_data
+    assert np.array_equal(told["pose"], Posed.pose)
+    assert told["gaze_l"].tolist() == [[0.0, 0.6, 0.8]]
+    assert np.array_equal(told["part_hat"], np.ones((2, 3)))
+    assert set(fw.Simulation(face, motion=Still(face)).step().field_data.keys()) == {"muscles", "unit"}
+
+
+def test_layers_measure_the_compression_of_a_state(cloth, monkeypatch):
     calls = []
     from facewrinkle.layers import compression
 
@@ -149,9 +183,9 @@ def test_layers_measure_the_compression_of_a_moment(cloth, monkeypatch):
     assert calls == []
 
 
-def test_the_skin_of_a_moment_is_measured_where_the_mesh_is_refined(face):
+def test_the_skin_is_measured_where_the_mesh_is_refined(face):
     sim = fw.Simulation(
-        face, layers=[fw.MuscleWrinkles(), Probe(lambda m: (m.principal_compression[0], m.sites.points))]
+        face, layers=[fw.MuscleWrinkles(), Probe(lambda m: (m.principal_compression[0], m.vertices.points))]
     )
     sim.express("surprise")
     *_, frame = sim.run(20)
@@ -175,6 +209,8 @@ def test_motions_that_do_not_fit_are_refused(face, cloth):
         fw.Simulation(face, motion=Still(face), material=fw.SkinMaterial())
     with pytest.raises(ParameterError, match="time_step"):
         Still(face, 0.0)
+    with pytest.raises(ParameterError, match=r"the Half that was given lacks pose, gazes, parts, rates_of.*Undriven"):
+        fw.Simulation(face, motion=Half(face))
     fewer = dataclasses.replace(face, muscles={"mentalis_l": face.muscles["mentalis_l"]})
     with pytest.raises(ParameterError, match=f"all {len(face.muscles)} muscles"):
         fw.Simulation(face, motion=fw.Skin(fewer))

@@ -1,8 +1,8 @@
-"""What the skin meets.
+"""Contacts of the skin.
 
 what                    checked against
 force of a contact      differences of its energy; zero, soft, linear and constant parts
-balls, pairs, walls     differences of their energies; their geometry written out
+eyes, lips, teeth       differences of their energies; their geometry written out
 pairs of lips           every vertex with every triangle
 lips                    rays from each lip to the other at rest; parted lips are left alone
 teeth                   the ellipse of the arches; what goes with the jaw meets the lower teeth

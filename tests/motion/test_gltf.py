@@ -115,7 +115,7 @@ WEIGHTS = np.array([[0.0, 0.25], [1.0, 0.5], [0.5, 0.0]])
 
 
 def moved(recorded, mesh, time):
-    return recorded.positions(time, np.asarray(mesh.points))
+    return recorded.positions_at(recorded.recorded_time(time), np.asarray(mesh.points))
 
 
 def summed(weights, points=POINTS, shapes=SHAPES):
@@ -447,7 +447,7 @@ def test_two_bones_bend_an_arm(tmp_path, kind):
         expected = bent(weights, shoulder, Rotation.from_rotvec([0.0, 0.0, 0.6 * time]))
         np.testing.assert_allclose(moved(recorded, mesh, time), expected, atol=off)
     few = np.array([5, 2, 9])
-    part = recorded.positions(1.7, np.asarray(mesh.points)[few], few)
+    part = recorded.positions_at(recorded.recorded_time(1.7), np.asarray(mesh.points)[few], few)
     np.testing.assert_allclose(part, moved(recorded, mesh, 1.7)[few], atol=1e-12)
 
 
@@ -533,9 +533,9 @@ def test_other_meshes_have_recordings_of_their_own(tmp_path):
     assert mesh.n_points == n + 3 * k
     assert set(recorded.companions) == {n, n + k}  # the hat keeps still
     eye, lashes = recorded.companions[n], recorded.companions[n + k]
-    np.testing.assert_allclose(eye.positions_then(1.0, small), (turn**0.5).apply(small), atol=1e-6)
+    np.testing.assert_allclose(eye.positions_at(1.0, small), (turn**0.5).apply(small), atol=1e-6)
     for time, blink in ((0.5, 0.5), (2.0, 0.0), (0.0, 0.25)):  # as the head's shape of that name
-        np.testing.assert_allclose(lashes.positions_then(time, small), small + blink * lift[0], atol=1e-12)
+        np.testing.assert_allclose(lashes.positions_at(time, small), small + blink * lift[0], atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["speech", "1", None])

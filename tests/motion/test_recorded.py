@@ -1,7 +1,6 @@
 """Recorded motion.
 
 what                       checked against
-tracks                     lines, steps and cubics in closed form; scipy's Hermite spline
 shapes                     the sum of weighted displacements, at and between the times
 positions                  the recorded ones; straight lines between them
 playing                    speed, loops and holds in closed form; every frame of a simulation at its time
@@ -24,7 +23,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import pyvista as pv
-from scipy.interpolate import CubicHermiteSpline
 from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
@@ -33,7 +31,6 @@ from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameEr
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.base import Displacement
 from facewrinkle.layers.compression import StrainField, principal_compression
-from facewrinkle.motion.action_units import ARKIT, units_of
 from facewrinkle.motion.recorded import Recorded
 from facewrinkle.motion.skinning import Bones
 from facewrinkle.motion.track import Track
@@ -69,76 +66,6 @@ def shapes(cloth):
     return RNG.normal(scale=0.05, size=(3, len(cloth.points), 3))
 
 
-# --- tracks -------------------------------------------------------------------------------------
-
-
-def test_tracks_go_through_their_values_and_hold_the_ends():
-    times, values = np.array([0.5, 1.0, 3.0]), RNG.normal(size=(3, 4, 2))
-    slopes = RNG.normal(size=(2, 3, 4, 2))
-    for track in (Track(times, values), Track(times, values, "step"), Track(times, values, "cubic", slopes)):
-        for time, value in zip(times, values, strict=True):
-            assert np.array_equal(track.at(time), value)
-        assert np.array_equal(track.at(-7.0), values[0])
-        assert np.array_equal(track.at(9.0), values[-1])
-
-
-def test_tracks_between_their_times():
-    times, values = np.array([0.0, 2.0, 3.0]), RNG.normal(size=(3, 5))
-    slopes = RNG.normal(size=(3, 5))
-    spline = CubicHermiteSpline(times, values, slopes)
-    cubic = Track(times, values, "cubic", np.stack([slopes, slopes]))
-    linear, step = Track(times, values), Track(times, values, "step")
-    for time in RNG.uniform(0.0, 3.0, 40):
-        np.testing.assert_allclose(cubic.at(time), spline(time), atol=1e-12)
-        expected = [np.interp(time, times, column) for column in values.T]
-        np.testing.assert_allclose(linear.at(time), expected, atol=1e-12)
-        assert np.array_equal(step.at(time), values[np.flatnonzero(times <= time)[-1]])
-
-
-def test_slopes_before_and_after_a_time_may_differ():
-    times, values = np.array([0.0, 1.0, 2.0]), np.zeros((3, 1))
-    slopes = np.zeros((2, 3, 1))
-    slopes[0, 1], slopes[1, 1] = 1.0, -5.0  # arrives rising, leaves falling
-    track = Track(times, values, "cubic", slopes)
-    # s^3 - s^2 of the arriving slope and s^3 - 2 s^2 + s of the leaving one, at one half.
-    assert track.at(0.5) == pytest.approx([-0.125])
-    assert track.at(1.5) == pytest.approx([-0.625])
-
-
-def test_equal_neighbours_are_kept_to_the_last_bit():
-    value = RNG.normal(size=7)
-    track = Track(np.array([0.0, 0.3]), np.array([value, value]))
-    assert all(np.array_equal(track.at(t), value) for t in RNG.uniform(0.0, 0.3, 50))
-
-
-@pytest.mark.parametrize(
-    "times, values, message",
-    [
-        ([0.0, 0.0], [1.0, 2.0], "increasing"),
-        ([1.0, 0.0], [1.0, 2.0], "increasing"),
-        ([], [], "increasing"),
-        ([[0.0]], [[1.0]], "increasing"),
-        ([0.0, 1.0], [1.0], "2 times"),
-        ([0.0, np.nan], [1.0, 2.0], r"times must be finite; entry \[1\]"),
-        ([0.0, 1.0], [[1.0, 2.0], [3.0, np.inf]], r"values must be finite; entry \[1, 1\]"),
-        ([0.0, 1.0], [[1.0, 2.0], [3.0]], "rows of one length"),
-        (["x"], [1.0], "times must be numbers"),
-    ],
-)
-def test_broken_tracks_are_refused(times, values, message):
-    with pytest.raises(ParameterError, match=message):
-        Track(times, values)
-
-
-def test_interpolation_has_to_be_known_and_cubics_need_slopes():
-    with pytest.raises(UnknownNameError, match="linear"):
-        Track([0.0], [1.0], "linaer")
-    with pytest.raises(ParameterError, match="slopes"):
-        Track([0.0, 1.0], [1.0, 2.0], "cubic")
-    with pytest.raises(ParameterError, match="slopes"):
-        Track([0.0, 1.0], [1.0, 2.0], "cubic", np.zeros((2, 3)))
-
-
 # --- shapes and positions -----------------------------------------------------------------------
 
 
@@ -147,10 +74,12 @@ def test_shapes_add_up(cloth, shapes):
     recorded = Recorded.of_shapes(shapes, weights, fps=10.0, names=["a", "b", "c"])
     for i, w in enumerate(weights):
         expected = cloth.points + np.einsum("k,knd->nd", w, shapes)
-        np.testing.assert_allclose(recorded.positions(i / 10.0, cloth.points), expected, atol=1e-14)
+        np.testing.assert_allclose(
+            recorded.positions_at(recorded.recorded_time(i / 10.0), cloth.points), expected, atol=1e-14
+        )
         assert recorded.weights(i / 10.0) == pytest.approx(dict(zip("abc", w, strict=True)))
     halfway = cloth.points + np.einsum("k,knd->nd", 0.5 * (weights[1] + weights[2]), shapes)
-    np.testing.assert_allclose(recorded.positions(0.15, cloth.points), halfway, atol=1e-14)
+    np.testing.assert_allclose(recorded.positions_at(recorded.recorded_time(0.15), cloth.points), halfway, atol=1e-14)
 
 
 def test_a_simulation_plays_them_in_mm_and_in_time(cloth, shapes):
@@ -184,7 +113,11 @@ def test_positions_are_played_as_they_are(cloth):
     sim = fw.Simulation(cloth, motion=recorded, time_step=0.5)
     for expected in positions[[2, 3, 3]]:  # the recording begins at 1 s
         np.testing.assert_allclose(sim.step().points, expected, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(recorded.positions(0.05, cloth.points), 0.5 * (positions[0] + positions[1]), atol=1e-14)
+    np.testing.assert_allclose(
+        recorded.positions_at(recorded.recorded_time(0.05), cloth.points),
+        0.5 * (positions[0] + positions[1]),
+        atol=1e-14,
+    )
     with pytest.raises(ParameterError, match="no weights"):
         recorded.weights(0.0)
 
@@ -408,87 +341,6 @@ def test_the_clip_reads_as_action_units(clip):
     assert smile == pytest.approx({"AU12": 1.0, "AU6": 1.0})
     assert clip.recorded.action_units(1.25) == pytest.approx({"AU12": 1 / 3, "AU6": 1 / 3, "AU45": 1.0}, abs=1e-3)
     fw.Simulation(clip.face).express(smile)  # what one asks of the muscles
-
-
-# --- action units -------------------------------------------------------------------------------
-
-
-def test_shapes_become_action_units():
-    assert units_of({"mouthSmileLeft": 0.2, "mouthSmileRight": 0.9}) == {"AU12": 0.9}
-    assert units_of({"mouthSmile_L": 0.2, "mouthSmile_R": 0.9}, side="l") == {"AU12": 0.2}
-    assert units_of({"jawLeft": 0.5, "mouthLeft": 0.4, "unknown": 1.0, "browDownLeft": 0.0}) == {"AU30": 0.5}
-    for left in ("EyeBlinkLeft", "Eye_Blink_L", "eyeBlink.L", "eyeBlink.Left", "head_shapes.eyeBlinkLeft", "blinkLeft",
-                 "A14_Eye_Blink_Left", "rig:eye_blink_left"):  # fmt: skip
-        assert units_of({left: 0.5}, side="l") == {"AU45": 0.5}
-        assert units_of({left: 0.5}, side="r") == {}
-    for name, unit in (
-        ("BrowInnerUp", 1),
-        ("Brow_Drop_R", 4),
-        ("eyesClosed", 45),
-        ("A25_Jaw_Open", 26),
-        ("JawLeft", 30),
-    ):
-        assert units_of({name: 1.0}) == {f"AU{unit}": 1.0}
-    assert units_of(dict.fromkeys(("mouthLeft", "viseme_aa", "Fcl_ALL_Joy", "browL", "Left", "L", ""), 1.0)) == {}
-    assert units_of({"jawLeft": 0.5, "jawOpen": 0.25}, side="r") == {"AU30": 0.5, "AU26": 0.25}
-    with pytest.raises(UnknownNameError, match="side"):
-        units_of({}, side="left")
-    assert set(ARKIT.values()) >= {u for u in fw.ACTION_UNITS if u[-1].isdigit()} - {
-        "AU11", "AU22", "AU23", "AU27", "AU43", "AU46",
-    }  # fmt: skip
-
-
-BOTH_SIDES = [
-    "browDown",
-    "browOuterUp",
-    "cheekSquint",
-    "eyeBlink",
-    "eyeLookDown",
-    "eyeLookIn",
-    "eyeLookOut",
-    "eyeLookUp",
-    "eyeSquint",
-    "eyeWide",
-    "mouthDimple",
-    "mouthFrown",
-    "mouthLowerDown",
-    "mouthPress",
-    "mouthSmile",
-    "mouthStretch",
-    "mouthUpperUp",
-    "noseSneer",
-]
-MIDDLE = [
-    "browInnerUp",
-    "cheekPuff",
-    "jawForward",
-    "jawLeft",
-    "jawOpen",
-    "jawRight",
-    "mouthClose",
-    "mouthFunnel",
-    "mouthLeft",
-    "mouthPucker",
-    "mouthRight",
-    "mouthRollLower",
-    "mouthRollUpper",
-    "mouthShrugLower",
-    "mouthShrugUpper",
-    "tongueOut",
-]
-
-
-def test_all_shapes_of_arkit_are_known():
-    names = [f"{name}{side}" for name in BOTH_SIDES for side in ("Left", "Right")] + MIDDLE
-    assert len(names) == 52
-    for name in names:
-        found = units_of({name: 0.5})
-        # The coding system has no unit for a mouth that goes to one side.
-        assert len(found) == (name not in ("mouthLeft", "mouthRight")), name
-        if name.startswith("eye") or name not in MIDDLE:  # the sides in their short form, and apart
-            stem, side = (name[:-4], "l") if name.endswith("Left") else (name[:-5], "r")
-            assert units_of({f"{stem}_{side.upper()}": 0.5}) == units_of({name: 0.5}, side=side) == found
-            assert units_of({name: 0.5}, side="r" if side == "l" else "l") == {}
 
 
 def test_units_without_muscles_are_told_and_left_out(face):

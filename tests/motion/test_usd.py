@@ -63,7 +63,9 @@ def test_points_move_with_the_time_samples(stage):
     assert {frozenset(t) for t in mesh.regular_faces.tolist()} <= TRIANGLES
     assert (mesh.n_open_edges, recorded.duration, recorded.pose) == (6, 1.0, None)
     for time, expected in ((0.0, SHAPES[0]), (0.5, SHAPES[1]), (0.75, 0.5 * (SHAPES[1] + SHAPES[2])), (9.0, SHAPES[2])):
-        np.testing.assert_allclose(recorded.positions(time, np.asarray(mesh.points)), expected, atol=1e-12)
+        np.testing.assert_allclose(
+            recorded.positions_at(recorded.recorded_time(time), np.asarray(mesh.points)), expected, atol=1e-12
+        )
     frame = fw.Simulation(mesh, motion=recorded, time_step=0.5).step()
     np.testing.assert_allclose(frame.points, SHAPES[1], atol=1e-12)
 
@@ -83,7 +85,9 @@ def test_a_head_that_turns_while_it_speaks(stage):
         own = np.array([np.interp(time, [0.0, 0.5, 1.0], column) for column in SHAPES.reshape(3, -1).T]).reshape(-1, 3)
         turned = Rotation.from_euler("y", 40.0 * time, degrees=True).apply(2.0 * own)
         moved = np.add(turned, [0.0, 3.0 + time * 4 / 3, 0.0])
-        np.testing.assert_allclose(recorded.positions(time, np.asarray(mesh.points)), moved, atol=1e-6)
+        np.testing.assert_allclose(
+            recorded.positions_at(recorded.recorded_time(time), np.asarray(mesh.points)), moved, atol=1e-6
+        )
     # Its pose is what eyes and hair go with.
     frame = [*fw.Simulation(mesh, motion=recorded, time_step=0.25).run(4)][-1]
     pose = frame.field_data["pose"]
@@ -97,7 +101,11 @@ def test_a_place_that_moves_without_points(stage):
     for code, x in ((0.0, 0.0), (48.0, 4.0)):
         shift.Set(Gf.Vec3d(x, 0.0, 0.0), code)
     mesh, recorded = read(stage)
-    np.testing.assert_allclose(recorded.positions(1.0, np.asarray(mesh.points)), SHAPES[0] + [2.0, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(
+        recorded.positions_at(recorded.recorded_time(1.0), np.asarray(mesh.points)),
+        SHAPES[0] + [2.0, 0.0, 0.0],
+        atol=1e-9,
+    )
 
 
 @pytest.mark.parametrize("each", [True, False])
@@ -179,7 +187,9 @@ def test_bones_and_blend_shapes(stage):
     expected = POINTS + np.outer([0, 0, 0, 1, 0, 0], [0.0, 0.0, 1.0])
     jaw = POINTS[:, 0] == 2.0
     expected[jaw] = [[1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]  # (2, 0, 0) and (2, 1, 0), a quarter about (1, 0, 0)
-    np.testing.assert_allclose(recorded.positions(1.0, np.asarray(mesh.points)), expected, atol=1e-5)
+    np.testing.assert_allclose(
+        recorded.positions_at(recorded.recorded_time(1.0), np.asarray(mesh.points)), expected, atol=1e-5
+    )
     assert skin.GetPointsAttr().GetTimeSamples() == []  # the file stays as it is
 
 
@@ -197,8 +207,8 @@ def test_other_meshes_have_recordings_of_their_own(stage):
     assert numbers == {n: 6, n + 6: 6}
     first = recorded.track.times[0]
     half = Rotation.from_euler("y", 40.0, degrees=True).apply(POINTS)
-    np.testing.assert_allclose(recorded.companions[n].positions_then(first + 0.5, POINTS), half, atol=1e-6)
-    np.testing.assert_allclose(recorded.companions[n + 6].positions_then(first + 0.5, SHAPES[0]), SHAPES[1], atol=1e-12)
+    np.testing.assert_allclose(recorded.companions[n].positions_at(first + 0.5, POINTS), half, atol=1e-6)
+    np.testing.assert_allclose(recorded.companions[n + 6].positions_at(first + 0.5, SHAPES[0]), SHAPES[1], atol=1e-12)
     np.testing.assert_allclose(mesh.points[n + 6 : n + 12], SHAPES[0])
 
 

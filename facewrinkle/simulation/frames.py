@@ -1,0 +1,104 @@
+"""The frames of a simulation: meshes with the fields of one moment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..geometry.refinement import RedGreenForest
+from ..layers.base import SurfacePoints
+from ..mesh import MUSCLES, POSE, UNIT, interpolated_point_data, refilled, refine_seams, to_polydata
+from ..mesh.arrays import OF_PART
+from ..motion.base import Motion
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.integer]
+
+
+class FrameMaker:
+    """Assembles the frames of a face that a motion moves.
+
+    What stays the same while the mesh keeps its triangles stands in a template, which each frame is a copy of.
+
+    Parameters
+    ----------
+    face : Face
+    motion : Motion
+    eye_muscles : ndarray of int, shape (j,)
+        Those of the motion's muscles that turn the eyes.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> maker = FrameMaker(face, fw.Still(face), np.empty(0, int))
+    >>> sorted(maker.field_data)
+    ['muscles', 'unit']
+    """
+
+    def __init__(self, face: Face, motion: Motion, eye_muscles: IntArray) -> None:
+        self._face, self._motion, self._eye_muscles = face, motion, eye_muscles
+        self._point_data = {name: np.asarray(values) for name, values in face.mesh.point_data.items()}
+        self._common = pv.PolyData()  # its field data are those of every frame
+        self._common.field_data[MUSCLES] = list(face.muscles)
+        self._common.field_data[UNIT] = [face.unit]
+        self._template: pv.PolyData | None = None
+        self._shown_rates: Array | None = None
+
+    @property
+    def field_data(self) -> pv.DataSetAttributes:
+        """The field data that all frames have."""
+        return self._common.field_data
+
+    def remesh(self) -> None:
+        """Begin a new template: the next frame has other triangles."""
+        self._template = None
+
+    def frame(
+        self, points: Array, data: Mapping[str, np.ndarray], vertices: SurfacePoints, forest: RedGreenForest
+    ) -> pv.PolyData:
+        """Return the frame with points (n, 3), in mm, and point data; always the same arrays for the same triangles."""
+        if self._template is None:
+            self._template = self._new_template(data, vertices, forest)
+        if len(self._eye_muscles):
+            self._update_gazes()
+        frame = refilled(self._template, points / self._face.unit, data)
+        motion = self._motion
+        if (pose := motion.pose) is not None:
+            frame.field_data[POSE] = pose
+        for side, gaze in motion.gazes.items():
+            frame.field_data[f"gaze_{side}"] = gaze[None]
+        for name, part in motion.parts.items():
+            frame.field_data[OF_PART + name] = part
+        return frame
+
+    def _update_gazes(self) -> None:
+        """Write to the common field data where muscles turn the eyes, if that has changed."""
+        motion = self._motion
+        rates = motion.rates[self._eye_muscles]
+        if self._shown_rates is None or not np.array_equal(rates, self._shown_rates):
+            by_name = dict(zip(motion.names, motion.rates.tolist(), strict=True))
+            for side, gaze in self._face.gazes(by_name).items():
+                self._common.field_data[f"gaze_{side}"] = gaze[None]
+            self._shown_rates = rates.copy()
+
+    def _new_template(
+        self, data: Mapping[str, np.ndarray], vertices: SurfacePoints, forest: RedGreenForest
+    ) -> pv.PolyData:
+        """Return a frame of the present triangles: from one frame to the next only `data` and points change."""
+        source = self._face.mesh.point_data
+        given = interpolated_point_data(self._point_data, vertices.corners, vertices.barycentric)
+        n = len(vertices.points)
+        blank = {name: np.zeros(n) for name in ("lambda", "gamma", "epsilon")} | {"muscle": np.full(n, -1, np.int32)}
+        all_data = {**given, **blank, **data, "rest": vertices.points, "level": forest.vertex_level}
+        frame = to_polydata(vertices.points, forest.triangles, all_data)
+        frame.SetFieldData(self._common.GetFieldData())
+        if source.active_texture_coordinates_name is not None:
+            frame.point_data.active_texture_coordinates_name = source.active_texture_coordinates_name
+        frame.point_data.active_normals_name = "Normals"
+        refine_seams(self._face.mesh, frame, forest)
+        return frame

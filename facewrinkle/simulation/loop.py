@@ -1,0 +1,417 @@
+"""The simulation: its motion moves the base mesh, triangles are split where layers need them, layers displace."""
+
+from __future__ import annotations
+
+import reprlib
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from copy import copy
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..anatomy.eyeball import gaze_of
+from ..anatomy.face import Face
+from ..anatomy.fitting import surface
+from ..anatomy.muscles import EyeMuscle
+from ..errors import ParameterError, check_range, check_whole, unknown_name
+from ..geometry import _mesh_kernels as kernels
+from ..geometry.interpolation import displaced, interpolated
+from ..geometry.normals import detail_normals, vertex_normals
+from ..geometry.refinement import Change, RedGreenForest
+from ..geometry.smoothstep import smoothstep
+from ..layers.base import Layer, SurfacePoints, SurfaceState
+from ..layers.compression import StrainField
+from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..motion.base import Motion, Still, check_motion
+from ..motion.material import SkinMaterial
+from ..motion.playback import Playback
+from ..motion.recorded import Recorded
+from ..motion.skin import Skin
+from .frames import FrameMaker
+from .refinement import (
+    Refinement,
+    check_patterns,
+    check_wavelength,
+    default_level,
+    levels_of_patterns,
+    mark,
+    typical_edges,
+)
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+
+LAYER_METHODS = ("attach", "follow", "displacement", "fields")
+"""Methods of a :class:`facewrinkle.layers.base.Layer`."""
+
+
+class Simulation:
+    """A face, or any other surface, that moves and wrinkles.
+
+    Parameters
+    ----------
+    face : Face, PolyData or path
+        A mesh or a file becomes a :func:`facewrinkle.surface` in mm, which has no muscles.
+    refinement : Refinement, optional
+    layers : sequence of Layer, optional
+        Default: one :class:`facewrinkle.MuscleWrinkles` where there are muscles. An empty list leaves the skin bare.
+        Layers keep state, so the simulation works with copies of its own; they are in `layers`.
+    time_step : float, optional
+        Seconds per step. Default: 0.02, or the time step of `motion`.
+    material : SkinMaterial, optional
+        Of the default skin.
+    motion : Motion or Recorded, optional
+        Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without anatomy keeps
+        :class:`facewrinkle.Still`.
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        For each pattern that the mesh cannot carry well with the highest level that was asked for.
+
+    Raises
+    ------
+    ParameterError
+        For a pattern that it cannot carry at all, and for a motion that lacks members or was not made for this face.
+
+    Attributes
+    ----------
+    motion : Motion
+    vertices : SurfacePoints
+        The present vertices on the surface at rest.
+    forest : RedGreenForest
+        The present triangles.
+    seconds : dict of str to float
+        Time spent so far on "precompute", "skin", "refinement", "wrinkles" and "frame".
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> sim = Simulation(fw.default_face())
+    >>> sim.express("surprise")
+    >>> for frame in sim.run(40):
+    ...     pass
+    >>> frame.n_cells > 4517
+    True
+    """
+
+    def __init__(
+        self,
+        face: Face | pv.DataSet | str | Path,
+        refinement: Refinement | None = None,
+        layers: Sequence[Layer] | None = None,
+        time_step: float | None = None,
+        material: SkinMaterial | None = None,
+        motion: Motion | Recorded | None = None,
+    ) -> None:
+        self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
+        self.face = face = face if isinstance(face, Face) else surface(face)
+        self.refinement = refinement or Refinement()
+        if layers is None:
+            layers = [MuscleWrinkles()] if face.muscles else []
+        if not isinstance(layers, Sequence) or not all(
+            hasattr(each, name) for each in layers for name in LAYER_METHODS
+        ):
+            raise ParameterError(
+                "layers must be a list of layers, such as [MuscleWrinkles()], each with the methods attach, follow, "
+                f"displacement and fields; received {reprlib.repr(layers)}."
+            )
+        self.layers: list[Layer] = [copy(layer) for layer in layers]
+        with self._timed("precompute"):
+            self.motion = _motion(face, time_step, material, motion)
+            self._edges, needed = typical_edges(face), levels_of_patterns(self.layers, face)
+            if self.refinement.max_level is None:
+                level = default_level(face, self._edges, max((level for _, level in needed), default=0))
+                self.refinement = replace(self.refinement, max_level=level)
+            self._level = int(self.refinement.max_level or 0)
+            check_patterns(needed, self._level)
+            eye_muscles = [isinstance(face.muscles.get(name), EyeMuscle) for name in self.motion.names]
+            self._eye_muscles: IntArray = np.flatnonzero(eye_muscles)
+            self._base_normals = vertex_normals(face.points, face.triangles)
+            self.reset()
+
+    # --- what is asked of the face -------------------------------------------------------------
+
+    @property
+    def muscles(self) -> tuple[str, ...]:
+        """Names of the face's muscles, in the order of their indices."""
+        return tuple(self.face.muscles)
+
+    @property
+    def skin(self) -> Skin:
+        """The skin that the muscles pull.
+
+        Raises
+        ------
+        ParameterError
+            If something else moves the surface.
+        """
+        if not isinstance(self.motion, Skin):
+            raise ParameterError(
+                f"this simulation has no skin that muscles pull: a {type(self.motion).__name__} moves it."
+            )
+        return self.motion
+
+    @property
+    def time(self) -> float:
+        """Seconds simulated so far."""
+        return self._steps * self.motion.time_step
+
+    def contract(self, rates: Mapping[str, float]) -> None:
+        """Ask for contraction rates by muscle; muscles that are not named relax.
+
+        Raises
+        ------
+        UnknownNameError
+            For a muscle that the face does not have.
+        ParameterError
+            For a rate outside [0, 1], a muscle whose wrinkles are too fine for the highest level, or a motion that is
+            not driven by muscles.
+        """
+        asked = self.motion.rates_of(rates)
+        eyes = self._eye_muscles
+        if len(eyes):
+            asked[eyes] = np.where(asked[eyes] > 0.0, asked[eyes], self._looked)
+        for k in np.flatnonzero(asked) if self.layers and self._level else ():
+            check_wavelength(self.face, self.muscles[k], self._edges[k], self._level)
+        self._asked = asked
+
+    def express(self, what: str | Mapping[str, float], intensity: float = 1.0) -> None:
+        """Ask for an expression or action unit by name, or for a mixture such as ``{"AU12": 0.7, "corrugator_l":
+        0.2}``.
+
+        Raises
+        ------
+        UnknownNameError
+            For an unknown name; the nearest known ones are suggested.
+        ParameterError
+            For an intensity or weight outside [0, 1].
+        """
+        self.contract(self.face.atlas.contractions(what, intensity))
+
+    def relax(self) -> None:
+        """Ask all muscles to relax."""
+        self.contract({})
+
+    def look(self, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLike | None = None) -> None:
+        """Ask the eyes to look somewhere; the lids follow, and so do later expressions until asked otherwise.
+
+        Parameters
+        ----------
+        yaw, pitch : float
+            Degrees to the subject's left, and upwards; 0 and 0 is straight ahead.
+        at : (3,) array_like, optional
+            A point in the coordinates of the mesh that both eyes converge on, in place of the angles.
+
+        Raises
+        ------
+        ParameterError
+            For a direction that the eyes cannot turn to: the muscles that turn them reach 40 degrees to each side.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> sim = Simulation(fw.default_face())
+        >>> sim.look(yaw=20)
+        >>> frame = sim.step()
+        >>> round(float(np.degrees(np.arcsin(frame.field_data["gaze_l"][0, 0]))), 1)
+        20.0
+        """
+        asked = np.zeros(len(self.motion.names))
+        for eye in self.face.eyes:
+            out, up = gaze_of(eye, yaw, pitch, at)
+            for name, muscle in self.face.muscles.items():
+                if isinstance(muscle, EyeMuscle) and muscle.side == eye.side and name in self.motion.names:
+                    asked[self.motion.names.index(name)] = muscle.rate(out, up)
+        self._looked = asked[self._eye_muscles]
+        self._asked = self._asked.copy()
+        self._asked[self._eye_muscles] = self._looked
+
+    # --- time ----------------------------------------------------------------------------------
+
+    def reset(self) -> None:
+        """Go back to the unrefined face at rest, all muscles relaxed."""
+        self._steps = 0
+        self._asked, self._looked = np.zeros(len(self.motion.names)), np.zeros(len(self._eye_muscles))
+        self.motion.reset()
+        face = self.face
+        self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
+        self._levels = self.forest.level
+        self.vertices = self._vertices_from(0)
+        for layer in self.layers:
+            layer.attach(face)
+            layer.follow(Change(slice(None), len(face.points)), self.vertices)
+        self._marks: tuple[BoolArray, BoolArray] | None = None
+        self._frames = FrameMaker(face, self.motion, self._eye_muscles)
+
+    def step(self) -> pv.PolyData:
+        """Advance by one time step with the muscles as asked for.
+
+        Returns
+        -------
+        PolyData
+            The wrinkled face of this moment, in the unit and coordinates of the face's mesh, with the point data of
+            that mesh, "Normals", and "lambda", "gamma", "epsilon" (of the dominant muscle), "W" (mm), "split_gamma",
+            "muscle", "level" and "rest". Its field data "muscles" lists the muscles' names, "gaze_l" and "gaze_r" are
+            the directions in which the eyes look, and "pose" is the matrix (4, 4) of a head that moves as a whole.
+        """
+        return self._advanced(self._asked)
+
+    def _advanced(self, rates: Array) -> pv.PolyData:
+        with self._timed("skin"):
+            self.motion.set_rates(rates)
+            base = self.motion.step()
+        self._refine()
+        self._steps += 1
+        shape = self._shape(base)
+        if not self.motion.names:  # a recording may go far in a step, and still patterns begin at once
+            while self._marks is not None and self._marks[0].any() and self._refine():
+                shape = self._shape(base)
+        with self._timed("frame"):
+            return self._frame(*shape)
+
+    def run(self, frames: int, ramp: float = 0.6) -> Iterator[pv.PolyData]:
+        """Ramp smoothly from the present contraction to what was asked for when the run began, then hold it.
+
+        Parameters
+        ----------
+        frames : int
+            Number of steps.
+        ramp : float
+            Share of the frames that the ramp takes, in [0, 1].
+
+        Yields
+        ------
+        PolyData
+            See :meth:`step`.
+        """
+        frames, ramp = check_whole("frames", frames, 1, 1e9), check_range("ramp", ramp, 0.0, 1.0)
+        start, target = self.motion.rates.copy(), self._asked
+        for i in range(frames):
+            t = float(smoothstep((i + 1) / max(ramp * frames, 1.0)))
+            yield self._advanced(target if t == 1.0 else (1.0 - t) * start + t * target)
+
+    # --- one frame -----------------------------------------------------------------------------
+
+    def _refine(self) -> bool:
+        """Split or take back the triangles that the last shape marked; return False if there were none."""
+        change = Change(slice(None), 0)
+        with self._timed("refinement"):
+            if self._marks is not None and self._level > 0:
+                split, fine = self._marks
+                if split.any():
+                    change = self.forest.split(split)
+                elif fine.any():
+                    change = self.forest.coarsen(fine)
+            self._marks = None
+            if not change:
+                return False
+        self._follow(change)
+        return True
+
+    def _follow(self, change: Change) -> None:
+        """Bring vertices and layers in step with a change of the triangles."""
+        with self._timed("refinement"):
+            created = self._vertices_from(self.forest.n_points - change.n_created)
+            old, kept = self.vertices, change.kept
+            columns = (
+                [getattr(old, name)[kept], getattr(created, name)] for name in SurfacePoints.__dataclass_fields__
+            )
+            self.vertices = SurfacePoints(*map(np.concatenate, columns))
+            self._levels = self.forest.level
+            self._frames.remesh()
+        with self._timed("wrinkles"):
+            for layer in self.layers:
+                layer.follow(change, created)
+
+    def _vertices_from(self, first: int) -> SurfacePoints:
+        """Return the vertices from number `first` on, on the surface at rest."""
+        forest = self.forest
+        corners, weights = forest.corners[first:], forest.barycentric[first:]
+        normals = interpolated(self._base_normals, corners, weights)
+        kernels.normalise(normals)
+        points = interpolated(self.face.points, corners, weights)
+        return SurfacePoints(points, normals, corners, weights, forest.host[first:])
+
+    def _shape(self, base: Array) -> tuple[Array, Array, Array, Array]:
+        """Return points, normals, heights and Eq. 19 of the present vertices; mark triangles to split or take back."""
+        vertices, triangles = self.vertices, self.forest.triangles
+        with self._timed("wrinkles"):
+            bare = interpolated(base, vertices.corners, vertices.barycentric)
+            smooth = interpolated(vertex_normals(base, self.face.triangles), vertices.corners, vertices.barycentric)
+            kernels.normalise(smooth)
+            state = SurfaceState(
+                self.motion.rates, vertices, triangles, base, bare, self.time, lambda: self._strain_field, smooth
+            )
+            added = [layer.displacement(state) for layer in self.layers]
+            height = sum((own.height for own in added[1:]), added[0].height if added else np.zeros(len(bare)))
+            moved = displaced(bare, height, smooth)
+            prefiltering = [own.prefiltering for own in added if own.prefiltering is not None]
+            normals = shown = detail_normals(bare, moved, triangles, smooth)
+            if prefiltering:
+                shown = detail_normals(bare, displaced(bare, height + sum(prefiltering), smooth), triangles, smooth)
+        with self._timed("refinement"):
+            *marks, split_gamma = mark(self.refinement, self.forest, self._levels, vertices, normals, added)
+            self._marks = marks[0], marks[1]
+            return moved, shown, height, split_gamma
+
+    @cached_property
+    def _strain_field(self) -> StrainField:
+        return StrainField(self.face.points * self.face.unit, self.face.triangles)
+
+    def _frame(self, points: Array, normals: Array, height: Array, split_gamma: Array) -> pv.PolyData:
+        data: dict[str, np.ndarray] = {"Normals": normals, "split_gamma": split_gamma}
+        for layer in self.layers:
+            data.update(layer.fields())
+        data["W"] = height  # of all layers together
+        return self._frames.frame(points, data, self.vertices, self.forest)
+
+    def fields(self, muscle: str) -> dict[str, np.ndarray]:
+        """Return one muscle's own lambda, gamma, epsilon, W and region on the present mesh.
+
+        Raises
+        ------
+        UnknownNameError
+            For a muscle that the face does not have.
+        """
+        if muscle not in self.muscles:
+            raise unknown_name("muscle", muscle, self.muscles)
+        index = self.muscles.index(muscle)
+        for layer in self.layers:
+            if isinstance(layer, MuscleWrinkles):
+                return layer.fields_of(index, float(layer.rates[index]))
+        raise ParameterError("this simulation has no layer of muscle wrinkles; add a MuscleWrinkles() to its layers.")
+
+    @contextmanager
+    def _timed(self, what: str) -> Iterator[None]:
+        begin = time.perf_counter()
+        yield
+        self.seconds[what] += time.perf_counter() - begin
+
+
+def _motion(
+    face: Face, time_step: float | None, material: SkinMaterial | None, motion: Motion | Recorded | None
+) -> Motion:
+    """Return the motion that was given, if it fits the face; otherwise the skin, or stillness without anatomy."""
+    step = check_range("time_step", 0.02 if time_step is None else time_step, 1e-9, 1e9)
+    if motion is None:
+        return Skin(face, step, material) if face.landmarks else Still(face, step)
+    if material is not None:
+        raise ParameterError(
+            "a material is that of the default skin, and here a motion is given too. Leave one of them out."
+        )
+    if isinstance(motion, Recorded):
+        return Playback(motion, face, step)
+    check_motion(motion, face)
+    if time_step not in (None, motion.time_step):
+        raise ParameterError(
+            f"time_step is {time_step!r}, and the motion has one of its own, {motion.time_step!r}. Leave it out here."
+        )
+    return motion

@@ -1,0 +1,204 @@
+"""The refinement of a simulation: its settings, the level that a face needs, and which triangles to split."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..anatomy.face import Face
+from ..errors import ParameterError, check_range, check_whole, warn
+from ..geometry import _mesh_kernels as kernels
+from ..geometry.refinement import RedGreenForest
+from ..layers.base import Displacement, Layer, SurfacePoints
+from ..layers.patterns_on_skin.layer import PatternLayer
+
+Array = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+FINEST = 8
+"""Triangles are never split more often."""
+
+ENOUGH_SPACING = 0.35
+"""Distance of vertices that suffices for the default level, in half wavelengths: about three in each half cycle."""
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """Settings for splitting triangles and taking them back.
+
+    Attributes
+    ----------
+    gamma_c : float
+        Threshold of Eq. 19: 0.03 is a bend of 14 degrees along an edge.
+    max_level : int, optional
+        Triangles are split at most this often; 0 turns refinement off. Default: as often as nine in ten muscles need
+        for about three vertices per half cycle, at least once: 2 on the built-in head, 3 on one with twice its edges
+        and on surfaces without muscles.
+    samples : float
+        Vertices per half cycle that a wrinkle needs across its folds (the paper's criterion is blind at 1 and 2).
+    hysteresis : float
+        In (0, 1): an edge is taken back when its bend is below this share of what would split it, and when twice its
+        length would still be short enough, by this share.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> sim = fw.Simulation(fw.default_face(), fw.Refinement(max_level=0))
+    >>> sim.express("surprise")
+    >>> {frame.n_cells for frame in sim.run(10)}
+    {4517}
+    """
+
+    gamma_c: float = 0.03
+    max_level: int | None = None
+    samples: float = 4.0
+    hysteresis: float = 0.2
+
+    def __post_init__(self) -> None:
+        check_range("gamma_c", self.gamma_c, 1e-9, 2.0)
+        if self.max_level is not None:
+            check_whole("max_level", self.max_level, 0, FINEST, "Each level has four times as many triangles.")
+        check_range("samples", self.samples, 1.0, 64.0)
+        check_range("hysteresis", self.hysteresis, 1e-9, 1.0 - 1e-9)
+
+
+# --- the level --------------------------------------------------------------------------------------
+
+
+def typical_edges(face: Face) -> Array:
+    """Return the median edge (k,) of the base mesh in the wrinkling region of each muscle, in the unit of the mesh.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> typical_edges(face).shape == (len(face.muscles),)
+    True
+    """
+    points, triangles = face.points, face.triangles
+    out = np.zeros(len(face.muscles))
+    for k, zone in enumerate(face.zones):
+        inside = triangles[zone]
+        if len(inside):
+            edges = points[inside] - points[np.roll(inside, 1, axis=1)]
+            out[k] = np.median(np.linalg.norm(edges, axis=2))
+    return out
+
+
+def levels_of_patterns(layers: Iterable[Layer], face: Face) -> list[tuple[str, int]]:
+    """Return the names of the patterns among some layers, and the level that each needs."""
+    return [(layer.name, layer.level_needed(face)) for layer in layers if isinstance(layer, PatternLayer)]
+
+
+def default_level(face: Face, edges: Array, needed: int) -> int:
+    """Return the level that nine in ten muscles, with edges (k,) in their regions, and, if possible, patterns need.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> default_level(face, typical_edges(face), needed=0), default_level(face, 4.0 * typical_edges(face), needed=0)
+    (2, 4)
+    """
+    needed = min(needed, FINEST)
+    if not face.muscles:
+        return needed or 3
+    cycles = np.array([muscle.fold_pattern.half_wavelength for muscle in face.muscles.values()])
+    folding = np.isfinite(cycles) & (edges > 0.0)
+    if not folding.any():
+        return max(needed, 1)
+    levels = np.log2(edges[folding] / (ENOUGH_SPACING * cycles[folding]))
+    return int(np.clip(np.ceil(np.quantile(levels, 0.9)), max(needed, 1), max(needed, 4)))
+
+
+def check_patterns(needed: Iterable[tuple[str, int]], level: int) -> None:
+    """Warn of each pattern, given by name and needed level, that the mesh cannot carry well at a level.
+
+    Patterns that would have less than one vertex per half wave are a ParameterError, unless refinement is off.
+    """
+    for name, own in needed:
+        if own <= level:
+            continue
+        ask = f"max_level={own}, for " if own <= FINEST else ""
+        remedy = f"Ask for {ask}fewer wrinkles, for a larger region, or begin with a finer mesh."
+        if 0 < level < own - 1:
+            raise ParameterError(
+                f"the mesh is too coarse to carry the pattern {name}: its triangles would have to be split {own} "
+                f"times, and max_level={level} is allowed. {remedy}"
+            )
+        warn(
+            f"the mesh is too coarse to carry the pattern {name} well: its triangles should be split "
+            f"{own} {'time' if own == 1 else 'times'}, and max_level={level} is allowed. {remedy}"
+        )
+
+
+def check_wavelength(face: Face, muscle: str, edge: float, level: int) -> None:
+    """Raise a ParameterError if the wrinkles of a muscle are finer than the edges of the mesh at the highest level."""
+    half = face.muscles[muscle].fold_pattern.half_wavelength
+    finest = edge / 2.0**level
+    if half < finest:
+        own = level + int(np.ceil(np.log2(finest / half)))
+        remedy = "Ask for fewer wrinkles" + (f", or for max_level={own}." if own <= FINEST else ".")
+        raise ParameterError(
+            f"the wrinkles of {muscle} are too fine: half a wavelength of {half * face.unit:.3g} mm, "
+            f"but with max_level={level} vertices are {finest * face.unit:.3g} mm apart. {remedy}"
+        )
+
+
+# --- which triangles --------------------------------------------------------------------------------
+
+
+def mark(
+    refinement: Refinement,
+    forest: RedGreenForest,
+    levels: npt.NDArray[np.integer],
+    vertices: SurfacePoints,
+    normals: Array,
+    displacements: Sequence[Displacement],
+) -> tuple[BoolArray, BoolArray, Array]:
+    """Mark the triangles (m,) to split and those (m,) to take back.
+
+    Parameters
+    ----------
+    refinement : Refinement
+    forest : RedGreenForest
+    levels : ndarray of int, shape (m,)
+        Levels of the present triangles.
+    vertices : SurfacePoints
+        All present vertices.
+    normals : ndarray, shape (n, 3)
+        Unit normals of the wrinkled surface.
+    displacements : sequence of Displacement
+        What all layers add.
+
+    Returns
+    -------
+    split, fine : ndarray of bool, shape (m,)
+        Triangles that are too coarse, and those that are finer than needed.
+    largest : ndarray, shape (n,)
+        The largest Eq. 19 over the edges of each vertex.
+    """
+    triangles = forest.triangles
+    n, m = len(normals), len(triangles)
+    spacing, across, active = _finest(displacements, n)
+    split, fine, largest = np.empty(m, bool), np.empty(m, bool), np.zeros(n)
+    kernels.mark_triangles(
+        triangles, levels, forest.max_level, normals, vertices.normals, vertices.points, spacing / refinement.samples,
+        across, active, refinement.gamma_c, refinement.hysteresis, split, fine, largest,
+    )  # fmt: skip
+    return split, fine, largest
+
+
+def _finest(displacements: Sequence[Displacement], n: int) -> tuple[Array, Array, BoolArray]:
+    """Return the finest spacing that any layer needs at each vertex, its direction, and where any layer is active."""
+    if len(displacements) == 1:
+        return displacements[0].spacing, displacements[0].across, displacements[0].active
+    spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
+    for own in displacements:
+        finer = own.spacing < spacing
+        spacing[finer], across[finer] = own.spacing[finer], own.across[finer]
+        active |= own.active
+    return spacing, across, active

@@ -1,0 +1,255 @@
+"""The loop: contraction, time, layers, gaze.
+
+what                    checked against
+two simulations         each other, bit for bit; a reset simulation
+faces and layers        their fingerprints before; simulations that share them
+ramps                   the smoothstep of their share of the run
+layers                  heights that add up; fields of one muscle
+gaze                    the directions that were asked for
+bad input               the errors that name what is wrong
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.layers.base import Displacement
+
+
+def test_two_simulations_are_alike_to_the_last_bit(face, fingerprint):
+    runs = []
+    for _ in range(2):
+        sim = fw.Simulation(face)
+        sim.express("happiness")
+        runs.append([fingerprint(frame) for frame in sim.run(25)])
+    assert runs[0] == runs[1]
+
+
+def test_reset_is_a_new_simulation(face, fingerprint):
+    sim = fw.Simulation(face)
+    sim.express("surprise")
+    first = [fingerprint(frame) for frame in sim.run(20)]
+    sim.reset()
+    assert sim.time == 0.0
+    assert np.array_equal(sim.step().points, face.points)
+    sim.reset()
+    sim.express("surprise")
+    assert [fingerprint(frame) for frame in sim.run(20)] == first
+
+
+def test_the_face_is_never_changed(face, fingerprint):
+    before = fingerprint(face.mesh)
+    landmarks = {name: point.copy() for name, point in face.landmarks.items()}
+    sim = fw.Simulation(face)
+    sim.express("anger")
+    for _ in sim.run(15):
+        pass
+    assert fingerprint(face.mesh) == before
+    assert all(np.array_equal(face.landmarks[name], point) for name, point in landmarks.items())
+
+
+def test_simulations_of_one_face_do_not_meet(face):
+    alone, one, two = (fw.Simulation(face) for _ in range(3))
+    alone.express("frowning")
+    one.express("frowning")
+    two.express("surprise")
+    for _ in range(15):
+        a, b = alone.step(), one.step()
+        two.step()
+    assert np.array_equal(a.points, b.points)
+
+
+@pytest.mark.parametrize(("frames", "ramp"), [(20, 0.6), (10, 1.0), (10, 0.0), (1, 0.6), (7, 0.05)])
+def test_runs_ramp_smoothly_and_hold(face, frames, ramp):
+    sim = fw.Simulation(face)
+    sim.contract({"mentalis_l": 0.8})
+    index, seen = sim.muscles.index("mentalis_l"), []
+    for _ in sim.run(frames, ramp):
+        seen.append(sim.skin.rates[index])
+    t = np.clip(np.arange(1, frames + 1) / max(ramp * frames, 1.0), 0.0, 1.0)
+    np.testing.assert_allclose(seen, 0.8 * (3 * t**2 - 2 * t**3), atol=1e-15)
+    assert seen[-1] == 0.8
+    assert sim.time == pytest.approx(frames * 0.02)
+    # The next run goes on from there.
+    sim.contract({"mentalis_l": 0.2})
+    again = [sim.skin.rates[index] for _ in sim.run(5, 1.0)]
+    assert again[-1] == 0.2
+    assert (np.diff([0.8, *again]) < 0.0).all()
+
+
+def test_what_was_asked_for_outlives_a_run_that_is_left_early(face):
+    sim = fw.Simulation(face)
+    sim.contract({"mentalis_l": 0.8})
+    for _ in sim.run(50):
+        break
+    for _ in sim.run(4, ramp=0.0):
+        pass
+    assert sim.skin.rates[sim.muscles.index("mentalis_l")] == 0.8
+
+
+def test_express_takes_names_units_and_mixtures(face):
+    sim = fw.Simulation(face)
+    for what, intensity in (("fear", 0.5), ("AU12", 1.0), ({"AU12": 0.7, "corrugator_l": 0.2}, 0.5)):
+        sim.express(what, intensity)
+        sim.step()
+        rates = {name: rate for name, rate in zip(sim.muscles, sim.skin.rates, strict=True) if rate}
+        assert rates == pytest.approx(face.atlas.contractions(what, intensity))
+
+
+def test_fields_of_a_muscle_that_does_nothing(face):
+    sim = fw.Simulation(face)
+    sim.express("frowning")
+    frame = list(sim.run(10))[-1]
+    fields = sim.fields("frontalis_major_l")
+    assert set(fields) == {"lambda", "gamma", "epsilon", "W", "region"}
+    assert all(len(values) == frame.n_points for values in fields.values())
+    assert fields["region"].any()
+    assert not fields["W"].any()
+    with pytest.raises(UnknownNameError, match="Did you mean"):
+        sim.fields("frontalis_mayor_l")
+
+
+def test_fields_before_the_first_step(face):
+    fields = fw.Simulation(face).fields("corrugator_l")
+    assert fields["region"].any()
+    assert not fields["W"].any()
+
+
+def test_a_simulation_without_layers_is_bare_skin(face):
+    sim = fw.Simulation(face, layers=[])
+    sim.express("surprise")
+    frame = list(sim.run(10))[-1]
+    assert frame.n_cells == 4517
+    np.testing.assert_allclose(frame.points, sim.skin.points + sim.skin.displacement, atol=1e-12)
+    assert not frame["W"].any()
+    assert (frame["muscle"] == -1).all()
+    with pytest.raises(ParameterError, match="no layer of muscle wrinkles"):
+        sim.fields("corrugator_l")
+
+
+def test_errors(face):
+    sim = fw.Simulation(face)
+    with pytest.raises(UnknownNameError, match="Did you mean .*'corrugator_l'"):
+        sim.contract({"corrugator": 0.5})
+    with pytest.raises(UnknownNameError, match="Did you mean .*'surprise'"):
+        sim.express("suprise")
+    for rate in (-0.01, 1.01, float("nan"), "full"):
+        with pytest.raises(ParameterError, match="the contraction rate of corrugator_l"):
+            sim.contract({"corrugator_l": rate})
+        with pytest.raises(ParameterError):
+            sim.express({"AU4": rate})
+        with pytest.raises(ParameterError, match="intensity"):
+            sim.express("fear", rate)
+    for frames in (0, -3, 2.5, float("nan"), float("inf")):
+        with pytest.raises(ParameterError, match="frames"):
+            next(sim.run(frames))
+    with pytest.raises(ParameterError, match="ramp"):
+        next(sim.run(3, ramp=1.5))
+    # Nothing of it was taken up.
+    assert np.array_equal(sim.step().points, face.points)
+
+
+@pytest.mark.parametrize("layers", [[3], fw.MuscleWrinkles(), "wrinkles"])
+def test_what_is_no_list_of_layers_is_refused(face, layers):
+    with pytest.raises(ParameterError, match="layers must be a list of layers"):
+        fw.Simulation(face, layers=layers)
+
+
+class Raised:
+    """A layer that lifts the whole skin."""
+
+    def __init__(self, height):
+        self.height = height
+
+    def attach(self, face):
+        self.n = 0
+
+    def follow(self, change, created):
+        self.n = (self.n if isinstance(change.kept, slice) else len(change.kept)) + len(created.points)
+
+    def displacement(self, state):
+        n = len(state.bare)
+        assert n == self.n
+        return Displacement(np.full(n, self.height), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
+
+    def fields(self):
+        return {}
+
+
+def test_heights_of_layers_add_up(face):
+    alone, both = fw.Simulation(face), fw.Simulation(face, layers=[fw.MuscleWrinkles(), Raised(1.5)])
+    for sim in (alone, both):
+        sim.express("frowning")
+    for one, two in zip(alone.run(20), both.run(20), strict=True):
+        # Refinement sees the shape, and a lifted skin bends a little more: compare where both have the same vertices.
+        n = face.mesh.n_points
+        np.testing.assert_allclose(two["W"][:n], one["W"][:n] + 1.5, atol=1e-12)
+
+
+def test_a_layer_given_to_two_simulations_serves_both(face):
+    layer = fw.MuscleWrinkles()
+    first, second = fw.Simulation(face, layers=[layer]), fw.Simulation(face, layers=[layer])
+    first.express("surprise")
+    second.express("closing_eye")
+    one, two = list(zip(first.run(20), second.run(20), strict=True))[-1]
+    assert np.abs(one["W"]).max() > 0.1
+    assert np.abs(two["W"]).max() > 0.1
+    assert one.n_cells != two.n_cells
+
+
+def test_the_parts_of_the_time_do_not_overlap(face):
+    sim = fw.Simulation(face)
+    sim.express("surprise")
+    before = sum(sim.seconds.values())
+    begin = time.perf_counter()
+    for _ in sim.run(40):
+        pass
+    assert sum(sim.seconds.values()) - before <= time.perf_counter() - begin
+
+
+def test_input_of_another_kind_is_refused(face):
+    sim = fw.Simulation(face, fw.Refinement(max_level=0))
+    with pytest.raises(ParameterError, match=r"'surprise'.*are for express\(\)"):
+        sim.contract("surprise")
+    for frames in ("x", None, 1.5, 0, np.nan, 10**400):
+        with pytest.raises(ParameterError, match="frames must"):
+            next(sim.run(frames))
+    for step in ("x", 0.0, np.nan, 1e300, 1e-300):
+        with pytest.raises(ParameterError, match="time_step must"):
+            fw.Simulation(face, time_step=step)
+    for level in (1.5, "2", 10**400):
+        with pytest.raises(ParameterError, match="max_level must"):
+            fw.Refinement(max_level=level)
+
+
+def test_eyes_look_where_they_are_asked_to_until_asked_again(face):
+    sim, target = fw.Simulation(face, layers=[]), np.array([-30.0, 60.0, 400.0])
+    ahead = sim.step()
+    for eye in face.eyes:
+        np.testing.assert_allclose(ahead.field_data[f"gaze_{eye.side}"][0], eye.gaze, atol=1e-12)
+    sim.look(at=target)
+    sim.express("happiness")
+    *_, frame = sim.run(10)
+    for eye in face.eyes:
+        way = target - eye.centre
+        np.testing.assert_allclose(frame.field_data[f"gaze_{eye.side}"][0], way / np.linalg.norm(way), atol=1e-9)
+    sim.express("AU63")
+    assert sim.step().field_data["gaze_l"][0] @ face.frame.axes[1] > 0.5
+    sim.look()
+    sim.relax()
+    *_, frame = sim.run(5)
+    np.testing.assert_allclose(frame.field_data["gaze_r"][0], face.eyes[1].gaze, atol=1e-12)
+
+
+def test_eyes_turn_no_farther_than_they_can(face):
+    sim = fw.Simulation(face, layers=[])
+    for what in ({"yaw": 41.0}, {"pitch": -50.0}, {"at": (0.0, 36.0, 100.0)}):
+        with pytest.raises(ParameterError, match="degrees at most"):
+            sim.look(**what)
+    sim.step()
+    assert not sim.skin.rates.any()
