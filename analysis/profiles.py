@@ -20,7 +20,17 @@ from facewrinkle.geometry import profile
 
 from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
 from .sections import Section, cut, expected, measure
-from .surfaces import EXPRESSIONS, Laid, lay, plate, rates_of, settled, squeezed, uniform, wrinkling
+from .surfaces import (
+    EXPRESSIONS,
+    WrinkledSurface,
+    plate,
+    rates_of,
+    settled,
+    squeezed,
+    uniform,
+    wrinkled_surface,
+    wrinkling,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -37,10 +47,10 @@ def sheet(**wrinkles: Any) -> fw.SheetMuscle:
     return fw.SheetMuscle([(-20, 22, 0), (20, 22, 0)], [(-20, -22, 0), (20, -22, 0)], wrinkles=style)
 
 
-def folded(muscle: fw.SheetMuscle, level: int) -> Laid:
+def folded(muscle: fw.SheetMuscle, level: int) -> WrinkledSurface:
     """The compressed plate with the wrinkles of a muscle that have no bound, all of it split so often."""
     sim = squeezed(plate(muscle), EPSILON, layers=[fw.MuscleWrinkles(inextensible=False)])
-    return lay(sim, uniform(sim.face, level))
+    return wrinkled_surface(sim, uniform(sim.face, level))
 
 
 def closed_form(muscle: fw.SheetMuscle, along: Array) -> Array:
@@ -67,13 +77,13 @@ def convergence(levels: range) -> dict[str, list[float]]:
     muscle = sheet()
     out: dict[str, list[float]] = {k: [] for k in ("edge", "mean", "rms", "largest", "amplitude", "wave", "narrow")}
     for level in levels:
-        laid = folded(muscle, level)
-        sections = [cut(laid, muscle, across=across) for across in CUTS]
+        surface = folded(muscle, level)
+        sections = [cut(surface, muscle, across=across) for across in CUTS]
         low, high = muscle.wrinkles.start * muscle.length, muscle.length
         x = np.linspace(low, high, 8001)[1:-1]
         error = np.abs([section.at(x) - closed_form(muscle, x) for section in sections])
         shapes = [measure(section.distance, section.height) for section in sections]
-        a, b, _ = laid.rest[laid.triangles].transpose(1, 0, 2)
+        a, b, _ = surface.rest[surface.triangles].transpose(1, 0, 2)
         out["edge"].append(float(np.linalg.norm(a - b, axis=1).mean()))
         out["mean"].append(float(error.mean()))
         out["rms"].append(float(np.sqrt((error**2).mean())))
@@ -112,10 +122,10 @@ def measured_size(section: Section) -> float:
 def attenuated(level: int, falloff: profile.Falloff = "paper") -> list[tuple[float, float, float]]:
     """Place across the fibres, share of the central amplitude that is measured there, and At (Eq. 13)."""
     muscle = sheet(falloff=falloff)
-    laid, out = folded(muscle, level), []
-    full = measured_size(cut(laid, muscle, across=0.1))
+    surface, out = folded(muscle, level), []
+    full = measured_size(cut(surface, muscle, across=0.1))
     for across in (0.1, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95):
-        share = measured_size(cut(laid, muscle, across=across)) / full
+        share = measured_size(cut(surface, muscle, across=across)) / full
         at = profile.attenuation(profile.band(across, muscle.wrinkles.core, 1.0), falloff)
         out.append((across, share, float(at)))
     return out
@@ -130,11 +140,11 @@ def deepest_muscle(sim: fw.Simulation) -> str:
 def on_head(sim: fw.Simulation, muscle: Muscle, levels: range) -> list[tuple[float, Section, Section, Array]]:
     """By level of refinement: mean error over the cut, the section, and the closed form at many places of it."""
     unit, out = sim.face.unit, []
-    laid = lay(sim, wrinkling(sim.face, rates_of(sim), max(levels[-1], 4)))
-    finest = cut(laid, muscle, unit).resampled()
-    truth = expected(finest, sim, laid)
+    surface = wrinkled_surface(sim, wrinkling(sim.face, rates_of(sim), max(levels[-1], 4)))
+    finest = cut(surface, muscle, unit).resampled()
+    truth = expected(finest, sim, surface)
     for level in levels:
-        section = cut(lay(sim, wrinkling(sim.face, rates_of(sim), level)), muscle, unit)
+        section = cut(wrinkled_surface(sim, wrinkling(sim.face, rates_of(sim), level)), muscle, unit)
         out.append((float(np.abs(section.at(finest.along) - truth).mean()), section, finest, truth))
     return out
 
@@ -153,7 +163,7 @@ def report(quick: bool = False) -> Report:
         which = deepest_muscle(sim)
         muscle = face.muscles[which].fold_pattern
         runs = on_head(sim, muscle, range(4 if quick else 5))
-        own = cut(lay(sim), muscle, face.unit)
+        own = cut(wrinkled_surface(sim), muscle, face.unit)
         fine, truth = runs[-1][2:]
         found, exact = measure(own.distance, own.height), measure(fine.distance, truth)
         gap = float(np.abs(own.at(fine.along) - truth).mean())
@@ -291,7 +301,7 @@ def _papers_plots(face: fw.Face, size: tuple[int, int]) -> list[Plot]:
     ruler = fw.SheetMuscle(*lines, wrinkles=Wrinkles(start=0.0))
     figure, axes = plot(1, 1, (8.0, 3.2))
     for (label, sim), colour in zip(sims.items(), COLOURS, strict=False):
-        section = cut(lay(sim), ruler, face.unit)
+        section = cut(wrinkled_surface(sim), ruler, face.unit)
         up = face.unit * ruler.length - section.along
         axes[0].plot(up, section.height, ".-", color=colour, linewidth=1.2, markersize=3, label=label)
     axes[0].set(xlabel="up from the glabella, at rest (mm)", ylabel="height (mm)")

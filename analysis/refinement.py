@@ -19,7 +19,17 @@ from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.mesh import to_polydata
 
 from .report import COLOURS, Plot, Report, Table, log_scales, plot, run_report
-from .surfaces import EXPRESSIONS, IntArray, Laid, lay, rates_of, settled, squeezed, uniform, wrinkling
+from .surfaces import (
+    EXPRESSIONS,
+    IntArray,
+    WrinkledSurface,
+    rates_of,
+    settled,
+    squeezed,
+    uniform,
+    wrinkled_surface,
+    wrinkling,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -69,21 +79,21 @@ class Gap:
     angle: float
 
 
-def gap(laid: Laid, fine: Laid, most: int = 20_000) -> Gap:
+def gap(surface: WrinkledSurface, fine: WrinkledSurface, most: int = 20_000) -> Gap:
     """Compare a wrinkled surface with a very fine one at (some of) the vertices of that one."""
     where = np.flatnonzero(np.abs(fine.height) > 0.01)
     where = where[:: max(len(where) // most, 1)]
     area = vertex_areas(fine.wrinkled, fine.triangles)[where]
-    mesh = to_polydata(laid.wrinkled, laid.triangles)
+    mesh = to_polydata(surface.wrinkled, surface.triangles)
     cells, points = mesh.find_closest_cell(fine.wrinkled[where], return_closest_point=True)
-    corners = laid.triangles[cells]
-    shares = barycentric(np.asarray(points), laid.wrinkled[corners])
-    normals = np.einsum("kc,kcj->kj", shares, laid.shading[corners])
+    corners = surface.triangles[cells]
+    shares = barycentric(np.asarray(points), surface.wrinkled[corners])
+    normals = np.einsum("kc,kcj->kj", shares, surface.shading[corners])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     away = np.linalg.norm(fine.wrinkled[where] - points, axis=1)
     angle = np.degrees(np.arccos(np.clip((normals * fine.shading[where]).sum(axis=1), -1.0, 1.0)))
     mean = [float(np.sqrt(np.average(x**2, weights=area))) for x in (away, angle)]
-    return Gap(len(laid.triangles), mean[0], float(np.quantile(away, 0.999)), mean[1])
+    return Gap(len(surface.triangles), mean[0], float(np.quantile(away, 0.999)), mean[1])
 
 
 def barycentric(points: Array, corners: Array) -> Array:
@@ -99,12 +109,15 @@ def barycentric(points: Array, corners: Array) -> Array:
 def against_uniform(face: fw.Face, expression: str, levels: int, finest: int, frames: int) -> dict[str, list[Gap]]:
     """Gaps of the surfaces of one moment on meshes that are refined as wrinkles need it, and everywhere."""
     sim = settled(face, expression, frames)
-    fine = lay(sim, wrinkling(face, rates_of(sim), finest))
+    fine = wrinkled_surface(sim, wrinkling(face, rates_of(sim), finest))
     adaptive = []
     for level in range(levels + 1):
         own = settled(face, expression, frames, refinement=fw.Refinement(max_level=level))
-        adaptive.append(gap(lay(sim, own.forest), fine))
-    return {"adaptive": adaptive, "uniform": [gap(lay(sim, uniform(face, k)), fine) for k in range(levels + 1)]}
+        adaptive.append(gap(wrinkled_surface(sim, own.forest), fine))
+    return {
+        "adaptive": adaptive,
+        "uniform": [gap(wrinkled_surface(sim, uniform(face, k)), fine) for k in range(levels + 1)],
+    }
 
 
 def at_equal_count(gaps: dict[str, list[Gap]], what: Gap) -> tuple[float, float]:
@@ -133,21 +146,21 @@ def smallest_angles(points: Array, triangles: IntArray) -> Array:
 # --- criteria -----------------------------------------------------------------------------------
 
 
-def bends(laid: Laid, edges: IntArray) -> Array:
+def bends(surface: WrinkledSurface, edges: IntArray) -> Array:
     """Eq. 19 of edges."""
-    (i, j), now, then = edges.T, laid.folded, laid.rest_normals
+    (i, j), now, then = edges.T, surface.folded, surface.rest_normals
     rest = (then[i] * then[j]).sum(axis=1)
     return np.asarray((rest - (now[i] * now[j]).sum(axis=1)) / np.maximum(np.abs(rest), 0.1))
 
 
-def lengths(laid: Laid, edges: IntArray, unit: float, samples: float) -> Array:
+def lengths(surface: WrinkledSurface, edges: IntArray, unit: float, samples: float) -> Array:
     """Length of edges across the folds, over what `samples` vertices per half cycle allow."""
     out, (i, j) = np.zeros(len(edges)), edges.T
-    along = (laid.rest[j] - laid.rest[i]) / unit
-    for relief in laid.reliefs:
+    along = (surface.rest[j] - surface.rest[i]) / unit
+    for displacement in surface.displacements:
         for v in (i, j):
-            span = np.abs((along * relief.across[v]).sum(axis=1))
-            out = np.maximum(out, samples * span / relief.spacing[v])
+            span = np.abs((along * displacement.across[v]).sum(axis=1))
+            out = np.maximum(out, samples * span / displacement.spacing[v])
     return out
 
 
@@ -157,8 +170,8 @@ def caught(sim: fw.Simulation, level: int, tolerance: float = 0.1) -> dict[str, 
     An edge needs splitting if at its midpoint the wrinkles are more than `tolerance` mm off the straight line.
     """
     face, r = sim.face, sim.refinement
-    coarse, forest = lay(sim, uniform(face, level)), uniform(face, level + 1)
-    fine = lay(sim, forest)
+    coarse, forest = wrinkled_surface(sim, uniform(face, level)), uniform(face, level + 1)
+    fine = wrinkled_surface(sim, forest)
     n = len(coarse.rest)
     edges = forest.parents[n:]
     need = np.abs(fine.height[n:] - coarse.height[edges].mean(axis=1)) > tolerance
@@ -225,7 +238,9 @@ def report(quick: bool = False) -> Report:
     angles = {}
     for name in names:
         forests = [settled(face, name, 20, refinement=fw.Refinement(max_level=k)).forest for k in range(1, levels + 1)]
-        angles[name] = [float(smallest_angles(lay(sims[name], f).rest, f.triangles).min()) for f in forests]
+        angles[name] = [
+            float(smallest_angles(wrinkled_surface(sims[name], f).rest, f.triangles).min()) for f in forests
+        ]
     found = {(name, k): caught(sims[name], k) for name in names for k in range(cap)}
     ratios = np.array([0.25, 0.5, 1.0, 1.5, 2.0]) if quick else np.arange(0.1, 2.51, 0.1)
     blind = blind_spots(ratios, 1), blind_spots(ratios, 2 if quick else 7)

@@ -17,7 +17,7 @@ from facewrinkle.geometry.profile import anisotropy, deepest
 from facewrinkle.geometry.topology import unique_edges
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
-from .surfaces import Laid
+from .surfaces import WrinkledSurface
 
 Array = npt.NDArray[np.float64]
 
@@ -54,7 +54,7 @@ class Section:
         return Section(along, np.interp(along, self.along, self.distance), self.at(along), rest)
 
 
-def cut(laid: Laid, muscle: Muscle, unit: float = 1.0, across: float = 0.0) -> Section:
+def cut(surface: WrinkledSurface, muscle: Muscle, unit: float = 1.0, across: float = 0.0) -> Section:
     """Cut a wrinkled surface across the folds of a muscle.
 
     Where the fibres are straight, the cut is the plane through a fibre and the skin's normal; round a sphincter it is
@@ -62,14 +62,14 @@ def cut(laid: Laid, muscle: Muscle, unit: float = 1.0, across: float = 0.0) -> S
 
     Parameters
     ----------
-    laid : Laid
+    surface : WrinkledSurface
     muscle : Muscle
-        The one that the folds are laid by (`fold_pattern`), in units of `unit` mm.
+        The one that makes the folds (`fold_pattern`), in units of `unit` mm.
     across : float
         0 for the central fibre; towards -1 and 1 lie the borders of the region.
     """
-    level, along = _beside(laid, muscle, unit, across)
-    edges = unique_edges(laid.triangles)[0]
+    level, along = _level_and_place(surface, muscle, unit, across)
+    edges = unique_edges(surface.triangles)[0]
     a, b = edges.T
     level = np.where(level == 0.0, 1e-12, level)
     crossing = (level[a] * level[b] < 0.0) & (np.abs(along[a] - along[b]) < 1.0)  # not through psi = pi
@@ -80,10 +80,10 @@ def cut(laid: Laid, muscle: Muscle, unit: float = 1.0, across: float = 0.0) -> S
         s = share if values.ndim == 1 else share[:, None]
         return np.asarray((1.0 - s) * values[a] + s * values[b])
 
-    place, rest, bare = on(along), on(laid.rest), on(laid.bare)
-    normal = on(laid.normals)
+    place, rest, bare = on(along), on(surface.rest), on(surface.bare)
+    normal = on(surface.normals)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    height = ((on(laid.wrinkled) - bare) * normal).sum(axis=1)
+    height = ((on(surface.wrinkled) - bare) * normal).sum(axis=1)
     inside = muscle.wrinkling_region(rest / unit)
     low, high = _ends(muscle)
     inside |= _near(rest, rest[inside]) & (place > low - 0.05 * (high - low)) & (place < high + 0.05 * (high - low))
@@ -94,11 +94,11 @@ def cut(laid: Laid, muscle: Muscle, unit: float = 1.0, across: float = 0.0) -> S
     return Section(scale * place[order], np.concatenate([[0.0], np.cumsum(steps)]), height[order], rest[order])
 
 
-def expected(section: Section, sim: fw.Simulation, laid: Laid) -> Array:
+def expected(section: Section, sim: fw.Simulation, surface: WrinkledSurface) -> Array:
     """The closed form at the places of a section: W = k0 H At A, summed over the muscles (Eq. 3), and bounded by what
     skin of fixed length folds; the compression is that of the simulation.
     """
-    layer = next(layer for layer in laid.layers if isinstance(layer, MuscleWrinkles))
+    layer = next(layer for layer in surface.layers if isinstance(layer, MuscleWrinkles))
     unit = sim.face.unit
     total, asked = np.zeros(len(section.along)), np.zeros(len(section.along))
     for k, name in enumerate(sim.muscles):
@@ -107,7 +107,7 @@ def expected(section: Section, sim: fw.Simulation, laid: Laid) -> Array:
         envelope = muscle.envelope(x)
         if rate == 0.0 or not envelope.any():
             continue
-        epsilon = _carried(layer.fields_of(k, rate), section, laid)
+        epsilon = _epsilon_at(layer.fields_of(k, rate), section, surface)
         k0 = layer.depth * muscle.wrinkles.depth * rate * anisotropy(epsilon)
         total += k0 * muscle.unit_amplitude(x)
         if layer.inextensible:
@@ -117,12 +117,12 @@ def expected(section: Section, sim: fw.Simulation, laid: Laid) -> Array:
     return np.asarray(total / np.maximum(asked, 1.0))
 
 
-def _carried(fields: dict[str, np.ndarray], section: Section, laid: Laid) -> Array:
+def _epsilon_at(fields: dict[str, np.ndarray], section: Section, surface: WrinkledSurface) -> Array:
     """epsilon at the places of the section, from the nearest vertices of the region."""
     from scipy.spatial import cKDTree
 
     region = fields["region"]
-    away, near = cKDTree(laid.rest[region]).query(section.rest, k=min(6, int(region.sum())))
+    away, near = cKDTree(surface.rest[region]).query(section.rest, k=min(6, int(region.sum())))
     weight = 1.0 / np.maximum(away, 1e-9) ** 2
     return np.asarray((weight * fields["epsilon"][region][near]).sum(axis=1) / weight.sum(axis=1))
 
@@ -165,9 +165,9 @@ def measure(distance: Array, height: Array) -> Measured:
     return Measured(len(furrows), float((crests - depths).mean()), float(wave), float((z[inner] < middle).mean()))
 
 
-def _beside(laid: Laid, muscle: Muscle, unit: float, across: float) -> tuple[Array, Array]:
+def _level_and_place(surface: WrinkledSurface, muscle: Muscle, unit: float, across: float) -> tuple[Array, Array]:
     """Signed distance from the cut and the coordinate along it, of all vertices, in the unit of the muscle."""
-    x = laid.rest / unit
+    x = surface.rest / unit
     if isinstance(muscle, SphincterMuscle):
         r, psi = muscle.coordinates(x)
         return r - (0.5 * (1.0 + muscle.inner) + 0.5 * across * (1.0 - muscle.inner)), psi
@@ -175,7 +175,7 @@ def _beside(laid: Laid, muscle: Muscle, unit: float, across: float) -> tuple[Arr
         raise ParameterError(f"a {type(muscle).__name__} has no folds to cut across.")
     origin, insertion = (np.atleast_2d(p).mean(axis=0) for p in (muscle.attachment, muscle.insertion))
     fibre = (insertion - origin) / np.linalg.norm(insertion - origin)
-    normals = vertex_normals(laid.rest, laid.triangles)
+    normals = vertex_normals(surface.rest, surface.triangles)
     normal = normals[muscle.wrinkling_region(x)].mean(axis=0)
     side = np.cross(fibre, normal)
     side /= np.linalg.norm(side)

@@ -21,7 +21,17 @@ from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
 from .profiles import EPSILON, sheet
 from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
-from .surfaces import EXPRESSIONS, Laid, lay, plate, rates_of, settled, squeezed, uniform, wrinkling
+from .surfaces import (
+    EXPRESSIONS,
+    WrinkledSurface,
+    plate,
+    rates_of,
+    settled,
+    squeezed,
+    uniform,
+    wrinkled_surface,
+    wrinkling,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -76,16 +86,16 @@ def share(parts: Array) -> float:
     return 100.0 * float(parts.sum() / np.abs(parts).sum())
 
 
-def volumes(laid: Laid) -> Array:
+def volumes(surface: WrinkledSurface) -> Array:
     """Signed volume (m,) under every triangle of a wrinkled surface, mm^3."""
-    return swept_volumes(laid.bare, laid.wrinkled - laid.bare, laid.triangles)
+    return swept_volumes(surface.bare, surface.wrinkled - surface.bare, surface.triangles)
 
 
-def by_fold(laid: Laid, muscle: fw.SheetMuscle, unit: float = 1.0) -> Array:
+def by_fold(surface: WrinkledSurface, muscle: fw.SheetMuscle, unit: float = 1.0) -> Array:
     """Net and displaced volume (count, 2) of every fold of a sheet, bulge and furrow, mm^3."""
-    centroids = laid.rest[laid.triangles].mean(axis=1) / unit
+    centroids = surface.rest[surface.triangles].mean(axis=1) / unit
     place = (muscle.coordinates(centroids)[0] - muscle.wrinkles.start) * muscle.length / (2.0 * muscle.half_wavelength)
-    fold, parts = np.floor(place).astype(int), volumes(laid)
+    fold, parts = np.floor(place).astype(int), volumes(surface)
     fold = np.clip(fold, 0, muscle.wrinkles.count - 1)  # triangles that lie half in the region belong to its ends
     return np.stack([np.bincount(fold, parts), np.bincount(fold, np.abs(parts))], axis=1)
 
@@ -100,9 +110,9 @@ def on_plate(levels: range, seeds: int = 3) -> dict[str, list[float]]:
         edges, nets, off = [], [], []
         for seed in range(seeds):
             sim = squeezed(plate(muscle, seed=seed), EPSILON, layers=[_unbounded()])
-            laid = lay(sim, uniform(sim.face, level))
-            parts = volumes(laid)
-            a, b, _ = laid.rest[laid.triangles].transpose(1, 0, 2)
+            surface = wrinkled_surface(sim, uniform(sim.face, level))
+            parts = volumes(surface)
+            a, b, _ = surface.rest[surface.triangles].transpose(1, 0, 2)
             edges.append(np.linalg.norm(a - b, axis=1).mean())
             nets.append(share(parts))
             off.append(100.0 * (np.abs(parts).sum() / exact - 1.0))
@@ -126,8 +136,8 @@ def ladder(sim: fw.Simulation, level: int) -> dict[str, float]:
     """Net share of the volume in % as one thing after the other is added to H, on a fine mesh up to the last two."""
     face, rates = sim.face, rates_of(sim)
     fine = wrinkling(face, rates, level)
-    laid = lay(sim, fine, [_unbounded()])
-    rest, area = laid.rest / face.unit, vertex_areas(laid.rest, laid.triangles)
+    surface = wrinkled_surface(sim, fine, [_unbounded()])
+    rest, area = surface.rest / face.unit, vertex_areas(surface.rest, surface.triangles)
     plain, faded = np.zeros(len(rest)), np.zeros(len(rest))
     for name, rate in rates.items():
         muscle = face.muscles[name].fold_pattern
@@ -138,10 +148,10 @@ def ladder(sim: fw.Simulation, level: int) -> dict[str, float]:
     return {
         "H": share(plain * area),
         "H At": share(faded * area),
-        "H At A": share(volumes(laid)),
-        "bounded": share(volumes(lay(sim, fine, [MuscleWrinkles()]))),
-        "default mesh": share(volumes(lay(sim))),
-        "balanced": share(volumes(lay(sim, layers=[MuscleWrinkles(balance=True)]))),
+        "H At A": share(volumes(surface)),
+        "bounded": share(volumes(wrinkled_surface(sim, fine, [MuscleWrinkles()]))),
+        "default mesh": share(volumes(wrinkled_surface(sim))),
+        "balanced": share(volumes(wrinkled_surface(sim, layers=[MuscleWrinkles(balance=True)]))),
     }
 
 
@@ -154,8 +164,8 @@ def report(quick: bool = False) -> Report:
     default = squeezed(plate(sheet()), EPSILON, layers=[_unbounded()])
     for _ in default.run(6):
         pass
-    folds = by_fold(lay(default), sheet())
-    balanced = by_fold(lay(default, layers=[_unbounded(balance=True)]), sheet())
+    folds = by_fold(wrinkled_surface(default), sheet())
+    balanced = by_fold(wrinkled_surface(default, layers=[_unbounded(balance=True)]), sheet())
     flat = [(name, *in_the_plane(muscle, 1000 if quick else 4000)) for name, muscle in regions().items()]
     face = fw.default_face()
     rungs = {}

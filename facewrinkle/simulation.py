@@ -390,13 +390,7 @@ class Simulation:
 
     def _sites_from(self, first: int) -> SurfacePoints:
         """The places of the vertices from `first` on."""
-        forest = self.forest
-        corners, weights = forest.corners[first:], forest.barycentric[first:]
-        normals = interpolated(self._base_normals, corners, weights)
-        kernels.normalise(normals)
-        return SurfacePoints(
-            interpolated(self.face.points, corners, weights), normals, corners, weights, forest.host[first:]
-        )
+        return SurfacePoints.of_forest(self.forest, self.face.points, self._base_normals, first)
 
     def _shape(self, base: Array) -> tuple[Array, Array, Array, Array]:
         """Points, normals, heights and Eq. 19 of the present triangles; what they lack or have too much is marked."""
@@ -411,10 +405,10 @@ class Simulation:
             reliefs = [layer.displacement(state) for layer in self.layers]
             height = sum((r.height for r in reliefs[1:]), reliefs[0].height if reliefs else np.zeros(len(bare)))
             moved = displaced(bare, height, smooth)
-            prefiltering = [r.prefiltering for r in reliefs if r.prefiltering is not None]
+            offsets = [r.shading_offset for r in reliefs if r.shading_offset is not None]
             normals = shown = detail_normals(bare, moved, triangles, smooth)
-            if prefiltering:
-                shown = detail_normals(bare, displaced(bare, height + sum(prefiltering), smooth), triangles, smooth)
+            if offsets:
+                shown = detail_normals(bare, displaced(bare, height + sum(offsets), smooth), triangles, smooth)
         with self._timed("refinement"):
             return moved, shown, height, self._criterion(normals, reliefs)
 

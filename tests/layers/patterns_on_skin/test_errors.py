@@ -1,4 +1,4 @@
-"""What cannot be laid is refused: in Python, on a mesh (the accessor) and on the command line.
+"""Errors: refused in Python, on a mesh (the accessor) and on the command line.
 
 Each message says what is wrong, what is allowed, what was received, and what to do.
 """
@@ -97,7 +97,11 @@ EVERYWHERE = {
     "variation": ("cheek", {"centre": TOP, "size": 30.0, "variation": 2.0}, r"variation must lie in \[0, 1\].* even"),
     "spacing": ("cheek", {"centre": TOP, "size": 30.0, "spacing": 0.0}, "spacing must be .* greater than 0.* mm"),
     "what is no pattern": (None, {"centre": TOP, "size": 30.0}, "unknown pattern None. Known are: forehead"),
-    "a word of another": ("dimple", {"centre": TOP, "size": 30.0, "moving": True}, "unknown word of Dimple 'moving'"),
+    "a parameter of another": (
+        "dimple",
+        {"centre": TOP, "size": 30.0, "moving": True},
+        "unknown parameter of Dimple 'moving'",
+    ),
 }
 
 
