@@ -1,4 +1,4 @@
-"""The report on performance: what was measured is there. How fast it was, no test tells."""
+"""The report on performance: all measurements are there. No test checks how fast it was."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.performance import Cost, exponents
-from facewrinkle.commands import timings as table1
+from facewrinkle.commands import timings
 
 
 def test_exponents_are_those_of_the_stages_and_skip_what_was_not_measured():
@@ -19,7 +19,7 @@ def test_exponents_are_those_of_the_stages_and_skip_what_was_not_measured():
 
 def test_everything_is_measured(report):
     numbers = report("performance").numbers
-    assert [row["expression"] for row in numbers["table1"]] == [row.expression for row in table1.PAPER]
+    assert [row["expression"] for row in numbers["table1"]] == [row.expression for row in timings.PAPER]
     costs = numbers["costs"]
     assert [row["triangles"] for row in costs] == [4517, 4 * 4517]
     for row in costs:
@@ -31,13 +31,13 @@ def test_table_1_times_frames_that_are_rendered(face, monkeypatch):
     """Off screen, PyVista renders nothing before the first picture is taken."""
     rendered = []
 
-    class Counted(table1.Scene):
+    class Counted(timings.Scene):
         def draw(self, frame):
             self.plotter.render_window.AddObserver("EndEvent", lambda *_: rendered.append(frame.n_cells))
             super().draw(frame)
             self.plotter.render_window.RemoveObservers("EndEvent")
 
-    monkeypatch.setattr(table1, "Scene", Counted)
-    row = table1._played(face, "fear", 3, 3)
+    monkeypatch.setattr(timings, "Scene", Counted)
+    row = timings._played(face, "fear", 3, 3)
     assert row.Tr > 0.0
     assert len(rendered) >= 3

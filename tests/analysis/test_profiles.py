@@ -12,7 +12,7 @@ from analysis.surfaces import rates_of, settled, wrinkled_surface, wrinkling
 from facewrinkle.geometry import profile
 
 
-def test_a_moment_on_its_own_mesh_is_the_frame(face):
+def test_a_surface_on_its_own_mesh_is_the_frame(face):
     sim = settled(face, "frowning", 12)
     frame = sim.step()
     surface = wrinkled_surface(sim)
@@ -22,7 +22,7 @@ def test_a_moment_on_its_own_mesh_is_the_frame(face):
 
 
 def test_vertices_lie_on_the_closed_form():
-    """What is off is between the vertices of the mesh."""
+    """All error is between the vertices of the mesh."""
     muscle = sheet()
     surface = folded(muscle, 2)
     core = np.abs(surface.rest[:, 0]) < 0.5 * muscle.wrinkles.core * muscle.width
@@ -55,7 +55,7 @@ def test_cuts_are_made_across_folds_of_every_kind(face):
         assert error.mean() < 0.01 * np.ptp(section.height)
 
 
-def test_a_cut_beside_the_region_is_refused():
+def test_a_cut_outside_the_region_is_refused():
     muscle = sheet()
     with pytest.raises(fw.FaceWrinkleError, match="does not meet the wrinkling region"):
         cut(folded(muscle, 1), muscle, across=1.3)
@@ -84,6 +84,6 @@ def test_heights_on_the_head_converge_too(report):
         assert row["mean"] < 0.04  # mm
 
 
-def test_the_plate_is_compressed_as_it_should():
+def test_the_plate_is_compressed_as_it_should_be():
     surface = folded(sheet(), 1)
     np.testing.assert_allclose(surface.bare[:, 1], (1.0 - EPSILON) * surface.rest[:, 1])

@@ -7,9 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from analysis.refinement import Gap, at_equal_count, barycentric, blind_spots, gap, smallest_angles
+from analysis.refinement import Gap, at_equal_count, blind_spots, gap, smallest_angles
 from analysis.surfaces import rates_of, settled, wrinkled_surface, wrinkling
 from facewrinkle.commands.timings import PAPER
+from facewrinkle.geometry.interpolation import barycentric
 
 
 def test_smallest_angles_of_known_triangles():

@@ -1,4 +1,4 @@
-"""The report on volume: what vanishes, and what takes from it."""
+"""The report on volume: the integrals that vanish, and the effects that change them."""
 
 from __future__ import annotations
 
