@@ -270,7 +270,7 @@ def report(quick: bool = False) -> Report:
             ("expression", "0", *map(str, range(1, levels + 1))), [(n, base_angle, *a) for n, a in angles.items()],
         ),
         Table(
-            "Edges 0.1 mm off at their midpoint, and the share that each criterion finds, in %; in vain: of those found",
+            "Edges 0.1 mm off at their midpoint, and the share each criterion finds, in %; in vain: of those found",
             ("expression", "level", *next(iter(found.values()))),
             [(*key, *row.values()) for key, row in found.items()],
         ),

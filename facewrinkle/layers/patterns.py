@@ -231,7 +231,7 @@ def frown_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float, varia
     if variant == "paper":
         return np.asarray(x / beta * (y + t))
     if y.size and not (y + t).min() > 0.0:
-        raise ParameterError(f"y + t must be above 0 everywhere in a fan, received {(y + t).min():g}. Use a larger t.")
+        raise ParameterError(f"y + t must be above 0 all over a fan, received {(y + t).min():g}. Use a larger t.")
     return np.asarray(x / (beta * (y + t)))
 
 

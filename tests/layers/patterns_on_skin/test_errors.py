@@ -214,7 +214,7 @@ def test_errors_on_the_command_line(files, capsys, arguments, says):
 
 
 @pytest.mark.parametrize("level", [None, 2])
-def test_a_mesh_that_stays_too_coarse_is_told_the_same_way_everywhere(files, ball, capsys, level):
+def test_a_mesh_that_stays_too_coarse_is_reported_the_same_way_everywhere(files, ball, capsys, level):
     words = {"number": 9, "radius": 4.0}
     face = fw.surface(ball)
     needed = fw.PatternLayer("cheek", TOP, size=30.0, **words).level_needed(face)
@@ -230,7 +230,7 @@ def test_a_mesh_that_stays_too_coarse_is_told_the_same_way_everywhere(files, bal
     assert out.n_cells > ball.n_cells
     arguments = ["--frames", "2", "--size", "32", "--no-movie", "--no-series", "--number", "9"]
     arguments += [] if level is None else ["--max-level", str(level)]
-    place = ["--face", str(files / "ball.ply"), "--out", str(files / f"told{level}")]
+    place = ["--face", str(files / "ball.ply"), "--out", str(files / f"coarse{level}")]
     assert main(["pattern", "cheek", *PLACED, *place, *arguments]) == 0
     notices = capsys.readouterr().err
     if level is None:  # refinement carries it; only the accessor, which returns another mesh, says that it is one

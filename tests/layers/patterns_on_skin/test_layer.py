@@ -170,7 +170,7 @@ def test_a_level_cap_that_is_too_low(slab):
 
 
 @pytest.mark.parametrize("cap", ["off", "one less"])
-def test_a_mesh_that_is_too_coarse_is_told_once_for_each_layer(slab, cap):
+def test_a_mesh_that_is_too_coarse_is_reported_once_for_each_layer(slab, cap):
     layers = [fw.PatternLayer("cheek", (x, 0, 0), size=30.0, number=12, name=f"c{x}") for x in (-20, 20)]
     layers.append(fw.PatternLayer("dimple", (0, 30, 0), size=35.0, sharpest=1.0))
     needed = [layer.level_needed(slab) for layer in layers]
@@ -182,10 +182,10 @@ def test_a_mesh_that_is_too_coarse_is_told_once_for_each_layer(slab, cap):
         for _ in range(3):
             sim.step()
     assert [w.category for w in heard] == [FaceWrinkleWarning] * 2
-    for name, told in zip(("c-20", "c20"), heard, strict=True):
+    for name, warning in zip(("c-20", "c20"), heard, strict=True):
         says = f"pattern {name} well: its triangles should be split {needed[0]} times, and max_level={level}"
-        assert says in str(told.message)
-        assert told.filename == __file__
+        assert says in str(warning.message)
+        assert warning.filename == __file__
 
 
 def test_a_region_is_laid_once(slab, monkeypatch):
