@@ -1,4 +1,4 @@
-"""``python -m analysis``: every table and plot, redone into one folder with a page of them all."""
+"""``python -m analysis``: redo every table and plot into one folder, with a page that shows them all."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
         shapes = motion.read_shapes(motion.FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
         publish(motion.report(face, shapes, pictures=not quick), out)
     else:
-        print(f"No captured shapes in {motion.FACES}: motion is left out. Name them to python -m analysis.motion.")
+        print(f"No captured shapes in {motion.FACES}: motion is left out. Give them to python -m analysis.motion.")
     print(f"\n{out / 'index.html'}")
 
 

@@ -1,4 +1,4 @@
-"""Whether expressions keep the skin sound: no triangle turned over, no lip in the other, no lid in the eye.
+"""Soundness of the skin in expressions: no triangle turned over, no lip in the other, no lid in the eye.
 
 Every expression and action unit is held at full intensity, alone and in pairs (contractions added, up to 1).
 
@@ -26,7 +26,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Orientation:
-    """Tells which triangles turned over, relative to how the skin around each of them turned.
+    """Orientation of triangles relative to the rotation of the skin around each: negative for those turned over.
 
     Parameters
     ----------
@@ -51,9 +51,9 @@ class Orientation:
         return np.asarray(np.cross(b - a, c - a))
 
     def shares(self, points: Array) -> Array:
-        """Signed area (m,) of the triangles, relative to rest, along their carried rest normals.
+        """Return the signed area (m,) of the triangles, relative to rest, along their rotated rest normals.
 
-        Two rings around each triangle are fitted by a rotation (Kabsch), which carries its normal.
+        The rotation of a normal is the one that fits two rings around its triangle best (Kabsch).
         """
         now, n = points[self._to] - points[self._from], len(points)
         spread = np.empty((n, 3, 3))
@@ -61,13 +61,13 @@ class Orientation:
             for j in range(3):
                 spread[:, i, j] = np.bincount(self._from, self._weight * now[:, i] * self._rest[:, j], n)
         turn = closest_rotations(spread[self._triangles].sum(axis=1))
-        carried = np.einsum("tij,tj->ti", turn, self._normals)
-        return np.asarray((self._crossed(points) * carried).sum(axis=1) / (self._normals**2).sum(axis=1))
+        rotated = np.einsum("tij,tj->ti", turn, self._normals)
+        return np.asarray((self._crossed(points) * rotated).sum(axis=1) / (self._normals**2).sum(axis=1))
 
 
 @dataclass(frozen=True)
 class Soundness:
-    """One mixture: triangles turned over, and how deep skin is in the eyes and lips in each other and the teeth, mm."""
+    """One mixture: triangles turned over, depth of skin in the eyes, and of lips in each other and the teeth, mm."""
 
     names: tuple[str, ...]
     turned_over: int
@@ -76,7 +76,7 @@ class Soundness:
 
 
 def mixtures(face: fw.Face, every: int = 1) -> Iterator[tuple[tuple[str, ...], dict[str, float]]]:
-    """Expressions and action units that differ, each alone, and every so many-th of their pairs."""
+    """Yield all different expressions and action units alone, and each `every`-th of their pairs."""
     library: dict[str, dict[str, float]] = {}
     for name, rates in {**face.atlas.expressions, **face.atlas.action_units}.items():
         if rates not in library.values() and all(muscle in face.muscles for muscle in rates):
@@ -93,9 +93,10 @@ def mixtures(face: fw.Face, every: int = 1) -> Iterator[tuple[tuple[str, ...], d
 
 
 def soundness(face: fw.Face, every: int = 1, steps: int = 10) -> Iterator[Soundness]:
-    """All mixtures on a face, each after so many long steps from rest.
+    """Yield the soundness of all mixtures on a face, each after a number of long steps from rest.
 
-    Each has as many iterations as the short steps in its place would have: with fewer, lips that meet have not settled.
+    A long step has as many iterations as the short ones in its place would have: with fewer, lips that meet do not
+    settle.
     """
     skin = fw.Skin(face, time_step=0.1, iterations=15)
     orientation = Orientation(skin.points, face.triangles)
@@ -120,7 +121,7 @@ def soundness(face: fw.Face, every: int = 1, steps: int = 10) -> Iterator[Soundn
 
 
 def report(rows: list[Soundness]) -> Report:
-    """What was found of some mixtures."""
+    """Return the report on some mixtures."""
     bad = [row for row in rows if row.turned_over or row.in_eyes > 0.1 or row.in_lips > 0.1]
     turned = sum(row.turned_over > 0 for row in rows)
     eyes, lips = (max(getattr(row, where) for row in rows) for where in ("in_eyes", "in_lips"))
@@ -128,13 +129,13 @@ def report(rows: list[Soundness]) -> Report:
     for ax, where in zip(axes, ("in_eyes", "in_lips"), strict=True):
         depths = [getattr(row, where) for row in rows]
         ax.hist(depths, bins=np.linspace(min(*depths, -0.1), max(*depths, 0.15), 41).tolist(), color=COLOURS[0])
-        ax.axvline(0.1, color=COLOURS[1], linestyle="--", linewidth=1, label="what would be told")
+        ax.axvline(0.1, color=COLOURS[1], linestyle="--", linewidth=1, label="not sound beyond")
         ax.set(xlabel=f"skin {where.replace('_', ' ')}, deepest (mm; below 0: free)", ylabel="mixtures")
     axes[0].legend(fontsize=7, frameon=False)
     return Report(
         "folds",
         "Soundness of the skin",
-        "Triangles that turn over, and how deep skin gets into the eyes, the other lip or the teeth, in expressions, "
+        "Triangles that turn over, and depths of skin in the eyes, the other lip or the teeth, in expressions, "
         "action units and pairs of them.",
         f"Of {len(rows)} mixtures {turned} turn triangles over; the deepest skin is "
         f"{eyes:.3f} mm in the eyes and {lips:.3f} mm in the lips.",
@@ -144,7 +145,7 @@ def report(rows: list[Soundness]) -> Report:
                 [(" + ".join(row.names), row.turned_over, row.in_eyes, row.in_lips) for row in bad],
             )
         ],
-        [Plot("depths", figure, "How deep skin gets into the eyes and into lips and teeth, over all mixtures.")],
+        [Plot("depths", figure, "Depth of skin in the eyes, and in lips and teeth, over all mixtures.")],
         {"mixtures": len(rows), "turned over": turned, "in eyes": eyes, "in lips": lips},
     )  # fmt: skip
 
@@ -166,9 +167,9 @@ def main(
     landmarks
         JSON file with its landmarks. Default: found by its shape.
     units
-        Of the mesh: mm, cm, ...
+        Unit of the mesh: mm, cm, ...
     every
-        Check one in so many pairs.
+        Check every n-th pair.
     out
         Folder for folds.json, the plot and the index page.
     """

@@ -1,7 +1,7 @@
-"""What a frame costs: Table 1 beside the paper's, and the cost against the size of the mesh.
+"""Cost of a frame: Table 1 beside the paper's, and the cost by the size of the mesh.
 
-``python -m analysis.performance``. Times by size are minima of few repetitions, and CPU time for the skin, so that
-other work on the machine shows less.
+``python -m analysis.performance``. Times by size are minima of a few repetitions (for the skin, CPU times), so that
+other work on the machine matters less.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ STAGES = ("skin", "refinement", "wrinkles", "frame", "drawing")
 
 @dataclass(frozen=True)
 class Cost:
-    """A frame of surprise on a mesh of so many triangles; ms, NaN where it was not measured.
+    """Cost of a frame of surprise on a mesh of some size, ms; NaN where it was not measured.
 
     Attributes
     ----------
     triangles : int
     skin, refinement, wrinkles, frame, drawing : float
-        Drawing off screen at 800 x 800 pixels, with one light, of the skin alone.
+        Drawing is of the skin alone, off screen at 800 x 800 pixels, with one light.
     """
 
     triangles: int
@@ -48,14 +48,15 @@ class Cost:
 
     @property
     def loop(self) -> float:
-        """All but the skin and drawing."""
+        """Sum of all but the skin and drawing."""
         return self.refinement + self.wrinkles + self.frame
 
 
 def costs(face: fw.Face, levels: range, skin_up_to: int, repeats: int = 5) -> Iterator[Cost]:
-    """The head in surprise with all triangles split so often beforehand; the finer it is, the less is left to refine.
+    """Yield the costs of the head in surprise, all its triangles split beforehand to each level; the finer, the less is
+    left to refine.
 
-    The skin is simulated on meshes up to a level; the others move as the head's own mesh does.
+    The skin is simulated on meshes up to one level; finer ones move as the head's own mesh does.
     """
     sim = settled(face, "surprise")
     for level in levels:
@@ -79,7 +80,7 @@ def costs(face: fw.Face, levels: range, skin_up_to: int, repeats: int = 5) -> It
 
 
 def _stages(sim: fw.Simulation, repeats: int) -> tuple[dict[str, float], pv.PolyData]:
-    """Smallest time of every stage in ms, once nothing is left to refine, and the last frame."""
+    """Smallest time of each stage in ms, once nothing is left to refine, and the last frame."""
     for _ in range(4):
         frame = sim.step()
     least = dict.fromkeys(sim.seconds, np.inf)
@@ -91,7 +92,7 @@ def _stages(sim: fw.Simulation, repeats: int) -> tuple[dict[str, float], pv.Poly
 
 
 def _skin(skin: fw.Skin, rates: dict[str, float], steps: int = 8) -> float:
-    """CPU time of a step in ms, the median of some, while the contraction grows."""
+    """CPU time of a step in ms: the median over some, while the contraction grows."""
     spent = []
     for k in range(steps):
         skin.contract({name: rate * (k + 1) / steps for name, rate in rates.items()})
@@ -101,14 +102,14 @@ def _skin(skin: fw.Skin, rates: dict[str, float], steps: int = 8) -> float:
     return 1000.0 * float(np.median(spent))
 
 
-def _seconds(what: Callable[..., Any], *arguments: Any) -> float:
+def _seconds(function: Callable[..., Any], *arguments: Any) -> float:
     begin = time.perf_counter()
-    what(*arguments)
+    function(*arguments)
     return time.perf_counter() - begin
 
 
 def exponents(rows: list[Cost]) -> dict[str, float]:
-    """Of the number of triangles, by stage, over the sizes at which it was measured."""
+    """Return the exponent of the number of triangles by stage, over the sizes at which it was measured."""
     out = {}
     for name in (*STAGES, "loop"):
         known = [(r.triangles, getattr(r, name)) for r in rows if np.isfinite(getattr(r, name))]
@@ -117,7 +118,7 @@ def exponents(rows: list[Cost]) -> dict[str, float]:
 
 
 def report(quick: bool = False) -> Report:
-    """Everything, or few iterations and small meshes."""
+    """Return the report on everything, or on few iterations and small meshes."""
     face, iterations = fw.default_face(), 10 if quick else 250
     here = list(measure(face, iterations, 1 if quick else 25))
     rows = list(costs(face, range(2 if quick else 5), 1 if quick else 2, 2 if quick else 5))
@@ -140,9 +141,9 @@ def report(quick: bool = False) -> Report:
         "Seconds of 250 iterations of the paper's five expressions, beside the paper's (a Pentium 4 of 2.8 GHz with "
         "its graphics card), and ms per frame of surprise on the head with 4 thousand to 1 million triangles.",
         f"Skin, refinement and wrinkles take {min(faster):.1f} to {max(faster):.1f} times less than in the paper, and "
-        f"frames come {min(fps):.1f} to {max(fps):.1f} times as fast with drawing in software (load {load:.1f} on "
-        f"{os.cpu_count()} cores meanwhile). By the number of triangles, refinement, wrinkles and the frame together "
-        f"grow with exponent {powers['loop']:.2f}, to {last.loop:.0f} ms at {last.triangles:,}; the skin with "
+        f"frames come {min(fps):.1f} to {max(fps):.1f} times as fast, drawn in software (load {load:.1f} on "
+        f"{os.cpu_count()} cores). With the number of triangles, refinement, wrinkles and the frame together "
+        f"grow by exponent {powers['loop']:.2f}, to {last.loop:.0f} ms at {last.triangles:,}; the skin with "
         f"{powers['skin']:.2f}; drawing with {powers['drawing']:.2f}.",
         [
             Table(f"Table 1 (seconds for 250 iterations; here from {iterations})",
@@ -195,8 +196,8 @@ def _size_plot(rows: list[Cost], powers: dict[str, float]) -> Plot:
     ax.legend(fontsize=8, frameon=False)
     return Plot(
         "size", figure,
-        "A frame of surprise by the size of the base mesh: coarse ones are refined twice or once, so that wrinkles "
-        "cost more there than their number of triangles tells.",
+        "A frame of surprise by the size of the base mesh: coarse ones are refined once or twice, so that wrinkles "
+        "cost more there than their number of triangles suggests.",
     )  # fmt: skip
 
 

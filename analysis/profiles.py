@@ -1,8 +1,7 @@
 """Cross-sections of simulated wrinkles against the closed form: ``python -m analysis.profiles``.
 
-On a plate that is compressed evenly, everything is known: what is measured there, the closed form of
-:mod:`facewrinkle.geometry.profile` gives exactly, and what is left is the mesh. On the head the compression is that of
-the simulated skin.
+On an evenly compressed plate everything is known: :mod:`facewrinkle.geometry.profile` gives the heights in closed form,
+and all differences come from the mesh. On the head the compression is that of the simulated skin.
 """
 
 from __future__ import annotations
@@ -20,31 +19,42 @@ from facewrinkle.geometry import profile
 
 from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
 from .sections import Section, cut, expected, measure
-from .surfaces import EXPRESSIONS, Laid, lay, plate, rates_of, settled, squeezed, uniform, wrinkling
+from .surfaces import (
+    EXPRESSIONS,
+    WrinkledSurface,
+    plate,
+    rates_of,
+    settled,
+    squeezed,
+    uniform,
+    wrinkled_surface,
+    wrinkling,
+)
 
 Array = npt.NDArray[np.float64]
 
 SHAPE = ("amplitude", "wavelength", "narrow")
 EPSILON = 0.2
 """Compression of the plate."""
+
 CUTS = (-0.4, -0.2, 0.0, 0.2, 0.4)
-"""Where the plate is cut, within the core of the muscle, where there is no attenuation."""
+"""Places of the cuts through the plate, within the core of the muscle, where there is no attenuation."""
 
 
 def sheet(**wrinkles: Any) -> fw.SheetMuscle:
-    """A muscle for the plate: 44 mm long, 40 mm wide, with four wrinkles of 9.9 mm."""
+    """Return a muscle for the plate: 44 mm long, 40 mm wide, with four wrinkles of 9.9 mm."""
     style = Wrinkles(**{"count": 4, "start": 0.1, "depth": 0.5, "alpha": 2.0, **wrinkles})
     return fw.SheetMuscle([(-20, 22, 0), (20, 22, 0)], [(-20, -22, 0), (20, -22, 0)], wrinkles=style)
 
 
-def folded(muscle: fw.SheetMuscle, level: int) -> Laid:
-    """The compressed plate with the wrinkles of a muscle that have no bound, all of it split so often."""
+def folded(muscle: fw.SheetMuscle, level: int) -> WrinkledSurface:
+    """Return the compressed plate with the unbounded wrinkles of a muscle, all of it split `level` times."""
     sim = squeezed(plate(muscle), EPSILON, layers=[fw.MuscleWrinkles(inextensible=False)])
-    return lay(sim, uniform(sim.face, level))
+    return wrinkled_surface(sim, uniform(sim.face, level))
 
 
 def closed_form(muscle: fw.SheetMuscle, along: Array) -> Array:
-    """Height on the central fibre of the compressed plate (Eqs. 3-7 and 10)."""
+    """Return the height on the central fibre of the compressed plate (Eqs. 3-7 and 10)."""
     style, u = muscle.wrinkles, muscle.half_wavelength
     w = profile.phase(along, style.start * muscle.length, u, style.alpha, style.ends)
     k0 = style.depth * float(profile.anisotropy(EPSILON))
@@ -52,7 +62,9 @@ def closed_form(muscle: fw.SheetMuscle, along: Array) -> Array:
 
 
 def closed_narrow(alpha: float) -> float:
-    """Share of a wavelength deeper than the mean of crest and furrow: ``1 - s``, ``s (1 + s^2)^alpha = 2^(alpha-1)``.
+    """Return the share of a wavelength deeper than the mean of crest and furrow.
+
+    It is ``1 - s`` with ``s (1 + s^2)^alpha = 2^(alpha-1)``.
 
     Examples
     --------
@@ -63,17 +75,17 @@ def closed_narrow(alpha: float) -> float:
 
 
 def convergence(levels: range) -> dict[str, list[float]]:
-    """Errors of the height of the plate in mm by level, over all of the cuts: mean, root mean square and largest."""
+    """Return the errors of the plate's height by level, over all cuts, mm: mean, root mean square and largest."""
     muscle = sheet()
     out: dict[str, list[float]] = {k: [] for k in ("edge", "mean", "rms", "largest", "amplitude", "wave", "narrow")}
     for level in levels:
-        laid = folded(muscle, level)
-        sections = [cut(laid, muscle, across=across) for across in CUTS]
+        surface = folded(muscle, level)
+        sections = [cut(surface, muscle, across=across) for across in CUTS]
         low, high = muscle.wrinkles.start * muscle.length, muscle.length
         x = np.linspace(low, high, 8001)[1:-1]
         error = np.abs([section.at(x) - closed_form(muscle, x) for section in sections])
         shapes = [measure(section.distance, section.height) for section in sections]
-        a, b, _ = laid.rest[laid.triangles].transpose(1, 0, 2)
+        a, b, _ = surface.rest[surface.triangles].transpose(1, 0, 2)
         out["edge"].append(float(np.linalg.norm(a - b, axis=1).mean()))
         out["mean"].append(float(error.mean()))
         out["rms"].append(float(np.sqrt((error**2).mean())))
@@ -85,9 +97,7 @@ def convergence(levels: range) -> dict[str, list[float]]:
 
 
 def shapes(level: int) -> list[dict[str, float]]:
-    """The plate with other alpha and k0: amplitude, wavelength and sharpness, measured and as the closed form has
-    them.
-    """
+    """Return amplitude, wavelength and sharpness of the plate with other alpha and k0, measured and in closed form."""
     out = []
     for alpha, depth in [(a, 0.5) for a in (0.5, 1.0, 2.0, 4.0)] + [(2.0, k) for k in (0.1, 0.25, 1.0)]:
         muscle = sheet(alpha=alpha, depth=depth)
@@ -105,42 +115,42 @@ def shapes(level: int) -> list[dict[str, float]]:
 
 
 def measured_size(section: Section) -> float:
-    """Root mean square of the height: unlike the extremes it does not depend on where the vertices are."""
+    """Return the root mean square of the height, which unlike the extremes does not depend on the vertices' places."""
     return float(np.sqrt((section.resampled().height ** 2).mean()))
 
 
 def attenuated(level: int, falloff: profile.Falloff = "paper") -> list[tuple[float, float, float]]:
-    """Place across the fibres, share of the central amplitude that is measured there, and At (Eq. 13)."""
+    """Return places across the fibres, the measured share of the central amplitude there, and At (Eq. 13)."""
     muscle = sheet(falloff=falloff)
-    laid, out = folded(muscle, level), []
-    full = measured_size(cut(laid, muscle, across=0.1))
+    surface, out = folded(muscle, level), []
+    full = measured_size(cut(surface, muscle, across=0.1))
     for across in (0.1, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95):
-        share = measured_size(cut(laid, muscle, across=across)) / full
+        share = measured_size(cut(surface, muscle, across=across)) / full
         at = profile.attenuation(profile.band(across, muscle.wrinkles.core, 1.0), falloff)
         out.append((across, share, float(at)))
     return out
 
 
 def deepest_muscle(sim: fw.Simulation) -> str:
-    """The contracted muscle with the deepest wrinkles."""
+    """Return the contracted muscle with the deepest wrinkles."""
     depth = {n: rate * sim.face.muscles[n].fold_pattern.wrinkles.depth for n, rate in rates_of(sim).items()}
     return max(depth, key=lambda name: depth[name])
 
 
 def on_head(sim: fw.Simulation, muscle: Muscle, levels: range) -> list[tuple[float, Section, Section, Array]]:
-    """By level of refinement: mean error over the cut, the section, and the closed form at many places of it."""
+    """Return, by level of refinement: mean error over the cut, the section, a fine one, and the closed form on that."""
     unit, out = sim.face.unit, []
-    laid = lay(sim, wrinkling(sim.face, rates_of(sim), max(levels[-1], 4)))
-    finest = cut(laid, muscle, unit).resampled()
-    truth = expected(finest, sim, laid)
+    surface = wrinkled_surface(sim, wrinkling(sim.face, rates_of(sim), max(levels[-1], 4)))
+    finest = cut(surface, muscle, unit).resampled()
+    truth = expected(finest, sim, surface)
     for level in levels:
-        section = cut(lay(sim, wrinkling(sim.face, rates_of(sim), level)), muscle, unit)
+        section = cut(wrinkled_surface(sim, wrinkling(sim.face, rates_of(sim), level)), muscle, unit)
         out.append((float(np.abs(section.at(finest.along) - truth).mean()), section, finest, truth))
     return out
 
 
 def report(quick: bool = False) -> Report:
-    """Everything, or with fewer levels and expressions."""
+    """Return the report on everything, or on fewer levels and expressions."""
     levels = range(5) if quick else range(6)
     errors = convergence(levels)
     orders = {kind: order(errors["edge"][1:], errors[kind][1:]) for kind in ("mean", "rms", "largest")}
@@ -153,7 +163,7 @@ def report(quick: bool = False) -> Report:
         which = deepest_muscle(sim)
         muscle = face.muscles[which].fold_pattern
         runs = on_head(sim, muscle, range(4 if quick else 5))
-        own = cut(lay(sim), muscle, face.unit)
+        own = cut(wrinkled_surface(sim), muscle, face.unit)
         fine, truth = runs[-1][2:]
         found, exact = measure(own.distance, own.height), measure(fine.distance, truth)
         gap = float(np.abs(own.at(fine.along) - truth).mean())
@@ -193,7 +203,7 @@ def report(quick: bool = False) -> Report:
         "profiles",
         "Profiles of wrinkles",
         "Heights of the wrinkled over the bare surface along cuts across the folds, against H A At in closed form, "
-        "with amplitude, wavelength and the share of it that is furrow (narrow: deeper than half the amplitude).",
+        "with amplitude, wavelength and its share in the furrow (narrow: deeper than half the amplitude).",
         f"The mean error falls as the edge length to the power {orders['mean']:.2f}, the largest one, at the creases "
         f"of H, to the power {orders['largest']:.2f}; at the finest level amplitudes are within {100 * worst:.1f} % of "
         f"the closed form. At the default resolution heights on the head are within {max(row[9] for row in rows):.1f} "
@@ -276,7 +286,7 @@ def _heads_plot(heads: dict[str, tuple[str, Section, Section, Array]]) -> Plot:
 
 
 def _papers_plots(face: fw.Face, size: tuple[int, int]) -> list[Plot]:
-    """Muscle-driven wrinkles and a pattern, on one forehead that the same muscles raise."""
+    """Plots of muscle-driven wrinkles and a pattern, on one forehead that the same muscles raise."""
     pattern = fw.PatternLayer.preset("forehead", face, strength="skin")
     sims = {
         "Zhang, Sim, Tan: muscles fold the skin": settled(face, "surprise"),
@@ -291,7 +301,7 @@ def _papers_plots(face: fw.Face, size: tuple[int, int]) -> list[Plot]:
     ruler = fw.SheetMuscle(*lines, wrinkles=Wrinkles(start=0.0))
     figure, axes = plot(1, 1, (8.0, 3.2))
     for (label, sim), colour in zip(sims.items(), COLOURS, strict=False):
-        section = cut(lay(sim), ruler, face.unit)
+        section = cut(wrinkled_surface(sim), ruler, face.unit)
         up = face.unit * ruler.length - section.along
         axes[0].plot(up, section.height, ".-", color=colour, linewidth=1.2, markersize=3, label=label)
     axes[0].set(xlabel="up from the glabella, at rest (mm)", ylabel="height (mm)")

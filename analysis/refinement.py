@@ -1,7 +1,7 @@
-"""What adaptive refinement does: ``python -m analysis.refinement``.
+"""Effects of adaptive refinement: ``python -m analysis.refinement``.
 
-How many triangles five expressions need, how far the surface is from a very fine one, beside meshes that are refined
-everywhere, what becomes of the angles, and which edges either criterion finds.
+The triangles that five expressions need, the distance of the surface from a very fine one, beside meshes that are
+refined everywhere, the angles of the triangles, and the edges that each criterion finds.
 """
 
 from __future__ import annotations
@@ -15,11 +15,22 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Wrinkles
 from facewrinkle.commands.table1 import PAPER
+from facewrinkle.geometry.interpolation import barycentric
 from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.mesh import to_polydata
 
 from .report import COLOURS, Plot, Report, Table, log_scales, plot, run_report
-from .surfaces import EXPRESSIONS, IntArray, Laid, lay, rates_of, settled, squeezed, uniform, wrinkling
+from .surfaces import (
+    EXPRESSIONS,
+    IntArray,
+    WrinkledSurface,
+    rates_of,
+    settled,
+    squeezed,
+    uniform,
+    wrinkled_surface,
+    wrinkling,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -30,7 +41,7 @@ STAGES = ("skin", "refinement", "wrinkles", "frame")
 
 
 def counts(face: fw.Face, expression: str, frames: int) -> tuple[Array, dict[str, float]]:
-    """Triangles of every level (frames, levels) while an expression comes, is held, and goes; ms per frame by stage."""
+    """Return the triangles per level (frames, levels) while an expression comes and goes, and ms per frame by stage."""
     sim = fw.Simulation(face)
     levels = int(sim.refinement.max_level or 0) + 1
     sim.express(expression)
@@ -52,7 +63,7 @@ def counts(face: fw.Face, expression: str, frames: int) -> tuple[Array, dict[str
 
 @dataclass(frozen=True)
 class Gap:
-    """How far a mesh is from a very fine one where that is wrinkled.
+    """Distance of a mesh from a very fine one where that is wrinkled.
 
     Attributes
     ----------
@@ -60,7 +71,7 @@ class Gap:
     distance, largest : float
         Root mean square and 99.9 % quantile, mm.
     angle : float
-        Between the normals, root mean square, degrees.
+        Angle between the normals, root mean square, degrees.
     """
 
     triangles: int
@@ -69,51 +80,44 @@ class Gap:
     angle: float
 
 
-def gap(laid: Laid, fine: Laid, most: int = 20_000) -> Gap:
-    """Compare a wrinkled surface with a very fine one at (some of) the vertices of that one."""
+def gap(surface: WrinkledSurface, fine: WrinkledSurface, most: int = 20_000) -> Gap:
+    """Compare a wrinkled surface with a very fine one at some of the vertices of the latter."""
     where = np.flatnonzero(np.abs(fine.height) > 0.01)
     where = where[:: max(len(where) // most, 1)]
     area = vertex_areas(fine.wrinkled, fine.triangles)[where]
-    mesh = to_polydata(laid.wrinkled, laid.triangles)
+    mesh = to_polydata(surface.wrinkled, surface.triangles)
     cells, points = mesh.find_closest_cell(fine.wrinkled[where], return_closest_point=True)
-    corners = laid.triangles[cells]
-    shares = barycentric(np.asarray(points), laid.wrinkled[corners])
-    normals = np.einsum("kc,kcj->kj", shares, laid.shading[corners])
+    corners = surface.triangles[cells]
+    shares = barycentric(np.asarray(points), surface.wrinkled[corners])
+    normals = np.einsum("kc,kcj->kj", shares, surface.shading[corners])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     away = np.linalg.norm(fine.wrinkled[where] - points, axis=1)
     angle = np.degrees(np.arccos(np.clip((normals * fine.shading[where]).sum(axis=1), -1.0, 1.0)))
     mean = [float(np.sqrt(np.average(x**2, weights=area))) for x in (away, angle)]
-    return Gap(len(laid.triangles), mean[0], float(np.quantile(away, 0.999)), mean[1])
-
-
-def barycentric(points: Array, corners: Array) -> Array:
-    """Shares (n, 3) of the corners (n, 3, 3) of triangles at points in them."""
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    p = points - corners[:, 0]
-    aa, ab, bb, pa, pb = ((x * y).sum(axis=1) for x, y in ((a, a), (a, b), (b, b), (p, a), (p, b)))
-    size = np.maximum(aa * bb - ab * ab, 1e-300)
-    v, w = (bb * pa - ab * pb) / size, (aa * pb - ab * pa) / size
-    return np.stack([1.0 - v - w, v, w], axis=1)
+    return Gap(len(surface.triangles), mean[0], float(np.quantile(away, 0.999)), mean[1])
 
 
 def against_uniform(face: fw.Face, expression: str, levels: int, finest: int, frames: int) -> dict[str, list[Gap]]:
-    """Gaps of the surfaces of one moment on meshes that are refined as wrinkles need it, and everywhere."""
+    """Return the gaps of one frame on meshes that are refined adaptively, and everywhere."""
     sim = settled(face, expression, frames)
-    fine = lay(sim, wrinkling(face, rates_of(sim), finest))
+    fine = wrinkled_surface(sim, wrinkling(face, rates_of(sim), finest))
     adaptive = []
     for level in range(levels + 1):
         own = settled(face, expression, frames, refinement=fw.Refinement(max_level=level))
-        adaptive.append(gap(lay(sim, own.forest), fine))
-    return {"adaptive": adaptive, "uniform": [gap(lay(sim, uniform(face, k)), fine) for k in range(levels + 1)]}
+        adaptive.append(gap(wrinkled_surface(sim, own.forest), fine))
+    return {
+        "adaptive": adaptive,
+        "uniform": [gap(wrinkled_surface(sim, uniform(face, k)), fine) for k in range(levels + 1)],
+    }
 
 
-def at_equal_count(gaps: dict[str, list[Gap]], what: Gap) -> tuple[float, float]:
-    """Distance of a uniform mesh of as many triangles, and triangles of a uniform mesh of that distance, both from
-    straight lines between the logarithms.
+def at_equal_count(gaps: dict[str, list[Gap]], adaptive: Gap) -> tuple[float, float]:
+    """Return the distance of a uniform mesh of as many triangles, and the triangles of a uniform mesh of that distance,
+    both from straight lines between the logarithms.
     """
     count, distance = (np.log([getattr(g, name) for g in gaps["uniform"]]) for name in ("triangles", "distance"))
-    same = np.interp(np.log(what.triangles), count, distance)
-    needed = np.interp(-np.log(what.distance), -distance, count)
+    same = np.interp(np.log(adaptive.triangles), count, distance)
+    needed = np.interp(-np.log(adaptive.distance), -distance, count)
     return float(np.exp(same)), float(np.exp(needed))
 
 
@@ -121,7 +125,7 @@ def at_equal_count(gaps: dict[str, list[Gap]], what: Gap) -> tuple[float, float]
 
 
 def smallest_angles(points: Array, triangles: IntArray) -> Array:
-    """The smallest angle (m,) of each triangle, degrees."""
+    """Return the smallest angle (m,) of each triangle, degrees."""
     corners = points[triangles]
     angles = []
     for k in range(3):
@@ -133,32 +137,32 @@ def smallest_angles(points: Array, triangles: IntArray) -> Array:
 # --- criteria -----------------------------------------------------------------------------------
 
 
-def bends(laid: Laid, edges: IntArray) -> Array:
-    """Eq. 19 of edges."""
-    (i, j), now, then = edges.T, laid.folded, laid.rest_normals
+def bends(surface: WrinkledSurface, edges: IntArray) -> Array:
+    """Return Eq. 19 of edges."""
+    (i, j), now, then = edges.T, surface.folded, surface.rest_normals
     rest = (then[i] * then[j]).sum(axis=1)
     return np.asarray((rest - (now[i] * now[j]).sum(axis=1)) / np.maximum(np.abs(rest), 0.1))
 
 
-def lengths(laid: Laid, edges: IntArray, unit: float, samples: float) -> Array:
-    """Length of edges across the folds, over what `samples` vertices per half cycle allow."""
+def lengths(surface: WrinkledSurface, edges: IntArray, unit: float, samples: float) -> Array:
+    """Return the lengths of edges across the folds, relative to those that `samples` vertices per half cycle allow."""
     out, (i, j) = np.zeros(len(edges)), edges.T
-    along = (laid.rest[j] - laid.rest[i]) / unit
-    for relief in laid.reliefs:
+    along = (surface.rest[j] - surface.rest[i]) / unit
+    for displacement in surface.displacements:
         for v in (i, j):
-            span = np.abs((along * relief.across[v]).sum(axis=1))
-            out = np.maximum(out, samples * span / relief.spacing[v])
+            span = np.abs((along * displacement.across[v]).sum(axis=1))
+            out = np.maximum(out, samples * span / displacement.spacing[v])
     return out
 
 
 def caught(sim: fw.Simulation, level: int, tolerance: float = 0.1) -> dict[str, float]:
-    """Which edges of the mesh refined so often either criterion finds, of those that need splitting, in %.
+    """Return the share of the edges that need splitting, in %, that each criterion finds on a mesh of one level.
 
     An edge needs splitting if at its midpoint the wrinkles are more than `tolerance` mm off the straight line.
     """
     face, r = sim.face, sim.refinement
-    coarse, forest = lay(sim, uniform(face, level)), uniform(face, level + 1)
-    fine = lay(sim, forest)
+    coarse, forest = wrinkled_surface(sim, uniform(face, level)), uniform(face, level + 1)
+    fine = wrinkled_surface(sim, forest)
     n = len(coarse.rest)
     edges = forest.parents[n:]
     need = np.abs(fine.height[n:] - coarse.height[edges].mean(axis=1)) > tolerance
@@ -176,7 +180,9 @@ def caught(sim: fw.Simulation, level: int, tolerance: float = 0.1) -> dict[str, 
 
 
 def blind_spots(ratios: Array, phases: int) -> Array:
-    """Largest Eq. 19 (ratios, phases) amid a plate whose rows of vertices are so many half cycles u apart."""
+    """Return the largest Eq. 19 (ratios, phases) in the middle of a plate, by the distance of its rows of vertices in
+    half cycles u.
+    """
     out = np.zeros((len(ratios), phases))
     for i, ratio in enumerate(ratios):
         for j in range(phases):
@@ -188,13 +194,13 @@ def blind_spots(ratios: Array, phases: int) -> Array:
             spacing = ratio * 5.0
             inner = (x < 2.5 * spacing) & (y < y.max() - 4.5 * spacing)
             out[i, j] = float(frame["split_gamma"][inner].max())
-    return out  # fmt: skip
+    return out
 
 
 def rows(ratio: float, phase: float, u: float = 5.0) -> fw.Face:
-    """A plate with rows of vertices `ratio` half cycles u apart along the folds, moved by `phase` rows across them.
+    """Return a plate with rows of vertices along the folds, `ratio` half cycles u apart and shifted by `phase` rows.
 
-    At least ten rows are folded; the folds start at the bottom of a furrow, and with the phase 0 a row lies there.
+    At least ten rows are folded; the folds start at the bottom of a furrow, and at phase 0 a row lies there.
     """
     spacing, folds = ratio * u, 2 * int(np.ceil(6.0 * max(ratio, 0.5)))
     length = 2.0 * u * folds
@@ -202,9 +208,9 @@ def rows(ratio: float, phase: float, u: float = 5.0) -> fw.Face:
     y, x = (np.arange(-count, count + 1) + phase) * spacing, np.arange(-4, 5) * spacing
     grid = pv.StructuredGrid(*np.meshgrid(x, y, [0.0], indexing="ij"))
     width = 4.0 * np.ptp(x)
-    line, foot = ([(sx * 0.5 * width, sy * 0.5 * length, 0.0) for sx in (-1, 1)] for sy in (1, -1))
+    attachment, insertion = ([(sx * 0.5 * width, sy * 0.5 * length, 0.0) for sx in (-1, 1)] for sy in (1, -1))
     style = Wrinkles(count=folds, start=0.0, depth=1.0, core=1.0, ends="paper")
-    sheet = fw.SheetMuscle(line, foot, thickness=length, wrinkles=style)
+    sheet = fw.SheetMuscle(attachment, insertion, thickness=length, wrinkles=style)
     return fw.surface(grid.extract_surface(algorithm="dataset_surface").triangulate()).with_muscles({"muscle": sheet})
 
 
@@ -212,7 +218,7 @@ def rows(ratio: float, phase: float, u: float = 5.0) -> fw.Face:
 
 
 def report(quick: bool = False) -> Report:
-    """Everything, or fewer expressions and levels."""
+    """Return the report on everything, or on fewer expressions and levels."""
     face = fw.default_face()
     names = EXPRESSIONS[:2] if quick else EXPRESSIONS
     paper = {row.expression: row for row in PAPER}
@@ -225,7 +231,9 @@ def report(quick: bool = False) -> Report:
     angles = {}
     for name in names:
         forests = [settled(face, name, 20, refinement=fw.Refinement(max_level=k)).forest for k in range(1, levels + 1)]
-        angles[name] = [float(smallest_angles(lay(sims[name], f).rest, f.triangles).min()) for f in forests]
+        angles[name] = [
+            float(smallest_angles(wrinkled_surface(sims[name], f).rest, f.triangles).min()) for f in forests
+        ]
     found = {(name, k): caught(sims[name], k) for name in names for k in range(cap)}
     ratios = np.array([0.25, 0.5, 1.0, 1.5, 2.0]) if quick else np.arange(0.1, 2.51, 0.1)
     blind = blind_spots(ratios, 1), blind_spots(ratios, 2 if quick else 7)
@@ -262,7 +270,7 @@ def report(quick: bool = False) -> Report:
             ("expression", "0", *map(str, range(1, levels + 1))), [(n, base_angle, *a) for n, a in angles.items()],
         ),
         Table(
-            "Edges that are 0.1 mm off at their midpoint, and what finds them, in %; in vain: of those found",
+            "Edges 0.1 mm off at their midpoint, and the share each criterion finds, in %; in vain: of those found",
             ("expression", "level", *next(iter(found.values()))),
             [(*key, *row.values()) for key, row in found.items()],
         ),
@@ -275,9 +283,9 @@ def report(quick: bool = False) -> Report:
         "smallest angles, and which edges each criterion finds.",
         f"Expressions need {min(t[3] for t in triangles):,} to {max(t[3] for t in triangles):,} triangles and give "
         f"them back; a uniform mesh of as many is {min(e[5] for e in equal):.1f} to {max(e[5] for e in equal):.1f} "
-        f"times as far off. The smallest angle is {worst:.1f} degrees, of {base_angle:.1f} before. Eq. 19 is blind "
-        f"where rows of vertices lie u or 2 u apart and sees little from 0.8 u on; together with the wavelength, "
-        f"{either:.0f} % or more of the edges that need it are found.",
+        f"times as far off. The smallest angle is {worst:.1f} degrees, from {base_angle:.1f} before. Eq. 19 is blind "
+        f"where rows of vertices lie u or 2 u apart and sees little from 0.8 u on; together with the wavelength "
+        f"criterion it finds {either:.0f} % or more of the edges that need splitting.",
         tables,
         [_counts_plot(played, paper), _gaps_plot(gaps, cap), _blind_plot(ratios, blind), _caught_plot(found)],
         {
@@ -296,7 +304,7 @@ def _counts_plot(played: dict[str, tuple[Array, dict[str, float]]], paper: dict)
         total = by_level.sum(axis=1)
         left.plot(np.arange(1, len(total) + 1), total, color=colour, label=name)
         left.plot([len(total) // 2], [paper[name].after], "o", color=colour, markersize=5)
-    left.set(xlabel="frame (asked for, then released at half time)", ylabel="triangles", ylim=(4000, None))
+    left.set(xlabel="frame (released at half time)", ylabel="triangles", ylim=(4000, None))
     left.legend(fontsize=7, frameon=False, title="lines: here; dots: the paper's", title_fontsize=7)
     name, (by_level, _) = next(iter(played.items()))
     right.stackplot(
@@ -358,8 +366,8 @@ def _blind_plot(ratios: Array, blind: tuple[Array, Array]) -> Plot:
     ax.legend(fontsize=7, frameon=False)
     return Plot(
         "blind", figure,
-        "Eq. 19 amid a plate with folds 1.2 mm deep: where rows lie u and 2 u apart all normals are parallel, and it "
-        "sees nothing at all; the wavelength criterion splits from u / 4 on.",
+        "Eq. 19 in the middle of a plate with folds 1.2 mm deep: where rows lie u and 2 u apart all normals are "
+        "parallel, and it sees nothing at all; the wavelength criterion splits from u / 4 on.",
     )  # fmt: skip
 
 
@@ -380,8 +388,8 @@ def _caught_plot(found: dict[tuple[str, int], dict[str, float]]) -> Plot:
     ax.legend(fontsize=8, frameon=False, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     return Plot(
         "caught", figure,
-        "Edges that are more than 0.1 mm off at their midpoint, on the head at level 0 and 1, and how many of them "
-        "each criterion finds.",
+        "Edges that are more than 0.1 mm off at their midpoint, on the head at level 0 and 1, and the share of them "
+        "that each criterion finds.",
     )  # fmt: skip
 
 

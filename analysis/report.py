@@ -1,4 +1,4 @@
-"""What an analysis hands out: sentences, tables, numbers and plots; printed, written into a folder, and on one page."""
+"""Reports of analyses: sentences, tables, numbers and plots; printed, written into a folder, and shown on one page."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from facewrinkle.plotting import save_picture
 
 OUTPUT = Path("output/analysis")
 COLOURS = ("#1f5a85", "#c8553d", "#3a7d44", "#8a5aa8", "#c99700", "#5f6b76")
-"""Of lines in plots, in their order."""
+"""Colours of lines in plots, in their order."""
 
 Cell = str | int | float
 
@@ -40,7 +40,7 @@ class Table:
 
 @dataclass
 class Plot:
-    """A figure, or a picture (h, w, 3), and one sentence on it."""
+    """A figure or a picture (h, w, 3), with one sentence on it."""
 
     name: str
     image: Figure | npt.NDArray[np.uint8]
@@ -49,12 +49,12 @@ class Plot:
 
 @dataclass
 class Report:
-    """What one analysis measured and found.
+    """Measurements and findings of one analysis.
 
     Attributes
     ----------
     name, title : str
-        Of the files, and of the section on the page.
+        Name of the files, and title of the section on the page.
     measured, found : str
         One sentence each.
     tables : list of Table
@@ -73,7 +73,7 @@ class Report:
 
 
 def publish(report: Report, out: Path = OUTPUT) -> None:
-    """Print a report, write NAME.json and its plots into a folder, and the page of all reports there anew."""
+    """Print a report, write NAME.json and its plots into a folder, and rewrite the page of all reports there."""
     console = Console(highlight=False, soft_wrap=True)
     if not console.is_terminal:
         console.width = 200
@@ -102,7 +102,7 @@ def publish(report: Report, out: Path = OUTPUT) -> None:
 
 
 def write_index(folder: Path) -> Path:
-    """The page of all reports in a folder: index.html."""
+    """Write the page of all reports in a folder: index.html."""
     reports = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))]
     parts = [_section(content) for content in reports if "measured" in content]
     links = " · ".join(f'<a href="#{c["name"]}">{html.escape(c["title"])}</a>' for c in reports if "measured" in c)
@@ -113,8 +113,8 @@ def write_index(folder: Path) -> Path:
 
 
 def run(command: Callable[..., None]) -> None:
-    """The command line of a module; the text of ``--help`` is that of the command."""
-    if sys.platform.startswith("linux"):  # VTK would look for a display first
+    """Run the command line of a module; ``--help`` prints the docstring of the command."""
+    if sys.platform.startswith("linux"):  # otherwise VTK looks for a display first
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     app = App(help=command.__doc__)
     app.default(command)
@@ -122,7 +122,7 @@ def run(command: Callable[..., None]) -> None:
 
 
 def run_report(report: Callable[[bool], Report]) -> None:
-    """The command line of an analysis that needs nothing but the package."""
+    """Run the command line of an analysis that needs nothing but the package."""
 
     def command(*, out: Path = OUTPUT, quick: bool = False) -> None:
         """Print the tables of this analysis, and write them and its plots.
@@ -140,7 +140,7 @@ def run_report(report: Callable[[bool], Report]) -> None:
 
 
 def shown(value: Cell) -> str:
-    """A value as it stands in a table.
+    """Return a value as it stands in a table.
 
     Examples
     --------
@@ -157,7 +157,7 @@ def shown(value: Cell) -> str:
 
 
 def plot(rows: int = 1, columns: int = 1, size: tuple[float, float] = (10.0, 3.6)) -> tuple[Figure, list[Any]]:
-    """A figure with its axes in reading order; size in inches."""
+    """Return a figure with its axes in reading order; size in inches."""
     figure = Figure(figsize=size, layout="constrained")
     axes = list(np.ravel(figure.subplots(rows, columns)))
     for ax in axes:
@@ -169,7 +169,7 @@ def plot(rows: int = 1, columns: int = 1, size: tuple[float, float] = (10.0, 3.6
 
 
 def log_scales(ax: Any) -> None:
-    """Both axes logarithmic, with plain numbers at 1, 2 and 5 times the powers of ten of a short axis."""
+    """Make both axes logarithmic, a short one with plain numbers at 1, 2 and 5 times the powers of ten."""
     ax.set_xscale("log")
     ax.set_yscale("log")
     for axis, (low, high) in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
@@ -180,7 +180,7 @@ def log_scales(ax: Any) -> None:
 
 
 def order(sizes: npt.ArrayLike, errors: npt.ArrayLike) -> float:
-    """The exponent p of ``error = c size^p`` that fits best (least squares of the logarithms).
+    """Return the exponent p of ``error = c size^p`` that fits best (least squares of the logarithms).
 
     Examples
     --------
@@ -191,7 +191,7 @@ def order(sizes: npt.ArrayLike, errors: npt.ArrayLike) -> float:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON cannot hold: numbers and arrays of numpy."""
+    """NumPy's numbers and arrays in a form that JSON can hold."""
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else str(value)
 
 
@@ -228,7 +228,7 @@ table {{ border-collapse: collapse; margin: 1em 0; font-size: 13px; display: blo
 th, td {{ padding: .15em .8em .15em 0; border-bottom: 1px solid #eee; text-align: left; white-space: nowrap }}
 td.n {{ text-align: right; font-variant-numeric: tabular-nums }}
 </style></head><body><h1>facewrinkle: analysis</h1>
-<p>Redone by <code>make analysis</code>, or one by one by <code>python -m analysis.NAME</code>.</p><p>{links}</p>
+<p>Made by <code>make analysis</code>, or one by one by <code>python -m analysis.NAME</code>.</p><p>{links}</p>
 {sections}
 </body></html>
 """

@@ -1,4 +1,4 @@
-"""Cross-sections of wrinkled surfaces, cut across the folds, and what is measured on them."""
+"""Cross-sections of wrinkled surfaces, cut across the folds, and measurements on them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 from scipy.signal import find_peaks
+from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
@@ -17,25 +18,25 @@ from facewrinkle.geometry.profile import anisotropy, deepest
 from facewrinkle.geometry.topology import unique_edges
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
-from .surfaces import Laid
+from .surfaces import WrinkledSurface
 
 Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A cut through a wrinkled surface, from one end of a wrinkling region to the other; k places.
+    """A cut through a wrinkled surface, from one end of a wrinkling region to the other; k points.
 
     Attributes
     ----------
     along : ndarray, shape (k,)
         The muscle's own coordinate across the folds: l or r in mm at rest, psi in radians.
     distance : ndarray, shape (k,)
-        Along the cut on the bare surface, mm.
+        Distance along the cut on the bare surface, mm.
     height : ndarray, shape (k,)
-        Of the wrinkled surface over the bare one, along the bare one's normal, mm.
+        Height of the wrinkled surface over the bare one, along the bare one's normal, mm.
     rest : ndarray, shape (k, 3)
-        The same places at rest, mm.
+        The same points at rest, mm.
     """
 
     along: Array
@@ -44,46 +45,46 @@ class Section:
     rest: Array
 
     def at(self, along: Array) -> Array:
-        """Height at other places: straight lines from one place of the cut to the next, as on the mesh."""
+        """Return the height at other points: straight lines from one point of the cut to the next, as on the mesh."""
         return np.interp(along, self.along, self.height)
 
     def resampled(self, count: int = 2001) -> Section:
-        """The same cut, on which the surface is flat from one place to the next, at many places."""
+        """Return the same cut at many points; between the original ones it is straight."""
         along = np.linspace(self.along[0], self.along[-1], count)
         rest = np.column_stack([np.interp(along, self.along, x) for x in self.rest.T])
         return Section(along, np.interp(along, self.along, self.distance), self.at(along), rest)
 
 
-def cut(laid: Laid, muscle: Muscle, unit: float = 1.0, across: float = 0.0) -> Section:
+def cut(surface: WrinkledSurface, muscle: Muscle, unit: float = 1.0, across: float = 0.0) -> Section:
     """Cut a wrinkled surface across the folds of a muscle.
 
-    Where the fibres are straight, the cut is the plane through a fibre and the skin's normal; round a sphincter it is
-    an ellipse between the borders of its ring. It is made on the surface at rest and follows its material points.
+    With straight fibres, the cut is the plane through a fibre and the skin's normal; round a sphincter it is an ellipse
+    between the borders of its ring. It is made on the surface at rest and follows its material points.
 
     Parameters
     ----------
-    laid : Laid
+    surface : WrinkledSurface
     muscle : Muscle
-        The one that the folds are laid by (`fold_pattern`), in units of `unit` mm.
+        The one that makes the folds (`fold_pattern`), in units of `unit` mm.
     across : float
         0 for the central fibre; towards -1 and 1 lie the borders of the region.
     """
-    level, along = _beside(laid, muscle, unit, across)
-    edges = unique_edges(laid.triangles)[0]
+    level, along = _level_and_place(surface, muscle, unit, across)
+    edges = unique_edges(surface.triangles)[0]
     a, b = edges.T
     level = np.where(level == 0.0, 1e-12, level)
     crossing = (level[a] * level[b] < 0.0) & (np.abs(along[a] - along[b]) < 1.0)  # not through psi = pi
     a, b = a[crossing], b[crossing]
     share = level[a] / (level[a] - level[b])
 
-    def on(values: Array) -> Array:
+    def at_cut(values: Array) -> Array:
         s = share if values.ndim == 1 else share[:, None]
         return np.asarray((1.0 - s) * values[a] + s * values[b])
 
-    place, rest, bare = on(along), on(laid.rest), on(laid.bare)
-    normal = on(laid.normals)
+    place, rest, bare = at_cut(along), at_cut(surface.rest), at_cut(surface.bare)
+    normal = at_cut(surface.normals)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    height = ((on(laid.wrinkled) - bare) * normal).sum(axis=1)
+    height = ((at_cut(surface.wrinkled) - bare) * normal).sum(axis=1)
     inside = muscle.wrinkling_region(rest / unit)
     low, high = _ends(muscle)
     inside |= _near(rest, rest[inside]) & (place > low - 0.05 * (high - low)) & (place < high + 0.05 * (high - low))
@@ -94,11 +95,11 @@ def cut(laid: Laid, muscle: Muscle, unit: float = 1.0, across: float = 0.0) -> S
     return Section(scale * place[order], np.concatenate([[0.0], np.cumsum(steps)]), height[order], rest[order])
 
 
-def expected(section: Section, sim: fw.Simulation, laid: Laid) -> Array:
-    """The closed form at the places of a section: W = k0 H At A, summed over the muscles (Eq. 3), and bounded by what
-    skin of fixed length folds; the compression is that of the simulation.
+def expected(section: Section, sim: fw.Simulation, surface: WrinkledSurface) -> Array:
+    """Return the closed form at the points of a section: W = k0 H At A, summed over the muscles (Eq. 3), bounded by the
+    folds that skin of fixed length allows; the compression is that of the simulation.
     """
-    layer = next(layer for layer in laid.layers if isinstance(layer, MuscleWrinkles))
+    layer = next(layer for layer in surface.layers if isinstance(layer, MuscleWrinkles))
     unit = sim.face.unit
     total, asked = np.zeros(len(section.along)), np.zeros(len(section.along))
     for k, name in enumerate(sim.muscles):
@@ -107,7 +108,7 @@ def expected(section: Section, sim: fw.Simulation, laid: Laid) -> Array:
         envelope = muscle.envelope(x)
         if rate == 0.0 or not envelope.any():
             continue
-        epsilon = _carried(layer.fields_of(k, rate), section, laid)
+        epsilon = _epsilon_at(layer.fields_of(k, rate), section, surface)
         k0 = layer.depth * muscle.wrinkles.depth * rate * anisotropy(epsilon)
         total += k0 * muscle.unit_amplitude(x)
         if layer.inextensible:
@@ -117,12 +118,10 @@ def expected(section: Section, sim: fw.Simulation, laid: Laid) -> Array:
     return np.asarray(total / np.maximum(asked, 1.0))
 
 
-def _carried(fields: dict[str, np.ndarray], section: Section, laid: Laid) -> Array:
-    """epsilon at the places of the section, from the nearest vertices of the region."""
-    from scipy.spatial import cKDTree
-
+def _epsilon_at(fields: dict[str, np.ndarray], section: Section, surface: WrinkledSurface) -> Array:
+    """Epsilon at the points of the section, from the nearest vertices of the region."""
     region = fields["region"]
-    away, near = cKDTree(laid.rest[region]).query(section.rest, k=min(6, int(region.sum())))
+    away, near = cKDTree(surface.rest[region]).query(section.rest, k=min(6, int(region.sum())))
     weight = 1.0 / np.maximum(away, 1e-9) ** 2
     return np.asarray((weight * fields["epsilon"][region][near]).sum(axis=1) / weight.sum(axis=1))
 
@@ -151,7 +150,7 @@ class Measured:
 
 
 def measure(distance: Array, height: Array) -> Measured:
-    """Amplitude, wavelength and sharpness of the furrows of a profile, from its points alone."""
+    """Return amplitude, wavelength and sharpness of the furrows of a profile, from its points alone."""
     fine = np.linspace(distance[0], distance[-1], 4001)
     z = np.interp(fine, distance, height)
     furrows, _ = find_peaks(-z, prominence=0.35 * np.ptp(z))
@@ -165,9 +164,9 @@ def measure(distance: Array, height: Array) -> Measured:
     return Measured(len(furrows), float((crests - depths).mean()), float(wave), float((z[inner] < middle).mean()))
 
 
-def _beside(laid: Laid, muscle: Muscle, unit: float, across: float) -> tuple[Array, Array]:
+def _level_and_place(surface: WrinkledSurface, muscle: Muscle, unit: float, across: float) -> tuple[Array, Array]:
     """Signed distance from the cut and the coordinate along it, of all vertices, in the unit of the muscle."""
-    x = laid.rest / unit
+    x = surface.rest / unit
     if isinstance(muscle, SphincterMuscle):
         r, psi = muscle.coordinates(x)
         return r - (0.5 * (1.0 + muscle.inner) + 0.5 * across * (1.0 - muscle.inner)), psi
@@ -175,7 +174,7 @@ def _beside(laid: Laid, muscle: Muscle, unit: float, across: float) -> tuple[Arr
         raise ParameterError(f"a {type(muscle).__name__} has no folds to cut across.")
     origin, insertion = (np.atleast_2d(p).mean(axis=0) for p in (muscle.attachment, muscle.insertion))
     fibre = (insertion - origin) / np.linalg.norm(insertion - origin)
-    normals = vertex_normals(laid.rest, laid.triangles)
+    normals = vertex_normals(surface.rest, surface.triangles)
     normal = normals[muscle.wrinkling_region(x)].mean(axis=0)
     side = np.cross(fibre, normal)
     side /= np.linalg.norm(side)
@@ -189,7 +188,7 @@ def _beside(laid: Laid, muscle: Muscle, unit: float, across: float) -> tuple[Arr
 
 
 def _ends(muscle: Muscle) -> tuple[float, float]:
-    """Where the wrinkling region begins and ends, in the coordinate along the cut."""
+    """Both ends of the wrinkling region, in the coordinate along the cut."""
     if isinstance(muscle, SphincterMuscle):
         return -muscle.beta1, muscle.beta2
     length = muscle.length if isinstance(muscle, SheetMuscle) else muscle.radius  # type: ignore[attr-defined]
@@ -197,9 +196,7 @@ def _ends(muscle: Muscle) -> tuple[float, float]:
 
 
 def _near(points: Array, others: Array, reach: float = 4.0) -> npt.NDArray[np.bool_]:
-    """Which of the points lie within `reach` mm of the others."""
-    from scipy.spatial import cKDTree
-
+    """True for points that lie within `reach` mm of the others."""
     if not len(others):
         raise ParameterError("the cut does not meet the wrinkling region. Choose another place across it.")
     return np.asarray(cKDTree(others).query(points)[0] < reach)

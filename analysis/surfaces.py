@@ -1,4 +1,4 @@
-"""The surfaces that are measured: a moment of a simulation on any refinement of its mesh; plates with one muscle."""
+"""Surfaces to measure: one frame of a simulation on any refinement of its mesh, and plates with one muscle."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.spatial import Delaunay
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Muscle
-from facewrinkle.geometry.interpolation import displaced, interpolated
+from facewrinkle.geometry.interpolation import displaced
 from facewrinkle.geometry.normals import detail_normals, vertex_normals
 from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.layers.base import Displacement, Layer, SurfacePoints, SurfaceState
@@ -28,8 +28,8 @@ EXPRESSIONS = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear"
 
 
 @dataclass(frozen=True, eq=False)
-class Laid:
-    """A wrinkled surface of one moment; lengths in mm.
+class WrinkledSurface:
+    """A wrinkled surface at one time; lengths in mm.
 
     Attributes
     ----------
@@ -39,8 +39,8 @@ class Laid:
     height : ndarray, shape (n,)
         W.
     triangles : ndarray of int32, shape (m, 3)
-    layers, reliefs : lists of Layer and Displacement
-        As they were laid on this mesh.
+    layers, displacements : lists of Layer and Displacement
+        As evaluated on this mesh.
     """
 
     rest: Array
@@ -51,7 +51,7 @@ class Laid:
     height: Array
     triangles: IntArray
     layers: list[Layer]
-    reliefs: list[Displacement]
+    displacements: list[Displacement]
 
     @property
     def folded(self) -> Array:
@@ -60,14 +60,14 @@ class Laid:
 
     @property
     def shading(self) -> Array:
-        """Vertex normals (n, 3) as a frame has them, of furrows that are a little rounded."""
-        rounding = sum(relief.rounding for relief in self.reliefs if relief.rounding is not None)
-        shown = displaced(self.bare, self.height + rounding, self.normals)
+        """Shading normals (n, 3) as a frame has them, of heights averaged over the distance of the vertices."""
+        offset = sum(d.shading_offset for d in self.displacements if d.shading_offset is not None)
+        shown = displaced(self.bare, self.height + offset, self.normals)
         return detail_normals(self.bare, shown, self.triangles, self.normals)
 
 
 def settled(face: fw.Face, expression: str, frames: int = 50, **options: object) -> fw.Simulation:
-    """A simulation that has played an expression to its height."""
+    """Return a simulation that has played an expression to full strength."""
     sim = fw.Simulation(face, **options)  # type: ignore[arg-type]
     sim.express(expression)
     for _ in sim.run(frames):
@@ -75,37 +75,36 @@ def settled(face: fw.Face, expression: str, frames: int = 50, **options: object)
     return sim
 
 
-def lay(sim: fw.Simulation, forest: RedGreenForest | None = None, layers: list[Layer] | None = None) -> Laid:
-    """The present moment of a simulation on its own mesh, on another refinement, or with other layers."""
+def wrinkled_surface(
+    sim: fw.Simulation, forest: RedGreenForest | None = None, layers: list[Layer] | None = None
+) -> WrinkledSurface:
+    """Return the present frame of a simulation on its own mesh, on another refinement, or with other layers."""
     face, forest = sim.face, forest or sim.forest
-    corners, weights = forest.corners, forest.barycentric
     base = sim.motion.points + sim.motion.displacement  # type: ignore[attr-defined]
-    points = interpolated(face.points, corners, weights)
-    sites = SurfacePoints(
-        points, _unit(interpolated(vertex_normals(face.points, face.triangles), corners, weights)), corners, weights,
-        forest.host,
-    )  # fmt: skip
-    bare = interpolated(base, corners, weights)
-    normals = _unit(interpolated(vertex_normals(base, face.triangles), corners, weights))
+    vertices = SurfacePoints.of_forest(forest, face.points, vertex_normals(face.points, face.triangles))
+    moved = SurfacePoints.of_forest(forest, base, vertex_normals(base, face.triangles))
+    bare, normals = moved.points, moved.normals
     field = StrainField(face.points * face.unit, face.triangles)
-    state = SurfaceState(sim.motion.rates, sites, forest.triangles, base, bare, sim.time, lambda: field, normals)
-    laid = [copy(layer) for layer in (sim.layers if layers is None else layers)]
-    for layer in laid:
+    state = SurfaceState(sim.motion.rates, vertices, forest.triangles, base, bare, sim.time, lambda: field, normals)
+    own = [copy(layer) for layer in (sim.layers if layers is None else layers)]
+    for layer in own:
         layer.attach(face)
-        layer.follow(Change(slice(None), len(points)), sites)
-    reliefs = [layer.displacement(state) for layer in laid]
-    height = np.sum([np.zeros(len(points)), *(relief.height for relief in reliefs)], axis=0)
-    wrinkled = displaced(bare, height, normals)
-    return Laid(points * face.unit, bare, wrinkled, normals, sites.normals, height, forest.triangles, laid, reliefs)
+        layer.follow(Change(slice(None), len(bare)), vertices)
+    displacements = [layer.displacement(state) for layer in own]
+    height = np.sum([np.zeros(len(bare)), *(d.height for d in displacements)], axis=0)
+    return WrinkledSurface(
+        vertices.points * face.unit, bare, displaced(bare, height, normals), normals, vertices.normals, height,
+        forest.triangles, own, displacements,
+    )  # fmt: skip
 
 
 def uniform(face: fw.Face, level: int) -> RedGreenForest:
-    """The whole base mesh split so often."""
+    """Return the whole base mesh split `level` times."""
     return refined(face, np.ones(len(face.triangles), bool), level)
 
 
 def wrinkling(face: fw.Face, rates: Mapping[str, float], level: int) -> RedGreenForest:
-    """The base mesh with all triangles that these muscles may wrinkle split so often."""
+    """Return the base mesh with all triangles that these muscles may wrinkle split `level` times."""
     inside = np.zeros(len(face.triangles), bool)
     for name, zone in zip(face.muscles, face.zones, strict=True):
         if rates.get(name, 0.0) > 0.0:
@@ -114,7 +113,7 @@ def wrinkling(face: fw.Face, rates: Mapping[str, float], level: int) -> RedGreen
 
 
 def refined(face: fw.Face, roots: npt.NDArray[np.bool_], level: int) -> RedGreenForest:
-    """The base mesh with some of its triangles split so often."""
+    """Return the base mesh with some of its triangles split `level` times."""
     forest = RedGreenForest(face.triangles, level, len(face.points))
     for _ in range(level):
         forest.split(roots[forest.root])
@@ -122,7 +121,7 @@ def refined(face: fw.Face, roots: npt.NDArray[np.bool_], level: int) -> RedGreen
 
 
 def rates_of(sim: fw.Simulation) -> dict[str, float]:
-    """Contraction rates by muscle that are not 0."""
+    """Return the contraction rates that are not 0, by muscle."""
     return {name: float(rate) for name, rate in zip(sim.muscles, sim.motion.rates, strict=True) if rate > 0.0}
 
 
@@ -153,7 +152,7 @@ class Given:
 
     @property
     def displacement(self) -> Array:
-        """Of the base mesh (n, 3) now, mm."""
+        """Displacement (n, 3) of the base mesh now, mm."""
         return np.asarray(self._full * self.rates.max(initial=0.0))
 
     def rates_of(self, rates: Mapping[str, float]) -> Array:
@@ -166,9 +165,9 @@ class Given:
 
 
 def plate(muscle: Muscle, spacing: float = 4.0, size: tuple[float, float] = (60.0, 60.0), seed: int = 0) -> fw.Face:
-    """An unstructured flat mesh in the plane z = 0 about the origin, with one muscle named "muscle".
+    """Return an unstructured flat mesh in the plane z = 0 about the origin, with one muscle named "muscle".
 
-    Its vertices lie nowhere in particular to the folds, `spacing` mm apart.
+    Its vertices are `spacing` mm apart, without regard to the folds.
     """
     rng = np.random.default_rng(seed)
     counts = [round(length / spacing) for length in size]
@@ -186,13 +185,9 @@ def plate(muscle: Muscle, spacing: float = 4.0, size: tuple[float, float] = (60.
 
 
 def squeezed(face: fw.Face, epsilon: float, **options: object) -> fw.Simulation:
-    """A simulation of a plate, its muscle fully contracted and the skin compressed by epsilon along y, once stepped."""
+    """Return a simulation of a plate after one step: muscle fully contracted, skin compressed by epsilon along y."""
     motion = Given(face, face.points * [0.0, -epsilon, 0.0])
     sim = fw.Simulation(face, motion=motion, **options)  # type: ignore[arg-type]
     sim.contract({"muscle": 1.0})
     sim.step()
     return sim
-
-
-def _unit(vectors: Array) -> Array:
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))

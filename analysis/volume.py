@@ -1,8 +1,8 @@
-"""How far wrinkles keep their volume: ``python -m analysis.volume``.
+"""Volume of wrinkles: ``python -m analysis.volume``.
 
-Eq. 7 makes the integral of the shape H over a cycle vanish. What a fold holds in the end is that integral weighted by
-everything that varies within it: the width of the region, its attenuation, the compression of the skin. Nothing in the
-paper makes these integrals vanish; the option ``MuscleWrinkles(balance=True)`` does, on the mesh.
+Eq. 7 makes the integral of the shape H over a cycle vanish. The volume of a fold is that integral weighted by all that
+varies within the fold: the width of the region, its attenuation, the compression of the skin. Nothing in the paper
+makes these integrals vanish; the option ``MuscleWrinkles(balance=True)`` does, on the mesh.
 """
 
 from __future__ import annotations
@@ -21,16 +21,26 @@ from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
 from .profiles import EPSILON, sheet
 from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
-from .surfaces import EXPRESSIONS, Laid, lay, plate, rates_of, settled, squeezed, uniform, wrinkling
+from .surfaces import (
+    EXPRESSIONS,
+    WrinkledSurface,
+    plate,
+    rates_of,
+    settled,
+    squeezed,
+    uniform,
+    wrinkled_surface,
+    wrinkling,
+)
 
 Array = npt.NDArray[np.float64]
 
 STEPS = ("H", "H At", "H At A", "bounded", "default mesh", "balanced")
-"""What is added to a wrinkle one after the other."""
+"""Factors that are added to a wrinkle one after the other."""
 
 
 def quadrature(alphas: npt.ArrayLike, u: float = 5.0, k0: float = 0.7) -> list[tuple[float, float, float]]:
-    """alpha, the integral of H over a cycle (mm^2; Gauss's rule, piece by piece), and the integral of its size."""
+    """Return alpha, the integral of H over a cycle (mm^2, by Gauss's rule, piece by piece), and that of |H|."""
     nodes, weights = np.polynomial.legendre.leggauss(60)
     out = []
     for alpha in np.atleast_1d(np.asarray(alphas, dtype=np.float64)):
@@ -45,8 +55,8 @@ def quadrature(alphas: npt.ArrayLike, u: float = 5.0, k0: float = 0.7) -> list[t
 
 
 def in_the_plane(muscle: Muscle, count: int = 4000) -> tuple[float, float]:
-    """Net share of the volume, in %, of H and of H At over a muscle's region in its plane: the midpoint rule in the
-    coordinates of the muscle, `count` places across the folds.
+    """Return the net share of the volume, in %, of H and of H At over a muscle's region in its plane, by the midpoint
+    rule in the coordinates of the muscle, with `count` points across the folds.
     """
     middle = [(np.arange(n) + 0.5) / n for n in (count, 200)]
     along, across = (x.ravel() for x in np.meshgrid(*middle, indexing="ij"))
@@ -72,27 +82,27 @@ def in_the_plane(muscle: Muscle, count: int = 4000) -> tuple[float, float]:
 
 
 def share(parts: Array) -> float:
-    """What volumes add up to, in % of what they displace."""
+    """Return the sum of volumes, in % of the sum of their absolute values."""
     return 100.0 * float(parts.sum() / np.abs(parts).sum())
 
 
-def volumes(laid: Laid) -> Array:
-    """Signed volume (m,) under every triangle of a wrinkled surface, mm^3."""
-    return swept_volumes(laid.bare, laid.wrinkled - laid.bare, laid.triangles)
+def volumes(surface: WrinkledSurface) -> Array:
+    """Return the signed volume (m,) under each triangle of a wrinkled surface, mm^3."""
+    return swept_volumes(surface.bare, surface.wrinkled - surface.bare, surface.triangles)
 
 
-def by_fold(laid: Laid, muscle: fw.SheetMuscle, unit: float = 1.0) -> Array:
-    """Net and displaced volume (count, 2) of every fold of a sheet, bulge and furrow, mm^3."""
-    centroids = laid.rest[laid.triangles].mean(axis=1) / unit
+def by_fold(surface: WrinkledSurface, muscle: fw.SheetMuscle, unit: float = 1.0) -> Array:
+    """Return the net and displaced volume (count, 2) of each fold of a sheet, bulge and furrow together, mm^3."""
+    centroids = surface.rest[surface.triangles].mean(axis=1) / unit
     place = (muscle.coordinates(centroids)[0] - muscle.wrinkles.start) * muscle.length / (2.0 * muscle.half_wavelength)
-    fold, parts = np.floor(place).astype(int), volumes(laid)
+    fold, parts = np.floor(place).astype(int), volumes(surface)
     fold = np.clip(fold, 0, muscle.wrinkles.count - 1)  # triangles that lie half in the region belong to its ends
     return np.stack([np.bincount(fold, parts), np.bincount(fold, np.abs(parts))], axis=1)
 
 
 def on_plate(levels: range, seeds: int = 3) -> dict[str, list[float]]:
-    """By level: edge, net share of the volume in %, and the error of the displaced volume in % (root mean squares
-    over some meshes).
+    """Return, by level: edge length, net share of the volume in %, and error of the displaced volume in % (root mean
+    squares over some meshes).
     """
     muscle, out = sheet(), dict[str, list[float]](edge=[], net=[], displaced=[])
     exact = displaced_exactly(muscle)
@@ -100,9 +110,9 @@ def on_plate(levels: range, seeds: int = 3) -> dict[str, list[float]]:
         edges, nets, off = [], [], []
         for seed in range(seeds):
             sim = squeezed(plate(muscle, seed=seed), EPSILON, layers=[_unbounded()])
-            laid = lay(sim, uniform(sim.face, level))
-            parts = volumes(laid)
-            a, b, _ = laid.rest[laid.triangles].transpose(1, 0, 2)
+            surface = wrinkled_surface(sim, uniform(sim.face, level))
+            parts = volumes(surface)
+            a, b, _ = surface.rest[surface.triangles].transpose(1, 0, 2)
             edges.append(np.linalg.norm(a - b, axis=1).mean())
             nets.append(share(parts))
             off.append(100.0 * (np.abs(parts).sum() / exact - 1.0))
@@ -112,7 +122,7 @@ def on_plate(levels: range, seeds: int = 3) -> dict[str, list[float]]:
 
 
 def displaced_exactly(muscle: fw.SheetMuscle) -> float:
-    """Integral of the size of H At A over the compressed plate, mm^3."""
+    """Return the integral of |H At A| over the compressed plate, mm^3."""
     style = muscle.wrinkles
     _, _, size = quadrature(style.alpha, muscle.half_wavelength, style.depth)[0]
     nodes, weights = np.polynomial.legendre.leggauss(40)
@@ -123,11 +133,11 @@ def displaced_exactly(muscle: fw.SheetMuscle) -> float:
 
 
 def ladder(sim: fw.Simulation, level: int) -> dict[str, float]:
-    """Net share of the volume in % as one thing after the other is added to H, on a fine mesh up to the last two."""
+    """Return the net share of the volume in % as each of STEPS is added to H, on a fine mesh up to the last two."""
     face, rates = sim.face, rates_of(sim)
     fine = wrinkling(face, rates, level)
-    laid = lay(sim, fine, [_unbounded()])
-    rest, area = laid.rest / face.unit, vertex_areas(laid.rest, laid.triangles)
+    surface = wrinkled_surface(sim, fine, [_unbounded()])
+    rest, area = surface.rest / face.unit, vertex_areas(surface.rest, surface.triangles)
     plain, faded = np.zeros(len(rest)), np.zeros(len(rest))
     for name, rate in rates.items():
         muscle = face.muscles[name].fold_pattern
@@ -138,15 +148,15 @@ def ladder(sim: fw.Simulation, level: int) -> dict[str, float]:
     return {
         "H": share(plain * area),
         "H At": share(faded * area),
-        "H At A": share(volumes(laid)),
-        "bounded": share(volumes(lay(sim, fine, [MuscleWrinkles()]))),
-        "default mesh": share(volumes(lay(sim))),
-        "balanced": share(volumes(lay(sim, layers=[MuscleWrinkles(balance=True)]))),
+        "H At A": share(volumes(surface)),
+        "bounded": share(volumes(wrinkled_surface(sim, fine, [MuscleWrinkles()]))),
+        "default mesh": share(volumes(wrinkled_surface(sim))),
+        "balanced": share(volumes(wrinkled_surface(sim, layers=[MuscleWrinkles(balance=True)]))),
     }
 
 
 def report(quick: bool = False) -> Report:
-    """Everything, or on coarser meshes."""
+    """Return the report on everything, or on coarser meshes."""
     cycle = quadrature(np.linspace(0.0, 4.0, 17))
     worst = max(abs(net / size) for _, net, size in cycle)
     mesh = on_plate(range(5 if quick else 6), 2 if quick else 4)
@@ -154,8 +164,8 @@ def report(quick: bool = False) -> Report:
     default = squeezed(plate(sheet()), EPSILON, layers=[_unbounded()])
     for _ in default.run(6):
         pass
-    folds = by_fold(lay(default), sheet())
-    balanced = by_fold(lay(default, layers=[_unbounded(balance=True)]), sheet())
+    folds = by_fold(wrinkled_surface(default), sheet())
+    balanced = by_fold(wrinkled_surface(default, layers=[_unbounded(balance=True)]), sheet())
     flat = [(name, *in_the_plane(muscle, 1000 if quick else 4000)) for name, muscle in regions().items()]
     face = fw.default_face()
     rungs = {}
@@ -185,10 +195,10 @@ def report(quick: bool = False) -> Report:
         "Volume of wrinkles",
         "The integral of H over a cycle, and the signed volume between the wrinkled and the bare surface as "
         "attenuation, compression and the mesh come in.",
-        f"The integral of H vanishes to {worst:.0e} of its size, and the net volume on an evenly compressed plate as "
+        f"The integral of H vanishes to {worst:.0e} of that of |H|, the net volume on an evenly compressed plate as "
         f"the edge length to the power {orders['net']:.1f}: {abs(share_of(folds)):.2f} % are left at the default "
         "resolution. On the head, uneven compression, tapering, and cycles that start where H is 0 in a region that "
-        f"widens, leave {min(sizes):.1f} to {max(sizes):.1f} % whatever the mesh; MuscleWrinkles(balance=True) takes "
+        f"widens leave {min(sizes):.1f} to {max(sizes):.1f} % whatever the mesh; MuscleWrinkles(balance=True) brings "
         f"it to {left:.0e} %.",
         tables,
         [_mesh_plot(mesh, orders), _ladder_plot(rungs)],
@@ -198,12 +208,12 @@ def report(quick: bool = False) -> Report:
 
 
 def share_of(folds: Array) -> float:
-    """Net share in % of folds (k, 2) together."""
+    """Return the net share in % of folds (k, 2) together."""
     return 100.0 * float(folds[:, 0].sum() / folds[:, 1].sum())
 
 
 def regions() -> dict[str, Muscle]:
-    """One region of each kind, flat, to see what its shape takes."""
+    """Return one flat region of each kind, to see the effect of its shape."""
     style = Wrinkles(count=4, start=0.2, depth=1.0)
     tapered = Wrinkles(count=4, start=0.2, depth=1.0, taper=0.6)
     cone = fw.LinearMuscle((0, -25, 0), (0, 20, 0), 0.5, 50.0, wrinkles=style)

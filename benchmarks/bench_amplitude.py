@@ -1,6 +1,6 @@
 """The amplitudes of a frame (compression, W = H A At, displacement) against the same formulas in numpy and scipy.
 
-The reference does what a good numpy user would: whatever does not depend on the deformed surface is computed once
+The reference does what a good numpy user would do: whatever does not depend on the deformed surface is computed once
 (the weights of Eq. 9 are one sparse matrix, m^T T m one inner product), so that a frame is gathers, sparse products
 and a sine. Both are checked against each other before they are timed. The 8 thousand triangles are those of the
 surprised built-in head; the million are the head with every triangle refined four times, and ("dense") the same as a
@@ -24,22 +24,16 @@ from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.geometry.topology import unique_edges
 from facewrinkle.layers.base import SurfacePoints, SurfaceState
+from facewrinkle.layers.compression import StrainField
+from facewrinkle.layers.folds import Folds
 
 ROUNDS = {"8k": 100, "1M": 10, "1M dense": 10}
 MEGABYTE = 2.0**20
 
 
-def sites_of(forest, points, triangles):
-    """The places of all vertices of a forest."""
-    corners, weights = forest.corners, forest.barycentric
-    normals = interpolated(vertex_normals(points, triangles), corners, weights)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return SurfacePoints(interpolated(points, corners, weights), normals, corners, weights, forest.host)
-
-
 @lru_cache(maxsize=1)
-def moment(size, compression):
-    """A layer on a mesh, and a moment of it: what a simulation holds and hands to its layers."""
+def scene(size, compression):
+    """A face, a layer on a refined mesh of it, and a state of that surface, as a simulation hands it to its layers."""
     face = fw.default_face()
     points, triangles = face.points, face.triangles
     if size == "8k":
@@ -53,17 +47,18 @@ def moment(size, compression):
     if size == "1M dense":
         points, triangles = interpolated(points, forest.corners, forest.barycentric), forest.triangles
         forest = RedGreenForest(triangles, 0, len(points))
-    sites = sites_of(forest, points, triangles)
+    vertices = SurfacePoints.of_forest(forest, points, vertex_normals(points, triangles))
     layer = fw.MuscleWrinkles(compression)
     touched = zones((muscle.fold_pattern for muscle in face.muscles.values()), points, triangles)
     parts = {"points": points, "triangles": triangles, "unit": face.unit, "muscles": face.muscles, "zones": touched}
-    layer.attach(SimpleNamespace(**parts))
-    layer.follow(Change(slice(None), len(sites.points)), sites)
+    face = SimpleNamespace(**parts)
+    layer.attach(face)
+    layer.follow(Change(slice(None), len(vertices.points)), vertices)
     base = squeezed(points)
-    bare = interpolated(base, sites.corners, sites.barycentric)
-    smooth = interpolated(vertex_normals(base, triangles), sites.corners, sites.barycentric)
+    bare = interpolated(base, vertices.corners, vertices.barycentric)
+    smooth = interpolated(vertex_normals(base, triangles), vertices.corners, vertices.barycentric)
     rates = np.linspace(0.3, 1.0, len(face.muscles))
-    return layer, SurfaceState(rates, sites, forest.triangles, base, bare), smooth, points
+    return face, layer, SurfaceState(rates, vertices, forest.triangles, base, bare), smooth
 
 
 def refined(triangles, levels=4):
@@ -79,30 +74,33 @@ def squeezed(points):
 
 
 def ours(layer, state, smooth):
-    """As Simulation does it."""
+    """Displaced points as a simulation computes them."""
     return displaced(state.bare, layer.displacement(state).height, smooth)
 
 
 class Reference:
-    """The same in numpy and scipy, from the tables of the layer: what its muscles would do to each vertex."""
+    """The same in numpy and scipy, from the folds of the muscles at each vertex."""
 
-    def __init__(self, layer, state, points):
-        folds, sites, n = layer._folds, state.vertices, len(state.bare)
+    def __init__(self, face, compression, state):
+        muscles, n = [muscle.fold_pattern for muscle in face.muscles.values()], len(state.bare)
+        metric = StrainField(face.points * face.unit, face.triangles).metric
+        folds = Folds.at(state.vertices, muscles, face.zones, metric, face.unit)
         self.owner = np.repeat(np.arange(n), np.diff(folds.starts))
         entries = np.arange(len(self.owner))
-        depth = layer._k0 * state.rates
+        depth = np.array([muscle.wrinkles.depth for muscle in muscles]) * state.rates
         heights = depth[folds.muscle] * folds.height
         self.heights = csr_array((heights, (self.owner, entries)), shape=(n, len(entries)))
         self.steep = csr_array((depth[folds.muscle] * folds.steep, (self.owner, entries)), shape=(n, len(entries)))
-        if layer.compression == "edges":
-            self._weigh_edges(folds, sites, state.triangles, entries)
+        if compression == "edges":
+            self._weigh_edges(folds, state.vertices, state.triangles, entries)
         else:
-            self._share_strain(folds, sites, points, layer._strain._triangles)
-        self.epsilon = self.edge_epsilon if layer.compression == "edges" else self.strain_epsilon
+            folding = np.isin(face.triangles, face.triangles[face.zones.any(axis=0)]).any(axis=1)
+            self._share_strain(folds, state.vertices, face.points * face.unit, face.triangles[folding])
+        self.epsilon = self.edge_epsilon if compression == "edges" else self.strain_epsilon
 
-    def _weigh_edges(self, folds, sites, triangles, entries):
+    def _weigh_edges(self, folds, vertices, triangles, entries):
         """epsilon = 1 - sum of |cos| |x_i - x_j| / L_ij over the sum of |cos|: all but |x_i - x_j| is constant."""
-        rest = sites.points
+        rest = vertices.points
         self.edges = unique_edges(triangles)[0]
         e = len(self.edges)
         towards = rest[self.edges[:, 1]] - rest[self.edges[:, 0]]
@@ -118,7 +116,7 @@ class Reference:
         d = state.bare[self.edges[:, 1]] - state.bare[self.edges[:, 0]]
         return 1.0 - self.weights @ np.sqrt(np.einsum("ek,ek->e", d, d))
 
-    def _share_strain(self, folds, sites, points, triangles):
+    def _share_strain(self, folds, vertices, points, triangles):
         """The metric of a triangle is linear in the products of its sides, and so is m^T T m in that of the entry."""
         t, n0 = triangles, len(points)
         a, b = points[t[:, 1]] - points[t[:, 0]], points[t[:, 2]] - points[t[:, 0]]
@@ -130,9 +128,10 @@ class Reference:
         corner, triangle = t.ravel(), np.repeat(np.arange(len(t)), 3)
         total = np.bincount(corner, area[triangle], minlength=n0)
         self.share = csr_array((area[triangle] / total[corner], (corner, triangle)), shape=(n0, len(t)))
-        columns = sites.corners[self.owner].ravel()
+        columns = vertices.corners[self.owner].ravel()
         rows = np.repeat(np.arange(len(self.owner)), 3)
-        self.carry = csr_array((sites.barycentric[self.owner].ravel(), (rows, columns)), shape=(len(self.owner), n0))
+        shape = len(self.owner), n0
+        self.between = csr_array((vertices.barycentric[self.owner].ravel(), (rows, columns)), shape=shape)
         self.squares = folds.products
 
     def strain_epsilon(self, state):
@@ -140,7 +139,7 @@ class Reference:
         a, b = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
         now = np.stack([np.einsum("mk,mk->m", *ab) for ab in ((a, a), (b, b), (a, b))], axis=1)
         strain = self.share @ np.einsum("mj,mjk->mk", now - self.products, self.tensors)
-        change = np.einsum("pk,pk->p", self.squares, self.carry @ strain)
+        change = np.einsum("pk,pk->p", self.squares, self.between @ strain)
         return 1.0 - np.sqrt(np.maximum(1.0 + change, 0.0))
 
     def displaced(self, state, smooth):
@@ -164,8 +163,8 @@ def mixed(u, v):
 def test_amplitude(versus, compression, size):
     if (compression, size) == ("edges", "1M dense"):
         pytest.skip("Eq. 9 knows no base mesh")
-    layer, state, smooth, points = moment(size, compression)
-    reference = Reference(layer, state, points)
+    face, layer, state, smooth = scene(size, compression)
+    reference = Reference(face, compression, state)
     expected = reference.displaced(state, smooth)
     moved = np.abs(expected - state.bare).max()
     assert moved > 0.5, "the wrinkles must show"
@@ -181,32 +180,32 @@ def test_amplitude(versus, compression, size):
 
 
 def test_memory(benchmark, notes):
-    """What a million triangles occupy: the forest, the places of the vertices, the layer, and a frame's amplitudes."""
+    """Memory of a million triangles: the forest, the places of the vertices, the layer, and a frame's amplitudes."""
     triangles, points = fw.default_face().triangles, fw.default_face().points
 
     def held():
         tracemalloc.start()
         forest = refined(triangles)
         sizes = [tracemalloc.get_traced_memory()[0]]
-        sites = sites_of(forest, points, triangles)
+        vertices = SurfacePoints.of_forest(forest, points, vertex_normals(points, triangles))
         sizes.append(tracemalloc.get_traced_memory()[0])
         face = fw.default_face()
         layer = fw.MuscleWrinkles()
         layer.attach(face)
-        layer.follow(Change(slice(None), len(sites.points)), sites)
+        layer.follow(Change(slice(None), len(vertices.points)), vertices)
         sizes.append(tracemalloc.get_traced_memory()[0])
         base = squeezed(points)
-        bare = interpolated(base, sites.corners, sites.barycentric)
+        bare = interpolated(base, vertices.corners, vertices.barycentric)
         tracemalloc.reset_peak()
-        layer.displacement(SurfaceState(np.ones(len(face.muscles)), sites, forest.triangles, base, bare))
+        layer.displacement(SurfaceState(np.ones(len(face.muscles)), vertices, forest.triangles, base, bare))
         sizes.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         return len(forest.triangles), np.diff(sizes, prepend=0) / MEGABYTE
 
     benchmark.group = "building the state of 1M triangles"
-    m, (forest, sites, layer, update) = benchmark.pedantic(held, rounds=1, warmup_rounds=0)
+    m, (forest, places, layer, update) = benchmark.pedantic(held, rounds=1, warmup_rounds=0)
     notes[f"memory at {m} triangles"] = (
-        f"forest {forest:.0f} MB, places {sites:.0f} MB, layer {layer:.0f} MB; "
+        f"forest {forest:.0f} MB, places {places:.0f} MB, layer {layer:.0f} MB; "
         f"{update:.0f} MB more at the peak of an amplitude update"
     )
-    assert forest + sites + layer > 0.0
+    assert forest + places + layer > 0.0

@@ -1,12 +1,11 @@
-"""One refinement pass over a contiguous tenth of a mesh, against the packages one would otherwise use.
+"""One refinement pass over a contiguous tenth of a mesh, against packages that do the same.
 
     pytest benchmarks/bench_refinement.py --benchmark-group-by=group
 
-Every size is one group, references in the same run. `forest` splits a prepared forest (a fresh copy per
-round), which is what a simulation does each frame; `forest_with_build` starts from the bare triangles each
-time (`refined` without the weights). scikit-fem closes red-green-blue; pymeshlab's midpoint subdivision
-halves the edges inside the selection, leaves those of its rim whole, and so does a little less. Both give
-conforming meshes and start from their own mesh object, which is not timed.
+Each size is one group, with the references in the same run. `forest` splits a prepared forest (a fresh copy per
+round), as a simulation does each frame; `forest_with_build` starts from the bare triangles each time. scikit-fem closes
+red-green-blue; pymeshlab's midpoint subdivision halves the edges inside the selection but not those of its border, and
+so does slightly less. Both give conforming meshes and start from their own mesh object, which is not timed.
 trimesh.remesh.subdivide(face_index=...) is no reference: it leaves hanging midpoints on the neighbours of the
 selection (396 edges with one triangle instead of the square's 192 at 4.6k), so its result has cracks.
 """
@@ -39,7 +38,7 @@ def square(request):
 
 
 def timed(benchmark, square, work, setup):
-    """`work` on a fresh `setup()` each round; the first round, which compiles, is left out."""
+    """Time `work` on a fresh `setup()` each round; the first round, which compiles, is left out."""
     size, _, _, marked = square
     benchmark.group = f"a tenth of {size} triangles"
     return benchmark.pedantic(work, setup=lambda: ((setup(), marked), {}), rounds=ROUNDS[size], warmup_rounds=1)

@@ -36,7 +36,7 @@ show([face.mesh, wrinkled], "left_three_quarter")
 
 # %%
 # Fig. 4: neutral, forehead wrinkles on some of the vertices only ("valid vertices"), and a frown.
-broken = shown(fw.PatternLayer.presets("forehead", face, valid=0.85, seed=3, number=5))
+broken = shown(fw.PatternLayer.presets("forehead", face, valid_share=0.85, seed=3, number=5))
 frown = shown(fw.PatternLayer.presets("frown", face))
 show([face.mesh, broken, frown], "forehead", (420, 420))
 

@@ -1,6 +1,5 @@
-"""What is laid on the moving surface."""
+"""Layers that displace the moving surface: wrinkles that muscles fold, and patterns."""
 
-from ..geometry import profile
 from . import patterns
 
-__all__ = ["patterns", "profile"]
+__all__ = ["patterns"]

@@ -1,6 +1,6 @@
 """Inner loops of the muscle wrinkles: compression of the skin and height of the folds.
 
-Those over all vertices come in two builds: serial, and parallel for large meshes, where starting threads pays.
+Loops over all vertices come in two builds: serial, and parallel for large meshes, where starting threads pays.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ import numpy as np
 from numba import njit, prange
 
 LARGE = 100_000
-"""From this many vertices on the parallel build is the faster one."""
+"""From this many vertices on, the parallel build is the faster one."""
 
 
 def _two_builds(function: Any) -> Callable[..., None]:
-    """A kernel that runs `function` serially, or in parallel where its first array is large.
+    """Return a kernel that runs `function` serially, or in parallel where its first array is large.
 
-    numba's cache tells functions apart by name and line, not by options: so the parallel one gets a name of its own.
+    numba's cache tells functions apart by name and line, not by options: the parallel one needs a name of its own.
     """
     twin = FunctionType(function.__code__, function.__globals__, function.__name__ + "_parallel")
     twin.__qualname__ = twin.__name__
@@ -34,9 +34,10 @@ def _two_builds(function: Any) -> Callable[..., None]:
 
 @njit(cache=True)
 def edge_weights(starts, offsets, rest, indptr, ring, directions, lengths, out):
-    """Rest lengths L of the edges, and |cos theta| / (L sum |cos theta|) of Eq. 9 for each neighbour and entry in turn.
+    """Rest lengths L of the edges, and the weights |cos theta| / (L sum |cos theta|) of Eq. 9.
 
-    Entry p of vertex i, starts[i] <= p < starts[i + 1], has its own direction; those of i begin at offsets[i].
+    Entry p of vertex i, starts[i] <= p < starts[i + 1], has its own direction. The weights of vertex i begin at
+    offsets[i]: for each neighbour in turn, those of all entries.
     """
     for i in range(rest.shape[0]):
         first, last = starts[i], starts[i + 1]
@@ -83,6 +84,10 @@ def edge_epsilon(starts, offsets, weights, lengths, deformed, indptr, ring, out)
 
 @njit(cache=True)
 def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
+    """Add the change of the metric (n, 6) of each triangle to its vertices, by their shares in the area.
+
+    The two sides a and b of a triangle had the `products` a.a, b.b and a.b at rest, and the dual vectors given.
+    """
     for f in range(triangles.shape[0]):
         i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
@@ -111,7 +116,7 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
 def strain_epsilon(starts, corners, barycentric, strain, products, out):
     """``1 - |F m|`` for the entries of each refined vertex, from the strain (n0, 6) at the vertices of the base mesh.
 
-    `products` (p, 6) are those of the direction's components over its squared length in the rest metric.
+    `products` (p, 6) are the products of each direction's components over its squared length in the rest metric.
     """
     for i in prange(starts.shape[0] - 1):
         first, last = starts[i], starts[i + 1]
@@ -150,11 +155,11 @@ def amplitudes(
     where, starts, muscle, unit, blunt, swing, steep, cycle, direction, epsilon, k0, smallest,
     height, shown, share, spacing, across, active,
 ):  # fmt: skip
-    """Sum of k0 H At A over the entries of the vertices `where` there are any, the same with blunt H (`shown`), and the
-    finest half cycle that matters.
+    """Sum of k0 H At A over the entries of each vertex in `where`, the same with blunt H (`shown`), and the half cycle
+    of the finest fold that matters.
 
     From bulge to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the
-    entries together ask for more than that, all of them get the `share` that the skin suffices for.
+    entries together ask for more than that, each gets the `share` for which the skin suffices.
     """
     for k in prange(where.shape[0]):
         i = where[k]

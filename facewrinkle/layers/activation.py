@@ -1,4 +1,4 @@
-"""What stands for contraction rates where something else than muscles moves the skin: measured compression."""
+"""Activation of muscles by measured compression: in place of contraction rates where a recording moves the skin."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ..anatomy.muscles import Muscle
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
 from . import _kernels as kernels
+from .base import Array, BoolArray
 from .compression import StrainField, along, principal_compression, products
 
-Array = npt.NDArray[np.float64]
-Marks = npt.NDArray[np.bool_]
+Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]
 
 SLACK, TAUT = 0.015, 0.05
 """Mean compression of a muscle's region below which its wrinkles are absent, and from which they are as deep as the
-compression at each place makes them.
+local compression makes them.
 """
 
 ASLANT, ACROSS = 0.45, 0.6
@@ -26,17 +26,21 @@ ASLANT, ACROSS = 0.45, 0.6
 it folds in another direction, and from which it does.
 """
 
+PARALLEL, SAME = 0.98, 0.9
+"""Cosine between directions, and share of both regions, from which on two muscles fold the same wrinkles."""
+
 QUARTERS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6.0
 """Centroids of the four parts of a triangle."""
 
 
 class Activation:
-    """How much the skin over each muscle is compressed along it: a number in [0, 1] like a contraction rate.
+    """Compression of the skin over each muscle, along it, as a number in [0, 1] like a contraction rate.
 
-    The mean of the compressed part over the muscle's wrinkling region, smoothed to 0 below `SLACK` and to 1 above
-    `TAUT`; less where the skin is compressed far more in another direction, in which it folds instead: smoothed to 0
-    below `ASLANT` and to 1 above `ACROSS`. It is measured at fixed places of the base mesh, so that refinement does not
-    change it. Of muscles that fold the same skin in the same direction only the one of the deepest wrinkles acts.
+    It is the mean of the compression (0 where the skin is stretched) over the muscle's wrinkling region, by a smooth
+    step from 0 at `SLACK` to 1 at `TAUT`. Where the skin is compressed far more in another direction, it folds in that
+    one instead: a second smooth step falls to 0 from `ACROSS` to `ASLANT`. The compression is measured at fixed points
+    of the base mesh, so that refinement does not change it. Where several muscles fold the same skin in the same
+    direction, only the one with the deepest wrinkles acts.
 
     Parameters
     ----------
@@ -46,11 +50,11 @@ class Activation:
     zones : ndarray of bool, shape (k, m0)
         Triangles that each may touch.
     field : StrainField
-        Of the base mesh, where the zones are.
+        Strain of the base mesh, at least in the zones.
 
     Examples
     --------
-    A recording in which the face is pressed together from above wakes what lifts the brows, not what frowns:
+    A recording that compresses the face vertically activates the muscle that lifts the brows, not the one that frowns:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
@@ -61,7 +65,7 @@ class Activation:
     (1.0, 0.0)
     """
 
-    def __init__(self, face: Face, muscles: list[Muscle], zones: Marks, field: StrainField) -> None:
+    def __init__(self, face: Face, muscles: list[Muscle], zones: BoolArray, field: StrainField) -> None:
         self._field = field
         hosts = np.flatnonzero(zones.any(axis=0))
         corners = np.repeat(face.triangles[hosts], 4, axis=0)
@@ -96,7 +100,7 @@ class Activation:
         )
 
     def of(self, deformed: Array) -> Array:
-        """Activation (k,) of the muscles in the deformed base mesh (n0, 3), mm."""
+        """Return the activation (k,) of the muscles in the deformed base mesh (n0, 3), mm."""
         epsilon, strain = np.empty(len(self._share)), self._field.strain(deformed)
         kernels.strain_epsilon(self._starts, self._corners, self._weights, strain, self._products, epsilon)
         mean = np.bincount(self._muscle, self._share * np.maximum(epsilon, 0.0), self._count)
@@ -109,19 +113,16 @@ class Activation:
 
 
 def _lost(compression: Array) -> Array:
-    """By how much the square of a length gets smaller: cos^2 as much at an angle to a compression."""
+    """The share by which the square of a length shrinks; at an angle to the compression, cos^2 times as much."""
     shorter = np.maximum(compression, 0.0)
     return np.asarray(shorter * (2.0 - shorter))
-
-
-Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]
 
 
 def _entries(
     muscle: Muscle, near: npt.NDArray[np.int64], where: Array, normals: Array, metric: Array, area: Array
 ) -> Entries:
-    """Places in a muscle's region: their numbers, shares in its mean, products of the direction across the folds over
-    its squared length in the rest metric, and that direction.
+    """Points in a muscle's region: their numbers, their shares in its mean, the products of the direction across the
+    folds over its squared length in the rest metric, and that direction.
     """
     envelope = muscle.envelope(where[near])
     inside, envelope = near[envelope > 0.0], envelope[envelope > 0.0]
@@ -133,8 +134,8 @@ def _entries(
     return inside, share / max(share.sum(), 1e-300), squares, direction
 
 
-def _doubled(entries: list[Entries], depths: list[float]) -> Marks:
-    """Muscles (k,) whose folds are those of one with deeper wrinkles."""
+def _doubled(entries: list[Entries], depths: list[float]) -> BoolArray:
+    """True (k,) for muscles whose folds are those of another with deeper wrinkles."""
     doubled = np.zeros(len(entries), bool)
     order = sorted(range(len(entries)), key=lambda k: -depths[k])
     for place, deep in enumerate(order):
@@ -144,7 +145,3 @@ def _doubled(entries: list[Entries], depths: list[float]) -> Marks:
             alike = np.abs((across[p] * direction[q]).sum(axis=1)) > PARALLEL
             doubled[shallow] |= min(share[p[alike]].sum(), other[q[alike]].sum()) > SAME
     return doubled
-
-
-PARALLEL, SAME = 0.98, 0.9
-"""Cosine between directions, and the share of both regions, from which on two muscles fold the same wrinkles."""

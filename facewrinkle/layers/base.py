@@ -1,38 +1,41 @@
-"""What a layer is: something laid on the moving surface that displaces it along its normals and asks for triangles."""
+"""Layers: each displaces the moving surface along its normals and asks for the triangles that this takes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..errors import ParameterError
+from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import interpolated
-from ..geometry.refinement import Change
+from ..geometry.refinement import Change, RedGreenForest
 from .compression import StrainField, compression_along, principal_compression
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
-    """Places on the rest surface, as many as there are (new) vertices.
+    """Points of the surface at rest: where the vertices of the refined mesh lie, or those that were just created.
 
     Attributes
     ----------
     points, normals : ndarray, shape (n, 3)
         Rest positions, in the unit of the face, and unit normals.
     corners : ndarray of int32, shape (n, 3)
+        Base vertices around each point.
     barycentric : ndarray, shape (n, 3)
-        Base vertices around the place and their weights.
+        Their weights.
     host : ndarray of int32, shape (n,)
-        A base triangle that it lies in.
+        A base triangle that the point lies in.
 
     Examples
     --------
@@ -51,40 +54,48 @@ class SurfacePoints:
     barycentric: Array
     host: IntArray
 
+    @classmethod
+    def of_forest(cls, forest: RedGreenForest, points: Array, normals: Array, first: int = 0) -> Self:
+        """Return the vertices of a refined mesh, from number `first` on, of base vertices and unit normals (n0, 3)."""
+        corners, barycentric = forest.corners[first:], forest.barycentric[first:]
+        upright = interpolated(normals, corners, barycentric)
+        kernels.normalise(upright)
+        return cls(interpolated(points, corners, barycentric), upright, corners, barycentric, forest.host[first:])
+
 
 @dataclass(frozen=True, eq=False)
 class SurfaceState:
-    """The bare (moved, not displaced) surface at one moment.
+    """The bare surface (moved, but not displaced by layers) at one time.
 
     Attributes
     ----------
     rates : ndarray, shape (k,)
         Contraction rates of the face's muscles; empty where the motion is not driven by muscles.
     vertices : SurfacePoints
-        Of all vertices.
+        All vertices, at rest.
     triangles : ndarray of int32, shape (m, 3)
-    base, bare : ndarray, shapes (n0, 3) and (n, 3)
+    base, bare : ndarray, shape (n0, 3) and (n, 3)
         Positions of the base mesh and of the refined one, mm.
     time : float
-        Seconds since the beginning.
+        Seconds since the start.
     directions : ndarray, shape (n, 3), optional
         Unit normals of the bare surface, along which heights displace it.
     strain_field : callable, optional
-        Gives the :class:`facewrinkle.layers.compression.StrainField` of the base mesh.
+        Returns the :class:`facewrinkle.layers.compression.StrainField` of the base mesh.
 
     Notes
     -----
-    How far the bare surface is compressed is measured when a layer first asks for it, once for all layers.
+    The compression of the bare surface is measured when a layer first asks for it, once for all layers.
 
     Examples
     --------
-    A sheet that is pressed together by a fifth from the side, and what a layer learns of it:
+    A sheet compressed by a fifth along x:
 
     >>> sheet, triangles = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)
     >>> corners, up = np.repeat(triangles, 3, axis=0), np.tile([0.0, 0, 1], (3, 1))
-    >>> sites = SurfacePoints(sheet, up, corners, np.eye(3), np.zeros(3, np.int32))
+    >>> vertices = SurfacePoints(sheet, up, corners, np.eye(3), np.zeros(3, np.int32))
     >>> field, moved = StrainField(sheet, triangles), sheet * [0.8, 1, 1]
-    >>> state = SurfaceState(np.empty(0), sites, triangles, moved, moved, strain_field=lambda: field)
+    >>> state = SurfaceState(np.empty(0), vertices, triangles, moved, moved, strain_field=lambda: field)
     >>> state.compression(np.array([1.0, 0, 0])).round(9)
     array([0.2, 0.2, 0.2])
     """
@@ -104,19 +115,19 @@ class SurfaceState:
         return self._field().strain(self.base)
 
     def compression(self, directions: Array) -> Array:
-        """``1 - |F m|`` (n,) along directions (n, 3) or (3,), of which the part in the rest surface counts."""
+        """Return ``1 - |F m|`` (n,) along directions (n, 3) or (3,); only their part in the rest surface counts."""
         return compression_along(*self._tensors, self.vertices.normals, directions)
 
     @cached_property
     def principal_compression(self) -> tuple[Array, Array]:
-        """The largest compression over all tangents (n,), negative where all are stretched, and that unit tangent of
-        the rest surface (n, 3).
+        """The largest compression over all tangents (n,), negative where all are stretched, and the unit tangent of
+        the rest surface that has it (n, 3).
         """
         return principal_compression(*self._tensors, self.vertices.normals)
 
     @cached_property
     def _tensors(self) -> tuple[Array, Array]:
-        """Change of the metric and rest metric (n, 6) at the sites."""
+        """Change of the metric and rest metric (n, 6) at the vertices."""
         where = self.vertices.corners, self.vertices.barycentric
         return interpolated(self.strain, *where), interpolated(self._field().metric, *where)
 
@@ -128,46 +139,46 @@ class SurfaceState:
 
 @dataclass(frozen=True, eq=False)
 class Displacement:
-    """What a layer adds at a moment.
+    """Heights that a layer adds to the bare surface at one time, and the triangles that they take.
 
     Attributes
     ----------
     height : ndarray, shape (n,)
         Along the normals, mm.
     spacing : ndarray, shape (n,)
-        Half the wavelength of the finest relief here, in the unit of the face; infinite where it needs no triangles.
+        Half the wavelength of the finest detail at each vertex, in the unit of the face; infinite where none is needed.
     across : ndarray, shape (n, 3)
         Unit direction in which the wavelength is measured.
     active : ndarray of bool, shape (n,)
-        Where the relief may be; the mesh is refined nowhere else.
-    prefiltering : ndarray, shape (n,), optional
-        Added to the heights, mm, for the normals alone: those of `height` would be uneven where it is sharper than
-        vertices lie close.
+        True where the layer may displace the surface; the mesh is refined nowhere else.
+    shading_offset : ndarray, shape (n,), optional
+        Added to `height`, mm, only for the shading normals: those that a frame is drawn with. The points do not move.
+        A layer whose details are sharper than the mesh gives the difference to its heights averaged over the distance
+        of the vertices (prefiltered); the normals of the heights themselves would be uneven along a sharp furrow.
 
     Examples
     --------
     A furrow at the first of two vertices, where waves 2 mm long run along x; the second needs no triangles:
 
     >>> across = np.array([[1.0, 0, 0], [0, 0, 0]])
-    >>> relief = Displacement(np.array([-0.4, 0]), np.array([1.0, np.inf]), across, np.array([True, False]))
-    >>> relief.spacing[relief.active]
+    >>> furrow = Displacement(np.array([-0.4, 0]), np.array([1.0, np.inf]), across, np.array([True, False]))
+    >>> furrow.spacing[furrow.active]
     array([1.])
     """
 
     height: Array
     spacing: Array
     across: Array
-    active: npt.NDArray[np.bool_]
-    prefiltering: Array | None = None
+    active: BoolArray
+    shading_offset: Array | None = None
 
 
 class Layer(Protocol):
-    """A layer follows the mesh (`attach` once, `follow` whenever vertices come and go) and gives its relief of a
-    moment.
+    """A layer follows the mesh (`attach` once, `follow` whenever vertices come and go) and displaces it.
 
     Examples
     --------
-    Pores, the smallest layer: they are the same at each moment and ask for no triangles.
+    Pores, the smallest layer: they never change and ask for no triangles.
 
     >>> class Pores:
     ...     def attach(self, face):
@@ -188,13 +199,13 @@ class Layer(Protocol):
     """
 
     def attach(self, face: Face) -> None:
-        """Forget everything and prepare for the vertices of `face`, which `follow` will bring."""
+        """Forget everything and prepare for `face`, whose vertices come with the first call of `follow`."""
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
-        """Drop what belongs to vertices that went, and evaluate the new ones."""
+        """Keep what belongs to the vertices that live on (``change.kept``), and evaluate the new ones."""
 
     def displacement(self, state: SurfaceState) -> Displacement:
-        """Heights, and where triangles are needed; asked again at the same time where triangles were split for it."""
+        """Return the heights and the spacing they need; called again at the same time after triangles were split."""
 
     def fields(self) -> dict[str, np.ndarray]:
-        """Point data of the last moment."""
+        """Return arrays for the point data of the frame, as of the last call of `displacement`."""

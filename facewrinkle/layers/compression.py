@@ -1,6 +1,6 @@
-"""How much the skin is compressed along the muscles (epsilon): Eqs. 8-9, and from the deformation gradient.
+"""Compression of the skin along its muscles (epsilon), by Eqs. 8-9 and from the deformation gradient.
 
-Both measure the deformed but unwrinkled surface, or the wrinkles would feed back on themselves.
+Both measure the deformed but unwrinkled surface; otherwise the wrinkles would feed back on themselves.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ IntArray = npt.NDArray[np.int32]
 def edge_compression(
     rest: npt.ArrayLike,
     deformed: npt.ArrayLike,
-    rings: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]],
+    rings: tuple[IntArray, IntArray],
     directions: npt.ArrayLike,
 ) -> Array:
-    """Compression along a direction from the shortening of the edges around each vertex (Eqs. 8-9).
+    """Return the compression along a direction, from the shortening of the edges around each vertex (Eqs. 8-9).
 
     ``tau_ij = (L_ij - |x_i - x_j|) / L_ij``, ``epsilon_i = sum tau_ij |cos theta_ij| / sum |cos theta_ij|``. The
     absolute value is not printed in the paper but needed: with the signed cosine the denominator vanishes on every
@@ -37,7 +37,7 @@ def edge_compression(
     Returns
     -------
     ndarray, shape (n,)
-        1 where the skin vanished, negative where it is stretched. Exactly c under a uniform scaling by 1 - c; about
+        1 where the skin has vanished, negative where it is stretched. Exactly c under a uniform scaling by 1 - c; about
         2c/3 under a uniaxial compression by c in an isotropic ring.
 
     Examples
@@ -69,7 +69,7 @@ class EdgeWeights:
 
     Examples
     --------
-    One direction at the first vertex, two at the second, none at the third; x is pressed together by a fifth:
+    One direction at the first vertex, two at the second, none at the third; the sheet is compressed by a fifth along x:
 
     >>> from facewrinkle.geometry.topology import vertex_rings
     >>> sheet = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
@@ -87,17 +87,17 @@ class EdgeWeights:
         kernels.edge_weights(starts, self._offsets, rest, *rings, directions, self._lengths, self._weights)
 
     def epsilon(self, deformed: Array) -> Array:
-        """Compression (p,) of all entries in the deformed mesh (n, 3)."""
+        """Return the compression (p,) of all entries in the deformed mesh (n, 3)."""
         out = np.zeros(self._starts[-1])
         kernels.edge_epsilon(self._starts, self._offsets, self._weights, self._lengths, deformed, *self._rings, out)
         return out
 
 
 class StrainField:
-    """The strain of a moving mesh at its vertices: the quality alternative to Eq. 9.
+    """The strain of a moving mesh at its vertices: the more accurate alternative to Eq. 9.
 
     The change of the metric of the triangles around a vertex, averaged by area, gives the stretch ``|F m|`` along any
-    tangent m, and with it ``epsilon = 1 - |F m|``, whatever the triangles look like.
+    tangent m, and so ``epsilon = 1 - |F m|``, whatever the shapes of the triangles.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class StrainField:
         )
 
     def strain(self, deformed: Array) -> Array:
-        """Change of the metric (n, 6) at the vertices of the deformed mesh (n, 3); exactly 0 at rest."""
+        """Return the change of the metric (n, 6) at the vertices of the deformed mesh (n, 3); exactly 0 at rest."""
         out = np.zeros_like(self.metric)
         kernels.change_of_metric(
             deformed, self._triangles, self._products, self._dual_a, self._dual_b, self._share, out
@@ -146,7 +146,7 @@ class StrainField:
 
 
 def along(tensors: Array, directions: Array) -> Array:
-    """``m^T T m`` of symmetric tensors (n, 6) and directions (n, 3) or (3,).
+    """Return ``m^T T m`` of symmetric tensors (n, 6) and directions (n, 3) or (3,).
 
     Examples
     --------
@@ -158,7 +158,7 @@ def along(tensors: Array, directions: Array) -> Array:
 
 
 def products(directions: Array) -> Array:
-    """What a direction (..., 3) multiplies the components of a symmetric tensor with, (..., 6).
+    """Return the factors (..., 6) of a symmetric tensor's components in ``m^T T m``, for directions m (..., 3).
 
     Examples
     --------
@@ -170,7 +170,7 @@ def products(directions: Array) -> Array:
 
 
 def compression_along(strain: Array, metric: Array, normals: Array, directions: Array) -> Array:
-    """Compression ``1 - |F m|`` along directions at some places.
+    """Return the compression ``1 - |F m|`` along directions at some points.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def compression_along(strain: Array, metric: Array, normals: Array, directions: 
     normals : ndarray, shape (n, 3)
         Unit normals at rest.
     directions : ndarray, shape (n, 3) or (3,)
-        Of any length; their part along the normal does not count.
+        Of any length; their parts along the normals do not count.
 
     Returns
     -------
@@ -203,10 +203,10 @@ def compression_along(strain: Array, metric: Array, normals: Array, directions: 
 
 
 def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple[Array, Array]:
-    """The largest compression over all tangents, and the tangent of it.
+    """Return the largest compression over all tangents, and the tangent that has it.
 
-    The stretch ``|F m|`` is smallest where ``m^T S m / m^T G m`` is, S the change of the metric, G the rest metric: the
-    smaller root of a pencil of 2 x 2 matrices in each tangent plane.
+    The stretch ``|F m|`` is smallest where ``m^T S m / m^T G m`` is, with S the change of the metric and G the rest
+    metric: the smaller eigenvalue of a pencil of 2 x 2 matrices in each tangent plane.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple
     compression : ndarray, shape (n,)
         Negative where all tangents are stretched.
     tangents : ndarray, shape (n, 3)
-        Unit vectors; an arbitrary one where all directions are compressed alike.
+        Unit vectors; arbitrary where all directions are compressed alike.
 
     Examples
     --------
@@ -247,11 +247,11 @@ def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple
 
 
 def mixed(tensors: Array, left: Array, right: Array) -> Array:
-    """``l^T T r`` of symmetric tensors (n, 6) and directions (n, 3).
+    """Return ``l^T T r`` of symmetric tensors (n, 6) and directions (n, 3).
 
     Examples
     --------
-    How much a right angle closes in a sheet that is sheared by 0.3:
+    In a sheet that is sheared by 0.3, a right angle closes by about as much:
 
     >>> sheared = np.array([[0.0, 0.09, 0.0, 0.0, 0.0, 0.3]])
     >>> mixed(sheared, np.array([[1.0, 0, 0]]), np.array([[0.0, 1, 0]]))

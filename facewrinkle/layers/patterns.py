@@ -1,9 +1,8 @@
-"""Pattern functions: height fields over the plane that make wrinkles, dimples and pouches; formulas on arrays.
+"""Pattern functions: formulas on arrays for heights over the plane that make wrinkles, dimples and pouches.
 
 Paper: Lin, Cheng, "Modeling Three Dimensional Animated, Detailed, and Emotional Facial Expressions", Section 3. Each
-is z = f(x, y, t) in local coordinates of a selected area; alpha, beta and gamma are parameters, t is time. What is
-laid on a surface is f minus its baseline (the functions whose names end in `_relief`), so that a pattern at rest does
-nothing.
+is z = f(x, y, t) in local coordinates of a selected area; alpha, beta and gamma are parameters, t is time. A surface is
+displaced by f minus its baseline (the functions whose names end in `_relief`), so that a pattern at rest does nothing.
 """
 
 from __future__ import annotations
@@ -17,16 +16,19 @@ import numpy.typing as npt
 from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 
 Array = npt.NDArray[np.float64]
-Function = Callable[[npt.ArrayLike, npt.ArrayLike, float], Array]
+PatternFunction = Callable[[npt.ArrayLike, npt.ArrayLike, float], Array]
+"""A function of x, y and t."""
+
 Variant = Literal["paper", "fan"]
 
 VARIANTS: tuple[Variant, ...] = ("paper", "fan")
+
 SMALLEST_T = 0.01
-"""The eye pouch grows beyond all bounds as t falls to 0; the earliest t that is taken."""
+"""The smallest t of the eye pouch, which grows beyond all bounds as t falls to 0."""
 
 
 def angle(x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
-    """arctan(y / x) in [-pi/2, pi/2]: the same on both sides of the origin, and 0 in it.
+    """Return arctan(y / x) in [-pi/2, pi/2]: the same on both sides of the origin, and 0 at it.
 
     Examples
     --------
@@ -46,7 +48,7 @@ def forehead(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: f
     x, y : array_like, shape (n,)
         Local coordinates; x points up the forehead. Use x of about 2 to 4.2, y of -2.5 to 2.5, away from the origin.
     t : float
-        Time: it runs the wrinkles through their cycle.
+        Time: runs the wrinkles through their cycle.
     alpha : float
         Depth: from peak to valley it is 2 sinh(alpha).
     beta : float
@@ -76,7 +78,7 @@ def forehead_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, 
 
 
 def forehead_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float) -> Array:
-    """The phase of the sine in :func:`forehead`, radians."""
+    """Return the phase of the sine in :func:`forehead`, radians."""
     x, y = _plane(x, y)
     th = angle(x, y)
     return np.asarray((x * x + y * y) - (t * np.sin(th) - np.sin(beta * th)) ** 2)
@@ -94,9 +96,9 @@ def eye_corner(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta:
     alpha : float
         Depth.
     beta : float
-        Below 0 they decay outwards.
+        Decay: below 0 they grow shallower outwards.
     gamma : float
-        Number: gamma / 2 on one side. On both sides of x = 0 it has to be even, or the surface tears there.
+        Number: gamma / 2 on one side. For points on both sides of x = 0 it has to be even, or the surface tears there.
 
     Returns
     -------
@@ -132,7 +134,7 @@ def eye_corner_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float
 
 
 def eye_corner_phase(x: npt.ArrayLike, y: npt.ArrayLike, gamma: float) -> Array:
-    """The phase of the sine in :func:`eye_corner`, radians, with its check of gamma."""
+    """Return the phase of the sine in :func:`eye_corner`, radians, after the check of gamma."""
     x, y = _plane(x, y)
     if gamma % 2.0 != 0.0 and x.size and x.min() <= 0.0 <= x.max() and x.min() < x.max():
         raise ParameterError(
@@ -169,7 +171,7 @@ def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: floa
 
 
 def cheek_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float) -> Array:
-    """The phase of the sine in :func:`cheek`, radians."""
+    """Return the phase of the sine in :func:`cheek`, radians."""
     x, y = _plane(x, y)
     return np.asarray(beta * np.hypot(x, y) + t)
 
@@ -196,7 +198,7 @@ def frown(
     beta : float
         Distance: 2 pi beta / (y + t) from line to line.
     variant : {"paper", "fan"}
-        "paper" draws together upwards; "fan", ``alpha sin(x / (beta (y + t)))``, spreads.
+        The lines draw together upwards in "paper", and spread in "fan": ``alpha sin(x / (beta (y + t)))``.
     offset : float
         Added to the phase, radians: 0 as printed, pi/2 symmetric about x = 0.
 
@@ -209,7 +211,7 @@ def frown(
     UnknownNameError
         For an unknown variant.
     ParameterError
-        If beta is 0, or y + t is not above 0 all over a fan.
+        If beta is 0, or y + t is not above 0 everywhere in a fan.
 
     Examples
     --------
@@ -220,7 +222,7 @@ def frown(
 
 
 def frown_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float, variant: Variant = "paper") -> Array:
-    """The phase of the sine in :func:`frown` without its offset, radians, with the checks."""
+    """Return the phase of the sine in :func:`frown` without its offset, radians, after the checks."""
     x, y = _plane(x, y)
     if beta == 0.0:
         raise ParameterError("beta must not be 0: it is the distance of the wrinkles.")
@@ -241,7 +243,7 @@ def dimple(x: npt.ArrayLike, y: npt.ArrayLike, t: float) -> Array:
     x, y : array_like, shape (n,)
         Local coordinates about its centre.
     t : float
-        Above 0; :func:`dimple_time` gives the t of a strength.
+        Above 0; :func:`dimple_time` returns the t of a strength.
 
     Returns
     -------
@@ -263,7 +265,7 @@ def dimple(x: npt.ArrayLike, y: npt.ArrayLike, t: float) -> Array:
 
 
 def dimple_time(strength: float, sharpest: float) -> float:
-    """The t at which a dimple is `strength` times as deep as at t = `sharpest`; infinite at rest.
+    """Return the t at which a dimple is `strength` times as deep as at t = `sharpest`; infinite at rest.
 
     Between its centre and r = 1 a dimple is ``log(1 + 1 / t)`` deep: ``t = 1 / expm1(strength log1p(1 / sharpest))``.
 
@@ -277,7 +279,7 @@ def dimple_time(strength: float, sharpest: float) -> float:
 
 
 def dimple_relief(x: npt.ArrayLike, y: npt.ArrayLike, strength: float, sharpest: float) -> Array:
-    """:func:`dimple` normalised to [-strength, 0] over the unit disk: 0 on its rim and outside.
+    """:func:`dimple` normalised to [-strength, 0] over the unit disk: 0 on its border and outside.
 
     Examples
     --------
@@ -302,7 +304,7 @@ def eye_pouch(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: 
     t : float
         Time, at least 0.01: the formula is singular at 0.
     alpha, beta : float
-        Style of the trembling: how fast the bumps run along x and y.
+        Style of the trembling: speed of the bumps along x and y.
     gamma : int
         Height, at least 0; even for bumps that all stick out.
 
@@ -313,7 +315,7 @@ def eye_pouch(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: 
     Raises
     ------
     ParameterError
-        If t is below 0.01 or gamma is no whole number (the cosines are negative in places).
+        If t is below 0.01 or gamma is not a whole number (the cosines are negative in places).
 
     Examples
     --------
@@ -325,7 +327,7 @@ def eye_pouch(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: 
 
 
 def eye_pouch_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: int) -> Array:
-    """``((cos(x + alpha t) + cos(y + beta t)) / 2)^gamma``: :func:`eye_pouch` at its largest 1, and without the decay.
+    """``((cos(x + alpha t) + cos(y + beta t)) / 2)^gamma``: :func:`eye_pouch` scaled to at most 1, and without decay.
 
     Examples
     --------
@@ -338,10 +340,10 @@ def eye_pouch_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float,
 
 
 def sharpened(s: npt.ArrayLike, sharpness: float) -> Array:
-    """A sine s in [-1, 1] with its furrows narrowed and its bulges widened: 1 from bulge to furrow, 0 on average.
+    """Return a sine s in [-1, 1] with narrower furrows and wider bulges: 1 from bulge to furrow, 0 on average.
 
     ``(I0(k) - exp(-k s)) / (2 sinh k)`` with k = `sharpness`; s / 2 at 0. It is the forehead's ``exp(alpha sin)``
-    upside down: as printed, ridges are sharp and valleys round, and skin folds the other way round.
+    upside down: as printed, ridges are sharp and valleys round, but skin folds the other way round.
 
     Examples
     --------
@@ -357,13 +359,13 @@ def sharpened(s: npt.ArrayLike, sharpness: float) -> Array:
     return np.asarray((np.i0(k) - np.exp(-k * s)) / (2.0 * np.sinh(k)))
 
 
-def primary(*functions: Function) -> Function:
-    """The primary function P = p1 + p2 + ...: the sum of patterns.
+def primary(*functions: PatternFunction) -> PatternFunction:
+    """Return the primary function P = p1 + p2 + ...: the sum of patterns.
 
     Raises
     ------
     ParameterError
-        If there is none.
+        If no function is given.
 
     Examples
     --------

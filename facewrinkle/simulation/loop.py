@@ -244,7 +244,7 @@ class Simulation:
         face = self.face
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
         self._levels = self.forest.level
-        self.vertices = self._vertices_from(0)
+        self.vertices = SurfacePoints.of_forest(self.forest, self.face.points, self._base_normals)
         for layer in self.layers:
             layer.attach(face)
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
@@ -319,7 +319,9 @@ class Simulation:
     def _follow(self, change: Change) -> None:
         """Bring vertices and layers in step with a change of the triangles."""
         with self._timed("refinement"):
-            created = self._vertices_from(self.forest.n_points - change.n_created)
+            created = SurfacePoints.of_forest(
+                self.forest, self.face.points, self._base_normals, self.forest.n_points - change.n_created
+            )
             old, kept = self.vertices, change.kept
             columns = (
                 [getattr(old, name)[kept], getattr(created, name)] for name in SurfacePoints.__dataclass_fields__
@@ -330,15 +332,6 @@ class Simulation:
         with self._timed("wrinkles"):
             for layer in self.layers:
                 layer.follow(change, created)
-
-    def _vertices_from(self, first: int) -> SurfacePoints:
-        """Return the vertices from number `first` on, on the surface at rest."""
-        forest = self.forest
-        corners, weights = forest.corners[first:], forest.barycentric[first:]
-        normals = interpolated(self._base_normals, corners, weights)
-        kernels.normalise(normals)
-        points = interpolated(self.face.points, corners, weights)
-        return SurfacePoints(points, normals, corners, weights, forest.host[first:])
 
     def _shape(self, base: Array) -> tuple[Array, Array, Array, Array]:
         """Return points, normals, heights and Eq. 19 of the present vertices; mark triangles to split or take back."""
@@ -353,10 +346,10 @@ class Simulation:
             added = [layer.displacement(state) for layer in self.layers]
             height = sum((own.height for own in added[1:]), added[0].height if added else np.zeros(len(bare)))
             moved = displaced(bare, height, smooth)
-            prefiltering = [own.prefiltering for own in added if own.prefiltering is not None]
+            offsets = [own.shading_offset for own in added if own.shading_offset is not None]
             normals = shown = detail_normals(bare, moved, triangles, smooth)
-            if prefiltering:
-                shown = detail_normals(bare, displaced(bare, height + sum(prefiltering), smooth), triangles, smooth)
+            if offsets:
+                shown = detail_normals(bare, displaced(bare, height + sum(offsets), smooth), triangles, smooth)
         with self._timed("refinement"):
             *marks, split_gamma = mark(self.refinement, self.forest, self._levels, vertices, normals, added)
             self._marks = marks[0], marks[1]

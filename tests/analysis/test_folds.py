@@ -1,4 +1,4 @@
-"""What tells whether expressions keep the skin sound, and that they do."""
+"""The measures of soundness against known cases, and expressions that keep the skin sound."""
 
 from __future__ import annotations
 

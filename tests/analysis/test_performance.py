@@ -1,4 +1,4 @@
-"""The report on performance: what was measured is there. How fast it was, no test tells."""
+"""The report on performance: all measurements are there. No test checks how fast it was."""
 
 from __future__ import annotations
 

@@ -8,27 +8,27 @@ import pytest
 import facewrinkle as fw
 from analysis.profiles import EPSILON, closed_form, closed_narrow, folded, sheet
 from analysis.sections import cut, expected, measure
-from analysis.surfaces import lay, rates_of, settled, wrinkling
+from analysis.surfaces import rates_of, settled, wrinkled_surface, wrinkling
 from facewrinkle.geometry import profile
 
 
-def test_a_moment_on_its_own_mesh_is_the_frame(face):
+def test_a_surface_on_its_own_mesh_is_the_frame(face):
     sim = settled(face, "frowning", 12)
     frame = sim.step()
-    laid = lay(sim)
-    np.testing.assert_array_equal(laid.wrinkled, frame.points)
-    np.testing.assert_array_equal(laid.height, frame["W"])
-    np.testing.assert_array_equal(laid.shading, frame["Normals"])
+    surface = wrinkled_surface(sim)
+    np.testing.assert_array_equal(surface.wrinkled, frame.points)
+    np.testing.assert_array_equal(surface.height, frame["W"])
+    np.testing.assert_array_equal(surface.shading, frame["Normals"])
 
 
 def test_vertices_lie_on_the_closed_form():
-    """What is off is between the vertices of the mesh."""
+    """All error is between the vertices of the mesh."""
     muscle = sheet()
-    laid = folded(muscle, 2)
-    core = np.abs(laid.rest[:, 0]) < 0.5 * muscle.wrinkles.core * muscle.width
-    along = 22.0 - laid.rest[:, 1]
+    surface = folded(muscle, 2)
+    core = np.abs(surface.rest[:, 0]) < 0.5 * muscle.wrinkles.core * muscle.width
+    along = 22.0 - surface.rest[:, 1]
     inside = core & (along > 4.4) & (along < 44.0)
-    np.testing.assert_allclose(laid.height[inside], closed_form(muscle, along[inside]), atol=1e-12)
+    np.testing.assert_allclose(surface.height[inside], closed_form(muscle, along[inside]), atol=1e-12)
 
 
 def test_a_known_wave_is_measured():
@@ -47,7 +47,7 @@ def test_cuts_are_made_across_folds_of_every_kind(face):
     """Between the vertices of a fine mesh the closed form of every muscle is met."""
     for name in ("closing_eye", "stretching_mouth"):
         sim = settled(face, name, 30)
-        fine = lay(sim, wrinkling(face, rates_of(sim), 4))
+        fine = wrinkled_surface(sim, wrinkling(face, rates_of(sim), 4))
         which = max(rates_of(sim), key=lambda n: rates_of(sim)[n])
         section = cut(fine, face.muscles[which].fold_pattern, face.unit)
         error = np.abs(section.height - expected(section, sim, fine))
@@ -55,7 +55,7 @@ def test_cuts_are_made_across_folds_of_every_kind(face):
         assert error.mean() < 0.01 * np.ptp(section.height)
 
 
-def test_a_cut_beside_the_region_is_refused():
+def test_a_cut_outside_the_region_is_refused():
     muscle = sheet()
     with pytest.raises(fw.FaceWrinkleError, match="does not meet the wrinkling region"):
         cut(folded(muscle, 1), muscle, across=1.3)
@@ -84,6 +84,6 @@ def test_heights_on_the_head_converge_too(report):
         assert row["mean"] < 0.04  # mm
 
 
-def test_the_plate_is_compressed_as_it_should():
-    laid = folded(sheet(), 1)
-    np.testing.assert_allclose(laid.bare[:, 1], (1.0 - EPSILON) * laid.rest[:, 1])
+def test_the_plate_is_compressed_as_it_should_be():
+    surface = folded(sheet(), 1)
+    np.testing.assert_allclose(surface.bare[:, 1], (1.0 - EPSILON) * surface.rest[:, 1])

@@ -7,9 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from analysis.refinement import Gap, at_equal_count, barycentric, blind_spots, gap, smallest_angles
-from analysis.surfaces import lay, rates_of, settled, wrinkling
+from analysis.refinement import Gap, at_equal_count, blind_spots, gap, smallest_angles
+from analysis.surfaces import rates_of, settled, wrinkled_surface, wrinkling
 from facewrinkle.commands.table1 import PAPER
+from facewrinkle.geometry.interpolation import barycentric
 
 
 def test_smallest_angles_of_known_triangles():
@@ -26,11 +27,11 @@ def test_barycentric_coordinates_give_the_points_back():
 
 def test_a_mesh_is_not_off_itself(face):
     sim = settled(face, "frowning", 20)
-    fine = lay(sim, wrinkling(face, rates_of(sim), 2))
+    fine = wrinkled_surface(sim, wrinkling(face, rates_of(sim), 2))
     same = gap(fine, fine)
     assert same.distance < 1e-6
     assert same.angle < 0.1
-    assert gap(lay(sim, wrinkling(face, rates_of(sim), 0)), fine).distance > 0.02
+    assert gap(wrinkled_surface(sim, wrinkling(face, rates_of(sim), 0)), fine).distance > 0.02
 
 
 def test_equal_counts_are_read_off_straight_lines():

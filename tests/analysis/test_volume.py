@@ -1,4 +1,4 @@
-"""The report on volume: what vanishes, and what takes from it."""
+"""The report on volume: the integrals that vanish, and the effects that change them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 import facewrinkle as fw
 from analysis.profiles import EPSILON, sheet
-from analysis.surfaces import lay, plate, rates_of, settled, squeezed, uniform, wrinkling
+from analysis.surfaces import plate, rates_of, settled, squeezed, uniform, wrinkled_surface, wrinkling
 from analysis.volume import displaced_exactly, in_the_plane, ladder, quadrature, regions, share, volumes
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
@@ -42,7 +42,7 @@ def test_volume_on_a_plate_converges(report):
 
 def test_the_displaced_volume_is_that_of_the_closed_form():
     sim = squeezed(plate(sheet()), EPSILON, layers=[MuscleWrinkles(inextensible=False)])
-    found = np.abs(volumes(lay(sim, uniform(sim.face, 5)))).sum()
+    found = np.abs(volumes(wrinkled_surface(sim, uniform(sim.face, 5)))).sum()
     assert found == pytest.approx(displaced_exactly(sheet()), rel=2e-3)
 
 
@@ -56,7 +56,7 @@ def test_what_is_lost_on_the_head_does_not_come_from_the_mesh(report):
 def test_balanced_wrinkles_hold_no_volume_on_any_mesh_and_hardly_change(face, expression):
     sim = settled(face, expression, 30)
     for forest in (None, wrinkling(face, rates_of(sim), 1), wrinkling(face, rates_of(sim), 3)):
-        before, after = lay(sim, forest), lay(sim, forest, [MuscleWrinkles(balance=True)])
+        before, after = wrinkled_surface(sim, forest), wrinkled_surface(sim, forest, [MuscleWrinkles(balance=True)])
         assert abs(share(volumes(after))) < 1e-9
         assert abs(share(volumes(before))) > 1e-3
         np.testing.assert_array_equal(after.height == 0.0, before.height == 0.0)
@@ -73,7 +73,7 @@ def test_a_balanced_simulation_plays_and_relaxes(face):
     sim.express("frowning")
     *_, frame = sim.run(15)
     assert np.abs(frame["W"]).max() > 0.3
-    assert abs(share(volumes(lay(sim)))) < 1e-9
+    assert abs(share(volumes(wrinkled_surface(sim)))) < 1e-9
     sim.relax()
     for _ in range(80):
         frame = sim.step()
@@ -82,4 +82,4 @@ def test_a_balanced_simulation_plays_and_relaxes(face):
 
 def test_the_ladder_ends_with_what_the_frames_hold(face):
     sim = settled(face, "frowning", 30)
-    assert ladder(sim, 2)["default mesh"] == share(volumes(lay(sim)))
+    assert ladder(sim, 2)["default mesh"] == share(volumes(wrinkled_surface(sim)))

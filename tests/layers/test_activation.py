@@ -1,4 +1,4 @@
-"""What stands for contraction rates on a recording: the measured compression over each muscle.
+"""Activation of muscles on a recording, by the measured compression over each.
 
 what                        checked against
 uniform scaling             the smoothstep of its compression, for every muscle that folds skin
@@ -36,7 +36,7 @@ def named(face, values):
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 1.0, 2.0])
-def test_uniform_compression_wakes_all_muscles_alike(face, activation, share):
+def test_uniform_compression_activates_all_muscles_alike(face, activation, share):
     c = SLACK + share * (TAUT - SLACK)
     found = named(face, activation.of((1.0 - c) * face.points))
     t = min(share, 1.0)
@@ -47,7 +47,7 @@ def test_uniform_compression_wakes_all_muscles_alike(face, activation, share):
         assert found[name] == pytest.approx(t * t * (3.0 - 2.0 * t), abs=1e-9)
 
 
-def test_rest_stretched_and_turned_skin_sleeps(face, activation):
+def test_rest_stretched_and_turned_skin_is_not_active(face, activation):
     turned = face.points @ Rotation.from_rotvec([0.4, -1.3, 0.8]).as_matrix().T + [100.0, 5.0, -40.0]
     for deformed in (face.points, 1.2 * face.points, turned, (1.0 - 0.9 * SLACK) * face.points):
         assert not activation.of(deformed).any()
@@ -96,7 +96,7 @@ def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(face, played, ex
     ours = {name: sim.fields(name) for name in making}
     for name in making:
         np.testing.assert_allclose(ours[name]["epsilon"][:n], held.fields[name]["epsilon"][:n], atol=1e-9)
-    # Other muscles wake where the moving skin is squeezed over them; elsewhere the wrinkles are the same.
+    # Other muscles become active where the moving skin is squeezed over them; elsewhere the wrinkles are the same.
     together = sum(own["W"] for own in ours.values())
     alone = (np.abs(frame["W"] - together) < 1e-12)[:n]
     replayed, made = together[:n][alone], sum(held.fields[name]["W"] / held.rates[name] for name in making)[:n][alone]
@@ -104,7 +104,7 @@ def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(face, played, ex
     np.testing.assert_allclose(replayed, made, atol=1e-9)
 
 
-def test_a_face_without_muscles_has_nothing_to_wake(face):
+def test_a_face_without_muscles_has_no_activation(face):
     assert activation_of(face, []).of(0.5 * face.points).shape == (0,)
 
 

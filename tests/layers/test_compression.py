@@ -122,7 +122,7 @@ def test_gradient_is_the_stretch_of_any_affine_map():
 
 
 def test_a_folded_flat_mesh_is_not_compressed():
-    """RigidAlignment folding keeps all metrics; edges and gradient both see none of it."""
+    """Rigid folding keeps all metrics; edges and gradient both see none of it."""
     points = np.array([[-1.0, 0, 0], [0, -1, 0], [0, 1, 0], [1, 0, 0]])
     triangles = np.array([[0, 1, 2], [1, 3, 2]], dtype=np.int32)
     folded = points.copy()

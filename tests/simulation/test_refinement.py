@@ -14,7 +14,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
-from analysis.surfaces import lay, settled
+from analysis.surfaces import settled, wrinkled_surface
 from facewrinkle.errors import ParameterError
 from facewrinkle.geometry.topology import unique_edges
 
@@ -34,7 +34,7 @@ def angles(points, triangles):
 @pytest.mark.parametrize("name", PAPER)
 def test_split_gamma_is_eq_19(face, name):
     sim = settled(face, name, 12)
-    frame, laid = sim.step(), lay(sim)
+    frame, laid = sim.step(), wrinkled_surface(sim)
     rest, now = laid.rest_normals, laid.folded
     active = np.logical_or.reduce([own.active for own in laid.reliefs])
     edges, _ = unique_edges(frame.regular_faces)

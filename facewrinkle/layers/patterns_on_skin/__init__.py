@@ -1,1 +1,1 @@
-"""Pattern functions as layers: on a region of a surface, with natural variation, and presets by landmarks."""
+"""Patterns as layers: on a region of a surface, with natural variation, and presets placed by landmarks."""

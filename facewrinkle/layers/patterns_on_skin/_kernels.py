@@ -1,7 +1,7 @@
-"""Inner loops of patterns: their heights at a moment from what was computed once per vertex.
+"""Inner loops of patterns: their heights at one time, from values computed once per vertex.
 
 Sine and exponential are series in loops without branches and without inner loops of variable length, so that the
-compiler works on several vertices at once; they are exact to a few units of the last place of 1.
+compiler works on several vertices at once; they are exact to a few units in the last place of 1.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 _SINE = tuple((-1.0) ** k / factorial(2 * k + 1) for k in range(14))
-_EXPONENTIAL = tuple(1.0 / factorial(k) for k in range(12))  # what follows is below 2e-16 up to 1/4
+_EXPONENTIAL = tuple(1.0 / factorial(k) for k in range(12))  # up to 1/4 all further terms are below 2e-16
 TURN = 2.0 * np.pi
 
 
@@ -63,13 +63,14 @@ def shaped(weight, sine, a, b, c, out):
 
 @njit(cache=True)
 def standing(where, weight, sine, a, b, c, scratch, out):
-    """Add ``weight (a + b exp(c s))``, s given."""
+    """Add ``weight (a + b exp(c s))`` of sines s that do not change with t."""
     shaped(weight, sine, a, b, c, scratch)
     add(where, scratch, 1.0, out)
 
 
 @njit(cache=True)
 def add(where, heights, factor, out):
+    """Add ``factor heights`` to the vertices `where`."""
     for i in range(where.shape[0]):
         out[where[i]] += factor * heights[i]
 

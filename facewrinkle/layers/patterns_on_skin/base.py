@@ -1,7 +1,8 @@
-"""What all kinds of patterns share.
+"""The base class of all kinds of patterns.
 
 Each kind lays the plane of its formula (:mod:`facewrinkle.layers.patterns`) on a region, whose own coordinates (u, v)
-are -1 to 1 from border to border, and scales its relief to 1 from bulge to furrow (a dimple or pouch: 1 deep or high).
+run from -1 to 1 between its borders, and scales its relief to 1 from bulge to furrow (a dimple or pouch: 1 deep or
+high).
 """
 
 from __future__ import annotations
@@ -15,22 +16,22 @@ import numpy.typing as npt
 
 from ..base import Array
 
-Heights = Callable[[float, float, Array], None]
-"""Adds the relief at a strength and a t to an array of heights."""
+ReliefAdder = Callable[[float, float, Array], None]
+"""A function of strength, t and heights (n,) that adds a pattern's relief to the heights."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pattern:
-    """What all kinds share: they are asked for places in a plane, and for heights there.
+    """A pattern: a plane, and heights over it.
 
-    A kind has `plane`, which maps (u, v) to its own (x, y), given the region's height over its width; `relief`, the
-    height at a strength in [0, 1] and a t; `waves`, the gradient of its phase in (x, y); and `prepared`, a faster form
-    of `relief` for places that do not change. `moving` tells whether its wavelengths change with t, `timed` whether it
-    has a t other than its strength.
+    A kind has `plane`, which maps (u, v) to its own (x, y), given the region's height over its width (`aspect`);
+    `relief`, the height at a strength in [0, 1] and a t; `wave_vector`, the gradient of its phase; and `relief_adder`,
+    a faster form of `relief` for points that do not change. `moving` is True if its wavelengths change with t, `timed`
+    if it has a t other than its strength.
 
     Examples
     --------
-    A kind of one's own needs a relief and the gradient of its phase:
+    A kind of one's own needs a relief and a wave vector:
 
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True, kw_only=True)
@@ -38,7 +39,7 @@ class Pattern:
     ...     number: float = 6.0
     ...     def relief(self, x, y, strength, t, aspect):
     ...         return 0.5 * strength * np.cos(np.pi * self.number * x)
-    ...     def waves(self, x, y, t, aspect):
+    ...     def wave_vector(self, x, y, t, aspect):
     ...         return np.full_like(x, np.pi * self.number), np.zeros_like(y)
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
@@ -52,29 +53,31 @@ class Pattern:
     timed: ClassVar[bool] = True
 
     def sized(self, size: Array) -> Pattern:
-        """The pattern on a region of this width and height, mm."""
+        """Return the pattern for a region of this width and height, mm."""
         return self
 
     def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
-        """The (x, y) of places (k, 2) in the region."""
+        """Return the (x, y) of points (k, 2) in the region."""
         return uv[:, 0], uv[:, 1]
 
     def time(self, seconds: float) -> float:
-        """The t of a moment, where none was asked for."""
+        """Return the t at a time, where the user gave none."""
         return 0.0
 
     def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
-        """Heights (k,), 0 at strength 0."""
+        """Return heights (k,), 0 at strength 0."""
         raise NotImplementedError
 
-    def waves(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
-        """Gradient of the phase along x and y."""
+    def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+        """Return the gradient of the phase along x and y: 2 pi over the wavelength of the finest detail."""
         raise NotImplementedError
 
-    def prepared(self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array) -> Heights:
-        """The same as `relief`, times `weight`, added where told."""
+    def relief_adder(
+        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
+    ) -> ReliefAdder:
+        """Return a function that adds `relief` times `weight` (k,) to the heights of the vertices `where` (k,)."""
 
-        def heights(strength: float, t: float, out: Array) -> None:
+        def add(strength: float, t: float, out: Array) -> None:
             out[where] += weight * self.relief(x, y, strength, t, aspect)
 
-        return heights
+        return add

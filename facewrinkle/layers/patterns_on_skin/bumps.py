@@ -1,4 +1,4 @@
-"""Patterns that are no waves: dimples, eye pouches, and functions of one's own."""
+"""Patterns that are not waves: dimples, eye pouches, and functions of one's own."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from ...errors import ParameterError, check_positive, check_range, check_whole
 from .. import patterns
 from ..base import Array
 from . import _kernels as kernels
-from .base import Heights, Pattern
+from .base import Pattern, ReliefAdder
 
 
 @dataclass(frozen=True, kw_only=True)
 class Dimple(Pattern):
-    """A pit (see :func:`patterns.dimple`); its t falls from infinity to `sharpest` as the strength rises.
+    """A pit (see :func:`facewrinkle.layers.patterns.dimple`); its t falls from infinity to `sharpest` as the strength
+    rises.
 
     Attributes
     ----------
@@ -45,7 +46,7 @@ class Dimple(Pattern):
         """See :class:`Pattern`."""
         return patterns.dimple_relief(x, y, strength, self.sharpest)
 
-    def waves(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+    def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
         r = np.hypot(x, y)
         steep = 2.0 / np.maximum(r, np.sqrt(self.sharpest))
@@ -54,26 +55,28 @@ class Dimple(Pattern):
             y, r, out=0.0 * y, where=away
         )
 
-    def prepared(self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array) -> Heights:
+    def relief_adder(
+        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
+    ) -> ReliefAdder:
         """See :class:`Pattern`."""
         square, full = np.minimum(x * x + y * y, 1.0), np.log1p(1.0 / self.sharpest)
 
-        def heights(strength: float, t: float, out: Array) -> None:
+        def add(strength: float, t: float, out: Array) -> None:
             if strength > 0.0:
                 kernels.dent(where, weight, square, patterns.dimple_time(strength, self.sharpest), 1.0 / full, out)
 
-        return heights
+        return add
 
 
 CREASE_ABOVE, CREASE_BELOW, CREASE_ROUND = 0.22, 0.3, 0.06
-"""How far the walls of a pouch's crease reach up and down, and how far its bottom is round, in half heights of the
+"""Extent of the walls of a pouch's crease upwards and downwards, and of its round bottom, in half heights of the
 region.
 """
 
 
 @dataclass(frozen=True, kw_only=True)
 class EyePouch(Pattern):
-    """Skin that trembles (see :func:`patterns.eye_pouch`).
+    """A pouch of skin that trembles (see :func:`facewrinkle.layers.patterns.eye_pouch`).
 
     Attributes
     ----------
@@ -84,17 +87,17 @@ class EyePouch(Pattern):
     trembling : float
         Share of the height that trembles: 0 is a pouch that keeps still, 1 the paper's, which runs along.
     frequency : float
-        Of the trembling, Hz.
+        Frequency of the trembling, Hz.
     alpha, beta : float
-        Share of it along the two axes, in turns: the style of the trembling.
+        Cycles that the bumps run along x and y in each period: the style of the trembling.
     crease : float
         Depth of the furrow in which the pouch ends below, as a share of its height; 0 is the paper's soft edge.
     crease_at : float
-        How far below the middle it is, in half heights of the region.
+        Distance of the furrow below the middle, in half heights of the region.
 
     Examples
     --------
-    Height of the middle at the beginning, and half a period later, when what trembles is down:
+    Height of the middle at the start, and half a period later, when the trembling part is down:
 
     >>> middle = np.zeros(1)
     >>> for trembling in (1.0, 0.3, 0.0):
@@ -143,8 +146,8 @@ class EyePouch(Pattern):
         return np.asarray(strength * (above * bumps - furrow))
 
     def _edge(self, y: Array) -> tuple[Array | float, Array | float]:
-        """What is left of the bumps, which fall steeply to the crease, and the depth of the crease: steep above it too,
-        and slowly running out below.
+        """The remaining share of the bumps, which fall steeply to the crease, and the depth of the crease, which is
+        steep above and runs out slowly below.
         """
         if self.crease == 0.0:
             return 1.0, 0.0
@@ -154,7 +157,7 @@ class EyePouch(Pattern):
         width = CREASE_BELOW + (CREASE_ABOVE - CREASE_BELOW) * above
         return above * -np.expm1(-away / CREASE_ABOVE), self.crease * np.exp(-away / width)
 
-    def waves(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+    def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
         sharper = np.sqrt(self.gamma)
         across, up = np.full_like(x, sharper), np.full_like(y, sharper)
@@ -163,13 +166,15 @@ class EyePouch(Pattern):
             up[d < 2.0 * CREASE_BELOW] = 0.5 / (CREASE_ABOVE * self.number[1])
         return across, up
 
-    def prepared(self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array) -> Heights:
+    def relief_adder(
+        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
+    ) -> ReliefAdder:
         """See :class:`Pattern`."""
         turns = np.stack([np.cos(x), np.sin(x), np.cos(y), np.sin(y)], axis=1)
         above, furrow = self._edge(y)
         bumps, crease = weight * above, -weight * furrow
 
-        def heights(strength: float, t: float, out: Array) -> None:
+        def add(strength: float, t: float, out: Array) -> None:
             for share, now in ((1.0 - self.trembling, 0.0), (self.trembling, t)):
                 a, b = self.alpha * now, self.beta * now
                 shift = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
@@ -178,23 +183,24 @@ class EyePouch(Pattern):
             if self.crease > 0.0:
                 kernels.add(where, crease, strength, out)
 
-        return heights
+        return add
 
 
 @dataclass(frozen=True, kw_only=True)
 class Custom(Pattern):
-    """Any function f(x, y, t), 0 where it does nothing; x and y run from -1 to 1 times `extent`.
+    """Any function f(x, y, t), 0 where it leaves the skin alone.
 
     Attributes
     ----------
     function : callable
     extent : tuple of float
+        x and y run from -1 to 1 times these.
     finest : float
         Half the wavelength of its finest detail, in its own coordinates: the mesh is refined accordingly.
 
     Examples
     --------
-    A scar, a tenth of the region wide, which the mesh is refined for:
+    A scar, a tenth of the region wide, for which the mesh is refined:
 
     >>> import facewrinkle as fw
     >>> scar = Custom(function=lambda x, y, t: -np.exp(-((x + y) / 0.1) ** 2), finest=0.1)
@@ -205,7 +211,7 @@ class Custom(Pattern):
     -0.8
     """
 
-    function: patterns.Function
+    function: patterns.PatternFunction
     extent: tuple[float, float] = (1.0, 1.0)
     finest: float = 0.25
 
@@ -238,6 +244,6 @@ class Custom(Pattern):
             )
         return strength * heights
 
-    def waves(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+    def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
         return np.full_like(x, np.pi / self.finest), np.full_like(y, np.pi / self.finest)

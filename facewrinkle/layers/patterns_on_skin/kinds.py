@@ -1,4 +1,4 @@
-"""The patterns in an artist's words, by name: how many wrinkles, how sharp, in which style, on a region of any size."""
+"""Kinds of patterns by name, with an artist's parameters: number, sharpness and style of wrinkles on any region."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import fields
 from typing import Any
 
 from ...errors import ParameterError, unknown_name
-from ..patterns import Function
+from ..patterns import PatternFunction
 from .base import Pattern
 from .bumps import Custom, Dimple, EyePouch
-from .waves import Cheek, EyeCorner, Forehead, Frown
+from .wrinkles import Cheek, EyeCorner, Forehead, Frown
 
 KINDS: Mapping[str, type[Pattern]] = {
     "forehead": Forehead,
@@ -23,15 +23,17 @@ KINDS: Mapping[str, type[Pattern]] = {
 """The paper's patterns by name."""
 
 
-def pattern_of(what: str | Pattern | Function, words: Mapping[str, Any], seed: int | None = None) -> Pattern:
-    """A pattern by name with its words, a pattern as it is, or a function of x, y and t.
+def pattern_of(
+    what: str | Pattern | PatternFunction, parameters: Mapping[str, Any], seed: int | None = None
+) -> Pattern:
+    """Return a pattern by name with its parameters, a pattern as it is, or that of a function of x, y and t.
 
-    `seed` is taken by those that have one.
+    `seed` goes to those that have one.
 
     Raises
     ------
     UnknownNameError
-        For an unknown pattern or word.
+        For an unknown pattern or parameter.
 
     Examples
     --------
@@ -39,20 +41,20 @@ def pattern_of(what: str | Pattern | Function, words: Mapping[str, Any], seed: i
     4.5
     """
     if isinstance(what, Pattern):
-        if words:
-            raise ParameterError(f"a pattern that is ready takes no more words, received {', '.join(words)}.")
+        if parameters:
+            raise ParameterError(f"a Pattern takes no more parameters, received {', '.join(parameters)}.")
         return what
     if callable(what):
         kind: type[Pattern] = Custom
-        words = {"function": what, **words}
+        parameters = {"function": what, **parameters}
     elif isinstance(what, str) and what in KINDS:
         kind = KINDS[what]
     else:
         raise unknown_name("pattern", what, KINDS)
     known = [field.name for field in fields(kind)]
-    for word in words:
-        if word not in known:
-            raise unknown_name(f"word of {kind.__name__}", word, known)
+    for name in parameters:
+        if name not in known:
+            raise unknown_name(f"parameter of {kind.__name__}", name, known)
     if seed is not None and "seed" in known:
-        words = {"seed": seed, **words}
-    return kind(**words)
+        parameters = {"seed": seed, **parameters}
+    return kind(**parameters)

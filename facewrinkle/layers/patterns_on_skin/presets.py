@@ -17,20 +17,20 @@ from ..base import Array
 from .region import check_size
 from .strength import Compression
 
-INSIDE, FACING = 0.8, 0.2
-"""The middle of a head lies so many distances between the pupils behind the eyes; skin faces away from it, by this
-cosine.
+MIDDLE_BEHIND, FACING = 0.8, 0.2
+"""Distance of the middle of a head behind the eyes, in distances between the pupils, and the least cosine between its
+outer skin's normals and the direction away from it.
 """
 
 
 @lru_cache(maxsize=1)
 def table() -> dict[str, dict[str, Any]]:
-    """The presets as data, by name without a side."""
+    """Return the presets as data, by name without a side."""
     return tomllib.loads(files(__package__).joinpath("data", "patterns.toml").read_text(encoding="utf-8"))
 
 
 def names() -> tuple[str, ...]:
-    """All presets; those of a side end in _l or _r, the subject's own.
+    """Return the names of all presets; those of one side end in _l or _r, the subject's own.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def names() -> tuple[str, ...]:
 
 
 def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
-    """Return what :class:`facewrinkle.PatternLayer` needs for a pattern where it belongs on a face.
+    """Return the parameters of :class:`facewrinkle.PatternLayer` for a preset on a face.
 
     Parameters
     ----------
@@ -52,10 +52,10 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
         One of :func:`names`.
     face : Face
     **changes
-        What is to be different: see :class:`facewrinkle.PatternLayer`; `size` in distances between the pupils. With
+        Parameters of :class:`facewrinkle.PatternLayer` that differ; `size` in distances between the pupils. With
         ``strength="skin"`` the pattern comes out as the skin below is compressed across it. The wrinkles of the right
-        side are drawn with the seed after that of the left, so that no face is its own mirror image; ``variation=0``
-        makes all of them even.
+        side have the seed after that of the left, so that no face is its own mirror image; with ``variation=0`` all
+        are even.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
         "mirrored": side == "r",
         "seed": check_whole("seed", changes.pop("seed", 0), 0, 2**62) + (side == "r"),
         "name": name,
-        **entry["words"],
+        **entry["parameters"],
     }
     if isinstance(changes.get("strength"), str):
         if changes["strength"] != "skin":
@@ -108,8 +108,7 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
 
 def _outside(face: Face, place: Array) -> Array:
     """The closest point of the surface that faces away from the head: not the inner side of a lid or a lip."""
-    frame = face.frame
-    middle = frame.origin - INSIDE * frame.pupil_distance * frame.axes[2]
+    middle = face.frame.world(np.array([0.0, 0.0, -MIDDLE_BEHIND]))
     a, b, c = (face.points[face.triangles[:, corner]] for corner in range(3))
     normal, away = np.cross(b - a, c - a), (a + b + c) / 3.0 - middle
     facing = (normal * away).sum(axis=1) > FACING * np.linalg.norm(normal, axis=1) * np.linalg.norm(away, axis=1)
@@ -117,7 +116,7 @@ def _outside(face: Face, place: Array) -> Array:
 
 
 def sides_of(name: str) -> list[str]:
-    """Return the presets of both sides where `name` leaves the side out, else the one.
+    """Return the presets of both sides if `name` leaves the side out, otherwise the one preset.
 
     Examples
     --------

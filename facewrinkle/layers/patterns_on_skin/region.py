@@ -1,4 +1,4 @@
-"""Where a pattern lies: an area of a surface with local coordinates, a window that fades it out, and valid vertices."""
+"""Regions that patterns lie on: areas of a surface with local coordinates, and windows that fade the patterns out."""
 
 from __future__ import annotations
 
@@ -7,28 +7,29 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from ...anatomy.face import Face
-from ...errors import MeshError, ParameterError, check_positive, check_range, check_whole, unknown_name
+from ...errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from ...geometry.chart import geodesic_chart, gradients, projected_chart, smoothed, smoothly_interpolated, tangents
 from ...geometry.closest_point import ClosestPoint, closest_point
 from ...geometry.interpolation import interpolated
-from ...geometry.morton import morton_order
 from ...geometry.profile import attenuation, band
-from ...geometry.topology import vertex_rings
-from ..base import Array, IntArray, SurfacePoints
+from ..base import Array, BoolArray, IntArray, SurfacePoints
+from .selection import selection_weights, valid_vertices
 
 Outline = Literal["ellipse", "box"]
 Coordinates = Literal["geodesic", "projected"]
 
 OUTLINES: dict[str, float] = {"ellipse": 2.0, "box": 6.0}
 """Exponents of the norm of (u, v) that is 1 at the border."""
-SMOOTH = 0.15
-"""Coordinates are smoothed over this share of the size of a region, against the unrest of uneven triangles."""
-SHORTCUT = 0.8
-"""No way along a surface is shorter than the straight one: coordinates that say so lie beyond a fold."""
+
 COORDINATES: tuple[Coordinates, ...] = ("geodesic", "projected")
+
+SMOOTH = 0.15
+"""Coordinates are smoothed over this share of the size of a region, to even out uneven triangles."""
+
+SHORTCUT = 0.8
+"""No path along a surface is shorter than the straight line: coordinates below this share of it lie beyond a fold."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,22 +46,22 @@ class Region:
     size : float or tuple of float, optional
         Width and height on the surface, in the unit of the mesh. Default: those of `select`.
     select : array_like or str, optional
-        Vertices of the mesh that was given, by number, as bools or as painted weights in [0, 1], or the name of point
-        data that holds one of these. Without it the region is the ellipse or box of `size`.
+        Vertices of the original mesh: their numbers, bools, painted weights in [0, 1], or the name of point data that
+        holds one of these. Without it the region is the ellipse or box of `size`.
     outline : {"ellipse", "box"}
         The box has round corners.
     border : float
-        Share of the way from the border to the middle over which the pattern fades, in (0, 1].
+        Share of the distance from the border to the middle over which the pattern fades, in (0, 1].
     coordinates : {"geodesic", "projected"}
-        Laid along the surface, or shone on it against its normal in the centre.
+        Laid along the surface, or projected on it along its normal in the centre.
     bow : float
-        How far the ends of the region's middle line lie above its middle, in half heights: a crescent.
+        Height of the ends of the region's middle line above its middle, in half heights of the region: a crescent.
     mirrored : bool
-        Whether the first axis points to the left, seen from outside, in place of the right.
-    valid : float
-        Share of the vertices of the mesh that carry the pattern, in (0, 1].
+        If True, the first axis points to the left, seen from outside, instead of the right.
+    valid_share : float
+        Share of the vertices of the mesh that carry the pattern (the paper's valid vertices), in (0, 1].
     seed : int
-        Of the choice of these.
+        Seed of the choice of these.
 
     Examples
     --------
@@ -81,7 +82,7 @@ class Region:
     coordinates: Coordinates = "geodesic"
     bow: float = 0.0
     mirrored: bool = False
-    valid: float = 1.0
+    valid_share: float = 1.0
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -91,11 +92,11 @@ class Region:
             raise unknown_name("coordinates", self.coordinates, COORDINATES)
         check_range("border", self.border, 1e-6, 1.0)
         check_range("bow", self.bow, -10.0, 10.0)
-        check_range("valid", self.valid, 1e-9, 1.0, "It is the share of the vertices that carry the pattern.")
+        check_range("valid_share", self.valid_share, 1e-9, 1.0, "It is a share of the vertices.")
         check_whole("seed", self.seed, 0, 2**63)
         if self.centre is not None:
-            vector("centre", self.centre)
-        if not np.any(vector("up", self.up)):
+            check_vector("centre", self.centre)
+        if not np.any(check_vector("up", self.up)):
             raise ParameterError("up must be a direction, received three zeros.")
         if self.select is None and (self.centre is None or self.size is None):
             raise ParameterError("a region needs a centre and a size, or a selection of vertices (select).")
@@ -103,7 +104,7 @@ class Region:
             check_size(self.size)
 
     def laid(self, face: Face) -> LaidRegion:
-        """The region on a surface.
+        """Lay the region on a surface.
 
         Raises
         ------
@@ -113,10 +114,10 @@ class Region:
             If the selection does not fit the mesh.
         """
         points, triangles = face.points, face.triangles
-        weight = None if self.select is None else _weights(self.select, face, self.border)
+        weight = None if self.select is None else selection_weights(self.select, face, self.border)
         centre = closest_point(points, triangles, self._middle(points, weight))
         half = None if self.size is None else 0.5 * np.broadcast_to(np.asarray(self.size, dtype=np.float64), 2)
-        self._check(points, centre, half)
+        self._check_place(points, centre, half)
         chart = self._chart(points, triangles, centre, half)
         if half is None:
             inside = np.isfinite(chart).all(axis=1) & self._inside(chart, weight)
@@ -130,20 +131,20 @@ class Region:
             )
         chart = chart / half * [-1.0 if self.mirrored else 1.0, 1.0]
         chart[:, 1] -= self.bow * chart[:, 0] ** 2
-        known: npt.NDArray[np.bool_] = np.asarray(np.isfinite(chart).all(axis=1))
+        known: BoolArray = np.asarray(np.isfinite(chart).all(axis=1))
         slopes = gradients(points, triangles, chart)
-        share = valid_vertices(chart, self._inside(chart, weight), self.valid, self.seed)
+        valid = valid_vertices(chart, self._inside(chart, weight), self.valid_share, self.seed)
         chart = np.where(known[:, None], chart, 0.0)
         corners = triangles[centre.triangle]
-        return LaidRegion(self, centre, corners, half, points, chart, slopes, known, weight, share)
+        return LaidRegion(self, centre, corners, half, points, chart, slopes, known, weight, valid)
 
     def _middle(self, points: Array, weight: Array | None) -> Array:
         if self.centre is not None:
-            return vector("centre", self.centre)
+            return check_vector("centre", self.centre)
         return np.asarray(np.average(points, axis=0, weights=weight))
 
-    def _check(self, points: Array, centre: ClosestPoint, half: Array | None) -> None:
-        if not np.any(tangents(centre.normal, vector("up", self.up))[1]):
+    def _check_place(self, points: Array, centre: ClosestPoint, half: Array | None) -> None:
+        if not np.any(tangents(centre.normal, check_vector("up", self.up))[1]):
             raise ParameterError(
                 f"up must not point straight out of the surface; it is {np.asarray(self.up).tolist()}, and the normal "
                 f"in the centre is {centre.normal.round(3).tolist()}. Choose another up."
@@ -164,13 +165,14 @@ class Region:
             )
 
     def _chart(self, points: Array, triangles: IntArray, centre: ClosestPoint, half: Array | None) -> Array:
+        """Coordinates (n0, 2) about the centre, in the unit of the mesh; NaN beyond the region."""
         size = np.inf if half is None else float(np.hypot(*half))
         near = np.linalg.norm(points[triangles].mean(axis=1) - centre.point, axis=1) <= 1.2 * size
         near[centre.triangle] = True
         edges = np.linalg.norm(np.diff(points[triangles[near]][:, [0, 1, 2, 0]], axis=1), axis=2)
         laid = geodesic_chart(points, triangles, centre, self.up, size + float(edges.max()))
-        if self.coordinates == "projected":  # only where the surface is near: not on its far side
-            return np.where(np.isfinite(laid), projected_chart(points, centre, vector("up", self.up)), np.nan)
+        if self.coordinates == "projected":  # not on the far side of the surface
+            return np.where(np.isfinite(laid), projected_chart(points, centre, check_vector("up", self.up)), np.nan)
         length = SMOOTH * (float(np.sqrt(half.prod())) if half is not None else float(np.median(edges)))
         straight = SHORTCUT * np.linalg.norm(points - centre.point, axis=1)
         laid[np.hypot(*laid.T) < straight] = np.nan
@@ -178,39 +180,41 @@ class Region:
         laid[np.hypot(*laid.T) < straight] = np.nan
         return laid
 
-    def _inside(self, chart: Array, weight: Array | None) -> npt.NDArray[np.bool_]:
-        """Base vertices of the region."""
+    def _inside(self, chart: Array, weight: Array | None) -> BoolArray:
+        """True for base vertices in the region."""
         if weight is not None:
             return weight > 0.0
-        return np.isfinite(chart).all(axis=1) & (distance(np.nan_to_num(chart, nan=9.0), self.outline) < 1.0)
+        return np.isfinite(chart).all(axis=1) & (outline_norm(np.nan_to_num(chart, nan=9.0), self.outline) < 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class LaidRegion:
-    """A region on a surface.
+    """A region laid on a surface.
 
     Attributes
     ----------
     region : Region
     centre : ClosestPoint
     corners : ndarray of int32, shape (3,)
-        Of the base triangle that the centre lies in.
+        Vertices of the base triangle that the centre lies in.
     half : ndarray, shape (2,)
         Half its width and height, in the unit of the mesh.
     points : ndarray, shape (n0, 3)
+        Base vertices.
     chart : ndarray, shape (n0, 2)
-        Local coordinates (u, v) of the base vertices: 0 in the centre, +-1 where the border crosses the axes.
+        Their local coordinates (u, v): 0 in the centre, +-1 where the border crosses the axes.
     slopes : ndarray, shape (n0, 3, 2)
-        Their gradients.
+        Gradients of these.
     known : ndarray of bool, shape (n0,)
+        True for base vertices that have coordinates.
     weight : ndarray, shape (n0,), optional
-        Window of a selection.
+        Weights of a selection.
     valid : ndarray, shape (n0,)
-        1 at the vertices that carry the pattern.
+        1 for base vertices that carry the pattern.
 
     Examples
     --------
-    A sheet with a vertex every 10 mm; that at (20, 10) is half way to the border, to the right as well as up:
+    A sheet with a vertex every 10 mm; the one at (20, 10) is half way to the border, to the right as well as up:
 
     >>> import pyvista as pv
     >>> import facewrinkle as fw
@@ -228,7 +232,7 @@ class LaidRegion:
     points: Array
     chart: Array
     slopes: Array
-    known: npt.NDArray[np.bool_]
+    known: BoolArray
     weight: Array | None
     valid: Array
 
@@ -240,21 +244,27 @@ class LaidRegion:
     @property
     def base_window(self) -> Array:
         """Window (n0,) at the base vertices."""
-        return np.where(self.known, self._window(self.chart, self.weight), 0.0)
+        return np.where(self.known, self.window(self.chart, self.weight), 0.0)
 
-    def _window(self, uv: Array, weight: Array | None) -> Array:
-        """1 inside, 0 from the border on, with a continuous slope."""
+    def window(self, uv: Array, weight: Array | None = None) -> Array:
+        """Return the window (k,) at local coordinates (k, 2): 1 inside, 0 from the border on, with a continuous slope.
+
+        With a selection, `weight` (k,) takes the place of the coordinates.
+        """
         if weight is not None:
             return 1.0 - attenuation(weight, "smoothstep")
-        return attenuation(band(distance(uv, self.region.outline), 1.0 - self.region.border, 1.0), "smoothstep")
+        return attenuation(band(outline_norm(uv, self.region.outline), 1.0 - self.region.border, 1.0), "smoothstep")
 
-    def at(self, sites: SurfacePoints) -> tuple[npt.NDArray[np.int64], Array, Array, Array]:
-        """What lies in the region: which of the sites, their (u, v) and the gradients (k, 3, 2), the window (k,)."""
-        near = np.flatnonzero(self.known[sites.corners].all(axis=1))
-        corners, barycentric = sites.corners[near], sites.barycentric[near]
-        uv = smoothly_interpolated(self.points, self.chart, self.slopes, sites.points[near], corners, barycentric)
+    def at(self, vertices: SurfacePoints) -> tuple[npt.NDArray[np.int64], Array, Array, Array]:
+        """Return the vertices in the region: their numbers (k,), (u, v), its gradients (k, 3, 2), and weights (k,).
+
+        The weight is the window times the share of valid vertices around.
+        """
+        near = np.flatnonzero(self.known[vertices.corners].all(axis=1))
+        corners, barycentric = vertices.corners[near], vertices.barycentric[near]
+        uv = smoothly_interpolated(self.points, self.chart, self.slopes, vertices.points[near], corners, barycentric)
         weight = None if self.weight is None else interpolated(self.weight[:, None], corners, barycentric)[:, 0]
-        window = self._window(uv, weight)
+        window = self.window(uv, weight)
         inside = window > 0.0
         near, corners, barycentric = near[inside], corners[inside], barycentric[inside]
         share = interpolated(self.valid[:, None], corners, barycentric)[:, 0]
@@ -262,97 +272,20 @@ class LaidRegion:
         return near, uv[inside], slopes, window[inside] * share
 
 
-def distance(uv: Array, outline: Outline) -> Array:
-    """Normalised distance from the centre: 1 on the border.
+def outline_norm(uv: Array, outline: Outline) -> Array:
+    """Return the norm (k,) of local coordinates (k, 2) that is 1 on the border.
 
     Examples
     --------
-    >>> distance(np.array([[0.6, 0.8], [1.0, 0.0]]), "ellipse")
+    >>> outline_norm(np.array([[0.6, 0.8], [1.0, 0.0]]), "ellipse")
     array([1., 1.])
     """
     power = OUTLINES[outline]
     return np.asarray((np.abs(uv) ** power).sum(axis=1) ** (1.0 / power))
 
 
-def valid_vertices(chart: Array, inside: npt.NDArray[np.bool_], share: float, seed: int) -> Array:
-    """1 for ``round(share N)`` of the N vertices inside, chosen at random but evenly over the area; 0 for the others.
-
-    The vertices are put in the order of a curve that fills the plane and cut into as many runs as are to be chosen, and
-    each run gives one. Vertices of a refined mesh take what their neighbours in the base mesh have, so nothing is drawn
-    again.
-
-    Parameters
-    ----------
-    chart : ndarray, shape (n, 2)
-    inside : ndarray of bool, shape (n,)
-    share : float
-    seed : int
-
-    Examples
-    --------
-    >>> grid = np.stack(np.meshgrid(np.arange(8.0), np.arange(8.0)), axis=-1).reshape(-1, 2)
-    >>> chosen = valid_vertices(grid, np.ones(64, bool), 0.25, seed=1)
-    >>> int(chosen.sum()), int(chosen[(grid < 4).all(axis=1)].sum())
-    (16, 4)
-    """
-    candidates = np.flatnonzero(inside)
-    count = round(share * len(candidates))
-    if share == 1.0 or count == 0:
-        return np.full(len(chart), float(share == 1.0))
-    uv = np.nan_to_num(chart[candidates])
-    low, span = uv.min(axis=0), np.maximum(np.ptp(uv, axis=0), 1e-300)
-    order = morton_order(((uv - low) / span * 65535.0).astype(np.int64), bits=16)
-    edges = np.arange(count + 1) * len(candidates) // count
-    drawn = edges[:-1] + (np.random.default_rng(seed).random(count) * np.diff(edges)).astype(int)
-    out = np.zeros(len(chart))
-    out[candidates[order[drawn]]] = 1.0
-    return out
-
-
-def _weights(select: npt.ArrayLike | str, face: Face, border: float) -> Array:
-    """Window (n,) of a selection before it is smoothed: painted weights, or the way to its border."""
-    if isinstance(select, str):
-        if select not in face.mesh.point_data:
-            raise unknown_name("point data", select, face.mesh.point_data)
-        values = np.asarray(face.mesh.point_data[select])
-    else:
-        values = _of_vertices(np.asarray(select), face)
-    if values.shape != (len(face.points),):
-        raise MeshError(
-            f"a selection must have one value for each of the {len(face.points)} points, received {values.shape}."
-        )
-    if not np.isfinite(values).all() or values.min() < 0.0 or values.max() > 1.0:
-        raise MeshError("a selection must be vertices, bools, or weights in [0, 1]; others, or NaN, were received.")
-    if not (values > 0).any():
-        raise MeshError("the selection holds no vertex.")
-    if values.dtype.kind == "f":
-        return values.astype(np.float64)
-    chosen = values.astype(bool)
-    if chosen.all():
-        return np.ones(len(chosen))
-    inward = cKDTree(face.points[~chosen]).query(face.points)[0]
-    offsets, ring = vertex_rings(face.triangles, len(chosen))
-    step = np.linalg.norm(face.points[ring] - np.repeat(face.points, np.diff(offsets), axis=0), axis=1)
-    return np.clip(inward / max(border * inward.max(), float(np.median(step))), 0.0, 1.0)
-
-
-def _of_vertices(values: np.ndarray, face: Face) -> np.ndarray:
-    """A selection over the vertices of the mesh that was given, as one over those of the face."""
-    if values.size == 0:
-        raise MeshError("the selection holds no vertex.")
-    numbers = face.source_points
-    given = len(face.points) if numbers is None else int(numbers.max()) + 1
-    if values.dtype.kind in "iu" and values.ndim == 1:
-        if len(values) and (values.min() < 0 or (numbers is None and values.max() >= given)):
-            raise MeshError(f"selected vertices must be 0 to {given - 1}, received {values.min()} to {values.max()}.")
-        return np.isin(np.arange(given) if numbers is None else numbers, values)
-    if values.dtype.kind not in "bf" or values.ndim != 1:
-        raise MeshError(f"a selection must be vertices, bools or weights, received {values.dtype} of {values.shape}.")
-    return values[numbers] if numbers is not None and len(values) >= given else values
-
-
 def check_size(size: npt.ArrayLike) -> Array:
-    """Width and height (2,) from a length or two."""
+    """Return width and height (2,) of one length or two, or raise an error."""
     try:
         lengths = np.empty(0) if isinstance(size, str) else np.asarray(size, dtype=np.float64)
     except (TypeError, ValueError):
@@ -364,7 +297,8 @@ def check_size(size: npt.ArrayLike) -> Array:
     return np.broadcast_to(lengths, 2)
 
 
-def vector(name: str, value: npt.ArrayLike) -> Array:
+def check_vector(name: str, value: npt.ArrayLike) -> Array:
+    """Return three finite numbers as an array, or raise an error that names them."""
     try:
         vector = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""How strong a pattern is: set by the compression of the skin under it."""
+"""Strength of a pattern that the compression of the skin under it sets."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...anatomy.face import Face
 from ...errors import ParameterError, check_range
+from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.smoothstep import smoothstep
-from .region import vector
+from ..base import Array
+from ..compression import StrainField, compression_along, principal_compression
+from .region import LaidRegion, check_vector
 
 
 @dataclass(frozen=True)
@@ -20,7 +24,7 @@ class Compression:
     low, full : float
         Share by which the skin is shortened, on average over the region.
     along : tuple of float, optional
-        Direction in which it is measured; default: that of the largest compression at each place.
+        Direction in which it is measured; default: that of the largest compression at each point.
 
     Examples
     --------
@@ -35,9 +39,44 @@ class Compression:
     def __post_init__(self) -> None:
         check_range("low", self.low, -10.0, 1.0)
         check_range("full", self.full, self.low + 1e-9, 1.0, "It has to be above low.")
-        if self.along is not None and not np.any(vector("along", self.along)):
+        if self.along is not None and not np.any(check_vector("along", self.along)):
             raise ParameterError("along must be a direction, received three zeros.")
 
     def __call__(self, epsilon: float) -> float:
-        """The strength at a compression."""
+        """Return the strength at a compression."""
         return float(smoothstep((epsilon - self.low) / (self.full - self.low)))
+
+
+class RegionCompression:
+    """Mean compression of the skin under a region, whatever its triangles.
+
+    Parameters
+    ----------
+    face : Face
+    laid : LaidRegion
+        The region on it.
+    along : tuple of float, optional
+        See :class:`Compression`.
+    """
+
+    def __init__(self, face: Face, laid: LaidRegion, along: tuple[float, float, float] | None) -> None:
+        inside = laid.base_window
+        if not inside.any():
+            inside[laid.corners] = 1.0
+        near = (inside > 0.0)[face.triangles].any(axis=1)
+        points = face.points * face.unit
+        self._field = StrainField(points, face.triangles[near])
+        self._at = np.flatnonzero(inside)
+        share = inside * vertex_areas(points, face.triangles)
+        self._share = share[self._at] / share.sum()
+        self._normals = vertex_normals(points, face.triangles)[self._at]
+        self._along = None if along is None else np.asarray(along, dtype=np.float64)
+
+    def at(self, base: Array) -> float:
+        """Return the compression of the deformed base mesh (n0, 3), mm."""
+        strain, metric = self._field.strain(base)[self._at], self._field.metric[self._at]
+        if self._along is None:
+            epsilon, _ = principal_compression(strain, metric, self._normals)
+        else:
+            epsilon = compression_along(strain, metric, self._normals, self._along)
+        return float(self._share @ epsilon)

@@ -1,4 +1,4 @@
-"""What cannot be laid is refused: in Python, on a mesh (the accessor) and on the command line.
+"""Errors: refused in Python, on a mesh (the accessor) and on the command line.
 
 Each message says what is wrong, what is allowed, what was received, and what to do.
 """
@@ -97,7 +97,11 @@ EVERYWHERE = {
     "variation": ("cheek", {"centre": TOP, "size": 30.0, "variation": 2.0}, r"variation must lie in \[0, 1\].* even"),
     "spacing": ("cheek", {"centre": TOP, "size": 30.0, "spacing": 0.0}, "spacing must be .* greater than 0.* mm"),
     "what is no pattern": (None, {"centre": TOP, "size": 30.0}, "unknown pattern None. Known are: forehead"),
-    "a word of another": ("dimple", {"centre": TOP, "size": 30.0, "moving": True}, "unknown word of Dimple 'moving'"),
+    "a parameter of another": (
+        "dimple",
+        {"centre": TOP, "size": 30.0, "moving": True},
+        "unknown parameter of Dimple 'moving'",
+    ),
 }
 
 
@@ -210,7 +214,7 @@ def test_errors_on_the_command_line(files, capsys, arguments, says):
 
 
 @pytest.mark.parametrize("level", [None, 2])
-def test_a_mesh_that_stays_too_coarse_is_told_the_same_way_everywhere(files, ball, capsys, level):
+def test_a_mesh_that_stays_too_coarse_is_reported_the_same_way_everywhere(files, ball, capsys, level):
     words = {"number": 9, "radius": 4.0}
     face = fw.surface(ball)
     needed = fw.PatternLayer("cheek", TOP, size=30.0, **words).level_needed(face)
@@ -226,7 +230,7 @@ def test_a_mesh_that_stays_too_coarse_is_told_the_same_way_everywhere(files, bal
     assert out.n_cells > ball.n_cells
     arguments = ["--frames", "2", "--size", "32", "--no-movie", "--no-series", "--number", "9"]
     arguments += [] if level is None else ["--max-level", str(level)]
-    place = ["--face", str(files / "ball.ply"), "--out", str(files / f"told{level}")]
+    place = ["--face", str(files / "ball.ply"), "--out", str(files / f"coarse{level}")]
     assert main(["pattern", "cheek", *PLACED, *place, *arguments]) == 0
     notices = capsys.readouterr().err
     if level is None:  # refinement carries it; only the accessor, which returns another mesh, says that it is one

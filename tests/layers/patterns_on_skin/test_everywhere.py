@@ -1,7 +1,7 @@
 """All patterns on the built-in head, on real faces that stand still and that move, and on what is no face.
 
 what              checked against
-heights           at the vertices of the mesh that was given: window, depth and formula at their coordinates
+heights           at the vertices of the original mesh: window, depth and formula at their coordinates
 places            landmarks: a dimple beside the mouth, a pouch and its crease under the eye, frown lines above the nose
 displacement      the points of the same motion without layers, moved along their normals
 recorded motion   a number, a function of time and measured compression as strengths, beside each other
@@ -18,10 +18,11 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.patterns_on_skin.presets import names
+from facewrinkle.layers.patterns_on_skin.strength import RegionCompression
 
 
 def laid_out(layer, face, strength, seconds):
-    """What a layer should add at the vertices of the mesh that was given."""
+    """Heights that a layer should add at the vertices of the original mesh."""
     laid, (kind,) = layer.laid(face), layer.patterns
     window, out = laid.base_window, np.zeros(len(laid.chart))
     inside = window > 0.0
@@ -96,7 +97,7 @@ def test_all_kinds_on_a_torus():
 
 
 def test_strengths_of_every_sort_on_a_captured_animation(clip):
-    """Dimples at one place: as deep as told by a number, a function of time, and the skin."""
+    """Dimples at one place, with the strength as a number, a function of time, and set by the skin."""
     face, recorded = clip
 
     def pulse(seconds):
@@ -107,7 +108,7 @@ def test_strengths_of_every_sort_on_a_captured_animation(clip):
         fw.PatternLayer.preset("dimple_l", face, name="timed", strength=pulse),
     )
     (skin, _) = fw.PatternLayer.presets("dimple", face, strength="skin")
-    driver = skin.strength
+    driver, compression = skin.strength, RegionCompression(face, skin.laid(face), skin.strength.along)
     wrinkles = fw.PatternLayer.preset("eye_corner_l", face)
     layers, level = [plain, timed, skin, wrinkles], fw.Refinement(max_level=0)
     with warnings.catch_warnings():
@@ -122,7 +123,7 @@ def test_strengths_of_every_sort_on_a_captured_animation(clip):
         for name in ("plain", "eye_corner_l"):  # it rides on the motion, unchanged
             np.testing.assert_array_equal(ours[name], first[name])
         np.testing.assert_allclose(ours["timed"], laid_out(timed, face, pulse(sim.time), 0.0), atol=1e-9)
-        epsilon = sim.layers[2]._gauge.compression(np.asarray(skeleton.points, float) * face.unit)
+        epsilon = compression.at(np.asarray(skeleton.points, float) * face.unit)
         np.testing.assert_allclose(ours["dimple_l"], laid_out(skin, face, driver(epsilon), 0.0), atol=1e-4)
         points, moved = np.asarray(skeleton.points, float), np.asarray(frame.points, float)
         normals = vertex_normals(points, face.triangles)

@@ -1,13 +1,11 @@
-"""Patterns as a layer: kinds, time and strength, refinement, presets.
+"""Patterns as a layer: on a surface, time and strength, refinement.
 
 what                 checked against
-prepared heights     the same from the formulas, by kind, at random strengths and times
-words                the paper's parameters; the number of furrows that come out; depth in mm
+parameters           the paper's parameters; the number of furrows that come out; depth in mm
 rest                 W exactly 0 at strength 0 and outside the region; the mesh goes back to M0
 rigid motions        the same heights on a turned and moved surface
 strength and time    functions of time; the compression of a surface that is squeezed, in closed form
 refinement           triangles only where the pattern is; half a wavelength has its vertices; the level that it asks for
-presets              all of them on all faces: on the right side, mirrored, within the depth
 stacking             W is the sum of the layers; on skin, on recordings
 """
 
@@ -21,29 +19,18 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, LandmarkError, ParameterError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.layers import patterns
-from facewrinkle.layers.patterns_on_skin import presets
 from facewrinkle.layers.patterns_on_skin.kinds import (
     KINDS,
     Cheek,
-    Custom,
-    Dimple,
-    EyeCorner,
-    EyePouch,
     Forehead,
     Frown,
     pattern_of,
 )
-from facewrinkle.layers.patterns_on_skin.region import Region, distance
+from facewrinkle.layers.patterns_on_skin.region import Region, outline_norm
 
 unrefined = pytest.mark.filterwarnings("ignore:the mesh is too coarse to carry the pattern")
-
-
-@pytest.fixture(scope="module")
-def slab():
-    """A flat square of 100 mm."""
-    return fw.surface(pv.Plane(i_size=100, j_size=100, i_resolution=25, j_resolution=25))
 
 
 def played(face, layers, steps=8, **options):
@@ -53,69 +40,7 @@ def played(face, layers, steps=8, **options):
     return sim, frame
 
 
-# --- kinds --------------------------------------------------------------------------------------
-
-VARIED = [
-    Forehead(),
-    Forehead(style="broken", furrows="paper", sharpness=0.7),
-    Forehead(style=2.0, sharpness=0.0),
-    EyeCorner(),
-    EyeCorner(furrows="paper", number=3, radius=0.4),
-    EyeCorner(sharpness=0.0),
-    Cheek(),
-    Cheek(sharpness=0.0, furrows="paper"),
-    Frown(),
-    Frown(variant="paper", offset=0.0),
-    Dimple(),
-    EyePouch(),
-    EyePouch(trembling=0.3, beta=2.0, gamma=4),
-    EyePouch(crease=0.3, trembling=0.4),
-    Forehead(variation=0.7, seed=3),
-    EyeCorner(variation=1.0, splay=0.4),
-    Cheek(variation=0.5),
-    Frown(variation=0.5, seed=1),
-    Frown(variation=1.0, variant="paper", sharpness=0.0),
-    Custom(function=lambda x, y, t: np.sin(3 * x + t) * y),
-]
-
-
-@pytest.mark.parametrize("kind", VARIED, ids=lambda k: type(k).__name__)
-def test_prepared_heights_are_those_of_the_formulas(kind):
-    rng = np.random.default_rng(1)
-    uv, weight = rng.uniform(-1, 1, (300, 2)), rng.random(300)
-    where = rng.permutation(400)[:300]
-    x, y = kind.plane(uv, 0.7)
-    heights = kind.prepared(x, y, 0.7, where, weight)
-    for strength, t in ((1.0, kind.time(0.3)), (0.37, kind.time(0.3) + 0.8), (1e-3, 4.0), (0.0, 5.0)):
-        out = np.ones(400)
-        heights(strength, t, out)
-        expected = np.ones(400)
-        expected[where] += weight * kind.relief(x, y, strength, t, 0.7)
-        np.testing.assert_allclose(out, expected, rtol=0, atol=1e-13)
-        if strength == 0.0:
-            assert (out == 1.0).all()
-
-
-@pytest.mark.parametrize("kind", [k for k in VARIED if isinstance(k, Forehead | EyeCorner | Cheek | Frown)])
-def test_phase_gradients_by_differences(kind):
-    """Where the height changes fastest its slope is that of the phase; checked through the sine of sharpness 0."""
-    import dataclasses
-
-    plain = dataclasses.replace(kind, sharpness=0.0, variation=0.0)
-    rng = np.random.default_rng(2)
-    x, y = plain.plane(rng.uniform(-0.9, 0.9, (200, 2)), 0.7)
-    t, h = plain.time(0.0) + 0.3, 1e-6
-    wx, wy = plain.waves(x, y, t, 0.7)
-    middle = plain.relief(x, y, 1.0, t, 0.7)
-    dx = (plain.relief(x + h, y, 1.0, t, 0.7) - plain.relief(x - h, y, 1.0, t, 0.7)) / (2 * h)
-    dy = (plain.relief(x, y + h, 1.0, t, 0.7) - plain.relief(x, y - h, 1.0, t, 0.7)) / (2 * h)
-    size = 1.0
-    if isinstance(plain, EyeCorner):
-        size = plain.amplitude(x, y)
-        along = -0.5 * plain.decay * middle / np.hypot(x, y)
-        dx, dy = dx - along * x, dy - along * y
-    cosine = np.sqrt(np.maximum(1.0 - (2.0 * middle / size) ** 2, 0.0))
-    np.testing.assert_allclose(np.hypot(dx, dy), np.hypot(wx, wy) * 0.5 * size * cosine, atol=2e-5)
+# --- parameters ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("number", [2, 3, 5])
@@ -135,60 +60,6 @@ def test_number_is_the_number_of_furrows(slab, name, number):
     assert np.ptp(h) == pytest.approx(1.0, abs=1e-3)
 
 
-@pytest.mark.parametrize(("strength", "t"), [(1.0, 0.4), (0.35, 2.0)])
-def test_without_variation_they_are_the_papers_formulas(strength, t):
-    """With sharp ridges, as printed: the reliefs of `patterns`, to 1e-12."""
-    uv, aspect = np.random.default_rng(5).uniform(-1, 1, (400, 2)), 0.8
-    k, size = 1.2, 0.5 / np.sinh(1.2)
-
-    def heights(kind, at=t):
-        x, y = kind.plane(uv, aspect)
-        return x, y, kind.relief(x, y, strength, at, aspect)
-
-    x, y, w = heights(Forehead(furrows="paper", sharpness=k))
-    np.testing.assert_allclose(w, strength * size * patterns.forehead_relief(x, y, t, k, 4.5), rtol=0, atol=1e-12)
-    kind = EyeCorner(furrows="paper", sharpness=k, gamma=6, decay=0.9, radius=0.2)
-    x, y, w = heights(kind)
-    expected = patterns.eye_corner_relief(x, y, strength * k, np.exp(0.9 * 0.2), -0.45, 6)
-    np.testing.assert_allclose(w, size * expected, rtol=0, atol=1e-12)
-    x, y, w = heights(Cheek(sharpness=0.0, radius=0.0))
-    np.testing.assert_allclose(w, patterns.cheek(x, y, t, 0.5 * strength, 3 * np.pi), rtol=0, atol=1e-12)
-    kind = Frown(sharpness=0.0, variant="paper", offset=0.0)
-    x, y, w = heights(kind)
-    np.testing.assert_allclose(w, patterns.frown(x, y, t, 0.5 * strength, kind.beta), rtol=0, atol=1e-12)
-    x, y, w = heights(EyePouch(trembling=1.0))
-    expected = strength * patterns.eye_pouch(x, y, t, 1.0, 0.0, 2) * t / 4.0
-    np.testing.assert_allclose(w, expected, rtol=0, atol=1e-12)
-
-
-def test_the_crease_of_a_pouch_is_its_lowest_place():
-    kind = EyePouch(crease=0.4, crease_at=0.3, trembling=0.0)
-    v = np.linspace(-1.0, 1.0, 4001)
-    x, y = kind.plane(np.stack([0 * v, v], axis=1), 0.5)
-    w = kind.relief(x, y, 1.0, 0.0, 0.5)
-    soft = EyePouch(trembling=0.0).relief(x, y, 1.0, 0.0, 0.5)
-    assert v[w.argmin()] == pytest.approx(-0.3, abs=0.02)
-    assert w.min() == pytest.approx(-0.4, abs=0.02)
-    assert w[v < -0.95].max() < 0.0
-    assert w[v < -0.95].min() > -0.1
-    rising = (v > -0.28) & (v < 0.0)
-    assert (np.diff(w[rising]) > 0.0).all()
-    assert np.gradient(w, v).max() > 3.0 * np.gradient(soft, v).max()  # steep above it
-    np.testing.assert_allclose(w[v > 0.7], soft[v > 0.7], atol=0.03)  # and the rest of the pouch as before
-
-
-def test_wrinkles_that_splay_curve_apart():
-    """A furrow is where the phase is the same: at the far border its angle has grown by 1 / (1 - splay)."""
-    kind, straight = EyeCorner(splay=0.4, radius=0.3), EyeCorner(radius=0.3)
-    near, far = 2 * kind.radius, 2 * kind.radius + 2.0
-    for angle in (-0.4, 0.1, 0.3):
-        begin = kind.phase(np.array([near]), np.array([near * np.tan(angle)]), 0.0, 1.0)
-        end = kind.phase(np.array([far]), np.array([far * np.tan(angle / 0.6)]), 0.0, 1.0)
-        np.testing.assert_allclose(begin, straight.phase(np.array([1.0]), np.array([np.tan(angle)]), 0.0, 1.0))
-        np.testing.assert_allclose(end, begin, rtol=1e-12)
-    assert not np.isclose(straight.phase(np.array([far]), np.array([far * np.tan(0.5)]), 0.0, 1.0), begin).all()
-
-
 @pytest.mark.parametrize("unit", [1.0, 10.0])
 @pytest.mark.parametrize(
     ("name", "across"), [("forehead", 30.0), ("cheek", 60.0), ("frown", 60.0), ("eye_corner", 30.0)]
@@ -204,7 +75,7 @@ def test_spacing_is_the_number_in_mm(name, across, unit):
         fw.Simulation(face, layers=[fw.PatternLayer(name, **place, spacing=700.0)])
 
 
-def test_names_and_words():
+def test_names_and_parameters():
     assert set(KINDS) == {"forehead", "eye_corner", "cheek", "frown", "dimple", "eye_pouch"}
     assert Forehead(style="m").beta == 4.5
     assert Cheek(number=3).beta == pytest.approx(3 * np.pi)
@@ -214,7 +85,7 @@ def test_names_and_words():
         fw.PatternLayer("cheek", (0, 0, 0), size=1.0, numbr=3)
     with pytest.raises(UnknownNameError, match="'arcs'"):
         Forehead(style="arc")
-    with pytest.raises(ParameterError, match="no more words"):
+    with pytest.raises(ParameterError, match="no more parameters"):
         pattern_of(Cheek(), {"number": 3})
     with pytest.raises(ParameterError, match="received none"):
         fw.PatternLayer([], (0, 0, 0), size=1.0)
@@ -240,11 +111,10 @@ def test_depth_is_in_mm_whatever_the_unit(slab):
         assert frame.points[:, 2].min() * unit == pytest.approx(-3.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("kind", VARIED, ids=lambda k: type(k).__name__)
 def test_nothing_outside_the_region_and_nothing_at_rest(slab, kind):
     layer = fw.PatternLayer(kind, (10, 5, 0), size=(40.0, 30.0), depth=2.0)
     frame = played(slab, [layer])[1]
-    outside = distance((frame["rest"][:, :2] - [10, 5]) / [20, 15], "ellipse") >= 1.0 + 1e-9
+    outside = outline_norm((frame["rest"][:, :2] - [10, 5]) / [20, 15], "ellipse") >= 1.0 + 1e-9
     assert (frame["W"][outside] == 0.0).all()
     assert (frame["W"][~outside] != 0.0).any()
     assert 0.01 < np.abs(frame["W"]).max() <= 2.0 * 1.05
@@ -300,7 +170,7 @@ def test_a_level_cap_that_is_too_low(slab):
 
 
 @pytest.mark.parametrize("cap", ["off", "one less"])
-def test_a_mesh_that_is_too_coarse_is_told_once_for_each_layer(slab, cap):
+def test_a_mesh_that_is_too_coarse_is_reported_once_for_each_layer(slab, cap):
     layers = [fw.PatternLayer("cheek", (x, 0, 0), size=30.0, number=12, name=f"c{x}") for x in (-20, 20)]
     layers.append(fw.PatternLayer("dimple", (0, 30, 0), size=35.0, sharpest=1.0))
     needed = [layer.level_needed(slab) for layer in layers]
@@ -312,10 +182,10 @@ def test_a_mesh_that_is_too_coarse_is_told_once_for_each_layer(slab, cap):
         for _ in range(3):
             sim.step()
     assert [w.category for w in heard] == [FaceWrinkleWarning] * 2
-    for name, told in zip(("c-20", "c20"), heard, strict=True):
+    for name, warning in zip(("c-20", "c20"), heard, strict=True):
         says = f"pattern {name} well: its triangles should be split {needed[0]} times, and max_level={level}"
-        assert says in str(told.message)
-        assert told.filename == __file__
+        assert says in str(warning.message)
+        assert warning.filename == __file__
 
 
 def test_a_region_is_laid_once(slab, monkeypatch):
@@ -417,59 +287,6 @@ def test_the_skin_below_drives_the_strength(slab, along):
 # --- faces --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
-def test_all_presets_on_all_faces(request, stem):
-    face = request.getfixturevalue("face") if stem is None else request.getfixturevalue("real_face")(stem)
-    size, axes = face.frame.pupil_distance, face.frame.axes
-    for name in presets.names():
-        layer = fw.PatternLayer.preset(name, face)
-        layer.attach(face)
-        laid = layer._laid
-        at = (laid.centre.point - face.frame.origin) @ axes.T / size
-        assert laid.centre.distance < 0.2 * size
-        window = laid.base_window
-        assert 5 < (window > 0).sum() < 0.2 * len(window)
-        side = ((face.points - face.frame.origin) @ axes[0])[window > 0.3]
-        if name.endswith("_l"):
-            assert at[0] > 0.2
-            assert (side > 0).all()
-        elif name.endswith("_r"):
-            assert at[0] < -0.2
-            assert (side < 0).all()
-        else:
-            assert abs(at[0]) < 0.05
-        assert laid.chart[window > 0][:, 1] @ ((face.points - laid.centre.point) @ axes[1])[window > 0] > 0  # upright
-        assert 0 <= layer.level_needed(face) <= 5
-
-
-@unrefined
-def test_left_and_right_are_mirror_images(face):
-    level = fw.Refinement(max_level=0)
-    layers = fw.PatternLayer.presets("eye_corner", face, sharpness=0.0, variation=0.0)
-    frame = played(face, layers, 1, refinement=level)[1]
-    left, right = frame["pattern_eye_corner_l"], frame["pattern_eye_corner_r"]
-    assert np.abs(left).max() > 0.1
-    np.testing.assert_allclose(np.sort(left), np.sort(right), atol=2e-3)
-
-
-def test_a_preset_takes_changes(face):
-    layer = fw.PatternLayer.preset("forehead", face, depth=2.5, number=6, size=(1.0, 0.4), border=0.3)
-    assert layer.depth == 2.5
-    assert layer.patterns[0].number == 6
-    assert layer.region.border == 0.3
-    np.testing.assert_allclose(layer.region.size, np.array([1.0, 0.4]) * face.frame.pupil_distance)
-    assert fw.PatternLayer.preset("frown", face).name == "frown"
-
-
-def test_errors_of_presets(face, slab):
-    with pytest.raises(UnknownNameError, match="'dimple_l'"):
-        fw.PatternLayer.preset("dimpel_l", face)
-    with pytest.raises(UnknownNameError, match="dimple"):
-        fw.PatternLayer.preset("dimple", face)
-    with pytest.raises(LandmarkError, match="this surface has none"):
-        fw.PatternLayer.preset("forehead", slab)
-
-
 def test_patterns_and_muscles_together(face):
     """On the moving skin a pattern adds to what the muscles fold, and rides on it."""
     layers = [fw.MuscleWrinkles(), *fw.PatternLayer.presets("dimple", face)]
@@ -507,7 +324,7 @@ def test_a_function_of_ones_own(slab):
 def test_simulations_have_layers_of_their_own(slab):
     """Two surfaces in turns with one layer: each is as if it were alone."""
     layer = fw.PatternLayer("dimple", (0, 0, 0), size=30.0)
-    other = fw.surface(slab.mesh.subdivide(1))
+    before, other = dict(vars(layer)), fw.surface(slab.mesh.subdivide(1))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         first, second, alone = (fw.Simulation(where, layers=[layer]) for where in (slab, other, slab))
@@ -517,7 +334,7 @@ def test_simulations_have_layers_of_their_own(slab):
     assert b.n_points > a.n_points
     assert a["W"].min() < -0.1
     np.testing.assert_array_equal(a["W"], c["W"])
-    assert not hasattr(layer, "_laid")
+    assert vars(layer) == before
 
 
 @unrefined

@@ -21,19 +21,18 @@ from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.layers.base import SurfacePoints
-from facewrinkle.layers.patterns_on_skin.region import Region, distance, valid_vertices
+from facewrinkle.layers.patterns_on_skin.region import Region, outline_norm
+from facewrinkle.layers.patterns_on_skin.selection import valid_vertices
 
 RADIUS = 40.0
 
 
-def sites_of(face, levels=0):
+def vertices_of(face, levels=0):
     """The vertices of a face refined all over."""
     forest = RedGreenForest(face.triangles, n_points=len(face.points))
     for _ in range(levels):
         forest.split(np.ones(len(forest.triangles), bool))
-    where = forest.corners, forest.barycentric
-    normals = interpolated(vertex_normals(face.points, face.triangles), *where)
-    return SurfacePoints(interpolated(face.points, *where), normals, *where, forest.host)
+    return SurfacePoints.of_forest(forest, face.points, vertex_normals(face.points, face.triangles))
 
 
 @pytest.fixture(scope="module")
@@ -46,13 +45,13 @@ def ball():
 def test_coordinates_on_a_sphere(ball):
     laid = Region((0, 0, RADIUS), size=(40.0, 30.0)).laid(ball)
     for levels in (0, 1):
-        sites = sites_of(ball, levels)
-        where, uv, slopes, window = laid.at(sites)
-        x = sites.points[where] / np.linalg.norm(sites.points[where], axis=1, keepdims=True)
+        vertices = vertices_of(ball, levels)
+        where, uv, slopes, window = laid.at(vertices)
+        x = vertices.points[where] / np.linalg.norm(vertices.points[where], axis=1, keepdims=True)
         arc = RADIUS * np.arccos(x[:, 2])
         expected = arc[:, None] * x[:, :2] / np.linalg.norm(x[:, :2], axis=1, keepdims=True).clip(1e-12) / [20.0, 15.0]
         assert np.abs(uv - expected).max() < 0.02
-        assert len(where) == (distance(expected, "ellipse") < 1.0).sum() or levels
+        assert len(where) == (outline_norm(expected, "ellipse") < 1.0).sum() or levels
         assert ((window > 0.0) & (window <= 1.0)).all()
         # The gradients point along the surface, with the lengths of the sphere's metric to a few per cent.
         assert np.abs(np.einsum("kxd,kx->kd", slopes, x)).max() < 0.1 / 15.0
@@ -64,7 +63,7 @@ def test_coordinates_on_a_sphere(ball):
 def test_refined_coordinates_have_no_facets():
     """Linear interpolation bends at the edges of the coarse triangles; what is used bends far less."""
     coarse = fw.surface(pv.Icosphere(radius=RADIUS, nsub=2))
-    sites = sites_of(coarse, 3)
+    vertices = vertices_of(coarse, 3)
 
     def exact(points):
         x = points / np.linalg.norm(points, axis=1, keepdims=True)
@@ -73,8 +72,8 @@ def test_refined_coordinates_have_no_facets():
 
     chart = np.where(coarse.points[:, 2:] > -20.0, exact(coarse.points), np.nan)
     slopes = gradients(coarse.points, coarse.triangles, chart)
-    near = sites.points[:, 2] > 15.0
-    where = sites.points[near], sites.corners[near], sites.barycentric[near]
+    near = vertices.points[:, 2] > 15.0
+    where = vertices.points[near], vertices.corners[near], vertices.barycentric[near]
     smooth = smoothly_interpolated(coarse.points, chart, slopes, *where) - exact(where[0])
     linear = interpolated(chart, *where[1:]) - exact(where[0])
     assert np.abs(smooth).max() < 0.3 * np.abs(linear).max()
@@ -95,9 +94,9 @@ def test_windows_are_smooth_to_the_border(ball, outline, border):
     laid = Region((0, 0, RADIUS), size=40.0, outline=outline, border=border).laid(ball)
     for angle in (0.0, 0.4, np.pi / 4):
         direction = np.array([np.cos(angle), np.sin(angle)])
-        s = np.linspace(0.0, 1.2, 24001) / distance(direction[None], outline)[0]
-        window = laid._window(s[:, None] * direction, None)
-        away = distance(s[:, None] * direction, outline)
+        s = np.linspace(0.0, 1.2, 24001) / outline_norm(direction[None], outline)[0]
+        window = laid.window(s[:, None] * direction)
+        away = outline_norm(s[:, None] * direction, outline)
         assert (window[away >= 1.0] == 0.0).all()
         assert (window[away <= 1.0 - border - 1e-12] == 1.0).all()
         assert (np.diff(window) <= 1e-15).all()
@@ -112,7 +111,7 @@ def test_pattern_is_smooth_at_the_border_of_a_mesh(ball):
     layer = fw.PatternLayer("cheek", (0, 0, RADIUS), size=40.0, number=2)
     frame = fw.Simulation(ball, fw.Refinement(max_level=4), [layer], motion=fw.Still(ball)).step()
     laid = layer.region.laid(ball)
-    away = distance(laid.chart, "ellipse")
+    away = outline_norm(laid.chart, "ellipse")
     w = np.abs(np.asarray(frame["W"])[: len(ball.points)])
     rim = laid.known & (away > 0.85) & (away < 1.0)
     assert rim.sum() > 20
@@ -147,15 +146,15 @@ def test_selections_are_numbered_as_in_the_mesh_that_was_given():
 
 
 def test_valid_vertices_are_as_many_as_asked_and_even(ball):
-    laid = Region((0, 0, RADIUS), size=60.0, valid=0.3, seed=4).laid(ball)
-    inside = laid.known & (distance(laid.chart, "ellipse") < 1.0)
+    laid = Region((0, 0, RADIUS), size=60.0, valid_share=0.3, seed=4).laid(ball)
+    inside = laid.known & (outline_norm(laid.chart, "ellipse") < 1.0)
     assert laid.valid.sum() == round(0.3 * inside.sum())
     assert not laid.valid[~inside].any()
     for quarter in ([1, 1], [1, -1], [-1, 1], [-1, -1]):
         here = inside & (laid.chart * quarter > 0.0).all(axis=1)
         assert abs(laid.valid[here].mean() - 0.3) < 0.08
-    again = Region((0, 0, RADIUS), size=60.0, valid=0.3, seed=4).laid(ball)
-    other = Region((0, 0, RADIUS), size=60.0, valid=0.3, seed=5).laid(ball)
+    again = Region((0, 0, RADIUS), size=60.0, valid_share=0.3, seed=4).laid(ball)
+    other = Region((0, 0, RADIUS), size=60.0, valid_share=0.3, seed=5).laid(ball)
     np.testing.assert_array_equal(laid.valid, again.valid)
     assert (laid.valid != other.valid).any()
     # More even than independent draws: the counts in the cells of a grid vary less.
@@ -169,14 +168,14 @@ def test_valid_vertices_are_as_many_as_asked_and_even(ball):
 
 
 def test_valid_vertices_stay_under_refinement(ball):
-    layer = fw.PatternLayer("cheek", (0, 0, RADIUS), size=50.0, valid=0.5, seed=2)
+    layer = fw.PatternLayer("cheek", (0, 0, RADIUS), size=50.0, valid_share=0.5, seed=2)
     with pytest.warns(fw.FaceWrinkleWarning, match="too coarse"):
         first = np.array(fw.Simulation(ball, fw.Refinement(max_level=0), [layer], motion=fw.Still(ball)).step()["W"])
     sim, n = fw.Simulation(ball, fw.Refinement(max_level=2), [layer], motion=fw.Still(ball)), len(ball.points)
     frame = sim.step()
     assert len(first) == n < frame.n_points
     np.testing.assert_array_equal(np.asarray(frame["W"])[:n], first)
-    laid = sim.layers[0]._laid
+    laid = sim.layers[0].laid(ball)
     off = laid.known & (laid.valid == 0.0)
     assert (first[off] == 0.0).all()
     assert (first[laid.valid > 0.0] != 0.0).any()
@@ -193,7 +192,7 @@ def test_valid_vertices_stay_under_refinement(ball):
         (lambda: Region((0, 0, 0), size=(1, 2, 3)), ParameterError, "width and height"),
         (lambda: Region((0, 0, 0), (0, 0, 0), 1.0), ParameterError, "three zeros"),
         (lambda: Region((0, 0, 0), size=1.0, border=0.0), ParameterError, "border"),
-        (lambda: Region((0, 0, 0), size=1.0, valid=0.0), ParameterError, "valid"),
+        (lambda: Region((0, 0, 0), size=1.0, valid_share=0.0), ParameterError, "valid"),
         (lambda: Region((0, 0, 0), size=1.0, outline="elipse"), UnknownNameError, "'ellipse'"),
         (lambda: Region((0, 0, 0), size=1.0, coordinates="geodetic"), UnknownNameError, "'geodesic'"),
     ],

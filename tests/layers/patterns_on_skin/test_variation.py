@@ -17,8 +17,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import facewrinkle as fw
-from facewrinkle.layers.patterns_on_skin.variation import natural
-from facewrinkle.layers.patterns_on_skin.waves import Cheek, EyeCorner, Forehead, Frown
+from facewrinkle.layers.patterns_on_skin.variation import natural_variation
+from facewrinkle.layers.patterns_on_skin.wrinkles import Cheek, EyeCorner, Forehead, Frown
 
 ALL = (Forehead, EyeCorner, Cheek, Frown)
 
@@ -36,7 +36,7 @@ def furrows(kind, v):
 @given(seed=st.integers(0, 2**40), along=st.floats(-1.0, 1.0), start=st.floats(-50.0, 50.0))
 def test_wrinkles_never_meet(seed, along, start):
     phase = start + np.linspace(0.0, 12.0 * np.pi, 3001)
-    shift, share = natural(phase, np.full_like(phase, along), 1.0, seed)
+    shift, share = natural_variation(phase, np.full_like(phase, along), 1.0, seed)
     assert (np.diff(phase + shift) > 0.0).all()
     assert share.min() >= 0.0
     assert share.max() <= 1.0
@@ -47,17 +47,17 @@ def test_wrinkles_never_meet(seed, along, start):
 def test_it_is_continuous_between_wrinkles(seed, along, number):
     """At a furrow, where one pair of wrinkles gives way to the next, values and slopes agree."""
     phase = 2.0 * np.pi * (number - 0.25) + np.array([-2e-5, -1e-5, 1e-5, 2e-5])
-    for values in natural(phase, np.full(4, along), 0.8, seed):
+    for values in natural_variation(phase, np.full(4, along), 0.8, seed):
         assert np.ptp(values) < 1e-8  # level there
 
 
 def test_nothing_at_amount_0_and_more_the_larger_it_is():
     rng = np.random.default_rng(0)
     phase, along = rng.uniform(-60, 60, 500), rng.uniform(-1, 1, 500)
-    shift, share = natural(phase, along, 0.0, 4)
+    shift, share = natural_variation(phase, along, 0.0, 4)
     assert not shift.any()
     assert (share == 1.0).all()
-    half, full = natural(phase, along, 0.5, 4), natural(phase, along, 1.0, 4)
+    half, full = natural_variation(phase, along, 0.5, 4), natural_variation(phase, along, 1.0, 4)
     np.testing.assert_allclose(half[0], 0.5 * full[0], atol=1e-14)
     assert (full[1] <= half[1] + 1e-12).all()
     assert full[1].mean() < half[1].mean() < 1.0
@@ -124,7 +124,6 @@ def test_the_same_wrinkles_on_another_mesh():
 
 
 def test_both_sides_of_a_face_differ(face):
-
     left, right = fw.PatternLayer.presets("eye_corner", face, seed=5)
     assert (left.patterns[0].seed, right.patterns[0].seed) == (5, 6)
     assert fw.PatternLayer.preset("forehead", face).patterns[0].seed == 0

@@ -1,0 +1,366 @@
+"""Patterns of wrinkles: on the forehead and the cheeks, between the brows and at the corners of the eyes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import i0  # of one number, much faster than NumPy's
+
+from ...errors import ParameterError, check_range, unknown_name
+from .. import patterns
+from ..base import Array
+from . import _kernels as kernels
+from .base import ReliefAdder
+from .waves import FLAT, Waves, exponential_of, scaled_by_strength
+
+STYLES: Mapping[str, float] = {"arcs": 1.5, "m": 4.5, "broken": 9.0}
+"""Styles of forehead wrinkles, and their beta."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Forehead(Waves):
+    """Wrinkles across the forehead (see :func:`facewrinkle.layers.patterns.forehead`), `number` of them from the lower
+    to the upper border.
+
+    Attributes
+    ----------
+    style : {"arcs", "m", "broken"} or float
+        A number is the paper's beta.
+    sharpness : float
+        The paper's alpha.
+    bend : float
+        Bend of the arcs: half the width of the region in the pattern's units; in the paper 2.5.
+    start : float
+        The pattern's x at the lower border; the paper's pictures have 2. The larger, the more even the wrinkles.
+    number, spacing, furrows, variation, seed :
+        See :class:`Waves`.
+
+    Examples
+    --------
+    A spacing of 6 mm on a forehead 80 mm wide and 30 mm high, and the paper's styles:
+
+    >>> Forehead(spacing=6.0).sized(np.array([80.0, 30.0])).number
+    5.0
+    >>> {style: Forehead(style=style).beta for style in ("arcs", "m", "broken")}
+    {'arcs': 1.5, 'm': 4.5, 'broken': 9.0}
+    """
+
+    moving: ClassVar[bool] = True
+    across_axis: ClassVar[int] = 1
+    number: float = 4.0
+    style: str | float = "m"
+    bend: float = 2.5
+    start: float = 4.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_range("start", self.start, 0.1, 100.0, "The pattern has to keep away from its origin.")
+        check_range("bend", self.bend, 0.0, 100.0)
+        if isinstance(self.style, str):
+            if self.style not in STYLES:
+                raise unknown_name("style", self.style, STYLES)
+        else:
+            check_range("style", self.style, 0.0, 100.0)
+
+    @property
+    def beta(self) -> float:
+        """The paper's parameter of style."""
+        return STYLES[self.style] if isinstance(self.style, str) else float(self.style)
+
+    def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
+        """See :class:`Pattern`."""
+        end = np.sqrt(self.start**2 + 2.0 * np.pi * self.number)
+        return self.start + 0.5 * (uv[:, 1] + 1.0) * (end - self.start), self.bend * uv[:, 0]
+
+    def phase(self, x: Array, y: Array, t: float, aspect: float) -> Array:
+        """See :class:`Waves`."""
+        return patterns.forehead_phase(x, y, t, self.beta)
+
+    def place_along(self, x: Array, y: Array, aspect: float) -> Array:
+        """See :class:`Waves`."""
+        return y / max(self.bend, 1e-12)
+
+    def phase_gradient(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+        """See :class:`Waves`."""
+        th, beta = patterns.angle(x, y), self.beta
+        swing = t * np.sin(th) - np.sin(beta * th)
+        turn = -2.0 * swing * (t * np.cos(th) - beta * np.cos(beta * th)) / (x * x + y * y)
+        return 2.0 * x - y * turn, 2.0 * y + x * turn
+
+    def relief_adder(
+        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
+    ) -> ReliefAdder:
+        """See :class:`Pattern`."""
+        th = patterns.angle(x, y)
+        sine, swing = np.sin(th), np.sin(self.beta * th)
+        phase = np.stack([x * x + y * y - swing**2, 2.0 * sine * swing, -(sine**2)])
+        return self._adder_of_phase(phase, x, y, aspect, where, weight)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cheek(Waves):
+    """Wrinkles in arcs about a point beside the region (see :func:`facewrinkle.layers.patterns.cheek`), `number` of
+    them from the near to the far border.
+
+    Attributes
+    ----------
+    radius : float
+        Distance of that point from the near border, in widths of the region.
+    number, spacing, sharpness, furrows, variation, seed :
+        See :class:`Waves`.
+
+    Examples
+    --------
+    Across two wrinkles from border to border: bulges stand out 0.38, furrows are 0.62 deep and narrower.
+
+    >>> cheek = Cheek(number=2)
+    >>> x, y = cheek.plane(np.stack([np.linspace(-1, 1, 9), np.zeros(9)], axis=1), aspect=1.0)
+    >>> cheek.relief(x, y, strength=1.0, t=0.0, aspect=1.0).round(2).tolist()
+    [0.11, 0.38, 0.11, -0.62, 0.11, 0.38, 0.11, -0.62, 0.11]
+    """
+
+    sharpness: float = 1.0
+    radius: float = 0.5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_range("radius", self.radius, 0.0, 1000.0)
+
+    @property
+    def beta(self) -> float:
+        """The paper's parameter of number."""
+        return float(np.pi * self.number)
+
+    def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
+        """See :class:`Pattern`."""
+        return uv[:, 0] + 1.0 + 2.0 * self.radius, aspect * uv[:, 1]
+
+    def phase(self, x: Array, y: Array, t: float, aspect: float) -> Array:
+        """See :class:`Waves`."""
+        return patterns.cheek_phase(x, y, t - self.beta * 2.0 * self.radius, self.beta)
+
+    def place_along(self, x: Array, y: Array, aspect: float) -> Array:
+        """See :class:`Waves`."""
+        return y / aspect
+
+    def phase_gradient(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+        """See :class:`Waves`."""
+        steep = self.beta / np.maximum(np.hypot(x, y), 1e-12)
+        return steep * x, steep * y
+
+    def relief_adder(
+        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
+    ) -> ReliefAdder:
+        """See :class:`Pattern`."""
+        phase = np.stack([self.phase(x, y, 0.0, aspect), np.ones_like(x), np.zeros_like(x)])
+        return self._adder_of_phase(phase, x, y, aspect, where, weight)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frown(Waves):
+    """Upright lines (see :func:`facewrinkle.layers.patterns.frown`), `number` of them from side to side.
+
+    Attributes
+    ----------
+    spread : float
+        Change in the distance of the lines from the centre to the upper border, as a share; in [0, 1).
+    variant : {"fan", "paper"}
+        "fan" spreads upwards, "paper" draws together.
+    offset : float
+        Phase in the middle, radians: pi/2 for a bulge there, which is symmetric; 0 as printed.
+    number, spacing, sharpness, furrows, variation, seed :
+        See :class:`Waves`.
+
+    Examples
+    --------
+    Distance of the right line from the middle at the lower border of the region, half way, and at the upper one:
+
+    >>> frown, side = Frown(number=2, spread=0.3), np.linspace(0.0, 1.0, 101)
+    >>> for height in (-1.0, 0.0, 1.0):
+    ...     across = frown.relief(side, np.full(101, height), 1.0, frown.time(0.0), 1.0)
+    ...     print(side[across.argmin()].round(2))
+    0.35
+    0.5
+    0.65
+    """
+
+    moving: ClassVar[bool] = True
+    number: float = 2.0
+    spread: float = 0.3
+    variant: patterns.Variant = "fan"
+    offset: float = np.pi / 2
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_range("spread", self.spread, 1e-3, 0.95)
+        check_range("offset", self.offset, -1e3, 1e3)
+        if self.variant not in patterns.VARIANTS:
+            raise unknown_name("variant of frown", self.variant, patterns.VARIANTS)
+
+    @property
+    def beta(self) -> float:
+        """The paper's parameter of distance, where y + t is 1 / spread in the centre."""
+        t = 1.0 / self.spread
+        return (t if self.variant == "paper" else 1.0 / t) / (np.pi * self.number)
+
+    def time(self, seconds: float) -> float:
+        """See :class:`Pattern`."""
+        return 1.0 / self.spread
+
+    def phase(self, x: Array, y: Array, t: float, aspect: float) -> Array:
+        """See :class:`Waves`."""
+        return patterns.frown_phase(x, y, t, self.beta, self.variant) + self.offset
+
+    def place_along(self, x: Array, y: Array, aspect: float) -> Array:
+        """See :class:`Waves`."""
+        return y
+
+    def phase_gradient(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+        """See :class:`Waves`."""
+        if self.variant == "paper":
+            return (y + t) / self.beta, x / self.beta
+        return 1.0 / (self.beta * (y + t)), -x / (self.beta * (y + t) ** 2)
+
+    def relief_adder(
+        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
+    ) -> ReliefAdder:
+        """See :class:`Pattern`."""
+        if self.variant == "paper":
+            phase = np.stack([x * y / self.beta + self.offset, x / self.beta, np.zeros_like(x)])
+            return self._adder_of_phase(phase, x, y, aspect, where, weight)
+        shift, share = self.variation_at(x, y, aspect)
+        waves = np.zeros((3, len(x)))
+
+        def fill(t: float, full: Array) -> None:  # its phase is no polynomial in t
+            waves[0] = self.phase(x, y, t, aspect) + shift
+            kernels.waves(weight * share, waves, 0.0, *exponential_of(self.sharpness, self.furrows), full)
+
+        return scaled_by_strength(fill, where)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EyeCorner(Waves):
+    """Wrinkles that fan out (see :func:`facewrinkle.layers.patterns.eye_corner`), `number` of them from the lower to
+    the upper border in the middle of the region; the paper's t is the strength.
+
+    Attributes
+    ----------
+    sharpness : float
+        The largest t.
+    decay : float
+        They are exp(-decay) times as deep at the far border as at the near one.
+    radius : float
+        Distance from the near border to the point from which they fan out, in widths of the region.
+    gamma : int, optional
+        The paper's number in the half circle; default: as `number` says. With a radius below 0 it has to be even.
+    splay : float
+        Curving apart outwards, in [0, 0.9]: at the far border the angle between them is 1 / (1 - splay) times as large.
+        0 is straight, as printed.
+    number, spacing, furrows, variation, seed :
+        See :class:`Waves`.
+
+    Examples
+    --------
+    Outwards the wrinkles grow shallower, and the distance from one to the next grows:
+
+    >>> crows_feet = EyeCorner(number=4, decay=0.8, radius=0.5)
+    >>> x, y = crows_feet.plane(np.array([[-1.0, 0.0], [1.0, 0.0]]), aspect=0.5)
+    >>> crows_feet.amplitude(x, y).round(2)
+    array([1.  , 0.45])
+    >>> across = crows_feet.phase_gradient(x, y, 0.0, aspect=0.5)[1]
+    >>> float((across[0] / across[1]).round(9))
+    3.0
+    """
+
+    timed: ClassVar[bool] = False
+    across_axis: ClassVar[int] = 1
+    number: float = 4.0
+    decay: float = 0.8
+    radius: float = 0.15
+    gamma: float | None = None
+    splay: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_range("decay", self.decay, 0.0, 20.0)
+        check_range("radius", self.radius, -0.5, 1000.0)
+        if self.gamma is not None:
+            check_range("gamma", self.gamma, 0.1, 1000.0)
+        check_range("splay", self.splay, 0.0, 0.9)
+        if self.splay > 0.0 and self.radius < 0.0:
+            raise ParameterError(
+                f"wrinkles that curve apart (splay={self.splay:g}) must begin outside the region, or the surface would "
+                f"tear: radius must be 0 or more, received {self.radius:g}. Use splay=0, or a larger radius."
+            )
+
+    def gamma_of(self, aspect: float) -> float:
+        """Return the paper's gamma on a region of this height over width."""
+        if self.gamma is not None:
+            return self.gamma
+        gamma = float(np.pi * self.number / np.arctan2(aspect, 1.0 + 2.0 * self.radius))
+        return gamma if self.radius >= 0.0 else max(2.0 * round(0.5 * gamma), 2.0)
+
+    def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
+        """See :class:`Pattern`."""
+        return uv[:, 0] + 1.0 + 2.0 * self.radius, aspect * uv[:, 1]
+
+    def phase(self, x: Array, y: Array, t: float, aspect: float) -> Array:
+        """See :class:`Waves`."""
+        straight = patterns.eye_corner_phase(x, y, self.gamma_of(aspect))
+        return straight if self.splay == 0.0 else self._closer(x) * straight
+
+    def _closer(self, x: Array) -> Array:
+        """The remaining share of the angle: 1 at the near border, 1 - splay at the far one."""
+        return 1.0 - 0.5 * self.splay * (x - 2.0 * self.radius)
+
+    def place_along(self, x: Array, y: Array, aspect: float) -> Array:
+        """See :class:`Waves`; the wrinkles differ less at their near ends, which are at the eye."""
+        return 1.0 - 0.6 * (2.0 + 2.0 * self.radius - x)
+
+    def phase_gradient(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+        """See :class:`Waves`."""
+        gamma, closer = self.gamma_of(aspect), self._closer(x)
+        turn = gamma * closer / np.maximum(x * x + y * y, 1e-12)
+        return -turn * y - 0.5 * self.splay * gamma * patterns.angle(x, y), turn * x
+
+    def amplitude(self, x: Array, y: Array) -> Array:
+        """Return the decay, which is 1 in the middle of the near border."""
+        return np.asarray(np.exp(-0.5 * self.decay * (np.hypot(x, y) - 2.0 * self.radius)))
+
+    def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
+        """See :class:`Pattern`."""
+        shift, share = self.variation_at(x, y, aspect)
+        sine = np.sin(self.phase(x, y, t, aspect) + shift)
+        a, b, c = self._rising(strength)
+        return np.asarray(
+            share * self.amplitude(x, y) * (b * sine if self.sharpness < FLAT else a + b * np.exp(c * sine))
+        )
+
+    def _rising(self, strength: float) -> tuple[float, float, float]:
+        """As `exponential_of`, with a sharpness that rises with the strength, at the scale of the largest one."""
+        k = self.sharpness
+        if k < FLAT:
+            return 0.0, 0.5 * strength, 0.0
+        size = 0.5 / np.sinh(k)
+        if self.furrows == "paper":
+            return -size, size, -strength * k
+        return float(i0(strength * k)) * size, -size, -strength * k
+
+    def relief_adder(
+        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
+    ) -> ReliefAdder:
+        """See :class:`Pattern`."""
+        shift, share = self.variation_at(x, y, aspect)
+        sine = np.sin(self.phase(x, y, 0.0, aspect) + shift)
+        full = weight * share * self.amplitude(x, y)
+        scratch = np.empty(len(where))
+
+        def add(strength: float, t: float, out: Array) -> None:
+            if strength > 0.0:
+                kernels.standing(where, full, sine, *self._rising(strength), scratch, out)
+
+        return add

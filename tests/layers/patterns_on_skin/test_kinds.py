@@ -1,0 +1,107 @@
+"""Kinds of patterns: their heights, phases and parameters, without a surface.
+
+what                 checked against
+added heights        the same from the formulas, by kind, at random strengths and times
+wave vectors         differences of the heights of plain sines
+even wrinkles        the paper's formulas
+crease, splay        their defining properties
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from facewrinkle.layers import patterns
+from facewrinkle.layers.patterns_on_skin.kinds import Cheek, EyeCorner, EyePouch, Forehead, Frown
+
+
+def test_added_heights_are_those_of_the_formulas(kind):
+    rng = np.random.default_rng(1)
+    uv, weight = rng.uniform(-1, 1, (300, 2)), rng.random(300)
+    where = rng.permutation(400)[:300]
+    x, y = kind.plane(uv, 0.7)
+    add = kind.relief_adder(x, y, 0.7, where, weight)
+    for strength, t in ((1.0, kind.time(0.3)), (0.37, kind.time(0.3) + 0.8), (1e-3, 4.0), (0.0, 5.0)):
+        out = np.ones(400)
+        add(strength, t, out)
+        expected = np.ones(400)
+        expected[where] += weight * kind.relief(x, y, strength, t, 0.7)
+        np.testing.assert_allclose(out, expected, rtol=0, atol=1e-13)
+        if strength == 0.0:
+            assert (out == 1.0).all()
+
+
+def test_wave_vectors_by_differences(wrinkles):
+    """The slope of a plain sine (sharpness 0) is the wave vector times its cosine."""
+    plain = dataclasses.replace(wrinkles, sharpness=0.0, variation=0.0)
+    rng = np.random.default_rng(2)
+    x, y = plain.plane(rng.uniform(-0.9, 0.9, (200, 2)), 0.7)
+    t, h = plain.time(0.0) + 0.3, 1e-6
+    wx, wy = plain.wave_vector(x, y, t, 0.7)
+    middle = plain.relief(x, y, 1.0, t, 0.7)
+    dx = (plain.relief(x + h, y, 1.0, t, 0.7) - plain.relief(x - h, y, 1.0, t, 0.7)) / (2 * h)
+    dy = (plain.relief(x, y + h, 1.0, t, 0.7) - plain.relief(x, y - h, 1.0, t, 0.7)) / (2 * h)
+    size = 1.0
+    if isinstance(plain, EyeCorner):
+        size = plain.amplitude(x, y)
+        along = -0.5 * plain.decay * middle / np.hypot(x, y)
+        dx, dy = dx - along * x, dy - along * y
+    cosine = np.sqrt(np.maximum(1.0 - (2.0 * middle / size) ** 2, 0.0))
+    np.testing.assert_allclose(np.hypot(dx, dy), np.hypot(wx, wy) * 0.5 * size * cosine, atol=2e-5)
+
+
+@pytest.mark.parametrize(("strength", "t"), [(1.0, 0.4), (0.35, 2.0)])
+def test_without_variation_they_are_the_papers_formulas(strength, t):
+    """With sharp ridges, as printed: the reliefs of `patterns`, to 1e-12."""
+    uv, aspect = np.random.default_rng(5).uniform(-1, 1, (400, 2)), 0.8
+    k, size = 1.2, 0.5 / np.sinh(1.2)
+
+    def heights(kind, at=t):
+        x, y = kind.plane(uv, aspect)
+        return x, y, kind.relief(x, y, strength, at, aspect)
+
+    x, y, w = heights(Forehead(furrows="paper", sharpness=k))
+    np.testing.assert_allclose(w, strength * size * patterns.forehead_relief(x, y, t, k, 4.5), rtol=0, atol=1e-12)
+    kind = EyeCorner(furrows="paper", sharpness=k, gamma=6, decay=0.9, radius=0.2)
+    x, y, w = heights(kind)
+    expected = patterns.eye_corner_relief(x, y, strength * k, np.exp(0.9 * 0.2), -0.45, 6)
+    np.testing.assert_allclose(w, size * expected, rtol=0, atol=1e-12)
+    x, y, w = heights(Cheek(sharpness=0.0, radius=0.0))
+    np.testing.assert_allclose(w, patterns.cheek(x, y, t, 0.5 * strength, 3 * np.pi), rtol=0, atol=1e-12)
+    kind = Frown(sharpness=0.0, variant="paper", offset=0.0)
+    x, y, w = heights(kind)
+    np.testing.assert_allclose(w, patterns.frown(x, y, t, 0.5 * strength, kind.beta), rtol=0, atol=1e-12)
+    x, y, w = heights(EyePouch(trembling=1.0))
+    expected = strength * patterns.eye_pouch(x, y, t, 1.0, 0.0, 2) * t / 4.0
+    np.testing.assert_allclose(w, expected, rtol=0, atol=1e-12)
+
+
+def test_the_crease_of_a_pouch_is_its_lowest_place():
+    kind = EyePouch(crease=0.4, crease_at=0.3, trembling=0.0)
+    v = np.linspace(-1.0, 1.0, 4001)
+    x, y = kind.plane(np.stack([0 * v, v], axis=1), 0.5)
+    w = kind.relief(x, y, 1.0, 0.0, 0.5)
+    soft = EyePouch(trembling=0.0).relief(x, y, 1.0, 0.0, 0.5)
+    assert v[w.argmin()] == pytest.approx(-0.3, abs=0.02)
+    assert w.min() == pytest.approx(-0.4, abs=0.02)
+    assert w[v < -0.95].max() < 0.0
+    assert w[v < -0.95].min() > -0.1
+    rising = (v > -0.28) & (v < 0.0)
+    assert (np.diff(w[rising]) > 0.0).all()
+    assert np.gradient(w, v).max() > 3.0 * np.gradient(soft, v).max()  # steep above it
+    np.testing.assert_allclose(w[v > 0.7], soft[v > 0.7], atol=0.03)  # and the rest of the pouch as before
+
+
+def test_wrinkles_that_splay_curve_apart():
+    """A furrow is where the phase is the same: at the far border its angle has grown by 1 / (1 - splay)."""
+    kind, straight = EyeCorner(splay=0.4, radius=0.3), EyeCorner(radius=0.3)
+    near, far = 2 * kind.radius, 2 * kind.radius + 2.0
+    for angle in (-0.4, 0.1, 0.3):
+        begin = kind.phase(np.array([near]), np.array([near * np.tan(angle)]), 0.0, 1.0)
+        end = kind.phase(np.array([far]), np.array([far * np.tan(angle / 0.6)]), 0.0, 1.0)
+        np.testing.assert_allclose(begin, straight.phase(np.array([1.0]), np.array([np.tan(angle)]), 0.0, 1.0))
+        np.testing.assert_allclose(end, begin, rtol=1e-12)
+    assert not np.isclose(straight.phase(np.array([far]), np.array([far * np.tan(0.5)]), 0.0, 1.0), begin).all()
