@@ -68,7 +68,7 @@ def fit(
         file,
         landmarks,
         units_of(units),
-        watch=report.search,
+        progress=report.search,
         texture=texture,
         resolve_self_intersections=resolve_self_intersections,
     )

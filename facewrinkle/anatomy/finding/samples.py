@@ -1,4 +1,4 @@
-"""Points spread evenly over a surface, and a place of it with fewer triangles."""
+"""Evenly spread points on a surface, and surfaces with fewer points and triangles."""
 
 from __future__ import annotations
 
@@ -6,40 +6,43 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 
-def spread(points: Array, triangles: npt.NDArray[np.int64], count: int) -> Array:
-    """`count` points spread over the triangles evenly by area, the same ones every time.
+def even_samples(points: Array, triangles: IntArray, n: int) -> Array:
+    """Return n points spread over the triangles evenly by area, the same ones every time.
 
     Examples
     --------
     >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    >>> spread(square, np.array([[0, 1, 2], [0, 2, 3]]), 1000).mean(axis=0).round(2)
+    >>> even_samples(square, np.array([[0, 1, 2], [0, 2, 3]]), 1000).mean(axis=0).round(2)
     array([0.5, 0.5, 0. ])
     """
     a, b, c = (points[triangles[:, k]] for k in range(3))
     area = np.cumsum(np.linalg.norm(np.cross(b - a, c - a), axis=1))
-    order = np.arange(count)
-    which = np.searchsorted(area, (order + 0.5) / count * area[-1])
+    order = np.arange(n)
+    cell = np.searchsorted(area, (order + 0.5) / n * area[-1])
     # The additive sequence of the plastic number: evenly spread in the square, also in every stretch of it.
     u, v = (0.5 + order * 0.7548776662466927) % 1.0, (0.5 + order * 0.5698402909980532) % 1.0
     fold = u + v > 1.0
     u, v = np.where(fold, 1.0 - u, u)[:, None], np.where(fold, 1.0 - v, v)[:, None]
-    return np.asarray(a[which] + u * (b - a)[which] + v * (c - a)[which])
+    return np.asarray(a[cell] + u * (b - a)[cell] + v * (c - a)[cell])
 
 
 def thinned(points: Array, spacing: float) -> Array:
-    """One point in every cube of this width."""
+    """Return the first of the points in every cube of a grid with this spacing."""
     cell = np.floor(points / spacing).astype(np.int64)
     cell -= cell.min(axis=0)
     number = np.ravel_multi_index(tuple(cell.T), tuple(cell.max(axis=0) + 1))
     return points[np.sort(np.unique(number, return_index=True)[1])]
 
 
-def coarsened(
-    points: Array, triangles: npt.NDArray[np.int64], centre: Array, radius: float, spacing: float
-) -> tuple[Array, npt.NDArray[np.int64]]:
-    """The triangles that reach into a ball, with all corners in one cube of this width put together.
+def clustered(
+    points: Array, triangles: IntArray, centre: Array, radius: float, spacing: float
+) -> tuple[Array, IntArray]:
+    """Return a coarser mesh of the triangles that reach into a ball, by vertex clustering.
+
+    All corners in one cube of a grid become their mean; triangles with two corners in one cube go.
 
     Examples
     --------
@@ -47,9 +50,9 @@ def coarsened(
     >>> points = np.stack([x.ravel(), y.ravel(), np.zeros(18)], axis=1)
     >>> low = np.arange(8)
     >>> triangles = np.concatenate([np.stack([low, low + 1, low + 9], 1), np.stack([low + 1, low + 10, low + 9], 1)])
-    >>> [len(array) for array in coarsened(points, triangles, np.zeros(3), 3.5, 2.0)]
+    >>> [len(array) for array in clustered(points, triangles, np.zeros(3), 3.5, 2.0)]
     [3, 0]
-    >>> [len(array) for array in coarsened(points, triangles, np.zeros(3), 3.5, 0.5)]
+    >>> [len(array) for array in clustered(points, triangles, np.zeros(3), 3.5, 0.5)]
     [10, 8]
     """
     within = ((points - centre) ** 2).sum(axis=1) < radius**2
@@ -59,10 +62,10 @@ def coarsened(
     corners = points[used]
     cell = np.floor((corners - corners.min(axis=0, initial=np.inf)) / spacing).astype(np.int64)
     wide = cell.max(axis=0, initial=0) + 1
-    _, which = np.unique((cell[:, 0] * wide[1] + cell[:, 1]) * wide[2] + cell[:, 2], return_inverse=True)
-    count = np.bincount(which)
+    _, cluster = np.unique((cell[:, 0] * wide[1] + cell[:, 1]) * wide[2] + cell[:, 2], return_inverse=True)
+    size = np.bincount(cluster)
     number = np.zeros(len(points), np.int64)
-    number[used] = which
-    put = number[triangles]
-    whole = (put != np.roll(put, 1, axis=1)).all(axis=1)
-    return np.stack([np.bincount(which, c) / count for c in corners.T], axis=1), put[whole]
+    number[used] = cluster
+    merged = number[triangles]
+    proper = (merged != np.roll(merged, 1, axis=1)).all(axis=1)
+    return np.stack([np.bincount(cluster, c) / size for c in corners.T], axis=1), merged[proper]

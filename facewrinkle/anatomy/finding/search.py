@@ -1,0 +1,221 @@
+"""The search of a mesh for a face, in steps: candidate poses, the best of them aligned, and matches with the template.
+
+Where the whole mesh shows no face its parts are searched, and what stands on a floor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Iterator
+from itertools import chain
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from ...errors import LandmarkError
+from ...geometry.topology import components
+from ..landmarks import REFUSED
+from .alignment import COARSE, FINE, aligned, pose_score, surface_map, template_map
+from .candidates import SIZES, candidates, distinct
+from .matching import Match, matched
+from .pose import Pose
+from .samples import clustered, even_samples
+from .template import VARIANTS, template
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+Progress = Callable[[Iterable[None], int], Iterable[None]]
+"""Given steps and their number, gives the steps back one by one as they are done."""
+
+NO_FACE = (
+    "no face was found on the mesh: nothing on it looks like one. If it is a face, give landmarks; required are, on "
+    "one side at least, eye_l_inner, eye_l_outer, mouth_l, brow_l_mid; nose_tip, upper_lip_mid, lower_lip_mid."
+)
+
+# How much is tried. The confidence of a match says whether it is a face, see `matching`.
+MESH_SAMPLES = 40_000
+"""Points spread over the mesh, among which noses are looked for."""
+TRIED, REFINED = 40, 3
+"""Candidates that are aligned, and the best of these that are matched."""
+SURE = 0.75
+"""Confidence above which no other pose is matched: below it a face is doubted."""
+HOPELESS = 0.25
+"""Confidence below which only the mean template is tried: no other one makes a face of it."""
+
+# What of a mesh is searched.
+FEWEST_TRIANGLES = 200
+"""Triangles that show a face, at least: on it they are a third of the distance between the pupils in size."""
+MANY_TRIANGLES = 150_000
+"""Triangles beyond which a pose is aligned on a coarser mesh."""
+NEAR = 4.5
+"""Distance from a face within which triangles may belong to it, in distances between the pupils."""
+PARTS = 3
+"""Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
+THIN = 0.02
+"""Thickness over the largest extent of a part, at least: a floor or a wall is no face."""
+UNEVEN = 0.004
+"""Unevenness of a floor, at most, over the diagonal of the bounding box."""
+MOST_OF_THE_FACE = 0.6
+"""Share of what is seen that one part has to make up: then the others are left out."""
+
+
+class FaceSearch:
+    """The search of triangles for a face.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    pose : Pose or None
+        The pose, where it is known: then no other is tried.
+
+    Attributes
+    ----------
+    matches : list of Match
+        With the variants of the template, the mean one's first; filled in by :meth:`steps`.
+    triangles : ndarray of int, shape (m, 3)
+        Those of the part that is the face.
+    """
+
+    STEPS = len(SIZES) + TRIED + REFINED + len(VARIANTS)
+
+    def __init__(self, points: Array, triangles: IntArray, pose: Pose | None) -> None:
+        self.points, self.triangles, self.pose = points, triangles, pose
+        self.matches: list[Match] = []
+
+    def steps(self) -> Iterator[None]:
+        """Do one step after the other: sizes, poses, the best of these, and variants of the template."""
+        if self.pose is None:
+            poses = yield from self._scored_poses()
+        else:
+            poses = [(1.0, self.pose)]
+        matches = []
+        for _, pose in distinct(poses, REFINED):
+            matches.append(self._aligned_match(self.triangles, pose))
+            yield
+            if matches[-1].confidence > SURE:
+                break
+        best = max(matches, key=lambda match: match.confidence)
+        part = _face_part(self.points, self.triangles, best)
+        if len(part) < len(self.triangles):
+            alone = self._aligned_match(part, best.pose)
+            best, self.triangles = max((alone, part), (best, self.triangles), key=lambda pair: pair[0].confidence)
+        self.matches.append(best)
+        yield
+        for variant in range(1, len(VARIANTS) if best.confidence > HOPELESS else 1):
+            pose = best.pose
+            if template(variant).mouth_open:
+                pose = aligned(*near_pose(self.points, self.triangles, pose), pose, variant)
+            self.matches.append(matched(self.points, self.triangles, pose, variant))
+            yield
+
+    def _aligned_match(self, triangles: IntArray, pose: Pose) -> Match:
+        return matched(self.points, triangles, aligned(*near_pose(self.points, triangles, pose), pose))
+
+    def _scored_poses(self) -> Generator[None, None, list[tuple[float, Pose]]]:
+        """Aligned candidates with their scores, the best first."""
+        points, triangles = self.points, self.triangles
+        starts: list[tuple[float, Pose]] = []
+        for found in candidates(even_samples(points, triangles, MESH_SAMPLES)):
+            starts += found
+            yield
+        starts.sort(key=lambda pair: pair[0])
+        poses: list[tuple[float, Pose]] = []
+        for _, start in distinct(starts, TRIED):
+            near = near_pose(points, triangles, start)
+            pose = aligned(*near, start)
+            poses.append((pose_score(surface_map(*near, pose, COARSE), template_map(COARSE)), pose))
+            yield
+        if not poses:
+            raise LandmarkError(NO_FACE)
+        poses.sort(key=lambda pair: -pair[0])
+        return poses
+
+
+def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Progress) -> FaceSearch:
+    """Search a mesh whole, and in parts where it shows no face: beside a large thing a face is small or hidden.
+
+    Raises
+    ------
+    LandmarkError
+        If nothing looks like a face at all.
+    """
+    found: list[FaceSearch] = []
+    others = chain(_parts(points, triangles), _off_the_floor(points, triangles))
+    for part in chain([triangles], () if pose is not None else others):
+        search = FaceSearch(points, part, pose)
+        try:
+            for _ in progress(search.steps(), search.STEPS):
+                pass
+        except LandmarkError:  # nothing looks like a face
+            continue
+        found.append(search)
+        if search.matches[0].confidence > REFUSED:
+            break
+    if not found:
+        raise LandmarkError(NO_FACE)
+    return max(found, key=lambda search: search.matches[0].confidence)
+
+
+def near_pose(points: Array, triangles: IntArray, pose: Pose) -> tuple[Array, IntArray]:
+    """Return the mesh on which a pose is aligned: all of it, or the part near the pose, coarser, where that is less."""
+    if len(triangles) <= MANY_TRIANGLES:
+        return points, triangles
+    return clustered(points, triangles, pose.origin, NEAR * pose.size, 0.5 * COARSE.step * pose.size)
+
+
+def _labelled_parts(points: Array, triangles: IntArray, decimals: int) -> tuple[IntArray, IntArray]:
+    """Rows of the triangles that keep three corners when points are welded, and the connected part of each."""
+    welded = np.unique(np.round(points, decimals), axis=0, return_inverse=True)[1].reshape(-1)[triangles]
+    proper = np.flatnonzero((welded != np.roll(welded, 1, axis=1)).all(axis=1)).astype(np.int64)
+    return proper, components(welded[proper]).astype(np.int64) if len(proper) else proper
+
+
+def _parts(points: Array, triangles: IntArray) -> Iterator[IntArray]:
+    """The parts of a mesh that could be a face by themselves, those with the most triangles first."""
+    proper, label = _labelled_parts(points, triangles, 7)
+    if not len(proper):
+        return
+    triangles = triangles[proper]
+    count = np.bincount(label)
+    order = [part for part in np.argsort(-count, kind="stable") if FEWEST_TRIANGLES <= count[part] < len(triangles)]
+    for part in order[:PARTS]:
+        alone = triangles[label == part]
+        corners = points[np.unique(alone)]
+        along = np.linalg.svd(corners - corners.mean(axis=0), full_matrices=False)[2]
+        extent = np.ptp(corners @ along.T, axis=0)
+        if extent.min() > THIN * extent.max():
+            yield alone
+
+
+def _off_the_floor(points: Array, triangles: IntArray) -> Iterator[IntArray]:
+    """The triangles off a plane that is most of the surface, such as a table that a scan has grown together with."""
+    corners = points[triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    cloud = even_samples(points, triangles, 2000)
+    flat = np.ones(len(cloud), bool)
+    for _ in range(5):  # the plane of most of the surface: that of the points close to it
+        centre = cloud[flat].mean(axis=0)
+        normal = np.linalg.svd(cloud[flat] - centre, full_matrices=False)[2][2]
+        off = np.abs((cloud - centre) @ normal)
+        flat = off <= max(float(np.median(off)), UNEVEN)
+    on_floor = (np.abs((corners - centre) @ normal) < UNEVEN).all(axis=1)
+    if area[on_floor].sum() > 0.5 * area.sum() and len(triangles) - on_floor.sum() >= FEWEST_TRIANGLES:
+        yield triangles[~on_floor]
+
+
+def _face_part(points: Array, triangles: IntArray, match: Match) -> IntArray:
+    """The triangles of the part to which most of what is seen belongs; all of them if there is no such part."""
+    pose, surface = match.pose, match.surface
+    local = pose.local(points)
+    proper, label = _labelled_parts(local, triangles, 6)
+    if not len(proper) or label.max() == 0:
+        return triangles
+    x, y = np.meshgrid(FINE.x, FINE.y)
+    shown = surface.weight > 0.5
+    places = np.column_stack([x[shown], y[shown], surface.depth[shown]])
+    used, first = np.unique(triangles[proper], return_index=True)
+    nearest = cKDTree(local[used]).query(places)[1]
+    votes = np.bincount(label[first[nearest] // 3], minlength=label.max() + 1)
+    chosen = int(np.argmax(votes))
+    return triangles[proper[label == chosen]] if votes[chosen] > MOST_OF_THE_FACE * votes.sum() else triangles
