@@ -1,4 +1,4 @@
-"""Dirty meshes in the proportions met in the wild, and what becomes of them.
+"""Dirty meshes in the proportions met in the wild, and the outcome of fitting them.
 
 Of ten thousand meshes from an exchange, 45 % ran through themselves, 22 % were not manifold, 16 % had degenerate
 triangles, 11 % were open and 10 % badly oriented (Zhou and Jacobson, "Thingi10K", 2016). Faces are spoiled so here,
@@ -31,9 +31,10 @@ from facewrinkle.mesh import to_polydata
 from facewrinkle.mesh.repair.topology_repair import areas_doubled
 
 Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mesh = tuple[Array, Ints]
+IntArray = npt.NDArray[np.int64]
+Mesh = tuple[Array, IntArray]
 Random = np.random.Generator
+Fault = Callable[[Array, IntArray, Random, float], Mesh]
 
 FACES = Path(__file__).parents[2] / "shared" / "faces"
 
@@ -45,11 +46,11 @@ class Dirty:
     Attributes
     ----------
     name : str
-        What it was, and its faults.
+        Its number, the face, and the ways in which it was spoiled.
     mesh : pyvista.PolyData
     landmarks : dict of str to ndarray, shape (3,)
-        Where those of the face are now.
     faults : tuple of str
+        Kinds of faults, keys of :data:`FAULTS`.
     """
 
     name: str
@@ -59,131 +60,128 @@ class Dirty:
 
 
 # --- faults ---------------------------------------------------------------------------------------------
-# Each takes points, triangles, chance and the distance between the pupils, and gives new points and triangles.
+# Each takes points, triangles, a random generator and the distance between the pupils; it returns a spoiled mesh.
 
 
-def _some(random: Random, count: int, share: float) -> Ints:
+def _some(random: Random, count: int, share: float) -> IntArray:
     return random.choice(count, max(1, int(share * count)), replace=False)
 
 
-def spikes(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """Points that a scanner threw far off."""
-    which = _some(random, len(points), 0.004)
-    points[which] += random.normal(0.0, 0.25 * size, (len(which), 3))
+def spikes(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Move single points far off, as scanners do."""
+    chosen = _some(random, len(points), 0.004)
+    points[chosen] += random.normal(0.0, 0.25 * size, (len(chosen), 3))
     return points, triangles
 
 
-def noise(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """Noise as large as half an edge."""
+def noise(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Add noise of up to a third of an edge."""
     a, b = points[triangles[:, 0]], points[triangles[:, 1]]
     spread = 0.3 * np.median(np.linalg.norm(a - b, axis=1)) * random.uniform(0.3, 1.0)
     return points + random.normal(0.0, spread, points.shape), triangles
 
 
-def lump(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """A ball that is stuck halfway through the skin."""
+def lump(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Add a ball that is stuck halfway through the skin."""
     ball = pv.Sphere(radius=random.uniform(0.1, 0.8) * size, center=points[random.integers(len(points))],
                      theta_resolution=12, phi_resolution=12)  # fmt: skip
-    return _beside((points, triangles), (np.asarray(ball.points, float), np.asarray(ball.regular_faces, np.int64)))
+    return _combined((points, triangles), (np.asarray(ball.points, float), np.asarray(ball.regular_faces, np.int64)))
 
 
-def shell(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """A second skin, partly under the first one, partly over it."""
+def shell(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Add a second skin, partly under the first one, partly over it."""
     wave = 0.02 * size * np.sin(points @ random.normal(0.0, 3.0 / size, (3, 3)))
-    return _beside((points, triangles), (points + wave, triangles[:, [0, 2, 1]]))
+    return _combined((points, triangles), (points + wave, triangles[:, [0, 2, 1]]))
 
 
-def pinch(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """A place that was dragged through the skin beside it."""
+def pinch(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Drag a place through the skin beside it."""
     at = points[random.integers(len(points))]
     near = np.exp(-((points - at) ** 2).sum(axis=1) / (0.15 * size) ** 2)[:, None]
     return points + near * random.normal(0.0, 0.25 * size, 3), triangles
 
 
-def fins(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """Loose triangles that hang on edges which have two already."""
-    which = triangles[_some(random, len(triangles), 0.003)]
-    tips = points[which].mean(axis=1) + random.normal(0.0, 0.1 * size, (len(which), 3))
-    numbers = len(points) + np.arange(len(which))
-    return np.vstack([points, tips]), np.vstack([triangles, np.column_stack([which[:, :2], numbers])])
+def fins(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Add triangles on edges that have two already."""
+    picked = triangles[_some(random, len(triangles), 0.003)]
+    tips = points[picked].mean(axis=1) + random.normal(0.0, 0.1 * size, (len(picked), 3))
+    numbers = len(points) + np.arange(len(picked))
+    return np.vstack([points, tips]), np.vstack([triangles, np.column_stack([picked[:, :2], numbers])])
 
 
-def wall(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """A sheet across the inside that is grown together with the skin."""
+def wall(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Add a sheet across the inside that shares edges with the skin."""
     loop = triangles[_some(random, len(triangles), 0.01)][:, :2]
     return np.vstack([points, points.mean(axis=0)]), np.vstack(
         [triangles, np.column_stack([loop, np.full(len(loop), len(points))])]
     )
 
 
-def grown(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """Points that were welded although they belong to different places."""
+def wrongly_welded(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Weld points of different places."""
     one, other = (_some(random, len(points), 0.001) for _ in range(2))
     number = np.arange(len(points))
     number[one] = other
     return points, number[triangles]
 
 
-def needles(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """Edges without length."""
-    which = triangles[_some(random, len(triangles), 0.002)]
-    points[which[:, 1]] = points[which[:, 0]]
+def needles(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Make edges of length 0."""
+    picked = triangles[_some(random, len(triangles), 0.002)]
+    points[picked[:, 1]] = points[picked[:, 0]]
     return points, triangles
 
 
-def caps(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """Triangles without area that seal an edge which is split on one side only."""
-    which = _some(random, len(triangles), 0.002)
-    a, b, c = triangles[which].T
-    middle = len(points) + np.arange(len(which))
-    kept = np.delete(triangles, which, axis=0)
+def caps(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Split edges on one side only, and seal the gaps with triangles without area."""
+    chosen = _some(random, len(triangles), 0.002)
+    a, b, c = triangles[chosen].T
+    middle = len(points) + np.arange(len(chosen))
+    kept = np.delete(triangles, chosen, axis=0)
     new = [np.column_stack(t) for t in ((a, middle, c), (middle, b, c), (a, b, middle))]
     return np.vstack([points, 0.5 * (points[a] + points[b])]), np.vstack([kept, *new])
 
 
-def doubles(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """Triangles twice, and some that name a point twice."""
+def doubles(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Repeat triangles, and add some that have a point twice."""
     again = triangles[_some(random, len(triangles), 0.01)]
     return points, np.vstack([triangles, again[:, [1, 2, 0]], again[:5, [0, 0, 1]]])
 
 
-def holes(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """Triangles that are missing."""
+def holes(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Leave out single triangles."""
     return points, np.delete(triangles, _some(random, len(triangles), 0.005), axis=0)
 
 
-def ragged(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """The back torn off, triangle by triangle."""
+def ragged(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Tear off the back, with a ragged rim."""
     depth = points[triangles].mean(axis=1) @ np.array([0.0, 0.2, 1.0])
     limit = np.quantile(depth, random.uniform(0.1, 0.35))
     return points, triangles[depth + random.normal(0.0, 0.1 * size, len(depth)) > limit]
 
 
-def apart(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """Points split along a seam, as at the border of a texture."""
+def apart(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Split points along a seam, as at the border of a texture."""
     side = points[triangles].mean(axis=1) @ random.normal(size=3)
     over = side > np.median(side)
     return np.vstack([points, points]), np.where(over[:, None], triangles + len(points), triangles)
 
 
-def flipped(points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """Triangles that look inwards, some or all."""
-    which = _some(random, len(triangles), random.choice([0.01, 0.3, 1.0]))
-    triangles[which] = triangles[which][:, ::-1]
+def flipped(points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Turn triangles over, some or all."""
+    chosen = _some(random, len(triangles), random.choice([0.01, 0.3, 1.0]))
+    triangles[chosen] = triangles[chosen][:, ::-1]
     return points, triangles
 
 
-Fault = Callable[[Array, Ints, Random, float], Mesh]
-
-
-def crossed(points: Array, triangles: Ints) -> int:
-    """Number of triangles that run through others."""
+def crossed(points: Array, triangles: IntArray) -> int:
+    """Return the number of triangles that run through others."""
     proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     return len(np.unique(self_intersections(points, triangles[proper])))
 
 
-def self_intersecting(fault: Fault, points: Array, triangles: Ints, random: Random, size: float) -> Mesh:
-    """The fault, over again until more of the mesh runs through itself than before."""
+def self_intersecting(fault: Fault, points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
+    """Apply the fault, anew until more of the mesh runs through itself than before."""
     before = crossed(points, triangles)
     while True:
         spoiled = fault(points.copy(), triangles.copy(), random, size)
@@ -193,15 +191,15 @@ def self_intersecting(fault: Fault, points: Array, triangles: Ints, random: Rand
 
 FAULTS: Mapping[str, tuple[float, tuple[Fault, ...]]] = {
     "self-intersecting": (0.45, (spikes, noise, lump, shell, pinch)),
-    "not manifold": (0.22, (fins, wall, grown)),
+    "not manifold": (0.22, (fins, wall, wrongly_welded)),
     "degenerate": (0.16, (needles, caps, doubles)),
     "open": (0.11, (holes, ragged, apart)),
     "badly oriented": (0.10, (flipped,)),
 }
-"""Shares of the meshes that have a kind of fault, and how it comes about."""
+"""Kinds of faults: the share of the meshes that have one, and the ways in which it comes about."""
 
 
-def _beside(one: Mesh, other: Mesh) -> Mesh:
+def _combined(one: Mesh, other: Mesh) -> Mesh:
     return np.vstack([one[0], other[0]]), np.vstack([one[1], other[1] + len(one[0])])
 
 
@@ -209,7 +207,7 @@ def _beside(one: Mesh, other: Mesh) -> Mesh:
 
 
 def clean_faces() -> Iterator[tuple[str, Mesh, dict[str, Array]]]:
-    """Faces to spoil: built-in heads, and the real ones that are there."""
+    """Yield name, mesh and landmarks of faces to spoil: built-in heads, and real ones that are at hand."""
     for name, identity in (("head", {}), ("old head", {"age": 1.0, "jaw": 0.6}), ("broad head", {"width": 0.9})):
         head = fw.default_face(identity)
         yield name, (head.points, head.triangles.astype(np.int64)), head.landmarks
@@ -223,7 +221,7 @@ def clean_faces() -> Iterator[tuple[str, Mesh, dict[str, Array]]]:
 
 
 def corpus(count: int = 100, seed: int = 0) -> Iterator[Dirty]:
-    """So many dirty faces, the same ones for the same seed; the shares of faults are met exactly."""
+    """Yield a number of dirty faces, the same for the same seed; the shares of faults are met exactly."""
     random = np.random.default_rng(seed)
     kinds: list[list[str]] = [[] for _ in range(count)]
     for kind, (share, _) in FAULTS.items():
@@ -234,12 +232,12 @@ def corpus(count: int = 100, seed: int = 0) -> Iterator[Dirty]:
     for i in range(count):
         name, (points, triangles), marks = faces[i % len(faces)]
         size = float(np.linalg.norm(marks["eye_l_outer"] - marks["eye_r_outer"]) / 1.4)
-        points, triangles, how = points.copy(), triangles.copy(), []
+        points, triangles, done = points.copy(), triangles.copy(), []
         for kind in kinds[i]:
             ways = FAULTS[kind][1]
             fault = ways[turns[kind] % len(ways)]  # one after the other, so that each has its turn
             turns[kind] += 1
-            how.append(fault.__name__)
+            done.append(fault.__name__)
             if kind == "self-intersecting":
                 fault = partial(self_intersecting, fault)
             points, triangles = fault(points, triangles, random, size)
@@ -247,11 +245,11 @@ def corpus(count: int = 100, seed: int = 0) -> Iterator[Dirty]:
         scale, shift = 10.0 ** random.uniform(-3.0, 3.0), random.normal(0.0, 5.0, 3)
         landmarks = {mark: scale * (turn @ place + size * shift) for mark, place in marks.items()}
         dirty = to_polydata(scale * (points @ turn.T + size * shift), triangles)
-        yield Dirty(f"{i} {name}: {', '.join(how) or 'clean'}", dirty, landmarks, tuple(kinds[i]))
+        yield Dirty(f"{i} {name}: {', '.join(done) or 'clean'}", dirty, landmarks, tuple(kinds[i]))
 
 
 def flaws(face: fw.Face) -> list[str]:
-    """What is wrong with the mesh of a face that was fitted, and with its first frames; nothing if it is sound."""
+    """Return the flaws of the mesh of a face that was fitted, and of its first frames."""
     triangles, points = face.triangles, face.points
     sides = np.linalg.norm(points[triangles] - np.roll(points[triangles], 1, axis=1), axis=2).max(axis=1)
     found = {
@@ -269,11 +267,11 @@ def flaws(face: fw.Face) -> list[str]:
     found["frames not finite"] = not all(np.isfinite(frame.points).all() for frame in frames)
     reach = np.ptp(points, axis=0).max()
     found["frames blown up"] = any(np.ptp(frame.points, axis=0).max() > 2.0 * reach for frame in frames)
-    return [what for what, is_so in found.items() if is_so]
+    return [flaw for flaw, is_there in found.items() if is_there]
 
 
 def verdict(dirty: Dirty, find: bool = False) -> tuple[str, tuple[str, ...]]:
-    """ "fitted", "refused" or what is wrong with the fitted face, and what was reported."""
+    """Return "fitted", "refused" or the flaws of the fitted face, and the sentences that were reported."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
         try:
@@ -284,19 +282,21 @@ def verdict(dirty: Dirty, find: bool = False) -> tuple[str, tuple[str, ...]]:
 
 
 def main() -> None:
-    """Print what becomes of each mesh, and a summary."""
+    """Print the verdict on each mesh, and a summary."""
     parser = argparse.ArgumentParser(description="Fit dirty meshes.")
     parser.add_argument("count", type=int, nargs="?", default=100)
     parser.add_argument("--find", action="store_true", help="find the landmarks too")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
-    ends: Counter[str] = Counter()
+    verdicts: Counter[str] = Counter()
     for dirty in corpus(arguments.count, arguments.seed):
         begin = time.perf_counter()
-        end, report = verdict(dirty, arguments.find)
-        ends[end] += 1
-        print(f"{dirty.name:60s} {end:10s} {time.perf_counter() - begin:5.1f} s  {' '.join(report)[:200]}", flush=True)
-    print(", ".join(f"{end}: {count}" for end, count in ends.most_common()))
+        found, report = verdict(dirty, arguments.find)
+        verdicts[found] += 1
+        print(
+            f"{dirty.name:60s} {found:10s} {time.perf_counter() - begin:5.1f} s  {' '.join(report)[:200]}", flush=True
+        )
+    print(", ".join(f"{found}: {count}" for found, count in verdicts.most_common()))
 
 
 if __name__ == "__main__":

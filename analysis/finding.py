@@ -1,11 +1,11 @@
-"""Faces found in many poses: ``python -m analysis.finding [POSES]`` prints a table, and what is taken for a face:
-``python -m analysis.finding likeness``. Both print as they go and end in whether the targets are met; exit status 1
-if not.
+"""The search for faces, measured: ``python -m analysis.finding [POSES]`` finds faces in many poses, ``python -m
+analysis.finding likeness`` tells faces from other things. Both print as they go and end in a verdict on their targets;
+exit status 1 if one is missed.
 
 The built-in head and the real faces beside the repository, turned, scaled (1e-3 to 1e3) and shifted at random, are
 searched as they are and spoiled in turn. Errors are in % of the distance between the pupils. For the likeness other
 people, expressions, cuttings and torn meshes of these faces are searched, and things that are no faces: solids, parts
-of faces, animals of balls, and lumps and reliefs with two like sides at random.
+of faces, animals of balls, and lumps and masks with random bulges, left and right alike.
 """
 
 from __future__ import annotations
@@ -30,17 +30,30 @@ PAIRS = tuple(name.format(side) for name in ("eye_{}_inner", "mouth_{}") for sid
 CENTRAL = ("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid", *PAIRS)
 MORE = (*CENTRAL, "eye_l_outer", "eye_r_outer", "ala_l", "ala_r", "pogonion", "menton")
 
-TARGETS = {"makehuman_head_male": (7.0, 15.0, 9.0)}
-USUAL = (4.0, 12.0, 6.0)
-"""Allowed errors of central landmarks, mean and worst, and the mean of more, in % of the distance between the pupils.
-The labels of the MakeHuman head were picked by hand.
-"""
+ALLOWED = (4.0, 12.0, 6.0)
+"""Allowed errors in % of the distance between the pupils: mean and worst of central landmarks, and mean of more."""
+
+HAND_LABELLED = {"makehuman_head_male": (7.0, 15.0, 9.0)}
+"""The same for a face whose labels were picked by hand."""
+
+SAME_POSE = 10.0
+"""Turn between two poses that count as the same, at most, degrees."""
+
+PARTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "half": lambda local: local[:, 0] > -0.05,
+    "upper part": lambda local: local[:, 1] > -0.35,
+    "lower part": lambda local: local[:, 1] < -0.55,
+}
+"""Parts of a face that must be refused, by places in distances between the pupils."""
+
+COLUMNS = (("poses", 5), ("found", 5), ("central", 8), ("worst", 6), ("more", 6), ("conf.", 6))
+"""Titles and widths of the columns of numbers."""
 
 Marks = dict[str, np.ndarray]
 
 
 def faces() -> Iterator[tuple[str, pv.PolyData, Marks]]:
-    """Name, mesh and documented landmarks."""
+    """Yield name, mesh and documented landmarks of the faces at hand."""
     head = fw.default_face()
     yield "built-in", head.mesh, head.landmarks
     for path in sorted(FACES.glob("*.landmarks.json")):
@@ -70,7 +83,7 @@ def _inside_out(mesh: pv.PolyData, size: float) -> pv.PolyData:
 
 
 def _with_parts(mesh: pv.PolyData, size: float) -> pv.PolyData:
-    """With eyeballs, teeth and a cap of hair. The faces all look along +z and are upright."""
+    """The mesh with eyeballs, teeth and a cap of hair. The faces all look along +z and are upright."""
     points = np.asarray(mesh.points)
     tip = points[np.argmax(points[:, 2])]
     at = tip + size * np.array([[0.5, 0.55, -0.8], [-0.5, 0.55, -0.8], [0.0, -0.55, -0.4], [0.0, 0.9, -1.5]])
@@ -94,21 +107,20 @@ SPOILED: dict[str, Callable[[pv.PolyData, float], pv.PolyData]] = {
 }
 
 
-def main(*what: str) -> bool:
-    """The table of poses, 300 or as many as is said, or that of likeness; whether the targets are met."""
-    return likeness() if what[:1] == ("likeness",) else poses(*map(int, what[:1]))
+def main(*arguments: str) -> bool:
+    """Print the table of poses, 300 or as many as given, or that of likeness; return True if the targets are met."""
+    return likeness() if arguments[:1] == ("likeness",) else poses(*map(int, arguments[:1]))
 
 
-def poses(count: int = 300) -> bool:
-    """Search the faces in so many poses, print what came out, and say whether the targets are met."""
-    print(
-        f"{'face':32s} {'how':18s} {'poses':>5s} {'found':>5s} {'central':>8s} {'worst':>6s} {'more':>6s} {'conf.':>6s}"
-    )
+def poses(n: int = 300) -> bool:
+    """Search the faces in n poses and print the errors; return True if the targets are met."""
+    titles = "".join(f" {title:>{width}s}" for title, width in COLUMNS)
+    print(f"{'face':32s} {'spoiled by':18s}{titles}")
     known, outcome = list(faces()), []
-    each = -(-count // len(known))
+    each = -(-n // len(known))
     for name, mesh, marks in known:
         size, of_face = frame_of(marks).pupil_distance, []
-        for number, (how, spoiled) in enumerate(SPOILED.items()):
+        for number, (way, spoiled) in enumerate(SPOILED.items()):
             other = spoiled(mesh, size)
             rows = [_searched(other, marks, seed) for seed in range(number, each, len(SPOILED))]
             if not rows:
@@ -116,7 +128,7 @@ def poses(count: int = 300) -> bool:
             of_face += rows
             good, central, worst, more, confidence = np.array(rows).T
             print(
-                f"{name:32s} {how:18s} {len(rows):5d} {int(good.sum()):5d} {central.mean():8.1f} {worst.max():6.1f} "
+                f"{name:32s} {way:18s} {len(rows):5d} {int(good.sum()):5d} {central.mean():8.1f} {worst.max():6.1f} "
                 f"{more.mean():6.1f} {confidence.min():6.2f}",
                 flush=True,
             )
@@ -128,9 +140,9 @@ def poses(count: int = 300) -> bool:
 
 
 def _verdict(name: str, rows: np.ndarray) -> tuple[str, bool]:
-    """A line on what a face's errors are and are allowed to be, and whether the targets are met."""
+    """A line on the errors of a face and the allowed ones, and True if the targets are met."""
     good, central, worst, more, _ = rows.T
-    allowed = TARGETS.get(name, USUAL)
+    allowed = HAND_LABELLED.get(name, ALLOWED)
     reached = (central.mean(), worst.max(), more.mean())
     met = bool(good.all()) and all(r < a for r, a in zip(reached, allowed, strict=True))
     single = np.mean((good == 1.0) & (central < allowed[0]) & (worst < allowed[1]) & (more < allowed[2]))
@@ -140,7 +152,7 @@ def _verdict(name: str, rows: np.ndarray) -> tuple[str, bool]:
 
 
 def _searched(mesh: pv.PolyData, marks: Marks, seed: int) -> tuple[float, ...]:
-    """Whether the pose was found, three errors, and the confidence."""
+    """1.0 if the pose was found, else 0.0; three errors, and the confidence."""
     rng = np.random.default_rng(seed)
     turn, scale = Rotation.random(rng=rng).as_matrix(), 10.0 ** rng.uniform(-3.0, 3.0)
     shift = scale * np.ptp(np.asarray(mesh.points)) * rng.normal(size=3)
@@ -149,13 +161,13 @@ def _searched(mesh: pv.PolyData, marks: Marks, seed: int) -> tuple[float, ...]:
     frame = frame_of(truth)
     found = fw.find_landmarks(moved)
     off = {n: 100.0 * float(np.linalg.norm(found.landmarks[n] - truth[n])) / frame.pupil_distance for n in MORE}
-    good = np.trace(found.pose.axes @ frame.axes.T) > 1.0 + 2.0 * np.cos(np.radians(10.0))
+    good = np.trace(found.pose.axes @ frame.axes.T) > 1.0 + 2.0 * np.cos(np.radians(SAME_POSE))
     central = [off[name] for name in CENTRAL]
     return float(good), np.mean(central), max(central), np.mean(list(off.values())), found.confidence
 
 
 def people() -> Iterator[tuple[str, pv.PolyData]]:
-    """Faces that must be taken for faces."""
+    """Yield name and mesh of faces that must be taken for faces."""
     for seed in range(10):
         yield f"built-in, person {seed}", fw.default_face(fw.Identity.random(seed, spread=1.0)).mesh
     for name, mesh, marks in faces():
@@ -189,14 +201,14 @@ def people() -> Iterator[tuple[str, pv.PolyData]]:
 
 
 def _part(mesh: pv.PolyData, marks: Marks, kept: Callable[[np.ndarray], np.ndarray]) -> pv.PolyData:
-    """The triangles whose middles are kept, by where they lie in distances between the pupils."""
-    frame, points = frame_of(marks), np.asarray(mesh.points)
-    at = (points[mesh.regular_faces].mean(axis=1) - frame.origin) @ frame.axes.T / frame.pupil_distance
-    return to_polydata(points, mesh.regular_faces[kept(at)])
+    """The triangles whose middles are kept, by their places in distances between the pupils."""
+    points = np.asarray(mesh.points)
+    local = frame_of(marks).local(points[mesh.regular_faces].mean(axis=1))
+    return to_polydata(points, mesh.regular_faces[kept(local)])
 
 
 def things() -> Iterator[tuple[str, pv.PolyData]]:
-    """What must be refused."""
+    """Yield name and mesh of things that must be refused."""
     round_about = {"theta_resolution": 60, "phi_resolution": 60}
     yield "sphere", pv.Sphere(**round_about)
     yield "box", pv.Box(level=10).triangulate()
@@ -225,18 +237,11 @@ def things() -> Iterator[tuple[str, pv.PolyData]]:
     for seed in range(45):
         yield f"lump {seed}", lump(seed)
     for seed in range(15):
-        yield f"relief {seed}", _relief(seed)
-
-
-PARTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
-    "half": lambda at: at[:, 0] > -0.05,
-    "upper part": lambda at: at[:, 1] > -0.35,
-    "lower part": lambda at: at[:, 1] < -0.55,
-}
+        yield f"mask {seed}", _mask(seed)
 
 
 def lump(seed: int) -> pv.PolyData:
-    """A ball with bulges and hollows at random, left and right alike."""
+    """Return a ball with random bulges and hollows, left and right alike."""
     rng, ball = np.random.default_rng(seed), pv.Icosphere(nsub=5)
     points = np.asarray(ball.points, dtype=float)
     height = np.ones(len(points))
@@ -249,8 +254,8 @@ def lump(seed: int) -> pv.PolyData:
     return to_polydata(points * np.maximum(height, 0.2)[:, None] * rng.uniform(0.7, 1.3, 3), ball.regular_faces)
 
 
-def _relief(seed: int) -> pv.PolyData:
-    """A mask with bulges and hollows at random, left and right alike."""
+def _mask(seed: int) -> pv.PolyData:
+    """A mask with random bulges and hollows, left and right alike."""
     rng = np.random.default_rng(seed)
     x, y = np.meshgrid(np.linspace(-1.0, 1.0, 90), np.linspace(-1.3, 1.3, 110))
     z = -0.6 * x * x - 0.35 * y * y
@@ -262,7 +267,7 @@ def _relief(seed: int) -> pv.PolyData:
 
 
 def _animal(seed: int) -> pv.PolyData:
-    """Body, legs, neck, head with a snout, and ears, of balls that flow together."""
+    """An animal of merged balls: body, legs, neck, head with a snout, and ears."""
     rng = np.random.default_rng(seed)
     high, ears = rng.uniform(0.3, 1.0), rng.uniform(0.1, 0.5)
     head = np.array([0.0, 0.4 + 0.75 * high, 2.3])
@@ -282,7 +287,7 @@ def _animal(seed: int) -> pv.PolyData:
 
 
 def likeness() -> bool:
-    """How much faces and other things look like one, and whether all faces are accepted and all things refused."""
+    """Print the likeness of faces and other things; return True if all faces are accepted and all things refused."""
     extremes = []
     for title, corpus, lowest in (("faces", people, True), ("other things", things, False)):
         print(title, flush=True)

@@ -232,7 +232,7 @@ SPECIAL = {
     "export.write_movie": lambda e: [e["images"], e["path"].with_suffix(".gif")],
     "export.write_series": lambda e: [[frame()], np.array([0.0]), e["path"].with_suffix(".vtkhdf")],
     "find_landmarks": lambda e: [face().mesh],
-    "anatomy.finding.posed_by": lambda e: [e["landmarks"]],
+    "anatomy.finding.pose_from_landmarks": lambda e: [e["landmarks"]],
     "anatomy.muscles.zones": lambda e: [list(face().muscles.values()), e["points"], e["triangles"]],
     "fit_face": lambda e: [face().mesh, e["landmarks"]],
     "geometry.interpolation.barycentric": lambda e: [e["points"][:5] + 0.1, e["points"][e["triangles"][:5]]],

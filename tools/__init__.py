@@ -1,1 +1,1 @@
-"""What developers run: checks of the set-up, mutants, and the builder of the built-in head."""
+"""Programs for developers: a check of the set-up, mutation testing, and the builder of the built-in head."""

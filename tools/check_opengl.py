@@ -1,7 +1,7 @@
-"""Check that VTK can draw off screen, and install or name what is missing.
+"""Check that VTK can draw off screen, and install or name the packages that are missing.
 
-VTK needs libgl1 and libegl1, and ends in a segmentation fault without them: the attempt runs in a subprocess.
-As root on Debian or Ubuntu the two packages are installed; elsewhere the message says what to install.
+VTK needs libgl1 and libegl1 and ends in a segmentation fault without them, so the attempt runs in a subprocess. As
+root on Debian or Ubuntu the two packages are installed; elsewhere a message says what to install.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if image.min() == image.max():
 
 
 def draws() -> tuple[bool, str]:
-    """Whether VTK can draw a sphere off screen, and the last line of its complaint."""
+    """Return True if VTK can draw a sphere off screen, and the last line of its complaint."""
     environment = dict(os.environ)
     if sys.platform.startswith("linux"):
         environment.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
@@ -43,7 +43,7 @@ def draws() -> tuple[bool, str]:
 
 
 def installed() -> bool:
-    """Whether apt-get, run as root, has installed the packages."""
+    """Install the packages with apt-get if run as root; return True if that worked."""
     if not (hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get")):
         return False
     print(f"Installing {' and '.join(PACKAGES)} for off-screen drawing.", flush=True)
@@ -53,7 +53,7 @@ def installed() -> bool:
 
 
 def remedy() -> str:
-    """The line that tells this machine's user what to install."""
+    """Return the line that tells the user of this machine what to install."""
     if shutil.which("apt-get"):
         packages = " ".join(PACKAGES)
         return f"Install the OpenGL libraries: sudo apt-get update && sudo apt-get install -y {packages}"
@@ -65,7 +65,7 @@ def remedy() -> str:
 
 
 def main() -> int:
-    """0 when VTK draws, 1 with a message when it does not."""
+    """Return the exit status: 0 if VTK draws, 1 with a message if it does not."""
     works, complaint = draws()
     if not works and "No module named" not in complaint and installed():
         works, complaint = draws()

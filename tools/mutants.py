@@ -1,10 +1,10 @@
-"""Mutation testing: whether the tests notice when the formulas are changed a little.
+"""Mutation testing: do the tests notice when the formulas are changed a little?
 
 ``python tools/mutants.py [--processes N] [--keep]`` changes the modules that pyproject.toml names, one operator,
-number, name or argument at a time, in copies under mutants/, runs the tests that call the changed function, and prints
-how many changes they noticed, and the names of the others. Noticed are those with which a test failed or did not end;
-a change that no test calls, or that made Python crash, counts as missed. Less than FLOOR of all noticed is a failure.
-With --keep the folder stays: ``python -m mutmut show NAME`` prints a change.
+number, name or argument at a time, in copies under mutants/. It runs the tests that call the changed function, and
+prints the number of changes that they noticed and the names of the others. A change is noticed if a test fails or does
+not end; it counts as missed if no test calls it, or if Python crashes. The exit status is 1 if a smaller share than
+LEAST_NOTICED is noticed. With --keep the folder stays: ``python -m mutmut show NAME`` prints a change.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-FLOOR = 0.85
+LEAST_NOTICED = 0.85
 FOLDER = Path("mutants")
 NOTICED = ("killed", "timeout")
 MUTMUT = [sys.executable, "-m", "mutmut"]
 
 
 def run(processes: int) -> bool:
-    """Try all mutants; whether the tests could be run at all."""
+    """Try all mutants; return True if the tests could be run."""
     shutil.rmtree(FOLDER, ignore_errors=True)
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}  # the processes share the cores already
     quiet = not sys.stdout.isatty()  # its progress is for terminals
@@ -36,14 +36,14 @@ def run(processes: int) -> bool:
 
 
 def outcomes() -> dict[str, str]:
-    """What became of every mutant."""
+    """Outcome of every mutant by its name."""
     command = [*MUTMUT, "results", "--all", "true"]
     listed = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=True).stdout
     return dict(line.strip().split(": ") for line in listed.splitlines() if ": " in line)
 
 
 def report(found: dict[str, str]) -> float:
-    """Print the numbers of each module; the share of all mutants that was noticed."""
+    """Print the numbers of each module; return the share of all mutants that was noticed."""
     modules: dict[str, Counter[str]] = {}
     for name, outcome in found.items():
         modules.setdefault(name.rsplit(".", 1)[0], Counter())[outcome] += 1
@@ -58,7 +58,7 @@ def report(found: dict[str, str]) -> float:
 
 
 def main() -> int:
-    """Exit status 1 where too much went unnoticed or the tests did not run."""
+    """Return the exit status: 1 if too few mutants were noticed or the tests did not run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--keep", action="store_true", help="leave the changed copies")
@@ -72,8 +72,8 @@ def main() -> int:
         if not options.keep:
             shutil.rmtree(FOLDER, ignore_errors=True)
     untried = sum(outcome == "not checked" for outcome in found.values())
-    if untried or share < FLOOR:
-        print(f"{share:.1%} noticed, {FLOOR:.0%} wanted; {untried} mutants were not tried.", file=sys.stderr)
+    if untried or share < LEAST_NOTICED:
+        print(f"{share:.1%} noticed, {LEAST_NOTICED:.0%} wanted; {untried} mutants were not tried.", file=sys.stderr)
         return 1
     return 0
 

@@ -14,6 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ..geometry.depth_buffer import sampled_depth_buffer
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
 from .landmarks import FaceFrame
@@ -208,15 +209,16 @@ def _front(corners: Array, low: Array, shape: npt.NDArray[np.int64]) -> Array:
     corners = corners[seen & (corners[:, :, 2].max(axis=1) > -BACK_OF_MAP)]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     parts = np.ceil(1.5 * edge / STEP).astype(int)
-    front = np.full(shape, -np.inf)
+    found = [np.empty((0, 3))]
     for k in np.unique(parts):
         i, j = np.divmod(np.arange((k + 1) ** 2), k + 1)
         i, j = i[i + j <= k], j[i + j <= k]
         weights = np.stack([i, j, k - i - j], axis=1) / max(k, 1)
-        samples = (weights @ corners[parts == k]).reshape(-1, 3)
-        node = np.rint((samples[:, :2] - low) / STEP).astype(int)
-        kept = ((node >= 0) & (node < shape)).all(axis=1)
-        np.maximum.at(front, tuple(node[kept].T), samples[kept, 2])
+        found.append((weights @ corners[parts == k]).reshape(-1, 3))
+    samples = np.concatenate(found)
+    node = np.rint((samples[:, :2] - low) / STEP).astype(int)
+    kept = ((node >= 0) & (node < shape)).all(axis=1)
+    front = sampled_depth_buffer(node[kept], samples[kept, 2], shape)
     empty = ~np.isfinite(front)
     if empty.all():
         return np.zeros(shape)

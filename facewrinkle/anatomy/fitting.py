@@ -19,7 +19,7 @@ from .atlas import Atlas
 from .brow_hairs import BrowHairs
 from .face import Face
 from .finding import Found
-from .finding.landmarks import Watch
+from .finding.search import Progress
 from .head import load_head
 from .identity import Identity, head_of
 from .landmarks import (
@@ -105,7 +105,7 @@ def fit_face(
     landmarks: Mapping[str, npt.ArrayLike] | str | Path | None = None,
     units: str | float | None = None,
     atlas: Atlas | None = None,
-    watch: Watch | None = None,
+    progress: Progress | None = None,
     texture: object = None,
     resolve_self_intersections: bool = False,
 ) -> Face:
@@ -124,7 +124,7 @@ def fit_face(
         Unit of the mesh, or millimetres per unit. Default: such that the pupils are 63 mm apart, as an adult's are.
     atlas : Atlas, optional
         Other muscles than those that come with the package.
-    watch : callable, optional
+    progress : callable, optional
         Shows the progress of the search, see :func:`find_landmarks`.
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
         The photo on the mesh. Default: the image that the file names or holds.
@@ -170,7 +170,7 @@ def fit_face(
     given = read_landmarks(landmarks) if landmarks is not None else {}
     known, search = mirrored(given), None
     if any(name not in known for name in REQUIRED):
-        search = _searched(source, given, watch)
+        search = _searched(source, given, progress)
         known = search.landmarks
     found, estimated = complete(given if search is None else known, load_head().landmarks)
     if search is not None:
@@ -229,14 +229,14 @@ def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.
     return None
 
 
-def _searched(source: pv.PolyData, given: Mapping[str, Array], watch: Watch | None) -> Found:
+def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progress | None) -> Found:
     """Landmarks found by the shape, moved onto those that are given; an error where there is no face."""
-    from .finding import find_landmarks, posed_by
+    from .finding import find_landmarks, pose_from_landmarks
 
-    found = find_landmarks(source, watch, given)
-    if posed_by(given) is not None:
+    found = find_landmarks(source, progress, given)
+    if pose_from_landmarks(given) is not None:
         _check_both_sides(found.pose.local(_used_points(source)))
-    if found.confidence < REFUSED and posed_by(given) is None:
+    if found.confidence < REFUSED and pose_from_landmarks(given) is None:
         missing = [name for name in REQUIRED if name not in mirrored(given)]
         raise LandmarkError(
             f"no face was found on the mesh: likeness {found.confidence:.2f}, at least {REFUSED:.2f} is needed. If it "

@@ -72,7 +72,7 @@ def fit(
         file,
         landmarks,
         parse_units(units),
-        watch=report.search,
+        progress=report.search,
         texture=texture,
         resolve_self_intersections=resolve_self_intersections,
     )

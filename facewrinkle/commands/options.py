@@ -57,8 +57,8 @@ class FaceOptions:
                     raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
             return read_face(self.face, atlas)
         if self.face is not None:
-            watch = None if report is None else report.search
-            return fit_face(self.face, self.landmarks, parse_units(self.units), atlas, watch, self.texture)
+            progress = None if report is None else report.search
+            return fit_face(self.face, self.landmarks, parse_units(self.units), atlas, progress, self.texture)
         for name in ("landmarks", "units", "texture"):
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")

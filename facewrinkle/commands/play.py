@@ -79,7 +79,7 @@ def play(
     styles = [Style(output.pixels, view, follow=follow) for view in ("front", output.view or "cheeks")]
     rest, recorded = read_animation(file, mesh, animation)
     recorded = recorded.played(speed)
-    face = fit_face(rest, landmarks, parse_units(units), watch=report.search, texture=texture)
+    face = fit_face(rest, landmarks, parse_units(units), progress=report.search, texture=texture)
     with report.waiting("Preparing the skin"):
         layers = [MuscleWrinkles(depth=depth)]
         simulation = Simulation(face, Refinement(max_level=max_level), layers, step, motion=recorded)

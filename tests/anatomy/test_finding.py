@@ -23,15 +23,17 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.anatomy.finding import find_landmarks, posed_by
-from facewrinkle.anatomy.finding.alignment import FINE, SCALES, laid_on, likeness, seen, template_map
-from facewrinkle.anatomy.finding.depth import Grid, Pose, depth_map, foremost, relief
-from facewrinkle.anatomy.finding.landmarks import _near, bar
+from facewrinkle.anatomy.finding import find_landmarks, pose_from_landmarks
+from facewrinkle.anatomy.finding.alignment import FINE, SCALES, aligned, pose_score, surface_map, template_map
+from facewrinkle.anatomy.finding.depth import Grid, curvature, depth_map, peak
+from facewrinkle.anatomy.finding.landmarks import progress_bar
 from facewrinkle.anatomy.finding.matching import matched
 from facewrinkle.anatomy.finding.mouth import MOUTH, corners, lower_lip
+from facewrinkle.anatomy.finding.pose import Pose
 from facewrinkle.anatomy.finding.samples import thinned
+from facewrinkle.anatomy.finding.search import near_pose
 from facewrinkle.anatomy.finding.template import template
-from facewrinkle.anatomy.finding.warp import Warp, basis, evened, sampled, warped
+from facewrinkle.anatomy.finding.warp import Warp, basis, contrast_normalised, fitted_warp, resampled
 from facewrinkle.anatomy.fitting import UNSURE
 from facewrinkle.anatomy.landmarks import NAMES, REFUSED, frame_of, read_landmarks, write_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
@@ -68,7 +70,7 @@ def other_identity(mesh, marks, seed, strength=0.03):
     stretch = np.exp(strength * rng.normal(size=3))
 
     def changed(points):
-        local = (points - frame.origin) @ frame.axes.T / frame.pupil_distance
+        local = frame.local(points)
         shift = np.zeros_like(local)
         for (kx, ky, kz), start, a, b in zip(waves, phase, even, odd, strict=True):
             along = np.cos(ky * local[:, 1] + 0.3 * kz * local[:, 2] + start)
@@ -95,20 +97,26 @@ def test_depth_of_a_sphere():
     np.testing.assert_allclose(turned_inside_out, depth, atol=1e-12)
 
 
-def test_the_foremost_point_of_a_bulge():
+def test_the_peak_of_a_bulge():
     grid = Grid(0.035)
     x, y = np.meshgrid(grid.x, grid.y)
     top = np.array([0.013, -0.507])
     paraboloid = 0.6 - 1.5 * (x - top[0]) ** 2 - 2.0 * (y - top[1]) ** 2 + 0.8 * (x - top[0]) * (y - top[1])
-    np.testing.assert_allclose(foremost(paraboloid, grid, top + np.array([0.05, -0.08])), top, atol=1e-9)
+    np.testing.assert_allclose(peak(paraboloid, grid, top + np.array([0.05, -0.08])), top, atol=1e-9)
     far, start = top + np.array([0.3, 0.0]), np.array([0.1, 0.2])
-    assert np.array_equal(foremost(paraboloid, grid, far), far)  # farther than a nose is wide
-    assert np.array_equal(foremost(x * y, grid, start), start)  # no bulge
+    assert np.array_equal(peak(paraboloid, grid, far), far)  # farther than a nose is wide
+    assert np.array_equal(peak(x * y, grid, start), start)  # no bulge
 
 
-def test_a_thinned_cloud_has_one_point_in_each_cube():
+def test_samples_are_spread_by_area():
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 5], [3, 0, 5], [0, 3, 5]])
-    cloud = surface_samples(points, np.array([[0, 1, 2], [3, 4, 5]]), 5000)
+    triangles = np.array([[0, 1, 2], [3, 4, 5]])
+    cloud = surface_samples(points, triangles, 5000)
+    on_large = cloud[:, 2] > 2.5
+    assert on_large.mean() == pytest.approx(0.9, abs=1e-3)
+    np.testing.assert_allclose(cloud[on_large].mean(axis=0), [1, 1, 5], atol=0.01)
+    assert (cloud[on_large][:, :2].sum(axis=1) <= 3.0 + 1e-12).all()
+    assert np.array_equal(cloud, surface_samples(points, triangles, 5000))
     thin = thinned(cloud, 0.5)
     assert len(np.unique(np.floor(thin / 0.5), axis=0)) == len(thin) < len(cloud)
 
@@ -118,27 +126,27 @@ def test_alignment_finds_a_motion_that_was_put_in(seed):
     rng, face = np.random.default_rng(seed), template()
     turn = Rotation.from_rotvec(rng.uniform(-0.2, 0.2, 3)).as_matrix()
     start = Pose(turn, rng.uniform(-0.12, 0.12, 3), float(rng.uniform(0.85, 1.15)), np.ones(3))
-    pose = laid_on(face.points, face.triangles, laid_on(face.points, face.triangles, start))
+    pose = aligned(face.points, face.triangles, aligned(face.points, face.triangles, start))
     np.testing.assert_allclose(pose.axes, np.eye(3), atol=2e-3)
     np.testing.assert_allclose(pose.origin, 0.0, atol=2e-3)
     np.testing.assert_allclose(pose.size * pose.stretch, 1.0, atol=2e-3)
-    assert likeness(seen(face.points, face.triangles, pose, FINE), template_map(FINE)) > 0.97
+    assert pose_score(surface_map(face.points, face.triangles, pose, FINE), template_map(FINE)) > 0.97
 
 
 def test_warp_finds_a_warp_that_was_put_in():
     base, splines = template_map(FINE), basis(FINE)
-    channels = relief(base.depth, FINE, SCALES)
+    channels = curvature(base.depth, FINE, SCALES)
     x, y = np.meshgrid(FINE.x, FINE.y)
     shift = np.array([0.05 * np.sin(1.5 * x), 0.06 * np.cos(1.2 * y)])
     inverse = -shift
     for _ in range(20):  # the face is the template seen through the inverse of the warp
-        inverse = -np.array([sampled(s, FINE, inverse) for s in shift])
-    face = np.array([sampled(c, FINE, inverse) for c in channels])
+        inverse = -np.array([resampled(s, FINE, inverse) for s in shift])
+    face = np.array([resampled(c, FINE, inverse) for c in channels])
     weight = base.weight
-    even = [evened(c, (weight > 0.05).astype(float), FINE) for c in (face, channels)]
+    even = [contrast_normalised(c, (weight > 0.05).astype(float), FINE) for c in (face, channels)]
     warp = None
     for picked in ([2], [1, 2], [0, 1, 2]):
-        warp = warped(even[0][picked], np.ones_like(weight), even[1][picked], weight, FINE, warp)
+        warp = fitted_warp(even[0][picked], np.ones_like(weight), even[1][picked], weight, FINE, warp)
     inner = weight > 0.9
     before, after = np.abs(shift)[:, inner], np.abs(warp.field() - shift)[:, inner]
     assert after.mean() < 0.25 * before.mean()
@@ -185,7 +193,7 @@ def test_a_smooth_chin_has_no_corners_of_a_mouth():
 def _masked(mesh, marks):
     """Cut out tightly: from the brows to below the lips, and from cheek to cheek."""
     frame, points = frame_of(marks), np.asarray(mesh.points)
-    at = (points[mesh.regular_faces].mean(axis=1) - frame.origin) @ frame.axes.T / frame.pupil_distance
+    at = frame.local(points[mesh.regular_faces].mean(axis=1))
     kept = (np.hypot(at[:, 0] / 0.85, (at[:, 1] + 0.5) / 1.15) < 1.0) & (at[:, 2] > -0.8)
     return to_polydata(points, mesh.regular_faces[kept])
 
@@ -196,23 +204,23 @@ def test_a_face_cut_tight_is_as_like_one_as_the_whole(face, seed):
     found = []
     for part in (mesh, _masked(mesh, marks)):
         points, triangles = np.asarray(part.points, dtype=np.float64), part.regular_faces.astype(np.int64)
-        found.append(matched(points, triangles, laid_on(points, triangles, posed_by(marks))).confidence)
+        found.append(matched(points, triangles, aligned(points, triangles, pose_from_landmarks(marks))).confidence)
     assert min(found) > 0.8
     assert abs(found[0] - found[1]) < 0.06
 
 
-def test_a_pose_is_laid_on_fewer_triangles_of_many(face, monkeypatch):
+def test_a_pose_is_aligned_on_fewer_triangles_of_many(face, monkeypatch):
     mesh, marks = other_identity(face.mesh.subdivide(3), face.landmarks, 1)
     points, triangles = np.asarray(mesh.points, dtype=np.float64), mesh.regular_faces.astype(np.int64)
-    start = posed_by(marks)
-    near = _near(points, triangles, start)
+    start = pose_from_landmarks(marks)
+    near = near_pose(points, triangles, start)
     assert len(near[1]) < len(triangles) // 4
-    all_, fewer = laid_on(points, triangles, start), laid_on(*near, start)
+    all_, fewer = aligned(points, triangles, start), aligned(*near, start)
     assert np.linalg.norm(fewer.origin - all_.origin) < 0.01 * start.size
     assert fewer.size == pytest.approx(all_.size, rel=0.01)
     assert np.trace(fewer.axes @ all_.axes.T) > 1.0 + 2.0 * np.cos(np.radians(0.5))
-    monkeypatch.setattr("facewrinkle.anatomy.finding.landmarks.MANY", len(triangles))
-    assert _near(points, triangles, start)[1] is triangles
+    monkeypatch.setattr("facewrinkle.anatomy.finding.search.MANY_TRIANGLES", len(triangles))
+    assert near_pose(points, triangles, start)[1] is triangles
 
 
 @pytest.mark.parametrize("stem", ["ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male"])
@@ -222,7 +230,7 @@ def test_real_faces_cut_tight(real_face, stem):
     marks = read_landmarks(FACES / f"{stem}.landmarks.json")
     part = _masked(read_surface(FACES / f"{stem}.obj"), marks)
     points, triangles = np.asarray(part.points, dtype=np.float64), part.regular_faces.astype(np.int64)
-    assert matched(points, triangles, laid_on(points, triangles, posed_by(marks))).confidence > 0.75
+    assert matched(points, triangles, aligned(points, triangles, pose_from_landmarks(marks))).confidence > 0.75
 
 
 # --- faces --------------------------------------------------------------------------------------
@@ -253,7 +261,7 @@ def _noisy(mesh, marks):
 
 def _torn(mesh, marks):
     rng, frame, points = np.random.default_rng(5), frame_of(marks), np.asarray(mesh.points)
-    at = (points[mesh.regular_faces].mean(axis=1) - frame.origin) @ frame.axes.T / frame.pupil_distance
+    at = frame.local(points[mesh.regular_faces].mean(axis=1))
     holes = rng.uniform([-1.0, -1.6], [1.0, 1.0], (9, 2))
     kept = np.linalg.norm(at[:, None, :2] - holes, axis=2).min(axis=1) > 0.1
     kept &= np.hypot(at[:, 0], (at[:, 1] + 0.45) / 1.5) < 1.0 + 0.12 * rng.normal(size=len(at))
@@ -500,14 +508,14 @@ def test_what_cannot_be_searched():
 
 
 def test_a_handful_of_triangles_is_not_searched():
-    def watch(steps, count):
+    def progress(steps, count):
         raise AssertionError("it is searched")
 
     for mesh, count in ((pv.Box().triangulate(), 12), (pv.Sphere(theta_resolution=10, phi_resolution=11), 180)):
         with pytest.raises(LandmarkError, match=f"its {count} triangles are too few to show one; 200"):
-            find_landmarks(mesh, watch)
+            find_landmarks(mesh, progress)
     with pytest.raises(AssertionError, match="it is searched"):
-        find_landmarks(pv.Sphere(theta_resolution=10, phi_resolution=12), watch)
+        find_landmarks(pv.Sphere(theta_resolution=10, phi_resolution=12), progress)
 
 
 # --- with some landmarks ------------------------------------------------------------------------
@@ -518,13 +526,13 @@ STEPS = []
 
 @pytest.fixture(scope="module")
 def found(face):
-    def watch(steps, count):
+    def progress(steps, count):
         STEPS.append((count, 0))
         for step in steps:
             STEPS[-1] = (count, STEPS[-1][1] + 1)
             yield step
 
-    return find_landmarks(face.mesh, watch)
+    return find_landmarks(face.mesh, progress)
 
 
 def test_confidences_are_written(found, tmp_path):
@@ -542,7 +550,7 @@ def test_progress_is_shown_on_a_terminal(monkeypatch, capsys):
     ((count, done),) = STEPS
     assert 0.8 * count < done <= count
     monkeypatch.setattr("rich.console.Console.is_terminal", True)
-    assert len(list(bar(iter([None] * 3), 3))) == 3
+    assert len(list(progress_bar(iter([None] * 3), 3))) == 3
     out, err = capsys.readouterr()
     assert out == ""
     assert "Finding the face" in err
@@ -551,7 +559,7 @@ def test_progress_is_shown_on_a_terminal(monkeypatch, capsys):
 @pytest.fixture
 def finding(found, monkeypatch):
     """The search, done once."""
-    monkeypatch.setattr("facewrinkle.anatomy.finding.find_landmarks", lambda mesh, watch=None, given=None: found)
+    monkeypatch.setattr("facewrinkle.anatomy.finding.find_landmarks", lambda mesh, progress=None, given=None: found)
 
 
 @pytest.mark.usefixtures("finding")
@@ -594,14 +602,14 @@ def test_too_few_landmarks_do_not_rescue_what_is_no_face(face, monkeypatch):
 def test_a_pose_from_landmarks(face, seed):
     _, marks = moved(face.mesh, face.landmarks, seed)
     frame = frame_of(marks)
-    pose = posed_by({name: marks[name] for name in ("nose_tip", "eye_r_outer", "mouth_l")})
+    pose = pose_from_landmarks({name: marks[name] for name in ("nose_tip", "eye_r_outer", "mouth_l")})
     np.testing.assert_allclose(pose.axes, frame.axes, atol=1e-6)
     np.testing.assert_allclose(pose.origin, frame.origin, atol=1e-6 * frame.pupil_distance)
     assert pose.size == pytest.approx(frame.pupil_distance)
-    assert posed_by({name: marks[name] for name in ("nose_tip", "nasion")}) is None
-    assert posed_by({name: marks[name] for name in ("upper_lip_mid", "lower_lip_mid", "pogonion")}) is None
+    assert pose_from_landmarks({name: marks[name] for name in ("nose_tip", "nasion")}) is None
+    assert pose_from_landmarks({name: marks[name] for name in ("upper_lip_mid", "lower_lip_mid", "pogonion")}) is None
     swapped = {name: marks[name[:-1] + {"l": "r", "r": "l"}[name[-1]]] for name in ("mouth_l", "mouth_r")}
-    assert posed_by(swapped | {name: marks[name] for name in ("nasion", "nose_tip", "menton")}) is None
+    assert pose_from_landmarks(swapped | {name: marks[name] for name in ("nasion", "nose_tip", "menton")}) is None
 
 
 @pytest.mark.usefixtures("finding")

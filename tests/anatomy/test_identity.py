@@ -12,7 +12,7 @@ from facewrinkle.anatomy.face import Face
 from facewrinkle.anatomy.head import MIRROR, Head, load_head
 from facewrinkle.anatomy.identity import Identity, head_of
 from facewrinkle.errors import ParameterError, UnknownNameError
-from tools.build_head.cage_mesh import angle
+from tools.build_head.chart_mesh import angle
 
 NAMES = [field.name for field in dataclasses.fields(Identity)]
 SINGLES = [Identity(**{name: value}) for name in NAMES for value in (-1.0, 1.0)]

@@ -1,1 +1,1 @@
-"""Makes the built-in head: a Catmull-Clark surface of a hand-typed cage, meshed and painted."""
+"""The builder of the built-in head: a Catmull-Clark surface of a hand-typed cage, meshed and painted."""

@@ -1,4 +1,4 @@
-"""``python -m tools.build_head [FILE]`` makes the built-in head anew (about ten seconds)."""
+"""Build the built-in head anew (about ten seconds): ``python -m tools.build_head [FILE]``."""
 
 import sys
 from pathlib import Path

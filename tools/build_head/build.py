@@ -14,47 +14,64 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from facewrinkle.anatomy.head import MIRROR, Head, Mould, both_sides, cage_data, seated, unpacked
-from facewrinkle.geometry.closest_point import closest_point
 from facewrinkle.geometry.topology import boundary_loops
 
 from .cage import subdivided
-from .cage_mesh import FIXED, FREE, ON_LINE, Chart, ChartMesh, mean_value_chart
-from .paint import Skin, brow_hairs
+from .chart import Chart, mean_value_chart
+from .chart_mesh import FIXED, FREE, ON_LINE, ChartMesh
+from .paint import HeadPainter, brow_hairs
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 LEVELS = 3
+"""Subdivisions of the cage."""
+
 TRIANGLES = 4517
-RADIUS = 100.0  # of the chart: about that of a head
+"""Triangles of the head."""
+
+RADIUS = 100.0
+"""Radius of the chart, mm: about that of a head."""
+
 LID_STRIPS = {("eye_ring2", "eye_ring3")}
 LIP_STRIPS = {(f"mouth_ring{k}", f"mouth_ring{k + 1}") for k in (1, 2, 3)}
 FROZEN_STRIPS = LID_STRIPS | LIP_STRIPS | {("eye_ring1", "eye_ring2")}
+"""Pairs of rings of the cage between which lids and lips lie, and all between which the sampling stays."""
 
 
 @dataclass
 class HalfCage:
-    """The left half of the limit surface: fine points, fine vertices over each cage quad, and the names.
+    """The left half of the limit surface.
 
-    `limit` (n, c) maps the c cage points, the left half's and then the mirrored ones, to the points before the lids are
-    seated.
+    Attributes
+    ----------
+    names : list of str
+        Of the cage's vertices.
+    quads : ndarray of int, shape (m, 4)
+        Of the cage.
+    points : ndarray, shape (n, 3)
+        The fine points, with the lids seated on the eyeball.
+    grids : ndarray of int, shape (m, 2^k + 1, 2^k + 1)
+        Fine vertices over each cage quad.
+    limit : sparse array, shape (n, c)
+        Maps the c cage points, the left half's and then the mirrored ones, to the points before the lids are seated.
     """
 
     names: list[str]
-    quads: Ints
-    points: Floats
-    grids: Ints
+    quads: IntArray
+    points: Array
+    grids: IntArray
     limit: sparse.csr_array
 
     def of(self, name: str) -> int:
-        """The fine vertex over a cage vertex."""
+        """Return the fine vertex over a cage vertex."""
         row, corner = np.argwhere(self.quads == self.names.index(name))[0]
         i, j = ((0, 0), (-1, 0), (-1, -1), (0, -1))[corner]
         return int(self.grids[row, i, j])
 
-    def side(self, first: str, second: str) -> Ints:
-        """The fine vertices from one cage vertex to the next, without the first."""
+    def side(self, first: str, second: str) -> IntArray:
+        """Return the fine vertices from one cage vertex to the next, without the first."""
         ends = [self.names.index(first), self.names.index(second)]
         row = int(np.flatnonzero(np.isin(self.quads, ends).sum(axis=1) == 2)[0])
         g = self.grids[row]
@@ -63,12 +80,13 @@ class HalfCage:
         ]
         return lines[0][1:] if lines[0][0] == self.of(first) else lines[0][-2::-1]
 
-    def strip(self, pairs: set[tuple[str, str]]) -> Ints:
-        """Rows of the quads between rings, given as pairs of name stems."""
+    def strip(self, pairs: set[tuple[str, str]]) -> IntArray:
+        """Return the rows of the quads between rings, which are given as pairs of name stems."""
         stems = [{self.names[v].split(".")[0] for v in quad} for quad in self.quads]
         return np.array([q for q, stem in enumerate(stems) if any(stem == set(pair) for pair in pairs)], dtype=np.int64)
 
-    def fine_triangles(self) -> Ints:
+    def fine_triangles(self) -> IntArray:
+        """Return the triangles of the fine mesh."""
         g = self.grids
         quads = np.stack([g[:, :-1, :-1], g[:, 1:, :-1], g[:, 1:, 1:], g[:, :-1, 1:]], axis=-1).reshape(-1, 4)
         return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
@@ -93,8 +111,8 @@ def half_surface(data: dict[str, Any]) -> HalfCage:
     return half
 
 
-def ring_share(half: HalfCage, pairs: set[tuple[str, str]]) -> Floats:
-    """Over the quads between rings, 0 on the first of the pair to 1 on the second; 0 elsewhere (n,)."""
+def ring_share(half: HalfCage, pairs: set[tuple[str, str]]) -> Array:
+    """Return shares (n,) that rise from 0 on the first ring of a pair to 1 on the second; 0 elsewhere."""
     share = np.zeros(len(half.points))
     i, j = np.meshgrid(*(np.linspace(0, 1, half.grids.shape[1]),) * 2, indexing="ij")
     blend = np.stack([(1 - i) * (1 - j), i * (1 - j), i * j, (1 - i) * j])
@@ -105,8 +123,8 @@ def ring_share(half: HalfCage, pairs: set[tuple[str, str]]) -> Floats:
     return share
 
 
-def between(half: HalfCage, first: str, second: str, last: int) -> tuple[Bools, Floats]:
-    """Whether a fine point lies between two rings, up to their point `last`, and how far from the first (n,)."""
+def between(half: HalfCage, first: str, second: str, last: int) -> tuple[BoolArray, Array]:
+    """Return True for fine points (n,) between two rings, up to point `last`, and their shares of the way (n,)."""
     rows = half.strip({(first, second)})
     numbers = np.array([[int(half.names[v].split(".")[1]) for v in quad] for quad in half.quads[rows]])
     inside = np.zeros(len(half.points), dtype=bool)
@@ -114,17 +132,17 @@ def between(half: HalfCage, first: str, second: str, last: int) -> tuple[Bools, 
     return inside, ring_share(half, {(first, second)})
 
 
-# ---------------------------------------------------------------------------------------------- the chart
-def _eye_and_rim(triangles: Ints) -> list[list[int]]:
+# --- the chart ------------------------------------------------------------------------------------------
+def _eye_and_rim(triangles: IntArray) -> list[list[int]]:
     """The two boundary loops of the half, the shorter one first."""
     return sorted((loop.tolist() for loop in boundary_loops(triangles)), key=len)
 
 
-def charted(half: HalfCage, chart: dict[str, Any], size: Floats) -> Floats:
-    """A one-to-one chart of the half in the half disc: its middle is the line x = 0, the neck's rim the half circle.
+def charted(half: HalfCage, chart: dict[str, Any], size: Array) -> Array:
+    """Return a one-to-one chart (n, 2) in the half disc: the middle is the line x = 0, the neck's rim the half circle.
 
-    A head hangs on its neck as on a string, and its face would be tiny. So what has a small wished size (n,) of edges
-    gets room, and then the disc is spread about a place in the face.
+    The neck's rim is short and far from the face, which would be tiny. So places with a small target length (n,) of
+    edges get room, and then the disc is spread about a place in the face.
     """
     triangles = half.fine_triangles()
     n = len(half.points)
@@ -152,8 +170,8 @@ def charted(half: HalfCage, chart: dict[str, Any], size: Floats) -> Floats:
     return _spread(plane, centre, chart["spread"])
 
 
-def _spread(plane: Floats, centre: Floats, least: float) -> Floats:
-    """The unit disc (n, 2) spread about a centre: (1 + least) / least times wider there; radius RADIUS."""
+def _spread(plane: Array, centre: Array, least: float) -> Array:
+    """Spread the unit disc (n, 2) about a centre: (1 + least) / least times wider there; radius RADIUS."""
     off = plane - centre
     distance = np.linalg.norm(off, axis=1)
     way = off / np.maximum(distance, 1e-12)[:, None]
@@ -161,9 +179,9 @@ def _spread(plane: Floats, centre: Floats, least: float) -> Floats:
     return RADIUS * (centre + off * ((1.0 + least) / (distance / to_rim + least))[:, None])
 
 
-# ----------------------------------------------------------------------------------------------- the mesh
-def wished_size(half: HalfCage, data: dict[str, Any]) -> Floats:
-    """Wished edge length (n,) in mm of the fine points: small at the margins of eye and mouth and in typed boxes."""
+# --- the mesh -------------------------------------------------------------------------------------------
+def target_size(half: HalfCage, data: dict[str, Any]) -> Array:
+    """Return the target length (n,) of edges at the fine points, mm: small around eye and mouth and in typed boxes."""
     sizes, points = data["sizes"], half.points
     loop, outer = _eye_and_rim(half.fine_triangles())
     lips = set(half.grids[half.strip(LIP_STRIPS)].ravel().tolist())
@@ -179,10 +197,10 @@ def wished_size(half: HalfCage, data: dict[str, Any]) -> Floats:
     return size
 
 
-def strip_counts(half: HalfCage, size: Floats) -> Ints:
-    """How often to sample each side of each cage quad (m, 4): powers of two, equal along a strip of quads.
+def strip_counts(half: HalfCage, size: Array) -> IntArray:
+    """Return the number of edges on each side of each cage quad (m, 4): powers of two, equal along a strip of quads.
 
-    Where a strip runs through lids or lips these decide, for their sampling stays as it is.
+    Lids and lips decide for the strips that run through them, for their sampling stays as it is.
     """
     q = half.quads
     sides = np.sort(np.stack([q, np.roll(q, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
@@ -199,18 +217,18 @@ def strip_counts(half: HalfCage, size: Floats) -> Ints:
     g = half.grids
     lines = [g[:, :, 0], g[:, -1, :], g[:, :, -1], g[:, 0, :]]
     length = np.stack([np.linalg.norm(np.diff(half.points[k], axis=1), axis=2).sum(axis=1) for k in lines], axis=1)
-    wished = np.stack([size[k].mean(axis=1) for k in lines], axis=1)
+    target = np.stack([size[k].mean(axis=1) for k in lines], axis=1)
     strip = label[index]
     weight = np.full(strip.shape, 1e-6)
     weight[half.strip(FROZEN_STRIPS)] = 1.0
     total = np.maximum(np.bincount(strip.ravel(), weight.ravel()), 1e-12)
-    ratio = np.bincount(strip.ravel(), (weight * length / wished).ravel()) / total
+    ratio = np.bincount(strip.ravel(), (weight * length / target).ravel()) / total
     counts = 2 ** np.clip(np.floor(np.log2(np.maximum(ratio / 0.85, 1.0))), 0, LEVELS).astype(np.int64)
     return counts[strip]
 
 
-def sampled(half: HalfCage, counts: Ints) -> Ints:
-    """Triangles (fine vertex numbers) of the coarse mesh to start from; the shorter diagonal of each cell."""
+def sampled(half: HalfCage, counts: IntArray) -> IntArray:
+    """Return the triangles, in fine vertices, of the coarse mesh to start from; the shorter diagonal cuts each cell."""
     triangles = []
     for grid, count in zip(half.grids, counts, strict=True):
         step = (len(grid) - 1) // count[:2]
@@ -223,8 +241,8 @@ def sampled(half: HalfCage, counts: Ints) -> Ints:
     return np.concatenate(triangles)
 
 
-def _corner_cut(triangles: Ints, corner: int) -> Ints:
-    """Flip the diagonal, if need be, so that the corner lies in a single triangle."""
+def _corner_cut(triangles: IntArray, corner: int) -> IntArray:
+    """Flip a diagonal, if need be, so that the corner lies in a single triangle."""
     rows = np.flatnonzero((triangles == corner).any(axis=1))
     if len(rows) == 1:
         return triangles
@@ -236,8 +254,8 @@ def _corner_cut(triangles: Ints, corner: int) -> Ints:
     return triangles
 
 
-def half_mesh(half: HalfCage, data: dict[str, Any], plane: Floats, size: Floats) -> tuple[ChartMesh, Ints]:
-    """The coarse mesh of the left half to start from, and its triangle at the middle of the neck rim."""
+def half_mesh(half: HalfCage, data: dict[str, Any], plane: Array, size: Array) -> tuple[ChartMesh, IntArray]:
+    """Return the coarse mesh of the left half to start from, and its triangle at the middle of the neck's rim."""
     fine = half.fine_triangles()
     corner = half.of(data["chart"]["rim"][0])
     start = _corner_cut(sampled(half, strip_counts(half, size)), corner)
@@ -247,24 +265,24 @@ def half_mesh(half: HalfCage, data: dict[str, Any], plane: Floats, size: Floats)
     rim = [v for v in _eye_and_rim(fine)[1] if abs(np.linalg.norm(plane[v]) - RADIUS) < 1e-9]
     number = {int(v): k for k, v in enumerate(used)}
     creases: list[int] = []
-    drawn: dict[int, int] = {}
+    merged: dict[int, int] = {}
     for chain in data["creases"]:
         for first, second in pairwise(chain):
             *between, last = half.side(first, second).tolist()
             creases += [half.of(first), last]
-            drawn |= {number[v]: number[last] for v in between if v in number}
+            merged |= {number[v]: number[last] for v in between if v in number}
     kind[np.isin(used, np.concatenate([half.grids[half.strip(FROZEN_STRIPS)].ravel(), rim, creases]))] = FIXED
     line = np.tile([0.0, 1.0], (len(used), 1))
     end = triangles[(start == corner).any(axis=1)][0]
     kept = {(int(min(a, b)), int(max(a, b))) for a in end for b in end if a != b}
     chart = Chart(plane, fine, np.column_stack([half.points, size]))
-    return ChartMesh(chart, plane[used], triangles, kind, line, kept, drawn), end
+    return ChartMesh(chart, plane[used], triangles, kind, line, kept, merged), end
 
 
-def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Ints, NDArray[np.int32], Ints, Floats]:
-    """The left half's vertices that stay, those with twins, and triangles and chart of the mirrored mesh.
+def whole_mesh(mesh: ChartMesh, end: IntArray) -> tuple[IntArray, NDArray[np.int32], IntArray, Array]:
+    """Return the left half's vertices that stay, those with twins, and triangles and chart of the mirrored mesh.
 
-    The triangles at the two ends become one across the middle.
+    The two triangles at the middle of the neck's rim become one.
     """
     plane = mesh.plane
     middle = plane[:, 0] == 0.0
@@ -282,8 +300,8 @@ def whole_mesh(mesh: ChartMesh, end: Ints) -> tuple[Ints, NDArray[np.int32], Int
     return keep, number[twins].astype(np.int32), triangles, np.vstack([plane[keep], plane[twins] * [-1.0, 1.0]])
 
 
-def moulding(half: HalfCage, mesh: ChartMesh, keep: Ints) -> tuple[sparse.csr_array, Floats]:
-    """The map (k, c) from cage points to the left half's vertices, and their share in the lids' inner sides (k,)."""
+def moulding(half: HalfCage, mesh: ChartMesh, keep: IntArray) -> tuple[sparse.csr_array, Array]:
+    """Return the map (k, c) from cage points to the left half's vertices, and their `lids` of :class:`Mould` (k,)."""
     cells, weights = mesh.chart.locate(mesh.plane[keep])
     rows = np.repeat(np.arange(len(keep)), 3)
     corners = mesh.chart.triangles[cells].ravel()
@@ -291,18 +309,37 @@ def moulding(half: HalfCage, mesh: ChartMesh, keep: Ints) -> tuple[sparse.csr_ar
     return sparse.csr_array(pick @ half.limit), pick @ ring_share(half, LID_STRIPS)
 
 
-# ---------------------------------------------------------------------------------- what lies on the mesh
-def landmarks(half: HalfCage, data: dict[str, Any], points: Floats, triangles: Ints) -> dict[str, Floats]:
-    """Landmarks on the mesh, from typed places or cage vertices; the left are mirrored to the right."""
+# --- landmarks and all arrays ---------------------------------------------------------------------------
+def closest_point(query: Array, corners: Array) -> Array:
+    """The point (3,) nearest to `query` on triangles (m, 3, 3)."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    normal = np.cross(b - a, c - a)
+    size = np.einsum("mi,mi->m", normal, normal)
+    size = np.where(size > 0.0, size, np.inf)
+    p = query - normal * (np.einsum("mi,mi->m", query - a, normal) / size)[:, None]
+    beyond = np.stack([np.einsum("mi,mi->m", np.cross(v - u, p - u), normal) for u, v in ((a, b), (b, c), (c, a))])
+    inside = (beyond >= 0.0).all(axis=0) & np.isfinite(size)
+    found = [p[inside]]
+    for u, v in ((a, b), (b, c), (c, a)):
+        along = v - u
+        share = np.einsum("mi,mi->m", query - u, along) / np.maximum(np.einsum("mi,mi->m", along, along), 1e-30)
+        found.append(u + np.clip(share, 0.0, 1.0)[:, None] * along)
+    places = np.concatenate(found)
+    nearest: Array = places[np.linalg.norm(places - query, axis=1).argmin()]
+    return nearest
+
+
+def landmarks(half: HalfCage, data: dict[str, Any], points: Array, triangles: IntArray) -> dict[str, Array]:
+    """Return the landmarks on the mesh, from typed places or cage vertices; the left ones are mirrored to the right."""
     corners = points[triangles]
     left = corners[(corners[:, :, 0] >= 0.0).all(axis=1)]
     middle = np.stack([np.where(t[:, :1] == 0.0, t, np.nan) for t in corners])
     pairs = middle[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2, 3)
     ridge = pairs[np.isfinite(pairs).all(axis=(1, 2))][:, [0, 1, 1]]
-    found: dict[str, Floats] = {}
+    found: dict[str, Array] = {}
     for name, place in data["landmarks"].items():
         at = half.points[half.of(place)] if isinstance(place, str) else np.array(place, dtype=float)
-        found[name] = _closest(at, ridge if at[0] == 0.0 else left)
+        found[name] = closest_point(at, ridge if at[0] == 0.0 else left)
     found["eye_l_centre"] = np.array(data["eye"]["centre"])
     for name in [name for name in found if "_l_" in name or name.endswith("_l")]:
         twin = name.replace("_l_", "_r_") if "_l_" in name else name[:-1] + "r"
@@ -310,17 +347,10 @@ def landmarks(half: HalfCage, data: dict[str, Any], points: Floats, triangles: I
     return found
 
 
-def _closest(query: Floats, corners: Floats) -> Floats:
-    """The point (3,) nearest to `query` on triangles (m, 3, 3)."""
-    return closest_point(
-        corners.reshape(-1, 3), np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3), query
-    ).point
-
-
 def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
-    """All arrays of the head, as they are stored."""
+    """Return all arrays of the head, with the texture as an image."""
     half = half_surface(data)
-    size = wished_size(half, data)
+    size = target_size(half, data)
     plane = charted(half, data["chart"], size)
     mesh, end = half_mesh(half, data, plane, size)
     mesh.refine((TRIANGLES + 1) // 2)
@@ -336,13 +366,13 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     half_count = len(triangles) // 2
     low, high = chart.min(axis=0), chart.max(axis=0)
     middle, span = 0.5 * (low + high), float((high - low).max())
-    skin = Skin(half.points, half.fine_triangles(), plane, partial(between, half), data, named)
+    painter = HeadPainter(half.points, half.fine_triangles(), plane, partial(between, half), data, named)
     return {
         "points": points,
         "triangles": triangles.astype(np.int32),
         "uv": 0.5 + (chart - middle) / span,
-        "texture": skin.texture(middle, span),
-        "colour": skin.colours(chart),
+        "texture": painter.texture(middle, span),
+        "colour": painter.colours(chart),
         "landmark_names": np.array(list(named)),
         "landmarks": np.stack(list(named.values())),
         "eye_radius": np.array(eye["radius"]),
@@ -359,7 +389,7 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
 
 
 def build_head() -> Head:
-    """Make the head from its cage (about ten seconds)."""
+    """Build the head from its cage (about ten seconds)."""
     return unpacked(stored(head_arrays(cage_data())))
 
 
@@ -369,7 +399,7 @@ def stored(arrays: dict[str, Any]) -> dict[str, Any]:
 
 
 def _encoded(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the bytes of a picture as JPEG: noise makes a texture of pores ten times larger without loss."""
+    """Return the bytes of an image as JPEG: without loss, the noise of pores would make it ten times larger."""
     from PIL import Image
 
     file = BytesIO()

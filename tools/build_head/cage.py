@@ -13,23 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Subdivision:
+class SubdividedCage:
     """A cage subdivided k times.
 
-    Parameters
+    Attributes
     ----------
-    quads : (m 4^k, 4) int array
+    quads : ndarray of int, shape (m 4^k, 4)
         The quads of the fine mesh; rows q 4^k to (q + 1) 4^k - 1 are those of cage quad q.
-    limit : (n, n0) sparse matrix
+    limit : sparse array, shape (n, n0)
         Points on the limit surface as combinations of the cage's points.
-    grids : (m, 2^k + 1, 2^k + 1) int array
-        Fine vertices over each cage quad: ``grids[q, i, j]`` is the one at (u, v) = (i, j) / 2^k, where u runs
-        from the quad's first to its second corner and v from its first to its fourth.
+    grids : ndarray of int, shape (m, 2^k + 1, 2^k + 1)
+        Fine vertices over each cage quad: ``grids[q, i, j]`` is the one at (u, v) = (i, j) / 2^k. u runs from the
+        quad's first to its second corner, v from its first to its fourth.
 
     Examples
     --------
@@ -42,13 +43,13 @@ class Subdivision:
     array([0.5, 0.5])
     """
 
-    quads: Ints
+    quads: IntArray
     limit: sparse.csr_array
-    grids: Ints
+    grids: IntArray
 
 
-def subdivided(quads: Ints, levels: int) -> Subdivision:
-    """The Catmull-Clark subdivision of `quads` and its limit points.
+def subdivided(quads: IntArray, levels: int) -> SubdividedCage:
+    """Return the Catmull-Clark subdivision of quads (m, 4), with its limit points.
 
     Examples
     --------
@@ -70,10 +71,10 @@ def subdivided(quads: Ints, levels: int) -> Subdivision:
     grids = np.empty((len(quads), size + 1, size + 1), dtype=np.int64)
     parent = np.repeat(np.arange(len(quads)), 4**levels)
     grids[parent[:, None], corners[..., 0], corners[..., 1]] = fine
-    return Subdivision(fine, sparse.csr_array(_limit(fine) @ matrix), grids)
+    return SubdividedCage(fine, sparse.csr_array(_limit(fine) @ matrix), grids)
 
 
-def _split_corners(corners: Ints) -> Ints:
+def _split_corners(corners: IntArray) -> IntArray:
     """Parameter corners of the four children of each quad, in the order of `_step`."""
     centre = corners.sum(axis=1, keepdims=True) // 4
     after = (corners + np.roll(corners, -1, axis=1)) // 2
@@ -89,21 +90,20 @@ def _split_corners(corners: Ints) -> Ints:
     return np.stack([np.stack(child, axis=1) for child in children], axis=1).reshape(-1, 4, 2)
 
 
-def _edges(quads: Ints) -> tuple[Ints, Ints, NDArray[np.bool_]]:
-    """Unique edges (e, 2), the edge of every quad side (m, 4), and which edges lie on the boundary."""
+def _edges(quads: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
+    """Unique edges (e, 2), the edge of every side of the quads (m, 4), and True for edges (e,) on the boundary."""
     sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2)
     edges, index, counts = np.unique(sides.reshape(-1, 2), axis=0, return_inverse=True, return_counts=True)
     return edges, index.reshape(-1, 4), counts == 1
 
 
-def _step(quads: Ints) -> tuple[sparse.csr_array, Ints]:
+def _step(quads: IntArray) -> tuple[sparse.csr_array, IntArray]:
     """One subdivision: the matrix from old to new vertices, and the new quads."""
     n, m = int(quads.max()) + 1, len(quads)
     edges, side, rim = _edges(quads)
     faces = _incidence(quads, np.full(quads.shape, 0.25), n)
     ends = _incidence(edges, np.full(edges.shape, 0.5), n)
-    flat = side.ravel()
-    around = sparse.csr_array((np.full(4 * m, 0.5), (flat, np.repeat(np.arange(m), 4))), shape=(len(edges), m))
+    around = sparse.csr_array((np.full(4 * m, 0.5), (side.ravel(), np.repeat(np.arange(m), 4))), shape=(len(edges), m))
     inner = sparse.diags_array(np.where(rim, 0.0, 0.5))
     edge_points = ends - inner @ ends + inner @ (around @ faces)
     vertex_points = _vertex_rule(quads, edges, rim, faces, ends, n)
@@ -123,7 +123,7 @@ def _step(quads: Ints) -> tuple[sparse.csr_array, Ints]:
 
 
 def _vertex_rule(
-    quads: Ints, edges: Ints, rim: NDArray[np.bool_], faces: sparse.csr_array, ends: sparse.csr_array, n: int
+    quads: IntArray, edges: IntArray, rim: BoolArray, faces: sparse.csr_array, ends: sparse.csr_array, n: int
 ) -> sparse.csr_array:
     """Old vertices move to (F + 2 R + (k - 3) P) / k inside, (P- + 6 P + P+) / 8 on a boundary."""
     valence = np.bincount(quads.ravel(), minlength=n).astype(float)
@@ -138,7 +138,7 @@ def _vertex_rule(
     return sparse.diags_array(1.0 - on_rim) @ inside + sparse.diags_array(on_rim) @ border
 
 
-def _limit(quads: Ints) -> sparse.csr_array:
+def _limit(quads: IntArray) -> sparse.csr_array:
     """Limit positions.
 
     Inside (k^2 P + 4 sum of edge neighbours + sum of diagonals) / (k (k + 5)); (1, 4, 1) / 6 on a boundary.
@@ -157,17 +157,20 @@ def _limit(quads: Ints) -> sparse.csr_array:
     return sparse.csr_array(sparse.diags_array(1.0 - on_rim) @ inside + sparse.diags_array(on_rim) @ border)
 
 
-def _on_rim(edges: Ints, rim: NDArray[np.bool_], n: int) -> Floats:
+def _on_rim(edges: IntArray, rim: BoolArray, n: int) -> Array:
+    """1 for vertices (n,) on the boundary, else 0."""
     flags = np.zeros(n)
     flags[edges[rim].ravel()] = 1.0
     return flags
 
 
-def _rim_links(edges: Ints, rim: NDArray[np.bool_], n: int) -> sparse.csr_array:
+def _rim_links(edges: IntArray, rim: BoolArray, n: int) -> sparse.csr_array:
+    """The matrix (n, n) with 1 for vertices that an edge of the boundary joins."""
     links = sparse.csr_array((np.ones(int(rim.sum())), edges[rim].T), shape=(n, n))
     return links + links.T
 
 
-def _incidence(cells: Ints, weights: Floats, n: int) -> sparse.csr_array:
+def _incidence(cells: IntArray, weights: Array, n: int) -> sparse.csr_array:
+    """The matrix (m, n) of the weights of the corners of cells (m, k)."""
     rows = np.repeat(np.arange(len(cells)), cells.shape[1])
     return sparse.csr_array((weights.ravel(), (rows, cells.ravel())), shape=(len(cells), n))

@@ -1,4 +1,4 @@
-"""What lies on the surface of the built-in head: the colour of its skin, and hairs."""
+"""The surface of the built-in head: the colour of its skin, and the hairs of its brows."""
 
 from __future__ import annotations
 
@@ -15,81 +15,90 @@ from scipy.spatial import cKDTree
 from facewrinkle.anatomy.hairline import hair_cover
 from facewrinkle.anatomy.landmarks import frame_of
 from facewrinkle.appearance.skin_paint import HAIR_COLOUR, complexion
+from facewrinkle.geometry.depth_buffer import sampled_depth_buffer
 from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.geometry.smoothstep import smoothstep
 
-from .cage_mesh import Chart, cross
+from .chart import Chart, cross
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 TEXELS = 1024
+"""Rows and columns of the texture."""
 
 DIRECTIONS = 96
-"""From so many directions it is looked whether a point of the skin can be seen."""
+"""Directions from which the visibility of the skin is tested."""
 
-PIXEL = 1.6  # mm, of these views
+PIXEL = 1.6
+"""Width of a pixel of these views, mm."""
+
+LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
+"""Rings of the cage between which the lips lie."""
+
+SHADE = np.array([0.42, 0.30, 0.26])
+"""Share of the colour that is left where no light comes in: light that bounces between skin is red."""
 
 
 @dataclass
-class Skin:
-    """What is painted: the left half of the head.
+class HeadPainter:
+    """The colour of the head, from a fine mesh of its left half.
 
     Parameters
     ----------
-    points : (n, 3) float array
-        A fine mesh of the surface.
-    triangles : (m, 3) int array
-    plane : (n, 2) float array
-        Its chart; the middle of the head is the line x = 0.
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    plane : ndarray, shape (n, 2)
+        Chart of the mesh; the middle of the head is the line x = 0.
     between : callable
-        From two rings of the cage and the last number of their points: whether a point lies between them (n,), and
-        how far from the first to the second (n,).
+        Given two rings of the cage and the last number of their points: returns True for points (n,) between them, and
+        their way from the first to the second (n,).
     data : dict
         The cage's data: `paint`, `brow` and `eye`.
-    landmarks : dict of (3,) arrays
+    landmarks : dict of str to ndarray, shape (3,)
     """
 
-    points: Floats
-    triangles: Ints
-    plane: Floats
-    between: Callable[[str, str, int], tuple[Bools, Floats]]
+    points: Array
+    triangles: IntArray
+    plane: Array
+    between: Callable[[str, str, int], tuple[BoolArray, Array]]
     data: dict[str, Any]
-    landmarks: dict[str, Floats]
+    landmarks: dict[str, Array]
 
     @cached_property
     def chart(self) -> Chart:
-        """Looks up position, openness and the rings' colours and shares at places of the chart."""
+        """The chart of position, openness, strength of the rings' colours, and lip."""
         rings = [
             np.column_stack([self._cover(*ring[:2], *ring[3:]) for ring in self.data["paint"]["rings"]]),
             np.maximum(*(self._cover(*pair, 0.0, 1.0, 0.35, 99) for pair in LIPS)),
         ]
         return Chart(self.plane, self.triangles, np.column_stack([self.points, self._openness(), *rings]))
 
-    def _cover(self, first: str, second: str, outer: float, inner: float, reach: float, last: int) -> Floats:
-        """Strength (n,) of a ring's colour: from `outer` to `inner` on the first part `reach` of the way."""
+    def _cover(self, first: str, second: str, outer: float, inner: float, reach: float, last: int) -> Array:
+        """Strength (n,) of a ring's colour: rises from `outer` to `inner` on the first part, `reach`, of the way."""
         inside, share = self.between(first, second, last)
-        return np.where(inside, outer + (inner - outer) * _smooth(share / reach), 0.0)
+        return np.where(inside, outer + (inner - outer) * smoothstep(share / reach), 0.0)
 
-    def _openness(self) -> Floats:
-        """How much of the sky (0 to 1) the points see (n,), past the head and the eyeballs."""
+    def _openness(self) -> Array:
+        """Share (n,) of the sky that the points see past the head and the eyeballs."""
         normals = vertex_normals(self.points, self.triangles)
         ball = np.array(self.data["eye"]["centre"]) + self.data["eye"]["radius"] * _sphere(2000)
         cloud = np.vstack([self.points, self.points[self.triangles].mean(axis=1), ball])
-        open_sky = openness(self.points, normals, np.vstack([cloud, cloud * [-1.0, 1.0, 1.0]]))
-        return averaged(open_sky, self.triangles, 3)
+        sky = openness(self.points, normals, np.vstack([cloud, cloud * [-1.0, 1.0, 1.0]]))
+        return averaged(sky, self.triangles, 3)
 
-    def colours(self, plane: Floats) -> NDArray[np.uint8]:
-        """Colours (q, 3) at places (q, 2) of the chart, those of the right half too, without fine detail."""
-        skin, sky, cover, _ = self._even(self.chart(np.stack([np.abs(plane[:, 0]), plane[:, 1]], axis=1)))
+    def colours(self, plane: Array) -> NDArray[np.uint8]:
+        """Return colours (q, 3) without fine detail at places (q, 2) of the chart of both halves."""
+        skin, sky, cover, _ = self._without_detail(self.chart(np.stack([np.abs(plane[:, 0]), plane[:, 1]], axis=1)))
         return _bytes(_cropped(shaded(skin, sky), np.tile(HAIR_COLOUR, (len(sky), 1)), sky, cover))
 
-    def texture(self, middle: Floats, span: float) -> NDArray[np.uint8]:
-        """The colour as a square image, first row at v = 1."""
+    def texture(self, middle: Array, span: float) -> NDArray[np.uint8]:
+        """Return the colour as a square image, first row at v = 1."""
         centres = (np.arange(TEXELS) + 0.5) / TEXELS - 0.5
         u, v = np.meshgrid(centres[TEXELS // 2 :], centres[::-1])
         values = self.chart(np.stack([u.ravel(), v.ravel()], axis=1) * span + middle, most=32)
-        skin, sky, cover, lip = self._even(values)
+        skin, sky, cover, lip = self._without_detail(values)
         halves = []
         for side in (-1.0, 1.0):
             places = values[:, :3] * [side, 1.0, 1.0]
@@ -99,8 +108,8 @@ class Skin:
         right, left = (_bytes(half).reshape(TEXELS, -1, 3) for half in halves)
         return np.concatenate([right[:, ::-1], left], axis=1)
 
-    def _even(self, values: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """From the chart: colour (q, 3) of the skin, openness, distance inside the hairline, and lip (q, 1)."""
+    def _without_detail(self, values: Array) -> tuple[Array, Array, Array, Array]:
+        """Colour (q, 3) of the skin, openness, distance inside the hairline, and lip (q, 1), by values of the chart."""
         frame, paint = frame_of(self.landmarks), self.data["paint"]
         places, sky, rings, lip = values[:, :3], values[:, 3], values[:, 4:-1], values[:, -1:]
         skin = complexion(places, self.landmarks, frame)
@@ -111,28 +120,22 @@ class Skin:
         return skin, np.clip(sky, 0.0, 1.0), hair_cover(places, self.landmarks, frame), lip
 
 
-def shaded(skin: Floats, sky: Floats) -> Floats:
-    """Colour (n, 3) where only a share (n,) of the light comes in."""
+def shaded(skin: Array, sky: Array) -> Array:
+    """Return the colour (n, 3) of skin that only a share (n,) of the light reaches."""
     return skin * (SHADE + (1.0 - SHADE) * sky[:, None])
 
 
-def _cropped(skin: Floats, hair: Floats, sky: Floats, cover: Floats) -> Floats:
+def _cropped(skin: Array, hair: Array, sky: Array, cover: Array) -> Array:
     """Colour (n, 3) of skin under hair that grows denser from the hairline inwards."""
-    dense = _smooth((cover + 1.0) / 17.0)[:, None]
+    dense = smoothstep((cover + 1.0) / 17.0)[:, None]
     return skin + 0.93 * dense * (hair * (0.5 + 0.5 * sky[:, None]) - skin)
 
 
-LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
-
-SHADE = np.array([0.42, 0.30, 0.26])
-"""What is left of the colour where no light comes in: light that bounces between skin is red."""
-
-
-def mottled(places: Floats, lip: Floats) -> Floats:
-    """Factors (n, 3): blood and melanin in patches of several sizes, pores, and the lines of the lips."""
+def mottled(places: Array, lip: Array) -> Array:
+    """Return factors (n, 3) for blood and melanin in patches of several sizes, pores, and the lines of the lips."""
     blood = 0.6 * noise(places, 11.0, 1) + 0.5 * noise(places, 4.5, 2)
     brown = 0.5 * noise(places, 7.0, 3) + 0.45 * noise(places, 2.6, 4)
-    freckle = _smooth((noise(places, 1.3, 5) - 1.5) / 1.0) * _smooth(noise(places, 25.0, 6))
+    freckle = smoothstep((noise(places, 1.3, 5) - 1.5) / 1.0) * smoothstep(noise(places, 25.0, 6))
     pores = 0.7 * noise(places, 0.85, 7) + 0.5 * noise(places, 1.7, 8)
     shares = np.stack([0.006 * blood, 0.021 * blood, 0.017 * blood], axis=1)
     shares += np.stack([0.010 * brown, 0.015 * brown, 0.021 * brown], axis=1)
@@ -143,22 +146,22 @@ def mottled(places: Floats, lip: Floats) -> Floats:
     return skin + lip * (red - skin)
 
 
-def strands(places: Floats) -> Floats:
-    """Factors (n,): light and dark of cropped hair."""
+def strands(places: Array) -> Array:
+    """Return factors (n,) for the light and dark of cropped hair."""
     fine = 0.7 * noise(places * [1.0, 0.5, 1.0], 0.38, 31) + 0.3 * noise(places, 0.9, 32)
     return 1.0 + 0.30 * fine + 0.06 * noise(places, 12.0, 33)
 
 
-def noise(places: Floats, size: float, seed: int) -> Floats:
-    """Smooth noise (n,) in space, of about unit variance, with grains of a size; the same for the same seed."""
+def noise(places: Array, size: float, seed: int) -> Array:
+    """Return smooth noise (n,) in space with grains of a size, of about unit variance; the same for the same seed."""
     lattice = np.random.default_rng(seed).normal(0.0, 2.6, (48, 48, 48))
     return map_coordinates(lattice, (places / size).T, order=2, mode="grid-wrap", prefilter=False)
 
 
-def openness(points: Floats, normals: Floats, cloud: Floats) -> Floats:
-    """Share of the directions above each point in which nothing of a dense cloud stands before it, by their slope.
+def openness(points: Array, normals: Array, cloud: Array) -> Array:
+    """Return the share (n,) of the sky above each point that a dense cloud leaves open, weighted by slope.
 
-    Seen from each direction, the cloud's foremost points are found in a grid of pixels.
+    The cloud is seen from each of a number of directions; what is not in front there is hidden.
     """
     seen, whole = np.zeros(len(points)), np.zeros(len(points))
     for towards in _sphere(DIRECTIONS):
@@ -169,18 +172,17 @@ def openness(points: Floats, normals: Floats, cloud: Floats) -> Floats:
         shadow, here = cloud @ axes.T, points @ axes.T
         low = shadow[:, :2].min(axis=0) - 2.0 * PIXEL
         size = ((np.ptp(shadow[:, :2], axis=0)) / PIXEL).astype(int) + 5
-        front = np.full(size, -np.inf)
-        np.maximum.at(front, tuple(((shadow[:, :2] - low) / PIXEL).astype(int).T), shadow[:, 2])
+        front = sampled_depth_buffer(((shadow[:, :2] - low) / PIXEL).astype(int), shadow[:, 2], size)
         depth = front[tuple(((here[:, :2] - low) / PIXEL).astype(int).T)]
         up = np.maximum(slope, 0.0)
         margin = 1.2 + 1.5 * PIXEL * np.sqrt(1.0 - np.minimum(slope**2, 0.99)) / np.maximum(up, 0.15)
-        seen += up * _smooth((margin - (depth - here[:, 2])) / 1.5 + 1.0)
+        seen += up * smoothstep((margin - (depth - here[:, 2])) / 1.5 + 1.0)
         whole += up
     return seen / whole
 
 
-def averaged(values: Floats, triangles: Ints, rounds: int) -> Floats:
-    """Values (n,) of vertices averaged with their neighbours'."""
+def averaged(values: Array, triangles: IntArray, rounds: int) -> Array:
+    """Return values (n,) of vertices, averaged with their neighbours' a number of times."""
     i, j = triangles[:, [0, 1, 2]].ravel(), triangles[:, [1, 2, 0]].ravel()
     count = np.bincount(i, minlength=len(values)) + np.bincount(j, minlength=len(values))
     for _ in range(rounds):
@@ -189,7 +191,7 @@ def averaged(values: Floats, triangles: Ints, rounds: int) -> Floats:
     return values
 
 
-def _sphere(count: int) -> Floats:
+def _sphere(count: int) -> Array:
     """Unit vectors (count, 3) spread evenly (a spiral with golden angle)."""
     height = 1.0 - (2.0 * np.arange(count) + 1.0) / count
     turn = np.pi * (1.0 + 5.0**0.5) * np.arange(count)
@@ -197,17 +199,12 @@ def _sphere(count: int) -> Floats:
     return np.stack([away * np.cos(turn), height, away * np.sin(turn)], axis=1)
 
 
-def _bytes(colours: Floats) -> NDArray[np.uint8]:
+def _bytes(colours: Array) -> NDArray[np.uint8]:
     return np.rint(np.clip(colours, 0, 255)).astype(np.uint8)
 
 
-def _smooth(t: Floats) -> Floats:
-    t = np.clip(t, 0.0, 1.0)
-    return np.asarray(t * t * (3.0 - 2.0 * t))
-
-
-def _brow_shade(line: Floats, points: Floats) -> Floats:
-    """1 on the brow's centre line in the frontal view, fading to 0 within its width (n,)."""
+def _brow_shade(line: Array, points: Array) -> Array:
+    """1 on the brow's centre line in the frontal view, falling to 0 within its width (n,)."""
     stations = np.linspace(0.0, len(line) - 1.0, 8 * len(line))
     x, y, width = (np.interp(stations, np.arange(len(line)), line[:, c]) for c in range(3))
     away, nearest = cKDTree(np.stack([x, y], axis=1)).query(points[:, :2])
@@ -215,8 +212,8 @@ def _brow_shade(line: Floats, points: Floats) -> Floats:
     return np.where(front, np.exp(-((away / (1.3 * width[nearest])) ** 2)), 0.0)
 
 
-def brow_hairs(brow: dict[str, Any], points: Floats, triangles: Ints) -> tuple[Ints, Floats]:
-    """Left eyebrow: triangles (k, p) and weights (k, p, 3) of the points of its hairs.
+def brow_hairs(brow: dict[str, Any], points: Array, triangles: IntArray) -> tuple[IntArray, Array]:
+    """Return the triangles (k, p) and weights (k, p, 3) of the points of the hairs of the left eyebrow.
 
     Seen from the front the brow is a height field: the frontal projection of the skin near it is a chart.
     """
@@ -230,8 +227,8 @@ def brow_hairs(brow: dict[str, Any], points: Floats, triangles: Ints) -> tuple[I
     return rows[cells].reshape(places.shape[:2]), weights.reshape(*places.shape[:2], 3)
 
 
-def _combed(line: Floats, brow: dict[str, Any]) -> Floats:
-    """BrowHairs (k, p, 2) in the frontal view: upright at the inner end, then along the brow."""
+def _combed(line: Array, brow: dict[str, Any]) -> Array:
+    """Hairs (k, p, 2) in the frontal view: upright at the inner end, then along the brow."""
     count, knots = brow["count"], len(brow["heights"])
     random = np.random.default_rng(1).random((4, count))
     stations = np.linspace(0.0, 1.0, len(line))

@@ -1,11 +1,12 @@
 """Landmarks on any mesh of a face, from its shape alone.
 
-The built-in head is the template. Protruding points are taken for noses, at every size and from all sides
-(:mod:`.search`); the best of these poses are made exact (:mod:`.alignment`) on depth maps (:mod:`.depth`); a smooth
-warp (:mod:`.warp`) says where each of the template's landmarks lies.
+The built-in head is the template (:mod:`.template`). Protruding points are taken for noses, at every size and from all
+sides (:mod:`.candidates`); the best of these poses are aligned with it (:mod:`.alignment`) on depth maps
+(:mod:`.depth`). A smooth warp (:mod:`.warp`) gives the confidence that a surface is a face (:mod:`.matching`), and the
+places of the template's landmarks (:mod:`.placement`); those of the mouth are found by its furrow (:mod:`.mouth`).
 """
 
-from .depth import Pose
-from .landmarks import Found, find_landmarks, posed_by
+from .landmarks import Found, find_landmarks
+from .pose import Pose, pose_from_landmarks
 
-__all__ = ["Found", "Pose", "find_landmarks", "posed_by"]
+__all__ = ["Found", "Pose", "find_landmarks", "pose_from_landmarks"]

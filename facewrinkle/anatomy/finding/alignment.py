@@ -1,4 +1,4 @@
-"""A pose made exact: first the depth of the face is laid on the template's, then its relief."""
+"""A pose made exact: the depth of a surface is aligned with the template's."""
 
 from __future__ import annotations
 
@@ -10,82 +10,108 @@ import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
-from .depth import Grid, Pose, closed, depth_map, relief
+from .depth import Grid, curvature, depth_map, openings_closed
+from .pose import Pose
 from .template import template
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 COARSE, FINE = Grid(0.07), Grid(0.035)
 SCALES = (0.06, 0.11, 0.22)
 """Sizes of bulges and hollows that are compared, in distances between the pupils."""
 
 STRONG = 0.5
-"""Relief beyond this is compressed: the rims of masks, hair and cloth must not outweigh a face."""
+"""Curvature beyond this is compressed: the rims of masks, hair and cloth must not outweigh a face."""
 
-STIFF = 0.003
-"""Resistance to stretch."""
+BACKGROUND = 0.35
+"""A surface that lies farther than this from the template is not the face, in distances between the pupils."""
 
-OFF = 0.35
-"""A surface that lies farther from the template counts as none."""
+# The Gauss-Newton steps of an alignment.
+STEPS = 14
+FEWEST_NODES = 60
+"""Nodes of the grid near the template that an alignment needs at least."""
+RIGID_STEPS = 4
+"""Steps in which proportions hardly change: size and place come first."""
+STRETCH_STIFFNESS = 0.003
+"""Resistance to stretch in the later steps."""
+LARGEST_CHANGE = 0.3
+"""Turn, shift and growth of one step, at most."""
+
+# How likely a pose is to be that of a face.
+LEAST_SHOWN = 0.2
+"""A pose is out of the question where less of the template than this share is seen."""
+DEPTH_PENALTY = 4.0
+"""Loss of likelihood per median difference of depth of one distance between the pupils."""
 
 
 @dataclass(frozen=True, eq=False)
-class Map:
-    """What is seen over a grid: depth with closed holes, relief (c, rows, columns), how much places count, and how
-    far there is a surface (0 to 1).
+class SurfaceMap:
+    """A surface seen from the front, over a grid.
+
+    Attributes
+    ----------
+    depth : ndarray, shape (rows, columns)
+        With closed openings.
+    curvature : ndarray, shape (c, rows, columns)
+        At each of :data:`SCALES`, compressed where it is strong.
+    weight : ndarray, shape (rows, columns)
+        0 outside of the face and where no surface is seen.
+    known : ndarray, shape (rows, columns)
+        1 where a surface is seen, 0 where there is none.
     """
 
     depth: Array
-    relief: Array
+    curvature: Array
     weight: Array
     known: Array
 
 
 @cache
-def template_map(grid: Grid, person: int = 0) -> Map:
-    """The built-in head as one of several people."""
-    depth, weight = template(person).depth(grid)
-    return Map(depth, _compressed(relief(depth, grid, SCALES)), weight, (weight > 0.0).astype(np.float64))
+def template_map(grid: Grid, variant: int = 0) -> SurfaceMap:
+    """Return the map of one of the template's variants."""
+    depth, weight = template(variant).depth(grid)
+    return SurfaceMap(depth, _compressed(curvature(depth, grid, SCALES)), weight, (weight > 0.0).astype(np.float64))
 
 
-def seen(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, grid: Grid, person: int = 0) -> Map:
-    """The surface in this pose; places that are not seen weigh nothing."""
-    base = template_map(grid, person)
-    raw = depth_map(pose.local(points), triangles, grid)
-    offset = _offset(raw, base)
-    raw[np.abs(raw - base.depth - offset) > OFF] = np.nan
-    depth, known = closed(raw, grid, template(person).agape, base.depth)
-    sure = gaussian_filter(known.astype(float), SCALES[0] / grid.step) ** 2
-    return Map(depth, _compressed(relief(depth, grid, SCALES)), base.weight * sure, sure)
+def surface_map(points: Array, triangles: IntArray, pose: Pose, grid: Grid, variant: int = 0) -> SurfaceMap:
+    """Return the map of a surface in a pose; places that are not seen weigh nothing."""
+    base = template_map(grid, variant)
+    depth = depth_map(pose.local(points), triangles, grid)
+    depth[np.abs(depth - base.depth - _median_offset(depth, base)) > BACKGROUND] = np.nan
+    closed, known = openings_closed(depth, grid, template(variant).mouth_open, base.depth)
+    certain = gaussian_filter(known.astype(float), SCALES[0] / grid.step) ** 2
+    return SurfaceMap(closed, _compressed(curvature(closed, grid, SCALES)), base.weight * certain, certain)
 
 
-def _offset(raw: Array, base: Map) -> float:
-    inside = (base.weight > 0.0) & (np.abs(raw - base.depth) < 1.0)
-    return float(np.median((raw - base.depth)[inside])) if inside.any() else 0.0
+def _median_offset(depth: Array, base: SurfaceMap) -> float:
+    inside = (base.weight > 0.0) & (np.abs(depth - base.depth) < 1.0)
+    return float(np.median((depth - base.depth)[inside])) if inside.any() else 0.0
 
 
 def _compressed(values: Array) -> Array:
     return np.asarray(values / np.sqrt(1.0 + (values / STRONG) ** 2))
 
 
-def likeness(found: Map, base: Map) -> float:
-    """How much a surface looks like the template, at most 1: correlation of relief, less where little is seen of a
-    quarter of the face or where depth differs.
+def pose_score(found: SurfaceMap, base: SurfaceMap) -> float:
+    """Likeness of a surface to the template, at most 1: the mean correlation of curvature.
+
+    Less where little is seen of a quarter of the face, and where depth differs.
     """
-    if found.weight.sum() < 0.2 * base.weight.sum():
+    if found.weight.sum() < LEAST_SHOWN * base.weight.sum():
         return -1.0
-    correlations = [_correlation(a, b, found.weight) for a, b in zip(found.relief, base.relief, strict=True)]
-    return float(np.mean(correlations)) * covered(found, base) ** 0.5 - 4.0 * distance(found, base)
+    correlations = [_correlation(a, b, found.weight) for a, b in zip(found.curvature, base.curvature, strict=True)]
+    return float(np.mean(correlations)) * coverage(found, base) ** 0.5 - DEPTH_PENALTY * depth_difference(found, base)
 
 
-def covered(found: Map, base: Map) -> float:
+def coverage(found: SurfaceMap, base: SurfaceMap) -> float:
     """Share of the template that is seen, in that quarter of the face that shows least."""
     rows, columns = (length // 2 for length in base.weight.shape)
     quarters = [np.s_[i, j] for i in (np.s_[:rows], np.s_[rows:]) for j in (np.s_[:columns], np.s_[-columns:])]
     return float(min(found.weight[quarter].sum() / base.weight[quarter].sum() for quarter in quarters))
 
 
-def distance(found: Map, base: Map) -> float:
+def depth_difference(found: SurfaceMap, base: SurfaceMap) -> float:
     """Median difference of depth, in distances between the pupils."""
     difference = (found.depth - base.depth)[found.weight > 0.2]
     return float(np.median(np.abs(difference - np.median(difference)))) if difference.size else 1.0
@@ -96,40 +122,50 @@ def _correlation(a: Array, b: Array, weight: Array) -> float:
     return float((weight * a * b).sum() / max(norm, 1e-12))
 
 
-def laid_on(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, look: int = 0, steps: int = 14) -> Pose:
-    """The pose in which the depth is closest to the template's: Gauss-Newton over turn, shift, size and stretch.
+def aligned(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) -> Pose:
+    """Return the pose in which the depth is closest to the template's: Gauss-Newton over turn, shift, size and stretch.
 
-    A surface of height h(x, y) that moves by a small (a, b, c) has the new height h + c - a dh/dx - b dh/dy at the
-    same place. Places that differ much count less and less.
+    Places that differ much count less and less.
     """
-    grid, base = COARSE, template_map(COARSE, look)
-    x, y = np.meshgrid(grid.x, grid.y)
-    for step in range(steps):
-        raw = depth_map(pose.local(points), triangles, grid)
-        raw -= _offset(raw, base) if step == 0 else 0.0
-        tolerance = 0.25 * 0.85**step + 0.05
-        difference = raw - base.depth
-        near = (base.weight > 0.0) & (np.abs(difference) < 3.0 * tolerance)
-        slope_y, slope_x = np.asarray(np.gradient(raw, grid.step))
-        near &= np.isfinite(slope_x) & np.isfinite(slope_y)
-        if near.sum() < 60:
+    grid, base = COARSE, template_map(COARSE, variant)
+    for step in range(STEPS):
+        depth = depth_map(pose.local(points), triangles, grid)
+        depth -= _median_offset(depth, base) if step == 0 else 0.0
+        stiffness = STRETCH_STIFFNESS if step >= RIGID_STEPS else 1.0
+        change = _gauss_newton_step(depth, base, pose, 0.25 * 0.85**step + 0.05, stiffness)
+        if change is None:
             return pose
-        d, z, u, v = difference[near], raw[near], slope_x[near], slope_y[near]
-        px, py = x[near], y[near]
-        weight = base.weight[near] / (1.0 + (d / tolerance) ** 2) ** 2 / (1.0 + u * u + v * v)
-        turn = [py + v * z, -px - u * z, u * py - v * px]
-        columns = np.stack([*turn, -u, -v, np.ones_like(z), z - u * px - v * py, -v * py, z], axis=1)
-        scaled = columns * weight[:, None]
-        stiff = weight.sum() * np.array([*[1e-3] * 7, *[STIFF if step >= 4 else 1.0] * 2])
-        held = np.array([*[0.0] * 7, *np.log(pose.stretch[1:])])
-        change = -np.linalg.solve(scaled.T @ columns + np.diag(stiff), scaled.T @ d - stiff * held)
-        change *= min(1.0, 0.3 / max(float(np.abs(change).max()), 1e-12))
         pose = _moved(pose, change)
     return pose
 
 
+def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: float, stiffness: float) -> Array | None:
+    """The change (w, t, s, stretch) that brings a depth map closer to the template's; None where too little is near it.
+
+    A surface of height h(x, y) that moves by a small (a, b, c) has the new height h + c - a dh/dx - b dh/dy at the
+    same place.
+    """
+    x, y = np.meshgrid(COARSE.x, COARSE.y)
+    difference = depth - base.depth
+    near = (base.weight > 0.0) & (np.abs(difference) < 3.0 * tolerance)
+    slope_y, slope_x = np.asarray(np.gradient(depth, COARSE.step))
+    near &= np.isfinite(slope_x) & np.isfinite(slope_y)
+    if near.sum() < FEWEST_NODES:
+        return None
+    d, z, u, v = difference[near], depth[near], slope_x[near], slope_y[near]
+    px, py = x[near], y[near]
+    weight = base.weight[near] / (1.0 + (d / tolerance) ** 2) ** 2 / (1.0 + u * u + v * v)
+    turn = [py + v * z, -px - u * z, u * py - v * px]
+    columns = np.stack([*turn, -u, -v, np.ones_like(z), z - u * px - v * py, -v * py, z], axis=1)
+    scaled = columns * weight[:, None]
+    stiff = weight.sum() * np.array([*[1e-3] * 7, *[stiffness] * 2])
+    stretch = np.array([*[0.0] * 7, *np.log(pose.stretch[1:])])
+    change = -np.linalg.solve(scaled.T @ columns + np.diag(stiff), scaled.T @ d - stiff * stretch)
+    return np.asarray(change * min(1.0, LARGEST_CHANGE / max(float(np.abs(change).max()), 1e-12)))
+
+
 def _moved(pose: Pose, change: Array) -> Pose:
     """The pose whose local coordinates are stretched exp(s) R(w) local + t, for change = (w, t, s, stretch)."""
-    turn, grow = Rotation.from_rotvec(change[:3]).as_matrix(), float(np.exp(change[6]))
-    origin = pose.world(-(change[3:6] @ turn / grow)[None])[0]
-    return Pose(turn @ pose.axes, origin, pose.size / grow, pose.stretch * np.exp([0.0, *-change[7:9]]))
+    turn, growth = Rotation.from_rotvec(change[:3]).as_matrix(), float(np.exp(change[6]))
+    origin = pose.world(-(change[3:6] @ turn / growth)[None])[0]
+    return Pose(turn @ pose.axes, origin, pose.size / growth, pose.stretch * np.exp([0.0, *-change[7:9]]))

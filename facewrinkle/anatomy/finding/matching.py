@@ -1,4 +1,4 @@
-"""A surface in a pose, matched with the template: where the template's places lie, and whether it is a face."""
+"""A surface in a pose, matched with the template: the warp between them, and the confidence that it is a face."""
 
 from __future__ import annotations
 
@@ -8,120 +8,139 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
-from .alignment import FINE, SCALES, Map, covered, distance, seen, template_map
-from .depth import Pose, relief
+from .alignment import FINE, SCALES, SurfaceMap, coverage, depth_difference, surface_map, template_map
+from .depth import curvature
+from .pose import Pose
 from .template import template
-from .warp import Warp, evened, sampled, warped
+from .warp import Warp, contrast_normalised, fitted_warp, resampled
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
-DOUBT = 0.04
-"""Shifts smaller than this, in distances between the pupils, are believed less and less: relief differs from face to
+STAGES = (([2, 3], 5), ([1, 2, 3], 5), ([0, 1, 2, 3], 8))
+"""Channels that lead the warp, curvature by size and then depth, and the number of steps, one stage after the other.
+
+More steps would bring other things closer to a face; faces come no closer.
+"""
+
+UNCERTAIN_SHIFT = 0.04
+"""Shifts smaller than this, in distances between the pupils, are believed less and less: curvature differs from face to
 face also where places do not.
 """
 
-STAGES = (([2, 3], 5), ([1, 2, 3], 5), ([0, 1, 2, 3], 8))
-"""Channels that lead the warp, one stage after the other: relief by size, and depth; and steps. What is no face would
-come closer to one in more steps, faces do not.
-"""
-
-SHALLOW, EDGE = 0.8, 0.5
-"""Depth that counts as much as relief does, and how much deeper the map is where there is no surface: what is seen of
-the template must not be warped off it.
+DEPTH_SCALE, EDGE = 0.8, 0.5
+"""Depth that counts as much as curvature, and depth added where there is no surface: the template must not be warped
+off what is seen of it.
 """
 
 AROUND = 0.2
 """Size of the surroundings that are compared, in distances between the pupils."""
 
-UNLIKE, ALIKE = 0.5, 1.0
-"""Correlation of relief after the warp that means nothing, and that of the template with itself: spheres and other
-things have 0.57 to 0.92, faces 0.82 and more.
+# Is it a face? The confidence is a product of shares, each 0 at the first and 1 at the second number of a pair.
+# Measured by `python -m analysis.finding likeness` on faces and other things, each warped to be most like the template.
+CORRELATION = (0.5, 1.0)
+"""Mean correlation of curvature: spheres and other things have 0.57 to 0.92, faces 0.82 and more."""
+NOSE_CORRELATION, NOSE_RADIUS = (0.80, 0.94), 0.25
+"""The same about the tip of the nose: other things have 0.93 and less, faces more."""
+SHOWN = (0.0, 0.5)
+"""Share that is seen of the quarter of the face that shows least: half a face is refused, a torn one is not."""
+DEPTH_PENALTY = 3.0
+"""Loss of the first share per median difference of depth of one distance between the pupils."""
+USUAL_STRETCH, UNUSUAL_STRETCH = 0.2, 0.3
+"""Logarithm of stretch up to which a face is as likely as the template; beyond, it is less likely, by a Gaussian of the
+second's width.
 """
-
-NOSE = 0.25
-"""How far round the tip of the nose is looked at, in distances between the pupils."""
-
-NO_NOSE, SURE_NOSE = 0.80, 0.94
-"""Correlation of relief there: other things, warped to be most like one, have 0.93 and less; faces more."""
-
-USUAL, UNUSUAL = 0.2, 0.3
-"""Logarithm of stretch up to which a face is as likely as the template, and how fast it gets less likely beyond."""
-
-ENOUGH = 0.5
-"""Share that has to be seen of every quarter of the face."""
 
 
 @dataclass(frozen=True, eq=False)
 class Match:
-    """A surface in a pose and what it has to do with the template.
+    """A surface in a pose and its likeness to a variant of the template.
 
     Attributes
     ----------
     pose : Pose
-    view : Map
-        What is seen in this pose.
+    surface : SurfaceMap
+        Seen in this pose.
     warp : Warp
-    trust : ndarray, shape (rows, columns)
-        Correlation of relief around every place of the template.
+    correlation : ndarray, shape (rows, columns)
+        Of curvature around every place of the template, less where little is seen.
     confidence : float
         0 to 1.
-    agape : bool
-        Whether the template's mouth is open.
+    mouth_open : bool
+        Whether the variant's mouth is open.
     """
 
     pose: Pose
-    view: Map
+    surface: SurfaceMap
     warp: Warp
-    trust: Array
+    correlation: Array
     confidence: float
-    agape: bool
+    mouth_open: bool
 
 
-def matched(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, person: int = 0) -> Match:
-    """The warp to the surface in this pose, coarse relief first, and how alike the two are then."""
-    view, base = seen(points, triangles, pose, FINE, person), template_map(FINE, person)
-    face, model = _channels(view, base), _channels(base, base)
-    shown = np.clip(view.weight / np.maximum(base.weight, 1e-3), 0.0, 1.0)
+def matched(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) -> Match:
+    """Match a surface in a pose with a variant of the template: a warp by coarse curvature first, then by finer one."""
+    surface, base = surface_map(points, triangles, pose, FINE, variant), template_map(FINE, variant)
+    face, model = _channels(surface, base), _channels(base, base)
+    shown = np.clip(surface.weight / np.maximum(base.weight, 1e-3), 0.0, 1.0)
     warp = None
     for channels, steps in STAGES:
-        warp = warped(face[channels], shown, model[channels], base.weight, FINE, warp, steps)
+        warp = fitted_warp(face[channels], shown, model[channels], base.weight, FINE, warp, steps)
     assert warp is not None
     square = (warp.shift**2).sum(axis=2, keepdims=True)
-    warp = Warp(FINE, warp.shift * square / (square + DOUBT**2))
+    warp = Warp(FINE, warp.shift * square / (square + UNCERTAIN_SHIFT**2))
     field = warp.field()
-    weight = base.weight * sampled(shown, FINE, field)
-    alike = _correlation(np.array([sampled(channel, FINE, field) for channel in face[:-1]]), model[:-1], weight)
-    mean = float((alike * weight).sum() / max(weight.sum(), 1e-9))
-    likeness = (mean - UNLIKE) / (ALIKE - UNLIKE) - 3.0 * distance(view, base)
-    likeness *= min(1.0, covered(view, base) / ENOUGH) * _nose(alike, weight, person) * _proportion(pose)
-    confidence = float(np.clip(likeness, 0.0, 1.0))
+    weight = base.weight * resampled(shown, FINE, field)
+    alike = _correlation(np.array([resampled(channel, FINE, field) for channel in face[:-1]]), model[:-1], weight)
     sigma = AROUND / FINE.step
     share = gaussian_filter(weight, sigma) / np.maximum(gaussian_filter(base.weight, sigma), 1e-3)
-    return Match(pose, view, warp, alike * np.clip(share, 0.0, 1.0), confidence, template(person).agape)
+    return Match(
+        pose,
+        surface,
+        warp,
+        alike * np.clip(share, 0.0, 1.0),
+        _confidence(alike, weight, surface, base, pose, variant),
+        template(variant).mouth_open,
+    )
 
 
-def _nose(alike: Array, weight: Array, person: int) -> float:
-    """0 to 1: how much what is taken for the nose, with what is round about, is one."""
-    tip = template(person).landmarks["nose_tip"]
+def _confidence(alike: Array, weight: Array, surface: SurfaceMap, base: SurfaceMap, pose: Pose, variant: int) -> float:
+    """Confidence that a surface is a face, from its correlation with the template around every place."""
+    likeness = _share(_mean(alike, weight), CORRELATION) - DEPTH_PENALTY * depth_difference(surface, base)
+    likeness *= min(1.0, _share(coverage(surface, base), SHOWN)) * _nose(alike, weight, variant) * _proportion(pose)
+    return float(np.clip(likeness, 0.0, 1.0))
+
+
+def _share(value: float, limits: tuple[float, float]) -> float:
+    return (value - limits[0]) / (limits[1] - limits[0])
+
+
+def _mean(values: Array, weight: Array) -> float:
+    return float((values * weight).sum() / max(weight.sum(), 1e-9))
+
+
+def _nose(alike: Array, weight: Array, variant: int) -> float:
+    """Likeness (0 to 1) of what is taken for the nose, with its surroundings, to one."""
+    tip = template(variant).landmarks["nose_tip"]
     x, y = np.meshgrid(FINE.x - tip[0], FINE.y - tip[1])
-    near = weight * np.exp(-(x * x + y * y) / NOSE**2)
-    mean = float((alike * near).sum() / max(near.sum(), 1e-9))
-    return float(np.clip((mean - NO_NOSE) / (SURE_NOSE - NO_NOSE), 0.0, 1.0))
+    near = weight * np.exp(-(x * x + y * y) / NOSE_RADIUS**2)
+    return float(np.clip(_share(_mean(alike, near), NOSE_CORRELATION), 0.0, 1.0))
 
 
 def _proportion(pose: Pose) -> float:
-    """0 to 1: 1 unless the face is much longer or deeper than the template."""
-    beyond = np.maximum(np.abs(np.log(pose.stretch)) - USUAL, 0.0)
-    return float(np.exp(-((beyond / UNUSUAL) ** 2).sum()))
+    """1 unless the face is much longer or deeper than the template, falling to 0."""
+    beyond = np.maximum(np.abs(np.log(pose.stretch)) - USUAL_STRETCH, 0.0)
+    return float(np.exp(-((beyond / UNUSUAL_STRETCH) ** 2).sum()))
 
 
-def _channels(view: Map, base: Map) -> Array:
-    """Relief by size, evened out, and depth."""
-    even = evened(relief(view.depth, FINE, SCALES), (view.weight > 0.05).astype(np.float64), FINE)
-    inside = view.weight > 0.2
-    offset = np.median((view.depth - base.depth)[inside]) if inside.any() else 0.0
-    depth = np.maximum(view.depth - EDGE * (1.0 - view.known) - offset, -1.0)
-    return np.concatenate([even, depth[None] / SHALLOW])
+def _channels(surface: SurfaceMap, base: SurfaceMap) -> Array:
+    """Curvature by size, with normalised contrast, and depth (c + 1, rows, columns)."""
+    seen = (surface.weight > 0.05).astype(np.float64)
+    curved = contrast_normalised(curvature(surface.depth, FINE, SCALES), seen, FINE)
+    inside = surface.weight > 0.2
+    offset = np.median((surface.depth - base.depth)[inside]) if inside.any() else 0.0
+    depth = np.maximum(surface.depth - EDGE * (1.0 - surface.known) - offset, -1.0)
+    return np.concatenate([curved, depth[None] / DEPTH_SCALE])
 
 
 def _correlation(face: Array, model: Array, weight: Array) -> Array:
@@ -130,6 +149,6 @@ def _correlation(face: Array, model: Array, weight: Array) -> Array:
     def mean(values: Array) -> Array:
         return np.asarray(gaussian_filter(weight * values, AROUND / FINE.step))
 
-    like = np.sum([mean(a * b) for a, b in zip(face, model, strict=True)], axis=0)
+    product = np.sum([mean(a * b) for a, b in zip(face, model, strict=True)], axis=0)
     norm = np.sum([np.sqrt(mean(a * a) * mean(b * b)) for a, b in zip(face, model, strict=True)], axis=0)
-    return np.asarray(like / np.maximum(norm, 1e-9))
+    return np.asarray(product / np.maximum(norm, 1e-9))

@@ -1,5 +1,5 @@
-"""The corners of a closed mouth: the ends of the furrow between the lips, wherever the mouth is drawn to; and whether
-what is taken for its lower lip bulges.
+"""The corners of a closed mouth, which are the ends of the furrow between the lips wherever it is drawn to; and the
+lower lip, which bulges.
 """
 
 from __future__ import annotations
@@ -10,62 +10,66 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from .depth import Grid, Pose, closed, depth_map
+from .depth import Grid, depth_map, openings_closed
+from .pose import Pose
 from .template import template
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
 
 MOUTH = ("mouth_l", "mouth_r", "upper_lip_mid", "lower_lip_mid")
 
-GRID = Grid(0.015, (-1.0, -2.0), (1.0, -0.45))
+MOUTH_GRID = Grid(0.015, (-1.0, -2.0), (1.0, -0.45))
 
-WIDTH = 0.03
-"""Of the furrow, in distances between the pupils."""
-
+# Which furrow is the one between the lips. Lengths are in distances between the pupils; concavity is that of the depth
+# over the size of what is compared, so it has no unit.
+FURROW_SIZE = 0.03
 STEEPEST = np.radians(45.0)
-"""How far the furrow may lean."""
-
-CLEAR, OPEN = 3.5, 3.0
-"""A furrow is at least so many times as deep as the skin round about is rough; one this deep is an open mouth."""
-
-MIDDLE = (0.12, 0.15)
+"""Angle by which the furrow may lean."""
+START = (0.12, 0.15)
 """Half the breadth and the height of the place where the furrow begins."""
+CLOSED_SHARE = 0.8
+"""Share of this place that has a surface, at least: else the mouth is open."""
+CLEAR = 3.5
+"""Strength of a furrow over the roughness of the skin round about, at least."""
+ROUGHNESS_HEIGHT = 0.35
+"""Distance above and below within which the roughness is measured."""
+OPEN = 3.0
+"""A furrow of this strength is an open mouth."""
 
-WHOLE = 0.8
-"""Share of that place that is closed, at least."""
-
-ROUND_ABOUT = 0.35
-"""How far above and below the roughness is measured."""
-
-FAINT, DEEPEST = 0.4, 1.2
+# Which path along the furrow is followed to its end: the one with the largest sum of strength, less these costs.
+FAINT, STRONGEST = 0.4, 1.2
 """Strength at which the furrow ends, and the largest that counts, over that in its middle."""
-
-LEAN = 0.1
+LEAN_COST = 0.1
 """Cost of a step upwards or downwards."""
-
-ELSEWHERE = 50.0
-"""Cost of an end far from where it is expected, per square of the distance."""
-
-LIP, BREADTH = 0.04, 0.04
-"""Size of the bulges and furrows that are told apart down the middle of a mouth, and half its breadth."""
-
-FURROWED, BULGED = 0.15, -0.25
-"""Curvature, times its width, of what is no lip but the furrow below it, and of a lip."""
-
-FLAT = -0.08
-"""Curvature of the strongest bulge where a lip is rolled in."""
-
+DISTANCE_COST = 50.0
+"""Cost of an end far from its expected place, per square of the distance."""
 REACH = 0.85
-"""How far from the middle corners are looked for."""
+"""Distance from the middle within which the corners are looked for."""
+
+# Which of the places below the furrow between the lips is the lower lip, by the concavity there.
+LIP_SIZE, LIP_BREADTH = 0.04, 0.04
+"""Size of the bulges and furrows that are told apart down the middle of a mouth, and half the breadth of this line."""
+HOLLOW = 0.15
+"""The expected place is in the furrow below the lip, not on the lip."""
+BULGE = -0.25
+"""The nearest bulge above that is stronger than this is the lip."""
+FLAT = -0.08
+"""No bulge is stronger than this where a lip is rolled in: it is not seen."""
 
 
-def corners(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, expected: Array) -> Array | None:
-    """Where the furrow between the lips ends, from the front; none where there is no clear one.
+def corners(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> Array | None:
+    """Return the ends of the furrow between the lips, seen from the front; None where there is no clear one.
 
     Parameters
     ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    pose : Pose
     expected : ndarray, shape (4, 2)
-        Where left and right corner, and the middles of upper and lower lip are expected, in the face's coordinates.
+        Expected places of the left and right corner, and of the middles of upper and lower lip, in the face's
+        coordinates.
 
     Returns
     -------
@@ -73,12 +77,12 @@ def corners(points: Array, triangles: npt.NDArray[np.int64], pose: Pose, expecte
         The left and the right corner.
     """
     ends = _ends(pose.local(points), triangles, expected)
-    return None if ends is None else ends - _beyond()
+    return None if ends is None else ends - _beyond_corners()
 
 
 @cache
-def _beyond() -> Array:
-    """How far the furrow of the template ends from the corners of its mouth."""
+def _beyond_corners() -> Array:
+    """Offset (2, 2) of the ends of the template's furrow from the corners of its mouth."""
     face = template()
     expected = np.array([face.landmarks[name][:2] for name in MOUTH])
     ends = _ends(face.points, face.triangles, expected)
@@ -86,72 +90,71 @@ def _beyond() -> Array:
     return np.asarray(ends - expected[:2])
 
 
-def lower_lip(
-    points: Array, triangles: npt.NDArray[np.int64], pose: Pose, upper: Array, lower: Array
-) -> tuple[float, bool]:
-    """How far up the lower lip is from where it is expected, if that is in the furrow below, and whether it is seen.
+def lower_lip(points: Array, triangles: IntArray, pose: Pose, upper: Array, lower: Array) -> tuple[float, bool]:
+    """Return the rise of the lower lip above its expected place, 0 if this is not below it, and True if it is seen.
 
-    `upper` and `lower` are where the middles of the lips (2,) are expected, in the face's coordinates.
+    `upper` and `lower` are the expected middles of the lips (2,), in the face's coordinates.
     """
-    curvature = _profile(pose.local(points), triangles, float(lower[0]))
-    up, between = GRID.y, (GRID.y > lower[1]) & (GRID.y < upper[1])
+    concavity = _concavity(pose.local(points), triangles, float(lower[0]))
+    up, between = MOUTH_GRID.y, (MOUTH_GRID.y > lower[1]) & (MOUTH_GRID.y < upper[1])
     if not between.any():
         return 0.0, False
-    meeting = float(up[between][np.argmax(curvature[between])])
-    if np.interp(lower[1], up, curvature) < FURROWED:
-        around = (up > lower[1] - GRID.step) & (up < meeting)
-        return 0.0, bool(around.any() and curvature[around].min() < FLAT)
-    inner = curvature[1:-1]
-    tops = np.flatnonzero((inner < curvature[:-2]) & (inner <= curvature[2:]) & (inner < BULGED)) + 1
+    meeting = float(up[between][np.argmax(concavity[between])])
+    if np.interp(lower[1], up, concavity) < HOLLOW:
+        around = (up > lower[1] - MOUTH_GRID.step) & (up < meeting)
+        return 0.0, bool(around.any() and concavity[around].min() < FLAT)
+    inner = concavity[1:-1]
+    tops = np.flatnonzero((inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < BULGE)) + 1
     above = up[tops][(up[tops] > lower[1]) & (up[tops] < upper[1])]
     if not len(above):
         return 0.0, False
-    return float(above[0] - min(_below_the_top(), 0.5 * (above[0] - lower[1])) - lower[1]), True
+    return float(above[0] - min(_below_top(), 0.5 * (above[0] - lower[1])) - lower[1]), True
 
 
-def _profile(local: Array, triangles: npt.NDArray[np.int64], x: float) -> Array:
-    """Curvature down the middle of a mouth, times its width: furrows are positive."""
-    depth, _ = closed(depth_map(local, triangles, GRID), GRID)
-    middle = depth[:, np.abs(GRID.x - x) < BREADTH].mean(axis=1)
-    return np.asarray(gaussian_filter1d(middle, LIP / GRID.step, order=2)) * LIP / GRID.step**2
+def _concavity(local: Array, triangles: IntArray, x: float) -> Array:
+    """Concavity (rows,) down the middle of a mouth: furrows are positive, bulges negative."""
+    depth, _ = openings_closed(depth_map(local, triangles, MOUTH_GRID), MOUTH_GRID)
+    middle = depth[:, np.abs(MOUTH_GRID.x - x) < LIP_BREADTH].mean(axis=1)
+    return np.asarray(gaussian_filter1d(middle, LIP_SIZE / MOUTH_GRID.step, order=2)) * LIP_SIZE / MOUTH_GRID.step**2
 
 
 @cache
-def _below_the_top() -> float:
-    """How far below the top of its bulge the template's lower lip is."""
+def _below_top() -> float:
+    """Distance of the template's lower lip below the top of its bulge."""
     face = template()
     x, y, _ = face.landmarks["lower_lip_mid"]
-    near = np.abs(GRID.y - y) < 0.1
-    return float(GRID.y[near][np.argmin(_profile(face.points, face.triangles, float(x))[near])] - y)
+    near = np.abs(MOUTH_GRID.y - y) < 0.1
+    return float(MOUTH_GRID.y[near][np.argmin(_concavity(face.points, face.triangles, float(x))[near])] - y)
 
 
-def _ends(local: Array, triangles: npt.NDArray[np.int64], expected: Array) -> Array | None:
-    """The ends of the longest and deepest furrow near the middle of the lips, by its own depth."""
-    depth, known = closed(depth_map(local, triangles, GRID), GRID)
-    strength, middle = np.where(known, furrows(depth, GRID), 0.0), expected.mean(axis=0)
-    columns = np.abs(GRID.x - middle[0]) < MIDDLE[0]
-    profile = np.where(np.abs(GRID.y - middle[1]) < MIDDLE[1], strength[:, columns].mean(axis=1), -np.inf)
-    if known[np.isfinite(profile)][:, columns].mean() < WHOLE:
+def _ends(local: Array, triangles: IntArray, expected: Array) -> Array | None:
+    """The ends (2, 2) of the longest and deepest furrow near the middle of the lips."""
+    depth, known = openings_closed(depth_map(local, triangles, MOUTH_GRID), MOUTH_GRID)
+    strength, middle = np.where(known, furrows(depth, MOUTH_GRID), 0.0), expected.mean(axis=0)
+    columns = np.abs(MOUTH_GRID.x - middle[0]) < START[0]
+    below = np.abs(MOUTH_GRID.y - middle[1])
+    profile = np.where(below < START[1], strength[:, columns].mean(axis=1), -np.inf)
+    if known[np.isfinite(profile)][:, columns].mean() < CLOSED_SHARE:
         return None
-    rough = float(np.median(np.abs(strength[np.abs(GRID.y - middle[1]) < ROUND_ABOUT])))
-    start, best, ends = int(np.argmin(np.abs(GRID.x - middle[0]))), -np.inf, None
+    roughness = float(np.median(np.abs(strength[below < ROUGHNESS_HEIGHT])))
+    start, best, ends = int(np.argmin(np.abs(MOUTH_GRID.x - middle[0]))), -np.inf, None
     for row in range(1, len(profile) - 1):
-        if profile[row] > max(profile[row - 1], profile[row + 1], CLEAR * rough) and profile[row] < OPEN:
+        if profile[row] > max(profile[row - 1], profile[row + 1], CLEAR * roughness) and profile[row] < OPEN:
             rows = np.abs(np.arange(len(profile)) - row) <= 2
-            deep = float(np.median(strength[rows][:, columns].max(axis=0)))
-            gain = np.clip(strength / deep, -0.2, DEEPEST) - FAINT
-            sides = [_end(gain, rows, start, side, at) for side, at in zip((1, -1), expected[:2], strict=True)]
+            full = float(np.median(strength[rows][:, columns].max(axis=0)))
+            gain = np.clip(strength / full, -0.2, STRONGEST) - FAINT
+            sides = [_end(gain, rows, start, side, place) for side, place in zip((1, -1), expected[:2], strict=True)]
             if sum(value for value, _ in sides) > best:
                 best, ends = sum(value for value, _ in sides), np.array([end for _, end in sides])
     return ends
 
 
 def furrows(depth: Array, grid: Grid) -> Array:
-    """Curvature across the deepest line through every place that leans no more than 45 degrees, times its width."""
-    sigma = WIDTH / grid.step
+    """Strength of furrows (rows, columns): concavity across the deepest line that leans no more than 45 degrees."""
+    sigma = FURROW_SIZE / grid.step
 
     def second(order: tuple[int, int]) -> Array:
-        return np.asarray(gaussian_filter(depth, sigma, order=order)) * WIDTH / grid.step**2
+        return np.asarray(gaussian_filter(depth, sigma, order=order)) * FURROW_SIZE / grid.step**2
 
     down, across, both = second((2, 0)), second((0, 2)), second((1, 1))
     mean, half = 0.5 * (down + across), 0.5 * (down - across)
@@ -159,16 +162,17 @@ def furrows(depth: Array, grid: Grid) -> Array:
     return np.asarray(mean + half * np.cos(turn) + both * np.sin(turn))
 
 
-def _end(gain: Array, rows: npt.NDArray[np.bool_], start: int, side: int, expected: Array) -> tuple[float, Array]:
-    """Sum and end of the path with the largest sum: outwards from the middle, by at most one row per column."""
+def _end(gain: Array, rows: BoolArray, start: int, side: int, expected: Array) -> tuple[float, Array]:
+    """Sum and end (2,) of the path with the largest sum: outwards from the middle, by at most one row per column."""
+    grid = MOUTH_GRID
     total, best, end = np.where(rows, gain[:, start], -np.inf), -np.inf, expected
-    for column in range(start + side, start + side * int(REACH / GRID.step), side):
+    for column in range(start + side, start + side * int(REACH / grid.step), side):
         if not 0 <= column < gain.shape[1]:
             break
         above, below = np.append(total[1:], -np.inf), np.append(-np.inf, total[:-1])
-        total = np.maximum(total, np.maximum(above, below) - LEAN) + gain[:, column]
-        off = (GRID.x[column] - expected[0]) ** 2 + (GRID.y - expected[1]) ** 2
-        row = int(np.argmax(total - ELSEWHERE * off))
-        if total[row] - ELSEWHERE * off[row] > best:
-            best, end = float(total[row] - ELSEWHERE * off[row]), np.array([GRID.x[column], GRID.y[row]])
+        total = np.maximum(total, np.maximum(above, below) - LEAN_COST) + gain[:, column]
+        square = (grid.x[column] - expected[0]) ** 2 + (grid.y - expected[1]) ** 2
+        row = int(np.argmax(total - DISTANCE_COST * square))
+        if total[row] - DISTANCE_COST * square[row] > best:
+            best, end = float(total[row] - DISTANCE_COST * square[row]), np.array([grid.x[column], grid.y[row]])
     return best, end

@@ -1,154 +1,222 @@
-"""Where a face could be: protruding points taken for noses, at every size, seen from all sides."""
+"""The search of a mesh for a face, in steps: candidate poses, the best of them aligned, and matches with the template.
+
+Where the whole mesh shows no face its parts are searched, and what stands on a floor.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cache
+from collections.abc import Callable, Generator, Iterable, Iterator
+from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from ...errors import LandmarkError
 from ...geometry.sampling import surface_samples
-from . import _kernels as kernels
-from .depth import Pose
-from .samples import thinned
-from .template import template
+from ...geometry.topology import components
+from ..landmarks import REFUSED
+from .alignment import COARSE, FINE, aligned, pose_score, surface_map, template_map
+from .candidates import SIZES, candidates, distinct
+from .matching import Match, matched
+from .pose import Pose
+from .samples import clustered
+from .template import VARIANTS, template
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+Progress = Callable[[Iterable[None], int], Iterable[None]]
+"""Given steps and their number, gives the steps back one by one as they are done."""
 
-SIZES = np.geomspace(1 / 45.0, 1 / 2.9, 15)
-"""Distance between the pupils over the diagonal of the bounding box: from a whole body on a floor to a narrow mask."""
+NO_FACE = (
+    "no face was found on the mesh: nothing on it looks like one. If it is a face, give landmarks; required are, on "
+    "one side at least, eye_l_inner, eye_l_outer, mouth_l, brow_l_mid; nose_tip, upper_lip_mid, lower_lip_mid."
+)
 
-NOSES = 40
-"""Protruding points that are tried at every size."""
+# How much is tried. The confidence of a match says whether it is a face, see `matching`.
+MESH_SAMPLES = 40_000
+"""Points spread over the mesh, among which noses are looked for."""
+TRIED, REFINED = 40, 3
+"""Candidates that are aligned, and the best of these that are matched."""
+SURE = 0.75
+"""Confidence above which no other pose is matched: below it a face is doubted."""
+HOPELESS = 0.25
+"""Confidence below which only the mean template is tried: no other one makes a face of it."""
 
-RADIUS = 1.2
-"""Of the round maps about noses, in distances between the pupils."""
-
-RINGS, SECTORS = 9, 36
-TILTS = ((0.0, 1), (0.38, 6), (0.76, 9))
-"""Angles by which the direction of looking may differ from that of protrusion, and how many directions at each."""
-
-CAP, MISSING = 0.15, 0.12
-"""Largest difference that counts, and what a place without surface counts, over the radius."""
-
-
-@dataclass(frozen=True)
-class _Round:
-    """The template as a round map about its nose."""
-
-    heights: Array
-    weights: Array
-
-
-@cache
-def _round_template() -> _Round:
-    face = template()
-    points = surface_samples(face.points, face.triangles, 40_000)
-    heights = np.empty((RINGS, SECTORS))
-    kernels.round_map(points, face.landmarks["nose_tip"], np.eye(3), RADIUS, heights)
-    heights = 0.5 * (heights + heights[:, (SECTORS // 2 - 1 - np.arange(SECTORS)) % SECTORS])
-    ring = (np.arange(RINGS)[:, None] + 0.5) / RINGS
-    return _Round(heights, np.where(np.isfinite(heights) & (heights > -0.9), ring, 0.0))
+# What of a mesh is searched.
+FEWEST_TRIANGLES = 200
+"""Triangles that show a face, at least: on it they are a third of the distance between the pupils in size."""
+MANY_TRIANGLES = 150_000
+"""Triangles beyond which a pose is aligned on a coarser mesh."""
+NEAR = 4.5
+"""Distance from a face within which triangles may belong to it, in distances between the pupils."""
+PARTS = 3
+"""Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
+THIN = 0.02
+"""Thickness over the largest extent of a part, at least: a floor or a wall is no face."""
+UNEVEN = 0.004
+"""Unevenness of a floor, at most, over the diagonal of the bounding box."""
+MOST_OF_THE_FACE = 0.6
+"""Share of what is seen that one part has to make up: then the others are left out."""
 
 
-def candidates(points: Array) -> Iterator[list[tuple[float, Pose]]]:
-    """Poses at which a face could be, with their mismatch, at one size after the other.
+class FaceSearch:
+    """The search of triangles for a face.
 
     Parameters
     ----------
     points : ndarray, shape (n, 3)
-        Spread evenly over the surface.
+    triangles : ndarray of int, shape (m, 3)
+    pose : Pose or None
+        The pose, where it is known: then no other is tried.
+
+    Attributes
+    ----------
+    matches : list of Match
+        With the variants of the template, the mean one's first; filled in by :meth:`steps`.
+    triangles : ndarray of int, shape (m, 3)
+        Those of the part that is the face.
     """
-    middle = points.mean(axis=0)
-    along = np.linalg.svd(points - middle, full_matrices=False)[2]  # a box that turns with them
-    for size in SIZES * float(np.linalg.norm(np.ptp(points @ along.T, axis=0))):
-        found = _at_size(points - middle, size)
-        yield [(cost, Pose(pose.axes, pose.origin + middle, pose.size, pose.stretch)) for cost, pose in found]
 
+    STEPS = len(SIZES) + TRIED + REFINED + len(VARIANTS)
 
-def distinct(found: list[tuple[float, Pose]], count: int) -> list[tuple[float, Pose]]:
-    """The first poses of a list that are not close to an earlier one."""
-    kept: list[tuple[float, Pose]] = []
-    for value, pose in found:
-        if not any(_alike(pose, other) for _, other in kept):
-            kept.append((value, pose))
-            if len(kept) == count:
+    def __init__(self, points: Array, triangles: IntArray, pose: Pose | None) -> None:
+        self.points, self.triangles, self.pose = points, triangles, pose
+        self.matches: list[Match] = []
+
+    def steps(self) -> Iterator[None]:
+        """Do one step after the other: sizes, poses, the best of these, and variants of the template."""
+        if self.pose is None:
+            poses = yield from self._scored_poses()
+        else:
+            poses = [(1.0, self.pose)]
+        matches = []
+        for _, pose in distinct(poses, REFINED):
+            matches.append(self._aligned_match(self.triangles, pose))
+            yield
+            if matches[-1].confidence > SURE:
                 break
-    return kept
+        best = max(matches, key=lambda match: match.confidence)
+        part = _face_part(self.points, self.triangles, best)
+        if len(part) < len(self.triangles):
+            alone = self._aligned_match(part, best.pose)
+            best, self.triangles = max((alone, part), (best, self.triangles), key=lambda pair: pair[0].confidence)
+        self.matches.append(best)
+        yield
+        for variant in range(1, len(VARIANTS) if best.confidence > HOPELESS else 1):
+            pose = best.pose
+            if template(variant).mouth_open:
+                pose = aligned(*near_pose(self.points, self.triangles, pose), pose, variant)
+            self.matches.append(matched(self.points, self.triangles, pose, variant))
+            yield
+
+    def _aligned_match(self, triangles: IntArray, pose: Pose) -> Match:
+        return matched(self.points, triangles, aligned(*near_pose(self.points, triangles, pose), pose))
+
+    def _scored_poses(self) -> Generator[None, None, list[tuple[float, Pose]]]:
+        """Aligned candidates with their scores, the best first."""
+        points, triangles = self.points, self.triangles
+        starts: list[tuple[float, Pose]] = []
+        for found in candidates(surface_samples(points, triangles, MESH_SAMPLES)):
+            starts += found
+            yield
+        starts.sort(key=lambda pair: pair[0])
+        poses: list[tuple[float, Pose]] = []
+        for _, start in distinct(starts, TRIED):
+            near = near_pose(points, triangles, start)
+            pose = aligned(*near, start)
+            poses.append((pose_score(surface_map(*near, pose, COARSE), template_map(COARSE)), pose))
+            yield
+        if not poses:
+            raise LandmarkError(NO_FACE)
+        poses.sort(key=lambda pair: -pair[0])
+        return poses
 
 
-def _alike(a: Pose, b: Pose) -> bool:
-    size = max(a.size, b.size)
-    return bool(
-        min(a.size, b.size) > 0.75 * size
-        and np.linalg.norm(a.origin - b.origin) < 0.35 * size
-        and np.trace(a.axes @ b.axes.T) > 1.0 + 2.0 * np.cos(0.4)
-    )
+def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Progress) -> FaceSearch:
+    """Search a mesh whole, and in parts where it shows no face: beside a large thing a face is small or hidden.
+
+    Raises
+    ------
+    LandmarkError
+        If nothing looks like a face at all.
+    """
+    found: list[FaceSearch] = []
+    others = chain(_parts(points, triangles), _off_the_floor(points, triangles))
+    for part in chain([triangles], () if pose is not None else others):
+        search = FaceSearch(points, part, pose)
+        try:
+            for _ in progress(search.steps(), search.STEPS):
+                pass
+        except LandmarkError:  # nothing looks like a face
+            continue
+        found.append(search)
+        if search.matches[0].confidence > REFUSED:
+            break
+    if not found:
+        raise LandmarkError(NO_FACE)
+    return max(found, key=lambda search: search.matches[0].confidence)
 
 
-def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
-    """The best pose of every nose and direction at one size."""
-    points = thinned(points, 0.06 * size)
-    if len(points) < 60:
-        return []
-    noses = _noses(points, size)
-    axes = np.array([_directions(nose, points[kernels.within(points, nose, 0.8 * size)]) for nose in noses])
-    face, base = _round_template(), template()
-    cost, roll = kernels.compare(
-        points, noses, axes, 1.6 * RADIUS * size, RADIUS * size, face.heights, face.weights, CAP, MISSING
-    )
-    tip = base.landmarks["nose_tip"]
-    found = []
-    for k, nose in enumerate(noses):
-        for a in np.argsort(cost[k], kind="stable")[:4]:
-            angle = 2.0 * np.pi * roll[k, a] / SECTORS
-            across, over, ahead = axes[k, a]
-            left = np.cos(angle) * across + np.sin(angle) * over
-            turned = np.array([left, np.cross(ahead, left), ahead])
-            found.append((float(cost[k, a]), Pose(turned, nose - size * tip @ turned, size, np.ones(3))))
-    return found
+def near_pose(points: Array, triangles: IntArray, pose: Pose) -> tuple[Array, IntArray]:
+    """Return the mesh on which a pose is aligned: all of it, or the part near the pose, coarser, where that is less."""
+    if len(triangles) <= MANY_TRIANGLES:
+        return points, triangles
+    return clustered(points, triangles, pose.origin, NEAR * pose.size, 0.5 * COARSE.step * pose.size)
 
 
-def _noses(points: Array, size: float) -> Array:
-    """The points (n, 3) that protrude most, none within the width of a nose of another."""
-    coarse = thinned(points, 0.12 * size)
-    tree = cKDTree(coarse)
-    away = kernels.protrusion(coarse, tree.query_pairs(0.55 * size, output_type="ndarray"))
-    free = np.ones(len(coarse), bool)
-    chosen: list[Array] = []
-    for p in np.argsort(-np.linalg.norm(away, axis=1), kind="stable"):
-        if free[p]:
-            free[tree.query_ball_point(coarse[p], 0.25 * size)] = False
-            close = points[kernels.within(points, coarse[p], 0.12 * size)]
-            chosen.append(close[np.argmax(close @ away[p])])
-            if len(chosen) == NOSES:
-                break
-    return np.array(chosen)
+def _labelled_parts(points: Array, triangles: IntArray, decimals: int) -> tuple[IntArray, IntArray]:
+    """Rows of the triangles that keep three corners when points are welded, and the connected part of each."""
+    welded = np.unique(np.round(points, decimals), axis=0, return_inverse=True)[1].reshape(-1)[triangles]
+    proper = np.flatnonzero((welded != np.roll(welded, 1, axis=1)).all(axis=1)).astype(np.int64)
+    return proper, components(welded[proper]).astype(np.int64) if len(proper) else proper
 
 
-def _directions(nose: Array, around: Array) -> Array:
-    """Frames (a, 3, 3) whose last rows are the directions in which a nose may look: away from what is around."""
-    ahead = nose - around.mean(axis=0)
-    length = np.linalg.norm(ahead)
-    return _tilted() @ _frame(ahead / length if length > 0.0 else np.array([0.0, 0.0, 1.0]))
+def _parts(points: Array, triangles: IntArray) -> Iterator[IntArray]:
+    """The parts of a mesh that could be a face by themselves, those with the most triangles first."""
+    proper, label = _labelled_parts(points, triangles, 7)
+    if not len(proper):
+        return
+    triangles = triangles[proper]
+    count = np.bincount(label)
+    order = [part for part in np.argsort(-count, kind="stable") if FEWEST_TRIANGLES <= count[part] < len(triangles)]
+    for part in order[:PARTS]:
+        alone = triangles[label == part]
+        corners = points[np.unique(alone)]
+        along = np.linalg.svd(corners - corners.mean(axis=0), full_matrices=False)[2]
+        extent = np.ptp(corners @ along.T, axis=0)
+        if extent.min() > THIN * extent.max():
+            yield alone
 
 
-@cache
-def _tilted() -> Array:
-    """Frames whose last rows are z and directions around it."""
-    directions = [
-        (np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), np.cos(tilt))
-        for tilt, count in TILTS
-        for turn in 2.0 * np.pi * np.arange(count) / count
-    ]
-    return np.array([_frame(np.array(direction)) for direction in directions])
+def _off_the_floor(points: Array, triangles: IntArray) -> Iterator[IntArray]:
+    """The triangles off a plane that is most of the surface, such as a table that a scan has grown together with."""
+    corners = points[triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    cloud = surface_samples(points, triangles, 2000)
+    flat = np.ones(len(cloud), bool)
+    for _ in range(5):  # the plane of most of the surface: that of the points close to it
+        centre = cloud[flat].mean(axis=0)
+        normal = np.linalg.svd(cloud[flat] - centre, full_matrices=False)[2][2]
+        off = np.abs((cloud - centre) @ normal)
+        flat = off <= max(float(np.median(off)), UNEVEN)
+    on_floor = (np.abs((corners - centre) @ normal) < UNEVEN).all(axis=1)
+    if area[on_floor].sum() > 0.5 * area.sum() and len(triangles) - on_floor.sum() >= FEWEST_TRIANGLES:
+        yield triangles[~on_floor]
 
 
-def _frame(ahead: Array) -> Array:
-    """A right-handed frame with this last row."""
-    across = np.cross(ahead, np.eye(3)[int(np.argmin(np.abs(ahead)))])
-    across /= np.linalg.norm(across)
-    return np.array([across, np.cross(ahead, across), ahead])
+def _face_part(points: Array, triangles: IntArray, match: Match) -> IntArray:
+    """The triangles of the part to which most of what is seen belongs; all of them if there is no such part."""
+    pose, surface = match.pose, match.surface
+    local = pose.local(points)
+    proper, label = _labelled_parts(local, triangles, 6)
+    if not len(proper) or label.max() == 0:
+        return triangles
+    x, y = np.meshgrid(FINE.x, FINE.y)
+    shown = surface.weight > 0.5
+    places = np.column_stack([x[shown], y[shown], surface.depth[shown]])
+    used, first = np.unique(triangles[proper], return_index=True)
+    nearest = cKDTree(local[used]).query(places)[1]
+    votes = np.bincount(label[first[nearest] // 3], minlength=label.max() + 1)
+    chosen = int(np.argmax(votes))
+    return triangles[proper[label == chosen]] if votes[chosen] > MOST_OF_THE_FACE * votes.sum() else triangles

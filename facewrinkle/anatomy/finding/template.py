@@ -1,6 +1,4 @@
-"""What faces look like: depth, relief and landmarks of the built-in head as several people, in their own frames; and
-with the mouth open or drawn aside.
-"""
+"""The built-in head as a template: the face of several people, with the mouth closed, open or drawn aside."""
 
 from __future__ import annotations
 
@@ -16,39 +14,62 @@ from ..identity import Identity, head_of
 from ..jaw import jaw_weights
 from ..landmarks import NAMES, FaceFrame, frame_of
 from ..muscles import JawMuscle
-from .depth import Grid, closed, depth_map
+from .depth import Grid, depth_map, openings_closed
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
+UNMEASURED = (
+    "trichion",
+    "forehead_mid",
+    *(f"brow_{side}_{part}" for side in "lr" for part in ("inner", "mid", "outer")),
+    *(f"{name}_{side}" for name in ("malar", "zygion", "gonion") for side in "lr"),
+    "eye_l_centre",
+    "eye_r_centre",
+)
+"""Landmarks that the shape does not show: always estimates."""
 
 MEAN = Identity()
 
+MOUTH_RADIUS = 0.5
+"""Distance from the middle of the mouth at which the skin goes with it by 1 / e, in distances between the pupils."""
+
 
 @dataclass(frozen=True)
-class Look:
-    """A person, how far the jaw is open (1: as far as the muscle opens it), and how far the mouth is drawn to the left,
-    in distances between the pupils.
+class TemplateVariant:
+    """One of the shapes that the template takes.
+
+    Attributes
+    ----------
+    identity : Identity
+    jaw : float
+        Contraction of the muscle that opens the jaw; 1 opens it fully.
+    mouth_shift : float
+        Shift of the mouth to the left, in distances between the pupils.
     """
 
-    person: Identity = MEAN
+    identity: Identity = MEAN
     jaw: float = 0.0
-    aside: float = 0.0
+    mouth_shift: float = 0.0
 
 
-PEOPLE = (
-    Look(),
-    Look(Identity(length=1.0)),
-    Look(Identity(width=1.0, cheeks=0.6, nose_width=0.8)),
-    Look(Identity(width=-1.0, cheeks=-0.6, nose_width=-0.6)),
-    Look(Identity(age=1.0, lips=-0.7)),
+AT_REST = (
+    TemplateVariant(),
+    TemplateVariant(Identity(length=1.0)),
+    TemplateVariant(Identity(width=1.0, cheeks=0.6, nose_width=0.8)),
+    TemplateVariant(Identity(width=-1.0, cheeks=-0.6, nose_width=-0.6)),
+    TemplateVariant(Identity(age=1.0, lips=-0.7)),
 )
-"""The mean face, a long, a broad, a narrow and an old one: what they agree on is less any one's own shape."""
+"""The mean face, a long, a broad, a narrow and an old one: what they agree on depends less on any one's shape."""
 
-LOOKS = (*PEOPLE, Look(jaw=0.5), Look(jaw=1.2), Look(aside=0.22), Look(aside=-0.22))
-"""All templates: also those whose mouths are where a warp from a closed one would not find them."""
-
-ASIDE = 0.5
-"""How far round the middle of the mouth the skin goes with it, in distances between the pupils."""
+VARIANTS = (
+    *AT_REST,
+    TemplateVariant(jaw=0.5),
+    TemplateVariant(jaw=1.2),
+    TemplateVariant(mouth_shift=0.22),
+    TemplateVariant(mouth_shift=-0.22),
+)
+"""All variants, the mean face first; the last four have mouths where a warp from a closed one would not find them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,19 +81,17 @@ class Template:
     points : ndarray, shape (n, 3)
     triangles : ndarray of int, shape (m, 3)
     landmarks : dict of str to ndarray, shape (3,)
-    agape : bool
-        Whether the mouth is open.
+    mouth_open : bool
     """
 
     points: Array
-    triangles: npt.NDArray[np.int64]
+    triangles: IntArray
     landmarks: dict[str, Array]
-    agape: bool = False
+    mouth_open: bool = False
 
     def depth(self, grid: Grid) -> tuple[Array, Array]:
-        """Depth over a grid with the openings closed, and how much every place counts, 0 outside of the face."""
-        raw = depth_map(self.points, self.triangles, grid)
-        depth, known = closed(raw, grid, self.agape)
+        """Depth over a grid with the openings closed, and the weight of every place, 0 outside of the face."""
+        depth, known = openings_closed(depth_map(self.points, self.triangles, grid), grid, self.mouth_open)
         return depth, self._weight(grid) * known
 
     def _weight(self, grid: Grid) -> Array:
@@ -85,40 +104,36 @@ class Template:
 
 
 @cache
-def template(look: int = 0) -> Template:
-    """The built-in head as a template: one of :data:`LOOKS`, the mean face first."""
-    chosen = LOOKS[look]
-    head = head_of(chosen.person)
+def template(variant: int = 0) -> Template:
+    """Return the built-in head as one of :data:`VARIANTS`, the mean face by default."""
+    chosen = VARIANTS[variant]
+    head = head_of(chosen.identity)
     marks = {name: head.landmarks[name] for name in NAMES}
     frame = frame_of(marks)
-    points = np.asarray(head.points, dtype=np.float64)
-    there = _posed(points, head.triangles, marks, frame, chosen)
-    nearest = cKDTree(points).query(np.array(list(marks.values())))[1]
-    shift = dict(zip(marks, (there - points)[nearest], strict=True))
-
-    def local(points: Array) -> Array:
-        return (points - frame.origin) @ frame.axes.T / frame.pupil_distance
-
+    rest = np.asarray(head.points, dtype=np.float64)
+    points = _deformed(rest, head.triangles, marks, frame, chosen)
+    nearest = cKDTree(rest).query(np.array(list(marks.values())))[1]
+    shift = dict(zip(marks, (points - rest)[nearest], strict=True))
     return Template(
-        local(there),
+        frame.local(points),
         np.asarray(head.triangles, dtype=np.int64),
-        {name: local(point + shift[name]) for name, point in marks.items()},
+        {name: frame.local(point + shift[name]) for name, point in marks.items()},
         chosen.jaw > 0.0,
     )
 
 
-def _posed(
-    points: Array, triangles: npt.NDArray[np.int32], marks: dict[str, Array], frame: FaceFrame, look: Look
+def _deformed(
+    points: Array, triangles: npt.NDArray[np.int32], marks: dict[str, Array], frame: FaceFrame, variant: TemplateVariant
 ) -> Array:
     """The points of a head with its jaw open, or its mouth drawn aside."""
-    there = points.copy()
-    if look.jaw:
+    moved = points.copy()
+    if variant.jaw:
         jaw = load_atlas().place(marks, frame)["jaw"]
         assert isinstance(jaw, JawMuscle)
-        guide = jaw_weights(jaw, points, triangles, marks, frame)
-        there[guide.vertices] += guide.turned(points, look.jaw)
-    if look.aside:
-        at = (points - 0.5 * (marks["mouth_l"] + marks["mouth_r"])) / frame.pupil_distance
-        near = np.exp(-(at**2).sum(axis=1) / ASIDE**2)
-        there += look.aside * frame.pupil_distance * near[:, None] * frame.axes[0]
-    return there
+        weights = jaw_weights(jaw, points, triangles, marks, frame)
+        moved[weights.vertices] += weights.turned(points, variant.jaw)
+    if variant.mouth_shift:
+        offset = (points - 0.5 * (marks["mouth_l"] + marks["mouth_r"])) / frame.pupil_distance
+        share = np.exp(-(offset**2).sum(axis=1) / MOUTH_RADIUS**2)
+        moved += variant.mouth_shift * frame.pupil_distance * share[:, None] * frame.axes[0]
+    return moved

@@ -1,9 +1,8 @@
 """A triangle mesh with an exact number of triangles on a surface that is charted to the plane.
 
-The surface is a fine triangle mesh with a one-to-one planar chart (Floater, "Mean value coordinates", CAGD 20,
-2003). The coarse mesh lives in the chart, so that its triangles can never fold over or jump to another sheet of
-the surface, while lengths and angles are measured in space: edges too long for the wished size are split, edges
-are flipped to Delaunay, and vertices glide.
+The surface is a fine triangle mesh with a one-to-one planar chart. The coarse mesh lives in the chart, so that its
+triangles can never fold over or jump to another sheet of the surface, while lengths and angles are measured in space:
+edges too long for their target length are split, edges are flipped to Delaunay, and vertices glide.
 """
 
 from __future__ import annotations
@@ -12,138 +11,67 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.linalg import spsolve
-from scipy.spatial import cKDTree
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
+from .chart import Chart, cross
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 FREE, ON_LINE, FIXED = 0, 1, 2
-SLIM = np.radians(28)  # angles below this must not shrink further
-SHORT = 0.72  # edges shorter than this share of the wished length collapse
+SLIM = np.radians(28)
+"""Angles below this must not shrink further."""
 
-
-def mean_value_chart(
-    points: Floats, triangles: Ints, fixed: list[Ints], values: list[Floats], pull: Floats | None = None
-) -> Floats:
-    """Planar coordinates (n, 2) in which every free vertex is an average of its neighbours.
-
-    The weights are mean values, times the mean `pull` (n,) > 0 of both ends of an edge: what pulls more gets less room.
-    `fixed[c]` are the vertices whose coordinate c is given, by `values[c]`. With all of a convex outline given,
-    the chart is one-to-one.
-    """
-    n = len(points)
-    pull = np.ones(n) if pull is None else pull
-    rows, columns, weights = [], [], []
-    for k in range(3):
-        i, j, l = triangles[:, k], triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3]
-        a, b = points[j] - points[i], points[l] - points[i]
-        length_a, length_b = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
-        sine = np.linalg.norm(np.cross(a, b), axis=1)
-        half_tangent = sine / (length_a * length_b + np.einsum("ij,ij->i", a, b))
-        rows += [i, i]
-        columns += [j, l]
-        weights += [half_tangent / length_a * (pull[i] + pull[j]), half_tangent / length_b * (pull[i] + pull[l])]
-    matrix = sparse.csr_array((np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n))
-    laplacian = (sparse.diags_array(matrix.sum(axis=1)) - matrix).tocsr()
-    chart = np.empty((n, 2))
-    for c in range(2):
-        free = np.ones(n, dtype=bool)
-        free[fixed[c]] = False
-        chart[fixed[c], c] = values[c]
-        right = -laplacian[free][:, ~free] @ chart[~free, c]
-        chart[free, c] = spsolve(laplacian[free][:, free].tocsc(), right)
-    return chart
-
-
-class Chart:
-    """Looks up values of a fine charted mesh at points of the chart.
-
-    Parameters
-    ----------
-    plane : (n, 2) float array
-        The chart.
-    triangles : (m, 3) int array
-    values : (n, k) float array
-        What is interpolated.
-    """
-
-    def __init__(self, plane: Floats, triangles: Ints, values: Floats) -> None:
-        self.plane, self.triangles, self.values = plane, triangles, values
-        self._tree = cKDTree(plane[triangles].mean(axis=1))
-
-    def __call__(self, at: Floats, most: int = 256) -> Floats:
-        """The values (q, k) at chart points (q, 2); points outside take a near triangle's. See `locate`."""
-        cells, weights = self.locate(at, most=most)
-        return np.einsum("qc,qck->qk", weights, self.values[self.triangles[cells]])
-
-    def locate(self, at: Floats, near: int = 4, most: int = 256) -> tuple[Ints, Floats]:
-        """Triangle (q,) and barycentric weights (q, 3) of chart points (q, 2).
-
-        The triangles with the `near` nearest centroids are tried, then more, up to `most`.
-        """
-        near = min(near, len(self.triangles))
-        candidates = self._tree.query(at, k=near)[1].reshape(len(at), near)
-        a, b, c = np.moveaxis(self.plane[self.triangles[candidates]], 2, 0)
-        p = at[:, None]
-        whole = cross(b - a, c - a)
-        weights = np.stack([cross(b - p, c - p), cross(c - p, a - p), cross(a - p, b - p)], axis=2) / whole[..., None]
-        best = weights.min(axis=2).argmax(axis=1)
-        pick = np.arange(len(at))
-        cells, weights = candidates[pick, best], weights[pick, best]
-        missed = weights.min(axis=1) < -1e-9
-        if near < min(most, len(self.triangles)) and missed.any():
-            cells[missed], weights[missed] = self.locate(at[missed], 8 * near, most)
-        weights = np.maximum(weights, 0.0)
-        return cells, weights / weights.sum(axis=1, keepdims=True)
-
-
-def cross(a: Floats, b: Floats) -> Floats:
-    """Planar cross products."""
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+SHORT = 0.72
+"""Edges shorter than this share of their target length collapse."""
 
 
 @dataclass
 class ChartMesh:
     """A coarse mesh in a chart, which its methods improve in place.
 
-    Parameters
+    Attributes
     ----------
     chart : Chart
-        Its values are x, y, z and the wished edge length.
-    plane : (n, 2) float array
-    triangles : (m, 3) int array
+        Its values are x, y, z and the target length of edges.
+    plane : ndarray, shape (n, 2)
+    triangles : ndarray of int, shape (m, 3)
         Counter-clockwise in the chart.
-    kind : (n,) int array
+    kind : ndarray of int, shape (n,)
         FREE, ON_LINE (glides along `line`) or FIXED. Edges between two FIXED vertices are kept.
-    line : (n, 2) float array
+    line : ndarray, shape (n, 2)
         Unit direction in which an ON_LINE vertex may glide.
-    kept : set of sorted vertex pairs
-        More edges that are neither split nor flipped.
-    drawn : dict
-        Vertices to be drawn onto others before all else.
+    kept : set of pairs of int
+        More edges that are neither split nor flipped; the lower vertex comes first.
+    merged : dict of int to int
+        Vertices that are collapsed onto others before all else.
+    points : ndarray, shape (n, 3)
+        The vertices in space.
+    size : ndarray, shape (n,)
+        Target length of edges at the vertices.
+    renumbered : ndarray of int
+        Present number of each vertex of the start; -1 or any other if it is gone.
     """
 
     chart: Chart
-    plane: Floats
-    triangles: Ints
-    kind: Ints
-    line: Floats
+    plane: Array
+    triangles: IntArray
+    kind: IntArray
+    line: Array
     kept: set[tuple[int, int]]
-    drawn: dict[int, int] = field(default_factory=dict)
+    merged: dict[int, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.renumbered = np.arange(len(self.plane))  # where the vertices of the start are now; -1 or any other if gone
+        self.renumbered = np.arange(len(self.plane))
         self._evaluate()
 
     def _evaluate(self) -> None:
+        """Look up the vertices in space, and their target lengths."""
         values = self.chart(self.plane)
         self.points, self.size = values[:, :3], values[:, 3]
 
     def refine(self, count: int) -> None:
-        """Collapse what is too fine, then split, flip and smooth until there are `count` triangles."""
+        """Collapse short edges, then split, flip and smooth until there are `count` triangles."""
         self.flip()
         for _ in range(4):
             self.coarsen()
@@ -160,8 +88,8 @@ class ChartMesh:
             self.flip()
         self.polish()
 
-    def _sides(self) -> tuple[Ints, Ints, Ints]:
-        """Edges (e, 2), and the triangle on either side (e, 2), -1 at a boundary."""
+    def _sides(self) -> tuple[IntArray, IntArray]:
+        """Edges (e, 2), and the triangles on both sides (e, 2), -1 at a boundary."""
         t = self.triangles
         sides = np.stack([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]], axis=1).reshape(-1, 2)
         edges, index = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
@@ -169,19 +97,20 @@ class ChartMesh:
         first = np.searchsorted(index[order], np.arange(len(edges)))
         last = np.append(first[1:], len(index)) - 1
         pair = np.stack([order[first], np.where(last > first, order[last], -3)], axis=1) // 3
-        return edges, pair, index.reshape(-1, 3)
+        return edges, pair
 
-    def _keeps(self, edges: Ints) -> Bools:
+    def _kept(self, edges: IntArray) -> BoolArray:
+        """True for edges (e,) that are neither split nor flipped."""
         fixed = (self.kind[edges] == FIXED).all(axis=1)
         listed = np.fromiter((tuple(e) in self.kept for e in edges.tolist()), dtype=bool, count=len(edges))
         return fixed | listed
 
     def split(self, count: int) -> None:
-        """Split the edges longest for their wished length, no two in one triangle, up to `count` triangles."""
-        edges, pair, _ = self._sides()
+        """Split the edges longest for their target length, no two in one triangle, up to `count` triangles."""
+        edges, pair = self._sides()
         length = np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1)
         ratio = length / self.size[edges].mean(axis=1)
-        ratio[self._keeps(edges) | (self._angle_after(edges, pair) < SLIM / 3)] = 0.0
+        ratio[self._kept(edges) | (self._angle_after(edges, pair) < SLIM / 3)] = 0.0
         room = count - len(self.triangles)
         budget = max(1, room // 6)
         if room == 1:
@@ -199,7 +128,7 @@ class ChartMesh:
                 break
         self._evaluate()
 
-    def _angle_after(self, edges: Ints, pair: Ints) -> Floats:
+    def _angle_after(self, edges: IntArray, pair: IntArray) -> Array:
         """Smallest angle (e,) that splitting an edge would leave, 0 where it would fold the surface.
 
         The chart's middle of an edge may lie askew in space.
@@ -217,6 +146,7 @@ class ChartMesh:
         return least
 
     def _split(self, a: int, b: int, sides: list[int]) -> None:
+        """Split the edge from a to b, in the middle of the chart, and the triangles on its sides."""
         new = len(self.plane)
         along = self.plane[b] - self.plane[a]
         self.plane = np.vstack([self.plane, self.plane[a] + 0.5 * along])
@@ -228,14 +158,14 @@ class ChartMesh:
             self.triangles = np.vstack([self.triangles, np.where(old == a, new, old)])
 
     def coarsen(self) -> None:
-        """Collapse the edges that are short for their wished length, the shortest first, until none is left."""
+        """Collapse the edges that are short for their target length, the shortest first, until none is left."""
         refused: set[tuple[int, int]] = set()
         while True:
-            edges, pair, _ = self._sides()
+            edges, pair = self._sides()
             length = np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1)
             ratio = length / self.size[edges].mean(axis=1)
-            ratio[self._keeps(edges)] = np.inf
-            ratio[[self.drawn.get(a) == b or self.drawn.get(b) == a for a, b in edges.tolist()]] = 0.0
+            ratio[self._kept(edges)] = np.inf
+            ratio[[self.merged.get(a) == b or self.merged.get(b) == a for a, b in edges.tolist()]] = 0.0
             around = _fans(self.triangles, len(self.plane))
             touched = np.zeros(len(self.plane), dtype=bool)
             gone, done = np.zeros(len(self.triangles), dtype=bool), 0
@@ -246,7 +176,7 @@ class ChartMesh:
                     ring = np.unique(self.triangles[around[v]])
                     if (v, u) in refused or touched[ring].any():
                         continue
-                    if not self._collapses(v, u, around[v], around[u], border=bool(pair[e, 1] < 0)):
+                    if not self._may_collapse(v, u, around[v], around[u], border=bool(pair[e, 1] < 0)):
                         refused.add((v, u))
                         continue
                     lost = around[v][(self.triangles[around[v]] == u).any(axis=1)]
@@ -260,8 +190,8 @@ class ChartMesh:
                 self._drop_unused()
                 return
 
-    def _collapses(self, v: int, u: int, fan: Ints, other: Ints, border: bool) -> bool:
-        """Whether vertex v may be drawn onto its neighbour u: on its line if it glides on one, and nothing folds."""
+    def _may_collapse(self, v: int, u: int, fan: IntArray, other: IntArray, border: bool) -> bool:
+        """Return True if vertex v may collapse onto its neighbour u: without a fold, along its line if it has one."""
         if self.kind[v] == FIXED or any(v in edge for edge in self.kept):
             return False
         if self.kind[v] == ON_LINE:
@@ -281,22 +211,22 @@ class ChartMesh:
         return bool((_smallest(q) > SLIM / 2).all() and (turned > 0.5).all())
 
     def _drop_unused(self) -> None:
-        """Renumber after vertices went."""
+        """Renumber the vertices that triangles still use."""
         used = np.unique(self.triangles)
         number = np.full(len(self.plane), -1)
         number[used] = np.arange(len(used))
         self.triangles = number[self.triangles]
         self.plane, self.kind, self.line = self.plane[used], self.kind[used], self.line[used]
         self.kept = {(int(number[a]), int(number[b])) for a, b in self.kept}
-        self.drawn = {int(number[a]): int(number[b]) for a, b in self.drawn.items() if number[a] >= 0}
+        self.merged = {int(number[a]): int(number[b]) for a, b in self.merged.items() if number[a] >= 0}
         self.renumbered = number[self.renumbered]
         self._evaluate()
 
     def flip(self) -> None:
         """Flip edges until each is Delaunay in space, wherever the chart allows."""
         for _ in range(40):
-            edges, pair, _ = self._sides()
-            inner = (pair[:, 1] >= 0) & ~self._keeps(edges)
+            edges, pair = self._sides()
+            inner = (pair[:, 1] >= 0) & ~self._kept(edges)
             edges, pair = edges[inner], pair[inner]
             tips = np.stack([self.triangles[pair[:, s]].sum(axis=1) - edges.sum(axis=1) for s in range(2)], axis=1)
             a, b, c, d = (self.points[v] for v in (*edges.T, *tips.T))
@@ -314,7 +244,8 @@ class ChartMesh:
             if not done:
                 return
 
-    def _flip(self, edge: Ints, pair: Ints, tips: Ints) -> bool:
+    def _flip(self, edge: IntArray, pair: IntArray, tips: IntArray) -> bool:
+        """Flip the edge between two triangles unless one would turn over; return True if it was flipped."""
         a, b = edge
         row = self.triangles[pair[0]].tolist()
         if row[(row.index(a) + 1) % 3] != b:
@@ -331,7 +262,7 @@ class ChartMesh:
         return True
 
     def smooth(self, rounds: int) -> None:
-        """Move free vertices to the mean of their triangles' centroids in space, weighted by area over wished area."""
+        """Move free vertices to the mean of their triangles' centroids in space, weighted by area over target area."""
         n = len(self.plane)
         moving = self.kind != FIXED
         corners = self.triangles.ravel()
@@ -355,8 +286,8 @@ class ChartMesh:
             step[glide] = np.einsum("nc,nc->n", step[glide], self.line[glide])[:, None] * self.line[glide]
             self._move(0.7 * step)
 
-    def _move(self, step: Floats) -> None:
-        """Take the steps, except where a triangle would turn over or grow a much smaller angle."""
+    def _move(self, step: Array) -> None:
+        """Take the steps, except where a triangle would turn over or get a much smaller angle."""
         before, normals = self.smallest_angles(), _normals(self.points[self.triangles])
         state = self.plane, self.points, self.size
         moves = (step != 0.0).any(axis=1)
@@ -378,8 +309,8 @@ class ChartMesh:
                 return
             moves[self.triangles[bad]] = False
 
-    def smallest_angles(self) -> Floats:
-        """Smallest angle of every triangle (m,) in space, radians."""
+    def smallest_angles(self) -> Array:
+        """Return the smallest angle (m,) of every triangle in space, radians."""
         return _smallest(self.points[self.triangles])
 
     def polish(self, rounds: int = 30) -> None:
@@ -393,7 +324,8 @@ class ChartMesh:
             if not sum(self._widen(int(v), fan) for v in vertices if self.kind[v] != FIXED):
                 return
 
-    def _widen(self, v: int, fan: Floats) -> bool:
+    def _widen(self, v: int, fan: Array) -> bool:
+        """Move a vertex by the step of a fan that widens the smallest angle around it most; return True if one does."""
         ring = self.triangles[(self.triangles == v).any(axis=1)]
         edge = np.linalg.norm(self.plane[ring] - self.plane[v], axis=2).max()
         steps = np.concatenate([fan * (edge * s) for s in (0.15, 0.05, 0.015)])
@@ -417,24 +349,24 @@ class ChartMesh:
         return True
 
 
-def angle(a: Floats, b: Floats) -> Floats:
-    """Angles between vectors along the last axis, radians."""
+def angle(a: Array, b: Array) -> Array:
+    """Return angles between vectors along the last axis, radians."""
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.einsum("...i,...i->...", a, b))
 
 
-def _smallest(corners: Floats) -> Floats:
+def _smallest(corners: Array) -> Array:
     """Smallest angle (m,) of triangles (m, 3, k), radians."""
     a, b, c = np.moveaxis(corners, 1, 0)
     return np.minimum(np.minimum(angle(b - a, c - a), angle(c - b, a - b)), angle(a - c, b - c))
 
 
-def _normals(corners: Floats) -> Floats:
+def _normals(corners: Array) -> Array:
     """Unit normals (m, 3) of triangles (m, 3, 3)."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300))
 
 
-def _fans(triangles: Ints, n: int) -> list[Ints]:
+def _fans(triangles: IntArray, n: int) -> list[IntArray]:
     """The triangles around each of n vertices."""
     order = np.argsort(triangles.ravel(), kind="stable")
     starts = np.searchsorted(triangles.ravel()[order], np.arange(1, n))

@@ -1,21 +1,14 @@
-"""Charts are one-to-one; meshes in them reach their count, keep their topology, and are Delaunay when flat."""
+"""Meshes in charts reach their count, keep their topology, and are Delaunay when flat."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
+from squares import signed_areas, square
 
-from tools.build_head.cage_mesh import FIXED, FREE, ON_LINE, Chart, ChartMesh, mean_value_chart
-
-
-def square(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Unit square of n x n cells: points (k, 2) and triangles."""
-    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
-    i, j = np.divmod(np.arange(n * n), n)
-    a = i * (n + 1) + j
-    quads = np.stack([a, a + n + 1, a + n + 2, a + 1], axis=1)
-    return np.stack([x.ravel(), y.ravel()], axis=1), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+from tools.build_head.chart import Chart
+from tools.build_head.chart_mesh import FIXED, FREE, ON_LINE, ChartMesh
 
 
 def chart_mesh(height: float = 0.0, size: float = 0.1) -> ChartMesh:
@@ -27,37 +20,6 @@ def chart_mesh(height: float = 0.0, size: float = 0.1) -> ChartMesh:
     kind = np.where(on_x & on_y, FIXED, np.where(on_x | on_y, ON_LINE, FREE))
     line = np.where(on_x[:, None], (0.0, 1.0), (1.0, 0.0))
     return ChartMesh(chart, coarse, cells, kind, line, set())
-
-
-def signed_areas(plane: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    a, b, c = np.moveaxis(plane[triangles], 1, 0)
-    return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-
-
-def test_mean_value_chart_reproduces_a_plane() -> None:
-    plane, triangles = square(8)
-    rim = np.flatnonzero(((plane == 0.0) | (plane == 1.0)).any(axis=1))
-    points = np.column_stack([plane, 2.0 * plane[:, 0] - plane[:, 1]])
-    skew = points @ [[1.0, 0.0], [0.3, 1.0], [0.0, 0.0]]
-    chart = mean_value_chart(points @ np.eye(3), triangles, [rim, rim], [plane[rim, 0], plane[rim, 1]])
-    np.testing.assert_allclose(chart, plane, atol=1e-12)
-    assert skew.shape == chart.shape
-
-
-def test_mean_value_chart_is_one_to_one_on_a_folded_surface() -> None:
-    plane, triangles = square(24)
-    rim = np.flatnonzero(((plane == 0.0) | (plane == 1.0)).any(axis=1))
-    bump = np.exp(-40.0 * ((plane - 0.5) ** 2).sum(axis=1))
-    points = np.column_stack([plane[:, 0] + 0.8 * bump, plane[:, 1], 2.0 * bump])
-    chart = mean_value_chart(points, triangles, [rim, rim], [plane[rim, 0], plane[rim, 1]])
-    assert signed_areas(plane=chart, triangles=triangles).min() > 0.0
-
-
-def test_chart_interpolates_linear_functions_exactly() -> None:
-    plane, triangles = square(10)
-    chart = Chart(plane, triangles, plane @ [[1.0, 2.0], [3.0, -1.0]])
-    at = np.random.default_rng(0).random((500, 2))
-    np.testing.assert_allclose(chart(at), at @ [[1.0, 2.0], [3.0, -1.0]], atol=1e-12)
 
 
 @pytest.mark.parametrize("count", [100, 101, 256, 257])
@@ -96,17 +58,6 @@ def test_coarsening_reaches_the_wished_size_and_keeps_shape_and_lines() -> None:
     assert {(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)} <= set(map(tuple, mesh.plane.tolist()))
     assert (np.unique(mesh.triangles) == np.arange(len(mesh.plane))).all()
     assert mesh.renumbered[30] == mesh.renumbered[55] == -1
-
-
-def test_what_pulls_more_gets_less_room() -> None:
-    plane, triangles = square(16)
-    rim = np.flatnonzero(((plane == 0.0) | (plane == 1.0)).any(axis=1))
-    points = np.column_stack([plane, np.zeros(len(plane))])
-    pull = np.where(plane[:, 0] < 0.5, 1.0, 9.0)
-    chart = mean_value_chart(points, triangles, [rim, rim], [plane[rim, 0], plane[rim, 1]], pull)
-    assert signed_areas(chart, triangles).min() > 0.0
-    inside = (plane[:, 0] == 0.5) & (np.abs(plane[:, 1] - 0.5) < 0.2)
-    assert (chart[inside, 0] > 0.55).all()
 
 
 def test_flips_give_the_delaunay_triangulation_in_the_plane() -> None:

@@ -1,0 +1,172 @@
+"""Poses at which a face could be: protruding points are taken for noses, at every size and seen from all sides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from ...geometry.sampling import surface_samples
+from . import _kernels as kernels
+from .pose import Pose
+from .samples import thinned
+from .template import template
+
+Array = npt.NDArray[np.float64]
+
+SIZES = np.geomspace(1 / 45.0, 1 / 2.9, 15)
+"""Distance between the pupils over the diagonal of the bounding box: from a whole body on a floor to a narrow mask."""
+
+NOSES = 40
+"""Protruding points that are tried at every size."""
+
+FEWEST_POINTS = 60
+"""Points, thinned for a size, that can show a face."""
+
+BEST_DIRECTIONS = 4
+"""Directions of each nose that are kept."""
+
+TEMPLATE_SAMPLES = 40_000
+"""Points on the template, of which its polar map is made."""
+
+RADIUS = 1.2
+"""Of the polar maps about noses, in distances between the pupils."""
+
+RINGS, SECTORS = 9, 36
+TILTS = ((0.0, 1), (0.38, 6), (0.76, 9))
+"""Angles between a nose's direction and that of its protrusion, and the number of directions at each."""
+
+LARGEST_DIFFERENCE, MISSING = 0.15, 0.12
+"""Largest difference of height that counts, and the one of a place without surface, over the radius."""
+
+# Two poses are the same one if all three hold.
+SAME_SIZE = 0.75
+"""Ratio of their sizes, at least."""
+SAME_PLACE = 0.35
+"""Distance of their origins over the larger size, at most."""
+SAME_DIRECTION = 0.4
+"""Angle of the turn between them in radians, at most."""
+
+
+@dataclass(frozen=True)
+class _PolarMap:
+    """The template's heights and their weights, both (rings, sectors), about its nose."""
+
+    heights: Array
+    weights: Array
+
+
+@cache
+def _template_map() -> _PolarMap:
+    face = template()
+    points = surface_samples(face.points, face.triangles, TEMPLATE_SAMPLES)
+    heights = np.empty((RINGS, SECTORS))
+    kernels.polar_map(points, face.landmarks["nose_tip"], np.eye(3), RADIUS, heights)
+    heights = 0.5 * (heights + heights[:, (SECTORS // 2 - 1 - np.arange(SECTORS)) % SECTORS])
+    ring = (np.arange(RINGS)[:, None] + 0.5) / RINGS
+    return _PolarMap(heights, np.where(np.isfinite(heights) & (heights > -0.9), ring, 0.0))
+
+
+def candidates(points: Array) -> Iterator[list[tuple[float, Pose]]]:
+    """Yield poses at which a face could be, with their mismatch, at one size after the other.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        Spread evenly over the surface.
+    """
+    middle = points.mean(axis=0)
+    along = np.linalg.svd(points - middle, full_matrices=False)[2]  # a box that turns with them
+    for size in SIZES * float(np.linalg.norm(np.ptp(points @ along.T, axis=0))):
+        found = _at_size(points - middle, size)
+        yield [(cost, Pose(pose.axes, pose.origin + middle, pose.size, pose.stretch)) for cost, pose in found]
+
+
+def distinct(found: list[tuple[float, Pose]], n: int) -> list[tuple[float, Pose]]:
+    """Return the first n poses of a list that are not close to an earlier one."""
+    kept: list[tuple[float, Pose]] = []
+    for value, pose in found:
+        if not any(_same(pose, other) for _, other in kept):
+            kept.append((value, pose))
+            if len(kept) == n:
+                break
+    return kept
+
+
+def _same(a: Pose, b: Pose) -> bool:
+    size = max(a.size, b.size)
+    return bool(
+        min(a.size, b.size) > SAME_SIZE * size
+        and np.linalg.norm(a.origin - b.origin) < SAME_PLACE * size
+        and np.trace(a.axes @ b.axes.T) > 1.0 + 2.0 * np.cos(SAME_DIRECTION)
+    )
+
+
+def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
+    """The best poses of every nose at one size, with their mismatch."""
+    points = thinned(points, 0.06 * size)
+    if len(points) < FEWEST_POINTS:
+        return []
+    noses = _noses(points, size)
+    axes = np.array([_directions(nose, points[kernels.within(points, nose, 0.8 * size)]) for nose in noses])
+    model = _template_map()
+    cost, roll = kernels.best_rolls(
+        points, noses, axes, 1.6 * RADIUS * size, RADIUS * size, model.heights, model.weights,
+        LARGEST_DIFFERENCE, MISSING,
+    )  # fmt: skip
+    tip = template().landmarks["nose_tip"]
+    found = []
+    for k, nose in enumerate(noses):
+        for a in np.argsort(cost[k], kind="stable")[:BEST_DIRECTIONS]:
+            angle = 2.0 * np.pi * roll[k, a] / SECTORS
+            across, over, ahead = axes[k, a]
+            left = np.cos(angle) * across + np.sin(angle) * over
+            rolled = np.array([left, np.cross(ahead, left), ahead])
+            found.append((float(cost[k, a]), Pose(rolled, nose - size * tip @ rolled, size, np.ones(3))))
+    return found
+
+
+def _noses(points: Array, size: float) -> Array:
+    """The points (k, 3) that protrude most, none within the width of a nose of another."""
+    coarse = thinned(points, 0.12 * size)
+    tree = cKDTree(coarse)
+    protrusion = kernels.protrusion(coarse, tree.query_pairs(0.55 * size, output_type="ndarray"))
+    free = np.ones(len(coarse), bool)
+    chosen: list[Array] = []
+    for p in np.argsort(-np.linalg.norm(protrusion, axis=1), kind="stable"):
+        if free[p]:
+            free[tree.query_ball_point(coarse[p], 0.25 * size)] = False
+            close = points[kernels.within(points, coarse[p], 0.12 * size)]
+            chosen.append(close[np.argmax(close @ protrusion[p])])
+            if len(chosen) == NOSES:
+                break
+    return np.array(chosen)
+
+
+def _directions(nose: Array, around: Array) -> Array:
+    """Frames (a, 3, 3) whose last rows are the directions in which a nose may look: away from the points around it."""
+    ahead = nose - around.mean(axis=0)
+    length = np.linalg.norm(ahead)
+    return _tilted_frames() @ _frame(ahead / length if length > 0.0 else np.array([0.0, 0.0, 1.0]))
+
+
+@cache
+def _tilted_frames() -> Array:
+    """Frames (a, 3, 3) whose last rows are z and directions around it."""
+    directions = [
+        (np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), np.cos(tilt))
+        for tilt, n in TILTS
+        for turn in 2.0 * np.pi * np.arange(n) / n
+    ]
+    return np.array([_frame(np.array(direction)) for direction in directions])
+
+
+def _frame(ahead: Array) -> Array:
+    """A right-handed frame (3, 3) with this last row."""
+    across = np.cross(ahead, np.eye(3)[int(np.argmin(np.abs(ahead)))])
+    across /= np.linalg.norm(across)
+    return np.array([across, np.cross(ahead, across), ahead])

@@ -1,0 +1,82 @@
+"""Depth buffers: the foremost place of a surface, seen along -z, over a grid."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _depth_buffer_kernels as kernels
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.integer]
+
+
+def depth_buffer(
+    points: Array,
+    triangles: IntArray,
+    low: tuple[float, float],
+    step: float,
+    shape: tuple[int, int],
+    span: tuple[float, float] = (-np.inf, np.inf),
+) -> Array:
+    """Return the largest z of triangles over the nodes of a grid, exact there.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+        Either winding is seen.
+    low : tuple of float
+        x and y of the first node.
+    step : float
+        Distance between nodes.
+    shape : tuple of int
+        Number of rows, along y, and of columns, along x.
+    span : tuple of float
+        Only what lies between these two z is seen.
+
+    Returns
+    -------
+    ndarray, shape (rows, columns)
+        -inf where there is no triangle.
+
+    Examples
+    --------
+    A slanted triangle, and a place beside it:
+
+    >>> corners = np.array([[0.0, 0, 0], [2, 0, 2], [0, 2, 0]])
+    >>> depth_buffer(corners, np.array([[0, 1, 2]]), (0.0, 0.0), 1.0, (2, 4))
+    array([[  0.,   1.,   2., -inf],
+           [  0.,   1., -inf, -inf]])
+    """
+    depth = np.empty(shape)
+    kernels.rasterise(points, triangles, *low, step, *span, depth)
+    return depth
+
+
+def sampled_depth_buffer(pixels: IntArray, heights: Array, shape: npt.ArrayLike) -> Array:
+    """Return the largest height of samples in every pixel, as of points or of triangles that are sampled densely.
+
+    A pixel shows the foremost sample anywhere in it, not the surface at its middle: slits and steps are closed or
+    widened by up to a pixel.
+
+    Parameters
+    ----------
+    pixels : ndarray of int, shape (n, 2)
+        The pixel of each sample.
+    heights : ndarray, shape (n,)
+    shape : two ints
+
+    Returns
+    -------
+    ndarray
+        -inf where there is no sample.
+
+    Examples
+    --------
+    >>> sampled_depth_buffer(np.array([[0, 0], [0, 0], [0, 2]]), np.array([1.0, 3.0, 2.0]), (1, 3))
+    array([[  3., -inf,   2.]])
+    """
+    depth = np.full(np.asarray(shape), -np.inf)
+    np.maximum.at(depth, (pixels[:, 0], pixels[:, 1]), heights)
+    return depth

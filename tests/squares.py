@@ -1,0 +1,19 @@
+"""Unit squares of triangles, for charts and meshes in them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def square(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Unit square of n x n cells: points (k, 2) and triangles."""
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    i, j = np.divmod(np.arange(n * n), n)
+    a = i * (n + 1) + j
+    quads = np.stack([a, a + n + 1, a + n + 2, a + 1], axis=1)
+    return np.stack([x.ravel(), y.ravel()], axis=1), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def signed_areas(plane: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = np.moveaxis(plane[triangles], 1, 0)
+    return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
