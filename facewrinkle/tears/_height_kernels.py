@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ..geometry._closest_point_kernels import barycentric_of_closest
+from ..geometry._closest_point_kernels import closest_in_triangle
 from ._subdivision_kernels import distance, overlapping
 
 
@@ -43,7 +43,7 @@ def limit_heights(base, rest, normals, height, under, skin, skin_rest, triangles
             home[i, 3] = max(home[i, 3], distance(home[i, 0], home[i, 1], home[i, 2], skin_rest, v))
     start, content = _sorted_in(boxes, shape)
     least = 6e-08 * cell  # nearer is the triangle that the ray starts from
-    seen, around = np.full(len(near), -1, np.int32), np.empty(len(near), np.int32)
+    weights, seen, around = np.empty(3), np.full(len(near), -1, np.int32), np.empty(len(near), np.int32)
     rising, here, count, boxed = np.empty(len(near), np.bool_), -1, 0, np.empty((len(near), 6))
     nx, ny, nz = 0.0, 0.0, 0.0
     for i in range(len(base)):
@@ -69,7 +69,7 @@ def limit_heights(base, rest, normals, height, under, skin, skin_rest, triangles
             if rising[at] or leaning:  # what lies below the plane of its own triangle is never met
                 nearest = _met(px, py, pz, dx, dy, dz, skin, a, b, c, least, nearest)
             if distance(home[j, 0], home[j, 1], home[j, 2], rest, i) > home[j, 3] + 4.0 * height[i]:
-                nearest = min(nearest, np.sqrt(barycentric_of_closest(base[i], skin[a], skin[b], skin[c])[3]))
+                nearest = min(nearest, np.sqrt(closest_in_triangle(base[i], skin[a], skin[b], skin[c], weights)))
         height[i] = min(height[i], 0.45 * nearest)
 
 
