@@ -22,7 +22,7 @@ import pyvista as pv
 import facewrinkle as fw
 import facewrinkle.accessor
 from facewrinkle import export
-from facewrinkle.geometry import interpolation as transfer
+from facewrinkle.geometry import interpolation
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.mesh import add_seams
 from facewrinkle.plotting import Style
@@ -280,7 +280,7 @@ def forest(examples):
 
 def split_mesh(examples):
     split = forest(examples)
-    points = transfer.carried(examples["points"], split.corners, split.barycentric)
+    points = interpolation.interpolated(examples["points"], split.corners, split.barycentric)
     return pv.PolyData.from_regular_faces(points, split.triangles)
 
 

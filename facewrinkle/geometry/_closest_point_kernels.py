@@ -10,29 +10,19 @@ from numba import njit
 def closest(points, triangles, query):
     """Triangle, barycentric coordinates and distance of the point of a mesh that is closest to `query`."""
     best, found = np.inf, 0
-    weights = np.empty(3)
+    weights, w = np.empty(3), np.empty(3)
     for f in range(triangles.shape[0]):
-        u, v, w, distance = barycentric_of_closest(
-            query, points[triangles[f, 0]], points[triangles[f, 1]], points[triangles[f, 2]]
-        )
+        a, b, c = points[triangles[f, 0]], points[triangles[f, 1]], points[triangles[f, 2]]
+        distance = closest_in_triangle(query, a, b, c, w)
         if distance < best:
             best, found = distance, f
-            weights[0], weights[1], weights[2] = u, v, w
+            weights[:] = w
     return found, weights, np.sqrt(best)
 
 
 @njit(cache=True)
-def closest_in_triangle(p, a, b, c, out):
-    """Squared distance of p from the triangle abc; the closest point goes to `out`."""
-    _, v, w, distance = barycentric_of_closest(p, a, b, c)
-    for k in range(3):
-        out[k] = a[k] + v * (b[k] - a[k]) + w * (c[k] - a[k])
-    return distance
-
-
-@njit(cache=True)
-def barycentric_of_closest(p, a, b, c):
-    """Barycentric coordinates of the point of triangle abc that is closest to p, and the squared distance.
+def closest_in_triangle(p, a, b, c, weights):
+    """Squared distance of p from the triangle abc; the barycentric coordinates of the closest point go to `weights`.
 
     The triangle may be degenerate.
     """
@@ -48,30 +38,34 @@ def barycentric_of_closest(p, a, b, c):
     if determinant > 0.0:
         v, w = (d11 * d20 - d01 * d21) / determinant, (d00 * d21 - d01 * d20) / determinant
         if v >= 0.0 and w >= 0.0 and v + w <= 1.0:
+            weights[0], weights[1], weights[2] = 1.0 - v - w, v, w
             distance = 0.0
             for k in range(3):
                 distance += (p[k] - a[k] - v * (b[k] - a[k]) - w * (c[k] - a[k])) ** 2
-            return 1.0 - v - w, v, w, distance
-    t, distance = _closest_on_segment(p, a, b)
-    u, v, w = 1.0 - t, t, 0.0
-    t, other = _closest_on_segment(p, b, c)
-    if other < distance:
-        u, v, w, distance = 0.0, 1.0 - t, t, other
-    t, other = _closest_on_segment(p, c, a)
-    if other < distance:
-        u, v, w, distance = t, 0.0, 1.0 - t, other
-    return u, v, w, distance
+            return distance
+    on_bc = on_ca = bc = ca = 0.0
+    for k in range(3):
+        on_bc += (p[k] - b[k]) * (c[k] - b[k])
+        on_ca += (p[k] - c[k]) * (a[k] - c[k])
+        bc += (c[k] - b[k]) ** 2
+        ca += (a[k] - c[k]) ** 2
+    r, s, t = _share(d20, d00), _share(on_bc, bc), _share(on_ca, ca)
+    from_ab = from_bc = from_ca = 0.0
+    for k in range(3):
+        from_ab += (p[k] - a[k] - r * (b[k] - a[k])) ** 2
+        from_bc += (p[k] - b[k] - s * (c[k] - b[k])) ** 2
+        from_ca += (p[k] - c[k] - t * (a[k] - c[k])) ** 2
+    if from_ab <= from_bc and from_ab <= from_ca:
+        weights[0], weights[1], weights[2] = 1.0 - r, r, 0.0
+        return from_ab
+    if from_bc <= from_ca:
+        weights[0], weights[1], weights[2] = 0.0, 1.0 - s, s
+        return from_bc
+    weights[0], weights[1], weights[2] = t, 0.0, 1.0 - t
+    return from_ca
 
 
 @njit(cache=True)
-def _closest_on_segment(p, a, b):
-    """Share of the way from a to b of the point closest to p, and its squared distance."""
-    length = along = 0.0
-    for k in range(3):
-        length += (b[k] - a[k]) ** 2
-        along += (p[k] - a[k]) * (b[k] - a[k])
-    t = 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)
-    distance = 0.0
-    for k in range(3):
-        distance += (p[k] - a[k] - t * (b[k] - a[k])) ** 2
-    return t, distance
+def _share(along, length):
+    """Position on a side from 0 to 1, of a product with it and its length squared."""
+    return 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)

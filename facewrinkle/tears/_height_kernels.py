@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ..geometry._closest_point_kernels import barycentric_of_closest
+from ..geometry._closest_point_kernels import closest_in_triangle
 from ._subdivision_kernels import distance, overlapping
 
 REACH = 2.5
@@ -30,7 +30,7 @@ def limit_heights(bottom, rest, normals, height, under, skin, cell):
     grid, least = (*_cell_lists(boxes, shape), low, shape, cell), SAME * cell
     seen, around = np.full(len(near), -1, np.int32), np.empty(len(near), np.int32)
     rising, boxed = np.empty(len(near), np.bool_), np.empty((len(near), 6))
-    here, count, up = -1, 0, np.zeros(3)
+    here, count, up, weights = -1, 0, np.zeros(3), np.empty(3)
     for i in range(len(bottom)):
         if under[i] != here:
             here = under[i]
@@ -53,7 +53,8 @@ def limit_heights(bottom, rest, normals, height, under, skin, cell):
             if rising[at] or leaning:  # below the plane of its own triangle nothing is ever met
                 nearest = _met(px, py, pz, dx, dy, dz, points, a, b, c, least, nearest)
             if distance(balls[j, 0], balls[j, 1], balls[j, 2], rest, i) > balls[j, 3] + 4.0 * height[i]:
-                nearest = min(nearest, np.sqrt(barycentric_of_closest(bottom[i], points[a], points[b], points[c])[3]))
+                away = closest_in_triangle(bottom[i], points[a], points[b], points[c], weights)
+                nearest = min(nearest, np.sqrt(away))
         height[i] = min(height[i], 0.45 * nearest)
 
 

@@ -45,10 +45,10 @@ def farthest_behind(drop, skin, triangles, margin):
 @njit(cache=True)
 def _walked(p, first, points, triangles, fans, out):
     """Walk from triangle `first` to the one nearest to p; return it, with its point nearest to p in `out`."""
-    (offsets, around), here, found = fans, first, np.empty(3)
-    best = closest_in_triangle(
-        p, points[triangles[here, 0]], points[triangles[here, 1]], points[triangles[here, 2]], out
-    )
+    offsets, around = fans
+    here, w, weights = first, np.empty(3), np.empty(3)
+    a, b, c = points[triangles[here, 0]], points[triangles[here, 1]], points[triangles[here, 2]]
+    best = closest_in_triangle(p, a, b, c, weights)
     while True:
         at = here
         for k in range(3):
@@ -56,12 +56,16 @@ def _walked(p, first, points, triangles, fans, out):
             for i in range(offsets[v], offsets[v + 1]):
                 t = around[i]
                 a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
-                d = closest_in_triangle(p, a, b, c, found)
+                d = closest_in_triangle(p, a, b, c, w)
                 if d < best * (1.0 - 1e-9):
                     best, here = d, t
-                    out[:] = found
+                    weights[:] = w
         if here == at:
-            return here
+            break
+    for k in range(3):
+        a, b, c = points[triangles[here, 0], k], points[triangles[here, 1], k], points[triangles[here, 2], k]
+        out[k] = a + weights[1] * (b - a) + weights[2] * (c - a)
+    return here
 
 
 @njit(cache=True)

@@ -1,4 +1,4 @@
-"""Files and meshes of other libraries, against a naive parser of OBJ and the meshes that were written."""
+"""Files and meshes of other libraries, against a naive parser of OBJ and the meshes that files were written from."""
 
 from __future__ import annotations
 
@@ -289,7 +289,7 @@ def test_faces_that_lead_out_of_the_points(faces, message):
         read_surface(mesh)
 
 
-# --- foreign meshes -----------------------------------------------------------------------------
+# --- other libraries ----------------------------------------------------------------------------
 
 
 def test_polygons_lines_strips_and_float32():
@@ -354,9 +354,6 @@ def test_other_objects():
         read_surface(SimpleNamespace(vertices=np.eye(4)[:, :3], faces=[[0, 1, 2, 3]]))
     with pytest.raises(MeshError, match="is a Table"):
         read_surface(pv.Table(np.eye(3)))
-
-
-# --- prepare ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("vertices", [[["a", "b", "c"]], [[1, 2], [3]], np.eye(3) + 1j, None])

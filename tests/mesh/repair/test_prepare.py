@@ -247,6 +247,3 @@ def test_bad_landmarks(near):
 def test_bad_direction(forward):
     with pytest.raises(ParameterError, match="forward must be"):
         prepare(cap(), forward=forward)
-
-
-# --- out ----------------------------------------------------------------------------------------
