@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 SMALLEST = 64
 """Parts with fewer vertices are not divided further."""
@@ -53,7 +54,7 @@ def nested_dissection(
     return np.argsort(place, kind="stable")
 
 
-def _upper_halves(points: Array, part: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+def _upper_halves(points: Array, part: npt.NDArray[np.int64]) -> BoolArray:
     """True (n,) for points in the upper half of their part along its longest axis."""
     _, part, counts = np.unique(part, return_inverse=True, return_counts=True)
     order = np.argsort(part, kind="stable")

@@ -1,4 +1,4 @@
-"""Where a mesh runs through itself: checked against pymeshlab, and on meshes that are known to cross or not."""
+"""Intersections of a mesh with itself: checked against pymeshlab, and on meshes that are known to cross or not."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def test_a_dirty_face_is_fitted_or_refused(number, fingerprint):
 
 
 def test_mended_faces_keep_their_shape():
-    """Where nothing was moved by the faults, the mended face is as the clean one was."""
+    """Points that the faults did not move are as in the clean face."""
     for dirty in dirty_faces():
         if dirty.faults and set(dirty.faults) <= {"not manifold", "degenerate", "badly oriented"}:
             with warnings.catch_warnings():
