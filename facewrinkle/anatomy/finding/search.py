@@ -41,7 +41,7 @@ TRIED, REFINED = 40, 3
 SURE = 0.75
 """Confidence above which no other pose is matched: below it a face is doubted."""
 HOPELESS = 0.25
-"""Confidence below which only the mean template is tried: no other one makes a face of it."""
+"""Confidence below which only the mean template is tried: it is refused, whatever the others show."""
 
 # What of a mesh is searched.
 FEWEST_TRIANGLES = 200
