@@ -31,8 +31,8 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*bad X server", "ignore::facewr
 
 ROOMS = ("", "mesh", "export", "plotting", "tears", "anatomy.muscles", "anatomy.finding")
 FORMULAS = {
-    "geometry": ("least_squares", "normals", "refinement", "seams", "topology", "interpolation"),
-    "layers": ("patterns", "profile"),
+    "geometry": ("least_squares", "normals", "refinement", "seams", "topology", "interpolation", "profile"),
+    "layers": ("patterns",),
 }
 ON_PURPOSE = {
     "mesh.add_seams": "lays seams on the mesh it is given",
@@ -45,13 +45,13 @@ UNCALLED = {
     "anatomy.muscles.Fronts": "a type",
     "export.movie_writer": "takes no data; what it returns is called by write_movie",
     "MuscleWrinkles.displacement": "called by every step of a simulation, with the state of that",
-    "MuscleWrinkles.follow": "as relief",
+    "MuscleWrinkles.follow": "as displacement",
     "MuscleWrinkles.fields": "takes nothing",
     "MuscleWrinkles.fields_of": "takes a number",
     "PatternLayer.displacement": "as above",
     "PatternLayer.follow": "as above",
     "PatternLayer.fields": "takes nothing",
-    "PatternLayer.strength_at": "as relief",
+    "PatternLayer.strength_at": "as displacement",
     "PatternLayer.t_at": "takes a pattern and a number",
 }
 
