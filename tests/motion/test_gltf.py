@@ -269,6 +269,17 @@ def test_a_head_that_turns_while_it_speaks(tmp_path):
         np.testing.assert_allclose(moved(recorded, mesh, time), expected, atol=2e-6)  # quaternions are float32
 
 
+def test_a_quaternion_of_zeros_does_not_turn(tmp_path):
+    file = File()
+    file.node(mesh=file.mesh(POINTS, TRIANGLES), rotation=[0.0, 0.0, 0.0, 0.0])
+    turn = Rotation.from_rotvec([0.0, 0.8, 0.0])
+    file.animate((0, "rotation", [0.0, 1.0], np.stack([np.zeros(4), turn.as_quat()])))
+    mesh, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
+    np.testing.assert_array_equal(mesh.points, POINTS)
+    half = Rotation.from_rotvec([0.0, 0.4, 0.0]).apply(POINTS)
+    np.testing.assert_allclose(moved(recorded, mesh, 0.5), half, atol=2e-6)  # quaternions are float32
+
+
 def test_a_node_that_moves_without_shapes(tmp_path):
     file = File()
     file.node(mesh=file.mesh(POINTS, TRIANGLES))

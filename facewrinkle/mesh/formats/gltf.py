@@ -20,6 +20,7 @@ from urllib.parse import unquote
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
+from scipy.spatial.transform import Rotation
 
 from ...errors import FaceWrinkleError, MeshError
 from .materials import sibling_file
@@ -37,6 +38,9 @@ COMPRESSED = {
     "KHR_meshopt_compression": "meshopt",
 }
 TRIANGLES, STRIP, FAN = 4, 5, 6
+
+AT_REST = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
+"""Properties of a node that does not say them; rotations are quaternions (x, y, z, w)."""
 
 
 def read_gltf_file(path: Path) -> list[Primitive]:
@@ -202,9 +206,9 @@ class Document:
 
     def world(self, moved: Mapping[int, Mapping[str, Array]] | None = None) -> Array:
         """Matrices (k, 4, 4) of all nodes, at rest except for the translations, rotations and scales in `moved`."""
+        local = _local_matrices({index: self.nodes[index] for index in self.parents}, moved or {})
         out = np.empty((len(self.nodes), 4, 4))
-        for index, parent in self.parents.items():
-            own = _local_matrix(self.nodes[index], (moved or {}).get(index))
+        for own, (index, parent) in zip(local, self.parents.items(), strict=True):
             out[index] = own if parent < 0 else out[parent] @ own
         return out
 
@@ -405,21 +409,28 @@ def _transformed(texture: Array, moved: Mapping[str, Any]) -> Array:
     return np.asarray(scaled + moved.get("offset", (0.0, 0.0)))
 
 
-def _local_matrix(node: dict[str, Any], moved: Mapping[str, Array] | None = None) -> Array:
-    """The matrix (4, 4) of a node relative to its parent, with some of its parts replaced."""
-    if node.get("matrix") is not None and not moved:
-        return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
-    parts = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
-    parts |= {name: node[name] for name in parts if node.get(name) is not None} | dict(moved or {})
-    x, y, z, w = np.asarray(parts["rotation"], dtype=np.float64) / (np.linalg.norm(parts["rotation"]) or 1.0)
-    turn = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    out = np.eye(4)
-    out[:3, :3] = np.array(turn) * np.asarray(parts["scale"], dtype=np.float64)
-    out[:3, 3] = parts["translation"]
+def rotations(quaternions: Array) -> Rotation:
+    """Return the rotations of quaternions (k, 4); those that are 0 do not turn."""
+    still = ~quaternions.any(axis=1, keepdims=True)
+    return Rotation.from_quat(np.where(still, AT_REST["rotation"], quaternions))
+
+
+def _local_matrices(nodes: Mapping[int, dict[str, Any]], moved: Mapping[int, Mapping[str, Array]]) -> Array:
+    """Matrices (k, 4, 4) of nodes relative to their parents, with the translations, rotations and scales in `moved`."""
+    parts = {name: np.tile(rest, (len(nodes), 1)) for name, rest in AT_REST.items()}
+    fixed: dict[int, Array] = {}
+    for row, (index, node) in enumerate(nodes.items()):
+        own = moved.get(index, {})
+        if node.get("matrix") is not None and not own:
+            fixed[row] = np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+        for name, values in parts.items():
+            if (value := own.get(name, node.get(name))) is not None:
+                values[row] = value
+    out = np.tile(np.eye(4), (len(nodes), 1, 1))
+    out[:, :3, :3] = rotations(parts["rotation"]).as_matrix() * parts["scale"][:, None, :]
+    out[:, :3, 3] = parts["translation"]
+    for row, matrix in fixed.items():
+        out[row] = matrix
     return out
 
 
