@@ -203,7 +203,10 @@ def subdivide(mesh, triangles, vertices, tables, first, lines, detail, reach, ru
     `triangles` are those of `mesh` in numbers of the vertices that are kept, of which those from `first` on are new.
     Row i of `runs` (m, 2) gets the rows of `parts` that triangle i becomes: none where it is out of reach.
     """
-    guess, n, m = np.zeros(len(lines.starts) - 1), tables.used[0], tables.used[3]
+    points, distances = vertices.points, vertices.distance
+    done, parts, used = tables.done, tables.parts, tables.used
+    n, m = used[0], used[3]
+    guess, far = np.zeros(len(lines.starts) - 1), reach + COVERING * detail
     balls = [_balls(lines.points[lines.starts[c] : lines.starts[c + 1]]) for c in range(len(guess))]
     for v in range(first, n):
         _locate(v, vertices, lines, balls, guess)
@@ -211,60 +214,50 @@ def subdivide(mesh, triangles, vertices, tables, first, lines, detail, reach, ru
     stack, corner, middle = np.empty((STACK, 3), np.int64), np.empty(3, np.int64), np.empty(3, np.int64)
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        row = _slot(a, b, tables.done)
-        if tables.done[row, 2] == c:
-            runs[t, 0], runs[t, 1] = tables.done[row, 3], tables.done[row, 4]
+        row = _slot(a, b, done)
+        if done[row, 2] == c:
+            runs[t, 0], runs[t, 1] = done[row, 3], done[row, 4]
             continue
-        tables.used[2] += tables.done[row, 0] < 0
-        tables.done[row, 0], tables.done[row, 1], tables.done[row, 2], runs[t, 0] = a, b, c, m
+        used[2] += done[row, 0] < 0
+        done[row, 0], done[row, 1], done[row, 2], runs[t, 0] = a, b, c, m
         top = put(stack, 0, a, b, c)
         while top > 0:
-            if _full(n, m, vertices, tables):
+            if n + 3 > len(points) or m + 1 > len(parts) or 2 * max(used[1], used[2]) > len(done):
                 return False
             top -= 1
             corner[:] = stack[top]
-            n = _halve(corner, middle, n, mesh[t], vertices, tables, lines, balls, guess, detail, reach)
-            top, m = _divide(corner, middle, vertices, reach, stack, top, tables.parts, m)
-        runs[t, 1] = tables.done[row, 4] = m
-        tables.done[row, 3] = runs[t, 0]
-    tables.used[0], tables.used[3] = n, m
+            for k in range(3):
+                middle[k] = -1
+                v, w = corner[k], corner[(k + 1) % 3]
+                length = length_of(points, v, w)
+                if length > detail and max(distances[v], distances[w]) <= far + length:
+                    middle[k] = _middle(v, w, n, mesh[t], vertices, tables, lines, balls, guess, far + 0.5 * length)
+                    if middle[k] == n:
+                        n += 1
+            top, m = _divide(corner, middle, points, distances, reach, stack, top, parts, m)
+        runs[t, 1] = done[row, 4] = m
+        done[row, 3] = runs[t, 0]
+    used[0] = n
+    used[3] = m
     return True
 
 
 @njit(cache=True)
-def _full(n, m, vertices, tables):
-    """Return True if one more triangle may not find room."""
-    crowded = 2 * max(tables.used[1], tables.used[2]) > len(tables.middles)
-    return n + 3 > len(vertices.points) or m + 1 > len(tables.parts) or crowded
-
-
-@njit(cache=True)
-def _halve(corner, middle, n, host, vertices, tables, lines, balls, guess, detail, reach):
-    """Vertices in the middle of the sides of a triangle into `middle`, -1 where a side stays; return their new number.
-
-    A side is halved that is longer than `detail` and may have points within reach.
-    """
-    points, distances, far = vertices.points, vertices.distance, reach + COVERING * detail
-    for k in range(3):
-        middle[k] = -1
-        v, w = corner[k], corner[(k + 1) % 3]
-        length = length_of(points, v, w)
-        if length <= detail or max(distances[v], distances[w]) > far + length:
-            continue
-        at = _slot(min(v, w), max(v, w), tables.middles)
-        if tables.middles[at, 0] >= 0:
-            middle[k] = tables.middles[at, 2]
-            continue
-        _average(v, w, n, host, vertices)
-        for c in range(len(guess)):
-            guess[c] = 0.5 * (vertices.coordinates[c, 0, v] + vertices.coordinates[c, 0, w])
-        _locate(n, vertices, lines, balls, guess)
-        tables.middles[at, 0], tables.middles[at, 1] = min(v, w), max(v, w)
-        tables.used[1] += 1
-        if distances[n] < far + 0.5 * length:
-            tables.middles[at, 2] = middle[k] = n
-            n += 1
-    return n
+def _middle(v, w, n, host, vertices, tables, lines, balls, guess, far):
+    """Return the vertex in the middle of a side of triangle `host` of the mesh, n if it is new, -1 if it is too far."""
+    middles = tables.middles
+    at = _slot(min(v, w), max(v, w), middles)
+    if middles[at, 0] >= 0:
+        return middles[at, 2]
+    _average(v, w, n, host, vertices)
+    for c in range(len(guess)):
+        guess[c] = 0.5 * (vertices.coordinates[c, 0, v] + vertices.coordinates[c, 0, w])
+    _locate(n, vertices, lines, balls, guess)
+    middles[at, 0], middles[at, 1] = min(v, w), max(v, w)
+    tables.used[1] += 1
+    if vertices.distance[n] < far:
+        middles[at, 2] = n
+    return middles[at, 2]
 
 
 @njit(cache=True)
@@ -283,9 +276,8 @@ def _average(v, w, n, host, vertices):
 
 
 @njit(cache=True)
-def _divide(corner, middle, vertices, reach, stack, top, parts, m):
+def _divide(corner, middle, points, distances, reach, stack, top, parts, m):
     """Put the parts of a triangle on the stack, or the triangle itself, if it stays and is within reach, in `parts`."""
-    points, distances = vertices.points, vertices.distance
     a, b, c, p, q, r = corner[0], corner[1], corner[2], middle[0], middle[1], middle[2]
     while (p < 0 and q >= 0) or (q < 0 and r >= 0):  # turned until p; p and q; or all are halved
         a, b, c, p, q, r = b, c, a, q, r, p
