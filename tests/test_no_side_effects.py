@@ -43,6 +43,7 @@ ON_PURPOSE = {
 UNCALLED = {
     "Motion": "a protocol",
     "anatomy.muscles.Fronts": "a type",
+    "plotting.Image": "a type",
     "export.movie_writer": "takes no data; what it returns is called by write_movie",
     "MuscleWrinkles.displacement": "called by every step of a simulation, with the state of that",
     "MuscleWrinkles.follow": "as displacement",
@@ -257,7 +258,8 @@ SPECIAL = {
     "write_face": lambda e: [face(), e["path"].parent / "face.vtp"],
     "plotting.pictures": lambda e: [[frame()], face(), e["style"]],
     "plotting.picture": lambda e: [frame(), face(), e["style"]],
-    "images.save_picture": lambda e: [e["image"], e["path"].with_suffix(".png")],
+    "plotting.View": lambda e: [(0.5, 0.0, 1.0)],
+    "plotting.save_picture": lambda e: [e["image"], e["path"].with_suffix(".png")],
     "tears.preset": lambda e: ["one_tear", face()],
     "tears.Preset": lambda e: ["sadness", []],
     "tears.surfaces": lambda e: [[tear()], 1.0, frame()],

@@ -47,6 +47,18 @@ class Attachments:
     triangles : ndarray of int, shape (m, 3)
     size : float
         Distance between the pupils.
+
+    Examples
+    --------
+    A hat goes up with the head:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> hat = Part(pv.Sphere(radius=90.0, center=(0, 120, 0)), follows="skull")
+    >>> skin = face.points, face.triangles, face.frame.pupil_distance
+    >>> moved = Attachments({"hat": hat}, face.eyes, face.mandible, *skin).at(face.points + [0, 10, 0], {})["hat"]
+    >>> (moved.points - hat.mesh.points).mean(axis=0).round(3) + 0.0
+    array([ 0., 10.,  0.])
     """
 
     def __init__(
@@ -173,6 +185,13 @@ def combined_mesh(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.Pol
 
     The parts keep those arrays that the skin has, too; where one is missing, it is zero. Colours of parts are kept;
     where there are none, it is white.
+
+    Examples
+    --------
+    >>> head, hat = pv.Sphere(radius=100.0), pv.Sphere(radius=50.0, center=(0, 120, 0))
+    >>> whole = combined_mesh(head, {"hat": hat})
+    >>> whole.n_points == head.n_points + hat.n_points, whole.field_data["parts"].tolist()
+    (True, ['skin', 'hat'])
     """
     meshes = [skin, *parts.values()]
     starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])

@@ -103,6 +103,16 @@ class EyelidOpening:
         Vertices of the margins, from inside outwards.
     rims : tuple of ndarray, shape (3, k)
         Of these vertices at rest, what :meth:`polar` gives.
+
+    Examples
+    --------
+    How wide the left eye of the built-in head is open, from canthus to canthus, and how high in the middle; mm:
+
+    >>> import facewrinkle as fw
+    >>> opening = fw.default_face().eyelid_openings["l"]
+    >>> top, bottom = opening.lines(np.array([0.5]))
+    >>> round(opening.width), round(float((top - bottom)[0] * opening.eye.radius))
+    (27, 11)
     """
 
     eye: Eyeball

@@ -127,6 +127,13 @@ class Part:
         Colour, and opacity, over the mesh's texture coordinates.
     source_points : ndarray of int, shape (k,), optional
         The number that each point has in the mesh that the face was made from.
+
+    Examples
+    --------
+    A hat, which goes with the head:
+
+    >>> Part(pv.Sphere(radius=90.0, center=(0, 120, 0)), follows="skull").mesh.n_points
+    842
     """
 
     mesh: pv.PolyData
@@ -183,6 +190,16 @@ def named_parts(
     skin : pyvista.PolyData
     landmarks : dict of str to ndarray, shape (3,)
     frame : FaceFrame
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> ball = pv.Sphere(radius=12.0, center=face.eyes[0].centre)
+    >>> ball.cell_data["part"] = np.zeros(ball.n_cells, int)
+    >>> parts, dropped = named_parts(ball, face.mesh, face.landmarks, face.frame)
+    >>> list(parts), dropped
+    (['eye_l'], 0)
     """
     triangles, label = np.asarray(others.regular_faces), np.asarray(others.cell_data[PART])
     local = frame.local(np.asarray(others.points))

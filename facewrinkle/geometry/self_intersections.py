@@ -63,6 +63,14 @@ def intersection_sites(pairs: IntArray, triangles: NDArray[np.integer]) -> list[
     """Groups of the triangles in intersecting pairs (k, 2), one for each place, the largest first.
 
     Triangles that intersect or touch each other are at the same place.
+
+    Examples
+    --------
+    Of two pairs that intersect, the first is far from the second:
+
+    >>> triangles = np.arange(12).reshape(4, 3)
+    >>> [site.tolist() for site in intersection_sites(np.array([[0, 2], [1, 3]]), triangles)]
+    [[0, 2], [1, 3]]
     """
     met, number = np.unique(pairs, return_inverse=True)
     number = number.reshape(-1, 2)

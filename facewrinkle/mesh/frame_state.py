@@ -1,4 +1,4 @@
-"""What a frame of a simulation says of its face: where the base vertices, the head, the eyes and the parts are."""
+"""The state of a face in a frame of a simulation: its base vertices, the pose of its head, gazes, and moving parts."""
 
 from __future__ import annotations
 
