@@ -6,8 +6,6 @@ import ast
 import re
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parents[1]
 QUESTION = re.compile(r"\s*(What|How|Whether|Where|Which)\b")
 
@@ -24,9 +22,13 @@ def docstrings(path: Path) -> list[tuple[int, str]]:
 FILES = sorted(path for folder in ("facewrinkle", "tools", "analysis") for path in (ROOT / folder).rglob("*.py"))
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_no_docstring_opens_with_a_question_word(path):
-    found = [(line, text.split("\n")[0]) for line, text in docstrings(path) if QUESTION.match(text)]
+def test_no_docstring_opens_with_a_question_word():
+    found = [
+        f"{path.relative_to(ROOT)}:{line}: {text.splitlines()[0]}"
+        for path in FILES
+        for line, text in docstrings(path)
+        if QUESTION.match(text)
+    ]
     assert not found
 
 

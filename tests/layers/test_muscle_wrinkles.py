@@ -43,7 +43,7 @@ def broad(face):
 
 def evaluated(face, held):
     """Per muscle (H At, epsilon) at all vertices, afresh from the rest positions and the deformed base mesh."""
-    x, normal = held.sites.points, held.sites.normals
+    x, normal = held.vertices.points, held.sites.normals
     field = StrainField(face.points, face.triangles)
     at = [np.einsum("nc,nck->nk", held.barycentric, t[held.corners]) for t in (field.metric, field.strain(held.bare))]
     out = {}
@@ -61,7 +61,7 @@ def evaluated(face, held):
 @pytest.mark.parametrize("name", PAPER)
 def test_w_is_the_sum_over_the_muscles_evaluated_at_rest(face, played, name):
     play = played(name)
-    x = play.held.sites.points
+    x = play.held.vertices.points
     total, asked, own_of = np.zeros(play.top.n_points), np.zeros(play.top.n_points), {}
     for muscle, (unit, epsilon) in evaluated(face, play.held).items():
         pattern = face.muscles[muscle].fold_pattern
@@ -75,7 +75,7 @@ def test_w_is_the_sum_over_the_muscles_evaluated_at_rest(face, played, name):
         fields = play.held.fields[muscle]
         np.testing.assert_allclose(fields["W"], own, rtol=0, atol=1e-9)
         inside = fields["region"]
-        assert np.array_equal(inside, face.muscles[muscle].fold_pattern.envelope(play.held.sites.points) > 0.0)
+        assert np.array_equal(inside, face.muscles[muscle].fold_pattern.envelope(play.held.vertices.points) > 0.0)
         np.testing.assert_allclose(fields["epsilon"][inside], epsilon[inside], rtol=0, atol=1e-9)
         assert not fields["epsilon"][~inside].any()
         total += own

@@ -36,7 +36,7 @@ def test_split_gamma_is_eq_19(face, name):
     sim = settled(face, name, 12)
     frame, laid = sim.step(), wrinkled_surface(sim)
     rest, now = laid.rest_normals, laid.folded
-    active = np.logical_or.reduce([own.active for own in laid.reliefs])
+    active = np.logical_or.reduce([own.active for own in laid.displacements])
     edges, _ = unique_edges(frame.regular_faces)
     edges = edges[active[edges].any(axis=1)]
     i, j = edges.T
