@@ -43,7 +43,7 @@ def broad(face):
 
 def evaluated(face, held):
     """Per muscle (H At, epsilon) at all vertices, afresh from the rest positions and the deformed base mesh."""
-    x, normal = held.vertices.points, held.sites.normals
+    x, normal = held.vertices.points, held.vertices.normals
     field = StrainField(face.points, face.triangles)
     at = [np.einsum("nc,nck->nk", held.barycentric, t[held.corners]) for t in (field.metric, field.strain(held.bare))]
     out = {}
