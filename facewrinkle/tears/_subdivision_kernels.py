@@ -205,10 +205,9 @@ def subdivide(mesh, triangles, vertices, tables, first, lines, detail, reach, ru
     """
     points, distances = vertices.points, vertices.distance
     done, parts, used = tables.done, tables.parts, tables.used
-    n, m = used[0], used[3]
     guess, far = np.zeros(len(lines.starts) - 1), reach + COVERING * detail
     balls = [_balls(lines.points[lines.starts[c] : lines.starts[c + 1]]) for c in range(len(guess))]
-    for v in range(first, n):
+    for v in range(first, used[0]):
         _locate(v, vertices, lines, balls, guess)
         guess[:] = vertices.coordinates[:, 0, v]
     stack, corner, middle = np.empty((STACK, 3), np.int64), np.empty(3, np.int64), np.empty(3, np.int64)
@@ -219,10 +218,10 @@ def subdivide(mesh, triangles, vertices, tables, first, lines, detail, reach, ru
             runs[t, 0], runs[t, 1] = done[row, 3], done[row, 4]
             continue
         used[2] += done[row, 0] < 0
-        done[row, 0], done[row, 1], done[row, 2], runs[t, 0] = a, b, c, m
+        done[row, 0], done[row, 1], done[row, 2], runs[t, 0] = a, b, c, used[3]
         top = put(stack, 0, a, b, c)
         while top > 0:
-            if n + 3 > len(points) or m + 1 > len(parts) or 2 * max(used[1], used[2]) > len(done):
+            if used[0] + 3 > len(points) or used[3] + 1 > len(parts) or 2 * max(used[1], used[2]) > len(done):
                 return False
             top -= 1
             corner[:] = stack[top]
@@ -231,21 +230,17 @@ def subdivide(mesh, triangles, vertices, tables, first, lines, detail, reach, ru
                 v, w = corner[k], corner[(k + 1) % 3]
                 length = length_of(points, v, w)
                 if length > detail and max(distances[v], distances[w]) <= far + length:
-                    middle[k] = _middle(v, w, n, mesh[t], vertices, tables, lines, balls, guess, far + 0.5 * length)
-                    if middle[k] == n:
-                        n += 1
-            top, m = _divide(corner, middle, points, distances, reach, stack, top, parts, m)
-        runs[t, 1] = done[row, 4] = m
+                    middle[k] = _middle(v, w, mesh[t], vertices, tables, lines, balls, guess, far + 0.5 * length)
+            top, used[3] = _divide(corner, middle, points, distances, reach, stack, top, parts, used[3])
+        runs[t, 1] = done[row, 4] = used[3]
         done[row, 3] = runs[t, 0]
-    used[0] = n
-    used[3] = m
     return True
 
 
 @njit(cache=True)
-def _middle(v, w, n, host, vertices, tables, lines, balls, guess, far):
-    """Return the vertex in the middle of a side of triangle `host` of the mesh, n if it is new, -1 if it is too far."""
-    middles = tables.middles
+def _middle(v, w, host, vertices, tables, lines, balls, guess, far):
+    """Return the vertex in the middle of a side of triangle `host` of the mesh, -1 if it is too far; it may be new."""
+    middles, n = tables.middles, tables.used[0]
     at = _slot(min(v, w), max(v, w), middles)
     if middles[at, 0] >= 0:
         return middles[at, 2]
@@ -257,6 +252,7 @@ def _middle(v, w, n, host, vertices, tables, lines, balls, guess, far):
     tables.used[1] += 1
     if vertices.distance[n] < far:
         middles[at, 2] = n
+        tables.used[0] += 1
     return middles[at, 2]
 
 

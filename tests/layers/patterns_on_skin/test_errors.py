@@ -146,7 +146,11 @@ def test_errors_in_python_and_of_the_accessor(ball, way, case):
         (lambda f, b: fw.PatternLayer(lambda x, y, t: x, TOP, size=9.0, extent=3), ParameterError, "two numbers.*3"),
         (lambda f, b: fw.Compression(along=(0, 0, 0)), ParameterError, "along must be a direction"),
         (lambda f, b: fw.Compression(along="up"), ParameterError, "along must be three finite numbers"),
-        (lambda f, b: b.facewrinkle.pattern("cheek", TOP, size=9.0, begin=1.0), ParameterError, "time to evaluate.*`time`"),
+        (
+            lambda f, b: b.facewrinkle.pattern("cheek", TOP, size=9.0, begin=1.0),
+            ParameterError,
+            "time to evaluate.*`time`",
+        ),
         (lambda f, b: b.facewrinkle.pattern("dimple_l"), ParameterError, "placed by landmarks: give those"),
         (lambda f, b: b.facewrinkle.pattern("cheek", TOP, size=9.0, strength="skin"), ParameterError, "keeps still"),
         (lambda f, b: fw.PatternLayer("cheek", select="paint").laid(fw.surface(b)), UnknownNameError, "none here"),
