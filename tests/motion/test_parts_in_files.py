@@ -143,7 +143,7 @@ def test_parts_stay_with_a_head_that_turns(dressed, face):
         scene.show(moved)
         np.testing.assert_array_equal(scene.plotter.actors["own hair"].user_matrix, np.eye(4))
         where = dressed.parts["hair"].mesh.points @ turn[:3, :3].T + turn[:3, 3]
-        np.testing.assert_allclose(scene._parts["own hair"].points, where, atol=1e-9 * 1e3)
+        np.testing.assert_allclose(scene.plotter.actors["own hair"].mapper.dataset.points, where, atol=1e-9 * 1e3)
 
 
 @pytest.fixture(scope="module")
@@ -328,5 +328,5 @@ def test_series_of_the_commands_hold_the_parts(dressed, animated, tmp_path, comm
 def test_lashes_are_drawn_where_a_face_has_eyes_and_no_lashes(dressed):
     with Scene(dressed, Style((48, 48))) as scene:
         scene.show(dressed.mesh)
-        assert {"lashes_l", "lashes_r", "own eye_l"} <= set(scene._parts)
-        assert "eye_l" not in scene._parts
+        assert {"lashes_l", "lashes_r", "own eye_l"} <= set(scene.plotter.actors)
+        assert "eye_l" not in scene.plotter.actors
