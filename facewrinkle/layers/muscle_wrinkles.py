@@ -26,7 +26,7 @@ BALANCING = 6
 """Rounds of balancing; each comes some hundred times closer than the one before."""
 
 SMALLEST = 0.5
-"""A wrinkle of less than this from bulge to furrow, mm, asks for no triangles."""
+"""A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""
 
 LABELS = ("lambda", "gamma", "muscle")
 """Point data of the dominant muscle that do not change with the contraction."""
@@ -53,8 +53,8 @@ class MuscleWrinkles:
         False, the amplitude is the paper's, which has no bound.
     balance : bool
         If True, the bulges of each muscle hold exactly as much volume as its furrows lack, on the mesh of each frame.
-        For that, bulges are lowered and furrows deepened by one share, up to a fifth: attenuation, uneven compression
-        and the triangles take from the volume that H alone keeps (Eq. 7).
+        Bulges are lowered and furrows deepened by the same share, up to a fifth, to make up for attenuation, uneven
+        compression and the triangles; H alone keeps the volume (Eq. 7).
 
     Attributes
     ----------
@@ -214,10 +214,10 @@ class MuscleWrinkles:
             active[where] = True
 
     def _balanced(self, k0: Array, height: Array, state: SurfaceState) -> Array:
-        """Heights with which every muscle's folds sweep no volume; the shares that this takes are kept in `_excess`.
+        """Return heights with which every muscle's folds sweep no net volume; keep the shares for this in `_excess`.
 
-        The volume between the surfaces is a sum over the vertices, in which the weight of each depends a little on the
-        heights: a few rounds find them.
+        The volume between the surfaces is a sum over the vertices, whose weights depend a little on the heights: hence
+        the rounds.
         """
         folds, n, k = self._folds, len(height), len(k0)
         owner = np.repeat(np.arange(n), np.diff(folds.starts))
