@@ -56,7 +56,7 @@ class SurfacePoints:
 
     @classmethod
     def of_forest(cls, forest: RedGreenForest, points: Array, normals: Array, first: int = 0) -> Self:
-        """Return the vertices of a refined mesh, from number `first` on, given base vertices and unit normals (n0, 3)."""
+        """Return the vertices of a refined mesh, from number `first` on, given base vertices and normals (n0, 3)."""
         corners, barycentric = forest.corners[first:], forest.barycentric[first:]
         upright = interpolated(normals, corners, barycentric)
         kernels.normalise(upright)

@@ -37,8 +37,8 @@ def edge_compression(
     Returns
     -------
     ndarray, shape (n,)
-        1 where all edges have shrunk to nothing, negative where it is stretched. Exactly c under a uniform scaling by 1 - c; about
-        2c/3 under a uniaxial compression by c in an isotropic ring.
+        1 where all edges have shrunk to nothing, below 0 where the skin is stretched. Exactly c under a uniform scaling
+        by 1 - c; about 2c/3 under a uniaxial compression by c in an isotropic ring.
 
     Examples
     --------

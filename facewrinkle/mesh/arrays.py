@@ -254,7 +254,7 @@ def interpolated_point_data(
 
 
 def with_normals(mesh: pv.PolyData) -> pv.PolyData:
-    """Return a shallow copy with up-to-date normals: those of a frame, or new ones, as any other mesh's may be stale."""
+    """Return a shallow copy with up-to-date normals: those of a frame, else new ones, as the old may be stale."""
     shaded = mesh.copy(deep=False)
     if "split_gamma" not in shaded.point_data:
         shaded.point_data["Normals"] = vertex_normals(mesh.points, mesh.regular_faces)

@@ -28,8 +28,8 @@ SERIES_SUFFIXES = (".vtkhdf", ".hdf")
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 ITERATIONS = 100
-"""The most iterations that take the wrinkles off a frame. A fifth of them suffices where wrinkles are shallower than the
-edges of the mesh are long.
+"""The most iterations that take the wrinkles off a frame. A fifth of them suffices where wrinkles are shallower than
+the edges of the mesh are long.
 """
 
 
@@ -147,7 +147,7 @@ def _is_simulated(frame: pv.PolyData) -> bool:
 
 
 def _split_parts(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, np.ndarray, list[pv.PolyData]]:
-    """Return the parts written beside the skin, at rest; their positions (f, k, 3); and the frames of the skin alone."""
+    """Return the parts beside the skin at rest, their positions (f, k, 3), and the frames of the skin alone."""
     if PART not in frames[0].point_data:
         return None, np.zeros(0), frames
     skins = []

@@ -2,8 +2,8 @@
 
 Each vertex is a mass, each edge a biphasic spring. Bending stiffness keeps the skin smooth, tethers of soft tissue hold
 every vertex to its anchor on the bone, stiffer along the normal than along the surface (skin glides), and muscles pull.
-All weights are by area, so that the motion hardly depends on the triangles. A step is implicit Euler, which is stable at any
-time step: the positions minimise the sum of inertia and energy.
+All weights are by area, so that the triangles hardly affect the motion. A step is implicit Euler, which is stable at
+any time step: the positions minimise the sum of inertia and energy.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ __all__ = ["read_usd"]
 Array = npt.NDArray[np.float64]
 
 BORDER_TIMES = 16
-"""Times, at least, at which borders are compared (if there are as many), to see which stay together as the mesh moves."""
+"""Number of times, about, at which borders are compared, to see which stay together as the mesh moves."""
 
 
 def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded]:

@@ -252,14 +252,14 @@ class PatternLayer:
         if strength == 0.0:
             return spacing, across, active
         if self._tiny:
-            self._seed(points, spacing, across, active)
+            self._ask(points, spacing, across, active)
         half, direction = self._waves
         finer = (strength * self._weight > FAINT) & (half < spacing[self._where])
         spacing[self._where[finer]], across[self._where[finer]] = half[finer], direction[finer]
         active[self._where] = True
         return spacing, across, active
 
-    def _seed(self, points: Array, spacing: Array, across: Array, active: BoolArray) -> None:
+    def _ask(self, points: Array, spacing: Array, across: Array, active: BoolArray) -> None:
         """Ask for triangles around a region that may lie between the vertices: the closer to it, the finer."""
         laid = self._laid
         towards = laid.centre.point - points

@@ -53,9 +53,8 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
     face : Face
     **changes
         Parameters of :class:`facewrinkle.PatternLayer` that differ; `size` in distances between the pupils. With
-        ``strength="skin"`` the pattern appears as the skin under it is compressed across the wrinkles. The wrinkles of the right
-        side have the seed after that of the left, so that no face is its own mirror image; with ``variation=0`` all
-        are even.
+        ``strength="skin"`` the pattern appears as the skin under it is compressed. The wrinkles of the right side have
+        the seed after that of the left, so that no face is its own mirror image; with ``variation=0`` all are even.
 
     Raises
     ------

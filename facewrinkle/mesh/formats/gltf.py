@@ -266,7 +266,7 @@ class Document:
         mode, attributes = primitive.get("mode", TRIANGLES), primitive["attributes"]
         if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
             return None
-        plain = "bufferView" in self._at("accessors", attributes["POSITION"])  # uncompressed, besides the compressed data
+        plain = "bufferView" in self._at("accessors", attributes["POSITION"])  # besides the compressed data
         if "KHR_draco_mesh_compression" in (primitive.get("extensions") or {}) and not plain:
             raise MeshError(f"{self.path.name} is compressed with Draco, which is not supported. Export it without.")
         points = self._vectors(attributes["POSITION"], 3)
@@ -318,7 +318,7 @@ class Document:
         return csr_array((weights[rows, slots], (rows, joints[rows, slots].astype(np.int64))), shape=(n, count))
 
     def _colour(self, primitive: dict[str, Any]) -> tuple[str, Array | None, dict[str, Any]]:
-        """The image on a primitive, "" for none, else the colour (1, 4) of its material; and the placement of the image."""
+        """The image on a primitive, "" for none, else the colour (1, 4) of its material; and the image's placement."""
         try:
             if (texture := self._texture(primitive)) is not None:
                 number, how = texture

@@ -46,8 +46,9 @@ def self_intersection_report(points: Array, triangles: NDArray[np.integer]) -> s
 def resolved(mesh: RepairedMesh) -> RepairedMesh:
     """Smooth the mesh at small places where it runs through itself, as much as it takes.
 
-    Points at such places move to the mean of their neighbours; if this is not enough, the points around them join in, round by
-    round. Places that cannot be resolved are left as they were; so are borders, and places larger than `SMALL`.
+    Points at such places move to the mean of their neighbours; if this is not enough, the points around them join in,
+    round by round. Places that cannot be resolved are left as they were; so are borders, and places larger than
+    `SMALL`.
     """
     triangles, points = mesh.triangles, mesh.points.copy()
     edges, sides = topology.unique_edges(triangles)
