@@ -103,7 +103,7 @@ class FaceWrinkleAccessor:
         check_range("time", time, -1e9, 1e9)
         check_whole("max_level", max_level, 0, FINEST, "Each level has four times as many triangles.")
         if isinstance(words.get("strength"), Compression | str):
-            raise ParameterError("nothing compresses a mesh that is still; give a number or a function as strength.")
+            raise ParameterError("nothing compresses a mesh that keeps still; give a number or a function as strength.")
         if "begin" in words:
             raise ParameterError(
                 f"the time to evaluate a pattern at is `time`; leave out begin, received {words['begin']!r}."
