@@ -69,7 +69,7 @@ class FaceWrinkleAccessor:
         ----------
         pattern : str, Pattern, callable f(x, y, t), or sequence of these
             See :class:`facewrinkle.PatternLayer`. With `landmarks`, the name of a preset
-            (:func:`facewrinkle.layers.patterns_on_skin.presets.names`), on both sides where it names none.
+            (:func:`facewrinkle.layers.patterns_on_skin.presets.names`), on both sides if the name has no side.
         centre, up, size :
             See :class:`facewrinkle.Region`; in the coordinates and unit of the mesh. If the mesh has several connected
             parts, the pattern is laid on the one nearest to the centre.
@@ -80,7 +80,7 @@ class FaceWrinkleAccessor:
         units : str or float, optional
             Unit of the mesh, or mm per unit. Default: mm, or by the size of the face.
         max_level : int
-            Triangles are split at most this often.
+            The most times that a triangle is split.
         **words
             Options of the layer, the pattern and the region.
 
@@ -93,7 +93,7 @@ class FaceWrinkleAccessor:
         Raises
         ------
         ParameterError
-            If the mesh is much too coarse for the pattern with `max_level`, or the strength is that of compressed skin.
+            If the mesh is much too coarse for the pattern with `max_level`, or the strength is set by compression.
 
         Warns
         -----
@@ -135,10 +135,10 @@ class FaceWrinkleAccessor:
         path, start :
             See :class:`facewrinkle.SheddingTear`; in the coordinates of the mesh.
         t : float, optional
-            Seconds. Default: the time at which the water has arrived at its end.
+            Seconds. Default: the end, when the water has run all the way.
         **options
-            Of :class:`facewrinkle.SheddingTear`, those of its groups by their own names, such as ``roughness=0.0``;
-            `unit` is mm per unit of the mesh.
+            Options of :class:`facewrinkle.SheddingTear` and, by their own names, of its groups, such as
+            ``roughness=0.0``; `unit` is mm per unit of the mesh.
 
         Returns
         -------
@@ -158,7 +158,7 @@ class FaceWrinkleAccessor:
 
 
 def patterned(face: Face, layers: list[PatternLayer], max_level: int) -> pv.PolyData:
-    """Return a still face with layers on it, refined as they need it."""
+    """Return a face that does not move with layers on it, refined as they need it."""
     needed = max(layer.level_needed(face) for layer in layers)
     simulation = Simulation(face, Refinement(max_level=min(needed, max_level)), layers, motion=Still(face, 1e-9))
     frame, cells = simulation.step(), -1
@@ -188,7 +188,7 @@ def _nearest_part(
 
 
 def _combined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
-    """Return both meshes as one; arrays that `rest` lacks are 0 there."""
+    """Return both meshes as one; arrays that `rest` lacks are 0 at its points."""
     if rest is None:
         return mesh
     rest = rest.compute_normals(cell_normals=False, split_vertices=False)

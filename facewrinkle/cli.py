@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 after success, 1 after an error, 2 after wrong usage, 130 after Ctrl-C, 143 after SIGTERM. An error is one
         line on stderr.
     """
-    if sys.platform.startswith("linux"):  # VTK would look for a display first
+    if sys.platform.startswith("linux"):  # else VTK would look for a display
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     with warnings.catch_warnings(), interrupts() as seen:
@@ -76,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return FAILED
         except Exception as error:
-            if seen:  # VTK drops the interrupt inside its callbacks, and something else breaks
+            if seen:  # VTK drops an interrupt inside its callbacks, and something else fails
                 return _complain("interrupted.", _code(seen))
             if isinstance(error, FaceWrinkleError):
                 return _complain(_one_line(error), FAILED)
@@ -111,7 +111,7 @@ _show = warnings.showwarning
 
 
 def _notice(message: Warning | str, category: type[Warning], *where: object, **rest: object) -> None:
-    """Show our own warnings as notices of one line, and others as ever."""
+    """Show the warnings of this package as notices of one line, and others as usual."""
     if issubclass(category, FaceWrinkleWarning):
         print(f"facewrinkle: note: {' '.join(str(message).split())}", file=sys.stderr)
     else:

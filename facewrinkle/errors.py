@@ -15,7 +15,7 @@ LARGEST = 1e50
 """Coordinates must be smaller than this, so that products of six of them do not overflow."""
 
 LISTED = 48
-"""The most known names that an error lists."""
+"""An error lists at most this many known names."""
 
 
 class FaceWrinkleError(ValueError):
@@ -151,7 +151,7 @@ class FitWarning(FaceWrinkleWarning):
 
 
 def warn(message: str, category: type[FaceWrinkleWarning] = FaceWrinkleWarning) -> None:
-    """Warn at the line that called this package, however deep inside it the reason is."""
+    """Warn at the line that called this package, from however deep inside the package."""
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals["__name__"].partition(".")[0] == __package__:
         level, frame = level + 1, frame.f_back
@@ -159,7 +159,7 @@ def warn(message: str, category: type[FaceWrinkleWarning] = FaceWrinkleWarning) 
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameError:
-    """Return the error for `name`, with the nearest known names as suggestions."""
+    """Return the error for an unknown `name`, with the nearest known names as suggestions."""
     known = list(dict.fromkeys(known))
     close = get_close_matches(str(name), known, n=3, cutoff=0.5)
     if not known:

@@ -1,4 +1,4 @@
-"""Frames and pictures as files: the mesh of one moment, a time series, a movie; and the folder they go to."""
+"""Frames and pictures as files: the mesh of one frame, a time series, a movie; and the folder they go to."""
 
 from ..mesh.files import output_folder
 from .meshes import write_mesh

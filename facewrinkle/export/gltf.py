@@ -29,7 +29,7 @@ SKIN_COLOUR = [0.72, 0.41, 0.27, 1.0]
 """Linear light of a mesh with neither texture nor colours."""
 SKIN_ROUGHNESS = 0.55
 ROUGHNESS = {"eye": 0.05, "upper": 0.25, "lower": 0.25, "mouth": 1.0, "tears": 0.0}
-"""By the first word of a name: eyes, teeth and tears are wet; "mouth" is the dark behind the lips."""
+"""Roughness by the first word of a name: eyes, teeth and tears are wet; "mouth" is the dark behind the lips."""
 
 
 def gltf(models: Mapping[str, Model], unit: float, rotation: Array | None = None, *, binary: bool) -> bytes:

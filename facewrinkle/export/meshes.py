@@ -1,4 +1,4 @@
-"""The mesh of a moment as a file for other programs: glTF, OBJ or PLY, with normals, texture and colours."""
+"""The mesh of one frame as a file for other programs: glTF, OBJ or PLY, with normals, texture and colours."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def write_mesh(
     parts: bool = False,
     tears: Iterable[pv.PolyData] = (),
 ) -> Path:
-    """Write the mesh of a moment for other programs, refined and wrinkled, with normals, texture and colours.
+    """Write the mesh of one frame for other programs, refined and wrinkled, with normals, texture and colours.
 
     glTF holds everything in one file, in metres and upright, as the format asks: points stay as they are, and the nodes
     scale them, and turn them by right angles until the face looks along +z with +y up. OBJ comes with NAME.mtl, and
@@ -53,8 +53,8 @@ def write_mesh(
         In glTF, add meshes for eyes, for the teeth between parted lips, and for all parts that came with the face, such
         as hair.
     tears : iterable of PolyData
-        Surfaces of tears at this moment. In glTF they are a transparent mesh "tears", in OBJ a group of this name with
-        a material of its own; PLY knows neither, and they go to a second file, NAME_tears.ply.
+        Surfaces of tears at this time. In glTF they are a transparent mesh "tears", in OBJ a group of this name with a
+        material of its own; PLY knows neither, and they go to a second file, NAME_tears.ply.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def write_mesh(
 
 
 def sidecar_files(path: Path, *, textured: bool, tears: bool) -> list[Path]:
-    """Return the files that :func:`write_mesh` writes beside one."""
+    """Return the files that :func:`write_mesh` writes beside the file `path`."""
     match path.suffix.lower():
         case ".obj":
             found = [path.with_suffix(".mtl")] if textured or tears else []
@@ -122,7 +122,7 @@ def sidecar_files(path: Path, *, textured: bool, tears: bool) -> list[Path]:
 
 
 def _texture_file(path: Path) -> Path:
-    """Path of the texture of a mesh file; pictures of the mesh may have its own name."""
+    """Path of the texture of a mesh file, unlike that of pictures, which may be named like the mesh."""
     return path.with_name(f"{path.stem}_texture.png")
 
 
@@ -144,7 +144,7 @@ def _millimetres_per_unit(frame: pv.PolyData, face: Face | None) -> float:
 
 
 def _upright_rotation(face: Face | None) -> Array | None:
-    """Return the rotation by right angles that brings a face closest to +y up and +z forward; None if it is there."""
+    """Return the rotation by right angles that brings a face closest to +y up and +z forward; None for no turn."""
     if face is None or not face.landmarks:
         return None
     axes = face.frame.axes

@@ -20,7 +20,7 @@ IntArray = npt.NDArray[np.int64]
 Image = npt.NDArray[np.uint8]
 
 ORIGIN = " origin"
-"""Name of the array that remembers vertices of the frame while they are split at seams."""
+"""Name of the array with the numbers of the frame's vertices while they are split at seams."""
 
 WATER_INDEX, WATER_OPACITY = 1.33, 0.3
 """Refractive index of tears, and their opacity in programs that do not refract."""
@@ -35,16 +35,16 @@ class Model:
     points, normals : ndarray, shape (n, 3)
     triangles : ndarray of int, shape (m, 3)
     origin : ndarray of int, shape (n,)
-        Vertex of the frame that each vertex is; the frame's own come first, then their twins at texture seams.
+        Vertex of the frame that each vertex comes from; the frame's own come first, then their twins at texture seams.
     uv : ndarray, shape (n, 2), optional
         Texture coordinates, v upwards.
     colours : ndarray of uint8, shape (n, 3), optional
     png : bytes, optional
         The texture.
     cutout : bool
-        Leave out what is transparent in the texture.
+        Draw nothing where the texture is transparent.
     water : bool
-        Draw it as water.
+        Draw the mesh as water.
     """
 
     points: Array

@@ -119,7 +119,9 @@ def _checked(image: np.ndarray, shapes: list[tuple[int, ...]]) -> np.ndarray:
         )
     shapes.append(image.shape[:2])
     if shapes[-1] != shapes[0]:
-        raise ParameterError(f"all pictures must be {shapes[0]} as the first, {len(shapes) - 1} is {shapes[-1]}.")
+        raise ParameterError(
+            f"all pictures must have the size of the first, {shapes[0]}; picture {len(shapes) - 1} has {shapes[-1]}."
+        )
     return image[..., :3]
 
 

@@ -23,7 +23,7 @@ LATEST = float(np.finfo(np.float32).max)
 """The latest time that a file can hold, in single precision."""
 
 COMPRESSION = 1
-"""Of the HDF5 data, 0 to 9."""
+"""Level of compression of the HDF5 data, 0 to 9."""
 
 
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
@@ -78,8 +78,8 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
 def _written(frames: Iterator[pv.PolyData], times: list[float], path: Path) -> bool:
     """Return True if VTK wrote the file.
 
-    It works in a thread of its own and asks for the frames, which are made in this one: an interrupt by the user
-    arrives here, and never inside VTK, which would drop it.
+    VTK works in a thread of its own and asks for the frames, which are made in the calling thread: an interrupt by the
+    user arrives here, and never inside VTK, which would drop it.
     """
     source, frame = _FrameSource(times), None
     thread = threading.Thread(target=source.write, args=(path,), daemon=True)
@@ -92,7 +92,7 @@ def _written(frames: Iterator[pv.PolyData], times: list[float], path: Path) -> b
             if source.taken == len(times) and next(frames, None) is not None:
                 raise ParameterError(f"every frame needs a time, received {len(times)} times and more frames.")
         finally:
-            source.answers.put(None)  # whatever else it asks for
+            source.answers.put(None)  # whatever else the writer asks for
             thread.join()
     return source.written and path.exists()
 
@@ -142,7 +142,7 @@ class _FrameSource(VTKPythonAlgorithmBase):
         self.writer.SetCompressionLevel(COMPRESSION)
 
     def write(self, path: Path) -> None:
-        """Write the file, up to the last frame that there is."""
+        """Write the file, with all frames that arrive."""
         try:
             self.writer.SetFileName(str(path))
             self.written = bool(self.writer.Write())

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 SWEEPS = 2
-"""Passes over all vertices once each has a first value."""
+"""Further passes over all vertices, once each has a first value."""
 
 
 @njit(cache=True)
@@ -40,7 +40,7 @@ def _pop(heap, keys, size):
 
 @njit(cache=True)
 def _wrapped(angle):
-    """The same angle in [-pi, pi]."""
+    """The angle, less whole turns, in [-pi, pi]."""
     return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
 
 
@@ -49,8 +49,8 @@ def _through(points, i, j, k, distance, angle):
     """Distance and angle at i of the straight line through the edge j k, and the angle by which it misses the edge.
 
     The triangle of the source and the edge and the triangle j k i of the mesh are unfolded into one plane. As j k i is
-    oriented, a source beyond the edge sees k to the right of j. All is infinite where no line leads through the edge:
-    for a source on the near side, for lines that lead back, and for those longer than the detour by j.
+    oriented, a source beyond the edge sees k to the right of j. Distance and miss are infinite where no line leads
+    through the edge: for a source on the near side, for lines that lead back, and for lines longer than by way of j.
     """
     e, r = points[k] - points[j], points[i] - points[j]
     length = np.sqrt((e * e).sum())

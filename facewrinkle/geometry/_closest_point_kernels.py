@@ -67,5 +67,5 @@ def closest_in_triangle(p, a, b, c, weights):
 
 @njit(cache=True)
 def _share(along, length):
-    """Position on a side from 0 to 1, of a product with it and its length squared."""
+    """Position on a side, from 0 to 1, given the dot product of an offset with the side, and the side squared."""
     return 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)

@@ -1,4 +1,4 @@
-"""Inner loop of the depth buffer: triangles over the nodes of a grid."""
+"""Inner loop of the depth buffer: heights of triangles at the nodes of a grid."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numba import njit
 
 @njit(cache=True)
 def rasterise(points, triangles, x0, y0, step, low, high, depth):
-    """Largest z of the triangles over every grid point (x0 + j step, y0 + i step) that lies in [low, high]."""
+    """Write the largest z in [low, high] of the triangles at every node (x0 + j step, y0 + i step); -inf for none."""
     rows, columns = depth.shape
     depth[:] = -np.inf
     for f in range(triangles.shape[0]):

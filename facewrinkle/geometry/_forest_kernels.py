@@ -46,7 +46,7 @@ N_NODES, N_EDGES, N_POINTS, FREE_NODES, FREE_HALVES, FREE_INNER, FIRST, LAST, ST
     8,
 )
 NONE, IDLE = -1, -2
-# What becomes of a split node when the mesh is coarsened.
+# Status of a split node while the mesh is coarsened: not decided, stays split, or is to become a leaf.
 UNKNOWN, SPLIT, TAKEN = 0, 1, 2
 # The most rows that one red split adds: 4 nodes; 3 pairs of halves and 3 inner edges; 3 midpoints.
 ROOM = 9
@@ -216,7 +216,7 @@ def _split_red(nodes, edges, points, state, x):
 
 @njit(cache=True)
 def grow(nodes, edges, points, state, marked, max_level):
-    """Split the marked leaves and all that must follow; False if the tables are full and must grow first."""
+    """Split the marked leaves and all that must follow; return False if the tables are full and must grow first."""
     for i in range(len(marked)):
         x = np.int64(marked[i])
         if nodes[x, LEVEL] < max_level:
@@ -236,7 +236,7 @@ def grow(nodes, edges, points, state, marked, max_level):
 
 @njit(cache=True)
 def _candidates(nodes, leaf, marked, status, found):
-    """List the nodes whose four children are leaves, marked with both green halves; return their number."""
+    """List the nodes whose four children are leaves and all marked, both green halves; return their number."""
     for i in range(len(leaf)):
         parent = nodes[leaf[i], PARENT]
         if not marked[i] and parent >= 0:
@@ -324,7 +324,7 @@ def _close(nodes, edges, state, x):
 
 @njit(cache=True)
 def _join(nodes, edges, state, e):
-    """Make one edge of e and its halves again."""
+    """Undo the bisection of edge e."""
     _free(edges, edges[e, HALF], 2, WHOLE, state, FREE_HALVES)
     edges[e, MIDPOINT], edges[e, HALF] = NONE, NONE
     side = edges[e, SIDES]
@@ -335,7 +335,7 @@ def _join(nodes, edges, state, e):
 
 @njit(cache=True)
 def prune(nodes, edges, state, leaf, marked, status, found, gone):
-    """Remove sibling leaves where all four are marked, and mark the vertices that are `gone`.
+    """Remove sibling leaves where all four are marked, and set `gone` for the vertices that vanish.
 
     `status` (UNKNOWN for every node) and `found` (room for a quarter of the leaves) are scratch space.
     """
@@ -386,7 +386,7 @@ def read_leaves(nodes, edges, n_roots, triangles, leaf):
 
 @njit(cache=True)
 def weigh(points, triangles0, corners, barycentric, first):
-    """Give each vertex from `first` on the mean of the barycentric coordinates of the two that it lies between."""
+    """Give each vertex from `first` on the mean of the barycentric coordinates of the two it is the midpoint of."""
     for v in range(first, len(corners)):
         for k in range(3):
             corner = triangles0[points[v, POINT_HOST], k]

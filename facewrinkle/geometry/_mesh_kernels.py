@@ -8,7 +8,7 @@ from numba import njit
 
 @njit(cache=True)
 def accumulate(points, triangles, out):
-    """Sum of face normals, weighted by area, per vertex; not normalised."""
+    """Sum the normals of the triangles at each vertex, weighted by area; not normalised."""
     out[:] = 0.0
     for f in range(triangles.shape[0]):
         i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -71,8 +71,8 @@ def mark_triangles(
 ):  # fmt: skip
     """Mark the triangles to split, and those that are finer than they have to be.
 
-    Triangles are split by Eq. 19, guarded where rest normals are nearly orthogonal, or where a half cycle of a wrinkle
-    would have too few vertices.
+    Triangles are split where Eq. 19 (its denominator bounded, for rest normals that are nearly orthogonal) exceeds
+    `gamma_c`, and where a half cycle of a wrinkle would have too few vertices.
     """
     for f in range(triangles.shape[0]):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -104,7 +104,7 @@ def mark_triangles(
 
 @njit(cache=True)
 def interpolate_corners(values, base, triangles, roots, hosts, weights, out):
-    """Interpolate values (m0, 3, d) at the corners of base triangles, at the corners (m, 3, d) of triangles in them.
+    """Interpolate values (m0, 3, d) at corners of base triangles for the corners (m, 3, d) of the triangles in them.
 
     Vertex v lies in the base triangle with the vertices hosts[v], at weights[v]; that triangle may be a neighbour of
     the root of a triangle at v. Sums run over the corners of the root: on an edge one of the three terms is 0, so

@@ -55,7 +55,7 @@ def _pierces(p, q, a, b, c):
 
 @njit(cache=True)
 def pierced(points, edges, triangles, order, leaf, low, high, out):
-    """Write pairs of an edge and a triangle that it runs through to `out`, as many as fit; return the number of all."""
+    """Write pairs of an edge and a triangle that it pierces to `out`, as many as fit; return how many there are."""
     first, count = low.shape[0] // 2, 0
     stack = np.empty(64, np.int64)
     for e in range(edges.shape[0]):

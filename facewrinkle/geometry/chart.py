@@ -18,8 +18,8 @@ IntArray = npt.NDArray[np.int32]
 def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up: npt.ArrayLike, reach: float) -> Array:
     """Positions of the vertices as seen from `centre`: the logarithmic map of the surface.
 
-    Distance and direction of the straightest line from the centre run outwards over the triangles, two known corners
-    giving the third: exact on surfaces that can be unrolled.
+    The length and direction of the straightest line from the centre spread outwards over the triangles: two known
+    corners give the third. Exact on surfaces that can be unrolled.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up:
     triangles : ndarray of int32, shape (m, 3)
     centre : ClosestPoint
     up : array_like, shape (3,)
-        The second axis is its part in the tangent plane at the centre.
+        Its part in the tangent plane at the centre is the direction of the second axis.
     reach : float
         Vertices farther away than this are left out, except some just beyond it.
 

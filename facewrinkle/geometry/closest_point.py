@@ -1,4 +1,4 @@
-"""The point of a mesh that is closest to some point."""
+"""The point of a mesh that is closest to a given point."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ IntArray = npt.NDArray[np.int32]
 
 @dataclass(frozen=True, eq=False)
 class ClosestPoint:
-    """The point of a mesh that is closest to some point.
+    """The point of a mesh that is closest to a given point.
 
     Attributes
     ----------
     triangle : int
     barycentric : ndarray, shape (3,)
     point, normal : ndarray, shape (3,)
-        The place, and the unit normal there; zero on triangles without area.
+        Its position, and the unit normal interpolated there; zero on triangles without area.
     distance : float
 
     Examples

@@ -1,4 +1,4 @@
-"""Depth buffers: the foremost place of a surface, seen along -z, over a grid."""
+"""Depth buffers: the foremost surface seen along -z, as heights over a grid."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def depth_buffer(
     shape: tuple[int, int],
     span: tuple[float, float] = (-np.inf, np.inf),
 ) -> Array:
-    """Return the largest z of triangles over the nodes of a grid, exact there.
+    """Return the largest z of triangles at the nodes of a grid, exact at the nodes.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def depth_buffer(
     shape : tuple of int
         Number of rows, along y, and of columns, along x.
     span : tuple of float
-        Only what lies between these two z is seen.
+        Only surface between these two z is seen.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def depth_buffer(
 
     Examples
     --------
-    A slanted triangle, and a place beside it:
+    A slanted triangle, and nodes beside it:
 
     >>> corners = np.array([[0.0, 0, 0], [2, 0, 2], [0, 2, 0]])
     >>> depth_buffer(corners, np.array([[0, 1, 2]]), (0.0, 0.0), 1.0, (2, 4))
@@ -55,7 +55,7 @@ def depth_buffer(
 
 
 def sampled_depth_buffer(pixels: IntArray, heights: Array, shape: npt.ArrayLike) -> Array:
-    """Return the largest height of samples in every pixel, as of points or of triangles that are sampled densely.
+    """Return the largest height in every pixel of samples: points, or triangles that are sampled densely.
 
     A pixel shows the foremost sample anywhere in it, not the surface at its middle: slits and steps are closed or
     widened by up to a pixel.

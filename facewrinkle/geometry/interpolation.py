@@ -75,8 +75,8 @@ def height_above(
 ) -> Array:
     """Heights (n,) of a mesh above points (n, 3), along unit directions (n, 3).
 
-    For each point the highest of the triangles `near` it (n, k) counts, of those within `deep` that face the direction;
-    -inf where there is none.
+    Only the triangles `near` each point (n, k) count, and of these the ones that face its direction and lie within
+    `deep` of it. The highest gives the height; -inf where there is none.
 
     Examples
     --------

@@ -12,13 +12,13 @@ from ..errors import FitWarning, ParameterError, check_range, check_whole, warn
 Array = npt.NDArray[np.float64]
 
 BLOCK = 2**20
-"""The most numbers in the largest array at any time."""
+"""The largest array holds at most this many numbers at any time."""
 
 DEGENERATE = 1e-9
 """Singular values below this share of the largest one count as zero."""
 
 LEAST = 1e-12
-"""Smallest weight relative to the largest: even right next to a point, the others still decide the degree."""
+"""Smallest weight relative to the largest: even right next to a point, the others still determine the polynomial."""
 
 
 def monomials(offset: Array, degree: int) -> Array:
@@ -39,7 +39,7 @@ def monomials(offset: Array, degree: int) -> Array:
 def moving_least_squares(
     x: npt.ArrayLike, points: npt.ArrayLike, values: npt.ArrayLike, degree: int = 1, epsilon: float = 0.0
 ) -> Array:
-    """Values f(x) of polynomials fitted to the values f_i at p_i, with weights of its own for each x.
+    """Values f(x) of polynomials fitted to the values f_i at p_i, each x with weights of its own.
 
     The paper's normal equations ``f(x) = b(x)^T A^-1 sum_i w_i b(p_i) f_i``, ``A = sum_i w_i b b^T``,
     ``w_i = 1/(|x - p_i|^2 + epsilon^2)``, are solved as the least-squares problem behind them, in a basis that is
@@ -62,8 +62,8 @@ def moving_least_squares(
     Raises
     ------
     ParameterError
-        For shapes that do not fit, numbers that are not finite, a negative epsilon, or a degree that is no whole
-        number from 0 to 8.
+        For shapes that do not fit, numbers that are not finite, an epsilon outside [0, 1e50], or a degree that is not
+        a whole number from 0 to 8.
 
     Warns
     -----
@@ -83,7 +83,7 @@ def moving_least_squares(
             f"x must be (q, d), points (n, d) and values (n,), received {where.shape}, {points.shape}, {values.shape}."
         )
     if not len(points) or not all(np.isfinite(a).all() for a in (where, points, values)):
-        raise ParameterError("x, points and values must be finite, and there must be one point at least.")
+        raise ParameterError("x, points and values must be finite, and there must be at least one point.")
     out, lowered = np.empty(len(where)), 0
     size = max(BLOCK // (len(points) * monomials(points[0], degree).size), 1)
     for first in range(0, len(where), size):

@@ -14,9 +14,9 @@ def morton_order(cells: npt.NDArray[np.integer], bits: int) -> IntArray:
     Parameters
     ----------
     cells : ndarray of int, shape (n, d)
-        Rows, columns and so on, from 0 to ``2**bits - 1``. The last column counts most.
+        Position of each cell along the d axes of the grid, from 0 to ``2**bits - 1``. The last axis counts most.
     bits : int
-        At most 63 for all d columns together.
+        Bits per axis; at most 63 for all axes together.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Nested dissection: the order in which the vertices of a large mesh are eliminated from a sparse system."""
+"""Nested dissection: an order in which to eliminate the vertices of a large mesh from a sparse system."""
 
 from __future__ import annotations
 

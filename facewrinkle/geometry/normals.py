@@ -37,8 +37,9 @@ def vertex_normals(points: npt.ArrayLike, triangles: npt.ArrayLike) -> Array:
 def detail_normals(bare: Array, displaced: Array, triangles: npt.NDArray[np.int32], smooth: Array) -> Array:
     """Normals of a displaced refined mesh without the facets of the coarse mesh below it.
 
-    New vertices lie on flat coarse triangles, and shading by their own normals would show these. So only the change of
-    the normals by the displacement is taken from the mesh, and added to `smooth`, the interpolated coarse normals.
+    New vertices lie on flat coarse triangles, and shading by their own normals would show those facets. So only the
+    change of the normals by the displacement is taken from the mesh, and added to `smooth`, the interpolated coarse
+    normals.
 
     Parameters
     ----------

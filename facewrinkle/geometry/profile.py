@@ -52,7 +52,7 @@ def bulge_height(k0: float | Array, alpha: float) -> float | Array:
     Raises
     ------
     ParameterError
-        If `alpha` is below -1 or not finite.
+        If `alpha` is not in [-1, 100].
 
     Examples
     --------
@@ -92,7 +92,7 @@ def shape(w: float | npt.ArrayLike, u: float, k0: float | Array = 1.0, alpha: fl
     Raises
     ------
     ParameterError
-        If `alpha` is negative or `u` is not positive.
+        If `alpha` is not in [0, 100], `blunt` not in [0, 1], or `u` not positive.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def shape(w: float | npt.ArrayLike, u: float, k0: float | Array = 1.0, alpha: fl
 
 
 def _below(s: Array, alpha: float) -> Array:
-    """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, continued with the period 2."""
+    """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, which is repeated from [-1, 1] with the period 2."""
     cycles = np.round(0.5 * s)
     within = s - 2.0 * cycles
     full = (2.0 ** (alpha + 1.0) - 1.0) / (alpha + 1.0)
@@ -228,7 +228,7 @@ def anisotropy(epsilon: npt.ArrayLike) -> Array:
 
 
 def deepest(wavelength: npt.ArrayLike, epsilon: npt.ArrayLike) -> Array:
-    """The greatest height from furrow to bulge to which skin of fixed length can fold when compressed by epsilon.
+    """The greatest height, from furrow to bulge, of the folds of inextensible skin that is compressed by epsilon.
 
     A wave of length L whose arc is longer than its chord by the share epsilon measures ``2 L sqrt(epsilon) / pi`` from
     its lowest to its highest point (a sine, to second order in its slope); 0 where the skin is stretched. In the unit

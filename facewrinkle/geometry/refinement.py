@@ -42,7 +42,7 @@ class Change:
 
     Examples
     --------
-    A value of each vertex follows the mesh:
+    One value per vertex, kept in step with the mesh:
 
     >>> forest, height = RedGreenForest([[0, 1, 2], [2, 1, 3]]), np.array([1.0, 2.0, 3.0, 4.0])
     >>> change = forest.split([0])
@@ -61,7 +61,7 @@ class Change:
 
 
 class RedGreenForest:
-    """The red splits of a triangle mesh, and the conforming mesh they stand for.
+    """The red splits of a triangle mesh, and the conforming mesh that follows from them.
 
     Triangles come depth first, in the order of the base mesh; new vertices are appended to the old ones. The
     arrays are snapshots: later changes of the forest leave them as they are.
@@ -71,7 +71,7 @@ class RedGreenForest:
     triangles : array_like of int, shape (m0, 3)
         The base mesh M0. Boundaries, several components and non-manifold edges are allowed.
     max_level : int, optional
-        Triangles at this level are not split again; 52 at most, which is the default.
+        Triangles at this level are not split again; at most 52, which is the default.
     n_points : int, optional
         Number of vertices of M0, n0, if some have no triangle; by default the largest index + 1.
 
@@ -158,7 +158,7 @@ class RedGreenForest:
         kernels.prune(self._nodes, self._edges, self._state, self._leaf, mask, status, found, gone)
         if not gone.any():
             return Change(slice(None), 0)
-        # Midpoints are younger than their ends, so closing the gaps in order keeps them so. The last entry
+        # Midpoints are younger than their ends, so closing the gaps in order keeps their order. The last entry
         # renumbers NONE.
         renumber = np.append(np.cumsum(~gone, dtype=np.int32) - 1, kernels.NONE).astype(np.int32)
         n_nodes, n_edges, _ = self._state[: kernels.FREE_NODES]
@@ -176,7 +176,7 @@ class RedGreenForest:
         return Change(kept, 0)
 
     def copy(self) -> Self:
-        """An independent forest in the same state."""
+        """Return an independent forest in the same state."""
         twin = object.__new__(type(self))
         vars(twin).update(vars(self))
         used = self._state[: kernels.FREE_NODES]
@@ -242,7 +242,7 @@ class RedGreenForest:
         return csr_array((values[used], columns[used], offsets), shape=(self.n_points, n0))
 
     def _mask(self, marked: ArrayLike) -> BoolArray:
-        """The marks as one bool per triangle."""
+        """Return the marks as one bool per triangle."""
         array, m = np.asarray(marked), len(self._leaf)
         if array.dtype == bool and array.shape == (m,):
             return array
@@ -301,7 +301,7 @@ def refined(triangles: ArrayLike, marked: ArrayLike) -> tuple[IntArray, csr_arra
 
 
 def _table(used: int, width: int) -> IntArray:
-    """Room for `used` rows and as many more."""
+    """Return a table with room for `used` rows and at least as many more."""
     return np.empty((2 * used + 4 * kernels.ROOM, width), np.int32)
 
 
@@ -312,12 +312,12 @@ def _copied(table: IntArray, used: int, room: int) -> IntArray:
 
 
 def _enlarged(table: IntArray, used: int) -> IntArray:
-    """The table, or one of twice its size if it is about to run over."""
+    """Return the table, or one of twice its size if it is about to overflow."""
     return _copied(table, used, 2 * len(table)) if used + kernels.ROOM > len(table) else table
 
 
 def _frozen(array: AnyArray) -> AnyArray:
-    """A read-only view."""
+    """Return a read-only view."""
     view = array.view()
     view.flags.writeable = False
     return view

@@ -1,4 +1,4 @@
-"""Rotations and shifts between two sets of points: how a head has moved while its face did too."""
+"""Rotation and shift between two sets of points, such as those of a head whose face moves too."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def closest_rotations(covariances: Array) -> Array:
 
 
 class RigidAlignment:
-    """The motion as a whole of points that mostly keep still among each other.
+    """Finds the rigid motion of points of which most move together.
 
     Parameters
     ----------
@@ -52,9 +52,9 @@ class RigidAlignment:
         self.rest = rest
 
     def pose(self, now: Array, tolerance: float, rounds: int = 12) -> Array:
-        """The rotation and shift of most points as a matrix (4, 4).
+        """Return the rotation and shift that take most points from rest to `now`, as a matrix (4, 4).
 
-        Points that moved otherwise, by more than the tolerance, count little (Geman and McClure's weights, anew after
+        Points that this leaves farther off than the tolerance count little (Geman and McClure's weights, anew after
         each least-squares fit).
         """
         turn, shift = np.eye(3), np.zeros(3)

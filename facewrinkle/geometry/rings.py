@@ -53,16 +53,16 @@ def ring_triangles(
     last: int | None = None,
     diagonal: Literal["bd", "ac"] = "bd",
 ) -> IntArray:
-    """Triangles between consecutive rings of points, and from the first and last ring to a point where they end.
+    """Triangles between consecutive rings of points and, if they are given, to points that close the ends.
 
-    Seen from outside they are counter-clockwise, if the rings are so when seen from beyond the last one.
+    Seen from outside they are counter-clockwise, if the rings are counter-clockwise seen from beyond the last one.
 
     Parameters
     ----------
     n, rings, closed, start
         As for :func:`ring_quads`.
     first, last : int, optional
-        Points in which the surface ends before the first and after the last ring. Default: it is open there.
+        Points that close the surface before the first and after the last ring. Default: it is open there.
     diagonal : {"bd", "ac"}
         Corners between which the quadrilaterals [a, b, c, d] are split.
 

@@ -1,4 +1,4 @@
-"""Points spread evenly over triangles, without chance: the same ones every time."""
+"""Points spread evenly over triangles, not at random: the same ones every time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
 def triangle_samples(count: int) -> tuple[Array, Array]:
     """Coordinates u and v (count,) of points a + u (b - a) + v (c - a) of a triangle.
 
-    They are the additive sequence of the plastic number: evenly spread, also in every stretch of it.
+    They are the additive sequence of the plastic number, every stretch of which is evenly spread.
 
     Examples
     --------

@@ -26,9 +26,9 @@ class SplitMesh:
     Attributes
     ----------
     triangles : ndarray of int, shape (m, 3)
-        In the numbers of the split vertices.
+        Numbers of the split vertices.
     origin : ndarray of int, shape (p,)
-        The vertex that each of them comes from; the first n are the vertices themselves, in order.
+        The vertex of the mesh that each comes from; the first n are those of the mesh, in order.
     values : ndarray, shape (p, d)
     """
 

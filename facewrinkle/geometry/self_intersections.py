@@ -22,7 +22,7 @@ BITS = 10
 
 
 def self_intersections(points: Array, triangles: NDArray[np.integer]) -> IntArray:
-    """Pairs of triangles (k, 2) of which an edge of the first runs through the inside of the second.
+    """Pairs (k, 2) of triangles in which an edge of the first runs through the inside of the second.
 
     Triangles that only touch or lie in one plane do not count, nor do neighbours at an edge.
 
@@ -66,7 +66,7 @@ def intersection_sites(pairs: IntArray, triangles: NDArray[np.integer]) -> list[
 
     Examples
     --------
-    Of two pairs that intersect, the first is far from the second:
+    Two pairs that intersect, far from each other:
 
     >>> triangles = np.arange(12).reshape(4, 3)
     >>> [site.tolist() for site in intersection_sites(np.array([[0, 2], [1, 3]]), triangles)]
@@ -83,7 +83,7 @@ def intersection_sites(pairs: IntArray, triangles: NDArray[np.integer]) -> list[
 
 
 def _near_each_other(places: Array) -> IntArray:
-    """An order in which places (n, 3) that are near each other mostly follow each other."""
+    """Order in which places (n, 3) that are near each other mostly follow each other."""
     span = float(np.ptp(places, axis=0).max()) or 1.0
     steps = ((places - places.min(axis=0)) / span * (2**BITS - 1.0)).astype(np.int64)
     return morton_order(steps, BITS)

@@ -1,6 +1,6 @@
 """Connectivity of triangle meshes: edges, rings, boundary loops, components, orientation.
 
-All is integers here: a mesh is its triangles (m, 3), and no function looks at coordinates. A *half-edge*
+A mesh here is its triangles (m, 3), all integers; no function looks at coordinates. A *half-edge*
 `3 t + s` is side `s` of triangle `t`, directed from its corner `s` to its corner `s + 1`.
 """
 
@@ -24,8 +24,8 @@ def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
     Raises
     ------
     MeshError
-        If the shape is not (m, 3) with m > 0, a vertex is no integer, negative or not below `n_points`, or a
-        triangle names a vertex twice.
+        If the shape is not (m, 3) with m > 0; if vertices are not integers, are negative or not below `n_points`; or if
+        a triangle names a vertex twice.
 
     Examples
     --------
@@ -49,7 +49,7 @@ def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
         worst = int(np.argmax(twice))
         raise MeshError(
             f"a triangle must have three different vertices, received {array[worst].tolist()} "
-            f"(triangle {worst}; {int(twice.sum())} such). Remove the degenerate triangles."
+            f"(triangle {worst}; {int(twice.sum())} in all). Remove the degenerate triangles."
         )
     return np.ascontiguousarray(array, dtype=np.int32)
 

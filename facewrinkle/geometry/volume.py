@@ -40,7 +40,7 @@ def swept_areas(points: npt.ArrayLike, displacement: npt.ArrayLike, triangles: n
 
 
 def swept_volumes(points: npt.ArrayLike, displacement: npt.ArrayLike, triangles: npt.ArrayLike) -> Array:
-    """Signed volume (m,) that each triangle sweeps when its corners are displaced; positive on its outer side.
+    """Signed volume (m,) that each triangle sweeps when its corners are displaced; positive if outwards.
 
     Examples
     --------

@@ -142,7 +142,7 @@ S0, S1, S2, S3, S4, S5, S6, S7, S8, S9 = (float(c) for c in _SERIES)
 
 @njit(cache=True, inline="always")
 def share_over(e):
-    """A(epsilon) / epsilon of Eq. 10, for e = min(epsilon, 1); in pairs, which do not wait for one another."""
+    """A(epsilon) / epsilon of Eq. 10, for e = min(epsilon, 1); terms are added in pairs, which run side by side."""
     y = e * e
     y2 = y * y
     low = (S0 + S1 * y) + (S2 + S3 * y) * y2

@@ -48,7 +48,7 @@ class Activation:
     muscles : list of Muscle
         Fold patterns of its muscles.
     zones : ndarray of bool, shape (k, m0)
-        Triangles that each may touch.
+        Triangles that each muscle may touch.
     field : StrainField
         Strain of the base mesh, at least in the zones.
 

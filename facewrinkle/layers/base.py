@@ -1,4 +1,4 @@
-"""Layers: each displaces the moving surface along its normals and asks for the triangles that this takes."""
+"""Layers: each displaces the moving surface along its normals and asks for the triangles that this needs."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class SurfacePoints:
 
     @classmethod
     def of_forest(cls, forest: RedGreenForest, points: Array, normals: Array, first: int = 0) -> Self:
-        """Return the vertices of a refined mesh, from number `first` on, of base vertices and unit normals (n0, 3)."""
+        """Return the vertices of a refined mesh, from number `first` on, given base vertices and normals (n0, 3)."""
         corners, barycentric = forest.corners[first:], forest.barycentric[first:]
         upright = interpolated(normals, corners, barycentric)
         kernels.normalise(upright)
@@ -139,7 +139,7 @@ class SurfaceState:
 
 @dataclass(frozen=True, eq=False)
 class Displacement:
-    """Heights that a layer adds to the bare surface at one time, and the triangles that they take.
+    """Heights that a layer adds to the bare surface at one time, and the triangles that they need.
 
     Attributes
     ----------

@@ -37,8 +37,8 @@ def edge_compression(
     Returns
     -------
     ndarray, shape (n,)
-        1 where the skin has vanished, negative where it is stretched. Exactly c under a uniform scaling by 1 - c; about
-        2c/3 under a uniaxial compression by c in an isotropic ring.
+        1 where all edges have shrunk to nothing, below 0 where the skin is stretched. Exactly c under a uniform scaling
+        by 1 - c; about 2c/3 under a uniaxial compression by c in an isotropic ring.
 
     Examples
     --------
@@ -234,7 +234,7 @@ def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple
     first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     first -= (first * normals).sum(axis=1, keepdims=True) * normals
     second = np.cross(normals, first)
-    # Coordinates in which the rest metric is the unit matrix: Gram-Schmidt in it.
+    # Tangents that are orthonormal in the rest metric, by Gram-Schmidt.
     first = first / np.sqrt(along(metric, first))[:, None]
     second = second - mixed(metric, first, second)[:, None] * first
     second /= np.sqrt(along(metric, second))[:, None]

@@ -40,7 +40,7 @@ class Folds:
     swing : ndarray, shape (p,)
         2^alpha At: from bulge to furrow at k0 = 1.
     steep : ndarray, shape (p,)
-        The same, relative to the deepest fold of this wavelength that skin of fixed length allows at epsilon = 1, 1/mm.
+        `swing` relative to the deepest fold of this wavelength that skin of fixed length allows at epsilon = 1, 1/mm.
     cycle : ndarray, shape (p,)
         Half cycle u as a length.
     coordinates : ndarray, shape (p, 2)
@@ -48,7 +48,7 @@ class Folds:
     direction : ndarray, shape (p, 3)
         Unit tangent across the folds.
     products : ndarray, shape (p, 6)
-        Products of its components over its squared length in the rest metric.
+        Products of the direction's components over its squared length in the rest metric.
     leading : ndarray of int32, shape (n,)
         The entry of the dominant muscle of each vertex, -1 for none.
 
@@ -164,7 +164,7 @@ def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Arra
 
 
 def _leading(starts: IntArray, size: Array, swing: Array) -> IntArray:
-    """The entry of the largest |H At| per vertex; At decides where H crosses zero."""
+    """The entry of the largest |H At| per vertex; where H is 0, that of the largest `swing`."""
     n = len(starts) - 1
     owner = np.repeat(np.arange(n), np.diff(starts))
     order = np.lexsort((swing, size, owner))

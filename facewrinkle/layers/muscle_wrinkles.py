@@ -26,7 +26,7 @@ BALANCING = 6
 """Rounds of balancing; each comes some hundred times closer than the one before."""
 
 SMALLEST = 0.5
-"""A wrinkle of less than this from bulge to furrow, mm, asks for no triangles."""
+"""A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""
 
 LABELS = ("lambda", "gamma", "muscle")
 """Point data of the dominant muscle that do not change with the contraction."""
@@ -53,8 +53,8 @@ class MuscleWrinkles:
         False, the amplitude is the paper's, which has no bound.
     balance : bool
         If True, the bulges of each muscle hold exactly as much volume as its furrows lack, on the mesh of each frame.
-        For that, bulges are lowered and furrows deepened by one share, up to a fifth: attenuation, uneven compression
-        and the triangles take from the volume that H alone keeps (Eq. 7).
+        Bulges are lowered and furrows deepened by the same share, up to a fifth, to make up for attenuation, uneven
+        compression and the triangles; H alone keeps the volume (Eq. 7).
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class MuscleWrinkles:
         self._edges: EdgeWeights | None = None
         self._activation: Activation | None = None
         self._folds = Folds.none(0)
-        self._missed, self._seeded = np.empty(0, int), np.empty(0, int)
+        self._missed, self._asking_vertices = np.empty(0, int), np.empty(0, int)
         self.rates = np.zeros(len(self._muscles))
         self._excess = np.zeros(len(self._muscles))
         self._epsilon, self._height, self._share = np.empty(0), np.empty(0), np.empty(0)
@@ -125,7 +125,7 @@ class MuscleWrinkles:
         n = len(self._height)
         self._folded = np.flatnonzero(np.diff(self._folds.starts)).astype(np.int32)
         self._buffers = np.zeros(n), np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
-        self._seeded = np.empty(0, int)
+        self._asking_vertices = np.empty(0, int)
         met = np.zeros(len(self._zones), bool)
         met[self._folds.muscle] = True
         self._missed = np.flatnonzero(self._folding & ~met)
@@ -137,12 +137,12 @@ class MuscleWrinkles:
         self.rates = state.rates if len(state.rates) else self._activated(state.base)
         k0 = self._k0 * self.rates
         height, blunt, spacing, across, active = self._buffers
-        spacing[self._seeded], active[self._seeded] = np.inf, False
+        spacing[self._asking_vertices], active[self._asking_vertices] = np.inf, False
         kernels.amplitudes(
             self._folded, folds.starts, folds.muscle, folds.height, folds.blunt, folds.swing, folds.steep, folds.cycle,
             folds.direction, self._epsilon, k0, SMALLEST, height, blunt, self._share, spacing, across, active,
         )  # fmt: skip
-        self._seed(k0, state.vertices, spacing, across, active)
+        self._ask(k0, state.vertices, spacing, across, active)
         shading_offset = blunt - height
         if self.balance:
             height = self._balanced(k0, height, state)
@@ -203,10 +203,12 @@ class MuscleWrinkles:
 
     # --- heights ---------------------------------------------------------------------------------
 
-    def _seed(self, k0: Array, vertices: SurfacePoints, spacing: Array, across: Array, active: BoolArray) -> None:
+    def _ask(self, k0: Array, vertices: SurfacePoints, spacing: Array, across: Array, active: BoolArray) -> None:
         """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""
         asking = self._missed[k0[self._missed] > 0.0]
-        self._seeded = np.concatenate([self._zone_vertices[k] for k in asking]) if len(asking) else np.empty(0, int)
+        self._asking_vertices = (
+            np.concatenate([self._zone_vertices[k] for k in asking]) if len(asking) else np.empty(0, int)
+        )
         for k in asking:
             where, muscle = self._zone_vertices[k], self._muscles[k]
             spacing[where] = np.minimum(spacing[where], muscle.half_cycles(vertices.points[where]))
@@ -214,10 +216,10 @@ class MuscleWrinkles:
             active[where] = True
 
     def _balanced(self, k0: Array, height: Array, state: SurfaceState) -> Array:
-        """Heights with which every muscle's folds sweep no volume; the shares that this takes are kept in `_excess`.
+        """Return heights with which every muscle's folds sweep no net volume; keep the shares for this in `_excess`.
 
-        The volume between the surfaces is a sum over the vertices, in which the weight of each depends a little on the
-        heights: a few rounds find them.
+        The volume between the surfaces is a sum over the vertices, whose weights depend a little on the heights: hence
+        the rounds.
         """
         folds, n, k = self._folds, len(height), len(k0)
         owner = np.repeat(np.arange(n), np.diff(folds.starts))

@@ -1,4 +1,4 @@
-"""Pattern functions: formulas on arrays for heights over the plane that make wrinkles, dimples and pouches.
+"""Pattern functions: formulas on arrays for heights over a plane that form wrinkles, dimples and pouches.
 
 Paper: Lin, Cheng, "Modeling Three Dimensional Animated, Detailed, and Emotional Facial Expressions", Section 3. Each
 is z = f(x, y, t) in local coordinates of a selected area; alpha, beta and gamma are parameters, t is time. A surface is
@@ -24,7 +24,7 @@ Variant = Literal["paper", "fan"]
 VARIANTS: tuple[Variant, ...] = ("paper", "fan")
 
 SMALLEST_T = 0.01
-"""The smallest t of the eye pouch, which grows beyond all bounds as t falls to 0."""
+"""The smallest t of the eye pouch, whose height grows beyond all bounds as t falls to 0."""
 
 
 def angle(x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
@@ -315,7 +315,7 @@ def eye_pouch(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: 
     Raises
     ------
     ParameterError
-        If t is below 0.01 or gamma is not a whole number (the cosines are negative in places).
+        If t is below 0.01 or gamma is not a whole number from 0 to 64 (the sum of cosines is negative in places).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Plain arrays become PolyData; the arrays of a frame and their names."""
+"""PolyData made of plain arrays, and the names of the arrays of a frame."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ POSE = "pose"
 """The field-data array of a frame of a head that moves as a whole: a matrix (4, 4), in the unit of the mesh."""
 
 GAZE = "gaze_"
-"""With the side, the field data that say where an eye looks: a unit vector on the head at rest."""
+"""Prefix, before the side, of the field-data arrays of a frame with the gazes: unit vectors on the head at rest."""
 
 OF_PART = "part_"
 """Prefix of the field-data arrays of a frame that hold the points (k, 3) of parts that a recording moves, such as
@@ -66,13 +66,13 @@ IMAGE, IMAGES = "image", "images"
 the images: files, `a.glb#3` for one in a glTF file, `a.usdz[b.png]` for one in a USD package; see :func:`images_of`."""
 
 MOVED = "moved"
-"""The point-data array of an animated mesh with the displacements (n, 3) of its points, all shapes or times in one.
+"""The point-data array of an animated mesh with displacements (n, 3) of its points, blended of all shapes or times.
 
 It distinguishes seams from borders that touch at rest and part as the mesh moves, such as closed lips."""
 
 
 def name_images(mesh: pv.PolyData, names: Iterable[str]) -> None:
-    """Store the names of images with a mesh, escaped, as VTK has no letters beyond ASCII."""
+    """Store the names of images with a mesh, escaped, as VTK stores ASCII only."""
     mesh.field_data[IMAGES] = [name.encode("unicode_escape").decode("ascii") for name in names]
 
 
@@ -180,7 +180,7 @@ def _add_array(data: vtkPointData, name: str, values: np.ndarray) -> None:
 
 
 def numbers(name: str, values: object, copy: bool = True) -> np.ndarray:
-    """Return values as an array of real numbers, copied or not."""
+    """Return values as an array of real numbers; raise a MeshError for anything else."""
     try:
         array = np.array(values) if copy else np.asarray(values)
     except (TypeError, ValueError):  # rows of different lengths
@@ -228,7 +228,7 @@ def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str,
 def interpolated_point_data(
     point_data: Mapping[str, np.ndarray], corners: np.ndarray, barycentric: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Interpolate the point data of a mesh at places that three of its vertices and weights (n, 3) give.
+    """Interpolate the point data of a mesh at points given by three of its vertices and their weights (n, 3).
 
     Labels come from the nearest vertex. Normals cannot be interpolated and are left out.
 
@@ -254,7 +254,7 @@ def interpolated_point_data(
 
 
 def with_normals(mesh: pv.PolyData) -> pv.PolyData:
-    """Return a shallow copy with up-to-date normals: those of a frame are, those of any other mesh may be stale."""
+    """Return a shallow copy with up-to-date normals: those of a frame, else new ones, as the old may be stale."""
     shaded = mesh.copy(deep=False)
     if "split_gamma" not in shaded.point_data:
         shaded.point_data["Normals"] = vertex_normals(mesh.points, mesh.regular_faces)
@@ -263,7 +263,7 @@ def with_normals(mesh: pv.PolyData) -> pv.PolyData:
 
 
 def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> pv.PolyData:
-    """Triangles on the points `kept` of `source`, with the data of these points, texture seams and field data.
+    """Return triangles on the points `kept` of `source`, with the data of these points, texture seams and field data.
 
     Normals are left out: VTK would go on shading with them after the points have moved.
     """

@@ -28,8 +28,8 @@ def text_of(path: Path) -> str:
 def replaced(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path in the same folder, with the same ending; at the end that file replaces `path`.
 
-    After an error or an interrupt, what was there before is untouched, and nothing else is left; folders that were made
-    for files and stayed empty are removed.
+    After an error or an interrupt, the old file is untouched, and nothing else is left; folders that were made and
+    stayed empty are removed.
     """
     path = Path(os.path.expanduser(path)).absolute()
     parents = path.parents
@@ -57,12 +57,12 @@ def output_folder(path: str | Path, make: bool = True) -> Path:
     ----------
     path : str or Path
     make : bool
-        If False, only check that it could be made, before long work.
+        If False, only check that the folder could be made, before long work.
 
     Raises
     ------
     OutputError
-        If a file stands in its place or on the way to it, or if it cannot be written.
+        If a file stands in the folder's place or on the way to it, or if the folder cannot be written.
 
     Examples
     --------
@@ -97,11 +97,11 @@ def output_file(path: str | Path, endings: Sequence[str]) -> Path:
         raise OutputError(f"the file must end in {' or '.join(endings)}, received {path.name!r}.")
     output_folder(path.parent, make=False)
     try:
-        folder = S_ISDIR(path.stat().st_mode)
+        is_folder = S_ISDIR(path.stat().st_mode)
     except FileNotFoundError:
-        folder = False
+        is_folder = False
     except (OSError, ValueError) as problem:
         raise OutputError(f"{str(path)!r} cannot be written: {problem}. Name another file.") from None
-    if folder:
+    if is_folder:
         raise OutputError(f"{str(path)!r} is a folder, and a file is to be written. Name a file in it.")
     return path

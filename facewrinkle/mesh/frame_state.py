@@ -17,18 +17,18 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class FrameState:
-    """The moving parts of a face in one frame, in the unit and coordinates of its mesh.
+    """The state of a face in one frame, in the unit and coordinates of its mesh.
 
     Attributes
     ----------
     points : ndarray, shape (n0, 3)
         The base vertices; they come first in every frame, before those of split triangles.
     pose : ndarray, shape (4, 4), optional
-        How the head as a whole has moved since rest; None where the frame does not say.
+        Motion of the head as a whole since rest; None if the frame does not hold it.
     gazes : mapping of str to ndarray, shape (3,)
-        Unit directions in which the eyes look, by side ("l", "r"), on the head at rest; empty where it does not say.
+        Unit directions in which the eyes look, by side ("l", "r"), on the head at rest; empty if the frame has none.
     parts : mapping of str to ndarray, shape (k, 3)
-        Points of the parts that move by themselves, by name; NaN for those that are carried along.
+        Points of the parts that move by themselves, by name; NaN for points that follow the skin.
 
     Examples
     --------
@@ -71,14 +71,14 @@ class FrameState:
 
     @property
     def head(self) -> Array:
-        """The pose as a matrix (4, 4), the identity where the frame does not say."""
+        """The pose as a matrix (4, 4); the identity if the frame does not hold it."""
         return np.eye(4) if self.pose is None else self.pose
 
     def to_rest(self, points: Array) -> Array:
-        """Return points (k, 3) of the frame as they are with the head back where it is at rest."""
+        """Return points (k, 3) of the frame, moved with the head back to rest."""
         back = np.linalg.inv(self.head)
         return np.asarray(points @ back[:3, :3].T + back[:3, 3])
 
     def from_rest(self, points: Array) -> Array:
-        """Return points (k, 3) of the head at rest where they are in the frame."""
+        """Return points (k, 3) of the head at rest, moved with the head to where they are in the frame."""
         return np.asarray(points @ self.head[:3, :3].T + self.head[:3, 3])

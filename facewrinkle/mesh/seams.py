@@ -25,7 +25,7 @@ def add_seams(mesh: pv.PolyData, corners: np.ndarray) -> None:
 
 
 def refine_seams(source: pv.PolyData, fine: pv.PolyData, forest: RedGreenForest) -> None:
-    """Give a refined mesh the texture coordinates at the corners of its source, interpolated."""
+    """Give a refined mesh the texture coordinates at the corners of its source, interpolated, if it has seams."""
     if CORNERS in source.cell_data:
         corners = np.asarray(source.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)
         fine.cell_data[CORNERS] = refined_values(corners, source.regular_faces, forest).reshape(-1, 6)
@@ -37,7 +37,7 @@ def split_at_seams(mesh: pv.PolyData) -> pv.PolyData:
     Parameters
     ----------
     mesh : PolyData
-        A frame, the mesh of a face, or what :func:`facewrinkle.read_surface` gives. Not changed.
+        A frame, the mesh of a face, or a mesh from :func:`facewrinkle.read_surface`. Not changed.
 
     Returns
     -------

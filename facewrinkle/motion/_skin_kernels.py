@@ -136,7 +136,7 @@ def eyeball(u, points, vertices, centre, radii, weight, grad):
 
 @njit(cache=True)
 def bone(u, points, vertices, anchors, normals, nearest, off, weight, grad):
-    """Repulsion from the tangent planes at the `nearest` anchors on the skull, from a distance `off`. Adds to grad."""
+    """Repulsion within `off` of the tangent planes at the `nearest` anchors on the skull. Adds to grad."""
     energy = 0.0
     for p in range(vertices.shape[0]):
         i = vertices[p]
@@ -222,7 +222,7 @@ def inertia(u, target, old, mass, drag, h, force, grad):
 
 @njit(cache=True)
 def two_loop_update(q, step, other, curvature, less):
-    """Subtract a share of `step` from q: (q . other) / curvature - less. Returns that share."""
+    """Subtract a multiple of `step` from q, (q . other) / curvature - less; return this factor."""
     x, y, z = 0.0, 0.0, 0.0
     for i in range(q.shape[0]):
         x += q[i, 0] * other[i, 0]
@@ -237,7 +237,7 @@ def two_loop_update(q, step, other, curvature, less):
 
 @njit(cache=True)
 def keep_off_bone(u, points, vertices, anchors, normals, below, nearest, indptr, ring):
-    """Move those of some vertices that entered the skull back onto it.
+    """Move those of the given vertices that entered the skull back onto it.
 
     `nearest` holds the nearest anchor of each vertex, `below` that at rest. The search walks from neighbour to
     neighbour, starting at the nearer of the two, and updates `nearest`.

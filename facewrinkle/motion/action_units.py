@@ -67,7 +67,7 @@ OTHERS: Mapping[str, str] = MappingProxyType(
         "browDrop": "browDown",
     }
 )
-"""Names of the same shapes in avatars (Ready Player Me, VRM, Character Creator)."""
+"""Other names of ARKit's shapes, in avatars (Ready Player Me, VRM, Character Creator)."""
 
 _PREFIX = re.compile(r".*[.:|]|^[A-Za-z]\d+_")
 _SIDE = re.compile(r"(.+?)(l|r|left|right)")
@@ -84,7 +84,7 @@ _STEMS = {_plain(name.removesuffix("_l").removesuffix("_r")): name for name in A
 LOOKS: Mapping[str, str] = MappingProxyType(
     {"eyeLookUp": "up", "eyeLookDown": "down", "eyeLookIn": "inwards", "eyeLookOut": "outwards"}
 )
-"""Turns of an eye by shape."""
+"""Direction in which each shape turns an eye."""
 
 
 def looks_of(shapes: Iterable[str]) -> dict[str, tuple[str, str]]:

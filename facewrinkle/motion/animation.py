@@ -28,7 +28,7 @@ SERIES_SUFFIXES = (".vtkhdf", ".hdf")
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 ITERATIONS = 100
-"""Iterations at most that take the wrinkles off a frame. A fifth of them are needed where wrinkles are shallower than
+"""The most iterations that take the wrinkles off a frame. A fifth of them suffices where wrinkles are shallower than
 the edges of the mesh are long.
 """
 
@@ -74,7 +74,7 @@ def read_animation(
         If the file cannot be read, or nothing in it moves; for glTF that is compressed (Draco, meshopt); for a series
         whose triangles change.
     UnknownNameError
-        For a mesh or animation that is not there.
+        For a mesh or animation that the file does not have.
     MissingPackageError
         For USD without usd-core (extra `export`).
 
@@ -147,7 +147,7 @@ def _is_simulated(frame: pv.PolyData) -> bool:
 
 
 def _split_parts(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, np.ndarray, list[pv.PolyData]]:
-    """Return the parts that were written beside the skin, at rest, their positions (f, k, 3), and the skins alone."""
+    """Return the parts beside the skin at rest, their positions (f, k, 3), and the frames of the skin alone."""
     if PART not in frames[0].point_data:
         return None, np.zeros(0), frames
     skins = []

@@ -22,7 +22,7 @@ class Motion(Protocol):
     """A motion hands out the positions of the base mesh, one time step after the other.
 
     To write one of your own, derive it from :class:`facewrinkle.motion.base.Undriven`, which has all of these members
-    but `points`, `time_step`, `reset` and `step`.
+    except `points`, `time_step`, `reset` and `step`.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Motion(Protocol):
         """Go back to the beginning: to time 0, with all rates 0."""
 
     def step(self) -> Array:
-        """Advance by one time step and return the positions (n, 3) in mm, which the caller does not change."""
+        """Advance by one time step and return the positions (n, 3) in mm, which the caller must not change."""
 
     def rates_of(self, rates: Mapping[str, float]) -> Array:
         """Return contraction rates (k,) by name, checked; muscles that are not named get 0."""
@@ -110,8 +110,8 @@ def check_motion(motion: Motion, face: Face) -> None:
     if lacking:
         raise ParameterError(
             f"a motion must have {', '.join(MEMBERS)}; the {type(motion).__name__} that was given lacks "
-            f"{', '.join(lacking)}. Derive it from facewrinkle.motion.base.Undriven, which has what a motion without "
-            "muscles needs, but points, time_step, reset and step."
+            f"{', '.join(lacking)}. Derive it from facewrinkle.motion.base.Undriven, which has all that a motion "
+            "without muscles needs, except points, time_step, reset and step."
         )
     if motion.points.shape != face.points.shape:
         raise ParameterError(
@@ -125,8 +125,8 @@ def check_motion(motion: Motion, face: Face) -> None:
 
 
 class Undriven:
-    """Base class of motions that no muscle drives: it has all members of a :class:`facewrinkle.Motion` but `points`,
-    `time_step`, `reset` and `step`.
+    """Base class of motions that no muscle drives: it has all members of a :class:`facewrinkle.Motion` except
+    `points`, `time_step`, `reset` and `step`.
 
     Examples
     --------

@@ -2,7 +2,7 @@
 
 Each contact is an energy that is zero until two surfaces meet, and grows with the depth to which one has entered the
 other. The skin's steps minimise it together with all other energies. So lids press on the eyes, and lips on each other
-and on the teeth, in a balance of forces that does not depend on the time step, and no energy comes from it.
+and on the teeth, in a balance of forces that does not depend on the time step and creates no energy.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Ball:
     Attributes
     ----------
     vertices : ndarray of int, shape (k,)
-        Vertices around it.
+        Vertices around the eyeball.
     centre : ndarray, shape (3,)
     radii : ndarray, shape (k,)
         Distance from the centre below which a vertex is pushed out.
@@ -89,9 +89,9 @@ class LipPairs:
     shares : ndarray, shape (k, 3)
         Barycentric coordinates of the point in it.
     away : ndarray, shape (k, 3)
-        Unit direction in which the vertex parts from it.
+        Unit direction in which the vertex parts from the point.
     gap, allowed : ndarray, shape (k,)
-        Their distance at rest, and the distance below which they are pushed apart, mm.
+        Distance of vertex and point at rest, and that below which they are pushed apart, mm.
     weight : ndarray, shape (k,)
         Stiffness of the contact.
 
@@ -223,8 +223,8 @@ class Contacts:
 def lip_tethers(face: Face) -> tuple[Array, Array]:
     """Return the share (n,) in which each vertex is part of the lips, and the unit directions (n, 3) of the tethers.
 
-    Tethers are directed as those of the tissue; where lips fold over, which turns these every way, they point straight
-    off the dental arch.
+    Tethers point along the normals of the tissue; near the lips, where these point every way as lips fold over, they
+    turn to point straight off the dental arch.
     """
     scale, axes = face.frame.scale, face.frame.axes
     middle = lips_middle(face.landmarks) - LIP_LINE * scale * axes[2]
@@ -292,7 +292,7 @@ def _seen(
 ) -> tuple[npt.NDArray[Any], ...]:
     """Return, for each vertex of `own` that sees one, the nearest of the triangles straight below (sign 1) or above it.
 
-    As vertices, corners, barycentric coordinates, distances and signs. Coordinates are [left, up, forward].
+    The result is vertices, corners, barycentric coordinates, distances and signs; `local` is [left, up, forward].
     """
     flat = local[:, [0, 2]]
     i, k = _candidates(flat, own, triangles)

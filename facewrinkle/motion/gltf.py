@@ -30,7 +30,7 @@ INTERPOLATION: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "
 WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 
 HEAD = re.compile(r"(head|face)(?!wear|band|set|gear|hair)", re.IGNORECASE)
-"""Names of meshes that are taken for the face, where several move."""
+"""Names of meshes that are taken for the face if several move."""
 
 Key = tuple[int, str]
 """A node, and the property of it that moves: "translation", "rotation", "scale" or "weights"."""
@@ -98,7 +98,7 @@ class _Model:
 
     @property
     def moved_by(self) -> set[Key]:
-        """All that may move the mesh."""
+        """Keys of the tracks that may move the mesh."""
         return {(self.node, "weights")} | {(node, path) for node in self.bearers for path in WIDTHS}
 
     @property
@@ -116,7 +116,7 @@ def _target_names(mesh: Mapping[str, Any]) -> list[str]:
 
 
 def _with_ancestors(document: Document, nodes: Iterable[int]) -> frozenset[int]:
-    """Return some nodes and all nodes above them."""
+    """Return nodes together with all nodes above them."""
     found: set[int] = set()
     for node in nodes:
         while node >= 0 and node not in found:
@@ -171,7 +171,7 @@ def _tracks(
 ) -> dict[Key, Track]:
     """Return the tracks of the animation of that name; by default of the first that moves the skin, and of others.
 
-    Of the others those are added that move nothing that moves already: exporters write one animation for each object.
+    Others are added if they move nothing that is moved already: exporters write one animation for each object.
     """
     if not clips:
         raise MeshError(

@@ -16,24 +16,24 @@ Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
 
 DISSECTED_FROM = 50_000
-"""Vertices from which on nested dissection orders the factors: minimum degree takes many times as long there, and
-leaves a twentieth less below.
+"""With more vertices nested dissection orders the factors, as minimum degree takes many times as long; with fewer, the
+factors of minimum degree are a twentieth smaller.
 """
 
 CONVERGED = 1e-18
 """Predicted decrease of the energy per area at which a step has converged: displacements of less than 1e-6 mm."""
 
 LEFT_OVER = 0.05
-"""Share of the squared residual that is left to the next step."""
+"""Share of the squared residual that a minimisation may leave to the next one."""
 
 ROUNDING = 1e-14
 """Relative error of an energy: a step may raise it by this much."""
 
 MAX_HALVINGS = 12
-"""Step lengths that the line search tries at most."""
+"""The most step lengths that the line search tries."""
 
 MEMORY = 5
-"""Steps from which the curvature is learnt."""
+"""Number of steps from which the curvature is learnt."""
 
 
 class Minimiser:
@@ -50,7 +50,7 @@ class Minimiser:
     area : ndarray, shape (n,)
         Area of the skin around each vertex, mm^2.
     iterations : int
-        Iterations at most; fewer are made once the minimisation has converged.
+        The most iterations; fewer are made if the minimisation converges.
 
     Examples
     --------

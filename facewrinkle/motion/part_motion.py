@@ -81,7 +81,7 @@ class PartMotion:
         return name in self._pieces
 
     def at(self, time: float) -> dict[str, Array]:
-        """Return points (k, 3) by part at a time of the recording, in the unit of the mesh; NaN where it moves none."""
+        """Return points (k, 3) by part at a time of the recording, in the unit of the mesh; NaN if not moved."""
         out = {}
         for name, pieces in self._pieces.items():
             out[name] = np.full((self._face.parts[name].mesh.n_points, 3), np.nan)
@@ -118,7 +118,7 @@ class PartMotion:
 
 
 def _piece(source: Recorded, start: int, source_points: IntArray | None, rest: Array) -> _Piece | None:
-    """Return the points of a part (k, 3) that are in a recording: by number, or if most of them are at its places."""
+    """Return the points of a part (k, 3) that are in a recording: by number, or by position if most match."""
     if source.rest is None:
         return None
     if source_points is None:

@@ -35,7 +35,7 @@ class Playback(Undriven):
 
     Examples
     --------
-    One shape over half a second; the first step leads to the middle of it, a displacement by 1 mm.
+    One shape that rises over half a second; the first step leads to half its height, 1 mm.
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
@@ -72,7 +72,7 @@ class Playback(Undriven):
         self._move_parts(self.recorded.recorded_time(0.0))
 
     def step(self) -> Array:
-        """See :class:`facewrinkle.Motion`; the first step leads to the time of one time step."""
+        """See :class:`facewrinkle.Motion`; the first step leads to the time `time_step`."""
         self._steps += 1
         time = self.recorded.recorded_time(self._steps * self.time_step)
         moved = self.recorded.positions_at(time, self._rest, self._numbers) * self._face.unit
@@ -86,7 +86,7 @@ class Playback(Undriven):
         self.gazes = self._gazes_at(time)
 
     def _gazes_at(self, time: float) -> dict[str, Array]:
-        """Gazes as shapes, or eyes of the file itself, show them."""
+        """Return the gazes that the shapes, or the eyes of the recording itself, show."""
         gazes: dict[str, Array] = {}
         if self._eye_muscles:
             weights = dict(zip(self.recorded.names, self.recorded.track.at(time).tolist(), strict=True))
@@ -96,7 +96,7 @@ class Playback(Undriven):
         return gazes
 
     def _pose_at(self, time: float) -> Array | None:
-        """Return the pose as it was recorded, and as most positions show it where these, or bones, were recorded."""
+        """Return the recorded pose, times that which most points show where positions or bones were recorded."""
         recorded = self.recorded
         pose = None if recorded.pose is None else recorded.pose(time)
         if self._head is None:

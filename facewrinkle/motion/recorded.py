@@ -28,8 +28,8 @@ OFF_REST = 1e-4
 class Recorded:
     """A recording that moves a face in place of its muscles; made by :meth:`of_shapes` and :meth:`of_positions`.
 
-    It is in the unit and coordinates of the mesh that it was recorded on. Muscle wrinkles on it follow the
-    measured compression of the skin.
+    It is in the unit and coordinates of the mesh that it was recorded on. Muscle wrinkles then follow the measured
+    compression of the skin.
 
     Attributes
     ----------
@@ -42,9 +42,9 @@ class Recorded:
     rest : ndarray, shape (n, 3), optional
         The mesh at rest.
     pose : callable, optional
-        Matrix (4, 4) at a time that moves the whole mesh, as (x, y, z, 1).
+        Gives the matrix (4, 4) that moves the whole mesh at a time; it multiplies columns (x, y, z, 1).
     bones : Bones, optional
-        Bones that carry the points, displaced by the shapes; in place of a pose.
+        Bones that carry the points after the shapes have displaced them; in place of a pose.
     companions : mapping of int to Recorded
         Recordings of other meshes (eyes, teeth, lashes) over the same time, each by the number that its first point has
         in the mesh of :func:`facewrinkle.read_animation`.
@@ -274,7 +274,7 @@ class Recorded:
 
 
 def same_places(ours: Array, theirs: Array) -> bool:
-    """Return True if points (n, 3) are at the same places, to a share of their size that recordings may be off.
+    """Return True if points (n, 3) are at the same places, within the share `OFF_REST` of their extent.
 
     Examples
     --------
@@ -290,7 +290,7 @@ def _number(unit: str) -> tuple[int, str]:
 
 
 def _times(values: Any, times: npt.ArrayLike | None, fps: float | None) -> Array:
-    """Return the times of frames with these values: as given, or by their number per second."""
+    """Return the times of the frames in `values`: as given, or from the frames per second."""
     if (times is None) == (fps is None):
         raise ParameterError("give either times (the second of each frame) or fps (frames per second).")
     if times is not None:

@@ -2,8 +2,8 @@
 
 Each vertex is a mass, each edge a biphasic spring. Bending stiffness keeps the skin smooth, tethers of soft tissue hold
 every vertex to its anchor on the bone, stiffer along the normal than along the surface (skin glides), and muscles pull.
-All weights are by area, so that the mesh does not shape the motion. A step is implicit Euler, which is stable at any
-time step: the positions minimise the sum of inertia and energy.
+All weights are by area, so that the triangles hardly affect the motion. A step is implicit Euler, which is stable at
+any time step: the positions minimise the sum of inertia and energy.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Skin:
         Seconds per step, > 0; any value is stable.
     material : SkinMaterial, optional
     iterations : int
-        Quasi-Newton iterations per step at most; fewer are made once the step has converged.
+        The most quasi-Newton iterations per step; fewer are made if the step converges.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Skin:
     rates : ndarray, shape (k,)
         Their contraction rates.
     contacts : Contacts
-        What the skin meets.
+        Contacts with the eyeballs, the other lip and the teeth.
 
     Examples
     --------
@@ -173,7 +173,7 @@ class Skin:
         return triangles, mean[triangles]
 
     def _build_bone(self, face: Face) -> None:
-        """Anchors on the skull, and the vertices that it stops."""
+        """Anchors on the skull, and the vertices that the skull stops."""
         n = len(self.points)
         self._anchors = np.ascontiguousarray(face.tissue.anchors * face.unit)
         self._bone_normals = vertex_normals(self._anchors, self._triangles)
@@ -209,9 +209,9 @@ class Skin:
         return pull
 
     def _stiffness_matrices(self) -> list[csr_array]:
-        """Return a matrix for each coordinate that stands for the curvature of the skin's energy.
+        """Return a matrix for each coordinate that approximates the curvature of the skin's energy.
 
-        The line search makes up for what they leave out: springs beyond their threshold, and turned ones.
+        The line search makes up for effects that they leave out: springs beyond their threshold, and turned springs.
         """
         direction, tethers = np.abs(self._rest / self._length[:, None]), np.abs(self._normals)
         matrices = []
@@ -288,7 +288,7 @@ class Skin:
         target = old + h * self.velocity
 
         def objective(u: Array, gradient: Array) -> float:
-            """Inertia, drag, potential energy and the work of the muscles, which implicit Euler minimises."""
+            """Sum inertia, drag and potential energy, less the work of the muscles: implicit Euler minimises this."""
             value = self._potential(u, gradient)
             return value + kernels.inertia(u, target, old, self._mass, self._drag, h, self._force, gradient)
 

@@ -51,5 +51,5 @@ class Bones:
 
     @cached_property
     def _back(self) -> Array:
-        """Matrices from rest to the coordinates of the bones; axes without size there stay without."""
+        """Matrices from rest to the coordinates of the bones; directions that the rest pose flattens stay flat."""
         return np.asarray(np.linalg.pinv(self._blended(self.rest)))

@@ -68,7 +68,7 @@ class Track:
         return np.asarray(self.values[i] + share * (self.values[i + 1] - self.values[i]))
 
     def place(self, time: float) -> tuple[int, float]:
-        """Return the interval that a time lies in, and how much of it has passed then, in [0, 1]."""
+        """Return the interval that a time lies in, and the share of the interval that has passed, in [0, 1]."""
         times = self.times
         if time <= times[0]:
             return 0, 0.0

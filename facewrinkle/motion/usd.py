@@ -127,7 +127,7 @@ class _Mesh:
 
     @property
     def primitive(self) -> Primitive | None:
-        """Triangles at rest, at their place then; None if there are none."""
+        """The mesh at rest, in the coordinates of the stage; None if it has no triangles."""
         if self._mesh.GetFaceVertexIndicesAttr().GetNumTimeSamples() > 1:
             raise MeshError(
                 f"{self._file.name}: the faces of {self.name} change with time. A recording needs the same."
@@ -150,7 +150,7 @@ class _Mesh:
         return np.array(cache.GetLocalToWorldTransform(self._prim), dtype=np.float64).T
 
     def pose(self, still: Array) -> Callable[[float], Array] | None:
-        """Return a function of the seconds that gives the change of place since rest; None if there is none."""
+        """Return a function of the seconds that gives the matrix of the motion since rest; None if the mesh stays."""
         back = np.linalg.inv(still)
         if all(np.allclose(self.world(time), still, rtol=0.0, atol=1e-12) for time in self.times):
             return None

@@ -1,4 +1,4 @@
-"""The frames of a simulation: meshes with the fields of one moment."""
+"""The frames of a simulation: meshes with the fields of one time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..anatomy.face import Face
 from ..geometry.refinement import RedGreenForest
 from ..layers.base import SurfacePoints
 from ..mesh import MUSCLES, POSE, UNIT, interpolated_point_data, refilled, refine_seams, to_polydata
-from ..mesh.arrays import OF_PART
+from ..mesh.arrays import GAZE, OF_PART
 from ..motion.base import Motion
 
 Array = npt.NDArray[np.float64]
@@ -22,14 +22,14 @@ IntArray = npt.NDArray[np.integer]
 class FrameMaker:
     """Assembles the frames of a face that a motion moves.
 
-    What stays the same while the mesh keeps its triangles stands in a template, which each frame is a copy of.
+    Each frame is a copy of a template, which holds all that stays the same while the mesh keeps its triangles.
 
     Parameters
     ----------
     face : Face
     motion : Motion
     eye_muscles : ndarray of int, shape (j,)
-        Those of the motion's muscles that turn the eyes.
+        Indices of those of the motion's muscles that turn the eyes.
 
     Examples
     --------
@@ -71,19 +71,19 @@ class FrameMaker:
         if (pose := motion.pose) is not None:
             frame.field_data[POSE] = pose
         for side, gaze in motion.gazes.items():
-            frame.field_data[f"gaze_{side}"] = gaze[None]
+            frame.field_data[GAZE + side] = gaze[None]
         for name, part in motion.parts.items():
             frame.field_data[OF_PART + name] = part
         return frame
 
     def _update_gazes(self) -> None:
-        """Write to the common field data where muscles turn the eyes, if that has changed."""
+        """Write the gazes to which muscles turn the eyes to the common field data, if they have changed."""
         motion = self._motion
         rates = motion.rates[self._eye_muscles]
         if self._shown_rates is None or not np.array_equal(rates, self._shown_rates):
             by_name = dict(zip(motion.names, motion.rates.tolist(), strict=True))
             for side, gaze in self._face.gazes(by_name).items():
-                self._common.field_data[f"gaze_{side}"] = gaze[None]
+                self._common.field_data[GAZE + side] = gaze[None]
             self._shown_rates = rates.copy()
 
     def _new_template(

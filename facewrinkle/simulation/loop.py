@@ -66,9 +66,9 @@ class Simulation:
     time_step : float, optional
         Seconds per step. Default: 0.02, or the time step of `motion`.
     material : SkinMaterial, optional
-        Of the default skin.
+        Mechanics of the default skin.
     motion : Motion or Recorded, optional
-        Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without anatomy keeps
+        Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without anatomy gets
         :class:`facewrinkle.Still`.
 
     Warns
@@ -79,7 +79,7 @@ class Simulation:
     Raises
     ------
     ParameterError
-        For a pattern that it cannot carry at all, and for a motion that lacks members or was not made for this face.
+        For a pattern that the mesh cannot carry at all, and for a motion that lacks members or is not of this face.
 
     Attributes
     ----------
@@ -201,13 +201,13 @@ class Simulation:
         self.contract({})
 
     def look(self, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLike | None = None) -> None:
-        """Ask the eyes to look somewhere; the lids follow, and so do later expressions until asked otherwise.
+        """Ask the eyes to look somewhere; the lids follow, and later expressions keep the gaze until it is changed.
 
         Parameters
         ----------
         yaw, pitch : float
             Degrees to the subject's left, and upwards; 0 and 0 is straight ahead.
-        at : (3,) array_like, optional
+        at : array_like, shape (3,), optional
             A point in the coordinates of the mesh that both eyes converge on, in place of the angles.
 
         Raises
@@ -271,14 +271,14 @@ class Simulation:
         self._refine()
         self._steps += 1
         shape = self._shape(base)
-        if not self.motion.names:  # a recording may go far in a step, and still patterns begin at once
+        if not self.motion.names:  # a recording may go far in one step, and patterns on a still surface begin at once
             while self._marks is not None and self._marks[0].any() and self._refine():
                 shape = self._shape(base)
         with self._timed("frame"):
             return self._frame(*shape)
 
     def run(self, frames: int, ramp: float = 0.6) -> Iterator[pv.PolyData]:
-        """Ramp smoothly from the present contraction to what was asked for when the run began, then hold it.
+        """Ramp smoothly from the present contraction to that asked for when the run began, then hold it.
 
         Parameters
         ----------
@@ -334,7 +334,7 @@ class Simulation:
                 layer.follow(change, created)
 
     def _shape(self, base: Array) -> tuple[Array, Array, Array, Array]:
-        """Return points, normals, heights and Eq. 19 of the present vertices; mark triangles to split or take back."""
+        """Return points, normals, heights and split criterion of the vertices; mark triangles to split or take back."""
         vertices, triangles = self.vertices, self.forest.triangles
         with self._timed("wrinkles"):
             bare = interpolated(base, vertices.corners, vertices.barycentric)
@@ -392,7 +392,7 @@ class Simulation:
 def _motion(
     face: Face, time_step: float | None, material: SkinMaterial | None, motion: Motion | Recorded | None
 ) -> Motion:
-    """Return the motion that was given, if it fits the face; otherwise the skin, or stillness without anatomy."""
+    """Return the given motion, if it fits the face; by default a Skin, or Still without anatomy."""
     step = check_range("time_step", 0.02 if time_step is None else time_step, 1e-9, 1e9)
     if motion is None:
         return Skin(face, step, material) if face.landmarks else Still(face, step)

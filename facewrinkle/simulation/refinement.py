@@ -19,10 +19,10 @@ Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 FINEST = 8
-"""Triangles are never split more often."""
+"""The most times that a triangle is ever split."""
 
 ENOUGH_SPACING = 0.35
-"""Distance of vertices that suffices for the default level, in half wavelengths: about three in each half cycle."""
+"""Distance of vertices that suffices for the default level, in half wavelengths: about three vertices in each."""
 
 
 @dataclass(frozen=True)
@@ -34,14 +34,14 @@ class Refinement:
     gamma_c : float
         Threshold of Eq. 19: 0.03 is a bend of 14 degrees along an edge.
     max_level : int, optional
-        Triangles are split at most this often; 0 turns refinement off. Default: as often as nine in ten muscles need
-        for about three vertices per half cycle, at least once: 2 on the built-in head, 3 on one with twice its edges
+        The most times that a triangle is split; 0 turns refinement off. Default: as many as nine in ten muscles need
+        for about three vertices per half cycle, and at least 1: 2 on the built-in head, 3 on one with twice its edges
         and on surfaces without muscles.
     samples : float
         Vertices per half cycle that a wrinkle needs across its folds (the paper's criterion is blind at 1 and 2).
     hysteresis : float
-        In (0, 1): an edge is taken back when its bend is below this share of what would split it, and when twice its
-        length would still be short enough, by this share.
+        In (0, 1): triangles are taken back when the bend of their edges is below this share of the threshold, and edges
+        twice as long would still be short enough, with this share to spare.
 
     Examples
     --------
@@ -117,7 +117,7 @@ def default_level(face: Face, edges: Array, needed: int) -> int:
 def check_patterns(needed: Iterable[tuple[str, int]], level: int) -> None:
     """Warn of each pattern, given by name and needed level, that the mesh cannot carry well at a level.
 
-    Patterns that would have less than one vertex per half wave are a ParameterError, unless refinement is off.
+    Patterns that need at least two levels more raise a ParameterError, unless refinement is off (level 0).
     """
     for name, own in needed:
         if own <= level:
@@ -179,7 +179,7 @@ def mark(
     split, fine : ndarray of bool, shape (m,)
         Triangles that are too coarse, and those that are finer than needed.
     largest : ndarray, shape (n,)
-        The largest Eq. 19 over the edges of each vertex.
+        The largest split criterion (Eq. 19) over the edges of each vertex.
     """
     triangles = forest.triangles
     n, m = len(normals), len(triangles)

@@ -1,4 +1,4 @@
-"""Inner loops that limit the height of a tear, so that it is never in other skin."""
+"""Inner loops that limit the height of a tear, so that it never enters other skin."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ REACH = 2.5
 """Distance from the skin, in heights of the tear, within which other skin is looked up."""
 
 SAME = 6e-08
-"""Distance, in cells of the grid, below which a ray meets the triangle from which it starts."""
+"""Distance along a ray, in cells of the grid, below which it only meets the triangle that it starts on."""
 
 
 @njit(cache=True)
 def limit_heights(bottom, rest, normals, height, under, skin, cell):
-    """Lower heights so that no vertex goes half the way to the skin that it would meet, nor to other skin near it.
+    """Lower heights so that every vertex stays less than half way to the skin ahead of it, and to other skin near it.
 
     Other skin, such as the other lid of an eye that closes, is far from the vertex at rest. `under` is the triangle of
     the skin that a vertex of the bottom stands on; those around it are looked up in a grid of this cell size, once for
@@ -75,7 +75,7 @@ def _tallest(bottom, height, under, points, triangles):
 
 @njit(cache=True)
 def _boxes(near, skin, low, high, cell):
-    """Bounds (n, 6) of triangles, balls (n, 4) around them at rest, their first and last cells (n, 6), and the grid."""
+    """Bounds (n, 6) of triangles, balls (n, 4) around them at rest, their cells (n, 6), and the shape of the grid."""
     points, rest, triangles = skin
     bounds, balls = np.empty((len(near), 6)), np.zeros((len(near), 4))
     boxes, shape = np.empty((len(near), 6), np.int32), np.empty(3, np.int64)
@@ -96,10 +96,10 @@ def _boxes(near, skin, low, high, cell):
 
 @njit(cache=True)
 def _around(here, reach, up, grid, points, triangles, near, bounds, least, found):
-    """Find the triangles that may be met within `reach` of triangle `here` of normal `up`; return how many they are.
+    """Find the triangles that may be met within `reach` of triangle `here` of normal `up`; return how many there are.
 
-    `found` is what triangle saw each last, and of those found their numbers, True where one rises above triangle
-    `here`, and their bounds. A triangle that touches it and does not rise above its plane is never met.
+    `found` gets the triangle that last saw each, and for those found their numbers, True where one rises above triangle
+    `here`, and their bounds. A triangle that touches `here` and does not rise above its plane is never met.
     """
     start, content, low, shape, cell = grid
     seen, around, rising, boxed = found
@@ -144,7 +144,7 @@ def _span(points, a, b, c, k, reach, low, cell):
 
 @njit(cache=True)
 def _cell_lists(boxes, shape):
-    """Boxes (n, 6) in each cell of a grid: the first entry of each cell, and the entries, numbers of boxes."""
+    """Lists of the boxes (n, 6) in each cell of a grid: the first entry of each, and the entries, box numbers."""
     start = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int32)
     free, content = start, np.empty(0, np.int32)
     for fill in range(2):

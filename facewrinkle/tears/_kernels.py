@@ -73,7 +73,7 @@ def descend(surface, fans, start, first, heading, down, step, inertia, flat, pat
     """Write steps down the surface from `start` on triangle `first` into `path`; return how many points it has.
 
     `surface` is its points, triangles and normals, `fans` the triangles around each point: offsets and triangles.
-    The path ends where the surface is level (its slope below `flat`), where it rises, or where it ends.
+    The path ends where the surface is level (its slope below `flat`), where it rises, or at its border.
     """
     points, triangles, normals = surface
     p, t, v = start.copy(), first, heading.copy()
@@ -154,7 +154,7 @@ def adjacency(edges, sides, n):
 
 @njit(cache=True)
 def interpolate(points, normals, corners, weights, rest, between, out_points, out_normals, out_rest):
-    """Points and unit normals of a mesh at a share of the way between two vertices of a footprint, and those at rest.
+    """Write points and unit normals of a mesh at a share of the way between two vertices of a footprint, and at rest.
 
     `between` is the first vertex, the second, and the share.
     """
@@ -199,7 +199,7 @@ def thicken(s, w, front, sizes, tapering, drained, pooling, wobble, rough, level
 def make_disk(level, triangles, edges, neighbours, border, least):
     """Change `level` so that the vertices above 0 are connected and have no holes; return how many there are.
 
-    None is nearer to 0 than `least` then.
+    Afterwards no level is nearer to 0 than `least`.
     """
     for v in range(len(level)):
         if abs(level[v]) < least:
@@ -256,8 +256,8 @@ def clip(triangles, sides, edges, border_edges, level, out, rim, vertices):
     """Cut out the part of a mesh where the linear function `level` is above 0.
 
     Write its triangles into `out`, the sides of its outline into `rim`, and its vertices into `vertices`: the two of
-    the mesh between which each lies, its share of the way, and a triangle in which it is. Return the numbers of the
-    three. Edges at the border of the mesh belong to the outline.
+    the mesh between which each lies, its share of the way, and a triangle that it lies in. Return the numbers of
+    all three. Edges at the border of the mesh belong to the outline.
     """
     first, second, share, inside = vertices
     n, m, r = len(level), 0, 0

@@ -42,7 +42,7 @@ class Vertices(NamedTuple):
 
 
 class Tables(NamedTuple):
-    """The parts found so far: hash tables, and how much of everything is in use.
+    """The parts found so far: hash tables, and how many rows of everything are in use.
 
     A row of `middles` has the ends of a side and the vertex in its middle, -1 where it is not halved. A row of `done`
     has the corners of a triangle, and the first and the last of its parts in `parts` (m, 3). `used` counts vertices,
@@ -131,7 +131,7 @@ def _balls(line):
 
 @njit(cache=True)
 def _nearest_sample(x, y, z, line, balls, close):
-    """Return the point of a polyline nearest to x, y, z: the sooner, the nearer the point `close` is."""
+    """Return the point of a polyline nearest to x, y, z; the nearer the first guess `close` is, the faster."""
     best = distance(x, y, z, line, close)
     for b in range(len(balls)):
         dx, dy, dz, far = x - balls[b, 0], y - balls[b, 1], z - balls[b, 2], balls[b, 3] + best
@@ -174,7 +174,7 @@ def _along(x, y, z, nx, ny, nz, line, lengths, balls, guess):
 
 @njit(cache=True)
 def _locate(v, vertices, lines, balls, guess):
-    """Find the coordinates of vertex v along all polylines, and its distance from the nearest."""
+    """Find the coordinates of vertex v along all polylines, and its distance from the nearest one."""
     points, normals = vertices.points, vertices.normals
     vertices.distance[v] = np.inf
     for c in range(len(lines.starts) - 1):
@@ -275,7 +275,7 @@ def _average(v, w, n, host, vertices):
 def _divide(corner, middle, points, distances, reach, stack, top, parts, m):
     """Put the parts of a triangle on the stack, or the triangle itself, if it stays and is within reach, in `parts`."""
     a, b, c, p, q, r = corner[0], corner[1], corner[2], middle[0], middle[1], middle[2]
-    while (p < 0 and q >= 0) or (q < 0 and r >= 0):  # turned until p; p and q; or all are halved
+    while (p < 0 and q >= 0) or (q < 0 and r >= 0):  # rotated until the halved sides are p, or p and q, or all
         a, b, c, p, q, r = b, c, a, q, r, p
     if p < 0:
         if min(distances[a], distances[b], distances[c]) < reach:

@@ -46,7 +46,7 @@ class Fall:
     gravity : float
         mm / s^2.
     speed : float, optional
-        mm / s: it falls at this speed, the paper's lambda, and not freely.
+        Constant speed in place of free fall, mm / s: the paper's lambda.
 
     Examples
     --------
@@ -83,7 +83,7 @@ class DrippingTear:
     begin, hang : float
         Seconds at which it appears, and for which it grows until it falls.
     shape : DropShape, optional
-        Slender or round, and how that changes.
+        The shape of the drop, and its change over time.
     fall : Fall, optional
         Depth of the fall, and its gravity or speed.
     resolution : int
@@ -98,7 +98,7 @@ class DrippingTear:
     begin, end : float
         Seconds between which there is a tear.
     diameter, volume : float
-        Of the falling drop, in the unit of the surface: of a ball of the same volume, and this.
+        Volume of the falling drop and diameter of a ball of this volume, in the unit of the surface.
 
     Raises
     ------
@@ -157,7 +157,7 @@ class DrippingTear:
         return self._rate * seconds if self.fall.speed else 0.5 * self._rate * seconds**2
 
     def sizes(self, t: float) -> tuple[float, float, float]:
-        """Return t, alpha and beta of the formula at time t: they give the drop its volume."""
+        """Return the formula's t, alpha and beta at time t: a drop of the volume that it has then."""
         grown, s, shape = self._grown(t), self._parameter(t), self.shape
         seconds = max(t - self.begin - self.hang, 0.0)
         swing = float(np.exp(-seconds / 0.05) * np.cos(2.0 * np.pi * seconds / SWING))
@@ -175,7 +175,7 @@ class DrippingTear:
         return pinch + (high - pinch) * float(smoothstep(self.fallen(t) / self._depth))
 
     def _grown(self, t: float) -> float:
-        """Return the share of its growth that is over at time t."""
+        """Return how far the drop has grown at time t, from 0 to 1."""
         return min((t - self.begin) / self.hang, 1.0)
 
     # --- the mesh ------------------------------------------------------------------------------
@@ -188,8 +188,8 @@ class DrippingTear:
         t : float
             Seconds, from `begin` to `end`.
         on : PolyData, optional
-            The face at this time. The tear hangs at its lid; once it has pinched off, it falls from where it was then,
-            so that a clip must be played in order.
+            The face at this time. The tear hangs at its lid; once it has pinched off, it falls from where it hung then,
+            so that times must be asked for in order.
 
         Returns
         -------
@@ -239,7 +239,7 @@ class DrippingTear:
         return anchor
 
     def _clearance(self, points: Array, t: float, skin: SupportSurface | None) -> float:
-        """Return how far forward the drop has to be so that, on its way so far, it is never in the skin."""
+        """Return how far forward the drop has to be to stay out of the skin on its whole way so far."""
         if skin is None:
             return 0.0
         axes = np.array([self._side, self.down, self.forward]).T

@@ -18,7 +18,7 @@ SHARPEST = 0.3228764
 """The t at which the pointed end is slimmest: its half angle's tangent is 2 / (ratio t sin(2 pi t))."""
 
 NODES, NODE_WEIGHTS = np.polynomial.legendre.leggauss(48)
-"""Of the quadrature over the drop, in [-1, 1]."""
+"""Nodes in [-1, 1], and weights, of the quadrature over the drop."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class DropShape:
     t : tuple of float
         The formula's t at birth and at the end of the fall; the drop pinches off at 0.3229, where its tip is sharpest.
     egg : bool
-        The variant of the formula.
+        Use the egg-shaped variant of the formula, see :func:`profile`.
     stretch : float
         Share by which the drop is drawn out while it pinches off; it swings back as it falls.
 

@@ -1,4 +1,4 @@
-"""The footprint of a tear: the surface under it, subdivided, and the part of that which is covered."""
+"""The footprint of a tear: the surface under it, subdivided, and the part of it that water covers."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 
 LEAST_LEVEL = 1e-6
-"""No vertex is nearer to the outline, where the level is 0."""
+"""The least absolute level of a vertex; the outline of the tear is where the level is 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """The surface under a tear, subdivided: all that only changes when the mesh of the surface does.
+    """The surface under a tear, subdivided: all that changes only with the triangles of the surface.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Footprint:
     cells : ndarray of int32
         The triangles of the mesh under the tear.
     corners, weights : ndarray, shape (n, 3)
-        Barycentric coordinates of its vertices, in the mesh.
+        Barycentric coordinates of the vertices: three vertices of the mesh, and their weights.
     rest : ndarray, shape (n, 3)
         Its vertices at rest.
     triangles, hosts : ndarray of int32, shapes (m, 3) and (m,)
@@ -106,8 +106,9 @@ class Part:
     rim : ndarray of int32, shape (b, 2)
         Its outline, as sides of its triangles.
     first, second : ndarray of int32, shape (n,)
+        Vertices of the footprint between which each vertex lies.
     share : ndarray, shape (n,)
-        0 at the first; vertices of the outline lie in between.
+        Its share of the way from the first: 0 but for vertices of the outline.
     inside : ndarray of int32, shape (n,)
         A triangle of the footprint in which the vertex lies.
 
@@ -164,7 +165,7 @@ def footprint_under(
     rest : ndarray, shape (n0, 3)
     triangles : ndarray of int32, shape (m0, 3)
     last : Footprint, optional
-        That of the frame before; if nothing has changed under the paths, it is returned again.
+        The footprint of the last frame; if nothing has changed under the paths, it is used again.
 
     Examples
     --------

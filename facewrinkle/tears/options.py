@@ -1,4 +1,4 @@
-"""One flat list of options of a tear, for what passes them on."""
+"""Options of a tear as one flat list, for code that passes them on."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def descent(support: SupportSurface, start: Array, step: float, length: float, h
     support : SupportSurface
     start : ndarray, shape (3,)
     step, length : float
-        Of a step, and at most of the whole path.
+        Length of a step, and the most of the whole path.
     heading : ndarray, shape (3,), optional
         Direction in which the water arrives. Default: down.
 
@@ -98,7 +98,7 @@ def through(support: SupportSurface, given: npt.ArrayLike, width: float) -> Arra
     """
     points = vectors("path", given)
     if len(points) < 2:
-        raise ParameterError(f"a path needs two points at least, received {len(points)}.")
+        raise ParameterError(f"a path needs at least two points, received {len(points)}.")
     _, found = support.nearest(points)
     gap = np.linalg.norm(found - points, axis=1)
     allowed = max(width, 0.02 * support.size)
@@ -159,7 +159,7 @@ def painted(support: SupportSurface, weight: npt.ArrayLike, width: float) -> Arr
         )
     vertices = _shortest_descent(support, paint)
     if len(vertices) < 2:
-        raise ParameterError("the painted vertices have one height; a path leads downwards. Paint some below them.")
+        raise ParameterError("the painted vertices have one height; a path leads downwards. Paint lower ones, too.")
     return through(support, support.points[vertices], width)
 
 
@@ -168,7 +168,7 @@ def _shortest_descent(support: SupportSurface, paint: Array) -> list[int]:
     edges, _ = unique_edges(support.triangles)
     edges = edges[(paint[edges] > 0.0).all(axis=1)]
     if not len(edges):
-        raise ParameterError("nothing is painted: two neighbouring vertices at least need weights above 0.")
+        raise ParameterError("nothing is painted: at least two neighbouring vertices need weights above 0.")
     length = np.linalg.norm(support.points[edges[:, 0]] - support.points[edges[:, 1]], axis=1)
     cost = length * paint.max() / paint[edges].mean(axis=1)
     graph = coo_array((cost, edges.T), shape=(len(paint), len(paint))).tocsr()
@@ -225,7 +225,7 @@ def branch(support: SupportSurface, path: Array, step: float, width: float) -> A
     support : SupportSurface
     path : ndarray, shape (k, 3)
     step, width : float
-        Of a step of the descent, and of the stream.
+        Length of a step of the descent, and width of the stream.
     """
     if len(path) < 8:
         return None
@@ -279,7 +279,7 @@ def _check_side(support: SupportSurface, path: Array) -> None:
 
 
 def _check_crossing(path: Array, width: float) -> None:
-    """Raise a ParameterError for a path that comes back to itself."""
+    """Raise a ParameterError for a path that crosses or nearly touches itself."""
     points = resampled(path, 0.5 * width)
     pairs = cKDTree(points).query_pairs(width, output_type="ndarray")
     crossing = pairs[np.abs(pairs[:, 0] - pairs[:, 1]) > 8]  # four widths along the path

@@ -33,7 +33,7 @@ class Run:
     drips : bool
         True if it drips, False if it is shed.
     options : mapping
-        Of :class:`DrippingTear` or :class:`SheddingTear`, those of their groups by their own names.
+        Of :class:`DrippingTear` or :class:`SheddingTear` and, by their own names, of their groups.
     """
 
     side: str
@@ -110,7 +110,7 @@ def preset(name: str, face: Face, seed: int = 0, **options: Any) -> list[Tear]:
     seed : int
     **options
         For all its tears, in place of the preset's own: of :class:`DrippingTear` if they all drip, otherwise of
-        :class:`SheddingTear` (those that drip are left as they are). Those of their groups are given by their own
+        :class:`SheddingTear` (tears that drip are left as they are). Options of their groups are given by their own
         names, such as ``c=20.0`` or ``roughness=0.5``.
 
     Raises
@@ -147,7 +147,7 @@ def preset(name: str, face: Face, seed: int = 0, **options: Any) -> list[Tear]:
 
 
 def _shed_tear(face: Face, start: Any, options: Mapping[str, Any], before: Sequence[Tear]) -> SheddingTear:
-    """Return a tear that runs into the first of those before that it meets."""
+    """Return a tear that runs into the first of the tears `before` that it meets."""
 
     def shed(**more: Any) -> SheddingTear:
         return SheddingTear(face, start=start, **grouped({**options, **more}, film=Film, flow=Flow, route=Route))

@@ -25,7 +25,7 @@ TAPER = 2.6
 """Length over which the head narrows into the trail, in halves of its width."""
 
 ROWS = 32
-"""Rows of the grid of noise that are fitted at a time."""
+"""Rows of the grid of noise that are fitted together."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Shape:
     half : float
         Half the width of the head.
     height : float
-        Of the head.
+        Height of the head.
     trail, film : float
         Half the width, and the thickness, of the trail.
 
@@ -110,14 +110,14 @@ def rough_film(
     roughness : float
         Share of the places that are raised, 0 to 1: rough skin holds more water back.
     degree : int
-        Of the moving least squares. Above degree 0 they dip, and are cut off at 0: the tear must not enter the skin.
+        Degree of the moving least squares. Above 0 they dip below 0 and are cut off: the tear must not enter the skin.
 
     Returns
     -------
     noise : ndarray, shape (i, j)
         At least 0.
     spacing : float
-        Of the grid.
+        Spacing of the grid.
 
     Examples
     --------

@@ -52,9 +52,10 @@ class Film:
     trail : float
         Width of the trail, as a share of the head's.
     roughness : float
-        Of the skin, 0 to 1: the share of the trail that is raised by water held back. It also turns the stream aside.
+        Roughness of the skin, 0 to 1: the share of the trail that is raised by water held back. It also turns the
+        stream aside.
     degree : int
-        Of the moving least squares that smooth this noise.
+        Degree of the moving least squares that smooth this noise.
 
     Examples
     --------
@@ -83,7 +84,7 @@ class Flow:
     Attributes
     ----------
     s : float, optional
-        Length that is covered at first, mm. Default, and the least: the head's.
+        Length that is covered at first, mm; by default, and at least, about that of the head.
     c : float
         Speed, mm/s.
     hold : float
@@ -110,16 +111,16 @@ class Flow:
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """The course of a tear that is shed: its length, its branches, and the folds that divert it.
+    """The route of a tear that is shed: its length, its branches, and the folds that divert it.
 
     Attributes
     ----------
     length : float
-        The most it runs, mm.
+        The most that the tear runs, mm.
     branches : int
-        The most often that it divides where a fold diverts it.
+        The most branches, which spill over where folds divert the tear.
     into : SheddingTear, optional
-        Another stream, which it follows from where it meets it.
+        Another stream, which the tear follows from where they meet.
     on : PolyData, optional
         A frame of the face: folds that are not there at rest divert the tear too.
 
@@ -161,11 +162,11 @@ class SheddingTear:
         Painted weights of the vertices, or the name of such an array: the path follows them from the highest vertex to
         the lowest. One of path, start and weight is needed.
     width, height : float
-        Of the head of the tear, mm.
+        Width and height of the head of the tear, mm.
     begin : float
         Seconds at which it appears.
     seed : int
-        Of everything random.
+        Seed of everything random.
     film : Film, optional
         The wet trail: its width, the roughness of the skin.
     flow : Flow, optional
@@ -193,8 +194,8 @@ class SheddingTear:
     Raises
     ------
     ParameterError
-        For a path that leaves the surface, is on its wrong side or crosses itself, a start off the surface or from
-        which no water runs, sizes too large for the surface, and numbers out of range.
+        For a path that leaves the surface, runs over the back of the head or crosses itself, a start off the surface or
+        from which no water runs, sizes too large for the surface, and numbers out of range.
 
     Examples
     --------
@@ -251,7 +252,7 @@ class SheddingTear:
         self._check_disk()
 
     def _checked_shape(self, width: float, height: float, trail: float) -> Shape:
-        """Return the shape of the tear in the unit of the surface, if it is small enough for this."""
+        """Return the shape of the tear in the unit of the surface, after checking that the surface is large enough."""
         size, unit = self._support.size, self._support.unit
         half = 0.5 * check_range("width", width, 1e-6, 1e6) / unit
         height = check_range("height", height, 1e-6, 1e6) / unit
@@ -263,7 +264,7 @@ class SheddingTear:
         return Shape(half, height, half * trail, max(0.07 * height, 2.0 * EDGE / unit))
 
     def _path_finder(self, route: Route) -> PathFinder:
-        """Return a finder of paths, if the longest of them is not too long for the mesh."""
+        """Return a finder of paths, after checking that the longest does not need too fine a mesh."""
         support, width = self._support, 2.0 * self.shape.half
         longest = min(route.length / support.unit, 20.0 * support.size)
         if longest > LONGEST * self._detail:
@@ -315,7 +316,7 @@ class SheddingTear:
     def covered(self, t: float) -> float:
         """Return the length of the path that is covered at time t: the paper's ``h = s + c t``.
 
-        It is a length along the path, in the unit of the surface, and not a height; it never becomes less.
+        It is a length along the path, in the unit of the surface, and not a height; it never decreases.
 
         Raises
         ------
@@ -371,12 +372,12 @@ class SheddingTear:
         return mesh
 
     def _footprint_in(self, rest: Array, triangles: IntArray) -> Footprint:
-        """Return the footprint in a mesh, and keep it for the next."""
+        """Return the footprint in a mesh, and keep it for the next frame."""
         self._footprint = footprint_under(self._subdivision, self.paths, rest, triangles, self._footprint)
         return self._footprint
 
     def _thickness(self, footprint: Footprint, front: float) -> tuple[Array, Array]:
-        """Return level and height at the vertices of the footprint: the largest over all paths."""
+        """Return level and height at the vertices of the footprint, the largest over all paths."""
         level, height = np.empty(0), np.empty(0)
         for k, path in enumerate(self.paths):
             run = min(front - path.begin, float(path.lengths[-1]))

@@ -36,7 +36,7 @@ class StreamPath:
     points : ndarray, shape (k, 3)
         At rest.
     begin, scale : float
-        Length of the source's path up to where it begins, and its size as a share of the source's.
+        Length of the main path up to where this one begins, and its size as a share of the main one's.
     noise, spacing : ndarray and float
         Bumps over a grid of (s, w), see :func:`facewrinkle.tears.shape.rough_film`.
     wobble : ndarray
@@ -91,7 +91,7 @@ class PathFinder:
     Attributes
     ----------
     support, moved : SupportSurface
-        At rest, where paths are given and found, and in the frame down whose folds the water runs.
+        The surface at rest, on which paths are given and returned, and in the frame down whose folds the water runs.
     rest : ndarray, shape (n, 3)
         Vertices of `moved` at rest.
     width, step, longest : float
@@ -106,7 +106,7 @@ class PathFinder:
     longest: float
 
     def path(self, through: Any, start: Any, weight: Any) -> Array:
-        """Return a path through points, along painted weights, or down from a start: of what is given."""
+        """Return a path through points, along painted weights, or down from a start, whichever is given."""
         if through is not None:
             return paths.through(self.support, through, self.width)
         if weight is not None:
@@ -114,7 +114,7 @@ class PathFinder:
         return self._descent(start)
 
     def _weights(self, weight: Any) -> Any:
-        """Return painted weights, those of the face if they are given by their name."""
+        """Return painted weights; a name stands for point data of the face."""
         if not isinstance(weight, str):
             return weight
         face = self.support.face
@@ -142,7 +142,7 @@ class PathFinder:
         )
 
     def _overflowed(self, path: Array, lowered: Array) -> Array:
-        """Return a path that goes on below hollows that the stream fills, such as creases of the lids."""
+        """Return the path, continued below hollows that the stream fills, such as creases of the lids."""
         moved = self.moved
         for below in moved.nearest(path[-1] + lowered)[1]:
             across = np.linspace(path[-1], below, 9)
@@ -154,13 +154,11 @@ class PathFinder:
         return path
 
     def cut(self, path: Array) -> Array:
-        """Return a path in steps, up to the most that the stream runs."""
+        """Return a path in equal steps, cut off at the most that the stream runs."""
         path = paths.resampled(path, self.step)
         path = path[paths.lengths(path) <= self.longest]
         if len(path) < 3 or not paths.lengths(path)[-1] > 0.0:
-            raise ParameterError(
-                "the path has no length: its points are one place of the surface, or length is too small."
-            )
+            raise ParameterError("the path has no length: its points coincide, or length is too small.")
         return path
 
     def meandered(self, path: Array, roughness: float, random: np.random.Generator) -> Array:
@@ -173,7 +171,7 @@ class PathFinder:
         return path + (roughness * half * grown * turns)[:, None] * aside
 
     def branches(self, path: Array, n: int) -> list[tuple[Array, float]]:
-        """Return up to n paths that leave a path at folds, and the length of that up to where each leaves it."""
+        """Return up to n paths that leave a path at folds, each with the length of the path up to there."""
         found: list[tuple[Array, float]] = []
         if not n:
             return found

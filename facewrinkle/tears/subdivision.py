@@ -1,4 +1,4 @@
-"""The surface under a tear, subdivided until its sides are short; what was found is kept for the next frame."""
+"""The surface under a tear, subdivided until its sides are short; vertices are kept for the next frame."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ IntArray = npt.NDArray[np.int32]
 class LocalSubdivision:
     """Subdivides meshes of one surface within reach of polylines on it, linearly, until no side is too long.
 
-    Whether a side is halved depends on nothing but its ends, so that neighbours agree. The mesh of the next frame is
-    mostly that of the last, so vertices are kept, with their coordinates along the polylines, which are slow to find.
+    Only its ends decide if a side is halved, so that neighbours agree. The mesh of the next frame is mostly that of the
+    last, so vertices are kept, with their coordinates along the polylines, which are slow to find.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class LocalSubdivision:
             self._clear(room if first else 2 * room)  # full of what is not used any more, or too small
 
     def _add(self, rest: Array, normals: Array, of_mesh: IntArray) -> bool:
-        """Number the vertices in use of a mesh; return True if there was room for those that are new."""
+        """Number the vertices of a mesh that are in use; return True if there was room for the new ones."""
         number = np.full(len(rest), -1, np.int32)
         same = min(kernels.first_change(rest, self._mesh_rest), len(self._number))  # the others are numbered anew
         number[:same] = self._number[:same]

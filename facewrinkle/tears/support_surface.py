@@ -1,4 +1,4 @@
-"""The surface that supports a tear: a face or any other, at rest or in a frame, with its direction of falling."""
+"""The surface that supports a tear: a face or any other, at rest or in a frame, with its down direction."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class SupportSurface:
     points : ndarray, shape (n, 3)
     triangles : ndarray of int32, shape (m, 3)
     down, forward : ndarray, shape (3,)
-        Unit directions, orthogonal: the direction of falling, and away from the surface.
+        Unit directions, orthogonal: that in which water falls, and away from the surface.
     unit : float
         Millimetres per unit.
     face : Face, optional
@@ -112,7 +112,7 @@ class SupportSurface:
         return BoundPoints(self.triangles[cells], barycentric(found, self.points[self.triangles[cells]]))
 
     def in_frame(self, on: pv.PolyData | None) -> tuple[SupportSurface, Array]:
-        """Return the surface as it is in a frame, and the vertices (n, 3) of the frame at rest; None is the rest.
+        """Return the surface as it is in a frame, and the vertices (n, 3) of the frame at rest; None means at rest.
 
         Raises
         ------
@@ -142,7 +142,7 @@ class SupportSurface:
         Raises
         ------
         UnknownNameError
-            For another name.
+            For a name that is not that of an eye.
         ParameterError
             If `start` is not three finite coordinates, or is farther from the surface than `allowed`.
         """
@@ -169,7 +169,7 @@ class SupportSurface:
 def support_surface(
     surface: Face | pv.PolyData | Any, down: npt.ArrayLike | None = None, unit: float = 1.0
 ) -> SupportSurface:
-    """Return the support surface that a face or any other mesh is.
+    """Return a face or any other mesh as a support surface.
 
     Parameters
     ----------

@@ -70,7 +70,7 @@ def test_odd_pictures_are_not_rescaled(tmp_path):
         ([np.zeros((4, 4, 3))], "received float64"),
         (
             [np.zeros((4, 4, 3), np.uint8), np.zeros((4, 6, 3), np.uint8)],
-            r"must be \(4, 4\) as the first, 1 is \(4, 6\)",
+            r"must have the size of the first, \(4, 4\); picture 1 has \(4, 6\)",
         ),
     ],
 )

@@ -28,7 +28,7 @@ def pattern_of(
 ) -> Pattern:
     """Return a pattern by name with its parameters, a pattern as it is, or that of a function of x, y and t.
 
-    `seed` goes to those that have one.
+    `seed` is passed to patterns that have one.
 
     Raises
     ------

@@ -55,7 +55,7 @@ class PatternLayer:
         Name for messages and point data; default: that of the pattern.
     **parameters
         Parameters of the pattern, such as ``number=4, style="m", sharpness=1.0``, and of :class:`facewrinkle.Region`,
-        such as ``border``, ``outline``, ``select`` and ``valid_share``. `seed` is that of both.
+        such as ``border``, ``outline``, ``select`` and ``valid_share``. `seed` goes to both.
 
     Raises
     ------
@@ -233,9 +233,9 @@ class PatternLayer:
         return [pattern.relief_adder(x, y, aspect, self._where, weight) for pattern, x, y in self._planes()]
 
     def _spacing(self, strength: float, state: SurfaceState) -> tuple[Array, Array, BoolArray]:
-        """Spacing, its direction, and where the pattern is active: the last attributes of :class:`Displacement`.
+        """Return `spacing`, `across` and `active` of :class:`Displacement`.
 
-        They are computed anew only if strength or t have changed noticeably, or vertices have come or gone.
+        They are computed anew only if strength or t has changed noticeably, or vertices have come or gone.
         """
         seconds = state.time + self.begin
         t = self.t_at(self._sized[0], seconds)
@@ -252,14 +252,14 @@ class PatternLayer:
         if strength == 0.0:
             return spacing, across, active
         if self._tiny:
-            self._seed(points, spacing, across, active)
+            self._ask(points, spacing, across, active)
         half, direction = self._waves
         finer = (strength * self._weight > FAINT) & (half < spacing[self._where])
         spacing[self._where[finer]], across[self._where[finer]] = half[finer], direction[finer]
         active[self._where] = True
         return spacing, across, active
 
-    def _seed(self, points: Array, spacing: Array, across: Array, active: BoolArray) -> None:
+    def _ask(self, points: Array, spacing: Array, across: Array, active: BoolArray) -> None:
         """Ask for triangles around a region that may lie between the vertices: the closer to it, the finer."""
         laid = self._laid
         towards = laid.centre.point - points
@@ -270,7 +270,7 @@ class PatternLayer:
         active[near] = True
 
     def _wavelengths(self, seconds: float) -> tuple[Array, Array]:
-        """Half the wavelength on the surface (k,), in the unit of the face, and the unit direction across (k, 3)."""
+        """Half the wavelength on the surface (k,), in the unit of the face, and the unit direction along it (k, 3)."""
         half, direction = np.full(len(self._where), np.inf), np.zeros((len(self._where), 3))
         du = np.eye(2)
         for pattern, x, y in self._planes():

@@ -53,9 +53,8 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
     face : Face
     **changes
         Parameters of :class:`facewrinkle.PatternLayer` that differ; `size` in distances between the pupils. With
-        ``strength="skin"`` the pattern comes out as the skin below is compressed across it. The wrinkles of the right
-        side have the seed after that of the left, so that no face is its own mirror image; with ``variation=0`` all
-        are even.
+        ``strength="skin"`` the pattern appears as the skin under it is compressed. The wrinkles of the right side have
+        the seed after that of the left, so that no face is its own mirror image; with ``variation=0`` all are even.
 
     Raises
     ------
@@ -107,7 +106,7 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
 
 
 def _outside(face: Face, place: Array) -> Array:
-    """The closest point of the surface that faces away from the head: not the inner side of a lid or a lip."""
+    """The closest point of the surface on skin that faces away from the head: not inside a lid or a lip."""
     middle = face.frame.world(np.array([0.0, 0.0, -MIDDLE_BEHIND]))
     a, b, c = (face.points[face.triangles[:, corner]] for corner in range(3))
     normal, away = np.cross(b - a, c - a), (a + b + c) / 3.0 - middle

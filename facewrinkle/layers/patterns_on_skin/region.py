@@ -21,7 +21,7 @@ Outline = Literal["ellipse", "box"]
 Coordinates = Literal["geodesic", "projected"]
 
 OUTLINES: dict[str, float] = {"ellipse": 2.0, "box": 6.0}
-"""Exponents of the norm of (u, v) that is 1 at the border."""
+"""Exponents p of the p-norm of (u, v), which is 1 at the border."""
 
 COORDINATES: tuple[Coordinates, ...] = ("geodesic", "projected")
 
@@ -61,7 +61,7 @@ class Region:
     valid_share : float
         Share of the vertices of the mesh that carry the pattern (the paper's valid vertices), in (0, 1].
     seed : int
-        Seed of the choice of these.
+        Seed for the choice of these vertices.
 
     Examples
     --------
@@ -109,7 +109,7 @@ class Region:
         Raises
         ------
         ParameterError
-            If it lies off the surface, is larger than it, or `up` points straight out of the surface.
+            If the region lies off the surface or is larger than it, or `up` points straight out of the surface.
         MeshError
             If the selection does not fit the mesh.
         """
@@ -204,13 +204,13 @@ class LaidRegion:
     chart : ndarray, shape (n0, 2)
         Their local coordinates (u, v): 0 in the centre, +-1 where the border crosses the axes.
     slopes : ndarray, shape (n0, 3, 2)
-        Gradients of these.
+        Gradients of u and v.
     known : ndarray of bool, shape (n0,)
         True for base vertices that have coordinates.
     weight : ndarray, shape (n0,), optional
         Weights of a selection.
     valid : ndarray, shape (n0,)
-        1 for base vertices that carry the pattern.
+        1 for base vertices that carry the pattern, 0 for others.
 
     Examples
     --------

@@ -17,8 +17,8 @@ def valid_vertices(chart: Array, inside: BoolArray, share: float, seed: int) -> 
     """Return 1 for ``round(share N)`` of the N vertices inside, chosen at random but evenly over the area, else 0.
 
     The vertices are put in the order of Morton's curve, which fills the plane, and cut into as many runs as vertices
-    are to be chosen; each run gives one. Vertices of a refined mesh interpolate those of the base mesh, so that nothing
-    is drawn again.
+    are to be chosen; each run gives one. A refined mesh interpolates these values, so that
+    nothing is drawn again.
 
     Parameters
     ----------

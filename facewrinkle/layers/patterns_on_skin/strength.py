@@ -1,4 +1,4 @@
-"""Strength of a pattern that the compression of the skin under it sets."""
+"""Strength of a pattern, set by the compression of the skin under it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .region import LaidRegion, check_vector
 
 @dataclass(frozen=True)
 class Compression:
-    """A strength that the skin under the pattern sets: 0 up to a compression of `low`, 1 from `full` on.
+    """A strength set by the skin under the pattern: 0 up to a compression of `low`, 1 from `full` on.
 
     Attributes
     ----------

@@ -8,11 +8,11 @@ from ...geometry.smoothstep import smoothstep
 from ..base import Array
 
 DISTINCT = 64
-"""Number of wrinkles that all differ; after these they repeat."""
+"""Number of different wrinkles, after which they repeat."""
 
 SHIFTS = (0.5, 0.5, 0.6, 0.3)
-"""The most, in radians, that the place, slant, bend and waviness of a wrinkle shift its phase. Together less than 2.09:
-neighbours, between which the shift changes by up to twice that, at up to 1.5 times the mean rate, cannot meet.
+"""The most, in radians, that the place, slant, bend and waviness of a wrinkle shift its phase. Their sum must be below
+2.09, or neighbours could meet: between them the shift changes by up to twice the sum, at up to 1.5 times the mean rate.
 """
 
 SHALLOWER, SHORTER, FADE = 0.65, 0.8, 0.6
@@ -66,7 +66,7 @@ def natural_variation(phase: Array, along: Array, amount: float, seed: int) -> t
 
 
 def _depth_along(along: Array, own: Array, amount: float) -> Array:
-    """Depth of a wrinkle along its course, as a share: shallower than others, and beginning and ending in its region.
+    """Depth along a wrinkle as a share: it may be shallower than others, and begin and end within the region.
 
     The depth takes the square of a random number: most wrinkles are nearly as deep as they can be.
     """

@@ -1,4 +1,4 @@
-"""Waves: what all patterns of wrinkles share."""
+"""Waves: the base class of all patterns of wrinkles."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Furrows = Literal["sharp", "paper"]
 FURROWS: tuple[Furrows, ...] = ("sharp", "paper")
 
 SMALLEST_NUMBER, LARGEST_NUMBER = 0.1, 1000.0
-"""Wrinkles from border to border, at least and at most."""
+"""The fewest and the most wrinkles from border to border."""
 
 FLAT = 1e-6
 """Below this sharpness waves are plain sines."""
@@ -147,7 +147,7 @@ def exponential_of(sharpness: float, furrows: Furrows) -> tuple[float, float, fl
 
 
 def scaled_by_strength(fill: Callable[[float, Array], None], where: npt.NDArray[np.int64]) -> ReliefAdder:
-    """Return an adder of heights in proportion to the strength; `fill` computes them anew only where t has changed."""
+    """Return an adder of heights in proportion to the strength; `fill` computes them anew only if t has changed."""
     full, last = np.empty(len(where)), [np.nan]
 
     def add(strength: float, t: float, out: Array) -> None:

@@ -341,7 +341,7 @@ class EyeCorner(Waves):
         )
 
     def _rising(self, strength: float) -> tuple[float, float, float]:
-        """As `exponential_of`, with a sharpness that rises with the strength, at the scale of the largest one."""
+        """Return a, b and c as `exponential_of`; the sharpness rises with the strength, the scale is that at 1."""
         k = self.sharpness
         if k < FLAT:
             return 0.0, 0.5 * strength, 0.0

@@ -1,1 +1,1 @@
-"""File formats: what is read from OBJ, OFF, PLY, glTF, USD, VTK and STL files, and their images."""
+"""File formats: readers of OBJ, OFF, PLY, glTF, USD, VTK and STL files, and of their images."""

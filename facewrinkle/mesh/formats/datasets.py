@@ -1,4 +1,4 @@
-"""Data sets of VTK, and polygons from text files, become triangles as PolyData."""
+"""Triangles as PolyData, from data sets of VTK and from the polygons of files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .obj_off import Polygons, polygon_triangles
 
 
 def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> pv.PolyData:
-    """Triangles of the polygons of a file, given its name for errors, and the folder of its images."""
+    """Triangles of the polygons of a file; `name` is for errors, `folder` that of its images."""
     padded = [number for face in polygons.faces for number in (len(face), *face)]
     mesh = pv.PolyData()
     mesh.points = polygons.points
@@ -43,7 +43,7 @@ def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> 
 
 
 def _colours(values: np.ndarray) -> np.ndarray:
-    """Colours as uint8 or from 0 to 1, from ones up to 1, 255 or, in 16 bits, 65535."""
+    """Colours as uint8 or from 0 to 1, of values up to 1, up to 255 or, in 16 bits, up to 65535."""
     if values.dtype == np.uint8 or not values.size or not values.max() > 1:
         return values
     share = values / (255.0 if values.max() <= 255 else 65535.0)

@@ -1,6 +1,6 @@
 """glTF and GLB files as plain arrays: all meshes of the scene, in its coordinates, at rest.
 
-VTK's reader crashes the interpreter if counts or offsets are wrong, and refuses a mesh whose picture is missing. Here
+VTK's reader crashes the interpreter if counts or offsets are wrong, and refuses a mesh whose image is missing. Here
 every count is checked against the bytes that are there before it is used. Animations are read by
 :mod:`facewrinkle.motion.gltf`.
 """
@@ -40,7 +40,7 @@ COMPRESSED = {
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
 AT_REST = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
-"""Properties of a node that does not say them; rotations are quaternions (x, y, z, w)."""
+"""Default properties of a node; rotations are quaternions (x, y, z, w)."""
 
 
 def read_gltf_file(path: Path) -> list[Primitive]:
@@ -49,7 +49,7 @@ def read_gltf_file(path: Path) -> list[Primitive]:
     Raises
     ------
     MeshError
-        For a file that is damaged, compressed (Draco, meshopt), or that refers to what it does not hold.
+        For a file that is damaged or compressed (Draco, meshopt), or lacks something it refers to.
     """
     document = Document(path)
     with document.checked():
@@ -197,11 +197,11 @@ class Document:
             index, parent = pending.pop()
             children = self._at("nodes", index).get("children") or []
             if index in found:
-                raise self.broken("its nodes hang on themselves")
+                raise self.broken("a node has two parents")
             found[index] = parent
             pending += [(child, index) for child in children]
         if len(found) < len(self.nodes):
-            raise self.broken("its nodes hang on themselves")
+            raise self.broken("some nodes are their own ancestors")
         return found
 
     def world(self, moved: Mapping[int, Mapping[str, Array]] | None = None) -> Array:
@@ -310,7 +310,7 @@ class Document:
         weights = np.hstack([self._vectors(attributes[f"WEIGHTS{name[6:]}"], 4) for name in sets])
         weights = np.maximum(weights, 0.0)
         if joints.shape != weights.shape or len(joints) != n or joints[weights > 0.0].max(initial=0) >= count:
-            raise self.broken(f"{n} points hang on bones up to {joints.max()}, and {count} bones are there")
+            raise self.broken(f"its points refer to bones up to {joints.max()}, and there are {count} bones")
         lost = ~(weights.sum(axis=1) > 0.0)
         weights[lost, 0], joints[lost, 0] = 1.0, np.minimum(joints[lost, 0], count - 1)
         weights /= weights.sum(axis=1, keepdims=True)
@@ -318,7 +318,7 @@ class Document:
         return csr_array((weights[rows, slots], (rows, joints[rows, slots].astype(np.int64))), shape=(n, count))
 
     def _colour(self, primitive: dict[str, Any]) -> tuple[str, Array | None, dict[str, Any]]:
-        """The image on a primitive, "" for none, or else the colour (1, 4) of its material; and how the image lies."""
+        """The image on a primitive, "" for none, else the colour (1, 4) of its material; and the image's placement."""
         try:
             if (texture := self._texture(primitive)) is not None:
                 number, how = texture
@@ -341,7 +341,7 @@ class Document:
         return {name: value for name, value in given.items() if value is not None} | usual
 
     def _texture(self, primitive: dict[str, Any]) -> tuple[int, dict[str, Any]] | None:
-        """The number of the image that colours a primitive, and how it lies on it."""
+        """The number of the image that colours a primitive, and its placement on it."""
         how = self._surface(primitive).get("baseColorTexture")
         if how is None:
             return None
@@ -353,8 +353,8 @@ class Document:
     # --- images ------------------------------------------------------------------------------------
 
     def images(self, mesh: str | None = None) -> Counter[int]:
-        """Images on all meshes, or on the one with this name or with a node of this name or number; with the number of
-        corners of their faces.
+        """Count the corners of faces that each image is on: on all meshes, or on the mesh of this name, or that of the
+        node of this name or number.
         """
         named = {n["mesh"] for i, n in enumerate(self.nodes) if "mesh" in n and mesh in (n.get("name"), str(i))}
         found: Counter[int] = Counter()
@@ -391,7 +391,7 @@ def srgb(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
 
 
 def _is_transparent(material: Mapping[str, Any]) -> bool:
-    """Return True if more is seen of what lies behind a surface of this material than of the surface itself."""
+    """Return True if a surface of this material shows more of what lies behind it than of itself."""
     try:
         surface = material.get("pbrMetallicRoughness") or {}
         glass = (material.get("extensions") or {}).get("KHR_materials_transmission") or {}

@@ -64,7 +64,7 @@ class Primitive:
     shapes : ndarray, shape (k, n, 3), or None
         Displacements of the morph targets.
     image : str or ndarray of str, shape (m,)
-        The image on it, or on each triangle: a file, `a.glb#3` or `a.usdz[b.png]`; "" for none.
+        The image on the mesh, or on each triangle: a file, `a.glb#3` or `a.usdz[b.png]`; "" for none.
     weights : csr_array, shape (n, b), or None
         Weights of the bones of its skin at each point; they add up to 1.
     """
@@ -205,7 +205,7 @@ def read_obj(path: Path) -> Polygons:
 
 
 def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int], list[int]]:
-    """The vertices of one face, and the texture coordinates of its corners (-1 for none); the file's may count back."""
+    """Vertices of one face, and texture coordinates of its corners (-1 for none); negative numbers count back."""
     face, numbers = [], []
     for word in words:
         parts = word.split("/")
@@ -238,7 +238,7 @@ def textured(
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     """The first texture coordinates of each point, and those of each corner if they differ, face by face.
 
-    `corners` holds numbers of texture coordinates, -1 for none; those that do not exist, as some modellers write, are
+    `corners` holds numbers of texture coordinates, -1 for none; numbers too large, which some modellers write, are
     ignored.
     """
     vertices = np.array([vertex for face in faces for vertex in face], dtype=np.int64)

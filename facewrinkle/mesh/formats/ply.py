@@ -124,8 +124,8 @@ def _header(path: Path, data: bytes) -> tuple[list[Element], str | None, bytes]:
 
 
 def _body(elements: list[Element], order: str | None, body: bytes) -> dict[str, tuple[Columns, Lists]]:
-    """Columns of each element, those of numbers and those of lists."""
-    if order is None:  # text becomes a row of doubles, and is read like the others
+    """Columns of numbers and columns of lists, by element."""
+    if order is None:  # text becomes a row of doubles, and is read like binary data
         body = np.array(body.split(), dtype=np.float64).tobytes()
     found = {}
     offset = 0
@@ -156,7 +156,7 @@ def _runs(properties: list[Property], count: int, body: bytes, offset: int) -> t
     Raises
     ------
     ValueError
-        If there are fewer in the data.
+        If the data hold fewer rows.
     """
     if count < 0:
         raise ValueError

@@ -1,4 +1,4 @@
-"""Files and meshes of other libraries become triangles as PolyData."""
+"""Triangles as PolyData, from files and from meshes of other libraries."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ SIGNS: tuple[tuple[bytes, str, tuple[str, ...]], ...] = (
     (b"\xff\xd8\xff", "a JPEG picture", (".jpg",)),
     (b"PK\x03\x04", "a zip archive", (".zip", ".usdz", ".face")),
 )
-"""First bytes of files, with the names of the formats and the endings that such files should have."""
+"""First bytes of files, with the names of their formats and the endings that they should have."""
 
 
 def read_surface(source: object) -> pv.PolyData:
-    """Return the triangles of a file or of a mesh of another library, with the points numbered as they are there.
+    """Return the triangles of a file or of a mesh of another library, with the points numbered as in the source.
 
     Polygons are split into triangles (along the shorter diagonal of a quad). If the texture has seams, points keep
     the first of their texture coordinates, and the cell data "Texture Corners" holds those of all corners. Point data
@@ -150,7 +150,7 @@ def check_file(path: Path) -> None:
 
 @contextmanager
 def _vtk_messages() -> Iterator[list[str]]:
-    """Collect the errors of VTK's readers, which would be printed several times otherwise."""
+    """Collect the errors of VTK's readers, which would otherwise be printed several times."""
     messages: list[str] = []
 
     def collect(record: logging.LogRecord) -> bool:
@@ -176,7 +176,7 @@ def _read_with_vtk(path: Path) -> Any:
             messages.append(str(problem).splitlines()[-1])
     if data is None or _is_empty(data):
         useful = [line for line in messages if not line.startswith("Algorithm")]
-        reason = useful[0] if useful else "nothing is in it that VTK understands"
+        reason = useful[0] if useful else "VTK finds nothing in it"
         raise MeshError(
             f"{path.name} cannot be read: {reason.rstrip('.')}. The file is damaged or of another format: "
             "export it again, or as OBJ or PLY."

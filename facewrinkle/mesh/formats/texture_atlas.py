@@ -19,7 +19,7 @@ from .textures import LARGEST_SIDE, decoded, image_of_file, image_of_gltf
 Image = npt.NDArray[np.uint8]
 
 BORDER = 4
-"""Width in pixels by which each of several images is continued around it, as renderers blend neighbouring pixels."""
+"""Pixels by which each of several images is continued beyond its edges, as renderers blend neighbouring pixels."""
 
 SPILL = 0.02
 """Texture coordinates may go beyond an image by this much without a warning."""
@@ -82,7 +82,7 @@ def _opened(source: str) -> Image:
 
 
 def _patch(mesh: pv.PolyData, bare: npt.NDArray[np.bool_], images: dict[int, Image]) -> Image:
-    """A small image in the colour of the triangles without one, or else in the median colour of the largest image."""
+    """A small image in the colour of the triangles without an image, else in the median colour of the largest image."""
     colours = mesh.point_data.get(COLORS)
     own = None if colours is None else np.asarray(colours)[np.asarray(mesh.regular_faces)[bare]].reshape(-1, 3)
     if own is None or own.dtype != np.uint8 or own.min() == 255:
@@ -91,7 +91,7 @@ def _patch(mesh: pv.PolyData, bare: npt.NDArray[np.bool_], images: dict[int, Ima
 
 
 def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dict[int, Image]) -> Image:
-    """Put images in a row, by number, and move the texture coordinates of the mesh there."""
+    """Put images in a row, by number, and move the texture coordinates of the mesh to their places in it."""
     channels = max(image.shape[2] for image in images.values())
     factor = min(1.0, LARGEST_SIDE / sum(image.shape[1] + 2 * BORDER for image in images.values()))
     row = {number: _padded(_reduced(image, factor), channels) for number, image in images.items()}
@@ -104,9 +104,7 @@ def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dic
         out[:h, left : left + w] = image
         mine = numbers == number
         place = corners[mine] if number >= 0 else np.full((mine.sum(), 3, 2), 0.5)
-        place = place - np.floor(
-            place.mean(axis=1, keepdims=True)
-        )  # images repeat: each triangle has a tile of its own
+        place = place - np.floor(place.mean(axis=1, keepdims=True))  # images repeat: each triangle lies in one tile
         if len(place) and max(-place.min(), place.max() - 1.0) > SPILL:
             repeated.append(Path(images_of(mesh)[number]).name)
         place = np.clip(place, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Images on meshes: named or held by a file, or given by the user."""
+"""Images on meshes: named or held by a mesh file, or given by the user."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .reading import GLTF, check_file
 Image = npt.NDArray[np.uint8]
 
 LARGEST_SIDE = 16_384
-"""The most pixels along a side: graphics cards take no larger textures."""
+"""The most pixels along a side; graphics cards take no larger textures."""
 
 
 def as_texture(image: object) -> Image:
@@ -81,7 +81,7 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
     Returns
     -------
     ndarray of uint8, shape (h, w, 3), or None
-        First row at the top. None if there is none.
+        First row at the top. None if there is no image.
 
     Warns
     -----
@@ -148,7 +148,7 @@ def decoded(data: bytes, name: str, *, alpha: bool = False) -> Image:
     except MeshError:
         raise
     except UnidentifiedImageError:
-        raise MeshError(f"the image {name} cannot be read: it is none that is known. Save it as PNG or JPEG.") from None
+        raise MeshError(f"the image {name} cannot be read: its format is not known. Save it as PNG or JPEG.") from None
     except Exception as problem:  # every format fails in its own way
         reason = str(problem).splitlines()[0] if str(problem) else type(problem).__name__
         raise MeshError(f"the image {name} cannot be read: {reason}. Save it as PNG or JPEG.") from None

@@ -75,7 +75,7 @@ def opened(path: Path) -> Any:
 
 
 def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primitive | None:
-    """Return a mesh at a time, transformed by a matrix (4, 4); None if it is empty."""
+    """Return a mesh at a time code, transformed by a matrix (4, 4); None if it is empty."""
     from pxr import UsdGeom
 
     name = mesh.GetPrim().GetName()
@@ -86,7 +86,9 @@ def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primit
     if not len(points) or not len(counts):
         return None
     if counts.sum() != len(vertices) or counts.min() < 0 or vertices.min() < 0 or vertices.max() >= len(points):
-        raise MeshError(f"{path.name}: the faces of {name} lead nowhere. The file is damaged: export it again.")
+        raise MeshError(
+            f"{path.name}: the faces of {name} use points that do not exist. The file is damaged: export it again."
+        )
     corners, sizes = np.arange(len(vertices)), counts
     if counts.min() < 3:  # lines and points
         keep = counts >= 3

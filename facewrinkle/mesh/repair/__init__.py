@@ -1,1 +1,1 @@
-"""Repair: any surface becomes one that the algorithms can rely on."""
+"""Repair of surfaces, until the algorithms can rely on them."""

@@ -20,7 +20,7 @@ SAMPLES = 60_000
 """Points on the old surface from which the new one is reconstructed."""
 
 MOST = 16_000
-"""Triangles that a reconstructed surface may have, or twice as many as there were."""
+"""The most triangles of a reconstructed surface, unless twice as many as there were is more."""
 
 
 def closed_up(mesh: RepairedMesh) -> RepairedMesh:

@@ -21,7 +21,7 @@ SMALL = 0.1
 """Places smaller than this share of the surface are smoothed: lips that press on each other are larger."""
 
 ROUNDS = 12
-"""Times at most that intersections are looked for."""
+"""The most rounds of smoothing."""
 
 STEPS = 4
 """Smoothing steps in each round."""
@@ -46,8 +46,9 @@ def self_intersection_report(points: Array, triangles: NDArray[np.integer]) -> s
 def resolved(mesh: RepairedMesh) -> RepairedMesh:
     """Smooth the mesh at small places where it runs through itself, as much as it takes.
 
-    Points there move to the mean of their neighbours; if this is not enough, the points around them join in, round by
-    round. Places that cannot be resolved are left as they were; so are borders, and places larger than `SMALL`.
+    Points at such places move to the mean of their neighbours; if this is not enough, the points around them join in,
+    round by round. Places that cannot be resolved are left as they were; so are borders, and places larger than
+    `SMALL`.
     """
     triangles, points = mesh.triangles, mesh.points.copy()
     edges, sides = topology.unique_edges(triangles)

@@ -1,7 +1,7 @@
 """Repair of the connectivity of triangle meshes, on plain arrays, with a report; points move as little as possible.
 
-A mesh here is its points and triangles (m, 3), with the number of the corner of the source from which each corner
-comes, counted over all triangles: through these numbers, the data of points and corners are found again.
+A mesh here is its points and triangles (m, 3), and for each corner the number of the corner of the source that it comes
+from, counted over all triangles: these numbers lead back to the data of points and corners.
 """
 
 from __future__ import annotations
@@ -154,11 +154,11 @@ def merged_points(mesh: RepairedMesh, pairs: IntArray) -> RepairedMesh:
     first = np.unique(label, return_index=True)[1][label]
     triangles = first[mesh.triangles]
     whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    return replace(mesh, triangles=triangles, corners=mesh.corners).only(whole)
+    return replace(mesh, triangles=triangles).only(whole)
 
 
 def _flipped(mesh: RepairedMesh) -> RepairedMesh:
-    """Flip the longest side of triangles with a corner on it, together with the neighbour there."""
+    """Flip the longest side of triangles without area: the corner on it splits the neighbour at this side."""
     for _ in range(4):  # neighbours of slivers may be slivers
         flat = np.flatnonzero(degenerate(mesh.points, mesh.triangles))
         flat = flat[(mesh.triangles[flat] != np.roll(mesh.triangles[flat], 1, axis=1)).all(axis=1)]

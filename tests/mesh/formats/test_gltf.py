@@ -320,7 +320,7 @@ def test_usd(tmp_path):
     np.testing.assert_array_equal(corners[:2], mesh.points[mesh.regular_faces[:2]][..., :2] - [10, 0])
     path.write_text(USDA.replace("1, 4, 2]", "1, 99, 2]"))
     fresh = path.rename(tmp_path / "b.usda")  # USD keeps open what it has read
-    with pytest.raises(MeshError, match="faces of face lead nowhere"):
+    with pytest.raises(MeshError, match="faces of face use points that do not exist"):
         read_surface(fresh)
     (tmp_path / "c.usda").write_text("nothing")
     with pytest.raises(MeshError, match=r"c\.usda cannot be read"):

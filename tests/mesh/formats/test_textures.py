@@ -110,7 +110,7 @@ def test_an_image_that_is_missing_or_damaged_is_left_out_with_a_notice(tmp_path)
     with pytest.warns(FaceWrinkleWarning, match="face.obj names the image 'photo.png', which is not there"):
         assert read_texture(path) is None
     (tmp_path / "photo.png").write_bytes(b"GIF")
-    with pytest.warns(FaceWrinkleWarning, match=r"photo.png cannot be read: it is none that is known. Save it"):
+    with pytest.warns(FaceWrinkleWarning, match=r"photo.png cannot be read: its format is not known. Save it"):
         assert read_texture(path) is None
     (tmp_path / "photo.png").write_bytes(png(PHOTO)[:40])
     with pytest.warns(FaceWrinkleWarning, match="the image photo.png cannot be read"):
