@@ -22,7 +22,8 @@ from .parts import Part
 Array = npt.NDArray[np.float64]
 
 STILL = 0.01
-"""Vertices that leave the head's motion by more than this, in distances between the pupils, count little in finding it."""
+"""Vertices farther than this off the motion of the head, in distances between the pupils, count little in finding it.
+"""
 
 ROOTS = 0.3
 """The roots of a piece are its points up to this share of the way from its lowest to its highest above the skin."""

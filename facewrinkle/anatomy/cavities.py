@@ -44,8 +44,8 @@ BESIDE_NOSE, BESIDE_MOUTH, BELOW_MOUTH = 1.0, 4.0, 4.0
 """Cavities reach this far beside the wings of the nose and the corners of the mouth, and below the lower lip."""
 
 GROOVES, GROOVES_DEEP = 7.5, 12.75
-"""Heights above the base of the nose: up to the first, nostrils may be anywhere; up to the second, only where the skin is
-hollow from the front. The grooves behind the wings of the nose are not: they are only deep as seen from below.
+"""Heights above the base of the nose: up to the first, nostrils may be anywhere; up to the second, only where the skin
+is hollow from the front. The grooves behind the wings of the nose are not: they are only deep as seen from below.
 """
 
 BLEND = 4.0
@@ -128,7 +128,7 @@ class Cavities:
         return self._above(y) * np.maximum(below, hollow * high)
 
     def _behind(self, points: Array) -> tuple[Array, Array, BoolArray]:
-        """Depth (n,) of points behind the closed map, the share of it that counts, and True for points within the map."""
+        """Depth (n,) of points behind the closed map, the share of it that counts, and True for points in the map."""
         where = self.frame.local_mm(points)
         at = (where[:, :2] - self._low) / STEP
         inside = ((at >= 0.0) & (at <= np.array(self._cover.shape) - 1.0)).all(axis=1)

@@ -19,13 +19,13 @@ SMALLEST_EYE, LARGEST_EYE = 0.75, 1.08
 """Radii of eyeballs, relative to an adult's."""
 
 LID_ROOM, LID_QUANTILE = 0.975, 0.1
-"""The ball's radius is the first share of its centre's distance from the margins of the lids, whose edges must not cut it.
-The distance is this quantile over the margins' vertices, so that single ones do not count.
+"""The ball's radius is the first share of its centre's distance from the margins of the lids, whose edges must not cut
+it. The distance is this quantile over the margins' vertices, so that single ones do not count.
 """
 
 STAY = np.array([0.5, 0.2, 0.1, 0.25])
-"""Weights that hold a ball, as it is fitted to the margins, at its place (up, aside, ahead) and at its size. The least is
-that of its depth, which the landmarks show least.
+"""Weights that hold a ball, as it is fitted to the margins, at its place (up, aside, ahead) and at its size. The least
+is that of its depth, which the landmarks show least.
 """
 
 CLOSED_REACH = 0.8

@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 LidSections = list[tuple[float, Array, tuple[float, float]]]
-"""Meridians with a gap between the lids: their place, the skin on them, and the lowest and highest height of the gap."""
+"""Meridians with a gap between the lids: their place, the skin on them, and the gap's lowest and highest height."""
 
 # Lengths are in distances between the canthi (27 mm on the built-in head); heights are above the line between them.
 # Measurements in brackets are of the three faces with open eyes at hand.
@@ -39,8 +39,8 @@ SOCKET = 0.08
 """Lids are open where no skin is seen, or only skin farther than this behind the line between the canthi."""
 
 NARROWEST = 2
-"""Gaps in the skin of no more than this many heights do not count. Lids are closed if fewer than half of the meridians have
-gaps.
+"""Gaps in the skin of no more than this many heights do not count. Lids are closed if fewer than half of the meridians
+have gaps.
 """
 
 SURROUNDINGS = np.array([0.8, 2.0 * HIGHEST, 2.0])
@@ -60,8 +60,8 @@ LID_THICKNESS = 0.06
 """Skin farther beyond the gap than this is the front of a lid, and no longer its edge."""
 
 SLOPES = np.linspace(0.4, 1.5, 12)
-"""Slopes that are tried, between that of a lid's front and that of its thickness, which meet at the edge. The one with the
-smoothest edge is taken.
+"""Slopes that are tried, between that of a lid's front and that of its thickness, which meet at the edge. The one with
+the smoothest edge is taken.
 """
 
 DETOUR = 0.01

@@ -49,8 +49,8 @@ MEETING = 0.12
 """Height above the lower margin of the line where the lids meet, relative to the height of the opening."""
 
 OVERLAP, MOST_OVERLAP = np.deg2rad(2.0), 0.2
-"""Turn of the upper lid beyond that line, so that coarse margins leave no chink, and its limit relative to the height of
-the opening. Lids with a thickness have no overlap: they would come through each other.
+"""Turn of the upper lid beyond that line, so that coarse margins leave no chink, and its limit relative to the height
+of the opening. Lids with a thickness have no overlap: they would come through each other.
 """
 
 # --- Following the eye --------------------------------------------------------------------------------------
@@ -59,7 +59,9 @@ FOLLOWS_UP, FOLLOWS_DOWN = (0.45, 0.2), (0.9, 0.3)
 """Turn of the upper and the lower lid relative to that of the eye (captured: 15 and 8 degrees up, 34 and 11 down)."""
 
 FOLLOWS_FULLY = 0.6
-"""Margins follow in full where the opening is at least this high relative to its highest place; the corners of the eye stay."""
+"""Margins follow in full where the opening is at least this high relative to its highest place, and not at all at its
+corners.
+"""
 
 LARGEST_TURN = np.deg2rad(40.0)
 """Largest turn of an eye from straight ahead; people turn their heads well before."""
@@ -75,8 +77,8 @@ LEVEL = 0.2
 """Skin still counts as above a neighbour that is higher by less than this share of their distance along the lids."""
 
 JOINED, LEAST_AREA = 0.2, 0.1
-"""Up to this far from the inner canthus, in distances between the canthi, the lids are one narrow skin. A triangle there
-keeps at least this share of its area, projected on the plane that it would have if it turned in one piece.
+"""Up to this far from the inner canthus, in distances between the canthi, the lids are one narrow skin. A triangle
+there keeps at least this share of its area, projected on the plane that it would have if it turned in one piece.
 """
 
 

@@ -148,8 +148,8 @@ def fit_face(
     Warns
     -----
     FaceWrinkleWarning
-        If the shape that was found may be no face; for each kind of fault that was repaired (also in the face's `report`); if an
-        image that the file names cannot be read.
+        If the shape that was found may be no face; for each kind of fault that was repaired (also in the face's
+        `report`); if an image that the file names cannot be read.
 
     Examples
     --------

@@ -35,8 +35,8 @@ GREYING, GREY = 0.2, np.array([152.0, 145.0, 136.0])
 """The age at which hair begins to turn grey, and its colour then."""
 
 DARK, DARK_FADE = 130.0, 50.0
-"""Where hair grows, the mean head's texture is partly hair below the first brightness, and all hair if darker than that by
-the second.
+"""Where hair grows, the mean head's texture is partly hair below the first brightness, and all hair if darker than that
+by the second.
 """
 
 HAIRLINE_FADE = (-12.0, 6.0)
@@ -250,6 +250,6 @@ def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Ar
 
 
 def _moved_with(head: Head, place: Array, points: Array) -> Array:
-    """A place (3,) on the skin of a head, carried to the same place of its triangles when its vertices move to `points`."""
+    """A place (3,) on the skin of a head, moved with its triangle when the vertices move to `points`."""
     on = closest_point(head.points, head.triangles, place)
     return np.asarray(on.barycentric @ points[head.triangles[on.triangle]])

@@ -172,7 +172,7 @@ class FaceFrame:
         return np.asarray((points - self.origin) @ self.axes.T * (MEAN_PUPIL_DISTANCE / self.pupil_distance))
 
     def world(self, local: Array) -> Array:
-        """Return the points (n, 3) or (3,) of the face at places that :meth:`local` gives.
+        """Return the points (n, 3) or (3,) with given :meth:`local` coordinates.
 
         Examples
         --------

@@ -238,8 +238,8 @@ def _socket(pieces: list[Array], centre: Array) -> tuple[Array, float]:
 
 
 def _kind(points: Array, away: Array, marks: Mapping[str, Array], eyes: Mapping[str, tuple[Array, float]]) -> str:
-    """Name of a piece by the sections above, from its points [left, up, forward] (n, 3) and their distances (n,) from the
-    skin; "teeth" for those of either jaw.
+    """Name of a piece by the sections above, from its points [left, up, forward] (n, 3) and their distances (n,) from
+    the skin; "teeth" for those of either jaw.
     """
     for side, (centre, radius) in eyes.items():
         if np.linalg.norm(points - centre, axis=1).max() <= EYE_RADII * radius + EYE_MARGIN:
