@@ -45,7 +45,7 @@ BESIDE_NOSE, BESIDE_MOUTH, BELOW_MOUTH = 1.0, 4.0, 4.0
 
 GROOVES, GROOVES_DEEP = 7.5, 12.75
 """Heights above the base of the nose: up to the first, nostrils may be anywhere; up to the second, only where the skin
-is hollow from the front. The grooves behind the wings of the nose are not: they are only deep as seen from below.
+is hollow from the front. The grooves behind the wings of the nose are deep only as seen from below, and no nostrils.
 """
 
 BLEND = 4.0
