@@ -124,7 +124,7 @@ def _consensus(
 
 
 def _closed_mouth(points: Array, triangles: IntArray, match: Match, places: Landmarks) -> dict[str, Array]:
-    """The corners of a closed mouth at the ends of its furrow, and the lips, shifted as far as both; empty without one."""
+    """The corners of a closed mouth at the ends of its furrow, and the lips, shifted as far as both; else empty."""
     expected = match.pose.local(np.array([places[name] for name in MOUTH]))[:, :2]
     ends = corners(points, triangles, match.pose, expected)
     if ends is None:
