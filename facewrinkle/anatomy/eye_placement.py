@@ -23,7 +23,7 @@ LID_ROOM, LID_QUANTILE = 0.975, 0.1
 it. The distance is this quantile over the margins' vertices, so that single ones do not count.
 """
 
-STAY = np.array([0.5, 0.2, 0.1, 0.25])
+HOLD = np.array([0.5, 0.2, 0.1, 0.25])
 """Weights that hold a ball, as it is fitted to the margins, at its place (up, aside, ahead) and at its size. The least
 is that of its depth, which the landmarks show least.
 """
@@ -77,11 +77,11 @@ def _room(centre: Array, margin: Array) -> float:
 
 
 def _fitted_centre(margin: Array, eye: Eyeball) -> Array:
-    """Centre of the ball that fits the margins best, while the weights `STAY` hold it (Gauss-Newton)."""
+    """Centre of the ball that fits the margins best, while the weights `HOLD` hold it (Gauss-Newton)."""
     start = np.append(eye.centre, eye.radius / LID_ROOM)
     stay = np.zeros((4, 4))
-    stay[:3, :3] = STAY[:3, None] * np.stack([eye.up, np.cross(eye.up, eye.gaze), eye.gaze])
-    stay[3, 3] = STAY[3]
+    stay[:3, :3] = HOLD[:3, None] * np.stack([eye.up, np.cross(eye.up, eye.gaze), eye.gaze])
+    stay[3, 3] = HOLD[3]
     n, found = len(margin), start
     for _ in range(12):
         offset = found[:3] - margin

@@ -45,7 +45,7 @@ OFF_MESH = 0.2
 ELSEWHERE = 0.5
 """A given landmark may lie this far from where it was found."""
 
-FACE = np.array([1.2, 2.0, 1.2])
+FACE_EXTENT = np.array([1.2, 2.0, 1.2])
 """Vertices within these [left, up, forward] of the middle between the eyes belong to the face."""
 
 ASIDE, ONE_SIDED = 0.3, 0.02
@@ -374,7 +374,7 @@ def _used_points(source: pv.PolyData) -> Array:
 
 def _check_both_sides(local: Array) -> None:
     """Raise a LandmarkError where the points of a mesh, in the frame of the face, leave out one of its sides."""
-    face = local[(np.abs(local) < FACE).all(axis=1), 0]
+    face = local[(np.abs(local) < FACE_EXTENT).all(axis=1), 0]
     for side, other, across in (("left", "right", face), ("right", "left", -face)):
         if (across < -ASIDE).sum() < ONE_SIDED * (across > ASIDE).sum():
             raise LandmarkError(

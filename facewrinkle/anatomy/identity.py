@@ -35,8 +35,8 @@ GREYING, GREY = 0.2, np.array([152.0, 145.0, 136.0])
 """The age at which hair begins to turn grey, and its colour then."""
 
 DARK, DARK_FADE = 130.0, 50.0
-"""Where hair grows, the mean head's texture is partly hair below the first brightness, and all hair if darker than that
-by the second.
+"""In the mean head's texture, where hair grows, texels darker than the first brightness are partly hair, and those
+darker still by the second are all hair.
 """
 
 HAIRLINE_FADE = (-12.0, 6.0)

@@ -49,7 +49,7 @@ PAIRED = [
 ]
 NAMES: tuple[str, ...] = (*MIDLINE, *(name.format(side) for name in PAIRED for side in "lr"))
 
-MOUTH = ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")
+MOUTH_LANDMARKS = ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")
 
 NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 
@@ -123,7 +123,7 @@ def mouth_middle(landmarks: Mapping[str, Array]) -> Array:
     >>> (lips_middle(marks) - mouth_middle(marks)).round(1) + 0.0
     array([ 0. , -0.2,  6.6])
     """
-    return np.asarray(0.25 * sum(landmarks[name] for name in MOUTH))
+    return np.asarray(0.25 * sum(landmarks[name] for name in MOUTH_LANDMARKS))
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,8 +33,8 @@ LEAST_DEPTH = 1.0 / 3.0
 """The bone stays below the skin by this share of the tissue: smoothing cuts corners where a face is concave."""
 
 # The skull is a wall except around eyes, mouth and nostrils, where it folds over: larger than these must be the cosine
-# between the skin's smoothed normals and those of the skull, the cosine between the skin's smoothed and its plain normals,
-# and the distance from holes.
+# between the skin's smoothed normals and those of the skull, the cosine between the smoothed and the plain normals of
+# the skin, and the distance from holes.
 WALL_SKULL, WALL_SKIN, WALL_HOLES = 0.7, 0.5, 0.25
 
 

@@ -21,8 +21,8 @@ Array = npt.NDArray[np.float64]
 def companion_meshes(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
     """Return what is seen besides the skin in a frame: meshes by name, with `paint` (rgb) or texture coordinates.
 
-    They are the parts that came with the face, painted eyes where it has none, the flesh between lids and eyeballs, and,
-    between parted lips, the dark pocket of the mouth, teeth and tongue.
+    They are the parts that came with the face, painted eyes where it has none, the flesh between lids and eyeballs,
+    and, between parted lips, the dark pocket of the mouth, teeth and tongue.
 
     Examples
     --------

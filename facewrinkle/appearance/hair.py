@@ -196,9 +196,9 @@ class LashRow:
     colour: tuple[float, float, float]
 
 
-UPPER = LashRow(130, 0.105, (-0.05, 0.62), (-0.5, -0.05, 0.0), 0.014, 0.00085, (30.0, 23.0, 20.0))
-LOWER = LashRow(70, 0.06, (-0.25, -0.1), (0.0,), 0.016, 0.0005, (62.0, 45.0, 38.0))
-CLOSED = LashRow(130, 0.105, (-0.55, 0.12), (0.0,), 0.014, 0.00085, (30.0, 23.0, 20.0))
+UPPER_LASHES = LashRow(130, 0.105, (-0.05, 0.62), (-0.5, -0.05, 0.0), 0.014, 0.00085, (30.0, 23.0, 20.0))
+LOWER_LASHES = LashRow(70, 0.06, (-0.25, -0.1), (0.0,), 0.016, 0.0005, (62.0, 45.0, 38.0))
+CLOSED_LID_LASHES = LashRow(130, 0.105, (-0.55, 0.12), (0.0,), 0.014, 0.00085, (30.0, 23.0, 20.0))
 """Lashes of an upper lid that is closed at rest: they point down."""
 
 
@@ -280,10 +280,10 @@ def _lash_lines(eye: Eyeball, face: Face) -> list[tuple[LashRow, IntArray, Array
     """Rows of lashes, vertices (n,) of the skin, and their weights (k, n) in k points of the line where a row grows."""
     opening = face.eyelid_openings.get(eye.side)
     if opening is not None:
-        margins = [(UPPER, opening.upper), (LOWER, opening.lower)]
+        margins = [(UPPER_LASHES, opening.upper), (LOWER_LASHES, opening.lower)]
         return [(row, np.asarray(chain, np.int32), np.eye(len(chain))) for row, chain in margins]
     slit = _slit(eye, face)
-    return [] if slit is None else [(CLOSED, *slit)]
+    return [] if slit is None else [(CLOSED_LID_LASHES, *slit)]
 
 
 def _slit(eye: Eyeball, face: Face) -> tuple[IntArray, Array] | None:

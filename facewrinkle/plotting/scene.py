@@ -27,7 +27,7 @@ from .views import LIGHTS, Style, aim, height_of
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
-OWN = "own "
+OWN_PREFIX = "own "
 """Prefix of the names of actors that show parts that came with the face."""
 
 SUPERSAMPLING = 2
@@ -124,9 +124,9 @@ class Scene:
         self._show_hair(points, normals, refined)
         for name, part in own_parts(self.face, frame).items():
             lighting = EYE_LIGHTING if name.startswith("eye") else HAIR_LIGHTING
-            self._put(part, f"{OWN}{name}", texture=self._own_textures[name], **lighting)
+            self._put(part, f"{OWN_PREFIX}{name}", texture=self._own_textures[name], **lighting)
         for name in ("skin", *self._parts):
-            posed = name == "skin" or name.startswith(OWN)  # by the frame
+            posed = name == "skin" or name.startswith(OWN_PREFIX)  # by the frame
             followed, seen = (np.linalg.inv(pose), np.eye(4)) if posed else (np.eye(4), pose)
             self.plotter.actors[name].user_matrix = followed if self.style.follow else seen
 

@@ -2,7 +2,8 @@
 
 Light enters skin and comes out again around the place where it entered, red light the farthest: the border
 between light and shade is soft and warm. Light that is reflected at the surface is not coloured by the skin, and grows
-towards the outline. Colours are taken as square roots of reflectances. The back of skin, in holes and masks, is dim and red.
+towards the outline. Colours are taken as square roots of reflectances. The back of skin, in holes and masks, is dim
+and red.
 """
 
 from __future__ import annotations

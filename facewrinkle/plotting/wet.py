@@ -20,7 +20,13 @@ from .images import Image
 from .scene import Scene
 from .views import LIGHTS, VIEW_ANGLE, Style
 
-PLAIN: dict[str, Any] = {"color": "#f4f1ec", "opacity": 0.25, "specular": 1.0, "specular_power": 80.0, "diffuse": 0.5}
+PLAIN_TEAR: dict[str, Any] = {
+    "color": "#f4f1ec",
+    "opacity": 0.25,
+    "specular": 1.0,
+    "specular_power": 80.0,
+    "diffuse": 0.5,
+}
 """Options of `add_mesh` for a tear without refraction, which is quicker to draw: for movies."""
 
 REFRACTIVE_INDEX = 1.33
@@ -127,7 +133,7 @@ class TearScene(Scene):
 
     def _plain(self, tear: pv.PolyData) -> Any:
         options: dict[str, Any] = {"smooth_shading": True, "culling": "back", "reset_camera": False, "render": False}
-        return self.plotter.add_mesh(tear, **(options | PLAIN))
+        return self.plotter.add_mesh(tear, **(options | PLAIN_TEAR))
 
     def _wet(self, tear: pv.PolyData, behind: pv.Texture) -> Any:
         mapper = vtkPolyDataMapper()

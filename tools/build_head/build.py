@@ -125,7 +125,7 @@ def ring_share(half: HalfCage, pairs: set[tuple[str, str]]) -> Array:
 
 
 def between(half: HalfCage, first: str, second: str, last: int) -> tuple[BoolArray, Array]:
-    """Return True for fine points (n,) between two rings, up to cage point `last`, and shares (n,) of the way across."""
+    """Return True for fine points (n,) between two rings, up to cage point `last`, and shares (n,) of the way."""
     rows = half.strip({(first, second)})
     numbers = np.array([[int(half.names[v].split(".")[1]) for v in quad] for quad in half.quads[rows]])
     inside = np.zeros(len(half.points), dtype=bool)
@@ -172,7 +172,7 @@ def charted(half: HalfCage, chart: dict[str, Any], size: Array) -> Array:
 
 
 def _spread(plane: Array, centre: Array, least: float) -> Array:
-    """Spread points (n, 2) of the unit disc about a centre, (1 + least) / least times wider there, to the radius RADIUS."""
+    """Spread points (n, 2) of the unit disc about a centre, (1 + least) / least times wider there; radius RADIUS."""
     off = plane - centre
     distance = np.linalg.norm(off, axis=1)
     way = off / np.maximum(distance, 1e-12)[:, None]

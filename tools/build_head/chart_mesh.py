@@ -275,7 +275,7 @@ class ChartMesh:
             goal = np.zeros((n, 3))
             np.add.at(goal, corners, weight[:, None] * off)
             goal /= np.bincount(corners, weight, n)[:, None]
-            # The step in the chart is the one whose image in space, by a linear fit of the chart around, is nearest the goal.
+            # The step in the chart is the one whose image in space, by a local linear fit, is nearest the goal.
             square, mixed = np.zeros((n, 2, 2)), np.zeros((n, 2, 3))
             np.add.at(square, corners, flat[:, :, None] * flat[:, None, :])
             np.add.at(mixed, corners, flat[:, :, None] * off[:, None, :])

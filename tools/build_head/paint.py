@@ -109,7 +109,7 @@ class HeadPainter:
         return np.concatenate([right[:, ::-1], left], axis=1)
 
     def _without_detail(self, values: Array) -> tuple[Array, Array, Array, Array]:
-        """Colour (q, 3) of the skin, openness, distance inside the hairline, and share of lip (q, 1), from the chart."""
+        """Colour (q, 3) of the skin, openness, distance inside the hairline, and share of lip (q, 1)."""
         frame, paint = frame_of(self.landmarks), self.data["paint"]
         places, sky, rings, lip = values[:, :3], values[:, 3], values[:, 4:-1], values[:, -1:]
         skin = complexion(places, self.landmarks, frame)

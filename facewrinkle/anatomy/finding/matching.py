@@ -28,7 +28,7 @@ UNCERTAIN_SHIFT = 0.04
 their landmarks lie alike.
 """
 
-DEPTH_SCALE, EDGE = 0.8, 0.5
+DEPTH_SCALE, SURFACE_DROP = 0.8, 0.5
 """Depth that counts as much as curvature, and the drop of depth where there is no surface, which keeps the template
 from being warped off the surface.
 """
@@ -139,7 +139,7 @@ def _channels(surface: SurfaceMap, base: SurfaceMap) -> Array:
     curved = contrast_normalised(curvature(surface.depth, FINE, SCALES), seen, FINE)
     inside = surface.weight > 0.2
     offset = np.median((surface.depth - base.depth)[inside]) if inside.any() else 0.0
-    depth = np.maximum(surface.depth - EDGE * (1.0 - surface.known) - offset, -1.0)
+    depth = np.maximum(surface.depth - SURFACE_DROP * (1.0 - surface.known) - offset, -1.0)
     return np.concatenate([curved, depth[None] / DEPTH_SCALE])
 
 

@@ -32,11 +32,11 @@ START = (0.12, 0.15)
 """Half the breadth and the height of the place where the furrow begins."""
 CLOSED_SHARE = 0.8
 """Share of this place that has a surface, at least: else the mouth is open."""
-CLEAR = 3.5
+CLEAR_STRENGTH = 3.5
 """Strength of the furrow over the roughness of the skin around it, at least."""
 ROUGHNESS_HEIGHT = 0.35
 """Distance above and below within which the roughness is measured."""
-OPEN = 3.0
+OPEN_STRENGTH = 3.0
 """A furrow of this strength is an open mouth."""
 
 # The path along the furrow to its end: the one with the largest sum of strength, less these costs.
@@ -141,7 +141,7 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> Array | None:
     roughness = float(np.median(np.abs(strength[below < ROUGHNESS_HEIGHT])))
     start, best, ends = int(np.argmin(np.abs(MOUTH_GRID.x - middle[0]))), -np.inf, None
     for row in range(1, len(profile) - 1):
-        if profile[row] > max(profile[row - 1], profile[row + 1], CLEAR * roughness) and profile[row] < OPEN:
+        if OPEN_STRENGTH > profile[row] > max(profile[row - 1], profile[row + 1], CLEAR_STRENGTH * roughness):
             rows = np.abs(np.arange(len(profile)) - row) <= 2
             full = float(np.median(strength[rows][:, columns].max(axis=0)))
             gain = np.clip(strength / full, -0.2, STRONGEST) - FAINT

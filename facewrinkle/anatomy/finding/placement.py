@@ -29,7 +29,7 @@ WITH_MOUTH = (*MOUTH, "subnasale", "pogonion", "menton")
 """Landmarks that move with the mouth, all of which come from one variant if its mouth is open or drawn aside."""
 
 # The face's mouth is that of the variant with the highest mean correlation around the landmarks of the mouth.
-CLOSE = 0.02
+SIMILAR = 0.02
 """Variants whose correlation is lower than the highest by at most this may be as right: their scatter counts."""
 PARTED = 0.1
 """Depth of the hollow between open lips, at least, in distances between the pupils: without it no variant with an open
@@ -37,7 +37,7 @@ mouth is right.
 """
 
 # Confidence in a landmark: a share by correlation, 0 at the first and 1 at the second number, times a share by scatter.
-CORRELATION = (0.70, 0.95)
+LANDMARK_CORRELATION = (0.70, 0.95)
 """Correlation of curvature around a landmark: the second is that of faces that are like the template there."""
 CHOICE = 0.03
 """A variant with a correlation lower by this around a landmark has a third of the weight there."""
@@ -95,7 +95,7 @@ def _mouth_variants(
     closed = [not _parted(match, landmarks) for match, landmarks in zip(matches, variants, strict=True)]
     likeness[[match.mouth_open and shut for match, shut in zip(matches, closed, strict=True)]] = -1.0
     best = int(np.argmax(likeness))
-    return best, likeness > likeness[best] - CLOSE
+    return best, likeness > likeness[best] - SIMILAR
 
 
 def _consensus(
@@ -147,7 +147,8 @@ def _lower_lip(points: Array, triangles: IntArray, match: Match, places: Landmar
 
 
 def _share(correlation: float) -> float:
-    return float(np.clip((correlation - CORRELATION[0]) / (CORRELATION[1] - CORRELATION[0]), 0.0, 1.0))
+    low, high = LANDMARK_CORRELATION
+    return float(np.clip((correlation - low) / (high - low), 0.0, 1.0))
 
 
 def _placed(match: Match, landmarks: Landmarks, names: list[str]) -> Array:

@@ -26,7 +26,7 @@ SPACING = 0.24
 STIFFNESS, SYMMETRY = 0.02, 0.02
 """Resistance to bending, and to differences of left and right."""
 
-LARGEST_CHANGE = 0.1
+LARGEST_SHIFT = 0.1
 """Shift of a control point in one step, at most, in distances between the pupils."""
 
 CONTRAST_RADIUS, CONTRAST_FLOOR = 0.3, 0.04
@@ -183,7 +183,7 @@ def fitted_warp(
             shift.shape
         )
         change = base.solved(metric, -right)
-        shift = shift + change * min(1.0, LARGEST_CHANGE / max(float(np.abs(change).max()), 1e-12))
+        shift = shift + change * min(1.0, LARGEST_SHIFT / max(float(np.abs(change).max()), 1e-12))
     return Warp(grid, shift)
 
 
