@@ -79,15 +79,15 @@ def _room(centre: Array, margin: Array) -> float:
 def _fitted_centre(margin: Array, eye: Eyeball) -> Array:
     """Centre of the ball that fits the margins best, while the weights `HOLD` hold it (Gauss-Newton)."""
     start = np.append(eye.centre, eye.radius / LID_ROOM)
-    stay = np.zeros((4, 4))
-    stay[:3, :3] = HOLD[:3, None] * np.stack([eye.up, np.cross(eye.up, eye.gaze), eye.gaze])
-    stay[3, 3] = HOLD[3]
+    hold = np.zeros((4, 4))
+    hold[:3, :3] = HOLD[:3, None] * np.stack([eye.up, np.cross(eye.up, eye.gaze), eye.gaze])
+    hold[3, 3] = HOLD[3]
     n, found = len(margin), start
     for _ in range(12):
         offset = found[:3] - margin
         distance = np.linalg.norm(offset, axis=1)
-        rows = np.vstack([np.column_stack([offset / distance[:, None], np.full(n, -1.0)]) / np.sqrt(n), stay])
-        miss = np.concatenate([(distance - found[3]) / np.sqrt(n), stay @ (found - start)])
+        rows = np.vstack([np.column_stack([offset / distance[:, None], np.full(n, -1.0)]) / np.sqrt(n), hold])
+        miss = np.concatenate([(distance - found[3]) / np.sqrt(n), hold @ (found - start)])
         found = found - np.linalg.lstsq(rows, miss, rcond=None)[0]
     return np.asarray(found[:3])
 

@@ -313,12 +313,12 @@ class ChartMesh:
         """Return the smallest angle (m,) of every triangle in space, radians."""
         return _smallest(self.points[self.triangles])
 
-    def polish(self, rounds: int = 30) -> None:
+    def polish(self) -> None:
         """Move the vertices of the worst triangles wherever that widens their smallest angle."""
         turns = np.arange(8) * np.pi / 4
         fan = np.stack([np.cos(turns), np.sin(turns)], axis=1)
         movable = np.flatnonzero((self.kind[self.triangles] != FIXED).any(axis=1))
-        for _ in range(rounds):
+        for _ in range(30):
             worst = movable[np.argsort(self.smallest_angles()[movable], kind="stable")[:25]]
             vertices = np.unique(self.triangles[worst])
             if not sum(self._widen(int(v), fan) for v in vertices if self.kind[v] != FIXED):

@@ -36,7 +36,7 @@ class Found:
     landmarks : dict of str to ndarray, shape (3,)
         In the coordinates and the unit of the mesh.
     confidences : dict of str to float
-        Trust in each, 0 to 1.
+        Confidence in each, 0 to 1.
     estimated : tuple of str
         The landmarks that cannot be measured on the shape, or are hidden.
     confidence : float

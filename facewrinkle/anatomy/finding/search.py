@@ -57,7 +57,7 @@ THIN = 0.02
 UNEVEN = 0.004
 """Unevenness of a floor, at most, over the diagonal of the bounding box."""
 MOST_OF_THE_FACE = 0.6
-"""A part that makes up at least this share of what is seen is the face: the others are left out."""
+"""A part that makes up more than this share of what is seen is the face: the others are left out."""
 
 
 class FaceSearch:
