@@ -258,7 +258,7 @@ class Lashes:
         return float(heights[0] - heights[-1])
 
     def at(self, points: Array) -> pv.PolyData:
-        """Return the lashes, with `paint` (rgba), on lids of skin with vertices at `points` (n, 3)."""
+        """Return the lashes, with `paint` (rgba), on the lids of a face with vertices at `points` (n, 3)."""
         lines, sides, outs = [], [], []
         shut = float(smoothstep(1.0 - self._gap(points) / self._open_gap)) if len(self.roots) == 2 else 0.0
         for (chain, weights), path, droop in zip(self.roots, self._paths, self._droops, strict=True):

@@ -64,7 +64,7 @@ class LidMargin:
         self._paint = np.rint(flesh(np.repeat(DEPTHS, n))).astype(np.uint8)
 
     def at(self, points: Array) -> pv.PolyData:
-        """Return the strip, with `paint` (rgb), between lids of skin with vertices at `points` (n, 3)."""
+        """Return the strip, with `paint` (rgb), between the lids of a face with vertices at `points` (n, 3)."""
         offset = points[self.loop] - self.eye.centre
         distance = np.linalg.norm(offset, axis=1, keepdims=True)
         end = np.minimum(END * self.eye.radius, distance - 0.02 * self.eye.radius)

@@ -126,7 +126,7 @@ class Scene:
             lighting = EYE_LIGHTING if name.startswith("eye") else HAIR_LIGHTING
             self._put(part, f"{OWN_PREFIX}{name}", texture=self._own_textures[name], **lighting)
         for name in ("skin", *self._parts):
-            posed = name == "skin" or name.startswith(OWN_PREFIX)  # by the frame
+            posed = name == "skin" or name.startswith(OWN_PREFIX)  # as the frame has them
             followed, seen = (np.linalg.inv(pose), np.eye(4)) if posed else (np.eye(4), pose)
             self.plotter.actors[name].user_matrix = followed if self.style.follow else seen
 
