@@ -53,7 +53,7 @@ def installed() -> bool:
 
 
 def remedy() -> str:
-    """Return the line that tells the user of this machine what to install."""
+    """Return a line that says what to install on this machine."""
     if shutil.which("apt-get"):
         packages = " ".join(PACKAGES)
         return f"Install the OpenGL libraries: sudo apt-get update && sudo apt-get install -y {packages}"

@@ -2,9 +2,9 @@
 
 ``python tools/mutants.py [--processes N] [--keep]`` changes the modules that pyproject.toml names, one operator,
 number, name or argument at a time, in copies under mutants/. It runs the tests that call the changed function, and
-prints the number of changes that they noticed and the names of the others. A change is noticed if a test fails or does
-not end; it counts as missed if no test calls it, or if Python crashes. The exit status is 1 if a smaller share than
-LEAST_NOTICED is noticed. With --keep the folder stays: ``python -m mutmut show NAME`` prints a change.
+prints the number of changes that they noticed and the names of those that they missed. A change is noticed if a test
+fails or does not end; it counts as missed if no test calls it, or if Python crashes. The exit status is 1 if a smaller
+share than LEAST_NOTICED is noticed. With --keep the folder stays: ``python -m mutmut show NAME`` prints a change.
 """
 
 from __future__ import annotations

@@ -28,12 +28,12 @@ KEYS = {
     "lid": {"share"},
     "eye": {"turn", "angle"},
 }
-"""Keys of an entry, by kind, besides the common ones."""
+"""Keys of a muscle's entry, by its kind, besides the `COMMON` ones."""
 
 
 @dataclass(frozen=True, eq=False)
 class Atlas:
-    """Knowledge of all faces: muscles, action units, expressions and tissue.
+    """Anatomy that all faces share: muscles, action units, expressions and tissue.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Atlas:
     expressions : dict of str to dict
         Contraction rates by full muscle name.
     tissue : list of dict
-        Samples of soft tissue: where, depth (mm), stiffness.
+        Samples of soft tissue: `at` (weights of landmarks, offset), `depth` (mm) and `stiffness`.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class Atlas:
     def contractions(self, what: str | Mapping[str, float], intensity: float = 1.0) -> dict[str, float]:
         """Contraction rates by muscle of an expression, an action unit, or a mixture of them with weights.
 
-        Where several of them use one muscle, the strongest counts.
+        Where several of them use the same muscle, the largest rate counts.
 
         Raises
         ------
@@ -94,7 +94,7 @@ class Atlas:
     def resolve(self, name: str, kind: str = "muscle") -> dict[str, float]:
         """Contraction rates of one muscle, muscle pair, action unit or expression at full strength.
 
-        `kind` is what an error calls an unknown name.
+        An error calls an unknown name an "unknown `kind`".
         """
         for table in (self.action_units, self.expressions):
             if name in table:
@@ -105,7 +105,7 @@ class Atlas:
         return dict.fromkeys(muscles, 1.0)
 
     def place(self, landmarks: Mapping[str, Array], frame: FaceFrame) -> dict[str, Muscle]:
-        """All muscles on a face, in the unit of its landmarks."""
+        """Return all muscles placed on a face, in the unit of its landmarks."""
         placed = {}
         for name, entry in self.muscles.items():
             try:
@@ -140,7 +140,7 @@ def load_atlas() -> Atlas:
 
 
 def read_atlas(path: str | Path) -> Atlas:
-    """Read an atlas from a TOML file; see the one in the package for the form.
+    """Read an atlas from a TOML file in the form of the package's own (``anatomy/data/atlas.toml``).
 
     Raises
     ------
@@ -158,7 +158,7 @@ def read_atlas(path: str | Path) -> Atlas:
         content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise FaceWrinkleError(f"cannot read the atlas {str(path)!r}: {error.strerror or error}.") from None
-    except ValueError as error:  # also for what is no text
+    except ValueError as error:  # not UTF-8, or not TOML
         raise FaceWrinkleError(f"the atlas {str(path)!r} is not valid TOML: {error}.") from None
     try:
         return _expanded_atlas(content)
@@ -172,7 +172,7 @@ def _reason(error: Exception) -> str:
 
 
 def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
-    """The atlas of a file, with both sides of everything that it states once."""
+    """The atlas of a file's content, which states paired entries once, with both sides of them."""
     patterns = content.get("folds", {})
     muscles = {
         f"{name}_{side}" if entry.get("paired", True) else name: {
@@ -197,7 +197,7 @@ def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
 
 
 def _named_folds(entry: Mapping[str, Any], patterns: Mapping[str, Any]) -> dict[str, Any]:
-    """The pattern of folds that a muscle names, with the muscle's own wrinkles."""
+    """The pattern of folds that a muscle names, with the muscle's own wrinkles; empty if it names none."""
     name = entry.get("folds")
     if not isinstance(name, str):
         return {}
@@ -215,7 +215,7 @@ def _expanded(atlas: Atlas, mixture: Mapping[str, float]) -> dict[str, float]:
 
 
 def _point(entry: Mapping[str, Any], side: str, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
-    """A point of the atlas on a face: a weighted mean of landmarks, and an offset along the face's axes."""
+    """A point of the atlas on a face: a weighted mean of landmarks, plus an offset along the face's axes."""
     weights = {stem: weight for stem, weight in entry.items() if stem != "offset"}
     total = sum(weights.values())
     if abs(total - 1.0) > 1e-9:
@@ -225,9 +225,9 @@ def _point(entry: Mapping[str, Any], side: str, landmarks: Mapping[str, Array], 
 
 
 def _direction(local: npt.ArrayLike, side: str, frame: FaceFrame) -> Array:
-    """The direction [lateral, up, forward] of one side in the coordinates of the mesh."""
-    lateral, up, forward = np.asarray(local, dtype=np.float64)
-    return np.array([lateral if side == "l" else -lateral, up, forward]) @ frame.axes
+    """A direction [outwards, up, forward] on one side, in the coordinates of the mesh."""
+    outwards, up, forward = np.asarray(local, dtype=np.float64)
+    return np.array([outwards if side == "l" else -outwards, up, forward]) @ frame.axes
 
 
 def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: FaceFrame) -> Muscle:

@@ -22,16 +22,17 @@ from .parts import Part
 Array = npt.NDArray[np.float64]
 
 STILL = 0.01
-"""Vertices that move by less than this, in distances between the pupils, go with the head."""
+"""Vertices farther than this off the motion of the head, in distances between the pupils, count little in finding it.
+"""
 
 ROOTS = 0.3
-"""The roots of a piece are its points up to this height above the skin, from its lowest (0) to its highest (1)."""
+"""The roots of a piece are its points up to this share of the way from its lowest to its highest above the skin."""
 
-ANCHORS = 6
-"""Each root goes with this many places of the skin."""
+SUPPORTS = 6
+"""Vertices of the skin, the nearest ones, with which each root goes."""
 
-ANCHOR_RADIUS = 0.05
-"""Within about this distance, in distances between the pupils, these weigh alike."""
+SUPPORT_RADIUS = 0.05
+"""Within about this distance of a root, in distances between the pupils, these vertices weigh alike."""
 
 
 class Attachments:
@@ -83,10 +84,10 @@ class Attachments:
         pose: Array | None = None,
         given: Mapping[str, Array] | None = None,
     ) -> dict[str, pv.PolyData]:
-        """Return the parts by name, for the face's vertices (n, 3) and the eyes' directions as they are now.
+        """Return the parts by name, moved with the face's vertices (n, 3) and its eyes' directions `gazes`.
 
-        `pose`, a matrix (4, 4), is the motion of the head; without it, that is found from the vertices. Parts that move
-        by themselves are `given`, points (k, 3) by name; where these are NaN, they move like the others.
+        `pose`, a matrix (4, 4), is the motion of the head; without it, the motion is found from the vertices. `given`
+        holds points (k, 3) of parts that move by themselves, by name; those that are NaN move as if not given.
         """
         moved = self._moved(points, gazes, pose)
         for name, own in (given or {}).items():
@@ -134,7 +135,7 @@ def _with(mesh: pv.PolyData, points: Array, normals: Array | None) -> pv.PolyDat
 
 
 class _OnSkin:
-    """A part that follows the skin at its roots, as a rigid body does the two rings of skin around each.
+    """A part that follows the skin: each point moves rigidly with the two rings of vertices around its root.
 
     Parameters
     ----------
@@ -164,9 +165,9 @@ class _OnSkin:
         self._mean = csr_array(two.multiply(1.0 / two.sum(axis=1)[:, None]))
         self._points, self._rest = points, self._mean @ skin
         self._skin = skin
-        count = min(ANCHORS, len(places))
+        count = min(SUPPORTS, len(places))
         distance, nearest = cKDTree(skin[places]).query(points[root], k=list(range(1, count + 1)))
-        weights = 1.0 / (distance + ANCHOR_RADIUS * size) ** 2
+        weights = 1.0 / (distance + SUPPORT_RADIUS * size) ** 2
         self._nearest, self._weights = nearest, weights / weights.sum(axis=1, keepdims=True)
 
     def at(self, points: Array) -> Array:
@@ -181,10 +182,10 @@ class _OnSkin:
 
 
 def combined_mesh(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.PolyData:
-    """Return skin and parts in one mesh, the points of the skin first; "part" is the index in `field_data["parts"]`.
+    """Return skin and parts in one mesh, the points of the skin first; array "part" indexes `field_data["parts"]`.
 
-    The parts keep those arrays that the skin has, too; where one is missing, it is zero. Colours of parts are kept;
-    where there are none, it is white.
+    It has the arrays of the skin; where a part lacks one, it is zero. Colours are kept even if only parts have them;
+    points without colours are white.
 
     Examples
     --------

@@ -20,13 +20,13 @@ class BrowHairs:
     triangles : ndarray of int, shape (k, p)
         The skin triangle under each of the p points of k hairs.
     weights : ndarray, shape (k, p, 3)
-        Barycentric coordinates in it.
+        Barycentric coordinates of the points in these triangles.
     heights : ndarray, shape (p,)
         Heights of a hair's points above the skin, in the unit of the mesh.
 
     Examples
     --------
-    Skin that is raised by 5 mm takes them along:
+    Skin that is raised by 5 mm takes the hairs along:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()

@@ -25,13 +25,15 @@ BoolArray = npt.NDArray[np.bool_]
 # --- The depth map of the face from the front ---------------------------------------------------------------
 
 STEP = 0.5
-"""Step of its grid."""
+"""Spacing of the map's grid."""
 
 MAP_HALF_WIDTH, MAP_ABOVE_NOSE, MAP_BELOW_LIPS = 34.0, 16.0, 30.0
-"""Its half width, and how far it reaches above the base of the nose and below the lower lip."""
+"""Half width of the map, and how far it reaches above the base of the nose and below the lower lip."""
 
 BACK_OF_MAP, BACK_OF_MOUTH = 40.0, 130.0
-"""Skin farther behind the eyes than this is not in the map; farther behind the map it is the other side of the head."""
+"""Skin farther behind the eyes than the first is not in the map; points farther behind the map than the second are on
+the other side of the head.
+"""
 
 # --- Narrow hollows of the map are cavities -----------------------------------------------------------------
 
@@ -39,15 +41,15 @@ NOSTRIL_WIDTH, MOUTH_WIDTH = 9.0, 13.0
 """Hollows narrower than these are nostrils and the mouth."""
 
 BESIDE_NOSE, BESIDE_MOUTH, BELOW_MOUTH = 1.0, 4.0, 4.0
-"""They reach this far beside the wings of the nose and the corners of the mouth, and below the lower lip."""
+"""Cavities reach this far beside the wings of the nose and the corners of the mouth, and below the lower lip."""
 
 GROOVES, GROOVES_DEEP = 7.5, 12.75
-"""The grooves behind the wings of the nose begin this far above its base. They are open to the front but deep from
-below; nostrils reach to the second height at most, where they are seen to be hollow.
+"""Heights above the base of the nose: up to the first, nostrils may be anywhere; up to the second, only where the skin
+is hollow from the front. The grooves behind the wings of the nose are deep only as seen from below, and no nostrils.
 """
 
 BLEND = 4.0
-"""Height or width over which one of these regions passes to the next."""
+"""Height or width over which one of these regions blends into the next."""
 
 BLEND_BESIDE = 2.0
 """The same beside the nose."""
@@ -58,10 +60,10 @@ INSIDE_DEPTH = 3.0
 """Skin that lies deeper than this behind lips or the rims of nostrils is inside."""
 
 BACKWARD = -0.5
-"""Skin that faces forward less than this (a cosine) is not seen from the front, however thin the lips before it are."""
+"""Skin whose normal points forward less than this (a cosine) is not seen from the front, however thin the lips are."""
 
 OUTER_LANDMARKS = ("glabella", "zygion_l", "zygion_r")
-"""Skin that is connected with these is of the face itself."""
+"""Skin that is connected with these is the outer skin of the face."""
 
 
 class Cavities:
@@ -106,7 +108,7 @@ class Cavities:
         upper, across = self._above(y)[None, :], np.abs(x)[:, None]
         corner = np.abs([marks["mouth_l"][0], marks["mouth_r"][0]]).max()
         wing = np.abs([marks["ala_l"][0], marks["ala_r"][0]]).max()
-        within = smoothstep((wing + BESIDE_NOSE - across) / BLEND_BESIDE)  # behind the wings it is skin, too
+        within = smoothstep((wing + BESIDE_NOSE - across) / BLEND_BESIDE)  # beyond the wings, skin lies as deep
         near = upper * within + (1.0 - upper) * smoothstep((corner + BESIDE_MOUTH - across) / BLEND)
         near = near * smoothstep((y - lower_lip + BELOW_MOUTH) / BLEND)[None, :]
         nostrils, mouth = _closed(front, NOSTRIL_WIDTH), _closed(front, MOUTH_WIDTH)
@@ -126,7 +128,7 @@ class Cavities:
         return self._above(y) * np.maximum(below, hollow * high)
 
     def _behind(self, points: Array) -> tuple[Array, Array, BoolArray]:
-        """Depth (n,) of points behind the closed map, the share of it that counts, and True for points on the map."""
+        """Depth (n,) of points behind the closed map, the share of it that counts, and True for points in the map."""
         where = self.frame.local_mm(points)
         at = (where[:, :2] - self._low) / STEP
         inside = ((at >= 0.0) & (at <= np.array(self._cover.shape) - 1.0)).all(axis=1)
@@ -137,7 +139,7 @@ class Cavities:
         return behind, within, inside & (where[:, 1] > self._lowest) & (behind < BACK_OF_MOUTH)
 
     def depth(self, points: Array) -> Array:
-        """Depth (n,) of points inside, behind the skin that is seen from the front; 0 outside."""
+        """Depth (n,) of points in a cavity, behind the skin that is seen from the front; 0 elsewhere."""
         behind, within, near = self._behind(points)
         return np.asarray(np.where(near, np.maximum(behind * within, 0.0), 0.0))
 
@@ -160,7 +162,7 @@ class Lining:
     Attributes
     ----------
     vertices : ndarray of bool, shape (n,)
-        True for those of the lining.
+        True for vertices of the lining.
 
     Examples
     --------
@@ -180,7 +182,7 @@ class Lining:
         n = len(points)
         graph = coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(n, n))
         label = connected_components(graph, directed=False)[1]
-        # Where it is connected with the face by another way, only skin that is seen to be inside counts.
+        # Skin that is also connected with the outer skin belongs to the lining only where it lies deep.
         self._tree = cKDTree(points)
         face = self._tree.query([landmarks[name] for name in OUTER_LANDMARKS])[1]
         inner = np.isin(label, np.setdiff1d(label[depth >= INSIDE_DEPTH], label[face]))
@@ -202,7 +204,7 @@ def _closed(front: Array, width: float) -> Array:
 
 
 def _front(corners: Array, low: Array, shape: npt.NDArray[np.int64]) -> Array:
-    """Foremost place of triangles (m, 3, 3) at each node of a grid; where there is none, that of the nearest node."""
+    """Forward coordinate of the foremost triangle (m, 3, 3) at each node of a grid; without one, the nearest node's."""
     high = low + STEP * (shape - 1)
     flat = corners[:, :, :2]
     seen = ((flat.max(axis=1) >= low) & (flat.min(axis=1) <= high)).all(axis=1)

@@ -19,17 +19,17 @@ SMALLEST_EYE, LARGEST_EYE = 0.75, 1.08
 """Radii of eyeballs, relative to an adult's."""
 
 LID_ROOM, LID_QUANTILE = 0.975, 0.1
-"""Share of the room between the margins of the lids that the ball takes: the chords between their vertices must not cut
-it. The room is that before this share of the vertices, so that single ones do not count.
+"""The ball's radius is the first share of its centre's distance from the margins of the lids, whose edges must not cut
+it. The distance is this quantile over the margins' vertices, so that single ones do not count.
 """
 
-STAY = np.array([0.5, 0.2, 0.1, 0.25])
-"""Weights with which a ball that is fitted to the margins stays where it was: up, aside and ahead, and as large. The
-depth is what a face's shape tells least of.
+HOLD = np.array([0.5, 0.2, 0.1, 0.25])
+"""Weights that hold a ball, as it is fitted to the margins, at its place (up, aside, ahead) and at its size. The least
+is that of its depth, which the landmarks show least.
 """
 
 CLOSED_REACH = 0.8
-"""Skin less than this many radii aside of the centre of a closed eye is before it."""
+"""Skin within this many radii of the axis of a closed eye is in front of it."""
 
 
 def place_eyeballs(
@@ -42,8 +42,8 @@ def place_eyeballs(
     """Return both eyeballs, at the landmarks of their centres, as large as an adult's unless the lids leave less room.
 
     The shape of a face does not show the depth of an eye, but the lids lie on the ball: where a centre is `estimated`,
-    or no ball around it could touch the lids, it is moved to where an adult's does. An eye that is not open lies
-    behind the skin.
+    or no ball of a usual size about it could touch the lids, it is moved to where an adult's does. An eye whose lids
+    are closed is moved back behind the skin.
 
     Examples
     --------
@@ -72,22 +72,22 @@ def place_eyeballs(
 
 
 def _room(centre: Array, margin: Array) -> float:
-    """Radius for which there is room between the margins of the lids."""
+    """Radius of the ball about a centre for which the margins of the lids leave room."""
     return float(LID_ROOM * np.quantile(np.linalg.norm(margin - centre, axis=1), LID_QUANTILE))
 
 
 def _fitted_centre(margin: Array, eye: Eyeball) -> Array:
-    """Centre of the ball that fits the margins best, with little change of its size and height, and some aside."""
+    """Centre of the ball that fits the margins best, while the weights `HOLD` hold it (Gauss-Newton)."""
     start = np.append(eye.centre, eye.radius / LID_ROOM)
-    stay = np.zeros((4, 4))
-    stay[:3, :3] = STAY[:3, None] * np.stack([eye.up, np.cross(eye.up, eye.gaze), eye.gaze])
-    stay[3, 3] = STAY[3]
+    hold = np.zeros((4, 4))
+    hold[:3, :3] = HOLD[:3, None] * np.stack([eye.up, np.cross(eye.up, eye.gaze), eye.gaze])
+    hold[3, 3] = HOLD[3]
     n, found = len(margin), start
     for _ in range(12):
         offset = found[:3] - margin
         distance = np.linalg.norm(offset, axis=1)
-        rows = np.vstack([np.column_stack([offset / distance[:, None], np.full(n, -1.0)]) / np.sqrt(n), stay])
-        miss = np.concatenate([(distance - found[3]) / np.sqrt(n), stay @ (found - start)])
+        rows = np.vstack([np.column_stack([offset / distance[:, None], np.full(n, -1.0)]) / np.sqrt(n), hold])
+        miss = np.concatenate([(distance - found[3]) / np.sqrt(n), hold @ (found - start)])
         found = found - np.linalg.lstsq(rows, miss, rcond=None)[0]
     return np.asarray(found[:3])
 

@@ -1,4 +1,4 @@
-"""Eyeballs: spheres in their sockets, and the turns that point them at something."""
+"""Eyeballs: spheres in their sockets, and the turns of their gaze."""
 
 from __future__ import annotations
 
@@ -32,10 +32,12 @@ class Eyeball:
     gaze : ndarray, shape (3,)
         Unit direction in which the eye looks.
     up : ndarray, shape (3,)
+        Unit direction at right angles to the gaze.
 
     Examples
     --------
-    The turns of a left eye outwards and up, in degrees, and the shift of its iris aside in another turn:
+    The turns of a left eye, outwards and up in degrees, to look along a direction, and the sideways shift of its iris
+    for another gaze:
 
     >>> eye = Eyeball("l", np.array([31.0, 0, 0]), 12.0, gaze=np.array([0.0, 0, 1]), up=np.array([0.0, 1, 0]))
     >>> np.degrees(eye.turn_to(np.array([1.0, 0, 1]))).round()
@@ -114,16 +116,16 @@ def gaze_of(eye: Eyeball, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLik
     yaw, pitch : float
         Degrees to the subject's left, and upwards.
     at : (3,) array_like, optional
-        In place of them, in the unit of the mesh.
+        The point to look at, in the unit of the mesh, in place of the angles.
 
     Raises
     ------
     ParameterError
-        For angles that are no numbers, both angles and a point, or a point in the eye.
+        For angles that are not numbers, for angles together with a point, or for a point in the eye.
 
     Examples
     --------
-    Outwards and up, in degrees, for both eyes to look to the left; and outwards, for them to meet at 300 mm.
+    Turns in degrees, outwards and up, of both eyes that look to the left; and outwards, to meet 300 mm ahead:
 
     >>> import facewrinkle as fw
     >>> left, right = fw.default_face().eyes

@@ -19,10 +19,10 @@ Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 LidSections = list[tuple[float, Array, tuple[float, float]]]
-"""The meridians on which there is an opening, with the skin there and the heights between which it is open."""
+"""Meridians with a gap between the lids: their place, the skin on them, and the gap's lowest and highest height."""
 
 # Lengths are in distances between the canthi (27 mm on the built-in head); heights are above the line between them.
-# In brackets are those of the three faces with open eyes at hand.
+# Measurements in brackets are of the three faces with open eyes at hand.
 
 MERIDIANS = np.linspace(0.04, 0.96, 24)
 """Places between the inner (0) and the outer canthus (1) at which the margins are measured."""
@@ -36,23 +36,23 @@ HEIGHTS = np.linspace(-HIGHEST, HIGHEST, 81)
 """The heights at which a meridian is searched for skin."""
 
 SOCKET = 0.08
-"""Lids are open where no skin is seen, or it lies farther than this behind the line between the canthi."""
+"""Lids are open where no skin is seen, or only skin farther than this behind the line between the canthi."""
 
 NARROWEST = 2
-"""Gaps in the skin of no more than this many heights are none. Lids are closed if fewer than half of the meridians have
-gaps.
+"""Gaps in the skin of no more than this many heights do not count. Lids are closed if fewer than half of the meridians
+have gaps.
 """
 
 SURROUNDINGS = np.array([0.8, 2.0 * HIGHEST, 2.0])
-"""Triangles are looked at whose vertices lie within these of the middle between the canthi [outwards, up, forward]."""
+"""Triangles count if their vertices lie within these [outwards, up, forward] of the middle between the canthi."""
 
-# --- The mesh ends at the margins, or lids have a thickness and it goes on behind them ----------------------
+# --- The mesh ends at the margins, or goes on behind them: then the lids have a thickness -------------------
 
 RIM_VERTICES, RIM_REACH = 6, 1.8
 """The rim of the hole before an eye has at least this many vertices, and lies within this many radii of its centre."""
 
 RIM_MISS, RIM_MIDDLE = 0.035, (0.3, 0.7)
-"""It is the margin that is seen if it is nowhere farther from that than this, in the middle of the eye."""
+"""The rim is the margin that is seen if, between these places, the two are nowhere farther apart than this."""
 
 # --- The margin of a lid with a thickness is its front edge -------------------------------------------------
 
@@ -60,17 +60,17 @@ LID_THICKNESS = 0.06
 """Skin farther beyond the gap than this is the front of a lid, and no longer its edge."""
 
 SLOPES = np.linspace(0.4, 1.5, 12)
-"""Slopes between those at which the front of a lid rises from its edge and its thickness falls to it. The one with the
-smoothest edge is taken.
+"""Slopes that are tried, between that of a lid's front and that of its thickness, which meet at the edge. The one with
+the smoothest edge is taken.
 """
 
 DETOUR = 0.01
-"""Along the margin, an edge of the mesh whose ends are this far from it counts twice its length."""
+"""In the search for a path along the margin, an edge of the mesh this far from it counts twice its length."""
 
 # --- The opening as it is seen ------------------------------------------------------------------------------
 
 MARGIN_ENDS, TO_CANTHUS = ((0.01, 0.1), (0.9, 0.99)), 0.1
-"""Ranges in which the margins end inside and outside, and how far beyond these ends the canthi are taken to be."""
+"""Ranges of the places at which margins end, inner and outer, and how far beyond these ends they meet the canthi."""
 
 SEEN_BEYOND = np.deg2rad(6.0)
 """Skin behind the margins may be seen up to this far above and below them."""
@@ -79,7 +79,7 @@ LINING_DEPTH = 0.7
 """Depth that the lining of a socket is taken to have, from the margins (0) to the ball (1): it is in their shadow."""
 
 EYE_WIDTH, EYE_DEPTH = 1.4, 1.5
-"""Points are of an eye within this width about its middle, and this many radii of its centre."""
+"""Points belong to an eye within this width about its middle, and within this many radii of its centre."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,13 +96,13 @@ class EyelidOpening:
     width : float
         From the inner to the outer canthus, in the unit of the mesh.
     canthi : ndarray, shape (2,)
-        Their elevations, the inner one first.
+        Elevations of the canthi, the inner one first.
     thick : bool
         True if the lids have a thickness: the skin goes on behind the margins.
     upper, lower : ndarray of int
-        Vertices of the margins, from inside outwards.
+        Vertices of the margins, from the inner canthus outwards.
     rims : tuple of ndarray, shape (3, k)
-        Of these vertices at rest, what :meth:`polar` gives.
+        :meth:`polar` coordinates of these vertices at rest.
 
     Examples
     --------
@@ -126,13 +126,13 @@ class EyelidOpening:
     rims: tuple[Array, Array]
 
     def polar(self, points: Array) -> Array:
-        """Place of points (n, 3) between the canthi (0 to 1), elevation above the line between them as seen from the
-        centre of the eye, and distance from there: shape (3, n).
+        """Polar coordinates (3, n) of points (n, 3): place from the inner (0) to the outer canthus (1), elevation as
+        seen from the centre of the eye, radians, and distance from that centre.
         """
         return _polar(points, self.eye.centre, self.inner, self.axes, self.width)
 
     def lines(self, along: Array) -> tuple[Array, Array]:
-        """Elevations of the upper and of the lower margin at places between the canthi, in which they end."""
+        """Elevations of the upper and of the lower margin at places between the canthi, where both end."""
         return self._line(0, along), self._line(1, along)
 
     def _line(self, lid: int, along: Array) -> Array:
@@ -142,7 +142,7 @@ class EyelidOpening:
         return np.interp(along, place, np.concatenate([self.canthi[:1], elevation, self.canthi[1:]]))
 
     def rim(self, along: Array, upper: BoolArray) -> Array:
-        """Distance of the upper or the lower margin from the centre of the eye."""
+        """Distance of the upper margin, or else the lower, from the centre of the eye at places between the canthi."""
         return np.where(upper, *(np.interp(along, at, distance) for at, _, distance in self.rims))
 
     def behind(self, points: Array, lining: BoolArray) -> Array:
@@ -164,11 +164,11 @@ class EyelidOpening:
 def eyelid_opening(
     eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
 ) -> EyelidOpening | None:
-    """The opening before an eye; None where the lids are closed.
+    """Return the opening before an eye; None if the lids are closed.
 
     Examples
     --------
-    How far the lids of the built-in face are apart in the middle, in degrees of the ball:
+    Angle between the lids of the built-in face in the middle, as seen from the centre of the ball, degrees:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
@@ -195,7 +195,7 @@ def eyelid_opening(
 
 
 def lid_rim(eye: Eyeball, points: Array, triangles: IntArray) -> IntArray | None:
-    """Vertices around the hole in the mesh before an eye, in order; None where it goes on behind the lids."""
+    """Vertices around the hole in the mesh before an eye, in order; None if the mesh goes on behind the lids."""
     for loop in boundary_loops(triangles):
         far = np.linalg.norm(points[loop] - eye.centre, axis=1).max()
         if len(loop) >= RIM_VERTICES and far < RIM_REACH * eye.radius:
@@ -210,7 +210,7 @@ def _polar(points: Array, centre: Array, inner: Array, axes: Array, width: float
 
 
 def _hole(loop: IntArray | None, along: Array, elevation: Array) -> tuple[IntArray, IntArray] | None:
-    """The rim of a hole, if there is one, cut at its ends into an upper and a lower half."""
+    """The rim of a hole, if there is one, cut at its inner and outer ends into an upper and a lower half."""
     if loop is None:
         return None
     loop = np.roll(loop, -int(np.argmin(along[loop])))
@@ -232,14 +232,14 @@ def _is_seen(rim: tuple[IntArray, IntArray], local: Array, lids: LidSections) ->
 
 
 def _margins(lids: LidSections, local: Array, triangles: IntArray) -> tuple[IntArray, IntArray]:
-    """Vertices of the upper and of the lower margin from inside outwards."""
+    """Vertices of the upper and of the lower margin, from the inner canthus outwards."""
     edges, _ = unique_edges(_near(local, triangles))
     upper, lower = (_along(_front_edge(lids, away), local, edges) for away in (1.0, -1.0))
     return upper, lower
 
 
 def _back_edges(local: Array, triangles: IntArray) -> Array:
-    """As :meth:`EyelidOpening.back_edges`."""
+    """Places (k, 3) of :meth:`EyelidOpening.back_edges`, in the coordinates above."""
     lids = _lid_sections(local[_near(local, triangles)])
     places = [_front_edge(lids, away) for away in (1.0, -1.0)]
     for front in places:
@@ -275,7 +275,7 @@ def _section(corners: Array, meridian: float) -> Array:
 def _gap(section: Array) -> tuple[float, float] | None:
     """Lowest and highest height of the widest gap in a section; None where the lids are closed.
 
-    Skin that is seen in a gap from the front, if there is any, lies deep behind the line between the canthi.
+    From the front, a gap shows either no skin or skin deep behind the line between the canthi.
     """
     start, end = section[:, 0], section[:, 1]
     rise = end[:, :1] - start[:, :1]
@@ -296,7 +296,7 @@ def _gap(section: Array) -> tuple[float, float] | None:
 def _front_edge(lids: LidSections, away: float) -> Array:
     """Places (k, 3) where a lid turns from its front to its thickness; `away` from the opening is 1 (up) or -1.
 
-    On a rounded edge many places would do; those on the smoothest line are taken.
+    On a rounded edge many places qualify; those on the smoothest line are taken.
     """
     lines = []
     for slope in SLOPES:
@@ -305,7 +305,7 @@ def _front_edge(lids: LidSections, away: float) -> Array:
             places = section.reshape(-1, 2)
             beyond = away * (places[:, 0] - gap[int(away > 0.0)])
             lid = (beyond > -1.5 * (HEIGHTS[1] - HEIGHTS[0])) & (beyond < LID_THICKNESS)
-            # There may also be the lining of a socket beyond the gap, but it lies far behind.
+            # Beyond the gap there may also be the lining of the socket, but it lies far behind.
             best = np.argmax(np.where(lid, places[:, 1] - slope * beyond, -np.inf))
             line.append([at, *places[best]])
         lines.append(np.array(line))
@@ -313,7 +313,7 @@ def _front_edge(lids: LidSections, away: float) -> Array:
 
 
 def _along(places: Array, local: Array, edges: IntArray) -> IntArray:
-    """Vertices of a path along edges of the mesh that is nearest to places in order, from inside outwards."""
+    """Vertices of the path along edges of the mesh nearest to places in order, from the inner canthus outwards."""
     beyond = np.vstack([2.0 * places[0] - places[1], places, 2.0 * places[-1] - places[-2]])
     steps = np.linspace(0.0, len(beyond) - 1.0, 20 * len(beyond))
     curve = np.stack([np.interp(steps, np.arange(len(beyond)), column) for column in beyond.T], axis=1)

@@ -1,4 +1,4 @@
-"""Eyelids: how they turn over the eyeball to close the eye, and as it looks up and down."""
+"""Eyelids: their turns over the eyeball as the eye closes, and as it looks up and down."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ BoolArray = npt.NDArray[np.bool_]
 # --- Skin that belongs to a lid -----------------------------------------------------------------------------
 
 SHELL = 1.5
-"""Skin farther from the centre of the eye than this many radii is no lid."""
+"""Skin farther from the centre of the eye than this many radii is not part of a lid."""
 
 PLATE = 1.3
-"""The stiff plate of a lid ends this many radii from the centre; from there to `SHELL` it holds less and less."""
+"""The stiff plate of a lid ends this many radii from the centre; from there to `SHELL` its hold on the skin fades."""
 
 MARGIN_FADE = np.deg2rad(20.0)
 """Angle above the margin within which the motion of the upper lid fades to nothing (14 to 22 degrees in captured
@@ -34,23 +34,23 @@ blinks).
 
 LOWER_FADE, INNER_FADE = 0.6, 2.5
 """The same below the lower margin, and on the insides of lids: relative to `MARGIN_FADE`. The inside goes with the
-margin, and only what lies far back in the socket stays.
+margin; only skin far back in the socket stays.
 """
 
 EDGE = 0.1
 """Thickness, in radii, over which skin beyond the margin passes from the outside of a lid to its inside."""
 
 CORNER = 0.08
-"""Beyond the canthi the motion fades to nothing over this, in distances between the canthi."""
+"""Beyond the canthi, the motion fades to nothing over this length, in distances between the canthi."""
 
 # --- Closing ------------------------------------------------------------------------------------------------
 
 MEETING = 0.12
-"""Height of the line where the lids meet above the lower margin, relative to that of the upper margin."""
+"""Height above the lower margin of the line where the lids meet, relative to the height of the opening."""
 
 OVERLAP, MOST_OVERLAP = np.deg2rad(2.0), 0.2
-"""The turn of the upper lid beyond that line where the skin ends at its margin, so that coarse margins leave no chink;
-and its limit, relative to the height of the opening. Lids with a thickness would come through each other.
+"""Turn of the upper lid beyond that line, so that coarse margins leave no chink, and its limit relative to the height
+of the opening. Lids with a thickness have no overlap: they would come through each other.
 """
 
 # --- Following the eye --------------------------------------------------------------------------------------
@@ -59,24 +59,26 @@ FOLLOWS_UP, FOLLOWS_DOWN = (0.45, 0.2), (0.9, 0.3)
 """Turn of the upper and the lower lid relative to that of the eye (captured: 15 and 8 degrees up, 34 and 11 down)."""
 
 FOLLOWS_FULLY = 0.6
-"""Margins follow in full where the opening is at least this high relative to its highest place; its corners stay."""
+"""Margins follow in full where the opening is at least this high relative to its highest place, and not at all at its
+corners.
+"""
 
 LARGEST_TURN = np.deg2rad(40.0)
-"""As far as an eye turns from straight ahead; people turn their heads well before."""
+"""Largest turn of an eye from straight ahead; people turn their heads well before."""
 
 # --- Skin is not folded over where the lids join ------------------------------------------------------------
 
 KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
-"""Share of its height above its neighbours by which skin may come down on them, and how much more it may per length
-along them.
+"""Skin may turn down more than a neighbour by the first share of its height above it, plus this factor (closing,
+following) of their distance along the lids.
 """
 
 LEVEL = 0.2
 """Skin still counts as above a neighbour that is higher by less than this share of their distance along the lids."""
 
 JOINED, LEAST_AREA = 0.2, 0.1
-"""Up to this far from the inner canthus the lids are one narrow skin, in distances between the canthi; of the area of a
-triangle there, as it was seen before they closed, this share is left at least.
+"""Up to this far from the inner canthus, in distances between the canthi, the lids are one narrow skin. A triangle
+there keeps at least this share of its area, projected on the plane that it would have if it turned in one piece.
 """
 
 
@@ -88,7 +90,7 @@ class LidWeights:
     ----------
     close : JointWeights
     up, down : JointWeights
-        While the eye turns up and down by one radian.
+        As the eye turns up and down by one radian.
 
     Examples
     --------
@@ -107,14 +109,14 @@ class LidWeights:
 
 
 def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> LidWeights | None:
-    """The lids around an opening; None where no skin is near enough to the eye to be one.
+    """Return the turns with the lids around an opening; None if no skin is near enough to the eye to be a lid.
 
     Closing turns the upper margin about the eyeball's centre down to a line just above the lower margin, and raises
     the lower margin to it; skin beyond the margins follows less and less.
 
     Examples
     --------
-    How far the upper lid turns down over the ball, and the lower one up, to close the eye; degrees:
+    Turns that close the eye, of the upper lid down over the ball and of the lower one up, degrees:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
@@ -135,7 +137,7 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - PLATE) / (SHELL - PLATE))) * between
     across = along * opening.width / eye.radius
     angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, CLOSING_SHEAR)
-    # Turning about up x gaze by a positive angle lowers what looks along the gaze.
+    # A positive turn about up x gaze turns the gaze down.
     axis = opening.axes[0] * np.sign(np.cross(eye.up, eye.gaze) @ opening.axes[0])
     corner = (along < JOINED)[triangles].all(axis=1)
     angles = _none_turned_over(angles, offset, triangles[corner], axis)
@@ -154,7 +156,7 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
 
 
 def _fade(opening: EyelidOpening, along: Array, distance: Array, beyond: Array, is_upper: BoolArray) -> Array:
-    """Share (n,) of the motion of a margin that skin takes part in, by its angle `beyond` it."""
+    """Share (n,) of the margin's motion that skin takes, by its angle `beyond` the margin."""
     outside = smoothstep((distance - opening.rim(along, is_upper)) / (EDGE * opening.eye.radius) + 0.5)
     reach = np.where(is_upper, MARGIN_FADE, LOWER_FADE * MARGIN_FADE)
     return np.asarray(1.0 - smoothstep(beyond / (outside * reach + (1.0 - outside) * INNER_FADE * MARGIN_FADE)))
@@ -163,9 +165,9 @@ def _fade(opening: EyelidOpening, along: Array, distance: Array, beyond: Array, 
 def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray, shear: float) -> Array:
     """The largest angles, not above these, that keep the skin from folding over where the two lids join.
 
-    What turns down (by a positive angle) must stay above what is connected to it from below, and keep a share of its
-    height over it; along it, `shear` times their distance is allowed. So every angle is bounded by the others through
-    paths along the edges, and the least bound is a shortest path.
+    Skin that turns down (by a positive angle) must stay above its neighbours below, and keep a share of its height over
+    them; `shear` times their distance `across` is allowed besides. Thus every angle bounds the others along paths of
+    edges, and the least bound is a shortest path.
     """
     edges, _ = unique_edges(triangles)
     i, j = np.concatenate([edges, edges[:, ::-1]]).T
@@ -173,7 +175,7 @@ def _without_folds(angles: Array, elevation: Array, across: Array, triangles: In
     up = rise > -LEVEL * aside
     length = KEPT * np.maximum(rise, 0.0) + shear * aside
     n, base = len(angles), float(-angles.min()) + 1.0
-    # From one more node, as far from every vertex as its angle, which is made positive for that.
+    # The paths begin at one more node; its distance from each vertex is that vertex's angle, made positive.
     source = np.full(n, n)
     graph = csr_array(
         (
@@ -186,7 +188,7 @@ def _without_folds(angles: Array, elevation: Array, across: Array, triangles: In
 
 
 def _none_turned_over(angles: Array, offset: Array, triangles: IntArray, axis: Array) -> Array:
-    """Turns of vertices about an axis through the origin, smaller where triangles would come to lie on their faces."""
+    """Turns of vertices about an axis through the origin, smaller where triangles would turn over."""
     triangles = triangles[(angles[triangles] != 0.0).any(axis=1)]
     if not len(triangles):
         return angles

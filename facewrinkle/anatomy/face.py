@@ -65,11 +65,11 @@ class Face:
     confidences : dict of str to float
         Confidence, 0 to 1, in landmarks that were found by the shape of the mesh.
     likeness : float, optional
-        Likeness of the shape to a face, at most 1, if landmarks were found by it.
+        Likeness of the shape to a face, at most 1, if landmarks were found by the shape.
     source_points : ndarray of int, shape (n,), optional
-        The number that each vertex has in the mesh that was given. Default: the same.
+        Index of each vertex in the mesh that was given. Default: the same.
     parts : dict of str to Part
-        Meshes that came with the face beside its skin, such as ``eye_l``, ``upper_teeth``, ``lashes_l``, ``hair``.
+        Meshes that came with the face besides its skin, such as ``eye_l``, ``upper_teeth``, ``lashes_l``, ``hair``.
     report : tuple of str
         Repairs and parts that were set apart when the face was fitted, one sentence each.
 
@@ -189,7 +189,7 @@ class Face:
 
     @cached_property
     def mandible(self) -> Mandible | None:
-        """The bone of the lower jaw; None where no skin goes wholly with it."""
+        """The bone of the lower jaw; None if no skin goes wholly with it."""
         jaws = ((muscle, self.joint_weights.get(name)) for name, muscle in self.muscles.items())
         found = (Mandible.of(jaw, turns, self.points) for jaw, turns in jaws if isinstance(jaw, JawMuscle) and turns)
         return next((mandible for mandible in found if mandible is not None), None)
@@ -227,7 +227,7 @@ class Face:
         return found
 
     def gazes(self, rates: Mapping[str, float]) -> dict[str, Array]:
-        """Unit directions (3,) in which the eyes look, by side, at contraction rates by muscle."""
+        """Return unit directions (3,) in which the eyes look, by side, at contraction rates by muscle."""
         turns = {eye.side: np.zeros(2) for eye in self.eyes}
         for name, muscle in self.muscles.items():
             if isinstance(muscle, EyeMuscle) and muscle.side in turns:
@@ -239,7 +239,7 @@ class Face:
         return Attachments(self.parts, self.eyes, self.mandible, self.points, self.triangles, self.frame.pupil_distance)
 
     def state_of(self, frame: pv.PolyData) -> FrameState:
-        """Return what a frame of :meth:`facewrinkle.Simulation.step`, or the mesh, says of this face.
+        """Return the vertices, pose, gazes and moving parts of this face in a frame of its simulation, or in its mesh.
 
         Raises
         ------
@@ -256,7 +256,7 @@ class Face:
         return FrameState.of(frame, self.mesh.n_points)
 
     def parts_at(self, frame: pv.PolyData) -> dict[str, pv.PolyData]:
-        """The parts beside the skin, placed as in a frame of :meth:`facewrinkle.Simulation.step`.
+        """Return the parts besides the skin, placed as in a frame of :meth:`facewrinkle.Simulation.step`.
 
         Eyes turn with the gaze, lower teeth with the mandible, lashes with the lids; the rest goes with the head. Parts
         that a recording moves by themselves are as recorded.
@@ -275,7 +275,7 @@ class Face:
         return self._attachments.at(state.points, state.gazes, state.pose, own)
 
     def with_parts(self, frame: pv.PolyData) -> pv.PolyData:
-        """Return a frame and the parts beside the skin in one mesh, for files; without parts, the frame itself.
+        """Return a frame and the parts besides the skin in one mesh, for files; without parts, the frame itself.
 
         The points of the frame come first; the array "part" tells which part each point belongs to.
         """
@@ -302,7 +302,7 @@ class Face:
         Raises
         ------
         MeshError
-            If it is no frame of this face.
+            If `frame` is not a frame of this face.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""Files of faces: the mesh with its landmarks and unit. Muscles, skull and eyes are placed anew when one is read."""
+"""Files of faces: the mesh with its landmarks and unit. Muscles, skull and eyes are placed anew when a file is read."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def _stored(key: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None) 
 
 
 def _restored(data: dict[str, Any], key: str) -> tuple[pv.PolyData, npt.NDArray[np.uint8] | None]:
-    """The mesh and texture that `_stored` was given."""
+    """The mesh and texture whose arrays `_stored` gave."""
     data = {name.removeprefix(key): values for name, values in data.items() if name.startswith(key)}
     point_data = {name.removeprefix(_DATA): values for name, values in data.items() if name.startswith(_DATA)}
     mesh = to_polydata(data["points"], data["triangles"], point_data)

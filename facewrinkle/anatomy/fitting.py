@@ -37,7 +37,7 @@ from .units import millimetres, unit_of_face
 
 Array = npt.NDArray[np.float64]
 
-# --- Landmarks that are errors; in distances between the pupils ----------------------------------------------
+# --- Landmarks that are refused; lengths in distances between the pupils -------------------------------------
 
 OFF_MESH = 0.2
 """A landmark may lie this far from the mesh."""
@@ -45,8 +45,8 @@ OFF_MESH = 0.2
 ELSEWHERE = 0.5
 """A given landmark may lie this far from where it was found."""
 
-FACE = np.array([1.2, 2.0, 1.2])
-"""The vertices within these of the middle between the eyes [left, up, forward] are those of the face."""
+FACE_EXTENT = np.array([1.2, 2.0, 1.2])
+"""Vertices within these [left, up, forward] of the middle between the eyes belong to the face."""
 
 ASIDE, ONE_SIDED = 0.3, 0.02
 """A side of the face begins this far from its middle; it is missing if it has less than this share of the other's
@@ -56,16 +56,16 @@ vertices.
 # --- Found landmarks that are to be checked ------------------------------------------------------------------
 
 DOUBTED = 0.75
-"""Those of a shape with a lower likeness."""
+"""All are, on a shape with a lower likeness to a face."""
 
 CENTRAL = (
     *("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid"),
     *("eye_l_inner", "eye_r_inner", "mouth_l", "mouth_r"),
 )
-"""Landmarks that much depends on."""
+"""Landmarks on which the anatomy depends most."""
 
 UNSURE = 0.5
-"""Any of these with a lower confidence."""
+"""Any of these is to be checked if it has a lower confidence."""
 
 
 def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
@@ -129,8 +129,8 @@ def fit_face(
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
         The photo on the mesh. Default: the image that the file names or holds.
     resolve_self_intersections : bool
-        Smooth small places where the surface runs through itself, as much as it takes. Such places only look bad; they
-        are listed in the face's `report`.
+        Smooth small places where the surface runs through itself until it no longer does. Left as they are, such places
+        only look bad. The face's `report` tells of them.
 
     Returns
     -------
@@ -148,8 +148,8 @@ def fit_face(
     Warns
     -----
     FaceWrinkleWarning
-        If what was found may be no face; for each kind of fault that was repaired (also in the face's `report`); if an
-        image that the file names cannot be read.
+        If the shape that was found may be no face; for each kind of fault that was repaired (also in the face's
+        `report`); if an image that the file names cannot be read.
 
     Examples
     --------
@@ -196,7 +196,7 @@ def fit_face(
 
 
 def _with_parts(face: Face, others: pv.PolyData) -> Face:
-    """The face with the other parts of its file, and with its eyeballs where eyes are among these."""
+    """The face with the other parts of its file, and with its eyeballs moved to the eyes among these."""
     parts, specks = named_parts(others, face.mesh, face.landmarks, face.frame)
     report = face.report
     if parts:
@@ -230,7 +230,7 @@ def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.
 
 
 def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progress | None) -> Found:
-    """Landmarks found by the shape, moved onto those that are given; an error where there is no face."""
+    """Landmarks found by the shape, warped to those that are given; a LandmarkError if there is no face."""
     from .finding import find_landmarks, pose_from_landmarks
 
     found = find_landmarks(source, progress, given)
@@ -362,7 +362,7 @@ def fitted_brows(face: Face) -> BrowHairs:
 
 
 def _closest(surface: CleanSurface, point: Array) -> Array:
-    """The closest point of the surface."""
+    """The point of a surface closest to a point."""
     found = cast(tuple[int, Array], surface.mesh.find_closest_cell(point, return_closest_point=True))
     return np.asarray(found[1], dtype=np.float64)
 
@@ -374,7 +374,7 @@ def _used_points(source: pv.PolyData) -> Array:
 
 def _check_both_sides(local: Array) -> None:
     """Raise a LandmarkError where the points of a mesh, in the frame of the face, leave out one of its sides."""
-    face = local[(np.abs(local) < FACE).all(axis=1), 0]
+    face = local[(np.abs(local) < FACE_EXTENT).all(axis=1), 0]
     for side, other, across in (("left", "right", face), ("right", "left", -face)):
         if (across < -ASIDE).sum() < ONE_SIDED * (across > ASIDE).sum():
             raise LandmarkError(

@@ -29,13 +29,13 @@ AXIS_BEHIND_ZYGION = 12.0
 """From the zygion back to the upright axis of the head."""
 
 HEAD_RADIUS = 80.0
-"""Radius about the axis at which azimuths are measured as lengths."""
+"""Radius about this axis at which azimuths are measured as lengths."""
 
 FOREHEAD, TEMPLE = 30.0, 60.0
 """The line follows the trichion up to the first of these azimuths, the zygion from the second one on."""
 
 EAR_HEIGHT = 16.0
-"""The zygion lies this far below the eyes on the built-in head; the line is as much higher where it is higher."""
+"""The zygion lies this far below the eyes on the built-in head; a line over a higher zygion is higher by as much."""
 
 
 def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:

@@ -26,7 +26,7 @@ DATA = Path(__file__).parent / "data"
 MIRROR = np.array([-1.0, 1.0, 1.0])
 
 SEAT = 0.25
-"""Room between eyeball and lid margin, mm: more than an edge of the margin sags below the arc of its ends."""
+"""Gap between eyeball and lid margin, mm: more than the edges of the margin cut into the ball."""
 
 
 def both_sides(points: Array) -> Array:
@@ -119,7 +119,7 @@ class Head:
 
 @cache
 def load_head() -> Head:
-    """The stored head.
+    """Load the built-in head.
 
     Examples
     --------

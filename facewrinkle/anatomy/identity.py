@@ -32,18 +32,18 @@ TINTS = {
 """Factors of red, green and blue at -1 and at 1."""
 
 GREYING, GREY = 0.2, np.array([152.0, 145.0, 136.0])
-"""The age at which hair begins to turn grey, and what it turns to."""
+"""The age at which hair begins to turn grey, and its colour then."""
 
 DARK, DARK_FADE = 130.0, 50.0
-"""Brightness of the mean head's texture below which it begins to be hair where hair grows, and by how much less it is
-all hair.
+"""In the mean head's texture, where hair grows, texels darker than the first brightness are partly hair, and those
+darker still by the second are all hair.
 """
 
 HAIRLINE_FADE = (-12.0, 6.0)
-"""Hair begins at the first distance from the hairline, mm, and is dense the second one farther."""
+"""Hair begins at the first signed distance from the hairline, mm, and is dense the second one farther inside."""
 
 TEXELS = 4
-"""That distance is computed for every few texels."""
+"""The texture's distances from the hairline are computed once for a square of this many texels on a side."""
 
 GREYEST, BROWN, BRIGHTEST = 0.85, 40.0, 200.0
 """Share of hair that is grey at age 1; the brightness of the mean head's hair, whose strands keep their contrast; and
@@ -53,7 +53,7 @@ that of grey hair at most.
 
 @dataclass(frozen=True)
 class Identity:
-    """A person: every parameter in [-1, 1], 0 is the mean head.
+    """A person: every parameter is in [-1, 1]; 0 is the mean head.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class Identity:
         UnknownNameError
             For a name that is no parameter; the nearest names are suggested.
         ParameterError
-            For a value outside [-1, 1], or what is no dictionary.
+            For a value outside [-1, 1], or if `what` is not a dictionary.
 
         Examples
         --------
@@ -142,7 +142,7 @@ class Identity:
 
     @classmethod
     def random(cls, seed: int | None = None, spread: float = 0.9) -> Self:
-        """Return somebody: all parameters at random in [-spread, spread]; the same for the same seed.
+        """Return a random person, with all parameters in [-spread, spread]; the same for the same seed.
 
         Hair is never fairer than the skin.
 
@@ -197,7 +197,7 @@ def head_of(identity: Identity) -> Head:
 
 
 def _tinted(colour: NDArray[np.uint8], hair: Array, identity: Identity) -> NDArray[np.uint8]:
-    """Colours (..., 3) of the mean head for somebody's skin and hair, which is `hair` (...) of it."""
+    """Colours (..., 3) of the mean head, tinted for a person; `hair` (...) is the share of hair in each."""
     skin = TINTS["skin"][int(identity.skin > 0.0)] ** abs(identity.skin)
     strands = TINTS["hair"][int(identity.hair > 0.0)] ** abs(identity.hair)
     grey = smoothstep((identity.age - GREYING) / (1.0 - GREYING)) * GREYEST
@@ -250,6 +250,6 @@ def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Ar
 
 
 def _moved_with(head: Head, place: Array, points: Array) -> Array:
-    """The place (3,) on the skin of a head that goes with it as its vertices move to other points."""
+    """A place (3,) on the skin of a head, moved with its triangle when the vertices move to `points`."""
     on = closest_point(head.points, head.triangles, place)
     return np.asarray(on.barycentric @ points[head.triangles[on.triangle]])

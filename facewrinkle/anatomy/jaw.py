@@ -28,7 +28,7 @@ TURNING_BELOW = 0.24
 """Skin lower than this goes with the mandible."""
 
 LIPS_WIDTH, LIPS_LEAST = 0.4, 0.2
-"""Towards the middle of the mouth, from the first distance aside, both bounds shrink; in the middle to the other share.
+"""Near the middle of the mouth both bounds shrink: to the second share there, which grows by 1 over the first distance.
 """
 
 NECK = 0.55
@@ -105,8 +105,9 @@ class Mandible:
     Attributes
     ----------
     vertices : ndarray of int, shape (k,)
+        Vertices of this skin.
     offsets : ndarray, shape (k, 3)
-        Of these vertices from the hinge, at rest.
+        Offsets of these vertices from the hinge, at rest.
     hinge, axis : ndarray, shape (3,)
 
     Examples
@@ -126,7 +127,7 @@ class Mandible:
 
     @classmethod
     def of(cls, jaw: JawMuscle, weights: JointWeights, points: Array) -> Mandible | None:
-        """Return the mandible of a face at rest; None where no skin goes wholly with it."""
+        """Return the mandible of a face at rest; None if no skin goes wholly with it."""
         vertices = weights.vertices[weights.angles > WHOLLY * jaw.angle]
         return cls(vertices, points[vertices] - jaw.hinge, jaw.hinge, jaw.axis) if len(vertices) else None
 

@@ -23,7 +23,8 @@ class JointWeights:
         In [0, 1]: 1 on the stiff plates of the lids (tarsi), which follow exactly, falling to 0 in the skin around.
     centre, axis : ndarray, shape (3,)
     bone : bool
-        True if a bone turns, and the anchors of the tethers with it; else the skin is tethered to a lid's plate, too.
+        True if a bone turns, and with it the anchors of the tethers; False for a lid, to whose plate the skin is
+        tethered as well.
     yields : tuple of str
         Names of muscles whose contraction takes the place of this one's: a lid that closes does not follow the eye, and
         one that goes with the eye is not lifted more.
@@ -46,7 +47,7 @@ class JointWeights:
     yields: tuple[str, ...] = ()
 
     def turned(self, points: Array, rate: float) -> Array:
-        """Displacement (k, 3) at a contraction rate, of rest positions (n, 3) in the unit of `centre`."""
+        """Displacement (k, 3) of the `vertices` at a contraction rate, for rest positions (n, 3) of all vertices."""
         return turned(points[self.vertices] - self.centre, self.axis, rate * self.angles)
 
 

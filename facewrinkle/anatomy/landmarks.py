@@ -49,18 +49,18 @@ PAIRED = [
 ]
 NAMES: tuple[str, ...] = (*MIDLINE, *(name.format(side) for name in PAIRED for side in "lr"))
 
-MOUTH = ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")
+MOUTH_LANDMARKS = ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")
 
 NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 
-# Geometry and expressions depend on these, and the others do not give them. Of a pair, one gives the other.
+# Geometry and expressions depend on these, and they cannot be estimated from the others. Of a pair, one is enough.
 REQUIRED = (
     *(name.format(side) for name in ("eye_{}_inner", "eye_{}_outer", "mouth_{}", "brow_{}_mid") for side in "lr"),
     *("nose_tip", "upper_lip_mid", "lower_lip_mid"),
 )
 
 REFUSED = 0.60
-"""A face is found only with a likeness of at least this."""
+"""A face counts as found if its likeness is at least this."""
 
 MEAN_PUPIL_DISTANCE = 63.0
 """Distance between the pupils of an adult in mm (Dodgson, "Variation and extrema of human interpupillary distance",
@@ -123,7 +123,7 @@ def mouth_middle(landmarks: Mapping[str, Array]) -> Array:
     >>> (lips_middle(marks) - mouth_middle(marks)).round(1) + 0.0
     array([ 0. , -0.2,  6.6])
     """
-    return np.asarray(0.25 * sum(landmarks[name] for name in MOUTH))
+    return np.asarray(0.25 * sum(landmarks[name] for name in MOUTH_LANDMARKS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,11 +168,11 @@ class FaceFrame:
         return np.asarray((points - self.origin) @ self.axes.T / self.pupil_distance)
 
     def local_mm(self, points: Array) -> Array:
-        """Return the same in millimetres on a face of average size."""
+        """Return :meth:`local` coordinates in millimetres on a face of average size."""
         return np.asarray((points - self.origin) @ self.axes.T * (MEAN_PUPIL_DISTANCE / self.pupil_distance))
 
     def world(self, local: Array) -> Array:
-        """Return the points (n, 3) or (3,) of the face at places that :meth:`local` gives.
+        """Return the points (n, 3) or (3,) with given :meth:`local` coordinates.
 
         Examples
         --------
@@ -257,7 +257,7 @@ def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
 
     Examples
     --------
-    The corners of the mouth show where the left is, so that one of the eyes gives the other:
+    The corners of the mouth give the mirror plane, by which one eye gives the other:
 
     >>> given = {"mouth_l": np.array([25.0, -40, 0]), "mouth_r": np.array([-25.0, -40, 0])}
     >>> mirrored(given | {"eye_l_inner": np.array([15.0, 20, -5])})["eye_r_inner"]
@@ -295,7 +295,7 @@ def complete(given: Mapping[str, Array], template: Mapping[str, Array]) -> tuple
 
     Examples
     --------
-    The least that is needed, of each pair one, gives all of them:
+    One landmark of each required pair, and both of one pair, give all of them:
 
     >>> import facewrinkle as fw
     >>> template = fw.default_face().landmarks
@@ -373,7 +373,7 @@ def fitted_map(template: Mapping[str, Array], found: Mapping[str, Array], base: 
 def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
     """Read landmarks from a dictionary or a JSON file.
 
-    It holds ``{name: [x, y, z]}`` or ``{"landmarks": {name: {"xyz": [x, y, z]}}}``.
+    The file holds ``{name: [x, y, z]}`` or ``{"landmarks": {name: {"xyz": [x, y, z]}}}``.
 
     Parameters
     ----------

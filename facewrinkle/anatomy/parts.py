@@ -1,4 +1,4 @@
-"""Parts that come with a face beside its skin, and go along with it: eyes, teeth, tongue, lashes, hair, glasses."""
+"""Parts that come with a face besides its skin, and go along with it: eyes, teeth, tongue, lashes, hair, glasses."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 Follows = Literal["skull", "mandible", "eye", "skin"]
 
-# Every connected piece gets its name from the first table below that it fits, in this order. Lengths are in distances
+# Every connected piece gets its name from the first section below that it fits, in this order. Lengths are in distances
 # between the pupils. Numbers in brackets are those of the built-in head, whose eyes have a radius of 0.19.
 
 # --- A piece belongs to an eye ----------------------------------------------------------------------------
 
 EYE_RADII, EYE_MARGIN = 1.6, 0.1
-"""All of it lies within this many radii, and this margin for lashes, of the centre of the eye."""
+"""All of it lies within this many radii of the centre of the eye, plus this length for lashes."""
 
 OFF_AXIS = 0.5
 """Balls, corneas and irises lie less than this many radii aside of the eye's middle, as seen from the front."""
@@ -48,7 +48,7 @@ BALL_POINTS = 9
 """A sphere is fitted to this many points or more."""
 
 BALL_RADII = (0.7, 2.6)
-"""Its radius relative to an adult's: up to those of a child or a cartoon, where the two balls touch."""
+"""Range of its radius relative to an adult's; the largest are of children and cartoons, whose two balls touch."""
 
 BALL_BULGE = 0.25
 """Points may lie this far off the sphere, in its radii; those of a cornea do."""
@@ -62,13 +62,13 @@ MOUTH_HALF_WIDTH, MOUTH_HALF_HEIGHT = 0.55, 0.5
 """Its middle lies within these of the middle of the mouth (0.37 and 0.23)."""
 
 MOUTH_BACK, MOUTH_FRONT = -1.2, 0.05
-"""The same forward (-0.67 to -0.12)."""
+"""Its middle lies between these, forward of the middle of the mouth (-0.67 to -0.12)."""
 
 MOUTH_FOREMOST = 0.25
 """No point of it lies farther in front of the mouth, as glasses and a fringe do (-0.05)."""
 
 MOUTH_EXTENT = 1.4
-"""It is smaller than this (0.96: the upper gum)."""
+"""Its largest extent is smaller than this (0.96: the upper gum)."""
 
 TONGUE_WIDTH, TONGUE_LENGTH, TONGUE_ASIDE = 0.2, 1.2, 0.1
 """A tongue is wider than this (0.6; a molar is 0.17 wide), at least this long relative to its width (1.4; gums are
@@ -86,7 +86,7 @@ SPECK = 0.02
 """Smaller pieces are dropped."""
 
 ON_SKIN = 0.12
-"""Pieces that are nowhere farther from the skin are fuzz, such as brows or stubble, and follow it."""
+"""Pieces that are nowhere farther from the skin than this are fuzz, such as brows or stubble, and follow it."""
 
 GLASSES_WIDTH, GLASSES_ABOVE, GLASSES_BELOW = 0.4, 0.7, 0.9
 """Glasses are wider than this, reach in front of the nasion, and end within these above and below it."""
@@ -108,12 +108,12 @@ SHEET = 0.5
 """The normals of a sheet add up to more than this share of its area; those of a tube cancel."""
 
 MOSTLY = 0.5
-"""Lashes are cards where these make up more than this share of their area."""
+"""Lashes count as cards where cards make up more than this share of their area."""
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Something that comes with a face beside its skin.
+    """Something that comes with a face besides its skin.
 
     Attributes
     ----------
@@ -122,11 +122,11 @@ class Part:
     follows : {"skull", "mandible", "eye", "skin"}
         What it moves with.
     side : {"l", "r", ""}
-        Of an eye.
+        Side of an eye; "" for all else.
     texture : ndarray of uint8, shape (h, w, 3 or 4), optional
         Colour, and opacity, over the mesh's texture coordinates.
     source_points : ndarray of int, shape (k,), optional
-        The number that each point has in the mesh that the face was made from.
+        Index of each point in the mesh that the face was made from.
 
     Examples
     --------
@@ -166,7 +166,7 @@ def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None
     """Return the part of a name: ``eye_l`` turns with the eye, lower teeth and tongue with the jaw, lashes with the
     skin.
     """
-    source, side = mesh.point_data.pop(SOURCE, None), ""  # of a new object
+    source, side = mesh.point_data.pop(SOURCE, None), ""  # the mesh was made for this part
     follows: Follows = "skin" if name.split("_")[0] in ("lashes", "fuzz") else "skull"
     if name.startswith("eye_"):
         follows, side = "eye", name[-1]
@@ -181,7 +181,7 @@ def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None
 def named_parts(
     others: pv.PolyData, skin: pv.PolyData, landmarks: Mapping[str, Array], frame: FaceFrame
 ) -> tuple[dict[str, Part], int]:
-    """Eyes, teeth, tongue, lashes, glasses and hair by name, and how many specks were dropped.
+    """Return eyes, teeth, tongue, lashes, glasses and hair by name, and the number of specks that were dropped.
 
     Parameters
     ----------
@@ -238,8 +238,8 @@ def _socket(pieces: list[Array], centre: Array) -> tuple[Array, float]:
 
 
 def _kind(points: Array, away: Array, marks: Mapping[str, Array], eyes: Mapping[str, tuple[Array, float]]) -> str:
-    """Name of a piece by the tables above, from its points [left, up, forward] (n, 3) and their distances (n,) from the
-    skin; "teeth" for those of either jaw.
+    """Name of a piece by the sections above, from its points [left, up, forward] (n, 3) and their distances (n,) from
+    the skin; "teeth" for those of either jaw.
     """
     for side, (centre, radius) in eyes.items():
         if np.linalg.norm(points - centre, axis=1).max() <= EYE_RADII * radius + EYE_MARGIN:
@@ -291,7 +291,7 @@ def _is_glasses(low: Array, high: Array, bridge: Array) -> bool:
 def _bite(teeth: list[Array], lips: float) -> float:
     """The height at which two rows of teeth meet: between the highest and the lowest; with one row, that of the lips.
 
-    Lips may lie lower or higher than the teeth behind them, so the rows tell which is which if there are two.
+    Lips may lie lower or higher than the teeth behind them, so two rows, where there are two, tell more.
     """
     rows = [0.5 * (points[:, 1].min() + points[:, 1].max()) for points in teeth if np.ptp(points[:, 0]) > ARCH_WIDTH]
     return 0.5 * (min(rows) + max(rows)) if rows and max(rows) - min(rows) > BITE else lips
@@ -339,7 +339,7 @@ def _eyeball(points: Array, centre: Array, adult: float) -> tuple[Array, float] 
 
 
 def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part], frame: FaceFrame) -> list[Eyeball]:
-    """The eyeballs, moved to the eyes that came with the face where these are balls."""
+    """Return the eyeballs, moved to the eyes that came with the face where these are balls."""
     out = []
     for eye in eyes:
         part = parts.get(f"eye_{eye.side}")

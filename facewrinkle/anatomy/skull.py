@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 # Lengths are in distances between the pupils.
 
 SAMPLE_RADIUS = 0.03
-"""Within about this distance from a landmark, the weight of its sample of the tissue grows no further."""
+"""Within about this distance from a sample of the tissue, its weight grows no further."""
 
 BORDER_STIFFNESS, BORDER_FADE = 12.0, 0.15
 """Additional stiffness of the tethers, as a factor, at the outer border of an open mesh, where the skin beyond it would
@@ -32,9 +32,9 @@ SMOOTHING = 0.12
 LEAST_DEPTH = 1.0 / 3.0
 """The bone stays below the skin by this share of the tissue: smoothing cuts corners where a face is concave."""
 
-# The skull is a wall where it does not fold over, as it does around eyes, mouth and nostrils: the cosine between the
-# skin's smoothed normals and those of the skull, the cosine between these and those of the skin, and the distance from
-# holes are larger than these.
+# The skull is a wall except around eyes, mouth and nostrils, where it folds over: larger than these must be the cosine
+# between the skin's smoothed normals and those of the skull, the cosine between the smoothed and the plain normals of
+# the skin, and the distance from holes.
 WALL_SKULL, WALL_SKIN, WALL_HOLES = 0.7, 0.5, 0.25
 
 
@@ -53,12 +53,12 @@ class Tissue:
     anchors : ndarray, shape (n, 3)
         Ends of the tethers on the bone: the vertices of the skull.
     solid : ndarray of bool, shape (n,)
-        True where the skull is a wall that stops the skin. Around eyes, mouth and nostrils it is none: the surface
-        under the skin folds over.
+        True where the skull is a wall that stops the skin. Around eyes, mouth and nostrils it is not: there it folds
+        over.
 
     Examples
     --------
-    It is thin on the forehead and thick in the cheeks; millimetres:
+    Tissue is thin on the forehead and thick in the cheeks; millimetres:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
@@ -113,7 +113,7 @@ def tissue_of(
     depth = weights @ depths
     border, holes = _distances_to_loops(points, triangles)
     near_border = np.exp(-((border / (BORDER_FADE * size)) ** 2))
-    tethers = np.exp(weights @ np.log(stiffness)) * (1.0 + BORDER_STIFFNESS * near_border)
+    tether_stiffness = np.exp(weights @ np.log(stiffness)) * (1.0 + BORDER_STIFFNESS * near_border)
     smooth = _smoother(points, triangles, SMOOTHING * size)
     facing = vertex_normals(points, triangles)
     normals = smooth(facing)
@@ -123,7 +123,7 @@ def tissue_of(
     anchors -= np.maximum(LEAST_DEPTH * depth - above, 0.0)[:, None] * normals
     solid = (vertex_normals(anchors, triangles) * normals).sum(axis=1) > WALL_SKULL
     solid &= ((facing * normals).sum(axis=1) > WALL_SKIN) & (holes > WALL_HOLES * size)
-    return Tissue(depth, tethers, normals, anchors, solid)
+    return Tissue(depth, tether_stiffness, normals, anchors, solid)
 
 
 def _distances_to_loops(points: Array, triangles: npt.NDArray[np.int32]) -> tuple[Array, Array]:

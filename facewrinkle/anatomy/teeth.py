@@ -21,13 +21,13 @@ CROWN_WIDTHS = {"upper": (8.5, 6.5, 7.5, 7.0, 7.0, 10.0, 9.0), "lower": (5.0, 5.
 """Widths of the crowns from the middle backwards, mm (Nelson, "Wheeler's Dental Anatomy")."""
 
 CROWN_HEIGHTS = {"upper": (10.5, 9.0, 10.0, 8.5, 8.5, 7.5, 7.0), "lower": (9.0, 9.5, 11.0, 8.5, 8.0, 7.5, 7.0)}
-"""Their heights, mm (the same)."""
+"""Heights of the crowns, mm (same source)."""
 
 CROWN_THICKNESS = (6.0, 6.0, 7.0, 8.0, 8.5, 10.5, 10.5)
-"""Their thickness from lip to tongue at the gum, mm."""
+"""Thickness of the crowns from lip to tongue at the gum, mm."""
 
 EDGE_THICKNESS = (0.28, 0.28, 0.4, 0.75, 0.8, 0.85, 0.85)
-"""Their thickness at the edge, relative to that at the gum."""
+"""Thickness of the crowns at the edge, relative to that at the gum."""
 
 ELLIPSE = {"upper": (29.0, 46.0), "lower": (27.0, 43.5)}
 """Half width and depth of the arch's outer border, mm."""
@@ -42,7 +42,7 @@ OVERJET, OVERBITE = 2.5, 3.2
 """From the edges of the upper incisors back, and up, to those of the lower ones, mm."""
 
 GUM_LEAN = -0.35
-"""End of the lower gum towards the lip, in thicknesses of crowns: it makes room for the fold of the chin."""
+"""Place of the lower gum's end towards the lip, in thicknesses of crowns: drawn back, for the fold of the chin."""
 
 ENAMEL, CROWN_NECK = np.array([228.0, 216.0, 196.0]), np.array([206.0, 186.0, 158.0])
 """Colours of a crown at its edge and at the gum."""
@@ -70,7 +70,7 @@ class Arch:
 
     Examples
     --------
-    What there is to draw, and how wide the upper arch is, mm:
+    The array of the mesh, and the width of the upper arch, mm:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
@@ -92,7 +92,7 @@ class Arch:
 
 
 def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Arch, Arch]:
-    """The upper and the lower arch behind the lips.
+    """Return the upper and the lower arch behind the lips.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4
 """Millimetres, by name."""
 
 ALLOWED, USUAL = (1.0, 10_000.0), (30.0, 120.0)
-"""Distances between the pupils, mm: others than the first are errors, others than the second get a warning. A wrong
+"""Ranges of the distance between the pupils, mm: outside the first is an error, outside the second a warning. A wrong
 unit is off by a factor of ten or more.
 """
 

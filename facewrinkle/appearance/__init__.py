@@ -1,1 +1,1 @@
-"""Meshes, with colours, of what is seen of a face beside its skin: pictures and files share them."""
+"""Coloured meshes of all that is seen of a face besides its skin, for pictures and for files."""

@@ -1,4 +1,7 @@
-"""Meshes of all that is seen beside the skin in a frame, but hair: parts that came with the face, eyes, mouth."""
+"""Meshes of all that is seen besides the skin in a frame: parts that came with the face, eyes and mouth.
+
+Painted brows and lashes are not among them: their width depends on the picture.
+"""
 
 from __future__ import annotations
 
@@ -16,10 +19,10 @@ Array = npt.NDArray[np.float64]
 
 
 def companion_meshes(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
-    """Return meshes by name of what is seen beside the skin in a frame, with `paint` (rgb) or texture coordinates.
+    """Return what is seen besides the skin in a frame: meshes by name, with `paint` (rgb) or texture coordinates.
 
-    They are the parts that came with the face, painted eyes where it has none, the flesh between lids and eyeballs, and
-    between parted lips the dark of the mouth, teeth and tongue.
+    They are the parts that came with the face, painted eyes where it has none, the flesh between lids and eyeballs,
+    and, between parted lips, the dark pocket of the mouth, teeth and tongue.
 
     Examples
     --------

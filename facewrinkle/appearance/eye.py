@@ -71,7 +71,7 @@ class PaintedEye:
         return self._margins is not None
 
     def at(self, points: Array, gaze: Array | None = None) -> pv.PolyData:
-        """Return the eyeball, with `paint` (rgb), between lids with vertices at `points` (n, 3).
+        """Return the eyeball, with `paint` (rgb), between the lids of a face with vertices at `points` (n, 3).
 
         Its normals are those of the cornea, which is more curved than the ball.
         """

@@ -81,7 +81,7 @@ class Brows:
     """
 
     STRANDS = 3
-    """Hairs drawn for each given one, shifted and shortened at random: brows are dense, and their hairs thin."""
+    """Hairs drawn for each given one, shifted and with random lengths: brows are dense, and their hairs thin."""
 
     STIFF, FINE = 0.5, 0.05
     """Shares of a brow's length: bends shorter than the first and longer than the second are straightened."""
@@ -110,7 +110,7 @@ class Brows:
     ) -> pv.PolyData:
         """Return the hairs, with `paint` (rgba), on skin with vertices at `points` (n, 3), and its vertex normals.
 
-        The `surface`, points and triangles, is what the skin is refined to: hairs are lifted out of its folds.
+        Hairs are lifted out of the folds of the `surface`, the points and triangles of the refined skin.
         """
         lines = self.hairs.polylines(points, triangles, normals)
         up = np.einsum("kpc,kpci->kpi", self.hairs.weights, normals[triangles[self.hairs.triangles]])
@@ -140,7 +140,7 @@ class Brows:
 
 
 class _Stiffness:
-    """Straightens a brow: its hairs' motion smoothed over much of its length replaces that smoothed over little."""
+    """Straightens a brow: replaces its hairs' motion smoothed over little of its length by that smoothed over much."""
 
     def __init__(self, rest: Array, hairs: npt.NDArray[np.integer], stiff: float, fine: float) -> None:
         self.hairs = hairs
@@ -154,7 +154,7 @@ class _Stiffness:
         self._share = (at - self._below)[..., None]
 
     def correction(self, moved: Array) -> Array:
-        """Motion to be added to that of the points of the brow's hairs; `moved` (k, p, 3) is that of all hairs."""
+        """Motion to add to the points of this brow's hairs, by the motion `moved` (k, p, 3) of all hairs."""
         knots = self._smooth @ moved[self.hairs, 0]
         return knots[self._below] * (1.0 - self._share) + knots[self._below + 1] * self._share
 
@@ -175,7 +175,7 @@ class LashRow:
     ----------
     count : int
     length : float
-        Of the longest lash.
+        Length of the longest lash.
     rise : tuple of float
         Upwards, relative to the length: factors of t and of t^2, where t is 0 at the root and 1 at the tip.
     droop : tuple of float
@@ -196,14 +196,14 @@ class LashRow:
     colour: tuple[float, float, float]
 
 
-UPPER = LashRow(130, 0.105, (-0.05, 0.62), (-0.5, -0.05, 0.0), 0.014, 0.00085, (30.0, 23.0, 20.0))
-LOWER = LashRow(70, 0.06, (-0.25, -0.1), (0.0,), 0.016, 0.0005, (62.0, 45.0, 38.0))
-CLOSED = LashRow(130, 0.105, (-0.55, 0.12), (0.0,), 0.014, 0.00085, (30.0, 23.0, 20.0))
-"""Those of an upper lid that is closed at rest: it looks down, and its lashes with it."""
+UPPER_LASHES = LashRow(130, 0.105, (-0.05, 0.62), (-0.5, -0.05, 0.0), 0.014, 0.00085, (30.0, 23.0, 20.0))
+LOWER_LASHES = LashRow(70, 0.06, (-0.25, -0.1), (0.0,), 0.016, 0.0005, (62.0, 45.0, 38.0))
+CLOSED_LID_LASHES = LashRow(130, 0.105, (-0.55, 0.12), (0.0,), 0.014, 0.00085, (30.0, 23.0, 20.0))
+"""Lashes of an upper lid that is closed at rest: they point down."""
 
 
 class Lashes:
-    """Eyelashes on the margins of both lids, which go with them.
+    """Eyelashes that go with the margins of both lids of an eye.
 
     Parameters
     ----------
@@ -258,7 +258,7 @@ class Lashes:
         return float(heights[0] - heights[-1])
 
     def at(self, points: Array) -> pv.PolyData:
-        """Return the lashes, with `paint` (rgba), on lids with vertices at `points` (n, 3)."""
+        """Return the lashes, with `paint` (rgba), on the lids of a face with vertices at `points` (n, 3)."""
         lines, sides, outs = [], [], []
         shut = float(smoothstep(1.0 - self._gap(points) / self._open_gap)) if len(self.roots) == 2 else 0.0
         for (chain, weights), path, droop in zip(self.roots, self._paths, self._droops, strict=True):
@@ -280,16 +280,16 @@ def _lash_lines(eye: Eyeball, face: Face) -> list[tuple[LashRow, IntArray, Array
     """Rows of lashes, vertices (n,) of the skin, and their weights (k, n) in k points of the line where a row grows."""
     opening = face.eyelid_openings.get(eye.side)
     if opening is not None:
-        margins = [(UPPER, opening.upper), (LOWER, opening.lower)]
+        margins = [(UPPER_LASHES, opening.upper), (LOWER_LASHES, opening.lower)]
         return [(row, np.asarray(chain, np.int32), np.eye(len(chain))) for row, chain in margins]
     slit = _slit(eye, face)
-    return [] if slit is None else [(CLOSED, *slit)]
+    return [] if slit is None else [(CLOSED_LID_LASHES, *slit)]
 
 
 def _slit(eye: Eyeball, face: Face) -> tuple[IntArray, Array] | None:
     """The line on which closed lids meet: vertices (n,) of the skin, and their weights (k, n) in points of the line.
 
-    The points run from inside outwards. None if there is no skin before the eye.
+    The points run from the inner canthus outwards. None if there is no skin before the eye.
     """
     inner, outer = (face.landmarks[f"eye_{eye.side}_{end}"] for end in ("inner", "outer"))
     forward = 2.0 * np.linalg.norm(outer - inner) * eye.gaze
@@ -313,7 +313,7 @@ def _slit(eye: Eyeball, face: Face) -> tuple[IntArray, Array] | None:
 
 
 def _between(points: Array, along: Array) -> Array:
-    """Weights (k, n) of points in the places at shares of the length of a smooth curve through the points."""
+    """Weights (k, n) of points in the places on a smooth curve through them, at shares `along` of its length."""
     from scipy.interpolate import make_interp_spline
 
     place = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))

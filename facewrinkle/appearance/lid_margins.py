@@ -20,7 +20,7 @@ END = 0.96
 """Distance from the centre of the ball, in its radii, at which the flesh ends inside the ball."""
 
 FILLED = 1.05
-"""A ball fills the hole before it if no vertex of the rim is farther from its centre than this, in radii."""
+"""A ball fills the hole before it if no vertex of the rim is farther from the ball's centre than this, in radii."""
 
 DEPTHS = np.linspace(0.0, 1.0, 5)
 """Depths of the rings of vertices, from the rim (0) to the end (1)."""
@@ -29,7 +29,7 @@ DEPTHS = np.linspace(0.0, 1.0, 5)
 class LidMargin:
     """A strip of flesh that leads from the rim of the hole before an eye into the ball.
 
-    Without it, one looks past the ball into the dark wherever the lids do not touch it, above all in the corners.
+    Without it, one would look into the dark wherever the lids do not touch the ball, above all in the corners.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class LidMargin:
         self._paint = np.rint(flesh(np.repeat(DEPTHS, n))).astype(np.uint8)
 
     def at(self, points: Array) -> pv.PolyData:
-        """Return the strip, with `paint` (rgb), between lids with vertices at `points` (n, 3)."""
+        """Return the strip, with `paint` (rgb), between the lids of a face with vertices at `points` (n, 3)."""
         offset = points[self.loop] - self.eye.centre
         distance = np.linalg.norm(offset, axis=1, keepdims=True)
         end = np.minimum(END * self.eye.radius, distance - 0.02 * self.eye.radius)

@@ -27,12 +27,12 @@ PARTED = 0.012
 """Lips are parted if they are farther apart than at rest by more than this, in distances between the pupils."""
 
 FARTHEST, FADING = np.array([0.07, 0.025, 0.025]), np.array([0.26, 0.22, 0.215])
-"""Shares of red, green and blue light that are left far back in a mouth, and the depths at which the light has faded to
-a third, in distances between the pupils: flesh around it throws back red.
+"""Shares of red, green and blue light that are left far back in a mouth, and the depths over which light fades to a
+third, in distances between the pupils: the flesh around reflects red.
 """
 
 POCKET_COLOURS = ((84, 38, 36), (50, 20, 19), (26, 9, 9), (12, 4, 5))
-"""Of the rings of the pocket, from the lips backwards; it ends in a point of the last colour."""
+"""Colours of the rings of the pocket, from the lips backwards; it ends in a point of the last colour."""
 
 
 class Mouth:
@@ -41,16 +41,16 @@ class Mouth:
     Parameters
     ----------
     face : Face
-        There is nothing in its mouth where that is neither a hole nor a bag.
+        If its mouth is neither a hole nor a bag, there is nothing inside.
 
     Attributes
     ----------
     loop : ndarray of int
-        Vertices around the mouth in order, where that is a hole of the mesh; otherwise empty.
+        Vertices around the mouth in order, if it is a hole of the mesh; otherwise empty.
     bag : bool
-        True if the skin goes on behind the lips.
+        True if the mouth is a bag: the skin goes on behind the lips.
     teeth : tuple of Arch
-        The upper and the lower ones at rest, where there is a hole or a bag.
+        The upper and the lower arch at rest, if there is a hole or a bag.
 
     Examples
     --------
@@ -62,7 +62,7 @@ class Mouth:
     """
 
     INSIDE = ("upper_teeth", "lower_teeth", "tongue")
-    """Names of what :meth:`inside` gives."""
+    """Names of the meshes that :meth:`inside` returns."""
 
     def __init__(self, face: Face) -> None:
         self.loop: IntArray = np.empty(0, np.int64)
@@ -116,7 +116,7 @@ class Mouth:
         return (self.bag or len(self.loop) > 0) and self._gap(points) - self._rest_gap > PARTED * self._size
 
     def pocket(self, points: Array) -> pv.PolyData:
-        """Return the dark inside, with `paint` (rgb), behind the lips of a face with vertices at `points` (n, 3)."""
+        """Return the dark pocket, with `paint` (rgb), behind the lips of a face with vertices at `points` (n, 3)."""
         rim = points[self.loop]
         n, middle, size = len(rim), rim.mean(axis=0), self._size
         local = (rim - middle) @ self._axes.T
@@ -161,7 +161,7 @@ class Mouth:
 def _mouth_loop(face: Face, centre: Array) -> IntArray:
     """Vertices around the mouth in order: the widest hole near the middle of the lips; empty if there is none.
 
-    Holes that are narrower than half the mouth lie beside it.
+    Holes that are narrower than half the mouth do not count.
     """
     size, lateral = face.frame.pupil_distance, face.frame.axes[0]
     found = np.empty(0, np.int64)
@@ -175,7 +175,7 @@ def _mouth_loop(face: Face, centre: Array) -> IntArray:
 
 
 def _lips_of_bag(face: Face, centre: Array) -> tuple[int, int] | None:
-    """The two vertices in the middle of the lips where these meet; None if the skin does not go on from there."""
+    """The two vertices in the middle of the lips where these meet; None if the skin does not go on behind them."""
     local = (face.points - centre) @ face.frame.axes.T / face.frame.pupil_distance
     depth = face.cavities.depth(face.points)
     if not (depth[(np.abs(local[:, :2]) < [0.3, 0.25]).all(axis=1)] > IN_MOUTH).any():

@@ -13,7 +13,7 @@ PART_COLOURS = {
     "teeth": (214, 205, 186), "tongue": (176, 92, 88), "glasses": (40, 40, 44), "other": (150, 140, 134),
     "hair": (62, 46, 38),
 }  # fmt: skip
-"""Colours of parts that have none, by what their names hold; those of hair for all others."""
+"""Colours of parts that have none, by a word in their names; all others have that of hair."""
 
 
 def has_colours(mesh: pv.PolyData) -> bool:
@@ -27,8 +27,8 @@ def has_colours(mesh: pv.PolyData) -> bool:
 def is_drawn(name: str, part: Part) -> bool:
     """Return True if a part is drawn as it is.
 
-    An eye that has no colours, or only one, would look blind: a painted one takes its place. So do lashes in place of
-    hair cards whose picture is missing.
+    An eye that has no colours, or only one, would look blind: a painted one takes its place. In the same way,
+    painted lashes take the place of hair cards whose picture is missing.
     """
     if name.startswith("lashes"):
         return not part.lacks_picture
@@ -40,7 +40,7 @@ def is_drawn(name: str, part: Part) -> bool:
 def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
     """Return the parts by name that are drawn as they are, where they are in a frame.
 
-    They have `paint` (rgb) where they have no texture.
+    Parts without a texture have `paint` (rgb).
     """
     if not face.parts:
         return {}

@@ -53,16 +53,16 @@ WHOLE_HEAD = 25.0
 LIP_COLOUR = (178.0, 104.0, 96.0)
 
 CAVITY_COLOURS = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
-"""Colours in mouth and nostrils, the depths where they begin, and over how much more depth they reach full strength."""
+"""Colours in mouth and nostrils, the depths at which they begin, and the further depth over which they grow to full."""
 
 NOSTRIL_RATE, NOSTRIL_RIM = 2.2, 1.3
-"""Nostrils darken faster than the mouth by this factor, below the depth over which their rims are rounded."""
+"""Nostrils darken faster than the mouth by the first factor, from the second depth on: above it, rims are rounded."""
 
 NOSTRIL_TILT = 40.0
 """Depth in nostrils is measured as seen from this far below, degrees: from the front, wings and sill hide it."""
 
 HIDDEN_DEPTH = 20.0
-"""The lining that is not seen from the front is as dark as at this depth."""
+"""Lining that cannot be seen from the front has the colour of this depth."""
 
 LID, FLESH, DEEP_FLESH = (
     np.array(colour, dtype=np.float64) for colour in ((208, 150, 132), (190, 112, 100), (120, 58, 52))
@@ -70,7 +70,7 @@ LID, FLESH, DEEP_FLESH = (
 """Colours of the flesh between lids and eyeballs, at the margins, behind them, and at the ball."""
 
 LID_STRENGTH = 0.75
-"""Share of these colours in that of thick lids near their margins; it grows to 1 at the ball."""
+"""Share of these colours in the paint of thick lids near their margins; it grows to 1 at the ball."""
 
 
 class SkinPainter:
@@ -96,7 +96,7 @@ class SkinPainter:
         self._lining = face.lining
         self._openings = [opening for opening in face.eyelid_openings.values() if opening.thick]
         self._tree, normals = cKDTree(face.points), vertex_normals(face.points, face.triangles)
-        self._facing = [  # vertices that face a ball; the two are far from each other
+        self._facing = [  # True for vertices that face the ball
             ((face.points - opening.eye.centre) * normals).sum(axis=1) < 0.0 for opening in self._openings
         ]
         where = face.frame.local_mm(face.points)
@@ -181,7 +181,7 @@ def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Arr
 
 
 def lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
-    """Return the strength (0 to 1) of the red of the lips at points of a face, as four landmarks place it."""
+    """Return the strength (0 to 1) of the red of the lips at points of a face, by the landmarks of the mouth."""
     where = frame.local_mm(points)
     upper, lower = (frame.local_mm(landmarks[name]) for name in ("upper_lip_mid", "lower_lip_mid"))
     corner = 0.5 * (frame.local_mm(landmarks["mouth_l"]) + frame.local_mm(landmarks["mouth_r"]) * [-1.0, 1.0, 1.0])

@@ -28,9 +28,9 @@ class VisibleSkin:
     Parameters
     ----------
     face : Face
-        Without landmarks, nothing tells which of its holes are faults.
+        Without landmarks its holes stay open: nothing tells which are faults.
     bag : bool
-        The skin goes on behind the lips; that part of it may come out through the chin.
+        True if the skin goes on behind the lips: that part may come out through the chin.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class VisibleSkin:
         self._sockets = _sockets(face)
 
     def of(self, skin: pv.PolyData, viewpoint: Array) -> pv.PolyData:
-        """Return the skin of a frame as it is seen from a place; the frame itself if nothing is different."""
+        """Return the skin of a frame as drawn from a viewpoint; the frame itself if that is no different."""
         triangles = np.asarray(skin.regular_faces)
         across, kept = self._across(skin, triangles), ~self._hidden(skin, triangles, viewpoint)
         if not len(across) and kept.all():
@@ -75,7 +75,7 @@ class VisibleSkin:
         return np.asarray(pv.PolyData(np.asarray(skin.points), faces=polygons).triangulate().regular_faces)
 
     def _hidden(self, skin: pv.PolyData, triangles: IntArray, viewpoint: Array) -> BoolArray:
-        """True for triangles of linings that are seen from within the flesh."""
+        """True for triangles of linings whose backs, which lie in the flesh, would be seen."""
         rest, lined = np.asarray(skin.point_data.get("rest", skin.points)), np.zeros(len(triangles), bool)
         if self._lining is not None:
             inner = self._lining.vertices

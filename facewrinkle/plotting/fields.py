@@ -28,19 +28,19 @@ FIELD_COLOURS: dict[str, tuple[str, tuple[float, float] | None]] = {
 OF_MUSCLES = ("lambda", "gamma", "epsilon", "muscle")
 """Fields that mean nothing where no muscle wrinkles the skin."""
 
-NOTHING = "#8d8580"
+MEANINGLESS_COLOUR = "#8d8580"
 """Colour of skin where a field means nothing."""
 
 
 def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
-    """Return options of `add_mesh` that colour skin by a field, with a scalar bar for a window of this height, pixels.
+    """Return options of `add_mesh` that colour skin by a field, with a scalar bar for a window `height` pixels high.
 
     Raises
     ------
     UnknownNameError
         For a field that the skin does not have.
     ParameterError
-        For one with several numbers per vertex.
+        For a field with several numbers per vertex.
     """
     if name not in skin.point_data:
         raise unknown_name("field", name, [n for n in ARRAYS if n in skin.point_data])
@@ -55,7 +55,7 @@ def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]
     bar: dict[str, Any] = {"title": title, "title_font_size": height // 40, "label_font_size": height // 50}
     bar |= {"color": "white", "fmt": "%.2g", "vertical": True}
     bar |= {"position_x": 0.82, "position_y": 0.2, "height": 0.6, "width": 0.06}
-    options: dict[str, Any] = {"cmap": colours, "nan_color": NOTHING, "specular": 0.0, "clim": limits}
+    options: dict[str, Any] = {"cmap": colours, "nan_color": MEANINGLESS_COLOUR, "specular": 0.0, "clim": limits}
     if colours == "RdBu_r":
         options["clim"] = (-largest, largest)
     if name in ("muscle", "level"):
@@ -79,7 +79,7 @@ def _largest_corners(values: Array, skin: pv.PolyData) -> Array:
 
 
 def _without_sides(muscles: Array, names: Sequence[str]) -> tuple[Array, list[str]]:
-    """Indices of muscles (NaN for none) in the names without their sides, and these names."""
+    """Indices of muscles (NaN for none) among the names without sides, and these names."""
     stems = [name.removesuffix("_l").removesuffix("_r") for name in names]
     known = list(dict.fromkeys(stems))
     number = np.array([known.index(stem) for stem in stems] + [np.nan])

@@ -91,7 +91,7 @@ def save_picture(image: Image, path: str | Path, colours: int | None = None) -> 
 
 
 def reduced(image: Image, factor: int) -> Image:
-    """Return a picture that is smaller by a whole factor; each pixel is the mean of those that it replaces.
+    """Return a picture reduced by a whole factor; each pixel is the mean of those that it replaces.
 
     Examples
     --------

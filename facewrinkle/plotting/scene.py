@@ -27,8 +27,8 @@ from .views import LIGHTS, Style, aim, height_of
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
-OWN = "own "
-"""Names of actors begin with it that show parts that came with the face."""
+OWN_PREFIX = "own "
+"""Prefix of the names of actors that show parts that came with the face."""
 
 SUPERSAMPLING = 2
 """Pictures are drawn larger by this factor and reduced: in software that takes half the time of multisampling."""
@@ -36,7 +36,7 @@ SUPERSAMPLING = 2
 SKIN_LIGHTING: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specular_power": 14.0}
 EYE_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR_LIGHTING: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
-"""Options of `add_mesh`, for VTK's own shading: of hair, and in quick pictures also of what has a material."""
+"""Options of `add_mesh` for VTK's own shading: always of hair, in quick pictures also of surfaces with a material."""
 
 PLAIN_COLOUR = (0.87, 0.67, 0.56)
 """Colour of skin for meshes that the face's texture does not fit."""
@@ -110,24 +110,24 @@ class Scene:
         return [row for row in lashes if row.roots], brows
 
     def show(self, frame: pv.PolyData) -> None:
-        """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in the place of the one before."""
+        """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in place of the one before."""
         state = self.face.state_of(frame)
         skin, n, pose = with_normals(frame), len(state.points), state.head
-        everywhere, normals = np.asarray(skin.points), np.asarray(skin.point_data["Normals"])[:n]
-        back = np.linalg.inv(pose)  # parts are placed on the head as it is at rest, and go with it
-        everywhere, normals = state.to_rest(everywhere), normals @ pose[:3, :3]
+        # Eyes, mouth and hair are placed on the head in its place at rest; their actors then move with it.
+        unposed = state.to_rest(np.asarray(skin.points))
+        normals = np.asarray(skin.point_data["Normals"])[:n] @ pose[:3, :3]
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        points, refined = everywhere[:n], (everywhere, np.asarray(skin.regular_faces))
+        points, refined = unposed[:n], (unposed, np.asarray(skin.regular_faces))
         self._show_skin(skin, pose)
         self._show_mouth(points)
         self._show_eyes(points, state.gazes)
         self._show_hair(points, normals, refined)
         for name, part in own_parts(self.face, frame).items():
             lighting = EYE_LIGHTING if name.startswith("eye") else HAIR_LIGHTING
-            self._put(part, f"{OWN}{name}", texture=self._own_textures[name], **lighting)
+            self._put(part, f"{OWN_PREFIX}{name}", texture=self._own_textures[name], **lighting)
         for name in ("skin", *self._parts):
-            there = name == "skin" or name.startswith(OWN)  # they are where the frame has them
-            followed, seen = (back, np.eye(4)) if there else (np.eye(4), pose)
+            posed = name == "skin" or name.startswith(OWN_PREFIX)  # as the frame has them
+            followed, seen = (np.linalg.inv(pose), np.eye(4)) if posed else (np.eye(4), pose)
             self.plotter.actors[name].user_matrix = followed if self.style.follow else seen
 
     def _show_skin(self, skin: pv.PolyData, pose: Array) -> None:
@@ -200,7 +200,7 @@ class Scene:
         return image if self._samples == 1 else reduced(image, self._samples)
 
     def close(self) -> None:
-        """Free the window and what was drawn in it."""
+        """Free the window and all that is drawn in it."""
         self.plotter.close()
 
     def __enter__(self) -> Self:
@@ -217,7 +217,7 @@ class Scene:
         texture: pv.Texture | None = None,
         **options: Any,
     ) -> None:
-        """Draw a part that has `paint` or a texture, in the place of the one of this name before."""
+        """Add a part that has `paint` or a texture, in place of the one that had this name before."""
         if "Normals" in part.point_data:
             part.point_data.active_normals_name = "Normals"
         if name in self._parts:

@@ -1,8 +1,9 @@
 """Skin, eyes and teeth under the lights of a scene: fragment shaders, and the shading of furrows.
 
-Light enters skin and comes out again around where it fell in, red light the farthest: the border between light and
-shade is soft and warm. Light that is reflected at the surface is not coloured by the skin, and grows towards the
-outline. Colours are taken as square roots of reflectances. The back of skin, in holes and masks, is dim and red.
+Light enters skin and comes out again around the place where it entered, red light the farthest: the border
+between light and shade is soft and warm. Light that is reflected at the surface is not coloured by the skin, and grows
+towards the outline. Colours are taken as square roots of reflectances. The back of skin, in holes and masks, is dim
+and red.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from scipy.sparse import csr_array
 
 Array = npt.NDArray[np.float64]
 
-LIT = """//VTK::Light::Impl
+SHADER_START = """//VTK::Light::Impl
   vec3 N = normalVCVSOutput;
   vec3 V = normalize(-vertexVC.xyz);
   vec3 albedo = diffuseColor;
@@ -29,7 +30,7 @@ LIT = """//VTK::Light::Impl
   vec3 shine = vec3(0.0);
 """
 
-EACH = """
+SHADER_OF_LIGHT = """
   {
     vec3 L = -lightDirectionVC%(number)d;
     float slope = dot(N, L);
@@ -41,7 +42,7 @@ EACH = """
   }
 """
 
-DONE = """
+SHADER_END = """
   lit += fresnel * shine;
   %(behind)s
   fragOutput0 = vec4(sqrt(lit / (1.0 + 0.22 * lit)), opacity);
@@ -50,17 +51,17 @@ DONE = """
 
 @dataclass(frozen=True)
 class Material:
-    """The way in which a surface reflects light.
+    """The way in which a surface reflects light, as GLSL.
 
     Attributes
     ----------
     below, above : str
-        Light from the ground and from the sky: like the others, GLSL.
+        Ambient light from below and from above.
     bleed : str
-        Distances that red, green and blue light reach past the edge of the light, as cosines.
+        Wrap of diffuse light: cosines by which red, green and blue reach past the border of light and shade.
     shine : str
-        Share that the surface reflects, by the light `C`, the cosine `near` between the normal and the half-way
-        direction, and its powers (`near8`).
+        Share of light that is reflected at the surface, by the light's colour `C`, the cosine `near` between the normal
+        and the half-way direction, and powers of it (`near8`).
     behind : str
         A statement that changes `lit` where the back of the surface is seen.
     """
@@ -75,9 +76,9 @@ class Material:
         """Draw an actor with this material, under a number of directional lights."""
         parts = {"below": self.below, "above": self.above, "bleed": self.bleed}
         code = (
-            LIT % parts
-            + "".join(EACH % {"number": k, "shine": self.shine} for k in range(lights))
-            + DONE % {"behind": self.behind}
+            SHADER_START % parts
+            + "".join(SHADER_OF_LIGHT % {"number": k, "shine": self.shine} for k in range(lights))
+            + SHADER_END % {"behind": self.behind}
         )
         if textured:
             code = code.replace("//TEXTURE", "albedo *= texture(actortexture, tcoordVCVSOutput).rgb;")
@@ -85,7 +86,7 @@ class Material:
         actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code)
 
 
-# Hair and furrows on the skin are dull, and so are teeth that no light reaches.
+# Dark paint has no highlights: hair and furrows on the skin are dull, and so are teeth that no light reaches.
 SKIN_MATERIAL = Material(
     "0.060, 0.046, 0.040",
     "0.110, 0.112, 0.120",
@@ -107,21 +108,21 @@ TEETH_MATERIAL = Material(
 )
 
 FURROW_SHADE, FURROW_DEPTH = 0.42, 0.6
-"""Share of the light that deep furrows lack, and the depth at which they lack two thirds of that, mm."""
+"""Share of the light that deep furrows lose, and the depth at which they lose two thirds of that, mm."""
 
 FURROW_RINGS = 3
 """Rings of triangles around a vertex that tell furrows from pits: the width of a furrow, as refinement samples it."""
 
 
 def cavity_shading(skin: pv.PolyData) -> npt.NDArray[np.uint8]:
-    """Return factors (n, 3) of a frame's colours, as bytes: little light enters furrows, and red light leaves them.
+    """Return factors (n, 3) of a frame's colours, as bytes: furrows get less light, and lose less of the red.
 
     Dimples, whose walls stand around them instead of facing each other, are shaded by their slopes alone.
     """
     height = np.asarray(skin.point_data["W"], dtype=np.float64)
     dark = -FURROW_SHADE * np.expm1(np.minimum(height, 0.0) / FURROW_DEPTH)
     if dark.any():
-        rest = np.asarray(skin.point_data.get("rest", skin.points), dtype=np.float64)  # at rest, furrows are level
+        rest = np.asarray(skin.point_data.get("rest", skin.points), dtype=np.float64)  # the skin without its furrows
         dark *= _coherence(rest, np.asarray(skin.regular_faces), height)
     return np.rint(255.0 * (1.0 - dark[:, None] * [0.75, 1.0, 1.0])).astype(np.uint8)
 
@@ -129,7 +130,7 @@ def cavity_shading(skin: pv.PolyData) -> npt.NDArray[np.uint8]:
 def _coherence(points: Array, triangles: npt.NDArray[np.integer], height: Array) -> Array:
     """Coherence (n,) of the directions in which a height rises around each vertex: 1 on a furrow, 0 in a round pit.
 
-    It is that of the structure tensor: ((p - q) / (p + q))^2 with its two eigenvalues p and q.
+    This is the coherence of the structure tensor: ((p - q) / (p + q))^2 with its two eigenvalues p and q.
     """
     a, b, c = (points[triangles[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)

@@ -19,16 +19,16 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class View:
-    """Place of the camera before any face.
+    """Place of the camera in front of any face, by its axes and landmarks.
 
     Attributes
     ----------
     direction : tuple of float
-        Direction [to the subject's left, up, forward] to the camera, from the point that it looks at.
+        Direction [to the subject's left, up, forward] towards the camera, from the point that it looks at.
     landmark : str
         Name of the landmark at or near that point.
     offset : tuple of float
-        From the landmark to the point that it looks at, along the same axes, in distances between the pupils.
+        From the landmark to the point that the camera looks at, along the same axes, in distances between the pupils.
     height : float
         Height of the picture there, in distances between the pupils.
 
@@ -149,7 +149,7 @@ def _view_of(style: Style) -> View:
 def _placed(view: View, face: Face) -> tuple[Array, Array, Array, Array]:
     """Point that a view looks at, and unit directions towards the camera, to the right and up in the picture."""
     size, axes = face.frame.pupil_distance, face.frame.axes
-    focus = face.frame.origin  # of a surface without landmarks
+    focus = face.frame.origin  # for a surface without landmarks
     if face.landmarks:
         focus = face.landmarks[view.landmark] + np.asarray(view.offset) @ axes * size
     towards = np.asarray(view.direction) @ axes

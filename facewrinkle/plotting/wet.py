@@ -1,7 +1,8 @@
 """Pictures of tears that look wet: the scene behind them is drawn first, and then seen through them.
 
-It goes into a texture. The fragment shader of a tear bends the line of sight, looks up what it meets there, and adds a
-Fresnel reflection of the studio, a highlight, and the light that the bead gathers on its far side.
+The scene goes into a texture. The fragment shader of a tear refracts the line of sight, looks up the colour that it
+meets in the texture, and adds a Fresnel reflection of the studio, a highlight, and the light that the bead gathers on
+its far side.
 """
 
 from __future__ import annotations
@@ -19,14 +20,20 @@ from .images import Image
 from .scene import Scene
 from .views import LIGHTS, VIEW_ANGLE, Style
 
-PLAIN: dict[str, Any] = {"color": "#f4f1ec", "opacity": 0.25, "specular": 1.0, "specular_power": 80.0, "diffuse": 0.5}
-"""Options of `add_mesh` for a tear without refraction: quick, for movies."""
+PLAIN_TEAR: dict[str, Any] = {
+    "color": "#f4f1ec",
+    "opacity": 0.25,
+    "specular": 1.0,
+    "specular_power": 80.0,
+    "diffuse": 0.5,
+}
+"""Options of `add_mesh` for a tear without refraction, which is quicker to draw: for movies."""
 
 REFRACTIVE_INDEX = 1.33
-"""Of water."""
+"""Refractive index of water."""
 
 FULLY_WET = 0.04
-"""Thickness from which a film of tears darkens the skin as much as it ever does, mm."""
+"""Thickness from which a film of tears darkens the skin in full, mm."""
 
 VERTEX = {
     "//VTK::Normal::Dec": "//VTK::Normal::Dec\nin float thickness;\nin vec3 under;\n"
@@ -34,7 +41,7 @@ VERTEX = {
     "//VTK::Normal::Impl": "//VTK::Normal::Impl\n  depthVSOutput = thickness;\n"
     "  underVSOutput = normalMatrix * under;\n",
 }
-"""Replacements in the vertex shader."""
+"""Replacements in the vertex shader, which hands on the thickness of a tear and the normal of the skin under it."""
 
 STUDIO = """//VTK::Normal::Dec
 in float depthVSOutput;
@@ -84,7 +91,7 @@ class TearScene(Scene):
     face : Face
     style : Style, optional
     refraction : bool
-        If not, tears are drawn in one pass, as plain translucent surfaces.
+        If False, tears are drawn in one pass, as plain translucent surfaces.
 
     Examples
     --------
@@ -126,7 +133,7 @@ class TearScene(Scene):
 
     def _plain(self, tear: pv.PolyData) -> Any:
         options: dict[str, Any] = {"smooth_shading": True, "culling": "back", "reset_camera": False, "render": False}
-        return self.plotter.add_mesh(tear, **(options | PLAIN))
+        return self.plotter.add_mesh(tear, **(options | PLAIN_TEAR))
 
     def _wet(self, tear: pv.PolyData, behind: pv.Texture) -> Any:
         mapper = vtkPolyDataMapper()

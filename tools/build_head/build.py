@@ -37,7 +37,8 @@ RADIUS = 100.0
 LID_STRIPS = {("eye_ring2", "eye_ring3")}
 LIP_STRIPS = {(f"mouth_ring{k}", f"mouth_ring{k + 1}") for k in (1, 2, 3)}
 FROZEN_STRIPS = LID_STRIPS | LIP_STRIPS | {("eye_ring1", "eye_ring2")}
-"""Pairs of rings of the cage between which lids and lips lie, and all between which the sampling stays."""
+"""Pairs of rings of the cage between which the lids and the lips lie, and all pairs between which the sampling is kept.
+"""
 
 
 @dataclass
@@ -47,13 +48,13 @@ class HalfCage:
     Attributes
     ----------
     names : list of str
-        Of the cage's vertices.
+        Names of the cage's vertices.
     quads : ndarray of int, shape (m, 4)
-        Of the cage.
+        Quads of the cage.
     points : ndarray, shape (n, 3)
         The fine points, with the lids seated on the eyeball.
     grids : ndarray of int, shape (m, 2^k + 1, 2^k + 1)
-        Fine vertices over each cage quad.
+        Fine vertices over each quad of the cage.
     limit : sparse array, shape (n, c)
         Maps the c cage points, the left half's and then the mirrored ones, to the points before the lids are seated.
     """
@@ -124,7 +125,7 @@ def ring_share(half: HalfCage, pairs: set[tuple[str, str]]) -> Array:
 
 
 def between(half: HalfCage, first: str, second: str, last: int) -> tuple[BoolArray, Array]:
-    """Return True for fine points (n,) between two rings, up to point `last`, and their shares of the way (n,)."""
+    """Return True for fine points (n,) between two rings, up to cage point `last`, and shares (n,) of the way."""
     rows = half.strip({(first, second)})
     numbers = np.array([[int(half.names[v].split(".")[1]) for v in quad] for quad in half.quads[rows]])
     inside = np.zeros(len(half.points), dtype=bool)
@@ -141,8 +142,8 @@ def _eye_and_rim(triangles: IntArray) -> list[list[int]]:
 def charted(half: HalfCage, chart: dict[str, Any], size: Array) -> Array:
     """Return a one-to-one chart (n, 2) in the half disc: the middle is the line x = 0, the neck's rim the half circle.
 
-    The neck's rim is short and far from the face, which would be tiny. So places with a small target length (n,) of
-    edges get room, and then the disc is spread about a place in the face.
+    The neck's rim is short and far from the face, which would become tiny. So places with a small target length `size`
+    (n,) of edges get more room, and then the disc is spread about a place in the face.
     """
     triangles = half.fine_triangles()
     n = len(half.points)
@@ -171,7 +172,7 @@ def charted(half: HalfCage, chart: dict[str, Any], size: Array) -> Array:
 
 
 def _spread(plane: Array, centre: Array, least: float) -> Array:
-    """Spread the unit disc (n, 2) about a centre: (1 + least) / least times wider there; radius RADIUS."""
+    """Spread points (n, 2) of the unit disc about a centre, (1 + least) / least times wider there; radius RADIUS."""
     off = plane - centre
     distance = np.linalg.norm(off, axis=1)
     way = off / np.maximum(distance, 1e-12)[:, None]
@@ -200,7 +201,7 @@ def target_size(half: HalfCage, data: dict[str, Any]) -> Array:
 def strip_counts(half: HalfCage, size: Array) -> IntArray:
     """Return the number of edges on each side of each cage quad (m, 4): powers of two, equal along a strip of quads.
 
-    Lids and lips decide for the strips that run through them, for their sampling stays as it is.
+    Lids and lips decide for the strips that run through them, since their sampling is kept.
     """
     q = half.quads
     sides = np.sort(np.stack([q, np.roll(q, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
@@ -301,7 +302,7 @@ def whole_mesh(mesh: ChartMesh, end: IntArray) -> tuple[IntArray, NDArray[np.int
 
 
 def moulding(half: HalfCage, mesh: ChartMesh, keep: IntArray) -> tuple[sparse.csr_array, Array]:
-    """Return the map (k, c) from cage points to the left half's vertices, and their `lids` of :class:`Mould` (k,)."""
+    """Return the map (k, c) from cage points to the left half's vertices, and the `lids` (k,) of :class:`Mould`."""
     cells, weights = mesh.chart.locate(mesh.plane[keep])
     rows = np.repeat(np.arange(len(keep)), 3)
     corners = mesh.chart.triangles[cells].ravel()
@@ -389,7 +390,7 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
 
 
 def build_head() -> Head:
-    """Build the head from its cage (about ten seconds)."""
+    """Build the head from its cage, which takes about ten seconds."""
     return unpacked(stored(head_arrays(cage_data())))
 
 

@@ -1,4 +1,4 @@
-"""Charts: fine triangle meshes of a surface laid out in the plane, one to one.
+"""Charts: one-to-one maps of fine triangle meshes to the plane.
 
 Mean value coordinates: Floater, CAGD 20, 2003.
 """
@@ -64,7 +64,7 @@ class Chart:
         self._tree = cKDTree(plane[triangles].mean(axis=1))
 
     def __call__(self, at: Array, most: int = 256) -> Array:
-        """Return the values (q, k) at chart points (q, 2); see `locate`. Points outside take a near triangle's."""
+        """Return the values (q, k) at chart points (q, 2); see `locate`. Outside, a near triangle counts."""
         cells, weights = self.locate(at, most=most)
         return np.einsum("qc,qck->qk", weights, self.values[self.triangles[cells]])
 

@@ -20,7 +20,7 @@ BoolArray = NDArray[np.bool_]
 
 FREE, ON_LINE, FIXED = 0, 1, 2
 SLIM = np.radians(28)
-"""Angles below this must not shrink further."""
+"""Angles below this must not shrink further, radians."""
 
 SHORT = 0.72
 """Edges shorter than this share of their target length collapse."""
@@ -42,7 +42,7 @@ class ChartMesh:
     line : ndarray, shape (n, 2)
         Unit direction in which an ON_LINE vertex may glide.
     kept : set of pairs of int
-        More edges that are neither split nor flipped; the lower vertex comes first.
+        Further edges that are neither split nor flipped; the lower vertex comes first.
     merged : dict of int to int
         Vertices that are collapsed onto others before all else.
     points : ndarray, shape (n, 3)
@@ -50,7 +50,7 @@ class ChartMesh:
     size : ndarray, shape (n,)
         Target length of edges at the vertices.
     renumbered : ndarray of int
-        Present number of each vertex of the start; -1 or any other if it is gone.
+        Current index of each initial vertex; arbitrary if that is gone.
     """
 
     chart: Chart
@@ -131,7 +131,7 @@ class ChartMesh:
     def _angle_after(self, edges: IntArray, pair: IntArray) -> Array:
         """Smallest angle (e,) that splitting an edge would leave, 0 where it would fold the surface.
 
-        The chart's middle of an edge may lie askew in space.
+        The middle of an edge in the chart may lie off its middle in space.
         """
         middle = self.chart(self.plane[edges].mean(axis=1))[:, :3]
         least = np.full(len(edges), np.pi)
@@ -275,7 +275,7 @@ class ChartMesh:
             goal = np.zeros((n, 3))
             np.add.at(goal, corners, weight[:, None] * off)
             goal /= np.bincount(corners, weight, n)[:, None]
-            # The step in the chart is the one whose image under the chart's differential is nearest.
+            # The step in the chart is the one whose image in space, by a local linear fit, is nearest the goal.
             square, mixed = np.zeros((n, 2, 2)), np.zeros((n, 2, 3))
             np.add.at(square, corners, flat[:, :, None] * flat[:, None, :])
             np.add.at(mixed, corners, flat[:, :, None] * off[:, None, :])
@@ -287,7 +287,7 @@ class ChartMesh:
             self._move(0.7 * step)
 
     def _move(self, step: Array) -> None:
-        """Take the steps, except where a triangle would turn over or get a much smaller angle."""
+        """Take the steps, except where a triangle would turn over, or an angle below SLIM would shrink."""
         before, normals = self.smallest_angles(), _normals(self.points[self.triangles])
         state = self.plane, self.points, self.size
         moves = (step != 0.0).any(axis=1)
@@ -313,12 +313,12 @@ class ChartMesh:
         """Return the smallest angle (m,) of every triangle in space, radians."""
         return _smallest(self.points[self.triangles])
 
-    def polish(self, rounds: int = 30) -> None:
+    def polish(self) -> None:
         """Move the vertices of the worst triangles wherever that widens their smallest angle."""
         turns = np.arange(8) * np.pi / 4
         fan = np.stack([np.cos(turns), np.sin(turns)], axis=1)
         movable = np.flatnonzero((self.kind[self.triangles] != FIXED).any(axis=1))
-        for _ in range(rounds):
+        for _ in range(30):
             worst = movable[np.argsort(self.smallest_angles()[movable], kind="stable")[:25]]
             vertices = np.unique(self.triangles[worst])
             if not sum(self._widen(int(v), fan) for v in vertices if self.kind[v] != FIXED):

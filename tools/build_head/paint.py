@@ -1,4 +1,4 @@
-"""The surface of the built-in head: the colour of its skin, and the hairs of its brows."""
+"""Colour of the built-in head's skin, and the hairs of its brows."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ DIRECTIONS = 96
 """Directions from which the visibility of the skin is tested."""
 
 PIXEL = 1.6
-"""Width of a pixel of these views, mm."""
+"""Width of a pixel of the views from these directions, mm."""
 
 LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
-"""Rings of the cage between which the lips lie."""
+"""Pairs of rings of the cage between which the red of the lips lies."""
 
 SHADE = np.array([0.42, 0.30, 0.26])
 """Share of the colour that is left where no light comes in: light that bounces between skin is red."""
@@ -52,8 +52,8 @@ class HeadPainter:
     plane : ndarray, shape (n, 2)
         Chart of the mesh; the middle of the head is the line x = 0.
     between : callable
-        Given two rings of the cage and the last number of their points: returns True for points (n,) between them, and
-        their way from the first to the second (n,).
+        Called with two rings of the cage and the last number of their points, returns True for points (n,) between
+        them, and their shares (n,) of the way from the first to the second.
     data : dict
         The cage's data: `paint`, `brow` and `eye`.
     landmarks : dict of str to ndarray, shape (3,)
@@ -68,7 +68,7 @@ class HeadPainter:
 
     @cached_property
     def chart(self) -> Chart:
-        """The chart of position, openness, strength of the rings' colours, and lip."""
+        """The chart with the values position, openness, strength of the rings' colours, and share of lip."""
         rings = [
             np.column_stack([self._cover(*ring[:2], *ring[3:]) for ring in self.data["paint"]["rings"]]),
             np.maximum(*(self._cover(*pair, 0.0, 1.0, 0.35, 99) for pair in LIPS)),
@@ -76,7 +76,7 @@ class HeadPainter:
         return Chart(self.plane, self.triangles, np.column_stack([self.points, self._openness(), *rings]))
 
     def _cover(self, first: str, second: str, outer: float, inner: float, reach: float, last: int) -> Array:
-        """Strength (n,) of a ring's colour: rises from `outer` to `inner` on the first part, `reach`, of the way."""
+        """Strength (n,) of a ring's colour: goes from `outer` to `inner` over the first share `reach` of the way."""
         inside, share = self.between(first, second, last)
         return np.where(inside, outer + (inner - outer) * smoothstep(share / reach), 0.0)
 
@@ -109,7 +109,7 @@ class HeadPainter:
         return np.concatenate([right[:, ::-1], left], axis=1)
 
     def _without_detail(self, values: Array) -> tuple[Array, Array, Array, Array]:
-        """Colour (q, 3) of the skin, openness, distance inside the hairline, and lip (q, 1), by values of the chart."""
+        """Colour (q, 3) of the skin, openness, distance inside the hairline, and share of lip (q, 1)."""
         frame, paint = frame_of(self.landmarks), self.data["paint"]
         places, sky, rings, lip = values[:, :3], values[:, 3], values[:, 4:-1], values[:, -1:]
         skin = complexion(places, self.landmarks, frame)
@@ -159,9 +159,9 @@ def noise(places: Array, size: float, seed: int) -> Array:
 
 
 def openness(points: Array, normals: Array, cloud: Array) -> Array:
-    """Return the share (n,) of the sky above each point that a dense cloud leaves open, weighted by slope.
+    """Return the share (n,) of the sky above each point that a dense cloud leaves open (ambient occlusion).
 
-    The cloud is seen from each of a number of directions; what is not in front there is hidden.
+    Directions are weighted by slope; in the view from each, points that lie behind the cloud do not see the sky.
     """
     seen, whole = np.zeros(len(points)), np.zeros(len(points))
     for towards in _sphere(DIRECTIONS):

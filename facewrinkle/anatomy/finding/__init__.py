@@ -1,7 +1,7 @@
 """Landmarks on any mesh of a face, from its shape alone.
 
 The built-in head is the template (:mod:`.template`). Protruding points are taken for noses, at every size and from all
-sides (:mod:`.candidates`); the best of these poses are aligned with it (:mod:`.alignment`) on depth maps
+sides (:mod:`.candidates`); the best of these poses are aligned with the template (:mod:`.alignment`) on depth maps
 (:mod:`.depth`). A smooth warp (:mod:`.warp`) gives the confidence that a surface is a face (:mod:`.matching`), and the
 places of the template's landmarks (:mod:`.placement`); those of the mouth are found by its furrow (:mod:`.mouth`).
 """

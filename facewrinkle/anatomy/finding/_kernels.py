@@ -108,7 +108,7 @@ def gauss_newton_sums(faces, slopes, template, shown, weight, field):
 
     Returns slopes times differences (2, rows, columns), and slopes times slopes (2, 2, rows, columns). The channels of
     a face, with their slopes (2, c, rows, columns), are read at the template's places shifted by a field (2, rows,
-    columns), x and y in steps of the grid; places beyond the border, at the border.
+    columns), x and y in steps of the grid; beyond the border, the value at the border counts.
     """
     rows, columns = weight.shape
     pull, metric = np.zeros((2, rows, columns)), np.zeros((2, 2, rows, columns))

@@ -1,4 +1,4 @@
-"""A pose made exact: the depth of a surface is aligned with the template's."""
+"""The exact pose: the depth of a surface is aligned with the template's."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ LARGEST_CHANGE = 0.3
 
 # How likely a pose is to be that of a face.
 LEAST_SHOWN = 0.2
-"""A pose is out of the question where less of the template than this share is seen."""
+"""A pose has the score -1 where less than this share of the template is seen."""
 DEPTH_PENALTY = 4.0
 """Loss of likelihood per median difference of depth of one distance between the pupils."""
 
@@ -58,7 +58,7 @@ class SurfaceMap:
     weight : ndarray, shape (rows, columns)
         0 outside of the face and where no surface is seen.
     known : ndarray, shape (rows, columns)
-        1 where a surface is seen, 0 where there is none.
+        1 where a surface is seen, falling to 0 where there is none.
     """
 
     depth: Array
@@ -105,14 +105,14 @@ def pose_score(found: SurfaceMap, base: SurfaceMap) -> float:
 
 
 def coverage(found: SurfaceMap, base: SurfaceMap) -> float:
-    """Share of the template that is seen, in that quarter of the face that shows least."""
+    """Share of the template that is seen in the quarter of the face that shows least."""
     rows, columns = (length // 2 for length in base.weight.shape)
     quarters = [np.s_[i, j] for i in (np.s_[:rows], np.s_[rows:]) for j in (np.s_[:columns], np.s_[-columns:])]
     return float(min(found.weight[quarter].sum() / base.weight[quarter].sum() for quarter in quarters))
 
 
 def depth_difference(found: SurfaceMap, base: SurfaceMap) -> float:
-    """Median difference of depth, in distances between the pupils."""
+    """Median difference of depth about a common offset, in distances between the pupils."""
     difference = (found.depth - base.depth)[found.weight > 0.2]
     return float(np.median(np.abs(difference - np.median(difference)))) if difference.size else 1.0
 
@@ -125,7 +125,7 @@ def _correlation(a: Array, b: Array, weight: Array) -> float:
 def aligned(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) -> Pose:
     """Return the pose in which the depth is closest to the template's: Gauss-Newton over turn, shift, size and stretch.
 
-    Places that differ much count less and less.
+    The more a place differs, the less it counts.
     """
     grid, base = COARSE, template_map(COARSE, variant)
     for step in range(STEPS):
@@ -140,7 +140,7 @@ def aligned(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
 
 
 def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: float, stiffness: float) -> Array | None:
-    """The change (w, t, s, stretch) that brings a depth map closer to the template's; None where too little is near it.
+    """The change (w, t, s, stretch) that brings a depth map closer to the template's; None if too little is near it.
 
     A surface of height h(x, y) that moves by a small (a, b, c) has the new height h + c - a dh/dx - b dh/dy at the
     same place.

@@ -33,17 +33,17 @@ BEST_DIRECTIONS = 4
 TEMPLATE_SAMPLES = 40_000
 """Points on the template, of which its polar map is made."""
 
-RADIUS = 1.2
-"""Of the polar maps about noses, in distances between the pupils."""
+MAP_RADIUS = 1.2
+"""Radius of the polar maps about noses, in distances between the pupils."""
 
 RINGS, SECTORS = 9, 36
 TILTS = ((0.0, 1), (0.38, 6), (0.76, 9))
 """Angles between a nose's direction and that of its protrusion, and the number of directions at each."""
 
 LARGEST_DIFFERENCE, MISSING = 0.15, 0.12
-"""Largest difference of height that counts, and the one of a place without surface, over the radius."""
+"""Largest difference of height that counts, and the difference that a place without surface has, over the radius."""
 
-# Two poses are the same one if all three hold.
+# Two poses are the same if all three hold.
 SAME_SIZE = 0.75
 """Ratio of their sizes, at least."""
 SAME_PLACE = 0.35
@@ -65,14 +65,14 @@ def _template_map() -> _PolarMap:
     face = template()
     points = surface_samples(face.points, face.triangles, TEMPLATE_SAMPLES)
     heights = np.empty((RINGS, SECTORS))
-    kernels.polar_map(points, face.landmarks["nose_tip"], np.eye(3), RADIUS, heights)
+    kernels.polar_map(points, face.landmarks["nose_tip"], np.eye(3), MAP_RADIUS, heights)
     heights = 0.5 * (heights + heights[:, (SECTORS // 2 - 1 - np.arange(SECTORS)) % SECTORS])
     ring = (np.arange(RINGS)[:, None] + 0.5) / RINGS
     return _PolarMap(heights, np.where(np.isfinite(heights) & (heights > -0.9), ring, 0.0))
 
 
 def candidates(points: Array) -> Iterator[list[tuple[float, Pose]]]:
-    """Yield poses at which a face could be, with their mismatch, at one size after the other.
+    """Yield poses at which a face could be, with their mismatches: a list for each size.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def candidates(points: Array) -> Iterator[list[tuple[float, Pose]]]:
         Spread evenly over the surface.
     """
     middle = points.mean(axis=0)
-    along = np.linalg.svd(points - middle, full_matrices=False)[2]  # a box that turns with them
+    along = np.linalg.svd(points - middle, full_matrices=False)[2]  # the axes of a box that turns with the points
     for size in SIZES * float(np.linalg.norm(np.ptp(points @ along.T, axis=0))):
         found = _at_size(points - middle, size)
         yield [(cost, Pose(pose.axes, pose.origin + middle, pose.size, pose.stretch)) for cost, pose in found]
@@ -107,7 +107,7 @@ def _same(a: Pose, b: Pose) -> bool:
 
 
 def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
-    """The best poses of every nose at one size, with their mismatch."""
+    """The best poses of every nose at one size, with their mismatches."""
     points = thinned(points, 0.06 * size)
     if len(points) < FEWEST_POINTS:
         return []
@@ -115,7 +115,7 @@ def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
     axes = np.array([_directions(nose, points[kernels.within(points, nose, 0.8 * size)]) for nose in noses])
     model = _template_map()
     cost, roll = kernels.best_rolls(
-        points, noses, axes, 1.6 * RADIUS * size, RADIUS * size, model.heights, model.weights,
+        points, noses, axes, 1.6 * MAP_RADIUS * size, MAP_RADIUS * size, model.heights, model.weights,
         LARGEST_DIFFERENCE, MISSING,
     )  # fmt: skip
     tip = template().landmarks["nose_tip"]

@@ -17,11 +17,11 @@ BoolArray = npt.NDArray[np.bool_]
 NEAREST, FARTHEST = 1.1, -1.5
 """Range of depth of a face, in distances between the pupils; the tip of the nose is at 0.6."""
 
-# Which openings are closed, by their width in the map. Lengths are in distances between the pupils.
+# Openings in the map are closed according to their width. Lengths are in distances between the pupils.
 SLIT_WIDTH, SLIT_DEPTH = 0.11, 0.06
 """Openings narrower than the first, such as that between the lips, become furrows of the second's depth."""
 OPENING_WIDTH, OPENING_DEPTH = 0.27, 0.12
-"""Openings up to the first's width that are deeper than the second, such as open eyes, are not known."""
+"""Openings up to the first's width that are deeper than the second, such as open eyes, count as unknown."""
 OPEN_MOUTH_WIDTH, OPEN_MOUTH_DEPTH = 0.9, 0.25
 """An open mouth, where one is expected, up to the first's width becomes a hollow of the second's depth."""
 BELOW_NOSTRILS = -0.8
@@ -70,8 +70,8 @@ def openings_closed(
 ) -> tuple[Array, BoolArray]:
     """Return the map with its openings closed, and True where the surface is known.
 
-    An open mouth is kept as a hollow if `mouth_open`. The map goes on smoothly where it is not known, or as the depth
-    of a model does: a rim must not look like curvature of the face.
+    An open mouth is kept as a hollow if `mouth_open`. Where the surface is not known, the map goes on smoothly, along
+    the depth of a `model` if there is one: a rim must not look like curvature of the face.
     """
     deep = np.where(np.isnan(depth), FARTHEST, depth)
     below = grid.y < BELOW_NOSTRILS
@@ -91,7 +91,7 @@ def _grey_closing(depth: Array, size: float, grid: Grid) -> Array:
 
 
 def _continued(values: Array, known: BoolArray) -> Array:
-    """Unknown values from known ones around them, from the smallest neighbourhood that has enough."""
+    """The values, with the unknown ones filled in from the smallest neighbourhood that has enough known ones."""
     weight, out = known.astype(float), np.where(known, values, np.nan)
     if not known.any():
         return np.zeros_like(values)
@@ -103,7 +103,7 @@ def _continued(values: Array, known: BoolArray) -> Array:
 
 
 def curvature(depth: Array, grid: Grid, scales: tuple[float, ...]) -> Array:
-    """Curvature (c, rows, columns) at the given scales: the Laplacian of Gaussian, without dimension.
+    """Curvature (c, rows, columns) at the given scales: the Laplacian of Gaussian, dimensionless.
 
     Bulges are positive, hollows negative.
     """

@@ -36,7 +36,7 @@ class Found:
     landmarks : dict of str to ndarray, shape (3,)
         In the coordinates and the unit of the mesh.
     confidences : dict of str to float
-        How far each can be trusted, 0 to 1.
+        Confidence in each, 0 to 1.
     estimated : tuple of str
         The landmarks that cannot be measured on the shape, or are hidden.
     confidence : float
@@ -74,8 +74,8 @@ def find_landmarks(
     mesh : PolyData or path
         Not changed. It may have holes, loose parts and faults.
     progress : callable, optional
-        Given the steps of the search and their number, gives them back one by one: to show progress. Default: a bar
-        on stderr where that is a terminal.
+        Shows progress: called with the steps of the search and their number, returns the steps, to be done one by
+        one. Default: a bar on stderr where that is a terminal.
     given : dict, optional
         Landmarks that are known. Three or more that do not lie on a line say where the face is, and nothing else is
         searched; fewer do not guide the search.
@@ -131,7 +131,7 @@ def find_landmarks(
 
 
 def progress_bar(steps: Iterable[None], n: int) -> Iterable[None]:
-    """Return the steps, with a bar on stderr while they are done if that is a terminal."""
+    """Return the steps; while they are done, a bar shows progress on stderr if that is a terminal."""
     from rich.console import Console
     from rich.progress import track
 

@@ -18,19 +18,19 @@ Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 STAGES = (([2, 3], 5), ([1, 2, 3], 5), ([0, 1, 2, 3], 8))
-"""Channels that lead the warp, curvature by size and then depth, and the number of steps, one stage after the other.
+"""Stages of the warp: the channels that lead it (curvature by size, then depth), and the number of steps.
 
 More steps would bring other things closer to a face; faces come no closer.
 """
 
 UNCERTAIN_SHIFT = 0.04
-"""Shifts smaller than this, in distances between the pupils, are believed less and less: curvature differs from face to
-face also where places do not.
+"""Shifts smaller than this, in distances between the pupils, are reduced: the curvature of faces differs also where
+their landmarks lie alike.
 """
 
-DEPTH_SCALE, EDGE = 0.8, 0.5
-"""Depth that counts as much as curvature, and depth added where there is no surface: the template must not be warped
-off what is seen of it.
+DEPTH_SCALE, SURFACE_DROP = 0.8, 0.5
+"""Depth that counts as much as curvature, and the drop of depth where there is no surface, which keeps the template
+from being warped off the surface.
 """
 
 AROUND = 0.2
@@ -60,14 +60,14 @@ class Match:
     ----------
     pose : Pose
     surface : SurfaceMap
-        Seen in this pose.
+        Map of the surface seen in this pose.
     warp : Warp
     correlation : ndarray, shape (rows, columns)
-        Of curvature around every place of the template, less where little is seen.
+        Correlation of curvature around every place of the template, less where little is seen.
     confidence : float
         0 to 1.
     mouth_open : bool
-        Whether the variant's mouth is open.
+        True if the variant's mouth is open.
     """
 
     pose: Pose
@@ -120,7 +120,7 @@ def _mean(values: Array, weight: Array) -> float:
 
 
 def _nose(alike: Array, weight: Array, variant: int) -> float:
-    """Likeness (0 to 1) of what is taken for the nose, with its surroundings, to one."""
+    """Likeness (0 to 1) of the supposed nose and its surroundings to a nose."""
     tip = template(variant).landmarks["nose_tip"]
     x, y = np.meshgrid(FINE.x - tip[0], FINE.y - tip[1])
     near = weight * np.exp(-(x * x + y * y) / NOSE_RADIUS**2)
@@ -128,7 +128,7 @@ def _nose(alike: Array, weight: Array, variant: int) -> float:
 
 
 def _proportion(pose: Pose) -> float:
-    """1 unless the face is much longer or deeper than the template, falling to 0."""
+    """1, falling to 0 as the face gets much longer, shorter, deeper or flatter than the template."""
     beyond = np.maximum(np.abs(np.log(pose.stretch)) - USUAL_STRETCH, 0.0)
     return float(np.exp(-((beyond / UNUSUAL_STRETCH) ** 2).sum()))
 
@@ -139,7 +139,7 @@ def _channels(surface: SurfaceMap, base: SurfaceMap) -> Array:
     curved = contrast_normalised(curvature(surface.depth, FINE, SCALES), seen, FINE)
     inside = surface.weight > 0.2
     offset = np.median((surface.depth - base.depth)[inside]) if inside.any() else 0.0
-    depth = np.maximum(surface.depth - EDGE * (1.0 - surface.known) - offset, -1.0)
+    depth = np.maximum(surface.depth - SURFACE_DROP * (1.0 - surface.known) - offset, -1.0)
     return np.concatenate([curved, depth[None] / DEPTH_SCALE])
 
 

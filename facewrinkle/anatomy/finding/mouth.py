@@ -22,25 +22,26 @@ MOUTH = ("mouth_l", "mouth_r", "upper_lip_mid", "lower_lip_mid")
 
 MOUTH_GRID = Grid(0.015, (-1.0, -2.0), (1.0, -0.45))
 
-# Which furrow is the one between the lips. Lengths are in distances between the pupils; concavity is that of the depth
-# over the size of what is compared, so it has no unit.
+# The furrow between the lips. Lengths are in distances between the pupils; concavity is the second derivative of depth
+# times the size of the furrow or bulge, so it has no unit.
 FURROW_SIZE = 0.03
+"""Size of a furrow: the standard deviation of the Gaussian that smooths the depth."""
 STEEPEST = np.radians(45.0)
 """Angle by which the furrow may lean."""
 START = (0.12, 0.15)
 """Half the breadth and the height of the place where the furrow begins."""
 CLOSED_SHARE = 0.8
 """Share of this place that has a surface, at least: else the mouth is open."""
-CLEAR = 3.5
-"""Strength of a furrow over the roughness of the skin round about, at least."""
+CLEAR_STRENGTH = 3.5
+"""Strength of the furrow over the roughness of the skin around it, at least."""
 ROUGHNESS_HEIGHT = 0.35
 """Distance above and below within which the roughness is measured."""
-OPEN = 3.0
+OPEN_STRENGTH = 3.0
 """A furrow of this strength is an open mouth."""
 
-# Which path along the furrow is followed to its end: the one with the largest sum of strength, less these costs.
+# The path along the furrow to its end: the one with the largest sum of strength, less these costs.
 FAINT, STRONGEST = 0.4, 1.2
-"""Strength at which the furrow ends, and the largest that counts, over that in its middle."""
+"""Strength at which the furrow ends, and the largest that counts, relative to that in its middle."""
 LEAN_COST = 0.1
 """Cost of a step upwards or downwards."""
 DISTANCE_COST = 50.0
@@ -48,13 +49,14 @@ DISTANCE_COST = 50.0
 REACH = 0.85
 """Distance from the middle within which the corners are looked for."""
 
-# Which of the places below the furrow between the lips is the lower lip, by the concavity there.
+# The lower lip: a place below the furrow between the lips, by its concavity.
 LIP_SIZE, LIP_BREADTH = 0.04, 0.04
-"""Size of the bulges and furrows that are told apart down the middle of a mouth, and half the breadth of this line."""
+"""Size of the bulges and furrows down the middle of a mouth, and half the breadth of the strip on which they are seen.
+"""
 HOLLOW = 0.15
-"""The expected place is in the furrow below the lip, not on the lip."""
+"""With a concavity of at least this, the expected place is in the furrow below the lip, not on the lip."""
 BULGE = -0.25
-"""The nearest bulge above that is stronger than this is the lip."""
+"""Then the nearest bulge above it that is stronger than this is the lip."""
 FLAT = -0.08
 """No bulge is stronger than this where a lip is rolled in: it is not seen."""
 
@@ -91,7 +93,7 @@ def _beyond_corners() -> Array:
 
 
 def lower_lip(points: Array, triangles: IntArray, pose: Pose, upper: Array, lower: Array) -> tuple[float, bool]:
-    """Return the rise of the lower lip above its expected place, 0 if this is not below it, and True if it is seen.
+    """Return the height of the lower lip above its expected place, 0 if it is not above, and True if the lip is seen.
 
     `upper` and `lower` are the expected middles of the lips (2,), in the face's coordinates.
     """
@@ -139,7 +141,7 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> Array | None:
     roughness = float(np.median(np.abs(strength[below < ROUGHNESS_HEIGHT])))
     start, best, ends = int(np.argmin(np.abs(MOUTH_GRID.x - middle[0]))), -np.inf, None
     for row in range(1, len(profile) - 1):
-        if profile[row] > max(profile[row - 1], profile[row + 1], CLEAR * roughness) and profile[row] < OPEN:
+        if OPEN_STRENGTH > profile[row] > max(profile[row - 1], profile[row + 1], CLEAR_STRENGTH * roughness):
             rows = np.abs(np.arange(len(profile)) - row) <= 2
             full = float(np.median(strength[rows][:, columns].max(axis=0)))
             gain = np.clip(strength / full, -0.2, STRONGEST) - FAINT

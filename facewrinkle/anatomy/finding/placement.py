@@ -1,4 +1,4 @@
-"""Landmarks on a face that has been found, from where each variant of the template has them, and their confidences."""
+"""Landmarks on a face that has been found, from their places on the template's variants, and their confidences."""
 
 from __future__ import annotations
 
@@ -28,18 +28,17 @@ OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_
 WITH_MOUTH = (*MOUTH, "subnasale", "pogonion", "menton")
 """Landmarks that move with the mouth, all of which come from one variant if its mouth is open or drawn aside."""
 
-# Which variant has the face's mouth: the one with the highest mean correlation around the landmarks of the mouth.
-CLOSE = 0.02
-"""Variants with a correlation lower than the highest by at most this might be as right: their scatter counts."""
+# The face's mouth is that of the variant with the highest mean correlation around the landmarks of the mouth.
+SIMILAR = 0.02
+"""Variants whose correlation is lower than the highest by at most this may be as right: their scatter counts."""
 PARTED = 0.1
-"""Depth of the hollow between open lips, at least, in distances between the pupils: without one no variant with an open
+"""Depth of the hollow between open lips, at least, in distances between the pupils: without it no variant with an open
 mouth is right.
 """
 
-# How far a landmark can be trusted: a share by correlation, 0 at the first and 1 at the second number, times one by
-# scatter.
-CORRELATION = (0.70, 0.95)
-"""Correlation of curvature around a landmark: faces that are like the template there have the second."""
+# Confidence in a landmark: a share by correlation, 0 at the first and 1 at the second number, times a share by scatter.
+LANDMARK_CORRELATION = (0.70, 0.95)
+"""Correlation of curvature around a landmark: the second is that of faces that are like the template there."""
 CHOICE = 0.03
 """A variant with a correlation lower by this around a landmark has a third of the weight there."""
 DISAGREEMENT = 0.12
@@ -47,20 +46,20 @@ DISAGREEMENT = 0.12
 ESTIMATE = 0.3
 """Confidence of a landmark that cannot be measured, at most."""
 UNSEEN_LIP = 0.5
-"""Factor for the lower lip where none is seen."""
+"""Factor of the confidence in the lower lip where none is seen."""
 
 
 def placed_landmarks(
     points: Array, triangles: IntArray, matches: list[Match]
 ) -> tuple[dict[str, Array], dict[str, float]]:
-    """Return all landmarks on the surface, and how far each can be trusted.
+    """Return all landmarks on the surface, and the confidence in each.
 
     Parameters
     ----------
     points : ndarray, shape (n, 3)
     triangles : ndarray of int, shape (m, 3)
     matches : list of Match
-        With the variants of the template in their order, the mean one first.
+        Matches with the template's variants in their order, the mean face first.
 
     Raises
     ------
@@ -91,12 +90,12 @@ def placed_landmarks(
 def _mouth_variants(
     matches: list[Match], variants: list[dict[str, Array]], correlations: Mapping[str, Array]
 ) -> tuple[int, BoolArray]:
-    """The variant whose mouth is most like the face's, and True for those that might be as right."""
+    """The variant whose mouth is most like the face's, and True for those that may be as right."""
     likeness = np.mean([correlations[name] for name in MOUTH], axis=0)
     closed = [not _parted(match, landmarks) for match, landmarks in zip(matches, variants, strict=True)]
     likeness[[match.mouth_open and shut for match, shut in zip(matches, closed, strict=True)]] = -1.0
     best = int(np.argmax(likeness))
-    return best, likeness > likeness[best] - CLOSE
+    return best, likeness > likeness[best] - SIMILAR
 
 
 def _consensus(
@@ -105,7 +104,7 @@ def _consensus(
 ) -> tuple[dict[str, Array], dict[str, float], dict[str, Array]]:  # fmt: skip
     """Means of the landmarks over the variants, their correlations, and the places (k, 3) that the variants give.
 
-    Those that move with the mouth come from the `mouth` variant if that is not at rest.
+    Landmarks that move with the mouth come from the `mouth` variant if that is not at rest.
     """
     rest = len(AT_REST)
     names = [name for name in NAMES if name not in OFF_FRONT]
@@ -125,7 +124,7 @@ def _consensus(
 
 
 def _closed_mouth(points: Array, triangles: IntArray, match: Match, places: Landmarks) -> dict[str, Array]:
-    """The corners of the mouth where the furrow between the lips shows them; the lips go with both."""
+    """The corners of a closed mouth at the ends of its furrow, and the lips, shifted as far as both; else empty."""
     expected = match.pose.local(np.array([places[name] for name in MOUTH]))[:, :2]
     ends = corners(points, triangles, match.pose, expected)
     if ends is None:
@@ -148,7 +147,8 @@ def _lower_lip(points: Array, triangles: IntArray, match: Match, places: Landmar
 
 
 def _share(correlation: float) -> float:
-    return float(np.clip((correlation - CORRELATION[0]) / (CORRELATION[1] - CORRELATION[0]), 0.0, 1.0))
+    low, high = LANDMARK_CORRELATION
+    return float(np.clip((correlation - low) / (high - low), 0.0, 1.0))
 
 
 def _placed(match: Match, landmarks: Landmarks, names: list[str]) -> Array:
@@ -162,7 +162,7 @@ def _placed(match: Match, landmarks: Landmarks, names: list[str]) -> Array:
 
 
 def _parted(match: Match, landmarks: Landmarks) -> bool:
-    """Return True if there is a hollow between the lips."""
+    """True if there is a hollow between the lips."""
     upper, lower = match.warp(_flat(landmarks, ("upper_lip_mid", "lower_lip_mid")))
     x, y = (upper + (lower - upper) * np.linspace(0.0, 1.0, 13)[:, None]).T
     depth = map_coordinates(match.surface.depth, FINE.index(np.column_stack([x, y])), order=1, mode="nearest")

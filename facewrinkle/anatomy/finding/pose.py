@@ -14,11 +14,11 @@ from .template import UNMEASURED, template
 
 Array = npt.NDArray[np.float64]
 
-# Which given landmarks say nothing of the pose. Lengths are in distances between the pupils.
+# Given landmarks tell no pose if either holds. Lengths are in distances between the pupils.
 COLLINEAR = 0.2
-"""They scatter less than this to the side of a line: its direction does not give the turn about itself."""
+"""They scatter less than this to the sides of a line: the turn about the line stays unknown."""
 MISFIT = 0.45
-"""One lies farther than this from its place on the template, moved to them: they are swapped, or of something else."""
+"""One lies farther than this from its place on the template fitted to them: they are swapped, or not of a face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Pose:
         return (points - self.origin) @ self.axes.T / (self.size * self.stretch)
 
     def world(self, local: Array) -> Array:
-        """Return points in the coordinates of the mesh."""
+        """Return points (n, 3), given in the template's coordinates, in those of the mesh."""
         return local * (self.size * self.stretch) @ self.axes + self.origin
 
 

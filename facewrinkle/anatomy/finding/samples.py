@@ -1,4 +1,4 @@
-"""Clouds with fewer points, and surfaces with fewer points and triangles."""
+"""Point clouds thinned, and meshes coarsened by vertex clustering."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def clustered(
 ) -> tuple[Array, IntArray]:
     """Return a coarser mesh of the triangles that reach into a ball, by vertex clustering.
 
-    All corners in one cube of a grid become their mean; triangles with two corners in one cube go.
+    All corners in one cube of a grid become their mean; triangles with two corners in one cube are dropped.
 
     Examples
     --------

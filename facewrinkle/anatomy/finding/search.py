@@ -1,6 +1,6 @@
 """The search of a mesh for a face, in steps: candidate poses, the best of them aligned, and matches with the template.
 
-Where the whole mesh shows no face its parts are searched, and what stands on a floor.
+Where the whole mesh shows no face, its parts are searched, and then what stands on a floor.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from .template import VARIANTS, template
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 Progress = Callable[[Iterable[None], int], Iterable[None]]
-"""Given steps and their number, gives the steps back one by one as they are done."""
+"""Called with steps and their number, returns the steps, and shows progress as they are done."""
 
 NO_FACE = (
     "no face was found on the mesh: nothing on it looks like one. If it is a face, give landmarks; required are, on "
     "one side at least, eye_l_inner, eye_l_outer, mouth_l, brow_l_mid; nose_tip, upper_lip_mid, lower_lip_mid."
 )
 
-# How much is tried. The confidence of a match says whether it is a face, see `matching`.
+# The effort of the search. The confidence of a match tells faces from other things, see `matching`.
 MESH_SAMPLES = 40_000
 """Points spread over the mesh, among which noses are looked for."""
 TRIED, REFINED = 40, 3
@@ -43,9 +43,9 @@ SURE = 0.75
 HOPELESS = 0.25
 """Confidence below which only the mean template is tried: it is refused, whatever the others show."""
 
-# What of a mesh is searched.
+# The parts of a mesh that are searched.
 FEWEST_TRIANGLES = 200
-"""Triangles that show a face, at least: on it they are a third of the distance between the pupils in size."""
+"""Triangles of a mesh, at least: spread over a face, they are a third of the distance between the pupils in size."""
 MANY_TRIANGLES = 150_000
 """Triangles beyond which a pose is aligned on a coarser mesh."""
 NEAR = 4.5
@@ -57,7 +57,7 @@ THIN = 0.02
 UNEVEN = 0.004
 """Unevenness of a floor, at most, over the diagonal of the bounding box."""
 MOST_OF_THE_FACE = 0.6
-"""Share of what is seen that one part has to make up: then the others are left out."""
+"""A part that makes up more than this share of what is seen is the face: the others are left out."""
 
 
 class FaceSearch:
@@ -68,12 +68,12 @@ class FaceSearch:
     points : ndarray, shape (n, 3)
     triangles : ndarray of int, shape (m, 3)
     pose : Pose or None
-        The pose, where it is known: then no other is tried.
+        The pose, if it is known: then no other is tried.
 
     Attributes
     ----------
     matches : list of Match
-        With the variants of the template, the mean one's first; filled in by :meth:`steps`.
+        Matches with the template's variants, the mean face first; filled in by :meth:`steps`.
     triangles : ndarray of int, shape (m, 3)
         Those of the part that is the face.
     """
@@ -85,7 +85,7 @@ class FaceSearch:
         self.matches: list[Match] = []
 
     def steps(self) -> Iterator[None]:
-        """Do one step after the other: sizes, poses, the best of these, and variants of the template."""
+        """Yield after each step of the search: sizes, poses, the best of these, and variants of the template."""
         if self.pose is None:
             poses = yield from self._scored_poses()
         else:
@@ -134,7 +134,7 @@ class FaceSearch:
 
 
 def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Progress) -> FaceSearch:
-    """Search a mesh whole, and in parts where it shows no face: beside a large thing a face is small or hidden.
+    """Search a mesh as a whole, and its parts if that shows no face: beside a large thing a face is small or hidden.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Pr
 
 
 def near_pose(points: Array, triangles: IntArray, pose: Pose) -> tuple[Array, IntArray]:
-    """Return the mesh on which a pose is aligned: all of it, or the part near the pose, coarser, where that is less."""
+    """Return the mesh on which a pose is aligned: all of it, or, of a large one, the part near the pose, coarsened."""
     if len(triangles) <= MANY_TRIANGLES:
         return points, triangles
     return clustered(points, triangles, pose.origin, NEAR * pose.size, 0.5 * COARSE.step * pose.size)
@@ -195,7 +195,7 @@ def _off_the_floor(points: Array, triangles: IntArray) -> Iterator[IntArray]:
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     cloud = surface_samples(points, triangles, 2000)
     flat = np.ones(len(cloud), bool)
-    for _ in range(5):  # the plane of most of the surface: that of the points close to it
+    for _ in range(5):  # refit the plane to the half of the points closest to it
         centre = cloud[flat].mean(axis=0)
         normal = np.linalg.svd(cloud[flat] - centre, full_matrices=False)[2][2]
         off = np.abs((cloud - centre) @ normal)

@@ -1,4 +1,4 @@
-"""The built-in head as a template: the face of several people, with the mouth closed, open or drawn aside."""
+"""The built-in head as a template: faces of several people, with the mouth closed, open or drawn aside."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ AT_REST = (
     TemplateVariant(Identity(width=-1.0, cheeks=-0.6, nose_width=-0.6)),
     TemplateVariant(Identity(age=1.0, lips=-0.7)),
 )
-"""The mean face, a long, a broad, a narrow and an old one: what they agree on depends less on any one's shape."""
+"""The mean face, a long, a broad, a narrow and an old one: their mean landmarks depend less on the shape of any one."""
 
 VARIANTS = (
     *AT_REST,
@@ -74,7 +74,7 @@ VARIANTS = (
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """The face in distances between its pupils, from the middle between its eyes, +x to the subject's left, +z forward.
+    """A face in distances between its pupils, from the middle between its eyes, +x to the subject's left, +z forward.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""A smooth map from the template's front view to a face's, which takes each place of the template to its own."""
+"""A smooth map from the template's front view to a face's, which takes each place to its counterpart."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 SPACING = 0.24
-"""Of the control points, in distances between the pupils."""
+"""Spacing of the control points, in distances between the pupils."""
 
 STIFFNESS, SYMMETRY = 0.02, 0.02
 """Resistance to bending, and to differences of left and right."""
 
-LARGEST_CHANGE = 0.1
+LARGEST_SHIFT = 0.1
 """Shift of a control point in one step, at most, in distances between the pupils."""
 
 CONTRAST_RADIUS, CONTRAST_FLOOR = 0.3, 0.04
-"""Size of the surroundings over whose curvature it is normalised, and the least strength there."""
+"""Size of the surroundings by whose strength of curvature a place is normalised, and the least such strength."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +131,7 @@ def _second_differences(first: sparse.sparray) -> sparse.sparray:
 
 @dataclass(frozen=True, eq=False)
 class Warp:
-    """A warp by its shift (m, n, 2) of the control points."""
+    """A warp, given by the shifts (m, n, 2) of its control points."""
 
     grid: Grid
     shift: Array
@@ -142,7 +142,7 @@ class Warp:
         return np.asarray(splines.down @ np.moveaxis(self.shift, 2, 0) @ splines.across.T)
 
     def __call__(self, xy: Array) -> Array:
-        """Return the places (n, 2) in the face of places in the template."""
+        """Return the places (n, 2) on the face of places (n, 2) on the template."""
         at = self.grid.index(xy)
         return xy + np.stack([map_coordinates(f, at, order=1, mode="nearest") for f in self.field()], axis=1)
 
@@ -166,7 +166,7 @@ def fitted_warp(
     shown : ndarray, shape (rows, columns)
         1 where the face is seen, 0 where it is not.
     weight : ndarray, shape (rows, columns)
-        Of places of the template.
+        Weight of each place of the template.
     grid : Grid
     start : Warp, optional
         Default: no shift.
@@ -183,14 +183,14 @@ def fitted_warp(
             shift.shape
         )
         change = base.solved(metric, -right)
-        shift = shift + change * min(1.0, LARGEST_CHANGE / max(float(np.abs(change).max()), 1e-12))
+        shift = shift + change * min(1.0, LARGEST_SHIFT / max(float(np.abs(change).max()), 1e-12))
     return Warp(grid, shift)
 
 
 def contrast_normalised(curvature: Array, weight: Array, grid: Grid) -> Array:
-    """Return curvature (c, rows, columns) over its strength round about: that of shallow and deep faces is as large.
+    """Return curvature (c, rows, columns) over its strength around each place, as large on shallow as on deep faces.
 
-    `weight` (rows, columns) is that of the places in the mean strength.
+    `weight` (rows, columns) is the weight of each place in the mean strength.
     """
     sigma, weight = CONTRAST_RADIUS / grid.step, weight.astype(float)
     share = np.maximum(gaussian_filter(weight, sigma), 1e-3)

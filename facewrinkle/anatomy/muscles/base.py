@@ -69,7 +69,7 @@ class Wrinkles:
         See :func:`facewrinkle.geometry.profile.attenuation`.
     fronts : {"straight", "round"}
         The furrows of a linear muscle run straight across its central fibre, as in the paper, or as arcs about its
-        attachment, everywhere across the compression that is measured.
+        attachment, everywhere at right angles to the measured compression.
     taper : float or tuple of float
         In [0, 2], one number, or two for start and end: the distance from the ends of the region over which furrows
         grow shallower towards them, in halves of its length. 0 as in the paper: all are alike.
@@ -115,7 +115,7 @@ class Wrinkles:
 
 @dataclass(frozen=True, eq=False)
 class Muscle:
-    """Base of all kinds of muscles. By itself it neither pulls the skin nor folds it: :class:`LinearMuscle`,
+    """Base class of all muscles. By itself it neither pulls the skin nor folds it: :class:`LinearMuscle`,
     :class:`SheetMuscle` and :class:`SphincterMuscle` do; the others move a bone, a lid or an eye.
 
     Examples
@@ -135,9 +135,9 @@ class Muscle:
     normal_share: float = field(default=1.0, kw_only=True)
     """Share of the pull along the skin's normal that reaches the skin."""
     swell: float = field(default=0.0, kw_only=True)
-    """Outward push on the skin of the flesh that it bunches up, relative to its pull."""
+    """Outward push on the skin, by the flesh that the muscle bunches up, relative to its pull."""
     closing: float = field(default=0.0, kw_only=True)
-    """Pressure with which it closes the lips, relative to its pull."""
+    """Pressure with which the muscle closes the lips, relative to its pull."""
     folds: Muscle | None = field(default=None, kw_only=True)
     """The muscle-like region on which the wrinkles are laid, if the skin folds elsewhere than over the muscle, or not
     across its fibres. None, as in the paper: over the muscle and across its fibres.
@@ -209,10 +209,10 @@ class Muscle:
         raise NotImplementedError
 
     def replaced(self, **changes: object) -> Self:
-        """Return a copy with other values.
+        """Return a copy with some values changed.
 
-        Names of :class:`Wrinkles` (count, depth, alpha, ...) are accepted too; they change the wrinkles where they are
-        laid, on `folds` if there are any.
+        Names of :class:`Wrinkles` (count, depth, alpha, ...) are accepted too; they change the wrinkles of `folds`, if
+        there are any, otherwise of the muscle itself.
         """
         own, of_wrinkles = ([f.name for f in dataclasses.fields(kind)] for kind in (self, Wrinkles))
         for name in changes:

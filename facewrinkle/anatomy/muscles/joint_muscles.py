@@ -20,7 +20,7 @@ class JawMuscle(Muscle):
     Parameters
     ----------
     hinge, axis : (3,) array_like
-        A point on the hinge, and its direction such that a positive turn opens the mouth.
+        A point on the hinge, and the direction of the hinge about which a positive turn opens the mouth.
     angle : float
         Turn at full contraction, radians.
 
@@ -68,7 +68,7 @@ class LidMuscle(Muscle):
 
     Examples
     --------
-    It turns the lid back over the ball by half of what closes the eye:
+    A levator that turns the lid back over the ball by half the angle that closes the eye:
 
     >>> import facewrinkle as fw
     >>> weights = fw.default_face().with_muscles({"levator_palpebrae_l": LidMuscle("l", share=0.5)}).joint_weights
@@ -94,7 +94,7 @@ class LidMuscle(Muscle):
 
 
 TURNS = {"up": (0.0, 1.0), "down": (0.0, -1.0), "inwards": (-1.0, 0.0), "outwards": (1.0, 0.0)}
-"""Turns of an eye: shares of its angle outwards (to its own side) and upwards."""
+"""Directions of turns of an eye: outwards (to its own side), and up."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ class EyeMuscle(Muscle):
 
     Examples
     --------
-    Its contraction in an eye that looks up, and in one that looks down:
+    Contraction rates of a muscle in an eye that looks up, and in one that looks down:
 
     >>> superior = EyeMuscle("l", "up", angle=0.8)
     >>> superior.rate(outwards=0.0, up=0.2), superior.rate(outwards=0.0, up=-0.2)
@@ -130,7 +130,7 @@ class EyeMuscle(Muscle):
         check_range("angle", self.angle, 1e-6, 1.0)
 
     def rate(self, outwards: float, up: float) -> float:
-        """Return its contraction rate, in [0, 1], in an eye that is turned by these angles, radians.
+        """Return the muscle's contraction rate, in [0, 1], in an eye that is turned by these angles, radians.
 
         Raises
         ------

@@ -15,7 +15,7 @@ from ...geometry import profile
 from .base import Array, BoolArray, Muscle, checked_points, unit, vector
 
 BELLY = (0.38, 0.7)
-"""Place along a linear muscle at which flesh is bunched up most, and the radius around it, relative to R; captured
+"""Place along a linear muscle at which flesh is bunched up most, and its extent about this, relative to R; captured
 smiles bulge there.
 """
 
@@ -125,7 +125,7 @@ class LinearMuscle(Muscle):
         return self._profile(distance, self.wrinkles.start * self.radius, self.half_wavelength, blunt)
 
     def _towards_folds(self, along: Array, offset: Array) -> Array:
-        """The distance of which the furrows are level lines: l, or r from the attachment."""
+        """The distance that is constant along a furrow: l, or r from the attachment."""
         return along if self.wrinkles.fronts == "straight" else np.linalg.norm(offset, axis=1)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
@@ -139,7 +139,7 @@ class LinearMuscle(Muscle):
         return size[:, None] * self.fold_direction(points)
 
     def bunched(self, points: npt.ArrayLike) -> Array:
-        """Most around the muscle's belly, which lies nearer to the attachment; nothing beyond `BELLY` radii of it."""
+        """Flesh bunched up, in [0, 1]: most at the belly of the muscle, none beyond its extent; see `BELLY`."""
         at, reach = BELLY
         fibre = np.subtract(self.insertion, self.attachment) / self.length
         offset = (checked_points(points) - self.attachment) / self.radius - at * fibre
