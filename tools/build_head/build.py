@@ -312,7 +312,11 @@ def moulding(half: HalfCage, mesh: ChartMesh, keep: IntArray) -> tuple[sparse.cs
 
 # --- landmarks and all arrays ---------------------------------------------------------------------------
 def closest_point(query: Array, corners: Array) -> Array:
-    """The point (3,) nearest to `query` on triangles (m, 3, 3)."""
+    """Return the point (3,) nearest to `query` on triangles (m, 3, 3).
+
+    :func:`facewrinkle.geometry.closest_point.closest_point` rounds differently: the stored head would not come out bit
+    for bit.
+    """
     a, b, c = np.moveaxis(corners, 1, 0)
     normal = np.cross(b - a, c - a)
     size = np.einsum("mi,mi->m", normal, normal)
