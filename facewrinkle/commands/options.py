@@ -84,8 +84,8 @@ class OutputOptions:
     series
         Write all frames as a time series (VTKHDF), which ParaView plays.
     save_mesh
-        Also write the wrinkled mesh with its texture and tears: as glb or gltf (with eyes and teeth), obj, or ply (tears
-        in a second file).
+        Also write the wrinkled mesh with its texture and tears: as glb or gltf (with eyes and teeth), obj, or ply
+        (tears in a second file).
     out
         Folder to write to. Default: output/NAME.
     quiet
