@@ -1,8 +1,9 @@
 """Dirty meshes in the proportions met in the wild, and the outcome of fitting them.
 
 Of ten thousand meshes from an exchange, 45 % ran through themselves, 22 % were not manifold, 16 % had degenerate
-triangles, 11 % were open and 10 % badly oriented (Zhou and Jacobson, "Thingi10K", 2016). Faces are spoiled so here,
-turned and scaled, and given to ``fit_face``: each must be fitted to a sound mesh that moves, or be refused.
+triangles, 11 % were open and 10 % badly oriented (Zhou and Jacobson, "Thingi10K", 2016). Here faces are
+spoiled in these proportions, turned and scaled, and given to ``fit_face``: each must become a sound mesh that moves, or
+be refused.
 
     python -m analysis.corpus [COUNT] [--find] [--seed 0]
 """
@@ -181,7 +182,7 @@ def crossed(points: Array, triangles: IntArray) -> int:
 
 
 def self_intersecting(fault: Fault, points: Array, triangles: IntArray, random: Random, size: float) -> Mesh:
-    """Apply the fault, anew until more of the mesh runs through itself than before."""
+    """Apply the fault again and again until more of the mesh runs through itself than before."""
     before = crossed(points, triangles)
     while True:
         spoiled = fault(points.copy(), triangles.copy(), random, size)
@@ -196,7 +197,7 @@ FAULTS: Mapping[str, tuple[float, tuple[Fault, ...]]] = {
     "open": (0.11, (holes, ragged, apart)),
     "badly oriented": (0.10, (flipped,)),
 }
-"""Kinds of faults: the share of the meshes that have one, and the ways in which it comes about."""
+"""Kinds of faults: the share of the meshes that have one, and the functions that make it."""
 
 
 def _combined(one: Mesh, other: Mesh) -> Mesh:

@@ -2,10 +2,10 @@
 analysis.finding likeness`` tells faces from other things. Both print as they go and end in a verdict on their targets;
 exit status 1 if one is missed.
 
-The built-in head and the real faces beside the repository, turned, scaled (1e-3 to 1e3) and shifted at random, are
-searched as they are and spoiled in turn. Errors are in % of the distance between the pupils. For the likeness other
-people, expressions, cuttings and torn meshes of these faces are searched, and things that are no faces: solids, parts
-of faces, animals of balls, and lumps and masks with random bulges, left and right alike.
+The built-in head and the real faces next to the repository are turned, scaled (1e-3 to 1e3) and shifted at random, and
+searched both as they are and spoiled. Errors are in % of the distance between the pupils. For the likeness, other
+people, expressions, cut and torn meshes of these faces are searched, and things that are no faces: solids, parts of
+faces, animals made of balls, and symmetric lumps and masks with random bulges.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ HAND_LABELLED = {"makehuman_head_male": (7.0, 15.0, 9.0)}
 """The same for a face whose labels were picked by hand."""
 
 SAME_POSE = 10.0
-"""Turn between two poses that count as the same, at most, degrees."""
+"""Largest turn between two poses that count as the same, degrees."""
 
 PARTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "half": lambda local: local[:, 0] > -0.05,
@@ -241,7 +241,7 @@ def things() -> Iterator[tuple[str, pv.PolyData]]:
 
 
 def lump(seed: int) -> pv.PolyData:
-    """Return a ball with random bulges and hollows, left and right alike."""
+    """Return a symmetric ball with random bulges and hollows."""
     rng, ball = np.random.default_rng(seed), pv.Icosphere(nsub=5)
     points = np.asarray(ball.points, dtype=float)
     height = np.ones(len(points))
@@ -255,7 +255,7 @@ def lump(seed: int) -> pv.PolyData:
 
 
 def _mask(seed: int) -> pv.PolyData:
-    """A mask with random bulges and hollows, left and right alike."""
+    """A symmetric mask with random bulges and hollows."""
     rng = np.random.default_rng(seed)
     x, y = np.meshgrid(np.linspace(-1.0, 1.0, 90), np.linspace(-1.3, 1.3, 110))
     z = -0.6 * x * x - 0.35 * y * y

@@ -27,7 +27,7 @@ from .report import COLOURS, OUTPUT, Plot, Report, Table, plot, publish, run
 Array = npt.NDArray[np.float64]
 
 FACES = Path(__file__).parents[2] / "shared" / "faces"
-"""Captured faces beside the repository."""
+"""Captured faces next to the repository."""
 
 PAIRS: tuple[tuple[str, str], ...] = (
     ("frontalis_inner_l", "browInnerUp_L"),
@@ -127,7 +127,7 @@ def compared(ours: Array, captured: Array, area: Array, muscle: str = "", shape:
 
 
 def settled(skin: fw.Skin, rates: dict[str, float], steps: int = 15) -> Array:
-    """Return the displacement (n, 3) in mm at which the skin, which should have long steps, rests with these rates."""
+    """Return the displacement (n, 3) in mm at which the skin rests with these rates; long time steps are quickest."""
     skin.reset()
     skin.contract(rates)
     for _ in range(steps):
@@ -267,8 +267,9 @@ def report(face: fw.Face, shapes: dict[str, Array], pictures: bool = True) -> Re
         "Displacements of muscles at full contraction against those of captured expressions on the same mesh, and the "
         "angle of furrows to the direction in which the captured skin is compressed most.",
         f"Mean cosine {np.mean([r.cosine for r in rows]):.2f} (the least {min(r.cosine for r in rows):.2f}), weighted "
-        f"by area {np.mean([r.area_cosine for r in rows]):.2f}; furrows run {np.mean([a.folds for a in angles]):.0f} "
-        f"degrees off on average, across the fibres it would be {np.mean([a.fibres for a in angles]):.0f}.",
+        f"by area {np.mean([r.area_cosine for r in rows]):.2f}; on average furrows run "
+        f"{np.mean([a.folds for a in angles]):.0f} degrees off, and across the fibres they would run "
+        f"{np.mean([a.fibres for a in angles]):.0f} degrees off.",
         [
             Table("The thirteen pairs", names, [tuple(asdict(row).values()) for row in rows]),
             Table("Others", names, [tuple(asdict(row).values()) for row, _ in others]),

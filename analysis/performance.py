@@ -1,4 +1,4 @@
-"""Cost of a frame: Table 1 beside the paper's, and the cost by the size of the mesh.
+"""Cost of a frame: Table 1 compared with the paper's, and the cost by the size of the mesh.
 
 ``python -m analysis.performance``. Times by size are minima of a few repetitions (for the skin, CPU times), so that
 other work on the machine matters less.

@@ -1,7 +1,7 @@
 """Effects of adaptive refinement: ``python -m analysis.refinement``.
 
-The triangles that five expressions need, the distance of the surface from a very fine one, beside meshes that are
-refined everywhere, the angles of the triangles, and the edges that each criterion finds.
+The triangles that five expressions need; the distance of the surface from a very fine one, compared with meshes that
+are refined everywhere; the angles of the triangles; and the edges that each criterion finds.
 """
 
 from __future__ import annotations

@@ -23,25 +23,25 @@ USAGE, FAILED = 2, 1
 
 app = App(
     name="facewrinkle",
-    help="Wrinkles that muscles fold into faces: pictures, movies, time series, and the tables of the paper.",
+    help="Wrinkles that muscles fold into faces: pictures, movies, time series, and Table 1 of the paper.",
     version=__version__,
     suppress_keyboard_interrupt=False,
 )
 app.command("facewrinkle.commands.express:express", help="Write pictures, a movie and a time series of an expression.")
-app.command("facewrinkle.commands.fit:fit", help="Find a face on a mesh and place its anatomy under it.")
-app.command("facewrinkle.commands.tear:tear", help="Write pictures, a movie and time series of a face that cries.")
+app.command("facewrinkle.commands.fit:fit", help="Find the face on a mesh and place skull, eyes and muscles under it.")
+app.command("facewrinkle.commands.tear:tear", help="Write pictures, a movie and two time series of a face that cries.")
 app.command("facewrinkle.commands.play:play", help="Write pictures, a movie and a time series of a recorded animation.")
 app.command(
     "facewrinkle.commands.pattern:pattern",
     help="Write pictures, a movie and a time series of a wrinkle pattern.",
 )
-app.command("facewrinkle.commands.table1:table1", help="Measure the paper's Table 1 and print it beside the paper's.")
+app.command("facewrinkle.commands.table1:table1", help="Measure Table 1 of the paper and print both.")
 app.command(
     "facewrinkle.commands.info:info",
-    help="List the muscles, action units and expressions; or show what a file holds.",
+    help="List muscles, action units and expressions, or describe a mesh or a .face file.",
 )
 app.command(
-    "facewrinkle.commands.demo:demo", help="The paper's five expressions with pictures and movies, then Table 1."
+    "facewrinkle.commands.demo:demo", help="Write pictures and movies of the paper's five expressions, and Table 1."
 )
 
 

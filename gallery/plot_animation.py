@@ -4,8 +4,8 @@
 Someone else's animation
 ========================
 
-Faces are mostly animated with blend shapes and captured weights. Such a clip moves the skin here in place of the
-muscles; where its motion compresses the skin, the muscles' wrinkles rise, without a weight painted or a map drawn.
+Most faces are animated with blend shapes and captured weights. Here such a clip moves the skin in place of the muscles;
+where it compresses the skin, wrinkles rise, and nobody has to paint weights or maps.
 """
 
 import matplotlib.pyplot as plt
@@ -15,8 +15,9 @@ import facewrinkle as fw
 from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 # %%
-# The clip, made here from arrays; :func:`facewrinkle.read_animation` reads one from a GLB file or a VTKHDF series.
-# Two shapes (brows up, smile) as displacements of all points, and a row of weights for each of 31 frames.
+# The clip is made from arrays here; :func:`facewrinkle.read_animation` reads one from a glTF or USD file or a VTKHDF
+# series. It has two shapes (brows up, smile), as displacements of all points, and a row of weights for each of 31
+# frames.
 
 face = fw.default_face()
 
@@ -40,7 +41,7 @@ clip = fw.Recorded.of_shapes(
 )
 
 # %%
-# The names are ARKit's, so the clip tells which action units it plays.
+# Its shapes have ARKit's names, so the clip knows which action units it plays.
 
 print({unit: round(weight, 2) for unit, weight in clip.action_units(1.5).items()})
 
@@ -74,7 +75,7 @@ below.set_xlabel("time (s)")
 plt.tight_layout()
 
 # %%
-# The recording itself is kept to the last digit: wrinkles are added to it and change nothing else.
+# The recording itself is kept to the last digit: wrinkles are added, and nothing else changes.
 
 n = len(face.points)
 flat = np.abs(frames[30]["W"][:n]) == 0.0

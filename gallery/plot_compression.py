@@ -4,9 +4,9 @@
 Compression, and how deep skin folds
 ====================================
 
-Skin folds where it is shortened, and only across the direction of the shortening. The amplitude is
-``sin(pi epsilon / 2)`` of its largest (Eq. 10), with epsilon the compression along the muscle. How epsilon is measured
-matters: the paper's sum over edges depends on the mesh, the deformation gradient does not.
+Skin folds where it is shortened, and only across the direction of the shortening. The amplitude is the share
+``sin(pi epsilon / 2)`` of its maximum (Eq. 10), with epsilon the compression along the muscle. How epsilon is measured
+matters: the paper's sum over edges depends on the mesh; the deformation gradient does not.
 """
 
 import matplotlib.pyplot as plt
@@ -20,8 +20,8 @@ from facewrinkle.layers.compression import StrainField, compression_along, edge_
 from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 # %%
-# A sheet is shortened by a fifth along x. Both ways are asked for the compression along x, on a mesh whose triangles
-# all lean the same way.
+# A sheet is shortened by a fifth along x. Both ways measure the compression in all directions, on a mesh whose
+# triangles all lean the same way.
 
 plane = pv.Plane(i_size=40.0, j_size=40.0, i_resolution=40, j_resolution=40).triangulate()
 points, triangles = np.asarray(plane.points, dtype=float), np.asarray(plane.regular_faces, dtype=np.int32)
@@ -62,8 +62,8 @@ styles = [Style(size=(460, 420), view="right_mouth", scalars=name) for name in (
 figure(side_by_side([picture(frame, face, style) for style in styles]))
 
 # %%
-# The deformation gradient is exact, whatever the mesh. The edges miss a fifth of the compression here, and see some
-# across it where there is none. No wrinkle reaches beyond the skin that its own muscle compresses.
+# The deformation gradient is exact on any mesh. The edges miss a fifth of the compression here, and see some across it,
+# where there is none. No wrinkle reaches beyond the skin that its own muscle compresses.
 
 error = np.abs(np.array(by_gradient) - exact).max()
 print(f"gradient: error {error:.1e}; edges: {by_edges[0]:.3f} in place of {exact[0]:.3f}")

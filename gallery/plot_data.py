@@ -4,7 +4,7 @@
 Data with labels
 ================
 
-Training and testing want many faces of which everything is known. Here each picture comes with its landmarks in pixels,
+Training and testing need many faces of which everything is known. Here each picture comes with its landmarks in pixels,
 the normal and the depth of every pixel, the height of the wrinkles, and the same skin without them.
 """
 
@@ -17,8 +17,8 @@ from facewrinkle.plotting import Scene, Style, figure, side_by_side, stacked
 SIZE = (230, 260)
 
 # %%
-# A person is a seed, and the same seed is the same person to the last bit. Vertices of the base mesh come first in
-# every frame, so that the vertex next to a landmark at rest tells where it has gone.
+# The same seed gives the same person to the last bit. The vertices of the base mesh come first in every frame, so the
+# vertex nearest to a landmark at rest shows where the landmark has moved.
 
 
 def played(face, expression, **options):
@@ -37,7 +37,7 @@ def landmarks_of(face, frame):
 
 # %%
 # Labels are drawn with the camera of the picture, without light: three numbers at each vertex become red, green, blue.
-# Normals n are ``127.5 (1 + n)``, heights ``128 + 100 W`` (a level is a hundredth of a millimetre).
+# Normals n become ``127.5 (1 + n)``, heights ``128 + 100 W`` (a step of grey is a hundredth of a millimetre).
 
 
 def labelled(frame, colours, camera):
@@ -61,8 +61,8 @@ def in_pixels(points, camera):
 
 
 # %%
-# Three people. The picture with its landmarks, normals, depth, wrinkles. Labels are of the skin alone: hair and eyes
-# are not in them.
+# Three people: the picture with its landmarks, then normals, depth and wrinkles. Labels show the skin alone, without
+# hair and eyes.
 
 rows, errors = [], []
 for seed, expression in ((7, "surprise"), (3, "anger"), (21, "happiness")):
@@ -85,14 +85,14 @@ for seed, expression in ((7, "surprise"), (3, "anger"), (21, "happiness")):
 figure(stacked(rows))
 
 # %%
-# The same skin without wrinkles, vertex by vertex: what they change.
+# What the wrinkles change: the distance of each vertex from the same skin without them.
 
 smooth = played(face, expression, layers=[])
 moved = np.linalg.norm(frame.points[: len(face.points)] - smooth.points, axis=1)
 print(f"wrinkles move {np.count_nonzero(moved > 0.01)} of {len(moved)} vertices, at most by {moved.max():.2f} mm")
 
 # %%
-# Landmarks, camera and depth agree: where a landmark is seen, its pixel is as far away as its vertex.
+# Landmarks, camera and depth agree: the pixel of a visible landmark is as far away as its vertex.
 
 middle = [error[name] for error in errors for name in ("nose_tip", "upper_lip_mid", "glabella", "pogonion")]
 print(f"depth at landmarks in the middle of the face: off by {max(middle):.2f} mm at most")

@@ -2,8 +2,8 @@
 Dimples that a smile brings out
 ===============================
 
-Dimples on both cheeks (Lin, Cheng, Fig. 6). They are not there until someone smiles: how deep they are is measured from
-the skin under them, which the smile compresses.
+Dimples on both cheeks (Lin, Cheng, Fig. 6). They appear only with a smile: the more it compresses the skin, the deeper
+they are.
 """
 
 import matplotlib.pyplot as plt
@@ -16,7 +16,7 @@ face = fw.default_face()
 sim = fw.Simulation(face, layers=fw.PatternLayer.presets("dimple", face, strength="skin"))
 
 # %%
-# Neutral, half-way and smiling.
+# Neutral, halfway and smiling.
 sim.express("AU12", 0.9)
 frames = list(sim.run(24))
 images = [

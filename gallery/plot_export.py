@@ -4,9 +4,9 @@
 Files for other programs
 ========================
 
-Frames are PyVista meshes, so one frame can be saved as anything that PyVista writes. A whole clip goes into one VTKHDF
-file, with its changing triangles and all its fields, for ParaView and for PyVista; pictures go into a movie; a fitted
-face is kept with its landmarks. For programs that want the same vertices in every frame, refine once and for all.
+Frames are PyVista meshes, so a frame can be saved in any format that PyVista writes. A whole clip goes into one VTKHDF
+file, with its changing triangles and all its fields, for ParaView and PyVista; pictures go into a movie; a fitted face
+is kept with its landmarks. For programs that need the same vertices in every frame, refine once and for all.
 """
 
 import tempfile
@@ -26,8 +26,8 @@ sim.express("frowning")
 frames = list(sim.run(30))
 
 # %%
-# The whole clip, and one frame of it with its fields. ParaView plays the series; ``pv.read`` opens its first time, and
-# the reader any other.
+# The whole clip, and one frame of it with its fields. ParaView plays the series; ``pv.read`` opens its first frame, a
+# reader any other.
 
 series = write_series(frames, 0.04 * np.arange(30), folder / "frowning.vtkhdf")
 frames[-1].save(folder / "frowning.vtp")
@@ -37,7 +37,7 @@ reader.reader.SetStep(29)
 last = reader.read()
 
 # %%
-# A movie, as .gif here; .mp4 as well. Both need the extra `export`.
+# A movie, here a .gif; .mp4 works as well. Both need the extra `export`.
 
 write_movie(pictures(frames, face, Style((320, 300), "glabella")), folder / "frowning.gif", fps=25)
 
@@ -45,14 +45,14 @@ strip = side_by_side([picture(frames[i], face, Style((280, 260), "glabella")) fo
 figure(strip)
 
 # %%
-# A fitted face in a file: a mesh, its landmarks and its unit. Muscles, skull and eyes are placed anew when it is read.
+# A file of a fitted face: mesh, landmarks and unit. Muscles, skull and eyes are placed anew when it is read.
 
 path = fw.write_face(face, folder / "head.face")
 again = fw.read_face(path)
 
 # %%
-# The same vertices in every frame, for a vertex cache or shape keys in Blender and game engines: the region is refined
-# once, and refinement is turned off. The files are numbered meshes, or one array of positions.
+# The same vertices in every frame, for a point cache or shape keys in Blender and game engines: the region is refined
+# once, and refinement is turned off. The positions of all frames make one array.
 
 near = np.linalg.norm(face.mesh.cell_centers().points - face.landmarks["glabella"], axis=1) < 45.0
 fine = fw.refine(face.mesh, near)
@@ -61,7 +61,7 @@ fixed = fw.Simulation(fw.fit_face(fine, face.landmarks, "mm"), fw.Refinement(max
 fixed.express("frowning")
 cache = np.stack([frame.points for frame in fixed.run(30)])
 np.save(folder / "frowning.npy", cache.astype(np.float32))
-print(f"positions of {cache.shape[1]} vertices at {cache.shape[0]} moments")
+print(f"positions of {cache.shape[1]} vertices in {cache.shape[0]} frames")
 for file in sorted(folder.iterdir()):
     print(f"{file.name:18s} {file.stat().st_size / 1e3:8.0f} kB")
 

@@ -2,8 +2,8 @@
 Eye pouches that tremble
 ========================
 
-Bags under the eyes whose skin trembles six times a second (Lin, Cheng, Fig. 7). Where such a pouch ends, towards the
-cheek, the skin is held: a crease.
+Bags under the eyes whose skin trembles six times a second (Lin, Cheng, Fig. 7). Towards the cheek, where the skin is
+held, a pouch ends in a crease.
 """
 
 import matplotlib.pyplot as plt
@@ -23,7 +23,7 @@ images = [picture(frame, face, Style(size=(420, 420), view="left_eye")) for fram
 figure(side_by_side(images))
 
 # %%
-# The lid's skin at one place over time: 25 frames of 0.02 s are three turns.
+# The skin of the lid at one place over time: 25 frames of 0.02 s are three periods.
 highest = int(np.argmax(frames[8]["pattern_eye_pouch_l"][: face.mesh.n_points]))
 height = np.array([frame["W"][highest] for frame in frames])
 _, axes = plt.subplots(figsize=(9, 2.4))

@@ -4,8 +4,8 @@
 Inspecting fields
 =================
 
-Every frame carries the numbers it was computed from, for anyone to check: coordinates along and across the
-muscle, compression, height, the split criterion, the level of refinement, and which muscle is in charge.
+Every frame holds the numbers from which it was computed, for anyone to check: coordinates along and across the muscle,
+compression, height, the split criterion, the level of refinement, and the dominant muscle.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from facewrinkle.mesh import ARRAYS
 from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side, stacked
 
 face = fw.default_face()
-layer = fw.MuscleWrinkles(inextensible=False)  # W = k0 H At A, without the bound of skin of fixed length
+layer = fw.MuscleWrinkles(inextensible=False)  # W = k0 H At A, not bounded by what skin of fixed length can fold
 sim = fw.Simulation(face, layers=[layer])
 sim.express("fear")
 *_, frame = sim.run(60)
@@ -28,15 +28,15 @@ for name, meaning in ARRAYS.items():
     print(f"{name:12s} {frame[name].dtype!s:8s} {meaning}")
 
 # %%
-# Each in colour. Fields of a muscle are grey where no muscle wrinkles the skin.
+# Each one in colour. Fields of a muscle are grey where no muscle wrinkles the skin.
 
 names = [None, "W", "epsilon", "lambda", "gamma", "split_gamma", "level", "muscle"]
 images = [picture(frame, face, Style(size=(460, 400), view="forehead", scalars=name)) for name in names]
 figure(stacked([side_by_side(images[k : k + 2]) for k in range(0, 8, 2)]))
 
 # %%
-# A frame is a :class:`pyvista.PolyData`: every filter of PyVista works on it. Here lines of equal height over the
-# forehead, furrows blue and bulges red, and the deepest place.
+# A frame is a :class:`pyvista.PolyData`: every filter of PyVista works on it. Here are the deepest place, and lines of
+# equal height on the forehead, furrows blue and bulges red.
 
 deepest = int(np.argmin(frame["W"]))
 muscle = str(frame.field_data["muscles"][frame["muscle"][deepest]])
@@ -49,7 +49,7 @@ scene.plotter.add_mesh(lines, line_width=3, **options)
 scene.plotter.show()
 
 # %%
-# One muscle's own fields, of :meth:`facewrinkle.Simulation.fields`, and its height recomputed from them with the
+# :meth:`facewrinkle.Simulation.fields` gives one muscle's own fields; from these its height is computed again with the
 # paper's formula, W = k0 H At sin(pi epsilon / 2) (Eq. 3).
 
 own = sim.fields(muscle)

@@ -14,7 +14,7 @@ import pyvista as pv
 import facewrinkle as fw
 
 # %%
-# A tear whose shape is the same at birth and at the end of its fall stands for one t of the formula.
+# With the same t at the beginning and at the end of its fall, a tear shows the shape for one t of the formula.
 
 times = [0.17, 0.22, 0.27, 0.32, 0.37, 0.43]
 drops = []
@@ -24,7 +24,7 @@ for t in times:
     drops.append(tear.surface(tear.begin + tear.hang))
 
 # %%
-# From a shallow drop over a sharp one (it is sharpest at t = 0.3229) to a slim one with a blunt tip.
+# From a shallow drop to a sharp one (the sharpest at t = 0.3229), and on to a slim one with a blunt tip.
 
 plotter = pv.Plotter(off_screen=True, window_size=(1200, 360))
 plotter.set_background("white")

@@ -1,11 +1,11 @@
 """
 .. _tear_steps:
 
-How a tear that is shed is built
-================================
+How a tear that runs down is built
+==================================
 
-The five steps of Lin and Cheng (their Figs. 9 and 10), on a strip of skin: a base surface, a copy of it just above,
-both joined along the outline, the head, its smooth form, and noise that only ever raises the top.
+The steps of Lin and Cheng (their Figs. 9 and 10), on a strip of skin: a base surface, a copy of it just above, both
+joined along the outline, the head, its smooth form, and noise that only raises the top.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ LENGTH, HALF = 12.0, 1.5
 shape = Shape(half=HALF, height=0.9, trail=1.0, film=0.12)
 
 # %%
-# (a) The base surface: what the tear passes over, subdivided. The top side runs along the path, x = s.
+# (a) The base surface: the skin under the tear, subdivided. The path runs along x.
 
 plane = pv.Plane(
     center=(LENGTH / 2, 0.0, 0.0), i_size=LENGTH, j_size=2 * HALF, i_resolution=240, j_resolution=60
@@ -38,13 +38,13 @@ def raised(height):
 
 
 def closed(height):
-    """The closed tear of a height over the base."""
+    """The closed tear whose top is at a height above the base."""
     corners, tear = solid(base, raised(height), faces)
     return pv.PolyData.from_regular_faces(corners, tear)
 
 
 # %%
-# (b) The copy, and (c) both joined; (d) the head, extruded; (e) smoothed; (f) with noise by moving least squares.
+# (b) The copy; (c) both joined; (d) the head, extruded; (e) smoothed; (f) with noise from moving least squares.
 
 flat = np.full(len(base), 0.25)
 block = np.where(base[:, 0] > LENGTH - 3.0, 0.9, 0.25)

@@ -16,7 +16,7 @@ from facewrinkle.plotting import Style, TearScene, View, figure, side_by_side, s
 VIEW = View((0.25, 0.02, 1.0), "nose_tip", (0.0, -0.25, -0.4), 2.0)
 
 # %%
-# A sad face, and a tear from each eye; the right one is a quarter of a second late.
+# A sad face, and a tear from each eye; the right one comes a quarter of a second later.
 
 face = fw.default_face()
 sim = fw.Simulation(face)
@@ -25,8 +25,8 @@ sim.express("sadness")
 tears = [fw.DrippingTear(face, "l", size=4.2), fw.DrippingTear(face, "r", size=4.0, begin=0.25)]
 
 # %%
-# It hangs for 0.8 s, and falls within 0.2 s. At 0.75 s it hangs; at 0.88 and 0.94 s the left one falls, and the right
-# one at 1.13 s.
+# A tear hangs for 0.8 s, and falls within 0.2 s. At 0.75 s both hang; at 0.88 and 0.94 s the left one falls, at 1.13 s
+# the right one.
 
 moments = [0.75, 0.875, 0.935, 1.13]
 with TearScene(face, Style((460, 460), VIEW)) as scene:
@@ -34,7 +34,7 @@ with TearScene(face, Style((460, 460), VIEW)) as scene:
 figure(stacked([side_by_side(images[:2]), side_by_side(images[2:])]))
 
 # %%
-# It falls freely, by half g t².
+# Tears fall freely, by half g t².
 
 first, second = (tears[0].fallen(t) for t in moments[1:3])
 print(f"fallen {first:.1f} and {second:.1f} mm")

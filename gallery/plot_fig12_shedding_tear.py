@@ -4,8 +4,8 @@
 Tears that run down a face
 ==========================
 
-Four frames of Lin and Cheng's Fig. 12. The tears find their own way, down the steepest descent from the lid; they are
-joined to the skin and ride on it while the face becomes sad and its wrinkles refine the mesh.
+Four frames of Lin and Cheng's Fig. 12. The tears find their own way, down the steepest descent from the lid. They lie
+on the skin and move with it while the face becomes sad and its wrinkles refine the mesh.
 """
 
 import facewrinkle as fw
@@ -23,7 +23,7 @@ tears = [fw.SheddingTear(face, start="l"), fw.SheddingTear(face, start="r", begi
 frames = list(sim.run(32))
 
 # %%
-# The length that is covered grows with time, ``h = s + c t``: here at 0.1, 1, 2 and 3.2 s.
+# The length of a tear grows with time, ``h = s + c t``: here at 0.1, 1, 2 and 3.2 s.
 
 moments = [0.1, 1.0, 2.0, 3.2]
 images = []
@@ -34,7 +34,7 @@ with TearScene(face, Style((460, 460), VIEW)) as scene:
 figure(stacked([side_by_side(images[:2]), side_by_side(images[2:])]))
 
 # %%
-# The tear is never in the skin, however that moves.
+# The tear is never inside the skin, however the skin moves.
 
 distance = tears[0].surface(3.2, frames[-1]).compute_implicit_distance(frames[-1])["implicit_distance"]
 print(f"distance from the skin: {distance.min():.1e} to {distance.max():.2f} mm")

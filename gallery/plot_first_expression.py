@@ -4,16 +4,16 @@
 The first expression
 ====================
 
-A face, a simulation, an expression: three lines, and the forehead folds. Contracting muscles pull the skin, the skin is
-compressed, and wrinkles rise where it is; the mesh gets triangles there and nowhere else.
+A face, a simulation, an expression: three lines, and the forehead folds. Contracting muscles pull the skin, and
+wrinkles rise where it is compressed; the mesh gets more triangles there and nowhere else.
 """
 
 import facewrinkle as fw
 from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side
 
 # %%
-# The built-in head has 4,517 triangles. :meth:`facewrinkle.Simulation.run` ramps up to what was asked for, and gives
-# one :class:`pyvista.PolyData` after the other.
+# The built-in head has 4,517 triangles. :meth:`facewrinkle.Simulation.run` ramps up to the expression, and gives one
+# :class:`pyvista.PolyData` after the other.
 
 face = fw.default_face()
 sim = fw.Simulation(face)

@@ -4,8 +4,8 @@
 The five expressions of the paper
 =================================
 
-Surprise, frowning, closing an eye, stretching the mouth, and fear: the expressions that Zhang, Sim and Tan show, with
-the numbers of triangles that their Table 1 lists, beside ours.
+Surprise, frowning, closing an eye, stretching the mouth, and fear: the expressions that Zhang, Sim and Tan show. The
+numbers of triangles in their Table 1 stand beside ours.
 """
 
 import matplotlib.pyplot as plt
@@ -32,7 +32,7 @@ for view in ("front", None):
 figure(stacked(rows))
 
 # %%
-# Triangles. The paper's model and ours start from 4,517; where triangles are added depends on the expression alone.
+# Triangles. The paper's model and ours start from 4,517; how many are added depends on the expression.
 
 ours = [frames[row.expression].n_cells for row in PAPER]
 theirs = [row.after for row in PAPER]
@@ -47,7 +47,7 @@ axes.legend(frameon=False)
 plt.tight_layout()
 
 # %%
-# Both need most for the same expressions: surprise first, then fear.
+# Both need the most for the same expressions: surprise first, then fear.
 
 for row, count in zip(PAPER, ours, strict=True):
     print(f"{row.expression:17s} paper {row.before} -> {row.after}, here {face.mesh.n_cells} -> {count}")

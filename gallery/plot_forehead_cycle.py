@@ -2,7 +2,7 @@
 A running cycle of forehead wrinkles
 ====================================
 
-Six frames of the paper's pattern function for the forehead, as its time t runs on (Lin, Cheng, Fig. 1).
+Six frames of the pattern function for the forehead, as its time t goes on (Lin, Cheng, Fig. 1).
 """
 
 import matplotlib.pyplot as plt
@@ -12,7 +12,7 @@ from matplotlib.colors import LightSource
 from facewrinkle.layers import patterns
 
 # %%
-# The pattern over the part of its plane that suits a forehead. Its local x points up.
+# The pattern on the part of its plane that suits a forehead. Its local x points up.
 x, y = np.meshgrid(np.linspace(2.0, 4.2, 220), np.linspace(-2.5, 2.5, 400), indexing="ij")
 times = [0.0, 0.8, 1.6, 2.4, 3.2, 4.0]
 frames = [patterns.forehead(x, y, t, alpha=0.5, beta=4.0) for t in times]

@@ -4,8 +4,8 @@
 Measuring a wrinkle
 ===================
 
-How deep, how far apart, how sharp? A frame is cut along a fibre of the muscle, across its folds, and what the triangles
-show is compared with the formula.
+How deep are wrinkles, how far apart, how sharp? A mesh is cut along a fibre of the muscle, across its folds, and the
+cut is compared with the formula.
 """
 
 import matplotlib.pyplot as plt
@@ -17,8 +17,8 @@ from facewrinkle.geometry.interpolation import displaced
 from facewrinkle.geometry.profile import bulge_height, phase, shape
 
 # %%
-# A muscle by itself on a flat sheet, which is squeezed along the fibre by a quarter: the closed form is known here. The
-# heights are exact at the vertices, and straight between them.
+# A single muscle on a flat sheet, with wrinkles at full compression: the closed form is known here. The heights are
+# exact at the vertices, and straight between them.
 
 style = fw.Wrinkles(count=4, start=0.25, depth=0.5, alpha=2.0, core=0.6)
 muscle = fw.LinearMuscle((0, 0, 0), (40, 0, 0), max_angle=0.6, radius=44.0, wrinkles=style)
@@ -26,7 +26,7 @@ u = muscle.half_wavelength
 
 
 def wrinkled(spacing):
-    """The sheet with the muscle's wrinkles at full compression, of triangles of a size."""
+    """The sheet with the muscle's wrinkles at full compression; `spacing` is the length of its edges."""
     sheet = pv.Plane(
         center=(28, 0, 0),
         i_size=50,
@@ -41,7 +41,7 @@ def wrinkled(spacing):
 
 
 # %%
-# Cut along the fibre: a plane through it, and the points of the section in order.
+# Cut along the fibre with a plane, and put the points of the section in order.
 
 
 def section(mesh, line=0.013):
@@ -69,8 +69,8 @@ axes.legend(frameon=False, ncols=4, loc="upper right", bbox_to_anchor=(1.0, 1.2)
 plt.tight_layout()
 
 # %%
-# Amplitude, wavelength and sharpness from the section alone. The furrow is as many times steeper than the bulge as the
-# formula says: ``2^alpha (1 + alpha)`` is 12.
+# Amplitude, wavelength and sharpness from the section alone. By the formula the furrow is ``2^alpha (1 + alpha)``, here
+# 12 times as steep as the bulge.
 
 x, z = section(wrinkled(0.05))
 low = np.flatnonzero((z[1:-1] < z[:-2]) & (z[1:-1] <= z[2:]) & (z[1:-1] < -0.5)) + 1
@@ -85,8 +85,8 @@ print(f"{len(furrows)} furrows, {wavelength:.2f} mm apart (2u = {2 * u:.2f}), {a
 print(f"k0 2^alpha = {style.depth * 2**style.alpha:.3f} mm; slopes {sharpness:.1f} : 1")
 
 # %%
-# How fast the error falls as triangles get smaller: the profile has corners, so that its largest error falls as the
-# size, and its mean as the square.
+# How fast the error falls as triangles get smaller. The profile has corners, so that the largest error is proportional
+# to the size of the triangles, and the mean error to its square.
 
 sizes = np.array([1.0, 0.5, 0.25, 0.125])
 mean = []

@@ -4,8 +4,8 @@
 Muscles and the fields they define
 ==================================
 
-Three kinds of muscles move a face. A linear muscle pulls a cone of skin towards a point, a sheet pulls a rectangle
-towards a line, a sphincter pulls towards a centre (Zhang, Sim, Tan, Section 3). Each gives every vertex two
+Three kinds of muscles pull the skin. A linear muscle pulls a cone of skin towards a point, a sheet pulls a rectangle
+towards a line, a sphincter pulls a ring towards its centre (Zhang, Sim, Tan, Section 3). Each gives every vertex two
 coordinates: how far along the muscle it lies, and how far to the side.
 """
 
@@ -18,7 +18,7 @@ face = fw.default_face()
 fibres = {"linear": "#d1495b", "sheet": "#2e86ab", "sphincter": "#edae49"}
 
 # %%
-# Where they are, over the skull: linear ones red, sheets blue, sphincters yellow.
+# The muscles over the skull: linear ones red, sheets blue, sphincters yellow.
 
 
 def lines_of(muscle):
@@ -68,7 +68,8 @@ for column, name in enumerate(("lambda", "gamma")):
 plotter.show()
 
 # %%
-# The pull is strongest at the end of the muscle's reach, where it inserts into the skin, and points to the attachment.
+# The pull points to the attachment, and is strongest near the end of the muscle's reach, where it inserts into the
+# skin.
 
 pull = np.linalg.norm(skin["pull"], axis=1)
 strongest = int(np.argmax(pull))

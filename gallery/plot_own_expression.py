@@ -4,8 +4,8 @@
 Action units, and an expression of your own
 ===========================================
 
-Action units of the Facial Action Coding System (Ekman, Friesen) say what a face does; here each stands for muscles that
-contract. Units, muscles and expressions mix freely, each with its own strength, also on one side alone.
+The action units of the Facial Action Coding System (Ekman, Friesen) say what a face does; here each one contracts some
+muscles. Units, muscles and expressions mix freely, each with its own strength, also on one side only.
 """
 
 import tempfile
@@ -18,8 +18,8 @@ from facewrinkle.plotting import Style, View, figure, picture, side_by_side, sta
 NEAR = View((0.0, 0.02, 1.0), "nose_tip", (0.0, 0.2, -1.6), 3.3)
 
 # %%
-# Happiness is 6 + 12, sadness 1 + 4 + 15, anger 4 + 5 + 7 + 23, disgust 9 + 15, by their names or by their units.
-# "AU12L" is the left half of a unit, the subject's own left.
+# Happiness is 6 + 12, sadness 1 + 4 + 15, anger 4 + 5 + 7 + 23, disgust 9 + 15: use the names or the units. "AU12L" is
+# the left half of a unit, on the subject's own left.
 
 face = fw.default_face()
 asked = {
@@ -47,15 +47,15 @@ figure(stacked([side_by_side(images[:4]), side_by_side(images[4:])]))
 print(", ".join(asked))
 
 # %%
-# What an expression asks of the muscles. All of them are in :data:`facewrinkle.EXPRESSIONS`,
+# The muscles that an action unit contracts. All names are in :data:`facewrinkle.EXPRESSIONS`,
 # :data:`facewrinkle.ACTION_UNITS` and :data:`facewrinkle.MUSCLES`.
 
 for muscle, rate in fw.ACTION_UNITS["AU2"].items():
     print(f"AU2: {muscle} {rate:g}")
 
 # %%
-# How the skin over a muscle folds is a property of the muscle. Here seven fine furrows across the forehead, in place of
-# three or four.
+# How the skin folds over a muscle is a property of the muscle. Here are seven fine furrows across the forehead, instead
+# of three or four.
 
 frontalis = [name for name in face.muscles if name.startswith("frontalis")]
 fine = face.with_muscles({name: face.muscles[name].replaced(count=7, depth=1.0) for name in frontalis})
@@ -64,7 +64,7 @@ style = Style(size=(450, 400), view="forehead")
 figure(side_by_side([picture(frame, face, style) for frame in frames]))
 
 # %%
-# An expression to keep goes into an atlas, the file that says where muscles lie and what they do together.
+# To keep an expression, put it into an atlas, the file that says where muscles lie and what they do together.
 
 atlas = Path(tempfile.mkdtemp()) / "atlas.toml"
 text, line = DEFAULT_ATLAS.read_text(encoding="utf-8"), "scepticism = { AU2L = 1.0, AU14R = 0.5 }"
@@ -72,7 +72,7 @@ atlas.write_text(text.replace("[expressions]", f"[expressions]\n{line}"), encodi
 print(", ".join(fw.read_atlas(atlas).expressions["scepticism"]))
 
 # %%
-# A mixture of muscles is exact: half an expression contracts each of its muscles half as much.
+# Mixtures are exact: half an expression contracts each of its muscles half as much.
 
 sim = fw.Simulation(face)
 sim.express("sadness", intensity=0.5)

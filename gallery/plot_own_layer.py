@@ -5,8 +5,8 @@ Writing your own layer
 ======================
 
 A layer is anything that lifts the skin along its normals: it follows the vertices as they come and go, gives their
-heights in each state of the surface, and says where it needs triangles. Here: the vein that swells on the forehead of
-somebody who is angry, and beats with the heart.
+heights for each state of the surface, and says where it needs triangles. Here it is a vein on the forehead that swells
+with anger and beats with the heart.
 """
 
 import matplotlib.pyplot as plt
@@ -19,7 +19,7 @@ from facewrinkle.layers.base import Displacement
 from facewrinkle.plotting import Style, View, figure, picture, side_by_side
 
 # %%
-# The four methods of :class:`facewrinkle.layers.base.Layer`. What depends on the place alone is computed once for each
+# The four methods of :class:`facewrinkle.layers.base.Layer`. What depends only on the place is computed once for each
 # vertex, in `follow`; `displacement` is called at every step.
 
 
@@ -30,7 +30,7 @@ class Vein:
         self.line, self.width, self.height, self.beats = np.asarray(line), width, height, beats
 
     def attach(self, face):
-        """Begin anew on a face."""
+        """Start anew, on this face."""
         self._tree = cKDTree(self.line)
         self._distance, self._across = np.empty(0), np.empty((0, 3))
         self._muscles = [name.startswith("corrugator") for name in face.muscles]
@@ -53,12 +53,12 @@ class Vein:
         return Displacement(self._height, np.where(active, self.width, np.inf), self._across, active)
 
     def fields(self):
-        """Arrays of it that every frame carries."""
+        """Its arrays in every frame."""
         return {"vein": self._height.copy()}
 
 
 # %%
-# The line runs from above the brow up to the hair, laid on the surface.
+# The line runs on the surface from above the brow up to the hair.
 
 face = fw.default_face()
 low, high = face.landmarks["brow_l_inner"], face.landmarks["trichion"]
@@ -68,7 +68,7 @@ spline = make_interp_spline(np.linspace(0.0, 1.0, 5), knots)(np.linspace(0.0, 1.
 _, line = face.mesh.find_closest_cell(spline, return_closest_point=True)
 
 # %%
-# It stacks with the wrinkles of the muscles.
+# Its heights are added to the wrinkles of the muscles.
 
 sim = fw.Simulation(face, fw.Refinement(max_level=3), layers=[fw.MuscleWrinkles(), Vein(line)])
 sim.express("anger")
@@ -90,7 +90,7 @@ axes.set_ylabel("height (mm)")
 plt.tight_layout()
 
 # %%
-# The heights of all layers add up, to the last digit; the simulation works with copies of the layers it was given.
+# The heights of all layers add up, to the last digit. The simulation works with copies of the layers that it was given.
 
 frame = frames[-1]
 vein, wrinkles = sim.layers[1].fields()["vein"], sim.layers[0].fields()["W"]

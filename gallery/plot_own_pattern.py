@@ -4,8 +4,8 @@
 A pattern of your own, on a painted region
 ==========================================
 
-Any function of two local coordinates and a time is a pattern, and any painted weights are a region. Here: scars that
-are worn as ornament, raised beads in rows over brow and cheek, on a face that still frowns and smiles under them.
+Any function of two local coordinates and a time is a pattern, and any painted weights are a region. Here they are
+ornamental scars, rows of raised beads over brow and cheek, on a face that still frowns and smiles under them.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ import facewrinkle as fw
 from facewrinkle.plotting import Style, View, figure, picture, side_by_side
 
 # %%
-# Beads in rows, as a function of the plane. A region's own coordinates run from -1 to 1 from border to border.
+# Rows of beads, as a function in the plane. The coordinates of a region run from -1 to 1 between its borders.
 
 
 def beads(x, y, t, across=9.0, rows=2.0):
@@ -38,7 +38,7 @@ layers = [
 ]
 
 # %%
-# They stack with the wrinkles of the muscles, and ride on the skin.
+# Their heights are added to the wrinkles of the muscles, and they move with the skin.
 
 sim = fw.Simulation(face, fw.Refinement(max_level=4), layers=[fw.MuscleWrinkles(), *layers])
 sim.express({"AU4": 0.6, "AU12L": 0.7})

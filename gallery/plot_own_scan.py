@@ -4,8 +4,8 @@
 Your own scan
 =============
 
-A scan comes without landmarks, in some unit, turned somehow, noisy, and without the back of the head. One call finds
-the face on it and places skull, eyes and muscles under it.
+A scan comes without landmarks, in any unit and any orientation, noisy, and without the back of the head. One call finds
+the face on it, and places skull, eyes and muscles under it.
 """
 
 import numpy as np
@@ -16,9 +16,9 @@ from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side
 
 # %%
-# This "scan" is made here, so that the page needs no data: another person, finer triangles, a quarter of them dropped
-# again, noise of a tenth of a millimetre, the back of the head cut off, turned on its side, in metres. In its place
-# stands a file of yours: ``fw.fit_face("scan.obj")``.
+# This "scan" is made here, so that the page needs no data: another person with finer triangles, a quarter of them
+# removed again, noise of a tenth of a millimetre, the back of the head cut off, turned on its side, in metres. Use a
+# file of your own instead: ``fw.fit_face("scan.obj")``.
 
 person = fw.default_face({"jaw": 0.6, "nose_width": 0.5, "age": 0.4, "length": -0.4})
 mesh = fw.refine(person.mesh, np.arange(person.mesh.n_cells))
@@ -31,7 +31,7 @@ to_scanner = pv.Transform().rotate_z(90).rotate_y(-40).scale(0.001).translate((1
 scan = mesh.transform(to_scanner, inplace=False)
 
 # %%
-# Find the face. What does not look like one is an error, and what is doubtful a warning; each landmark comes with a
+# Find the face. A mesh that does not look like one is an error, a doubtful one a warning; each landmark comes with a
 # confidence. The unit is taken from the eyes: an adult's pupils are 63 mm apart.
 
 face = fw.fit_face(scan)
@@ -40,9 +40,9 @@ print(f"{scan.n_cells} triangles; one unit of the scan is {face.unit:.0f} mm")
 print(f"{len(face.landmarks)} landmarks; least sure is {doubtful}, {face.confidences[doubtful]:.2f}")
 
 # %%
-# Check the landmarks before anything else. Those that are wrong are given by name, in the coordinates of the scan, as
-# ``fw.fit_face(scan, {"nose_tip": (x, y, z)})`` or in a JSON file; the others follow them. To look for them alone, and
-# to see how much a mesh looks like a face, there is :func:`facewrinkle.find_landmarks`.
+# Check the landmarks before anything else. Give those that are wrong by name, in the coordinates of the scan, as in
+# ``fw.fit_face(scan, {"nose_tip": (x, y, z)})`` or in a JSON file; the others follow. To find landmarks only, and to
+# see how much a mesh looks like a face, use :func:`facewrinkle.find_landmarks`.
 
 scene = Scene(face, Style(size=(700, 700), view="left_three_quarter", quick=True))
 scene.show(face.mesh)
@@ -53,8 +53,8 @@ scene.plotter.add_points(
 scene.plotter.show()
 
 # %%
-# Now it is a face like the built-in one: any expression, pattern or tear can be laid on it. Frames are in the unit and
-# the coordinates of the scan.
+# Now it is a face like the built-in one, for any expression, pattern or tear. Frames are in the unit and the
+# coordinates of the scan.
 
 sim = fw.Simulation(face)
 images = [picture(face.mesh, face, Style(size=(400, 440)))]
@@ -66,7 +66,7 @@ for what in ("surprise", "disgust"):
 figure(side_by_side(images))
 
 # %%
-# How far the found landmarks are from where the person was made with them, in millimetres.
+# How far the found landmarks are from those that the person was made with, in millimetres.
 
 error = {
     name: 1000 * np.linalg.norm(face.landmarks[name] - to_scanner.apply(place))

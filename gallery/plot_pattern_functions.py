@@ -2,8 +2,8 @@
 The pattern functions
 =====================
 
-Wrinkles of the eye corner, of a frown and of a cheek, a dimple and an eye pouch: the height fields of the paper (Lin,
-Cheng, Figs. 3 and 5), and what their parameters do.
+Wrinkles of the eye corner, of a frown and of a cheek, a dimple and an eye pouch: the height fields of Lin and Cheng
+(Figs. 3 and 5), and what their parameters do.
 """
 
 import matplotlib.pyplot as plt

@@ -4,8 +4,8 @@
 Other people, and where they look
 =================================
 
-Parameters in an artist's words make other people of the built-in head. Muscles, skull, eyes and teeth follow,
-and so do the wrinkles.
+Parameters in an artist's words turn the built-in head into other people. Muscles, skull, eyes and teeth follow, and so
+do the wrinkles.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ import facewrinkle as fw
 from facewrinkle.plotting import Style, figure, picture, side_by_side, stacked
 
 # %%
-# Parameters from -1 to 1, or somebody at random; all have the same triangles.
+# Give parameters from -1 to 1, or take a random person; all have the same triangles.
 
 people = [
     fw.default_face({"age": 1.0, "sex": 0.5, "nose_length": 0.6}),
@@ -33,7 +33,7 @@ for face in people:
 figure(stacked([side_by_side([picture(face.mesh, face, style) for face in people]), side_by_side(laughing)]))
 
 # %%
-# Eyes turn within their lids, which follow them; both can converge on a point.
+# Eyes turn, and the lids follow them; both eyes can also look at one point.
 
 face = people[0]
 looks = [{"yaw": 30.0}, {"yaw": -30.0}, {"pitch": 20.0}, {"pitch": -25.0}]
@@ -47,7 +47,7 @@ for look in looks:
 figure(side_by_side(images))
 
 # %%
-# A frame tells where the eyes look.
+# A frame says where the eyes look.
 
 gaze = frames[0].field_data["gaze_l"][0]
 yaw = np.degrees(np.arctan2(gaze @ face.frame.axes[0], gaze @ face.frame.axes[2]))

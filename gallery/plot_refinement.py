@@ -5,8 +5,8 @@ Triangles where they are needed, and only there
 ===============================================
 
 A wrinkle needs a few vertices from bulge to furrow. Triangles are split where the surface bends more than at rest
-(Eq. 19), and where the wavelength asks for it; they are taken back when the skin is smooth again. Each is split in four
-(red), the gaps are closed by halving (green), and the halves are made anew each time, so angles never degrade.
+(Eq. 19), and where the wavelength requires it; they are merged again when the skin is smooth. Each is split in four
+(red), the gaps are closed by halving (green), and the halves are made anew each time, so that angles never degrade.
 """
 
 import matplotlib.pyplot as plt
@@ -18,7 +18,7 @@ from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 # %%
-# Frowning, at three caps of the level: 0, 1, and 2, the default on this head.
+# Frowning, with triangles split at most 0, 1 and 2 times; 2 is the default on this head.
 
 face = fw.default_face()
 counts, images, depths = [], [], []
@@ -47,8 +47,8 @@ axes.set_ylabel("triangles")
 plt.tight_layout()
 
 # %%
-# The algorithm by itself, on any triangles: :class:`facewrinkle.geometry.refinement.RedGreenForest`. Splitting about a
-# point again and again keeps every angle, because what was halved is never halved again.
+# The algorithm by itself works on any triangles: :class:`facewrinkle.geometry.refinement.RedGreenForest`. Splitting
+# about a point again and again keeps every angle, because what was halved is never halved again.
 
 plane = pv.Plane(i_resolution=6, j_resolution=6).triangulate()
 points, forest = np.asarray(plane.points), RedGreenForest(plane.regular_faces)

@@ -1,11 +1,11 @@
 """
 .. _skin:
 
-The skin that follows
-=====================
+How the skin follows the muscles
+================================
 
-Muscles pull the skin. Its material decides how far it follows, how quickly, and how far away the pull is still felt:
-springs, tethers to the bone, bending, damping. Any time step is stable.
+Muscles pull the skin. Its material (springs, tethers to the bone, bending, damping) decides how far it follows, how
+quickly, and how far away the pull is still felt. Any time step is stable.
 """
 
 import matplotlib.pyplot as plt
@@ -30,7 +30,7 @@ def pulled(seconds=0.6, time_step=0.02, **material):
 
 
 # %%
-# In time: with the default damping the brow rises without a swing; with little, it overshoots.
+# Over time: with the default damping of 1 the brow rises without overshooting; with little damping, it overshoots.
 
 _, axes = plt.subplots(figsize=(9, 2.8))
 for damping in (0.1, 0.3, 1.0, 2.0):
@@ -42,8 +42,8 @@ axes.legend(frameon=False)
 plt.tight_layout()
 
 # %%
-# In space: `decay` is the length over which a local pull dies out: the longer, the wider and the weaker the same
-# pull.
+# In space: `decay` is the length over which a local pull dies out. The longer it is, the wider and the weaker the
+# effect of the same pull.
 
 shown = []
 _, axes = plt.subplots(figsize=(9, 2.8))
@@ -76,7 +76,7 @@ for column, size in enumerate(shown):
 plotter.show()
 
 # %%
-# A step of 0.1 s ends where steps of 0.01 s do: the skin at rest under a pull does not depend on the time step.
+# Steps of 0.1 s end where steps of 0.01 s do: where the skin comes to rest does not depend on the time step.
 
 _, fine = pulled(2.0, 0.01)
 _, coarse = pulled(2.0, 0.1)

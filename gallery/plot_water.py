@@ -4,7 +4,7 @@
 Water on anything
 =================
 
-A tear that is shed needs a surface and a way down, and no face. Here rain runs over a stone: each drop finds the
+A tear that runs down needs a surface and a way down, but no face. Here rain runs over a stone: each drop finds the
 steepest descent, spreads a film, and keeps to the surface.
 """
 
@@ -23,7 +23,8 @@ stone.points *= (1.0 + 0.06 * bumps)[:, None]
 stone.points *= [1.25, 0.9, 1.0]
 
 # %%
-# ``mesh.facewrinkle.tear`` runs from a start; :class:`facewrinkle.SheddingTear` gives the water at all times.
+# ``mesh.facewrinkle.tear`` gives the water of a stream that runs from a start; :class:`facewrinkle.SheddingTear` gives
+# it at any time.
 
 angles = np.radians([60.0, 75.0, 92.0, 106.0, 120.0])
 starts = [(45.0 * np.cos(a), 45.0 * np.sin(a), depth) for a, depth in zip(angles, (16, 22, 18, 24, 15), strict=True)]
@@ -46,7 +47,7 @@ plotter.camera_position = [(60, 50, 150), (0, 2, 5), (0, 1, 0)]
 plotter.show()
 
 # %%
-# Each is one closed piece of water, and none of it is in the stone.
+# Each stream is one closed piece of water, and none of it is inside the stone.
 
 depths = [stream.compute_implicit_distance(stone)["implicit_distance"].min() for stream in streams]
 print(", ".join(f"{stream.volume:.1f} mm³" for stream in streams))

@@ -2,8 +2,8 @@
 Wrinkles where they are wanted
 ==============================
 
-The neutral face, and with wrinkles on forehead, eye corners and cheeks; then forehead wrinkles and a frown alone
-(Lin, Cheng, Figs. 2 and 4).
+The neutral face, and the face with wrinkles on forehead, eye corners and cheeks; then forehead wrinkles and a frown by
+themselves (Lin, Cheng, Figs. 2 and 4).
 """
 
 import numpy as np
@@ -41,8 +41,8 @@ frown = shown(fw.PatternLayer.presets("frown", face))
 show([face.mesh, broken, frown], "forehead", (420, 420))
 
 # %%
-# No two wrinkles are alike. The formula draws them even; with variation they differ in length, depth, distance and
-# bend. A seed makes other ones: no face is its own mirror image.
+# No two wrinkles are alike. The formula makes them even; with variation they differ in length, depth, distance and
+# bend, on each side of the face. Another seed makes other ones.
 even = shown(fw.PatternLayer.presets("eye_corner", face, variation=0.0))
 grown = [shown(fw.PatternLayer.presets("eye_corner", face, seed=seed)) for seed in (0, 3)]
 show([even, *grown], "left_eye", (420, 420))

@@ -29,8 +29,8 @@ axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
 plt.tight_layout()
 
 # %%
-# As printed, the first and the last wrinkle begin at the bottom of a furrow, and the surface jumps there. The default
-# begins where H is zero: both ends are continuous, and the number of furrows stays.
+# As printed, the first wrinkle begins and the last one ends at the bottom of a furrow, and the surface jumps there. The
+# default begins where H is zero: both ends are continuous, and the number of furrows is the same.
 
 length, start, count = 40.0, 10.0, 3
 u = (length - start) / (2 * count)
@@ -44,7 +44,7 @@ axes[1].set_xlabel("distance from the attachment (mm)")
 plt.tight_layout()
 
 # %%
-# To the sides the wrinkles fade: as printed with a kink at both ends of the band, or smoothly.
+# Towards the sides the wrinkles fade: as printed, with a kink at both ends of the band, or smoothly.
 
 s = np.linspace(-0.3, 1.3, 321)
 _, axis = plt.subplots(figsize=(9, 2.2))

@@ -29,14 +29,14 @@ ITERATIONS, DRAWINGS = 250, 20
 
 
 def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
-    """The paper's five expressions with pictures and movies, then Table 1.
+    """Write pictures and movies of the paper's five expressions, and Table 1.
 
     Parameters
     ----------
     out
         Folder to write to.
     quiet
-        Print nothing but errors.
+        Print only errors.
     """
     begin = time.perf_counter()
     report = Report(quiet)

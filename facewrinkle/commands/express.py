@@ -55,25 +55,25 @@ def express(
     name
         An expression, action unit or muscle, or a mixture such as AU1=0.7,AU4. See `facewrinkle info`.
     intensity
-        How strong, 0 to 1.
+        How strong the expression is, 0 to 1.
     frames
         Steps from the relaxed face to the held expression; half as many lead back.
     max_level
-        How often triangles may be split; 0 turns refinement off.
+        How often a triangle may be split; 0 turns refinement off. Default: what most wrinkles need.
     gamma_c
-        Threshold of the split criterion (Eq. 19).
+        Threshold of the split criterion (Eq. 19): smaller means more triangles. Default: 0.03.
     samples
-        Vertices that a half cycle of a wrinkle needs.
+        Least number of vertices from bulge to furrow. Default: 4.
     depth
-        Multiplies the depth of the wrinkles.
+        Factor of the depth of all wrinkles.
     alpha
-        Sharpness of the furrows of the muscles that act.
+        Sharpness of the furrows of the contracted muscles.
     count
-        Number of furrows of the muscles that act.
+        Number of furrows of each contracted muscle.
     compression
-        How compression is measured.
+        Measure compression by the deformation gradient, or by edges as in the paper.
     ends
-        Wrinkles that fade in at both ends of their region, or the paper's own.
+        Wrinkles that begin and end at height 0, or in a furrow as in the paper. Default: what the atlas says.
     """
     begin, output = time.perf_counter(), output or OutputOptions()
     report = Report(output.quiet)

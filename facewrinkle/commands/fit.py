@@ -1,4 +1,4 @@
-"""``facewrinkle fit``: the landmarks and the anatomy of a face, in files and in a picture to check them by."""
+"""``facewrinkle fit``: the landmarks and the anatomy of a face, in files and in a picture for checking."""
 
 from __future__ import annotations
 
@@ -42,27 +42,27 @@ def fit(
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
-    """Find a face on a mesh and place skull, eyes and muscles under it.
+    """Find the face on a mesh and place skull, eyes and muscles under it.
 
-    Writes NAME.landmarks.json (edit it and give it back with --landmarks), NAME.png to check them by, and NAME.face,
-    which other commands take with --face.
+    Writes NAME.face, which other commands take with --face, NAME.png, a picture of the landmarks to check, and
+    NAME.landmarks.json, which you can correct and give back with --landmarks.
 
     Parameters
     ----------
     file
         A mesh of a face: OBJ, PLY, STL, glTF or a VTK format.
     landmarks
-        JSON file with the coordinates of some or all landmarks; the others are found.
+        JSON file with the coordinates of some or all landmarks; the others are found by shape.
     units
         Unit of the mesh: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
     texture
-        Photo that lies on the mesh. Default: the image that the file names or holds.
+        Photo to draw on the mesh. Default: the image that the file names or holds.
     resolve_self_intersections
-        Smooth small places where the mesh runs through itself, as much as it takes.
+        Smooth small places where the mesh runs through itself until it no longer does.
     out
         Folder to write to. Default: output/NAME.
     quiet
-        Print nothing but errors.
+        Print only errors.
     """
     begin = time.perf_counter()
     report = Report(quiet)

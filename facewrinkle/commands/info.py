@@ -26,12 +26,12 @@ TOPICS = ("muscles", "action-units", "expressions")
 
 
 def info(topic: str | None = None, /) -> None:
-    """List the muscles, action units and expressions; or show what a file holds.
+    """List muscles, action units and expressions, or describe a mesh or a .face file.
 
     Parameters
     ----------
     topic
-        One of muscles, action-units and expressions (default: all three), or a mesh, or a .face file.
+        muscles, action-units or expressions (default: all three); or the name of a file.
     """
     report = Report(quiet=False)
     if topic is not None and topic not in TOPICS:

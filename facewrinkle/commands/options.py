@@ -28,15 +28,16 @@ class FaceOptions:
         A mesh of a face: OBJ, PLY, STL, glTF or a VTK format; or a .face file of `facewrinkle fit`. Default: the
         built-in head.
     landmarks
-        JSON file with the coordinates of landmarks of --face. Default: found by its shape.
+        JSON file with the coordinates of landmarks on --face. Default: all are found by shape.
     units
         Unit of --face: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
     identity
-        Whose face the built-in head has: parameters from -1 to 1, such as jaw=0.5,age=1. See facewrinkle.Identity.
+        Another person's face for the built-in head: parameters from -1 to 1, such as jaw=0.5,age=1. See
+        facewrinkle.Identity.
     atlas
-        TOML file with other muscles, action units and expressions.
+        TOML file with your own muscles, action units and expressions.
     texture
-        Photo that lies on --face. Default: the image that the file names or holds.
+        Photo to draw on --face. Default: the image that the file names or holds.
     """
 
     face: Path | None = None
@@ -73,22 +74,22 @@ class OutputOptions:
     Parameters
     ----------
     size
-        Pixels of each picture: 800, or 800x600.
+        Size of each picture in pixels: 800, or 800x600.
     view
-        View of the close-ups. Default: where the wrinkles are.
+        View of the close-ups, such as forehead or left_eye. Default: chosen by the wrinkles or tears.
     fps
-        Pictures in a second of the movie.
+        Frames per second of the movie.
     movie
         Write a movie.
     series
         Write all frames as a time series (VTKHDF), which ParaView plays.
     save_mesh
-        Write the wrinkled mesh with its texture, too: glb or gltf (with eyes and teeth), obj or ply; and tears, in
-        ply as a file of their own.
+        Also write the wrinkled mesh with its texture and tears: as glb or gltf (with eyes and teeth), obj, or ply
+        (tears in a second file).
     out
         Folder to write to. Default: output/NAME.
     quiet
-        Print nothing but errors.
+        Print only errors.
     """
 
     size: str = "800"

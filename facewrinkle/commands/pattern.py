@@ -50,36 +50,36 @@ def pattern(
     Parameters
     ----------
     name
-        forehead, eye_corner, cheek, frown, dimple or eye_pouch; on a face also one side of it, such as dimple_l.
+        forehead, eye_corner, cheek, frown, dimple or eye_pouch; on a face also one side, such as dimple_l.
     centre
-        Middle of the pattern on any surface, such as 10,0,45: where --face has no landmarks.
+        Middle of the pattern on a mesh that is no face, such as 10,0,45; name the mesh with --face.
     up
-        Direction that is up in the pattern. Default: 0,1,0.
+        Direction that is up for the pattern. Default: 0,1,0.
     extent
-        Width and height of the pattern, such as 60,30: in the unit of the mesh with --centre, else in distances between
-        the pupils.
+        Width and height of the pattern, such as 60,30: with --centre in the unit of the mesh, otherwise in distances
+        between the pupils.
     depth
-        From bulge to furrow, mm.
+        Depth from bulge to furrow, mm.
     number
-        How many wrinkles.
+        Number of wrinkles.
     spacing
-        From wrinkle to wrinkle, mm, in place of their number.
+        Distance from wrinkle to wrinkle, mm, in place of --number.
     sharpness
-        Of the furrows.
+        Sharpness of the furrows.
     style
-        Of forehead wrinkles: arcs, m or broken.
+        Style of forehead wrinkles: arcs, m or broken.
     variation
         How much the wrinkles differ from each other, 0 (all even) to 1.
     seed
-        Of the variation: other wrinkles for each.
+        Seed of the variation: another number makes other wrinkles.
     strength
         How strong the pattern becomes, 0 to 1.
     expression
-        An expression that brings the pattern out as it compresses the skin, or a mixture such as AU6=0.7,AU12.
+        An expression, or a mixture such as AU6=0.7,AU12: the more it compresses the skin, the deeper the pattern.
     frames
-        Frames until the pattern is out; as many lead back.
+        Frames until the pattern is at its deepest; as many lead back.
     max_level
-        How often triangles may be split. Default: as often as the pattern needs.
+        How often a triangle may be split; 0 turns refinement off. Default: what the pattern needs.
     """
     output = output or OutputOptions()
     report, fps = Report(output.quiet), check_range("fps", output.fps, 1.0, 100.0)

@@ -1,4 +1,4 @@
-"""``facewrinkle play``: a recorded animation with the wrinkles that its motion folds."""
+"""``facewrinkle play``: a recorded animation, with the wrinkles that its motion causes."""
 
 from __future__ import annotations
 
@@ -50,27 +50,27 @@ def play(
     Parameters
     ----------
     file
-        .glb, .gltf or USD with an animation of blend shapes, bones or points, or a .vtkhdf time series.
+        glTF or USD with an animation of blend shapes, bones or points, or a .vtkhdf time series.
     landmarks
-        JSON file with the coordinates of the landmarks of the face at rest.
+        JSON file with the coordinates of landmarks on the face at rest. Default: all are found by shape.
     units
         Unit of the file: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
     texture
-        Photo that lies on the face. Default: the image that the file holds.
+        Photo to draw on the face. Default: the image that the file names or holds.
     mesh
-        Which mesh of the file.
+        Name of the mesh in the file that is the face.
     animation
-        Which animation of the file. Default: the first that moves the mesh.
+        Name of the animation in the file. Default: the first that moves the mesh.
     speed
-        Seconds of the animation in one second.
+        Factor of the speed: 0.5 plays at half speed.
     max_level
-        How often triangles may be split; 0 turns refinement off.
+        How often a triangle may be split; 0 turns refinement off. Default: what most wrinkles need.
     depth
-        Multiplies the depth of the wrinkles.
+        Factor of the depth of all wrinkles.
     moments
-        Number of pictures at most, of the moments when wrinkles are deepest.
+        Largest number of pictures, which show the moments when wrinkles are deepest.
     follow
-        Let the camera go with a head that turns.
+        Turn the camera with the head.
     """
     begin, output = time.perf_counter(), output or OutputOptions()
     report = Report(output.quiet)

@@ -79,18 +79,18 @@ def table1(
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
-    """Measure the paper's Table 1 and print it beside the paper's.
+    """Measure Table 1 of the paper and print both.
 
     Parameters
     ----------
     iterations
-        Of each of the five expressions.
+        Time steps of each of the five expressions.
     drawings
-        Of each expression; their time is extrapolated to all iterations.
+        Pictures drawn of each expression; their time is extrapolated to all iterations.
     out
         Folder for table1.txt and table1.json. Default: they are not written.
     quiet
-        Print nothing but errors.
+        Print only errors.
     """
     report = Report(quiet)
     check_range("the number of iterations", iterations, 1, 1_000_000)

@@ -1,4 +1,4 @@
-"""``facewrinkle tear``: pictures, a movie and time series of a face that cries."""
+"""``facewrinkle tear``: pictures, a movie and two time series of a face that cries."""
 
 from __future__ import annotations
 
@@ -44,26 +44,26 @@ def tear(
     plain: bool = False,
     output: OutputOptions | None = None,
 ) -> None:
-    """Write pictures, a movie and time series of a face that cries.
+    """Write pictures, a movie and two time series of a face that cries.
 
     Parameters
     ----------
     kind
-        Tears that drip or are shed, as in the paper; or one tear, weeping, tears of joy.
+        Tears that drip or run down, as in the paper; or one tear, weeping, tears of joy.
     expression
         An expression, action unit or muscle, or a mixture such as AU1=0.7,AU4. Default: one that goes with the tears.
     intensity
         How strong the expression is, 0 to 1.
     speed
-        Of tears that are shed, mm/s.
+        Speed of tears that run down, mm/s.
     roughness
-        Of the skin, 0 to 1: how much water it holds back.
+        Roughness of the skin, 0 to 1: the rougher, the more water it holds back.
     seed
-        Another number, other tears.
+        Another number makes other tears.
     seconds
         Length of the movie.
     plain
-        Draw the tears of the movie without refraction: quicker.
+        Draw the movie without refraction, which is quicker.
     """
     begin, output, stem = time.perf_counter(), output or OutputOptions(), f"tear_{kind}"
     report = Report(output.quiet)
@@ -72,7 +72,7 @@ def tear(
     rates = face.atlas.contractions(parse_mixture(expression or PRESETS[kind].expression, face.atlas), intensity)
     given = {name: value for name, value in (("c", speed), ("roughness", roughness)) if value is not None}
     if given and kind == "dripping":
-        raise ParameterError("--speed and --roughness belong to tears that are shed; those that drip fall freely.")
+        raise ParameterError("--speed and --roughness belong to tears that run down; those that drip fall freely.")
     if speed is not None:
         check_range("speed", speed, 1e-6, 1e9)
     seconds, fps = check_range("seconds", seconds, 0.1, 1e4), check_range("fps", output.fps, 1.0, 100.0)
