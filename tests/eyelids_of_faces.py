@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pyvista as pv
 
 from facewrinkle.geometry.topology import boundary_loops
 
@@ -40,3 +41,9 @@ def filled(face, *rings):
         points.append(points[-1].mean(axis=0)[None] if rings else middle[None])
         triangles.append(np.stack([before, np.full(len(rim), last), np.roll(before, -1)], axis=1))
     return np.vstack(points), np.vstack(triangles).astype(np.int32)
+
+
+def ball_of(eye):
+    """The eyeball as a mesh whose first point is the middle of the iris."""
+    sphere = {"theta_resolution": 48, "phi_resolution": 48}
+    return pv.Sphere(radius=eye.radius, center=eye.centre, direction=eye.gaze, **sphere)

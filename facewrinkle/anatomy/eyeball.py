@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-import pyvista as pv
 
 from ..errors import ParameterError, check_range
 from .landmarks import MEAN_PUPIL_DISTANCE
@@ -42,9 +41,8 @@ class Eyeball:
     >>> eye = Eyeball("l", np.array([31.0, 0, 0]), 12.0, gaze=np.array([0.0, 0, 1]), up=np.array([0.0, 1, 0]))
     >>> np.degrees(eye.turn_to(np.array([1.0, 0, 1]))).round()
     array([45.,  0.])
-    >>> iris = eye.looking(np.array([0.6, 0, 0.8])).surface().points[0]
-    >>> round(float(iris[0]) - 31.0, 1)
-    7.2
+    >>> eye.looking(np.array([0.6, 0, 0.8])).gaze
+    array([0.6, 0. , 0.8])
     """
 
     side: str
@@ -92,19 +90,6 @@ class Eyeball:
         share = np.reshape(along, (-1, 1))
         sag = SAG * np.linalg.norm(outer - inner) * np.sin(np.pi * share)
         return np.asarray(inner + share * (outer - inner) - sag * self.up)
-
-    def surface(self, resolution: int = 48) -> pv.PolyData:
-        """The eyeball as a mesh whose pole is the middle of the iris; `angle` is the angle from it in radians."""
-        ball = pv.Sphere(
-            radius=self.radius,
-            center=self.centre,
-            direction=self.gaze,
-            theta_resolution=resolution,
-            phi_resolution=resolution,
-        )
-        cosine = (ball.points - self.centre) @ self.gaze / self.radius
-        ball.point_data["angle"] = np.arccos(np.clip(cosine, -1.0, 1.0))
-        return ball
 
 
 def gaze_of(eye: Eyeball, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLike | None = None) -> tuple[float, float]:

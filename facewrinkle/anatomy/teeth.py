@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import pyvista as pv
 
 from ..geometry.rings import ring_triangles
-from ..mesh import to_polydata
 from .landmarks import FaceFrame, lips_middle
 
 Array = npt.NDArray[np.float64]
@@ -70,25 +68,19 @@ class Arch:
 
     Examples
     --------
-    The array of the mesh, and the width of the upper arch, mm:
+    The width of the upper arch, mm:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> upper, lower = teeth_of(face.landmarks, face.frame)
-    >>> upper.surface().array_names, round(float(np.ptp(upper.points[:, 0])))
-    (['paint'], 61)
+    >>> round(float(np.ptp(upper.points[:, 0])))
+    61
     """
 
     jaw: str
     points: Array
     triangles: IntArray
     paint: npt.NDArray[np.uint8]
-
-    def surface(self) -> pv.PolyData:
-        """The arch as a mesh with `paint` (rgb)."""
-        mesh = to_polydata(self.points, self.triangles)
-        mesh.point_data["paint"] = self.paint
-        return mesh
 
 
 def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Arch, Arch]:
@@ -109,8 +101,8 @@ def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Arch, Ar
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> upper, lower = teeth_of(face.landmarks, face.frame)
-    >>> upper.surface().n_cells == len(upper.triangles)
-    True
+    >>> upper.jaw, lower.jaw
+    ('upper', 'lower')
     """
     lips = lips_middle(landmarks)
     arches = []

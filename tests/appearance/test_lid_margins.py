@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from eyelids_of_faces import ball_of
 
 from facewrinkle.anatomy.parts import follower
 from facewrinkle.appearance.companion_meshes import companion_meshes
@@ -32,7 +33,7 @@ def seen_past(face, eye, points, parts):
 @pytest.mark.parametrize("radius", [0.85, 0.95])
 def test_no_one_looks_past_a_ball_that_the_lids_do_not_touch(face, radius):
     eye = replace(face.eyes[0], radius=radius * face.eyes[0].radius)
-    ball, strip = eye.surface(), LidMargin(eye, face).at(face.points)
+    ball, strip = ball_of(eye), LidMargin(eye, face).at(face.points)
     assert seen_past(face, eye, face.points, [ball]) > 0
     assert seen_past(face, eye, face.points, [ball, strip]) == 0
 
@@ -40,7 +41,7 @@ def test_no_one_looks_past_a_ball_that_the_lids_do_not_touch(face, radius):
 def test_no_one_looks_past_the_eyes_of_an_open_mask(real_face):
     face = real_face("ict_face_narrow")
     for eye in face.eyes:
-        ball, strip = eye.surface(), LidMargin(eye, face).at(face.points)
+        ball, strip = ball_of(eye), LidMargin(eye, face).at(face.points)
         assert seen_past(face, eye, face.points, [ball]) > 0
         assert seen_past(face, eye, face.points, [ball, strip]) == 0
 
@@ -49,7 +50,7 @@ def test_no_one_looks_past_eyes_that_came_with_a_mask(real_face):
     face = real_face("ict_face_narrow")
     parts = {}
     for eye in face.eyes:
-        ball = eye.surface()
+        ball = ball_of(eye)
         ball.point_data["Colors"] = np.random.default_rng(1).integers(0, 256, (ball.n_points, 3), dtype=np.uint8)
         ball.cell_data["part"] = np.zeros(ball.n_cells, np.int64)
         parts[f"eye_{eye.side}"] = follower(f"eye_{eye.side}", ball)
