@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
+from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
@@ -82,8 +83,9 @@ def test_the_inside_of_skin_is_dim_and_red(face):
     assert hole[0] > 1.1 * hole[1]
 
 
-def test_the_lining_of_a_bag_has_no_back(real_face):
-    face = real_face("makehuman_head_male")
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+def test_the_lining_of_a_bag_has_no_back(real_face, stem):
+    face = head_with("sockets", "bag") if stem is None else real_face(stem)
     inner = face.lining.vertices[face.triangles]
     assert inner.any()
     drawn = VisibleSkin(face, bag=True).of(
@@ -104,8 +106,9 @@ def test_the_lining_of_a_bag_has_no_back(real_face):
 
 
 @pytest.mark.parametrize("expression", ["anger", "pain"])
-def test_the_lining_of_a_socket_does_not_come_through_the_lids(real_face, expression):
-    face = real_face("makehuman_head_male")
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+def test_the_lining_of_a_socket_does_not_come_through_the_lids(real_face, stem, expression):
+    face = head_with("sockets", "bag") if stem is None else real_face(stem)
     simulation = fw.Simulation(face)
     simulation.express(expression)
     *_, frame = simulation.run(14)
@@ -133,3 +136,33 @@ def test_all_of_a_bag_is_lining_and_nothing_of_the_face(real_face, name):
     assert not inside[face.mesh.find_closest_point(face.landmarks[name])]
     loose = topology.components(face.triangles[inside[face.triangles].all(axis=1)])
     assert len(np.unique(loose)) <= 4  # a mouth, two nostrils, and what is seen in these beside them
+
+
+def test_the_bag_of_a_mouth_is_its_lining(face):
+    """But its first ring, which is as deep as lips are; and what lies in the mouth and the nostrils of the face."""
+    bag = head_with("bag")
+    inside = bag.lining.vertices
+    assert inside[ring("bag", 2).min() :].all()
+    np.testing.assert_array_equal(np.flatnonzero(inside[: face.mesh.n_points]), np.flatnonzero(face.lining.vertices))
+    assert bag.lining.holds(bag.points[ring("bag", 3)] + 0.1).all()
+
+
+def test_the_lining_of_a_socket_has_no_back(face):
+    """The skin that was added faces the balls: from the front it is drawn, from behind it is not; the rest always is."""
+    head = head_with("sockets")
+    ahead = 100.0 * face.frame.pupil_distance * face.frame.axes[2]
+    seen = {}
+    for name, place in (("front", face.frame.origin + ahead), ("back", face.frame.origin - ahead)):
+        drawn = VisibleSkin(head, bag=False).of(head.mesh, place)
+        kept = {tuple(triangle) for triangle in drawn.regular_faces}
+        seen[name] = np.array([tuple(triangle) in kept for triangle in head.triangles])
+        np.testing.assert_array_equal(drawn.points, head.points)
+    a, b, c = (head.points[head.triangles[:, corner]] for corner in range(3))
+    toward = np.cross(b - a, c - a) @ face.frame.axes[2]
+    added = (head.triangles >= face.mesh.n_points).any(axis=1)
+    lids = np.isin(head.triangles, ring("sockets", 0)).any(axis=1) & ~added  # they may curl in behind the margins
+    for shown, hidden in ((seen["front"], toward < 0.0), (seen["back"], toward > 0.0)):
+        assert shown[~added & ~lids].mean() > 0.99
+        assert added[hidden].sum() > 100
+        assert shown[added & hidden].mean() < 0.02
+        assert shown[added & ~hidden].mean() > 0.98
