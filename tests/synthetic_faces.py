@@ -19,13 +19,13 @@ from facewrinkle.geometry.rings import ring_triangles
 from facewrinkle.mesh import to_polydata
 
 BACK_EDGE = (1.03, 0.7)
-"""The ring of the back edges of lids: its size relative to the rim, which is their front edge, and how far behind it, mm."""
+"""The ring of the back edges of lids: its size relative to the rim, their front edge, and how far behind it, mm."""
 
 WIDER = (1.25, 2.2)
 """The ring in which the lids of a mask end, in the same way."""
 
 SOCKET = ((0.08, 1.03), (0.3, 1.25), (0.6, 1.3), (0.85, 1.3))
-"""Rings of a socket: share of the way around the eye to its back, and distance from its centre relative to the rim's."""
+"""Rings of a socket: share of the way around the eye to its back, and distance from its centre relative to the rim."""
 
 BAG = ((0.5, 3.0), (5.0, 4.0), (9.5, 4.0), (14.0, 4.0), (13.0, 7.0), (7.0, 7.5), (1.5, 8.0), (10.0, 14.0), (12.0, 30.0))
 """Rings of the bag: mm up and down from the lips, and back. It goes up behind the lips, and down again on the gums."""
@@ -44,9 +44,8 @@ def skin_with(*kinds: str) -> tuple[np.ndarray, np.ndarray]:
     for kind in kinds:
         for loop, rings, closed in MAKERS[kind](face):
             n, first = len(loop), len(points)
-            last = first + n * len(rings) if closed else None
             number = np.concatenate([loop, np.arange(first, first + n * len(rings) + closed)])
-            added = ring_triangles(n, len(rings) + 1, last=None if last is None else n * (len(rings) + 1))
+            added = ring_triangles(n, len(rings) + 1, last=n * (len(rings) + 1) if closed else None)
             triangles = np.vstack([triangles, number[added[:, [0, 2, 1]]]])
             points = np.vstack([points, *rings, *([rings[-1].mean(axis=0)[None]] if closed else [])])
     return points, triangles.astype(np.int32)
@@ -64,7 +63,7 @@ def ring(kind: str, number: int) -> np.ndarray:
 
 
 def _thick(face: Face):
-    """Lids that end a little behind their back edges, as those of masks do."""
+    """Loops, the rings behind them, and whether they are closed: lids that end a little behind their back edges, as masks have."""
     return [(rim, _behind(face, rim, BACK_EDGE, WIDER), False) for rim in rims(face)]
 
 
@@ -110,11 +109,11 @@ def _shut(face: Face):
 def _bag(face: Face):
     """Skin behind the lips: back, up and down between lips and gums, back to the bite, and a throat."""
     loop = Mouth(face).loop
-    side, up, ahead = face.frame.axes
+    _, up, ahead = face.frame.axes
     places = face.points[loop]
-    local = (places - places.mean(axis=0)) @ np.stack([side, up], axis=1)
-    lip = np.clip(local[:, 1:] / np.abs(local[:, 1]).max(), -1.0, 1.0)  # 1 for the upper, -1 for the lower, 0 between
-    rings = [places + high * lip * up - back * ahead for high, back in BAG]
+    high = (places - places.mean(axis=0)) @ up
+    lip = (high / np.abs(high).max())[:, None]  # 1 in the middle of the upper, -1 in that of the lower, 0 between
+    rings = [places + away * lip * up - back * ahead for away, back in BAG]
     return [(loop, rings, True)]
 
 

@@ -70,9 +70,7 @@ def test_the_back_edges_of_thick_lids_lie_behind_the_front_ones(lids):
 def away_from(places, edges):
     """Distances of places from the polygons through the vertices of rings of both eyes, in their order."""
     loops = np.split(edges, 2)
-    fine = [
-        np.linspace(a, b, 20) for loop in loops for a, b in zip(loop, np.roll(loop, -1, axis=0), strict=True)
-    ]
+    fine = [np.linspace(a, b, 20) for loop in loops for a, b in zip(loop, np.roll(loop, -1, axis=0), strict=True)]
     return np.linalg.norm(places[:, None] - np.concatenate(fine), axis=2).min(axis=1)
 
 

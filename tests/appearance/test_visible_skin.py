@@ -148,7 +148,7 @@ def test_the_bag_of_a_mouth_is_its_lining(face):
 
 
 def test_the_lining_of_a_socket_has_no_back(face):
-    """The skin that was added faces the balls: from the front it is drawn, from behind it is not; the rest always is."""
+    """Of the skin that was added, only what turns its front to the viewer is drawn; of the rest, all."""
     head = head_with("sockets")
     ahead = 100.0 * face.frame.pupil_distance * face.frame.axes[2]
     seen = {}
