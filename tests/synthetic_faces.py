@@ -6,7 +6,7 @@ What is added comes after the vertices of the built-in head, ring by ring, so te
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from eyelids_of_faces import rims
@@ -33,7 +33,7 @@ BAG = ((0.5, 3.0), (5.0, 4.0), (9.5, 4.0), (14.0, 4.0), (13.0, 7.0), (7.0, 7.5),
 
 @lru_cache(maxsize=8)
 def head_with(*kinds: str) -> Face:
-    """The built-in head with one or more of "thick", "sockets", "shut" (lids) and "bag" (mouth). Not to be changed."""
+    """The built-in head with kinds of lids and mouth, which are the names in `MAKERS`. Not to be changed."""
     return Face.from_landmarks(to_polydata(*skin_with(*kinds)), fw.default_face().landmarks, 1.0)
 
 
@@ -63,7 +63,7 @@ def ring(kind: str, number: int) -> np.ndarray:
 
 
 def _thick(face: Face):
-    """Loops, the rings behind them, and whether they are closed: lids that end a little behind their back edges, as masks have."""
+    """Lids that end a little behind their back edges, as those of masks do."""
     return [(rim, _behind(face, rim, BACK_EDGE, WIDER), False) for rim in rims(face)]
 
 
@@ -106,15 +106,17 @@ def _shut(face: Face):
     return made
 
 
-def _bag(face: Face):
+def _bag(face: Face, wider: float = 0.0):
     """Skin behind the lips: back, up and down between lips and gums, back to the bite, and a throat."""
     loop = Mouth(face).loop
-    _, up, ahead = face.frame.axes
+    side, up, ahead = face.frame.axes
     places = face.points[loop]
     high = (places - places.mean(axis=0)) @ up
     lip = (high / np.abs(high).max())[:, None]  # 1 in the middle of the upper, -1 in that of the lower, 0 between
     rings = [places + away * lip * up - back * ahead for away, back in BAG]
+    rings[-1] += wider * np.outer((places - places.mean(axis=0)) @ side, side)
     return [(loop, rings, True)]
 
 
-MAKERS = {"thick": _thick, "sockets": _sockets, "shut": _shut, "bag": _bag}
+MAKERS = {"thick": _thick, "sockets": _sockets, "shut": _shut, "bag": _bag, "wide bag": partial(_bag, wider=0.6)}
+"""What each kind adds: loops of vertices, points of the rings behind each, and True where a last point closes them."""

@@ -108,7 +108,7 @@ def test_hairs_of_brows_are_lifted_onto_a_surface_over_them(face):
 
     assert hidden(on_skin) > 0.9
     assert hidden(lifted) < 0.02
-    aside = brows.at(face.points, face.triangles, normals, (out + [0.0, 500.0, 0.0], triangles))
+    aside = brows.at(face.points, face.triangles, normals, (out + 500.0 * face.frame.axes[1], triangles))
     np.testing.assert_array_equal(aside.points, on_skin.points)
 
 

@@ -97,7 +97,7 @@ def test_a_fold_lets_water_spill_over():
 def test_no_water_spills_where_the_surface_ends_or_the_path_is_short():
     support = gutter()
     way = paths.descent(support, support.start((0.0, 15.0, 0.0), 5.0), 0.3, 60.0)
-    assert paths.branch(support, way[:7], 0.3, 2.0) is None
+    assert paths.branch(support, way[:2], 0.3, 2.0) is None
     cut = gutter(end=0.5)
     way = paths.descent(cut, cut.start((0.0, 15.0, 0.0), 5.0), 0.3, 60.0)
     assert paths.branch(cut, way, 0.3, 2.0) is None
