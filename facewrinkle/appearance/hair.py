@@ -129,7 +129,7 @@ class Brows:
 
     def _lift(self, lines: Array, up: Array, points: Array, triangles: IntArray) -> Array:
         """Distances (k, p) that hairs have to rise, where they came to lie under a surface."""
-        low, high = lines.min(axis=(0, 1)), lines.max(axis=(0, 1))
+        low, high = lines.min(axis=(0, 1)) - self._deepest, lines.max(axis=(0, 1)) + self._deepest
         middle = points[triangles].mean(axis=1)
         near = np.flatnonzero(((middle > low) & (middle < high)).all(axis=1))
         if len(near) < CANDIDATES:

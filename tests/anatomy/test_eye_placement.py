@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from eyelids_of_faces import filled, margins_of
+from synthetic_faces import head_with, ring, skin_with
 
 import facewrinkle as fw
 from facewrinkle.anatomy.eye_placement import place_eyeballs
@@ -31,6 +32,39 @@ def test_the_lids_tell_how_deep_an_eye_lies(face, shift):
             np.testing.assert_array_equal(kept.centre, marks[f"eye_{eye.side}_centre"])
         else:
             np.testing.assert_array_equal(kept.centre, there.centre)
+
+
+@pytest.mark.parametrize("lids", ["thick", "sockets"])
+def test_balls_touch_the_back_edges_of_thick_lids(lids):
+    face, back = head_with(lids), ring(lids, 1)
+    for eye in face.eyes:
+        away = np.linalg.norm(face.points[back] - eye.centre, axis=1)
+        away = np.sort(away[away < 2.0 * eye.radius])
+        room = away[len(away) // 4]  # but for some vertices, as LID_QUANTILE allows
+        assert 0.93 * room < eye.radius < away[0]
+
+
+def test_an_eye_with_no_skin_before_it_stays(face):
+    """Of a mask that ends below its eyes."""
+    low = face.points[:, 1] < face.landmarks["nose_tip"][1]
+    below = face.triangles[low[face.triangles].all(axis=1)]
+    used, numbers = np.unique(below, return_inverse=True)
+    found = place_eyeballs(face.landmarks, face.frame, face.points[used], numbers.reshape(-1, 3))
+    for eye in found:
+        np.testing.assert_array_equal(eye.centre, face.landmarks[f"eye_{eye.side}_centre"])
+
+
+@pytest.mark.parametrize("shift", [0.0, 6.0])
+def test_balls_lie_behind_lids_that_are_shut(face, shift):
+    """Also where the landmarks of their centres are too far in front."""
+    marks = dict(face.landmarks)
+    for side in "lr":
+        marks[f"eye_{side}_centre"] = marks[f"eye_{side}_centre"] + shift * face.frame.axes[2]
+    points, triangles = skin_with("shut")
+    for eye in place_eyeballs(marks, face.frame, points, triangles):
+        offset = points - eye.centre
+        assert np.linalg.norm(offset[offset @ eye.gaze > 0.0], axis=1).min() > eye.radius
+        assert eye.centre == pytest.approx(face.landmarks[f"eye_{eye.side}_centre"], abs=1.5)
 
 
 def test_an_eye_that_is_not_open_lies_behind_its_skin(face):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from eyelids_of_faces import filled, margins_of
+from synthetic_faces import head_with
 
 import facewrinkle as fw
 from facewrinkle.anatomy.eye_placement import place_eyeballs
@@ -48,9 +49,10 @@ def test_lids_before_a_socket_are_those_before_a_hole(face):
         np.testing.assert_allclose(*turns[:, np.append(upper, lower)], atol=np.radians(2.0))
 
 
-def test_deep_sockets_have_lids(real_face):
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+def test_deep_sockets_have_lids(real_face, stem):
     """The eyes lie where the lids are, and closing lids meet."""
-    face = real_face("makehuman_head_male")
+    face = head_with("sockets", "bag") if stem is None else real_face(stem)
     moved = fw.Skin(face, time_step=0.1)
     moved.contract({"orbicularis_oculi_l": 1.0, "orbicularis_oculi_r": 1.0})
     for _ in range(15):

@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drawing import held
+from synthetic_faces import skin_with
 
 import facewrinkle as fw
+from facewrinkle.anatomy.face import Face
 from facewrinkle.anatomy.fitting import fitted_brows
 from facewrinkle.appearance.hair import Brows, Lashes
+from facewrinkle.mesh import to_polydata
 
 
 def test_lashes_stay_on_the_margins_of_the_lids(face):
@@ -81,3 +84,54 @@ def test_hairs_of_brows_lie_on_folds_between_coarse_vertices(real_face, expressi
             hidden += bool(len(hits)) and np.linalg.norm(hits - ribbons.points[k], axis=1).max() > 0.1 / face.unit
         buried.append(hidden / len(among))
     assert buried[1] < 0.01 < 0.03 < buried[0], buried
+
+
+def test_hairs_of_brows_are_lifted_onto_a_surface_over_them(face):
+    """All of the skin is 1.5 mm farther out, also where the hairs that lie farthest ahead are."""
+    brows, normals = Brows(face.brows, face, 0.01), face.tissue.normals
+    fine = to_polydata(face.points + 1.5 * normals, face.triangles).subdivide(2, "linear")
+    out, triangles = np.asarray(fine.points, float), fine.regular_faces
+    on_skin = brows.at(face.points, face.triangles, normals)
+    lifted = brows.at(face.points, face.triangles, normals, (out, triangles))
+    surface = to_polydata(out, triangles)
+    ahead = 50.0 * face.frame.axes[2]
+
+    def hidden(hairs):
+        among = hairs.points[::37].astype(float)
+        hits = [surface.ray_trace(point + ahead, point)[0] for point in among]
+        return np.mean(
+            [
+                bool(len(hit)) and np.linalg.norm(hit - at, axis=1).max() > 0.15
+                for hit, at in zip(hits, among, strict=True)
+            ]
+        )
+
+    assert hidden(on_skin) > 0.9
+    assert hidden(lifted) < 0.02
+    aside = brows.at(face.points, face.triangles, normals, (out + 500.0 * face.frame.axes[1], triangles))
+    np.testing.assert_array_equal(aside.points, on_skin.points)
+
+
+def test_lashes_of_shut_lids_grow_on_the_line_where_these_meet(face):
+    """On a line of its own, however the skin behind it is meshed: also where a part of it has no skin."""
+    points, triangles = skin_with("shut")
+    marks, eye = face.landmarks, face.eyes[0]
+    inner, outer = (marks[f"eye_l_{end}"] for end in ("inner", "outer"))
+    place = (points[triangles].mean(axis=1) - inner) @ (outer - inner) / ((outer - inner) @ (outer - inner))
+    away = np.linalg.norm(points[triangles].mean(axis=1) - eye.centre, axis=1)
+    for gone, rows in ((place > 1.2, [130]), (place > 0.7, [130]), (place > 0.0, [])):
+        used, numbers = np.unique(triangles[~(gone & (away < 22.0))], return_inverse=True)
+        shut = Face.from_landmarks(to_polydata(points[used], numbers.reshape(-1, 3)), marks, 1.0)
+        assert "l" not in shut.eyelid_openings
+        lashes = Lashes(shut.eyes[0], shut, 0.1)
+        assert [len(weights) for _, weights in lashes.roots] == rows
+        for chain, weights in lashes.roots:
+            np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-9)
+            roots = weights @ shut.points[chain]
+            near = np.array(shut.mesh.find_closest_cell(roots, return_closest_point=True)[1])
+            assert np.linalg.norm(near - roots, axis=1).max() < 0.5
+            slit = eye.slit(inner, outer, np.linspace(0.0, 1.0, 200))
+            side_and_up = np.stack([face.frame.axes[0], face.frame.axes[1]], axis=1)
+            gap = np.linalg.norm((roots @ side_and_up)[:, None] - (slit @ side_and_up)[None], axis=2).min(axis=1)
+            assert gap.max() < 1.0
+            assert len(lashes.at(shut.points).points) == rows[0] * 2 * Lashes.KNOTS

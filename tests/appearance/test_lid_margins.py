@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from eyelids_of_faces import ball_of
+from synthetic_faces import MAKERS, head_with
 
 from facewrinkle.anatomy.parts import follower
 from facewrinkle.appearance.companion_meshes import companion_meshes
@@ -38,16 +39,22 @@ def test_no_one_looks_past_a_ball_that_the_lids_do_not_touch(face, radius):
     assert seen_past(face, eye, face.points, [ball, strip]) == 0
 
 
-def test_no_one_looks_past_the_eyes_of_an_open_mask(real_face):
-    face = real_face("ict_face_narrow")
+@pytest.fixture(params=[None, "ict_face_narrow"])
+def mask(request):
+    """A face with thick lids, behind which there is no skin."""
+    return head_with("thick") if request.param is None else request.getfixturevalue("real_face")(request.param)
+
+
+def test_no_one_looks_past_the_eyes_of_an_open_mask(mask):
+    face = mask
     for eye in face.eyes:
         ball, strip = ball_of(eye), LidMargin(eye, face).at(face.points)
         assert seen_past(face, eye, face.points, [ball]) > 0
         assert seen_past(face, eye, face.points, [ball, strip]) == 0
 
 
-def test_no_one_looks_past_eyes_that_came_with_a_mask(real_face):
-    face = real_face("ict_face_narrow")
+def test_no_one_looks_past_eyes_that_came_with_a_mask(mask):
+    face = mask
     parts = {}
     for eye in face.eyes:
         ball = ball_of(eye)
@@ -83,14 +90,21 @@ def test_the_strip_goes_from_the_rim_into_the_ball_and_faces_out(face):
             assert {(rim.loop[a], rim.loop[b]) for a, b in ends} <= sides
 
 
-def test_it_is_drawn_and_written_where_a_ball_leaves_a_hole_open_alone(face, real_face):
-    for shown, there in (
-        (real_face("ict_face_narrow"), True),
-        (real_face("makehuman_head_male"), False),
-        (face, False),
-    ):
-        names = {"rim_l", "rim_r"}
-        assert (names <= set(companion_meshes(shown, shown.mesh))) is there
-        with Scene(shown, Style(size=(32, 32))) as scene:
-            scene.show(shown.mesh)
-            assert (names <= set(scene.plotter.actors)) is there
+@pytest.mark.parametrize(
+    "made, there",
+    [
+        ("thick", True),
+        ("sockets", False),
+        ("shut", False),
+        ("ict_face_narrow", True),
+        ("makehuman_head_male", False),
+        (None, False),
+    ],
+)
+def test_it_is_drawn_and_written_where_a_ball_leaves_a_hole_open_alone(face, real_face, made, there):
+    shown = face if made is None else head_with(made) if made in MAKERS else real_face(made)
+    names = {"rim_l", "rim_r"}
+    assert (names <= set(companion_meshes(shown, shown.mesh))) is there
+    with Scene(shown, Style(size=(32, 32))) as scene:
+        scene.show(shown.mesh)
+        assert (names <= set(scene.plotter.actors)) is there

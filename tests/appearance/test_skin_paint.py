@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
 from facewrinkle.anatomy.hairline import AXIS_BEHIND_ZYGION, HAIRLINE, HEAD_RADIUS, hair_cover
 from facewrinkle.anatomy.landmarks import frame_of, lips_middle
-from facewrinkle.appearance.skin_paint import beard, complexion, lips
+from facewrinkle.appearance.skin_paint import DEEP_FLESH, FLESH, LID, SkinPainter, beard, complexion, flesh, lips
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 
@@ -92,3 +93,29 @@ def test_lips_are_where_their_landmarks_are(face):
     cover = lips(np.array([middle, marks["nose_tip"], marks["pogonion"], marks["gonion_l"]]), marks, face.frame)
     assert cover[0] > 0.9
     assert cover[1:].max() == 0.0
+
+
+def test_flesh_darkens_from_the_margins_to_the_ball():
+    colours = flesh(np.linspace(0.0, 1.0, 11))
+    np.testing.assert_allclose(colours[[0, 4, 10]], [LID, FLESH, DEEP_FLESH])
+    assert (np.diff(colours.sum(axis=1)) < 0.0).all()
+
+
+def test_thick_lids_are_flesh_behind_their_front_edges(face):
+    """Before them the skin is as on lids without thickness; the lining of a socket is in their shadow."""
+    head = head_with("sockets")
+    painted, bare = SkinPainter(head)(head.points).astype(float), SkinPainter(face)(head.points).astype(float)
+    for eye in face.eyes:
+        inner, outer = (face.landmarks[f"eye_{eye.side}_{end}"] for end in ("inner", "outer"))
+        place = (head.points - inner) @ (outer - inner) / ((outer - inner) @ (outer - inner))
+        front, back, lining = (
+            one[np.abs(place[one] - 0.5) < reach]
+            for one, reach in ((ring("sockets", 0), 0.2), (ring("sockets", 1), 0.2), (ring("sockets", 4), 0.6))
+        )
+        assert min(map(len, (front, back, lining))) > 5
+        assert np.quantile(np.abs(painted[front] - bare[front]).max(axis=1), 0.8) < 10.0  # some face the ball
+        assert np.abs(painted[back] - bare[back]).max(axis=1).min() > 5.0
+        np.testing.assert_allclose(painted[lining], np.tile(flesh(np.array([0.7])), (len(lining), 1)), atol=12.0)
+    for name in ("malar_l", "glabella", "nose_tip", "pogonion"):
+        vertex = head.mesh.find_closest_point(face.landmarks[name])
+        np.testing.assert_array_equal(painted[vertex], bare[vertex])

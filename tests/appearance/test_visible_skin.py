@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
+from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
+from facewrinkle.anatomy.cavities import INSIDE_DEPTH
 from facewrinkle.anatomy.face import Face
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.appearance.visible_skin import SMALL_HOLE, VisibleSkin
@@ -82,8 +84,9 @@ def test_the_inside_of_skin_is_dim_and_red(face):
     assert hole[0] > 1.1 * hole[1]
 
 
-def test_the_lining_of_a_bag_has_no_back(real_face):
-    face = real_face("makehuman_head_male")
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+def test_the_lining_of_a_bag_has_no_back(real_face, stem):
+    face = head_with("sockets", "bag") if stem is None else real_face(stem)
     inner = face.lining.vertices[face.triangles]
     assert inner.any()
     drawn = VisibleSkin(face, bag=True).of(
@@ -104,8 +107,9 @@ def test_the_lining_of_a_bag_has_no_back(real_face):
 
 
 @pytest.mark.parametrize("expression", ["anger", "pain"])
-def test_the_lining_of_a_socket_does_not_come_through_the_lids(real_face, expression):
-    face = real_face("makehuman_head_male")
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+def test_the_lining_of_a_socket_does_not_come_through_the_lids(real_face, stem, expression):
+    face = head_with("sockets", "bag") if stem is None else real_face(stem)
     simulation = fw.Simulation(face)
     simulation.express(expression)
     *_, frame = simulation.run(14)
@@ -133,3 +137,34 @@ def test_all_of_a_bag_is_lining_and_nothing_of_the_face(real_face, name):
     assert not inside[face.mesh.find_closest_point(face.landmarks[name])]
     loose = topology.components(face.triangles[inside[face.triangles].all(axis=1)])
     assert len(np.unique(loose)) <= 4  # a mouth, two nostrils, and what is seen in these beside them
+
+
+def test_the_bag_of_a_mouth_is_its_lining(face):
+    """All of it, also beside the mouth, where it is not seen to be inside; and of the face what was lining before."""
+    bag = head_with("wide bag")
+    inside, added = bag.lining.vertices, np.arange(bag.mesh.n_points) >= face.mesh.n_points
+    assert (bag.cavities.depth(bag.points[added]) < INSIDE_DEPTH).sum() >= 4
+    assert inside[added].all()
+    np.testing.assert_array_equal(inside[~added], face.lining.vertices)
+    assert bag.lining.holds(bag.points[ring("wide bag", 3)] + 0.1).all()
+
+
+def test_the_lining_of_a_socket_has_no_back(face):
+    """Of the skin that was added, only what turns its front to the viewer is drawn; of the rest, all."""
+    head = head_with("sockets")
+    ahead = 100.0 * face.frame.pupil_distance * face.frame.axes[2]
+    seen = {}
+    for name, place in (("front", face.frame.origin + ahead), ("back", face.frame.origin - ahead)):
+        drawn = VisibleSkin(head, bag=False).of(head.mesh, place)
+        kept = {tuple(triangle) for triangle in drawn.regular_faces}
+        seen[name] = np.array([tuple(triangle) in kept for triangle in head.triangles])
+        np.testing.assert_array_equal(drawn.points, head.points)
+    a, b, c = (head.points[head.triangles[:, corner]] for corner in range(3))
+    toward = np.cross(b - a, c - a) @ face.frame.axes[2]
+    added = (head.triangles >= face.mesh.n_points).any(axis=1)
+    lids = np.isin(head.triangles, ring("sockets", 0)).any(axis=1) & ~added  # they may curl in behind the margins
+    for shown, hidden in ((seen["front"], toward < 0.0), (seen["back"], toward > 0.0)):
+        assert shown[~added & ~lids].mean() > 0.99
+        assert added[hidden].sum() > 100
+        assert shown[added & hidden].mean() < 0.02
+        assert shown[added & ~hidden].mean() > 0.98

@@ -9,6 +9,8 @@ lining on the gums      that which muscles pull as they do other skin
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
 from facewrinkle.motion.constraints import on_gums, tip_of_nose
@@ -49,9 +51,10 @@ def test_skin_away_from_the_nose_is_as_it_was(face):
     assert 0.0 <= free.min() <= free.max() < 1.0
 
 
-def test_lining_holds_to_the_gums(real_face, monkeypatch):
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+def test_lining_holds_to_the_gums(real_face, stem, monkeypatch):
     """A laugh must not draw the lining behind the upper lip up with it: that bared a wall of gum."""
-    face = real_face("makehuman_head_male")
+    face = head_with("bag") if stem is None else real_face(stem)
     gums = on_gums(face)
     above = np.flatnonzero((gums > 0.9) & ((face.points - face.landmarks["mouth_l"]) @ face.frame.axes[1] > 0.0))
     assert len(above) > 10
@@ -60,3 +63,12 @@ def test_lining_holds_to_the_gums(real_face, monkeypatch):
     pulled = settled(face, "laughter")
     assert moved[above, 1].mean() < 0.75 * pulled[above, 1].mean()
     assert moved[at(face, "upper_lip_mid"), 1] > 4.0, "it laughs nevertheless"
+
+
+def test_gums_are_behind_the_lips_and_nowhere_else(face):
+    head = head_with("bag")
+    gums = on_gums(head)
+    assert not gums[: face.mesh.n_points].any()
+    assert gums[ring("bag", 3)].max() > 0.95  # the walls behind the lips, off the line between these
+    assert gums[ring("bag", 1)].max() < 0.05
+    assert not on_gums(face).any()

@@ -10,6 +10,7 @@ import pytest
 import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from synthetic_faces import MAKERS, head_with
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
@@ -111,9 +112,9 @@ def test_units(face):
     assert fw.DrippingTear(metres, "l", size=3000.0).volume == pytest.approx(fw.DrippingTear(face, "l").volume)
 
 
-@pytest.mark.parametrize("stem", ["ict_face_narrow", "makehuman_head_male"])
-def test_on_real_faces(real_face, stem):
-    face = real_face(stem)
+@pytest.mark.parametrize("made", ["thick", "sockets", "shut", "ict_face_narrow", "makehuman_head_male"])
+def test_on_lids_of_all_kinds(real_face, made):
+    face = head_with(made) if made in MAKERS else real_face(made)
     tear = fw.DrippingTear(face, "r")
     for t in np.linspace(tear.begin, tear.end, 7):
         drop = tear.surface(t)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
+from synthetic_faces import MAKERS, head_with
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
@@ -33,9 +34,9 @@ def test_on_the_built_in_face(face, name):
     assert PRESETS[name].expression in fw.EXPRESSIONS
 
 
-@pytest.mark.parametrize("stem", ["ict_face_narrow", "makehuman_head_male"])
-def test_weeping_on_real_faces(real_face, stem):
-    face = real_face(stem)
+@pytest.mark.parametrize("made", ["sockets", "shut", "ict_face_narrow", "makehuman_head_male"])
+def test_weeping_from_lids_of_all_kinds(real_face, made):
+    face = head_with(made) if made in MAKERS else real_face(made)
     tears = preset("weeping", face)
     meshes = surfaces(tears, 3.0)
     assert len(meshes) >= 4

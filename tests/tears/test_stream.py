@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import pyvista as pv
+from synthetic_faces import MAKERS, head_with
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
@@ -235,9 +236,9 @@ def test_water_on_a_sphere_and_a_vase(sphere):
         assert water.length > 60.0
 
 
-@pytest.mark.parametrize("stem", ["ict_face_narrow", "makehuman_head_male"])
-def test_on_real_faces(real_face, stem):
-    face = real_face(stem)
+@pytest.mark.parametrize("made", ["thick", "sockets", "shut", "ict_face_narrow", "makehuman_head_male"])
+def test_on_lids_of_all_kinds(real_face, made):
+    face = head_with(made) if made in MAKERS else real_face(made)
     for side in "lr":
         tear = fw.SheddingTear(face, start=side)
         assert tear.length * face.unit > 40.0
@@ -269,8 +270,9 @@ def test_refuses_paths(face, sphere):
         fw.SheddingTear(face, path=lids, width=1.0)
 
 
-def test_refuses_the_back_of_the_head(real_face):
-    head = real_face("makehuman_head_male")
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+def test_refuses_the_back_of_the_head(face, real_face, stem):
+    head = face if stem is None else real_face(stem)
     back = head.points[np.argmin(head.points @ head.frame.axes[2])]
     _, below = head.mesh.find_closest_cell(back - 20.0 / head.unit * head.frame.axes[1], return_closest_point=True)
     with pytest.raises(ParameterError, match="wrong side"):

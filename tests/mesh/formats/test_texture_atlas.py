@@ -11,6 +11,7 @@ parts              the photo of each part of a head from an OBJ file
 from __future__ import annotations
 
 import warnings
+import zipfile
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from PIL import Image
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import corner_texture, merged_texture, read_surface
+from facewrinkle.mesh.formats.texture_atlas import BORDER
 
 RNG = np.random.default_rng(8)
 RED, BLUE = (RNG.integers(0, 256, (6, 9, 3), dtype=np.uint8), RNG.integers(0, 256, (12, 5, 3), dtype=np.uint8))
@@ -63,6 +65,31 @@ def test_several_images_become_one(folder):
     face = fw.surface(folder / "a.obj")
     np.testing.assert_array_equal(face.texture, image)
     np.testing.assert_allclose(corner_texture(face.mesh), laid)
+
+
+def test_images_that_are_too_large_together_are_made_smaller(folder, monkeypatch):
+    mesh = read_surface(folder / "a.obj")
+    monkeypatch.setattr("facewrinkle.mesh.formats.texture_atlas.LARGEST_SIDE", 100)
+    for name, colour in (("red", (200, 0, 0)), ("blue", (0, 0, 200))):
+        Image.fromarray(np.full((60, 100, 3), colour, np.uint8)).save(folder / f"{name}.png")
+    number = np.asarray(mesh.cell_data["image"])
+    names = [name.rsplit("/", 1)[1] for name in mesh.field_data["images"]]
+    image = merged_texture(mesh)
+    assert image.shape[1] <= 100 + 4 * BORDER
+    assert image.shape[0] < 40
+    for triangle, which in enumerate(number):
+        colour = {"red.png": (200, 0, 0), "blue.png": (0, 0, 200)}[names[which]]
+        np.testing.assert_array_equal(seen(image, corner_texture(mesh)[triangle]), np.tile(colour, (3, 1)))
+
+
+def test_an_image_that_its_package_does_not_hold_is_told_of(folder):
+    mesh = read_surface(folder / "a.obj")
+    mesh.field_data["images"] = [f"{folder}/b.usdz[red.png]", f"{folder}/blue.png"]
+    with zipfile.ZipFile(folder / "b.usdz", "w") as package:
+        package.writestr("other.png", b"")
+    with pytest.warns(FaceWrinkleWarning, match="b.usdz does not hold the image 'red.png'"):
+        image = merged_texture(mesh)
+    assert {tuple(pixel) for pixel in BLUE.reshape(-1, 3)} <= {tuple(pixel) for pixel in image.reshape(-1, 3)}
 
 
 def test_one_image_is_laid_as_it_is(folder):

@@ -277,6 +277,18 @@ def test_grey_images_of_other_depths_are_as_bright_as_in_eight_bits(tmp_path):
                 np.testing.assert_array_equal(as_texture(given), np.dstack([grey] * 3), name)
 
 
+def test_images_with_too_many_pixels_are_not_read(tmp_path, monkeypatch):
+    """Those that are too wide, and those that a few bytes blow up."""
+    (tmp_path / "a.png").write_bytes(png(np.zeros((3, 40, 3), np.uint8)))
+    monkeypatch.setattr("facewrinkle.mesh.formats.textures.LARGEST_SIDE", 39)
+    with pytest.raises(MeshError, match="has 40 x 3 pixels, 39 are allowed"):
+        as_texture(tmp_path / "a.png")
+    monkeypatch.undo()
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 100)
+    with pytest.raises(MeshError, match=r"cannot be read: Image size \(120 pixels\) exceeds"):
+        as_texture(tmp_path / "a.png")
+
+
 @pytest.mark.parametrize("image", [np.zeros((4, 4, 2)), np.zeros((4, 4, 3), int), np.full((2, 2), 3.0), 5, np.zeros(0)])
 def test_other_things_are_no_images(image):
     with pytest.raises(ParameterError, match="a texture must be"):

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from facewrinkle.errors import MeshError, MissingPackageError
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageError
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import prepare
+from facewrinkle.mesh.repair import reconstruction
 from facewrinkle.mesh.repair.reconstruction import closed_up, reconstructed
 from facewrinkle.mesh.repair.topology_repair import RepairedMesh
 
@@ -68,3 +69,70 @@ def test_landmarks_of_another_mesh_are_reported():
     near = np.array([[3.0 * k, 0.0, 0.5] for k in range(5)])
     with pytest.raises(MeshError, match="in 5 pieces; when it is reconstructed.*landmarks are those of this mesh"):
         prepare(source, near=near)
+
+
+def test_a_face_in_pieces_with_small_gaps_is_closed_and_not_reconstructed():
+    points, triangles = ball()
+    source = pv.PolyData.from_regular_faces(*soup(points, triangles, 0.002))
+    with pytest.warns(FaceWrinkleWarning) as told:
+        clean = prepare(source, near=points[::30][:8])
+    assert "close to each other" in "".join(str(one.message) for one in told)
+    assert "reconstructed" not in "".join(clean.report)
+    assert clean.mesh.n_cells > 0.95 * len(triangles)
+    assert np.isin(clean.mesh.points, source.points).all()  # nothing was moved
+
+
+def test_a_face_in_pieces_that_face_inward_is_reconstructed(monkeypatch):
+    pytest.importorskip("pymeshlab")
+    monkeypatch.setattr(reconstruction, "SAMPLES", 6_000)  # many take long
+    points, triangles = ball()
+    source = pv.PolyData.from_regular_faces(*soup(points, triangles[:, ::-1], 0.2))
+    source.point_data["height"] = source.points[:, 2].astype(float)
+    with pytest.warns(FaceWrinkleWarning) as told:
+        clean = prepare(source, near=points[::30][:8])
+    assert any("in 8 pieces; it was reconstructed" in str(one.message) for one in told)
+    assert not any("inward" in str(one.message) for one in told)
+    assert topology.sheets(clean.triangles).max() == 0
+    assert topology.is_oriented(clean.triangles)
+    a, b, c = (clean.points[clean.triangles[:, corner]] for corner in range(3))
+    assert ((np.cross(b - a, c - a) * a).sum(axis=1) > 0.0).mean() > 0.99
+    away = np.linalg.norm(clean.points, axis=1)
+    assert np.abs(away - 1.0).max() < 0.1
+    np.testing.assert_allclose(clean.mesh.point_data["height"], clean.points[:, 2], atol=0.3)
+
+
+def test_a_strip_with_one_side_is_a_fault():
+    """Of Moebius; landmarks all around it."""
+    turn = 2.0 * np.pi * np.arange(24) / 24
+    along = np.stack([np.cos(turn), np.sin(turn), np.zeros(24)], axis=1)
+    across = np.stack(
+        [np.cos(0.5 * turn) * np.cos(turn), np.cos(0.5 * turn) * np.sin(turn), np.sin(0.5 * turn)], axis=1
+    )
+    points = np.concatenate([along - 0.3 * across, along + 0.3 * across])
+    here, after = np.arange(24), (np.arange(24) + 1) % 24
+    a, b, c, d = here, after, 24 + after, 24 + here
+    b, c = np.where(after == 0, c, b), np.where(after == 0, b, c)  # the ends meet turned over
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    source = pv.PolyData.from_regular_faces(points, triangles)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "pymeshlab", None)
+        with pytest.raises(MissingPackageError, match=r"under the landmarks has only one side.*\[remesh\]"):
+            prepare(source, near=points[::6])
+
+
+def test_what_pymeshlab_cannot_mend_is_refused(monkeypatch):
+    pymeshlab = pytest.importorskip("pymeshlab")
+    mesh = RepairedMesh.of(*soup(*ball(), 0.2))
+
+    class Broken(pymeshlab.MeshSet):
+        def generate_surface_reconstruction_screened_poisson(self, **options):
+            raise pymeshlab.PyMeshLabException("out of order")
+
+    class Empty(pymeshlab.MeshSet):
+        def generate_surface_reconstruction_screened_poisson(self, **options):
+            """It leaves the points."""
+
+    for broken, reason in ((Broken, "pymeshlab cannot mend it: out of order"), (Empty, "nothing is left when it is")):
+        monkeypatch.setattr(pymeshlab, "MeshSet", broken)
+        with pytest.raises(MeshError, match=f"A soup, and {reason}"):
+            reconstructed(mesh, "A soup")

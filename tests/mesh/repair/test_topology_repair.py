@@ -165,6 +165,31 @@ def test_what_a_cut_cannot_part_is_dropped():
     assert np.bincount(label).max() == len(triangles)
 
 
+def test_a_fin_that_continues_a_sharp_ridge_is_dropped():
+    """It is flatter with one side of the ridge than the two sides are with each other, but these go around together."""
+    wedge = np.array(
+        [[0.0, 0, 0], [0, 1, 0], [2, 0.5, 0.3], [2, 0.5, -0.3]]
+    )  # thin, its ridge from the first to the second
+    triangles = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    points = np.vstack([wedge, [[-1.0, 0.5, 0.0]]])
+    mesh = mended(RepairedMesh.of(points, np.vstack([triangles, [[0, 1, 4]]])))
+    assert is_sound(mesh)
+    np.testing.assert_array_equal(mesh.triangles, triangles)
+    assert mesh.report == (
+        "Cut edges that had three or more triangles: 1 of 8.",
+        "Dropped triangles on edges that two others share: 1 of 5.",
+    )
+
+
+def test_triangles_that_would_shrink_to_nothing_are_not_laid_flat():
+    """The mean of the neighbours of the point in the middle lies on the side between the first two."""
+    around = np.array([[-1.0, 0, 0], [1, 0, 0], [2, 1, 1], [0, -2, -2], [-2, 1, 1]])
+    triangles = np.array([[0, 1, 5], [1, 2, 5], [2, 3, 5], [3, 4, 5], [4, 0, 5]])
+    spoiled = RepairedMesh.of(np.vstack([around, [-1.0, -1.0, -1.0]]), triangles)
+    assert turned_over(spoiled.points, triangles).any()
+    assert unfolded(spoiled) is spoiled
+
+
 def test_a_point_that_was_pulled_through_the_skin_goes_back():
     points, triangles = sheet(8)
     inner = int(np.argmin((points**2).sum(axis=1)))
