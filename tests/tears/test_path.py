@@ -3,22 +3,12 @@
 import numpy as np
 import pytest
 import pyvista as pv
+from spheres import meridian
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError
 from facewrinkle.tears import path as paths
 from facewrinkle.tears.support_surface import support_surface
-
-
-def meridian(azimuth, radius=50.0):
-    polar = np.linspace(0.3, 2.8, 30)
-    x, y = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth)
-    return radius * np.stack([x, np.cos(polar), y], axis=1)
-
-
-@pytest.fixture(scope="module")
-def sphere():
-    return pv.Icosphere(radius=50.0, nsub=4)
 
 
 @pytest.mark.parametrize("azimuth", [0.1, 2.0, 4.5])

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import pyvista as pv
+from spheres import meridian
 from synthetic_faces import MAKERS, head_with
 
 import facewrinkle as fw
@@ -32,17 +33,6 @@ def assert_ball(mesh):
 def assert_outside(tear, skin, unit=1.0):
     distance = tear.compute_implicit_distance(skin)["implicit_distance"]
     assert distance.min() * unit >= -1e-6
-
-
-def meridian(azimuth, radius=50.0):
-    polar = np.linspace(0.3, 2.8, 30)
-    x, y = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth)
-    return radius * np.stack([x, np.cos(polar), y], axis=1)
-
-
-@pytest.fixture(scope="module")
-def sphere():
-    return pv.Icosphere(radius=50.0, nsub=4)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,11 @@
+"""Surfaces that tears run down."""
+
+from __future__ import annotations
+
+import pytest
+import pyvista as pv
+
+
+@pytest.fixture(scope="module")
+def sphere():
+    return pv.Icosphere(radius=50.0, nsub=4)
