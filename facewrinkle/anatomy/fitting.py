@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +18,6 @@ from ..mesh.arrays import IMAGE
 from .atlas import Atlas
 from .brow_hairs import BrowHairs
 from .face import Face
-from .finding import Found
-from .finding.search import Progress
 from .head import load_head
 from .identity import Identity, head_of
 from .landmarks import (
@@ -34,6 +32,10 @@ from .landmarks import (
 )
 from .parts import eyes_of, follower, named_parts
 from .units import millimetres, unit_of_face
+
+if TYPE_CHECKING:  # the search is loaded when a face is searched for
+    from .finding import Found
+    from .finding.search import Progress
 
 Array = npt.NDArray[np.float64]
 
