@@ -1,4 +1,4 @@
-"""Inner loops of the skin: energies, gradients, contacts. Positions are displacements u (n, 3) from rest, in mm."""
+"""Inner loops of the skin: energies and their gradients. Positions are displacements u (n, 3) from rest, in mm."""
 
 from __future__ import annotations
 
@@ -36,6 +36,24 @@ def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
     return energy
 
 
+STEEPEST = 0.05
+"""Share of its area below which the barrier of a triangle is a parabola: it stays finite, wherever a step begins."""
+
+
+@njit(cache=True)
+def barrier(share, smallest):
+    """Return (smallest - share)^2 smallest / share and its slope; below `STEEPEST` its parabola there."""
+    s = max(share, STEEPEST)
+    missing = smallest - s
+    value = missing * missing * smallest / s
+    slope = -smallest * missing * (2.0 / s + missing / (s * s))
+    if share >= STEEPEST:
+        return value, slope
+    bend = smallest * (2.0 / s + 4.0 * missing / (s * s) + 2.0 * missing * missing / (s * s * s))
+    more = share - s
+    return value + slope * more + 0.5 * bend * more * more, slope + bend * more
+
+
 @njit(cache=True)
 def inversion_barrier(u, triangles, points, normals, double_area, smallest, stiffness, grad):
     """Repulsion of triangles that fall below `smallest` of their area, seen along their rest normal. Adds to grad."""
@@ -50,11 +68,12 @@ def inversion_barrier(u, triangles, points, normals, double_area, smallest, stif
         bz = points[k, 2] - points[i, 2] + u[k, 2] - u[i, 2]
         nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
         signed = (ay * bz - az * by) * nx + (az * bx - ax * bz) * ny + (ax * by - ay * bx) * nz
-        missing = smallest - signed / double_area[f]
-        if missing <= 0.0:
+        share = signed / double_area[f]
+        if share >= smallest:
             continue
-        energy += 0.25 * stiffness * double_area[f] * missing * missing
-        c = -0.5 * stiffness * missing
+        stored, slope = barrier(share, smallest)
+        energy += 0.25 * stiffness * double_area[f] * stored
+        c = 0.25 * stiffness * slope
         # d signed / d x_j = b x n, d signed / d x_k = n x a
         jx, jy, jz = c * (by * nz - bz * ny), c * (bz * nx - bx * nz), c * (bx * ny - by * nx)
         kx, ky, kz = c * (ny * az - nz * ay), c * (nz * ax - nx * az), c * (nx * ay - ny * ax)
@@ -95,129 +114,58 @@ def tethers(u, shift, normals, along, across, indptr, indices, bending, grad):
     return energy
 
 
-SOFT, DEEP = 0.1, 0.3
-"""Contacts stiffen up to the first depth, as a kink in the force would cost iterations. Beyond the second depth their
-force is constant, so that skin which a muscle or the jaw has pushed far in within one step is not thrown out. mm.
-"""
-
-
 @njit(cache=True)
-def contact(depth):
-    """Return the force and the energy of a contact of stiffness 1 at a depth > 0."""
-    if depth < SOFT:
-        return 0.5 * depth * depth / SOFT, depth**3 / (6.0 * SOFT)
-    near = min(depth, DEEP)
-    force = near - 0.5 * SOFT
-    return force, 0.5 * near * (near - SOFT) + SOFT * SOFT / 6.0 + force * (depth - near)
-
-
-@njit(cache=True)
-def eyeball(u, points, vertices, centre, radii, weight, grad):
-    """Repulsion from a ball, of vertices that are nearer to its centre than their `radii`. Adds to grad."""
-    energy = 0.0
-    for p in range(vertices.shape[0]):
-        i = vertices[p]
-        x = points[i, 0] + u[i, 0] - centre[0]
-        y = points[i, 1] + u[i, 1] - centre[1]
-        z = points[i, 2] + u[i, 2] - centre[2]
-        square = x * x + y * y + z * z
-        if square >= radii[p] * radii[p] or square == 0.0:
-            continue
-        d = np.sqrt(square)
-        missing = radii[p] - d
-        force, stored = contact(missing)
-        energy += weight[p] * stored
-        c = -weight[p] * force / d
-        grad[i, 0] += c * x
-        grad[i, 1] += c * y
-        grad[i, 2] += c * z
-    return energy
-
-
-@njit(cache=True)
-def bone(u, points, vertices, anchors, normals, nearest, off, weight, grad):
-    """Repulsion within `off` of the tangent planes at the `nearest` anchors on the skull. Adds to grad."""
-    energy = 0.0
-    for p in range(vertices.shape[0]):
-        i = vertices[p]
-        b = nearest[i]
-        missing = off
-        for k in range(3):
-            missing -= (points[i, k] + u[i, k] - anchors[b, k]) * normals[b, k]
-        if missing <= 0.0:
-            continue
-        force, stored = contact(missing)
-        energy += weight[p] * stored
-        for k in range(3):
-            grad[i, k] -= weight[p] * force * normals[b, k]
-    return energy
-
-
-@njit(cache=True)
-def lip_pairs(u, vertices, corners, shares, away, gap, allowed, weight, grad):
-    """Repulsion of vertices from the triangles they face, `gap` apart at rest along `away`. Adds to grad."""
-    energy = 0.0
-    for p in range(vertices.shape[0]):
-        i, a, b, c = vertices[p], corners[p, 0], corners[p, 1], corners[p, 2]
-        now = gap[p]
-        for k in range(3):
-            other = shares[p, 0] * u[a, k] + shares[p, 1] * u[b, k] + shares[p, 2] * u[c, k]
-            now += away[p, k] * (u[i, k] - other)
-        missing = allowed[p] - now
-        if missing <= 0.0:
-            continue
-        force, stored = contact(missing)
-        energy += weight[p] * stored
-        for k in range(3):
-            push = weight[p] * force * away[p, k]
-            grad[i, k] -= push
-            grad[a, k] += shares[p, 0] * push
-            grad[b, k] += shares[p, 1] * push
-            grad[c, k] += shares[p, 2] * push
-    return energy
-
-
-@njit(cache=True)
-def dental_wall(u, shift, vertices, local, axes, half, allowed, weight, grad):
-    """Repulsion from an upright elliptic cylinder of half axes `half` (2,) that moves with `shift`. Adds to grad.
-
-    `local` holds the rest positions (k, 2) along `axes` (2, 3) from the cylinder's middle, `allowed` the relative radii
-    below which vertices are pushed.
-    """
-    energy = 0.0
-    for p in range(vertices.shape[0]):
-        i = vertices[p]
-        x, z = local[p, 0], local[p, 1]
-        for k in range(3):
-            moved = u[i, k] - shift[i, k]
-            x += axes[0, k] * moved
-            z += axes[1, k] * moved
-        x /= half[0]
-        z /= half[1]
-        square = x * x + z * z
-        if square >= allowed[p] * allowed[p] or square == 0.0:
-            continue
-        r = np.sqrt(square)
-        missing = half[1] * (allowed[p] - r)
-        force, stored = contact(missing)
-        energy += weight[p] * stored
-        c = -weight[p] * force * half[1] / r
-        for k in range(3):
-            grad[i, k] += c * (x / half[0] * axes[0, k] + z / half[1] * axes[1, k])
-    return energy
-
-
-@njit(cache=True)
-def inertia(u, target, old, mass, drag, h, force, grad):
-    """Inertia and drag of a step of length h from `old` towards `target`, less the work of a force. Adds to grad."""
+def inertia(u, target, old, mass, drag, h, grad):
+    """Inertia and drag of a step of length h from `old` towards `target`. Adds to grad."""
     energy = 0.0
     for i in range(u.shape[0]):
         m = mass[i] / h**2
         for k in range(3):
             ahead, since = u[i, k] - target[i, k], u[i, k] - old[i, k]
-            energy += 0.5 * m * (ahead * ahead + drag * since * since) - force[i, k] * u[i, k]
-            grad[i, k] += m * (ahead + drag * since) - force[i, k]
+            energy += 0.5 * m * (ahead * ahead + drag * since * since)
+            grad[i, k] += m * (ahead + drag * since)
     return energy
+
+
+@njit(cache=True)
+def work(u, force, grad):
+    """Return the work of a force (n, 3) along u. Subtracts the force from grad."""
+    total = 0.0
+    for i in range(u.shape[0]):
+        for k in range(3):
+            total += force[i, k] * u[i, k]
+            grad[i, k] -= force[i, k]
+    return total
+
+
+@njit(cache=True)
+def kinetic(velocity, mass):
+    """Return the kinetic energy of velocities (n, 3)."""
+    energy = 0.0
+    for i in range(velocity.shape[0]):
+        for k in range(3):
+            energy += 0.5 * mass[i] * velocity[i, k] ** 2
+    return energy
+
+
+@njit(cache=True)
+def inner(a, b):
+    """Return the inner product of two arrays (n, 3), always added up in the same order."""
+    x, y, z = 0.0, 0.0, 0.0
+    for i in range(a.shape[0]):
+        x += a[i, 0] * b[i, 0]
+        y += a[i, 1] * b[i, 1]
+        z += a[i, 2] * b[i, 2]
+    return x + y + z
+
+
+@njit(cache=True)
+def residual(gradient, area):
+    """Return the sum of the squares of a gradient (n, 3), per area (n,)."""
+    total = 0.0
+    for i in range(gradient.shape[0]):
+        total += (gradient[i, 0] ** 2 + gradient[i, 1] ** 2 + gradient[i, 2] ** 2) / area[i]
+    return total
 
 
 @njit(cache=True)
@@ -233,56 +181,6 @@ def two_loop_update(q, step, other, curvature, less):
         for k in range(3):
             q[i, k] -= share * step[i, k]
     return share
-
-
-@njit(cache=True)
-def keep_off_bone(u, points, vertices, anchors, normals, below, nearest, indptr, ring):
-    """Move those of the given vertices that entered the skull back onto it.
-
-    `nearest` holds the nearest anchor of each vertex, `below` that at rest. The search walks from neighbour to
-    neighbour, starting at the nearer of the two, and updates `nearest`.
-    """
-    for i in vertices:
-        x, y, z = points[i, 0] + u[i, 0], points[i, 1] + u[i, 1], points[i, 2] + u[i, 2]
-        best, own = nearest[i], below[i]
-        d = (x - anchors[best, 0]) ** 2 + (y - anchors[best, 1]) ** 2 + (z - anchors[best, 2]) ** 2
-        home = (x - anchors[own, 0]) ** 2 + (y - anchors[own, 1]) ** 2 + (z - anchors[own, 2]) ** 2
-        if home < d:
-            d, best = home, own
-        moved = True
-        while moved:
-            moved = False
-            at = best
-            for p in range(indptr[at], indptr[at + 1]):
-                j = ring[p]
-                dj = (x - anchors[j, 0]) ** 2 + (y - anchors[j, 1]) ** 2 + (z - anchors[j, 2]) ** 2
-                if dj < d:
-                    d, best, moved = dj, j, True
-        nearest[i] = best
-        n = normals[best]
-        depth = (x - anchors[best, 0]) * n[0] + (y - anchors[best, 1]) * n[1] + (z - anchors[best, 2]) * n[2]
-        if depth < 0.0:
-            u[i, 0] -= depth * n[0]
-            u[i, 1] -= depth * n[1]
-            u[i, 2] -= depth * n[2]
-
-
-@njit(cache=True)
-def keep_off_eye(u, points, vertices, centre, radii):
-    """Move vertices that entered an eyeball back onto it; `radii` is the closest that each vertex may come."""
-    for p in range(vertices.shape[0]):
-        i = vertices[p]
-        x, y, z = (
-            points[i, 0] + u[i, 0] - centre[0],
-            points[i, 1] + u[i, 1] - centre[1],
-            points[i, 2] + u[i, 2] - centre[2],
-        )
-        d = np.sqrt(x * x + y * y + z * z)
-        if 0.0 < d < radii[p]:
-            push = radii[p] / d - 1.0
-            u[i, 0] += push * x
-            u[i, 1] += push * y
-            u[i, 2] += push * z
 
 
 @njit(cache=True)

@@ -1,4 +1,4 @@
-"""Skin that other tissue holds: the tip of the nose on its cartilage, and the lining of the lips on the gums."""
+"""Skin that other tissue holds: the nose on its cartilage, the lips on the dental arch, their lining on the gums."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..anatomy.landmarks import lips_middle
+from ..anatomy.teeth import BEHIND_LIPS, ELLIPSE
 from ..geometry.smoothstep import smoothstep
 
 Array = npt.NDArray[np.float64]
@@ -26,6 +27,9 @@ holds to the gums from the second on, mm.
 
 VESTIBULE_DEPTH = 30.0
 """Distance behind the lips up to which there are gums in front of teeth, mm."""
+
+LIP_LINE, AROUND_LIPS = 4.0, 6.0
+"""Depth of the line where the lips meet behind their red, and reach of the lips' tethers around this line, mm."""
 
 
 def from_lips(face: Face) -> Array:
@@ -80,3 +84,25 @@ def on_gums(face: Face) -> Array:
     behind = (np.abs(side) < 0.6 * width) & (face.tissue.normals @ forward < 0.0)
     behind &= ((face.points - face.landmarks["subnasale"]) @ up < 0.0) & (depth > -VESTIBULE_DEPTH * face.frame.scale)
     return np.asarray(behind * smoothstep((np.abs(height) / face.frame.scale - GUMS_FROM) / (GUMS_TO - GUMS_FROM)))
+
+
+def lip_tethers(face: Face) -> tuple[Array, Array]:
+    """Return the share (n,) in which each vertex is part of the lips, and the unit directions (n, 3) of the tethers.
+
+    Tethers point along the normals of the tissue; near the lips, where these point every way as lips fold over, they
+    turn to point straight off the dental arch.
+    """
+    scale, axes = face.frame.scale, face.frame.axes
+    middle = lips_middle(face.landmarks) - LIP_LINE * scale * axes[2]
+    square = np.full(len(face.points), np.inf)
+    for corner in (face.landmarks["mouth_l"], face.landmarks["mouth_r"]):
+        line, offset = corner - middle, face.points - middle
+        along = np.clip(offset @ line / (line @ line), 0.0, 1.0)
+        square = np.minimum(square, ((offset - along[:, None] * line) ** 2).sum(axis=1))
+    near = np.exp(-square / (AROUND_LIPS * scale) ** 2)
+    half = scale * np.array(ELLIPSE["upper"])
+    local = from_lips(face) + np.array([0.0, 0.0, half[1] + BEHIND_LIPS * scale])
+    off = np.stack([local[:, 0] / half[0] ** 2, np.zeros(len(local)), local[:, 2] / half[1] ** 2], axis=1)
+    off /= np.maximum(np.linalg.norm(off, axis=1, keepdims=True), 1e-12)
+    out = face.tissue.normals + near[:, None] * (off @ axes - face.tissue.normals)
+    return near, np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))

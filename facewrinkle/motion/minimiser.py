@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +13,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from ..geometry.nested_dissection import nested_dissection
 from . import _skin_kernels as kernels
+from .contacts import Compliance, Contacts
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
@@ -20,11 +23,13 @@ DISSECTED_FROM = 50_000
 factors of minimum degree are a twentieth smaller.
 """
 
-CONVERGED = 1e-18
-"""Predicted decrease of the energy per area at which a step has converged: displacements of less than 1e-6 mm."""
+CONVERGED = 1e-22
+"""Predicted decrease of the energy per area at which a step has converged: displacements of less than 1e-8 mm."""
 
-LEFT_OVER = 0.05
-"""Share of the squared residual that a minimisation may leave to the next one."""
+LEFT_OVER, SMALL = 0.05, 1e-8
+"""Share of the squared residual, and decrease of the energy per area by the last iteration, that are small enough to
+leave the rest to the next minimisation: some thousandths of a millimetre.
+"""
 
 ROUNDING = 1e-14
 """Relative error of an energy: a step may raise it by this much."""
@@ -35,11 +40,36 @@ MAX_HALVINGS = 12
 MEMORY = 5
 """Number of steps from which the curvature is learnt."""
 
+Objective = Callable[[Array, Array], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """The end of a minimisation.
+
+    Attributes
+    ----------
+    u : ndarray, shape (n, 3)
+    before, value : float
+        The objective at the start and there, contacts included.
+    converged : bool
+        False if the iterations did not suffice; the objective is then still lower than at the start.
+    iterations : int
+    """
+
+    u: Array
+    before: float
+    value: float
+    converged: bool
+    iterations: int
+
 
 class Minimiser:
     """L-BFGS with a prefactored matrix as the first guess of the curvature, and a backtracking line search.
 
-    The steps that it learns the curvature from are remembered from one minimisation to the next, until `reset`.
+    Contacts are no part of the curvature that is learnt: the quadratic model of each iteration is minimised with all
+    contacts that its step would meet, so that a step neither enters what it meets nor is stopped far from it.
+    The steps that the curvature is learnt from are remembered from one minimisation to the next, until `reset`.
 
     Parameters
     ----------
@@ -51,6 +81,7 @@ class Minimiser:
         Area of the skin around each vertex, mm^2.
     iterations : int
         The most iterations; fewer are made if the minimisation converges.
+    contacts : Contacts, optional
 
     Examples
     --------
@@ -61,56 +92,91 @@ class Minimiser:
     >>> def energy(u, gradient):
     ...     gradient[:] = 2.0 * (u - 1.0)
     ...     return float(((u - 1.0) ** 2).sum())
-    >>> minimiser.minimised(energy, np.zeros((3, 3))).tolist()
+    >>> minimiser.minimised(energy, np.zeros((3, 3))).u.tolist()
     [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
     """
 
-    def __init__(self, matrices: list[csr_array], points: Array, area: Array, iterations: int) -> None:
+    def __init__(
+        self, matrices: list[csr_array], points: Array, area: Array, iterations: int, contacts: Contacts | None = None
+    ) -> None:
         self.factors = Factors(matrices, points)
-        self._area, self._iterations = area, iterations
+        self._area, self._iterations, self._contacts = area, iterations, contacts
+        self._total_area = math.fsum(area)
+        self._compliance = Compliance(self.factors.solved, len(points))
         self.reset()
 
     def reset(self) -> None:
         """Forget the steps that were made."""
         self._memory: list[tuple[Array, Array, float]] = []
 
-    def minimised(self, objective: Callable[[Array, Array], float], start: Array) -> Array:
-        """Return displacements (n, 3) at which the objective is lower than at `start`, and lowest if it converged.
+    def minimised(self, objective: Objective, start: Array) -> Minimum:
+        """Return displacements (n, 3) at which the objective and the energy of contacts are lower than at `start`.
 
         The objective returns its value at its first argument (n, 3) and writes its gradient to the second.
         """
-        gradient, trial = np.empty_like(start), np.empty_like(start)
-        u = start.copy()
-        value = objective(u, gradient)
-        enough = LEFT_OVER * self._residual(gradient)
-        for _ in range(self._iterations):
-            direction = -self._inverse_curvature(gradient)
-            slope = _inner(direction, gradient)
-            if slope >= 0.0:
+        u, here, there = start.copy(), _Gradients(start.shape), _Gradients(start.shape)
+        before = value = self._evaluated(objective, u, here)
+        enough = LEFT_OVER * kernels.residual(here.total, self._area)
+        if enough == 0.0:
+            return Minimum(u, before, value, True, 0)
+        length = 1.0
+        for iteration in range(self._iterations):
+            direction, slope = self._direction(u, here)
+            if -slope <= CONVERGED * self._total_area:
+                return Minimum(u, before, value, True, iteration)
+            found = self._line_search(objective, u, value, direction, slope, min(2.0 * length, 1.0), there)
+            if found is None:  # not even the shortest step lowers the energy: it is at its rounding, or the memory errs
+                if not self._memory:
+                    return Minimum(u, before, value, -slope <= 1e-9 * abs(value), iteration)
                 self.reset()
-                direction = -self.factors.solved(gradient)
-                slope = _inner(direction, gradient)
-            if -slope < CONVERGED * self._area.sum():
-                break
-            length = 1.0
-            for _ in range(MAX_HALVINGS):
-                candidate = u + length * direction
-                new = objective(candidate, trial)
-                if new <= value + 1e-4 * length * slope + ROUNDING * abs(value):
-                    break
-                length *= 0.5
-            else:
-                self.reset()
-                break
-            self._remember(candidate - u, trial - gradient)
-            u, value = candidate, new
-            gradient, trial = trial, gradient
-            if self._residual(gradient) < enough:
-                break
-        return u
+                continue
+            candidate, value, length = found
+            self._remember(candidate - u, there.free - here.free)
+            u, here, there = candidate, there, here
+            if -slope <= SMALL * self._total_area or kernels.residual(here.total, self._area) <= enough:
+                return Minimum(u, before, value, True, iteration + 1)
+        return Minimum(u, before, value, False, self._iterations)
 
-    def _residual(self, gradient: Array) -> float:
-        return float(np.einsum("nk,nk,n->", gradient, gradient, 1.0 / self._area))
+    def _evaluated(self, objective: Objective, u: Array, gradients: _Gradients) -> float:
+        value = objective(u, gradients.free)
+        gradients.total[:] = gradients.free
+        return value if self._contacts is None else value + self._contacts.energy(u, gradients.total)
+
+    def _direction(self, u: Array, at: _Gradients) -> tuple[Array, float]:
+        """Return a direction in which the objective falls, and its slope."""
+        slope = 0.0
+        for attempt in range(3):
+            if attempt == 1:
+                self.reset()
+            if attempt < 2:
+                direction = -self._inverse_curvature(at.free)
+                if self._contacts is not None and len((rows := self._contacts.rows(u, direction))[3]):
+                    direction += self.factors.solved(self._compliance.forces(rows))
+            else:  # the model's contacts err: follow the slope itself
+                direction = -self.factors.solved(at.total)
+            slope = kernels.inner(direction, at.total)
+            if slope < 0.0:
+                break
+        return direction, slope
+
+    def _line_search(
+        self,
+        objective: Objective,
+        u: Array,
+        value: float,
+        direction: Array,
+        slope: float,
+        length: float,
+        there: _Gradients,
+    ) -> tuple[Array, float, float] | None:
+        """Return the first of ever shorter steps that lowers the objective enough, its value and its length."""
+        for _ in range(MAX_HALVINGS):
+            candidate = u + length * direction
+            new = self._evaluated(objective, candidate, there)
+            if new <= value + 1e-4 * length * slope + ROUNDING * abs(value):
+                return candidate, new, length
+            length *= 0.5
+        return None
 
     def _inverse_curvature(self, gradient: Array) -> Array:
         """Return the inverse of the curvature times the gradient: the two loops of L-BFGS over remembered steps."""
@@ -123,13 +189,16 @@ class Minimiser:
         return q
 
     def _remember(self, step: Array, change: Array) -> None:
-        curvature = _inner(step, change)
-        if curvature > 1e-12 * _inner(step, step):
+        curvature = kernels.inner(step, change)
+        if curvature > 1e-12 * kernels.inner(step, step):
             self._memory = [*self._memory[-(MEMORY - 1) :], (step, change, curvature)]
 
 
-def _inner(left: Array, right: Array) -> float:
-    return float(np.vdot(left, right))
+class _Gradients:
+    """Gradients (n, 3) of an objective without contacts and with them."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self.free, self.total = np.empty(shape), np.empty(shape)
 
 
 class Factors:

@@ -8,7 +8,7 @@ any time step: the positions minimise the sum of inertia and energy.
 
 from __future__ import annotations
 
-import dataclasses
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -16,15 +16,16 @@ import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face
-from ..anatomy.joint_weights import JointWeights, turned
 from ..errors import ParameterError, check_range, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
-from ..geometry.normals import vertex_areas, vertex_normals
-from ..geometry.topology import unique_edges, vertex_rings
+from ..geometry.normals import vertex_areas
+from ..geometry.topology import unique_edges
 from . import _skin_kernels as kernels
 from .base import NONE_BY_NAME
-from .constraints import on_gums, tip_of_nose
-from .contacts import CONTACT_STIFFNESS, Contacts, lip_tethers
+from .constraints import lip_tethers, on_gums, tip_of_nose
+from .contacts import Contacts
+from .joints import Joints
+from .lip_pressure import closing_forces
 from .material import SkinMaterial
 from .minimiser import Minimiser
 
@@ -33,14 +34,14 @@ __all__ = ["Skin", "SkinMaterial"]
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
 
-NOWHERE = 1e6
-"""Coordinates of anchors without solid bone, mm: no skin comes near them."""
-
-OFF_BONE = 0.15
-"""Distance from the bone at which the skin begins to be pushed off it, mm."""
-
 INVERSION_STIFFNESS = 20.0
 """Stiffness of the inversion barrier against triangles that turn over, relative to the membrane stiffness."""
+
+AT_REST = 1e-6
+"""Displacements below which relaxed skin is at rest, mm."""
+
+MOST_HALVINGS = 6
+"""A step that does not converge is halved at most this many times."""
 
 THIN_LIDS = 0.97
 """Share of its bending stiffness that the skin of the lids, the thinnest of the body, lacks."""
@@ -87,7 +88,7 @@ class Skin:
     parts: Mapping[str, Array] = NONE_BY_NAME
 
     def __init__(
-        self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 3
+        self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 40
     ) -> None:
         if not (np.isfinite(time_step) and time_step > 0.0):
             raise ParameterError(f"time_step must be a positive number of seconds, received {time_step!r}.")
@@ -101,18 +102,13 @@ class Skin:
         self._build_springs(face)
         self._build_bending(face)
         self._build_tethers(face)
-        self._build_bone(face)
-        stiffness = self._stiffness_matrices()
-        resistance = np.mean([matrix.diagonal() for matrix in stiffness], axis=0)
-        self.contacts = Contacts(face, resistance, self._area)
-        self._bone_weight = CONTACT_STIFFNESS * resistance[self._over_bone]
+        self.contacts = Contacts(face, self._area, self._joints.mandible)
         self._pull = csr_array(self._forces(face).reshape(len(self.names), -1).T)
         self._mass = self._area / (m.decay * m.rate) ** 2
         self._drag = 2.0 * m.damping * m.rate * self.time_step
         inertia = diags_array(self._mass * (1.0 + self._drag) / self.time_step**2)
-        self._minimiser = Minimiser(
-            [matrix + inertia for matrix in stiffness], self.points, self._area, int(iterations)
-        )
+        matrices = [matrix + inertia for matrix in self._stiffness_matrices()]
+        self._minimiser = Minimiser(matrices, self.points, self._area, int(iterations), self.contacts)
         self.reset()
 
     # --- what the skin is made of -------------------------------------------------------------
@@ -152,43 +148,13 @@ class Skin:
         lips, directions = lip_tethers(face)
         self._normals = np.ascontiguousarray(directions)
         tethers = base * face.tissue.stiffness * (1.0 - tip_of_nose(face)[1])
-        plates = np.zeros_like(tethers)
-        self._joints: dict[str, tuple[JointWeights, Array]] = {}
-        self._turning: dict[str, tuple[IntArray, Array]] = {}
+        plates, of_lids = np.zeros_like(tethers), {}
         for name, joint in face.joint_weights.items():
-            plate = base[joint.vertices] * m.lid_stiffness * joint.hold
-            share = np.ones(len(plate)) if joint.bone else plate / (plate + tethers[joint.vertices])
+            plate = of_lids[name] = base[joint.vertices] * m.lid_stiffness * joint.hold
             plates[joint.vertices] = np.maximum(plates[joint.vertices], plate)
-            self._joints[name] = dataclasses.replace(joint, centre=joint.centre * face.unit), share
-            self._turning[name] = self._turning_triangles(joint, share)
+        self._joints = Joints(face, self.names, tethers, of_lids)
         self._along = (1.0 + m.lip_firmness * lips) * tethers + plates
         self._across = m.normal_ratio * tethers + plates
-
-    def _turning_triangles(self, joint: JointWeights, share: Array) -> tuple[IntArray, Array]:
-        """Return the triangles (j,) that a joint turns, and their angles (j,) at full contraction."""
-        angles = np.zeros(len(self.points))
-        angles[joint.vertices] = share * joint.angles
-        mean = angles[self._triangles].mean(axis=1)
-        triangles = np.flatnonzero(mean)
-        return triangles, mean[triangles]
-
-    def _build_bone(self, face: Face) -> None:
-        """Anchors on the skull, and the vertices that the skull stops."""
-        n = len(self.points)
-        self._anchors = np.ascontiguousarray(face.tissue.anchors * face.unit)
-        self._bone_normals = vertex_normals(self._anchors, self._triangles)
-        self._anchors[~face.tissue.solid] = NOWHERE
-        self._ring = vertex_rings(self._triangles, n)
-        # The walk over the skull begins at each vertex's own anchor, and finds the nearest one.
-        self._over_bone = self._bone_at_rest = np.arange(n)
-        self._bone_now = self._bone_at_rest.copy()
-        self._stop_at_bone(np.zeros_like(self.points))
-        self._bone_at_rest = self._bone_now.copy()
-        # Only skin that the bone lies straight below is stopped by it.
-        above = (self.points - self._anchors[self._bone_at_rest]) * self._bone_normals[self._bone_at_rest]
-        depth = face.tissue.depth * face.unit
-        straight = (above.sum(axis=1) > 0.25 * depth) & (np.abs(above).sum(axis=1) < 2.0 * depth)
-        self._over_bone = np.flatnonzero(straight)
 
     def _forces(self, face: Face) -> Array:
         """Return the force (k, n, 3) of each muscle at full contraction."""
@@ -201,11 +167,12 @@ class Skin:
             swell = muscle.swell * muscle.strength * m.pull / m.decay**2
             force += (swell * muscle.bunched(face.points))[:, None] * n
             pull[k] = force * (self._area * pulled)[:, None]
-        for name, (joint, share) in self._joints.items():
-            pull[self.names.index(name)][joint.vertices] *= (1.0 - share)[:, None]
+        for k, name in enumerate(self.names):
+            if (free := self._joints.free_share(name)) is not None:
+                pull[k][free[0]] *= free[1][:, None]
         closing = np.array([muscle.closing * muscle.strength for muscle in face.muscles.values()])
         some = np.flatnonzero(closing)
-        pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * self.contacts.closing()
+        pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * closing_forces(face, self._area)
         return pull
 
     def _stiffness_matrices(self) -> list[csr_array]:
@@ -230,8 +197,7 @@ class Skin:
         shape = self.points.shape
         self.displacement, self.velocity = np.zeros(shape), np.zeros(shape)
         self.rates = np.zeros(len(self.names))
-        self._force, self._shift, self._facing_now = np.zeros(shape), np.zeros(shape), self._facing
-        self._bone_now = self._bone_at_rest.copy()
+        self._place(self.rates)
         self._minimiser.reset()
 
     def contract(self, rates: Mapping[str, float]) -> None:
@@ -266,50 +232,79 @@ class Skin:
 
     def set_rates(self, rates: Array) -> None:
         """Set the contraction rates (k,) in the order of `names`, without checks."""
-        if np.array_equal(rates, self.rates):
-            return
         self.rates = rates.copy()
+
+    def _place(self, rates: Array) -> None:
+        """Pull at the skin and turn the joints as these contraction rates say."""
+        self._placed = rates
         self._force = (self._pull @ rates).reshape(-1, 3)
-        self._shift, self._facing_now = np.zeros_like(self.points), self._facing.copy()
-        for name, (joint, share) in self._joints.items():
-            rate = rates[self.names.index(name)]
-            for other in joint.yields:
-                if other in self.names:
-                    rate *= 1.0 - rates[self.names.index(other)]
-            if rate > 0.0:
-                self._shift[joint.vertices] += share[:, None] * joint.turned(self.points, rate)
-                # Triangles that a joint turns are kept from turning over relative to it.
-                triangles, angles = self._turning[name]
-                self._facing_now[triangles] += turned(self._facing_now[triangles], joint.axis, rate * angles)
+        self._shift, self._facing_now = self._joints.shift(rates), self._joints.facing(self._facing, rates)
+        self.contacts.place(self._joints.mandible_rate(rates))
 
     def step(self) -> Array:
-        """Advance by one time step and return the positions (n, 3) in mm."""
-        old, h = self.displacement, self.time_step
-        target = old + h * self.velocity
+        """Advance by one time step and return the positions (n, 3) in mm.
+
+        Joints carry the skin along as their muscles contract. They turn in parts of a few millimetres, each a step of
+        its own, so that lips and lids that are flung at each other meet.
+        """
+        before, after = self._placed, self.rates
+        if np.array_equal(before, after):
+            self._advance(self.time_step)
+        else:
+            parts = self._joints.parts(before, after)
+            for part in range(1, parts + 1):
+                riding = self._placed
+                self._place(after if part == parts else before + (after - before) * (part / parts))
+                x = self.points + self.displacement
+                self.displacement = self._joints.carried(x, riding, self._placed) - self.points
+                self._advance(self.time_step)
+        self._come_to_rest()
+        return self.points + self.displacement
+
+    def _come_to_rest(self) -> None:
+        """End at rest, exactly, once nothing pulls at skin that is as good as there."""
+        if not self._placed.any() and max(np.abs(self.displacement).max(), self.time_step * np.abs(self.velocity).max()) < AT_REST:
+            self.displacement, self.velocity = np.zeros_like(self.points), np.zeros_like(self.points)
+            self._minimiser.reset()
+
+    def _advance(self, h: float, halvings: int = 0) -> None:
+        """Advance by a time h: implicit Euler, whose step minimises the sum of inertia, drag and energy.
+
+        A step that does not converge is made in two halves. The energy never grows: of motion that would be more than
+        the step has set free, the rest is lost.
+        """
+        old, velocity = self.displacement, self.velocity
+        target, drag = old + h * velocity, self._drag * (h / self.time_step)
 
         def objective(u: Array, gradient: Array) -> float:
-            """Sum inertia, drag and potential energy, less the work of the muscles: implicit Euler minimises this."""
-            value = self._potential(u, gradient)
-            return value + kernels.inertia(u, target, old, self._mass, self._drag, h, self._force, gradient)
+            value = self._elastic(u, gradient) - kernels.work(u, self._force, gradient)
+            return float(value + kernels.inertia(u, target, old, self._mass, drag, h, gradient))
 
-        u = self._minimiser.minimised(objective, old)
-        self._stop_at_bone(u)
-        self.contacts.keep_off_eyes(u)
-        self.displacement, self.velocity = u, (u - old) / h
-        return self.points + u
-
-    def _stop_at_bone(self, u: Array) -> None:
-        """Push vertices out that a step which did not converge has left in the bone."""
-        bone = self._anchors, self._bone_normals, self._bone_at_rest, self._bone_now
-        kernels.keep_off_bone(u, self.points, self._over_bone, *bone, *self._ring)
+        end = self._minimiser.minimised(objective, old)
+        if not end.converged and halvings < MOST_HALVINGS:
+            for _ in range(2):
+                self._advance(0.5 * h, halvings + 1)
+            return
+        self.displacement, self.velocity = end.u, (end.u - old) / h
+        moving = kernels.kinetic(self.velocity, self._mass)
+        inertia = kernels.inertia(end.u, target, old, self._mass, drag, h, np.empty_like(end.u))
+        over = end.value - inertia + moving - end.before
+        if over > 0.0:
+            self.velocity *= math.sqrt(max(1.0 - over / moving, 0.0)) if moving > 0.0 else 0.0
 
     def energy(self) -> float:
-        """Return kinetic plus potential energy without the work of the muscles, in membrane stiffness times mm^2."""
-        kinetic = 0.5 * float((self._mass[:, None] * self.velocity**2).sum())
-        return kinetic + self._potential(self.displacement, np.empty_like(self.displacement))
+        """Return kinetic plus potential energy less the work of the muscles, in membrane stiffness times mm^2.
 
-    def _potential(self, u: Array, gradient: Array) -> float:
-        """Return the energy of springs, inversion barrier, bending, tethers and contacts; write its gradient."""
+        While the contraction rates are held, no step raises it.
+        """
+        unused = np.empty_like(self.displacement)
+        elastic = self._elastic(self.displacement, unused) - kernels.work(self.displacement, self._force, unused)
+        return float(
+            kernels.kinetic(self.velocity, self._mass) + elastic + self.contacts.energy(self.displacement, unused)
+        )
+
+    def _elastic(self, u: Array, gradient: Array) -> float:
+        """Return the energy of springs, inversion barrier, bending and tethers; write its gradient."""
         m, bending = self.material, self._bending
         gradient[:] = 0.0
         energy = kernels.springs(
@@ -322,8 +317,4 @@ class Skin:
         energy += kernels.tethers(
             u, self._shift, self._normals, self._along, self._across, bending.indptr, self._bent, bending.data, gradient
         )
-        energy += kernels.bone(
-            u, self.points, self._over_bone, self._anchors, self._bone_normals, self._bone_now, OFF_BONE,
-            self._bone_weight, gradient,
-        )  # fmt: skip
-        return float(energy) + self.contacts.energy(u, self._shift, gradient)
+        return float(energy)

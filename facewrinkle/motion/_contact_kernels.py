@@ -1,0 +1,382 @@
+"""Inner loops of contacts: distances from solids and between lips, energies, and the forces that keep them apart.
+
+Positions x (n, 3) are in mm. A sample is a point of the skin with fixed barycentric coordinates `shares` in `corners`.
+A row is a contact that the model of a step knows: gap(x + d) ~ gap + normal . (sum of weights * d[vertices]).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def at_sample(x, corners, shares, s, out):
+    """Write the position of sample s to out (3,)."""
+    for k in range(3):
+        out[k] = 0.0
+        for c in range(3):
+            out[k] += shares[s, c] * x[corners[s, c], k]
+
+
+@njit(cache=True)
+def solid_gap(p, origin, axes, half, normal):
+    """Return the distance of p (3,) from a ball, or from an elliptic cylinder scaled by its depth; write its gradient.
+
+    A negative first half axis stands for a ball, the second one is then its radius. Both distances are convex.
+    """
+    if half[0] < 0.0:
+        square = 0.0
+        for k in range(3):
+            normal[k] = p[k] - origin[k]
+            square += normal[k] * normal[k]
+        d = np.sqrt(square)
+        for k in range(3):
+            normal[k] = normal[k] / d if d > 0.0 else 0.0
+        return d - half[1]
+    a, b = 0.0, 0.0
+    for k in range(3):
+        a += axes[0, k] * (p[k] - origin[k])
+        b += axes[1, k] * (p[k] - origin[k])
+    a /= half[0]
+    b /= half[1]
+    r = np.sqrt(a * a + b * b)
+    for k in range(3):
+        normal[k] = half[1] * (a / half[0] * axes[0, k] + b / half[1] * axes[1, k]) / r if r > 0.0 else 0.0
+    return half[1] * (r - 1.0)
+
+
+@njit(cache=True)
+def near_solids(x, corners, shares, origins, axes, halves, allowed, reach):
+    """Return the samples that are nearer to their solids than `allowed` (k,) and `reach` together."""
+    p, normal = np.empty(3), np.empty(3)
+    found = np.empty(corners.shape[0], np.int64)
+    count = 0
+    for s in range(corners.shape[0]):
+        at_sample(x, corners, shares, s, p)
+        if solid_gap(p, origins[s], axes[s], halves[s], normal) < allowed[s] + reach:
+            found[count] = s
+            count += 1
+    return found[:count]
+
+
+@njit(cache=True)
+def solid_energy(x, near, corners, shares, origins, axes, halves, allowed, stiffness, grad):
+    """Add up half stiffness times depth squared of the `near` samples deeper than allowed. Adds to grad."""
+    p, normal = np.empty(3), np.empty(3)
+    energy = 0.0
+    for s in near:
+        at_sample(x, corners, shares, s, p)
+        depth = allowed[s] - solid_gap(p, origins[s], axes[s], halves[s], normal)
+        if depth <= 0.0:
+            continue
+        force = stiffness[s] * depth
+        energy += 0.5 * force * depth
+        for c in range(3):
+            for k in range(3):
+                grad[corners[s, c], k] -= force * shares[s, c] * normal[k]
+    return energy
+
+
+@njit(cache=True)
+def solid_rows(x, ahead, near, corners, shares, origins, axes, halves, allowed, stiffness, rows, first):
+    """Write rows of the `near` samples that are too deep now, or would be after the displacement `ahead` (n, 3).
+
+    `rows` are vertices (m, 6), weights (m, 6), normals (m, 3), depths (m,) after `ahead` and stiffness (m,); they are
+    filled from row `first` on. Returns the number of rows that are then filled.
+    """
+    vertices, weights, normals, depths, stiff = rows
+    p, normal = np.empty(3), np.empty(3)
+    for s in near:
+        at_sample(x, corners, shares, s, p)
+        depth = allowed[s] - solid_gap(p, origins[s], axes[s], halves[s], normal)
+        after = depth
+        for c in range(3):
+            for k in range(3):
+                after -= shares[s, c] * normal[k] * ahead[corners[s, c], k]
+        if depth <= 0.0 and after <= 0.0:
+            continue
+        for c in range(3):
+            vertices[first, c], weights[first, c] = corners[s, c], shares[s, c]
+            vertices[first, c + 3], weights[first, c + 3] = corners[s, c], 0.0
+            normals[first, c] = normal[c]
+        depths[first], stiff[first] = after, stiffness[s]
+        first += 1
+    return first
+
+
+@njit(cache=True)
+def closest_on_triangle(p, x, i, j, l, bary):
+    """Return the squared distance of p from the triangle of points i, j, l of x; write barycentric coordinates (3,).
+
+    Regions of Voronoi as in Ericson, Real-Time Collision Detection (2005), section 5.1.5.
+    """
+    d1 = d2 = d3 = d4 = d5 = d6 = 0.0
+    for k in range(3):
+        a, b, c = x[i, k], x[j, k], x[l, k]
+        ab, ac = b - a, c - a
+        d1 += ab * (p[k] - a)
+        d2 += ac * (p[k] - a)
+        d3 += ab * (p[k] - b)
+        d4 += ac * (p[k] - b)
+        d5 += ab * (p[k] - c)
+        d6 += ac * (p[k] - c)
+    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
+    if d1 <= 0.0 and d2 <= 0.0:
+        v, w = 0.0, 0.0
+    elif d3 >= 0.0 and d4 <= d3:
+        v, w = 1.0, 0.0
+    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        v, w = d1 / (d1 - d3), 0.0
+    elif d6 >= 0.0 and d5 <= d6:
+        v, w = 0.0, 1.0
+    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        v, w = 0.0, d2 / (d2 - d6)
+    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        v = 1.0 - w
+    else:
+        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
+    bary[0], bary[1], bary[2] = 1.0 - v - w, v, w
+    square = 0.0
+    for k in range(3):
+        square += (p[k] - bary[0] * x[i, k] - v * x[j, k] - w * x[l, k]) ** 2
+    return square
+
+
+@njit(cache=True)
+def lip_gap(x, p, triangles, open_edges, candidates, bary, normal):
+    """Return the signed distance of p from a surface of `triangles`, and the closest triangle; -1 if there is none.
+
+    Writes the barycentric coordinates (3,) of the closest point, and the gradient (3,) of the distance. A point whose
+    closest one lies on an open edge of the surface is beside it, and has no distance. `open_edges` (m,) holds a bit
+    for each side of a triangle: 1 for that from corner 0 to 1, 2 for 1 to 2, 4 for 2 to 0.
+    """
+    best, which, steepest = np.inf, -1, 0.0
+    own, face = np.empty(3), np.empty(3)
+    for t in candidates:
+        i, j, l = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        square = closest_on_triangle(p, x, i, j, l, own)
+        if square > best * (1.0 + 1e-9) + 1e-12:
+            continue
+        a, b, c = x[i], x[j], x[l]
+        face[0] = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
+        face[1] = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
+        face[2] = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        length = np.sqrt(face[0] ** 2 + face[1] ** 2 + face[2] ** 2)
+        if length == 0.0:
+            continue
+        # Of triangles that share the closest point, the one that looks most towards p tells its side.
+        up = 0.0
+        for k in range(3):
+            up += face[k] / length * (p[k] - own[0] * a[k] - own[1] * b[k] - own[2] * c[k])
+        if square >= best * (1.0 - 1e-9) - 1e-12 and abs(up) <= abs(steepest):
+            continue
+        best, which, steepest = square, t, up
+        for k in range(3):
+            bary[k], normal[k] = own[k], face[k] / length
+    if which < 0:
+        return np.inf, -1
+    sides = open_edges[which]
+    on = (sides & 1 and bary[2] < 1e-9) or (sides & 2 and bary[0] < 1e-9) or (sides & 4 and bary[1] < 1e-9)
+    if on:
+        return np.inf, -1
+    d = np.sqrt(best)
+    sign = 1.0 if steepest >= 0.0 else -1.0
+    if d > 1e-9:
+        for k in range(3):
+            q = 0.0
+            for c in range(3):
+                q += bary[c] * x[triangles[which, c], k]
+            normal[k] = sign * (p[k] - q) / d
+    return sign * d, which
+
+
+@njit(cache=True)
+def near_triangles(x, corners, shares, triangles, open_edges, order, starts, reach, enough):
+    """Return the triangles within `reach` of each sample, as offsets (k + 1,) and indices.
+
+    Samples farther outside the surface than `enough` get none. `order` holds the triangles sorted by their least first
+    coordinate, and `starts` these coordinates.
+    """
+    n = corners.shape[0]
+    widest = 0.0
+    for t in range(triangles.shape[0]):
+        low, high = x[triangles[t, 0], 0], x[triangles[t, 0], 0]
+        for c in range(1, 3):
+            low, high = min(low, x[triangles[t, c], 0]), max(high, x[triangles[t, c], 0])
+        widest = max(widest, high - low)
+    offsets, found = np.zeros(n + 1, np.int64), np.empty(8 * n + 8, np.int64)
+    p, own, normal = np.empty(3), np.empty(3), np.empty(3)
+    count = 0
+    for s in range(n):
+        at_sample(x, corners, shares, s, p)
+        i = np.searchsorted(starts, p[0] - reach - widest)
+        while i < starts.shape[0] and starts[i] <= p[0] + reach:
+            t = order[i]
+            i += 1
+            near = True
+            for k in range(3):
+                a, b, c = x[triangles[t, 0], k], x[triangles[t, 1], k], x[triangles[t, 2], k]
+                if min(a, min(b, c)) > p[k] + reach or max(a, max(b, c)) < p[k] - reach:
+                    near = False
+                    break
+            if not near or closest_on_triangle(p, x, triangles[t, 0], triangles[t, 1], triangles[t, 2], own) > reach**2:
+                continue
+            if count == found.shape[0]:
+                longer = np.empty(2 * count, np.int64)
+                longer[:count] = found
+                found = longer
+            found[count] = t
+            count += 1
+        near_this = found[offsets[s] : count]
+        if len(near_this) and enough < lip_gap(x, p, triangles, open_edges, near_this, own, normal)[0] < np.inf:
+            count = offsets[s]
+        offsets[s + 1] = count
+    return offsets, found[:count]
+
+
+@njit(cache=True)
+def lip_gaps(x, corners, shares, triangles, open_edges, near):
+    """Return the signed distances (k,) of samples from a surface; inf where there is nothing near."""
+    p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
+    offsets, candidates = near
+    gaps = np.empty(corners.shape[0])
+    for s in range(corners.shape[0]):
+        at_sample(x, corners, shares, s, p)
+        gaps[s] = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)[0]
+    return gaps
+
+
+@njit(cache=True)
+def lip_energy(x, corners, shares, triangles, open_edges, near, allowed, stiffness, grad):
+    """Add up half stiffness times depth squared of samples of one lip in the other. Adds to grad."""
+    p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
+    offsets, candidates = near
+    energy = 0.0
+    for s in range(corners.shape[0]):
+        if offsets[s] == offsets[s + 1]:
+            continue
+        at_sample(x, corners, shares, s, p)
+        gap, t = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)
+        depth = allowed[s] - gap
+        if t < 0 or depth <= 0.0:
+            continue
+        force = stiffness[s] * depth
+        energy += 0.5 * force * depth
+        for c in range(3):
+            for k in range(3):
+                grad[corners[s, c], k] -= force * shares[s, c] * normal[k]
+                grad[triangles[t, c], k] += force * bary[c] * normal[k]
+    return energy
+
+
+@njit(cache=True)
+def lip_rows(x, ahead, corners, shares, triangles, open_edges, near, allowed, stiffness, rows, first):
+    """Write rows of samples that are too deep in the other lip now or after `ahead`; see `solid_rows`."""
+    vertices, weights, normals, depths, stiff = rows
+    p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
+    offsets, candidates = near
+    for s in range(corners.shape[0]):
+        if offsets[s] == offsets[s + 1]:
+            continue
+        at_sample(x, corners, shares, s, p)
+        gap, t = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)
+        if t < 0:
+            continue
+        depth = allowed[s] - gap
+        after = depth
+        for c in range(3):
+            for k in range(3):
+                after -= normal[k] * (shares[s, c] * ahead[corners[s, c], k] - bary[c] * ahead[triangles[t, c], k])
+        if depth <= 0.0 and after <= 0.0:
+            continue
+        for c in range(3):
+            vertices[first, c], weights[first, c] = corners[s, c], shares[s, c]
+            vertices[first, c + 3], weights[first, c + 3] = triangles[t, c], -bary[c]
+            normals[first, c] = normal[c]
+        depths[first], stiff[first] = after, stiffness[s]
+        first += 1
+    return first
+
+
+@njit(cache=True)
+def compliance(vertices, weights, normals, slots, columns):
+    """Return the displacements (m, m) of rows along their normals by unit forces at rows.
+
+    `columns[slots[v]]` (n, 3) is the response of all vertices to unit forces along the coordinates at vertex v.
+    """
+    m = vertices.shape[0]
+    out = np.empty((m, m))
+    for r in range(m):
+        for q in range(r + 1):
+            total = 0.0
+            for a in range(6):
+                if weights[r, a] == 0.0:
+                    continue
+                column = columns[slots[vertices[r, a]]]
+                for b in range(6):
+                    if weights[q, b] == 0.0:
+                        continue
+                    j, share = vertices[q, b], weights[r, a] * weights[q, b]
+                    for k in range(3):
+                        total += share * normals[r, k] * normals[q, k] * column[j, k]
+            out[r, q] = out[q, r] = total
+    return out
+
+
+@njit(cache=True)
+def contact_forces(response, depths, stiffness, sweeps, tolerance):
+    """Return the forces f >= 0 (m,) with f = stiffness * max(depths - response f, 0) (projected Gauss-Seidel)."""
+    m = depths.shape[0]
+    forces, pushed = np.zeros(m), np.zeros(m)
+    for _ in range(sweeps):
+        largest = 0.0
+        for r in range(m):
+            give = 1.0 / stiffness[r]
+            change = (depths[r] - pushed[r] - give * forces[r]) / (response[r, r] + give)
+            change = max(forces[r] + change, 0.0) - forces[r]
+            if change == 0.0:
+                continue
+            forces[r] += change
+            for q in range(m):
+                pushed[q] += response[r, q] * change
+            largest = max(largest, abs(change) * response[r, r])
+        if largest < tolerance:
+            break
+    return forces
+
+
+@njit(cache=True)
+def add_forces(vertices, weights, normals, forces, out):
+    """Add the forces of rows to those of vertices (n, 3)."""
+    for r in range(forces.shape[0]):
+        for c in range(6):
+            for k in range(3):
+                out[vertices[r, c], k] += forces[r] * weights[r, c] * normals[r, k]
+
+
+@njit(cache=True)
+def moved_more(x, y, distance):
+    """Return True if a point of x (n, 3) is farther than `distance` from that of y."""
+    for i in range(x.shape[0]):
+        square = 0.0
+        for k in range(3):
+            square += (x[i, k] - y[i, k]) ** 2
+        if not square <= distance * distance:
+            return True
+    return False
+
+
+@njit(cache=True)
+def turn(vectors, centre, axis, angles):
+    """Turn vectors (k, 3) by angles (k,) about an axis (Rodrigues), in place."""
+    for i in range(vectors.shape[0]):
+        if angles[i] == 0.0:
+            continue
+        cos, sin = np.cos(angles[i]), np.sin(angles[i])
+        x, y, z = vectors[i, 0] - centre[0], vectors[i, 1] - centre[1], vectors[i, 2] - centre[2]
+        axial = (1.0 - cos) * (x * axis[0] + y * axis[1] + z * axis[2])
+        vectors[i, 0] = centre[0] + cos * x + axial * axis[0] + sin * (axis[1] * z - axis[2] * y)
+        vectors[i, 1] = centre[1] + cos * y + axial * axis[1] + sin * (axis[2] * x - axis[0] * z)
+        vectors[i, 2] = centre[2] + cos * z + axial * axis[2] + sin * (axis[0] * y - axis[1] * x)

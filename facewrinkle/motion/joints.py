@@ -1,0 +1,127 @@
+"""Joints of the skin: the mandible and the plates of the lids carry the tissue that is tethered to them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ..anatomy.face import Face
+from ..anatomy.joint_weights import JointWeights, turned
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.integer]
+
+LONGEST_PART = 2.0
+"""Joints carry the skin no farther than this in one part of a step, mm."""
+
+
+class Joints:
+    """All joints of a face.
+
+    Parameters
+    ----------
+    face : Face
+    names : sequence of str
+        The face's muscles, in the order of the rates.
+    tethers : ndarray, shape (n,)
+        Stiffness of the tethers to bone.
+    plates : mapping of str to ndarray, shape (k,)
+        Stiffness of the tethers to the plates of lids, for the vertices of each joint.
+
+    Examples
+    --------
+    The way that the chin is carried as the jaw opens, mm down:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> none = {name: np.zeros(len(joint.vertices)) for name, joint in face.joint_weights.items()}
+    >>> joints = Joints(face, tuple(face.muscles), np.ones(len(face.points)), none)
+    >>> rates = np.array([name == "jaw" for name in face.muscles], dtype=float)
+    >>> chin = face.mesh.find_closest_point(face.landmarks["menton"])
+    >>> round(float(-joints.shift(rates)[chin, 1]))
+    31
+    """
+
+    def __init__(self, face: Face, names: Sequence[str], tethers: Array, plates: dict[str, Array]) -> None:
+        self._names, self._points, self._triangles = tuple(names), face.points * face.unit, face.triangles
+        self._joints: dict[str, tuple[JointWeights, Array]] = {}
+        self._turning: dict[str, tuple[IntArray, Array]] = {}
+        for name, joint in face.joint_weights.items():
+            plate = plates[name]
+            with np.errstate(invalid="ignore"):
+                share = np.ones(len(plate)) if joint.bone else plate / (plate + tethers[joint.vertices])
+            share = np.nan_to_num(share)
+            self._joints[name] = dataclasses.replace(joint, centre=joint.centre * face.unit), share
+            self._turning[name] = self._turning_triangles(joint, share)
+
+    def _turning_triangles(self, joint: JointWeights, share: Array) -> tuple[IntArray, Array]:
+        """Return the triangles (j,) that a joint turns, and their angles (j,) at full contraction."""
+        angles = np.zeros(len(self._points))
+        angles[joint.vertices] = share * joint.angles
+        mean = angles[self._triangles].mean(axis=1)
+        triangles = np.flatnonzero(mean)
+        return triangles, mean[triangles]
+
+    @property
+    def mandible(self) -> JointWeights | None:
+        """The joint that is a bone, in mm."""
+        return next((joint for joint, _ in self._joints.values() if joint.bone), None)
+
+    def mandible_rate(self, rates: Array) -> float:
+        """Return the contraction rate of the mandible."""
+        return next((self._rate(name, rates) for name, (joint, _) in self._joints.items() if joint.bone), 0.0)
+
+    def free_share(self, name: str) -> tuple[IntArray, Array] | None:
+        """Return the vertices of a muscle's joint and the shares of its force that the joint does not take."""
+        if name not in self._joints:
+            return None
+        joint, share = self._joints[name]
+        return joint.vertices, 1.0 - share
+
+    def _rate(self, name: str, rates: Array) -> float:
+        """Contraction rate of a joint, which yields to others."""
+        rate = float(rates[self._names.index(name)])
+        for other in self._joints[name][0].yields:
+            if other in self._names:
+                rate *= 1.0 - float(rates[self._names.index(other)])
+        return rate
+
+    def shift(self, rates: Array) -> Array:
+        """Return the displacements (n, 3) of what the skin is tethered to."""
+        shift = np.zeros_like(self._points)
+        for name, (joint, share) in self._joints.items():
+            if (rate := self._rate(name, rates)) > 0.0:
+                shift[joint.vertices] += share[:, None] * joint.turned(self._points, rate)
+        return shift
+
+    def facing(self, normals: Array, rates: Array) -> Array:
+        """Return the normals (m, 3) of triangles as the joints turn them."""
+        normals = normals.copy()
+        for name, (joint, _) in self._joints.items():
+            if (rate := self._rate(name, rates)) > 0.0:
+                triangles, angles = self._turning[name]
+                normals[triangles] += turned(normals[triangles], joint.axis, rate * angles)
+        return normals
+
+    def carried(self, points: Array, before: Array, after: Array) -> Array:
+        """Return points (n, 3) as they ride on the joints while the contraction rates change."""
+        points = points.copy()
+        for name, (joint, share) in self._joints.items():
+            if turn := self._rate(name, after) - self._rate(name, before):
+                points[joint.vertices] += turned(
+                    points[joint.vertices] - joint.centre, joint.axis, turn * share * joint.angles
+                )
+        return points
+
+    def parts(self, before: Array, after: Array) -> int:
+        """Return the number of parts in which a change of the rates is made, so that none carries the skin far."""
+        farthest = 0.0
+        for name, (joint, share) in self._joints.items():
+            turn = abs(self._rate(name, after) - self._rate(name, before))
+            if turn > 0.0:
+                arm = np.linalg.norm(self._points[joint.vertices] - joint.centre, axis=1)
+                farthest = max(farthest, turn * float((np.abs(share * joint.angles) * arm).max(initial=0.0)))
+        return max(int(np.ceil(farthest / LONGEST_PART)), 1)

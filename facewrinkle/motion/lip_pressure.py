@@ -1,0 +1,116 @@
+"""The pressure with which a muscle closes the lips on each other."""
+
+from __future__ import annotations
+
+from itertools import chain
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from ..anatomy.face import Face
+from ..geometry.normals import vertex_normals
+from .constraints import from_lips
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+
+def closing_forces(face: Face, area: Array) -> Array:
+    """Return the forces (n, 3) of a pressure of 1 that presses each lip on what it faces of the other at rest.
+
+    Parameters
+    ----------
+    face : Face
+    area : ndarray, shape (n,)
+        Area of the skin around each vertex, mm^2.
+
+    Examples
+    --------
+    Both lips are pressed equally, and nothing else is:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> forces = closing_forces(face, np.ones(len(face.points)))
+    >>> bool(np.abs(forces.sum(axis=0)).max() < 1e-9), bool((forces @ face.frame.axes[1] != 0.0).sum() < 200)
+    (True, True)
+    """
+    vertices, corners, shares, signs = _facing(face)
+    forces = np.zeros_like(face.points)
+    push = (area[vertices] * signs)[:, None] * face.frame.axes[1]
+    np.subtract.at(forces, vertices, push)
+    np.add.at(forces, corners, shares[:, :, None] * push[:, None])
+    return forces
+
+
+def _facing(face: Face) -> tuple[IntArray, IntArray, Array, Array]:
+    """Return vertices of one lip, and the points of the other straight below (sign 1) or above (sign -1) each of them:
+    corners (k, 3) and barycentric coordinates (k, 3).
+    """
+    points = face.points * face.unit
+    left, up, _ = face.frame.axes
+    size = face.frame.pupil_distance * face.unit
+    marks = {name: point * face.unit for name, point in face.landmarks.items()}
+    reach = 0.55 * abs((marks["mouth_l"] - marks["mouth_r"]) @ left)
+    thick = 0.75 * abs((marks["upper_lip_mid"] - marks["lower_lip_mid"]) @ up)
+    local = from_lips(face) * face.unit
+    near = np.all(np.abs(local) < np.array([reach, thick + 0.1 * size, 0.4 * size]), axis=1)
+    facing = vertex_normals(points, face.triangles) @ up
+    inside = np.flatnonzero(near[face.triangles].all(axis=1))
+    triangles = face.triangles[inside]
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    slope = np.cross(b - a, c - a) @ up
+    found = []
+    for sign in (1.0, -1.0):  # the upper lip looks down on triangles that look up, and the other way round
+        own = np.flatnonzero(near & (sign * facing < -0.2))
+        other = triangles[sign * slope > 1e-12]
+        found.append(_seen(local, own, other, sign, 0.25 * size))
+    vertices, corners, shares, _, signs = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return vertices, corners, shares, signs
+
+
+def _seen(
+    local: Array, own: IntArray, triangles: npt.NDArray[np.int32], sign: float, far: float
+) -> tuple[npt.NDArray[Any], ...]:
+    """Return, for each vertex of `own` that sees one, the nearest of the triangles straight below (sign 1) or above it.
+
+    The result is vertices, corners, barycentric coordinates, distances and signs; `local` is [left, up, forward].
+    """
+    flat = local[:, [0, 2]]
+    i, k = _candidates(flat, own, triangles)
+    a, b, c = (flat[triangles[k, side]] - flat[i] for side in range(3))
+    parts = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], axis=1)
+    total = parts.sum(axis=1)
+    shares = parts / np.where(total == 0.0, 1.0, total)[:, None]
+    gaps = sign * (local[i, 1] - (shares * local[triangles[k], 1]).sum(axis=1))
+    over = (shares.min(axis=1) >= 0.0) & (total != 0.0) & (gaps >= 0.0) & (gaps < far)
+    over = np.flatnonzero(over & ~(triangles[k] == i[:, None]).any(axis=1))
+    over = over[np.lexsort((k[over], gaps[over], i[over]))]
+    over = over[np.unique(i[over], return_index=True)[1]]
+    corners = triangles[k[over]].astype(np.int64)
+    return i[over], corners, shares[over], gaps[over], np.full(len(over), sign)
+
+
+def _candidates(flat: Array, own: IntArray, triangles: npt.NDArray[np.int32]) -> tuple[IntArray, IntArray]:
+    """Return pairs (p,) of vertices and triangles that are no farther apart than the triangle reaches from its centre.
+
+    Triangles are searched by size, so that a few large ones do not make all reach far.
+    """
+    corners = flat[triangles]
+    centres = corners.mean(axis=1)
+    reach = (1.0 + 1e-9) * np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1, initial=0.0))
+    pairs = [(np.empty(0, np.int64), np.empty(0, np.int64))]
+    octave = np.frexp(reach)[1]
+    for size in np.unique(octave):
+        similar = np.flatnonzero(octave == size)
+        found = cKDTree(centres[similar]).query_ball_point(flat[own], reach[similar].max()) if len(own) else []
+        pairs.append(
+            (np.repeat(own, [len(f) for f in found]), similar[np.fromiter(chain.from_iterable(found), np.int64)])
+        )
+    vertices, hits = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    return vertices, hits
+
+
+def _cross(p: Array, q: Array) -> Array:
+    return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])

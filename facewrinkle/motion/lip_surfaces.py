@@ -1,0 +1,144 @@
+"""The surfaces of the lips that can meet each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ..anatomy.face import Face
+from ..geometry.normals import vertex_normals
+from ..geometry.topology import unique_edges
+from . import _contact_kernels as kernels
+from .constraints import from_lips
+from .solids import SLACK, STIFFNESS
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+Near = tuple[IntArray, IntArray]
+"""Triangles near each sample: offsets and indices."""
+
+LIP_DISTANCE = 0.1
+"""Lips that are farther apart at rest than this touch at this distance, mm."""
+
+FACES_AWAY = 0.3
+"""Skin belongs to the surface of a lip that can meet the other unless it looks away from it by more than this share."""
+
+UNDECIDED = 2.0
+"""Samples nearer than this to the open edge of the other surface at rest, mm, cannot tell on which side they are."""
+
+
+@dataclass(frozen=True, eq=False)
+class LipSurfaces:
+    """Samples of one lip and the surface of the other; mm.
+
+    Attributes
+    ----------
+    corners : ndarray of int, shape (k, 3)
+        Vertices of each sample.
+    shares : ndarray, shape (k, 3)
+        Its barycentric coordinates.
+    triangles : ndarray of int, shape (m, 3)
+        Surface of the other lip, counter-clockwise seen from outside.
+    open_edges : ndarray of int, shape (m,)
+        A bit for each side of a triangle at which the surface ends: 1, 2, 4.
+    allowed : ndarray, shape (k,)
+        Distance below which samples are pushed off the surface.
+    stiffness : ndarray, shape (k,)
+    """
+
+    corners: IntArray
+    shares: Array
+    triangles: IntArray
+    open_edges: IntArray
+    allowed: Array
+    stiffness: Array
+
+    def near(self, x: Array, reach: float, enough: float = np.inf) -> Near:
+        """Return the triangles within `reach` of each sample, for positions (n, 3); none for samples that are farther
+        outside than `enough`.
+        """
+        least = x[self.triangles, 0].min(axis=1, initial=np.inf)
+        order = np.argsort(least, kind="stable")
+        return kernels.near_triangles(
+            x, self.corners, self.shares, self.triangles, self.open_edges, order, least[order], reach, enough
+        )
+
+    def gaps(self, x: Array, near: Near) -> Array:
+        """Return the signed distances (k,) of samples from the surface; inf where they are far from it or beside it."""
+        return np.asarray(kernels.lip_gaps(x, self.corners, self.shares, self.triangles, self.open_edges, near))
+
+
+def lip_surfaces(face: Face, area: Array, share_of_jaw: Array) -> list[LipSurfaces]:
+    """Return the samples of the upper lip with the surface of the lower one, and the other way round.
+
+    Parameters
+    ----------
+    face : Face
+    area : ndarray, shape (n,)
+        Area of the skin around each vertex, mm^2.
+    share_of_jaw : ndarray, shape (n,)
+        Share of the mandible's turn that each vertex takes: the lower lip goes with it, the upper one does not.
+
+    Examples
+    --------
+    At rest the lips of the built-in head touch nowhere:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> weights, share = face.joint_weights["jaw"], np.zeros(len(face.points))
+    >>> share[weights.vertices] = weights.angles / weights.angles.max()
+    >>> for lip in lip_surfaces(face, np.ones(len(face.points)), share):
+    ...     print(bool((lip.gaps(face.points, lip.near(face.points, 3.0)) > lip.allowed).all()))
+    True
+    True
+    """
+    points, up = face.points * face.unit, face.frame.axes[1]
+    near, lower = _around_mouth(face), share_of_jaw > 0.5
+    looks_up = vertex_normals(points, face.triangles) @ up
+    found = []
+    for own, other, sign in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
+        samples = near & own & (sign * looks_up < FACES_AWAY)
+        triangles = face.triangles[(near & other & (sign * looks_up > -FACES_AWAY))[face.triangles].all(axis=1)]
+        if samples.any() and len(triangles):
+            found.append(_decided(face, samples, triangles.astype(np.int64), area, points))
+    return found
+
+
+def _around_mouth(face: Face) -> BoolArray:
+    """True (n,) for vertices of the lips and of their lining."""
+    left, up, _ = face.frame.axes
+    size = face.frame.pupil_distance
+    marks = face.landmarks
+    reach = 0.55 * abs((marks["mouth_l"] - marks["mouth_r"]) @ left)
+    thick = 0.75 * abs((marks["upper_lip_mid"] - marks["lower_lip_mid"]) @ up)
+    return np.asarray(np.all(np.abs(from_lips(face)) < np.array([reach, thick + 0.1 * size, 0.4 * size]), axis=1))
+
+
+def _decided(face: Face, samples: BoolArray, triangles: IntArray, area: Array, points: Array) -> LipSurfaces:
+    """The surfaces, of which only samples count that know at rest on which side of the other lip they are."""
+    vertices = np.flatnonzero(samples)
+    edges, _ = unique_edges(face.triangles)
+    edges = edges[samples[edges].all(axis=1)].astype(np.int64)
+    corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]]])
+    shares = np.concatenate([np.tile([1.0, 0, 0], (len(vertices), 1)), np.tile([0.5, 0.5, 0], (len(edges), 1))])
+    stiffness = STIFFNESS * (shares * area[corners]).sum(axis=1)
+    out = LipSurfaces(corners, shares, triangles, _open_edges(triangles), np.zeros(len(corners)), stiffness)
+    close = out.near(points, UNDECIDED)
+    gaps = out.gaps(points, close)
+    closed = replace(out, open_edges=np.zeros_like(out.open_edges))
+    beside = np.isinf(gaps) & (np.abs(closed.gaps(points, close)) < UNDECIDED)
+    allowed = np.minimum(gaps - SLACK, LIP_DISTANCE)
+    kept = ~beside
+    return replace(
+        out, corners=corners[kept], shares=shares[kept], allowed=allowed[kept], stiffness=stiffness[kept]
+    )
+
+
+def _open_edges(triangles: IntArray) -> IntArray:
+    """Bits (m,) for the sides of triangles that no other triangle shares."""
+    sides = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, inverse, counts = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+    return np.asarray((counts[inverse.ravel()].reshape(-1, 3) == 1) @ np.array([1, 2, 4]))

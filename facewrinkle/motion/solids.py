@@ -1,0 +1,236 @@
+"""Solids that the skin meets: eyeballs, the dental arches and the bone below it.
+
+Every solid is a ball or an upright elliptic cylinder, so its distance is a convex function of the place, known in closed
+form. What a point of the skin meets depends on nothing but where it is: teeth and bone go along with the mandible as far
+as the tissue of that point does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from ..anatomy.eye_placement import LID_ROOM
+from ..anatomy.face import Face
+from ..anatomy.joint_weights import JointWeights
+from ..anatomy.teeth import BEHIND_LIPS, ELLIPSE
+from ..geometry.normals import vertex_normals
+from ..geometry.topology import unique_edges
+from . import _contact_kernels as kernels
+from .constraints import from_lips
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+SLACK = 0.02
+"""Depth to which skin that touches a solid at rest may enter it before it is pushed, mm: so rest is an equilibrium."""
+
+STIFFNESS = 40.0
+"""Stiffness of a contact per area, relative to the membrane stiffness of the skin, 1/mm^2: the strongest muscle presses
+lips less than a hundredth of a millimetre deep.
+"""
+
+AROUND_EYE = 1.6
+"""Skin nearer to the centre of an eye than this many radii can meet the eyeball."""
+
+CROWN_BULGE = 0.25
+"""Distance from the arch's outer border at which skin meets the crowns, mm: they bulge by .2 mm."""
+
+OFF_BONE = 0.15
+"""Distance from the bone at which the skin begins to be pushed off it, mm."""
+
+FLATTEST, SHARPEST = 1e-4, 1.0 / 8.0
+"""Least and largest curvature of the balls that stand for the bone below a vertex, 1/mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solids:
+    """Samples of the skin, each with the solid that it meets; mm.
+
+    Attributes
+    ----------
+    corners : ndarray of int, shape (k, 3)
+        Vertices of each sample.
+    shares : ndarray, shape (k, 3)
+        Its barycentric coordinates.
+    origins : ndarray, shape (k, 3)
+        Centres of balls, or points on the axes of cylinders.
+    axes : ndarray, shape (k, 2, 3)
+        Directions in which cylinders have their half axes; unused for balls.
+    halves : ndarray, shape (k, 2)
+        Half axes; of balls, -1 and the radius.
+    allowed : ndarray, shape (k,)
+        Distance from the solid below which a sample is pushed off it.
+    stiffness : ndarray, shape (k,)
+    angles : ndarray, shape (k,)
+        Turn of each solid with the mandible at full contraction, radians.
+
+    Examples
+    --------
+    Skin around the eyes is pushed before it reaches the eyeballs:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> eyes = eyeballs(face, np.ones(len(face.points)))
+    >>> round(float(eyes.allowed.max()), 2), bool((eyes.gaps(face.points) > eyes.allowed).all())
+    (0.31, True)
+    """
+
+    corners: IntArray
+    shares: Array
+    origins: Array
+    axes: Array
+    halves: Array
+    allowed: Array
+    stiffness: Array
+    angles: Array
+
+    def gaps(self, points: Array) -> Array:
+        """Return the distances (k,) of all samples from their solids at rest, for positions (n, 3)."""
+        gaps, normal = np.empty(len(self.corners)), np.empty(3)
+        samples = np.einsum("kc,kci->ki", self.shares, points[self.corners])
+        for s, sample in enumerate(samples):
+            gaps[s] = kernels.solid_gap(sample, self.origins[s], self.axes[s], self.halves[s], normal)
+        return gaps
+
+    def turned(self, joint: JointWeights | None, rate: float) -> tuple[Array, Array]:
+        """Return `origins` and `axes` as a mandible places them at its contraction rate."""
+        if joint is None or rate == 0.0:
+            return self.origins, self.axes
+        origins, axes, angles = self.origins.copy(), self.axes.copy(), rate * self.angles
+        kernels.turn(origins, joint.centre, joint.axis, angles)
+        for k in range(2):
+            kernels.turn(axes[:, k], np.zeros(3), joint.axis, angles)
+        return origins, axes
+
+
+def joined(solids: Sequence[Solids]) -> Solids:
+    """Return all samples of several solids.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face, each = fw.default_face(), np.ones(len(fw.default_face().points))
+    >>> eyes = eyeballs(face, each)
+    >>> len(joined([eyes, eyes]).allowed) == 2 * len(eyes.allowed)
+    True
+    """
+    columns = zip(*(vars(each).values() for each in solids), strict=True)
+    return Solids(*(np.concatenate(column) for column in columns))
+
+
+def eyeballs(face: Face, area: Array) -> Solids:
+    """Return the contacts with the eyeballs: of vertices, and of the middles of edges, whose chords cut the balls most.
+
+    Skin is pushed off as far as there is room at rest between the margins of the lids and the ball.
+    """
+    points = face.points * face.unit
+    found = []
+    for eye in face.eyes:
+        centre, radius = eye.centre * face.unit, eye.radius * face.unit
+        near = np.linalg.norm(points - centre, axis=1) < AROUND_EYE * radius
+        room = (1.0 / LID_ROOM - 1.0) * radius
+        found.append(_balls(face, *_samples(face, near, area), centre, np.array(radius), room))
+    return joined(found) if found else _none()
+
+
+def dental_arches(face: Face, area: Array, angles: Array) -> Solids:
+    """Return the contacts with the outer border of the dental arches, which turn with the tissue in front of them.
+
+    `angles` (n,) is the turn of each vertex with the mandible.
+    """
+    scale = face.frame.scale * face.unit
+    half = scale * np.array(ELLIPSE["upper"])
+    local = from_lips(face) * face.unit
+    back = half[1] + BEHIND_LIPS * scale
+    close = (np.linalg.norm(local, axis=1) < 50.0 * scale) & (np.abs(local[:, 1]) < 25.0 * scale)
+    near = close & (local[:, 2] + back > 0.3 * half[1])
+    corners, shares, stiffness = _samples(face, near, area)
+    k = len(corners)
+    middle = face.points * face.unit - (local + [0.0, 0.0, back]) @ face.frame.axes
+    axes = np.broadcast_to(face.frame.axes[[0, 2]], (k, 2, 3)).copy()
+    turns = (shares * angles[corners]).sum(axis=1)
+    arches = Solids(
+        corners, shares, np.tile(middle[0], (k, 1)), axes, np.tile(half, (k, 1)), np.zeros(k), stiffness, turns
+    )
+    return _with_room(arches, face, CROWN_BULGE * scale)
+
+
+def bone_below(face: Face, area: Array, angles: Array) -> Solids:
+    """Return the contacts of vertices with the bone straight below them: a ball that touches the bone at its nearest
+    point, with the bone's curvature there.
+
+    `angles` (n,) is the turn of each vertex with the mandible.
+    """
+    points, solid = face.points * face.unit, face.tissue.solid
+    anchors = face.tissue.anchors * face.unit
+    if not solid.any():
+        return _none()
+    normals = vertex_normals(anchors, face.triangles)
+    bone = np.flatnonzero(solid)
+    nearest = bone[cKDTree(anchors[bone]).query(points)[1]]
+    above = (points - anchors[nearest]) * normals[nearest]
+    depth = face.tissue.depth * face.unit
+    straight = (above.sum(axis=1) > 0.25 * depth) & (np.abs(above).sum(axis=1) < 2.0 * depth)
+    vertices = np.flatnonzero(straight & solid)
+    below = nearest[vertices]
+    radii = 1.0 / np.clip(_curvature(anchors, normals, face.triangles, solid)[below], FLATTEST, SHARPEST)
+    corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
+    centres = anchors[below] - radii[:, None] * normals[below]
+    balls = _balls(face, corners, shares, STIFFNESS * area[vertices], centres, radii, OFF_BONE)
+    return Solids(**{**vars(balls), "angles": angles[vertices]})
+
+
+def _curvature(anchors: Array, normals: Array, triangles: npt.NDArray[np.int32], solid: npt.NDArray[np.bool_]) -> Array:
+    """Mean curvature (n,) of the bone, averaged twice over the neighbours; positive where it bulges."""
+    edges, _ = unique_edges(triangles)
+    edges = edges[solid[edges].all(axis=1)]
+    i, j = edges.T
+    along = anchors[j] - anchors[i]
+    square = np.maximum((along**2).sum(axis=1), 1e-12)
+    weight = np.sqrt(square)
+    bend = ((normals[j] - normals[i]) * along).sum(axis=1) / square
+    n, ends = len(anchors), np.concatenate([i, j])
+    total = np.maximum(np.bincount(ends, np.tile(weight, 2), n), 1e-12)
+    out = np.bincount(ends, np.tile(weight * bend, 2), n) / total
+    for _ in range(2):
+        out = 0.5 * out + 0.5 * np.bincount(ends, np.tile(weight, 2) * np.concatenate([out[j], out[i]]), n) / total
+    return np.asarray(out)
+
+
+def _samples(face: Face, near: npt.NDArray[np.bool_], area: Array) -> tuple[IntArray, Array, Array]:
+    """Corners, shares and stiffness of samples: the `near` vertices, and the middles of the edges between them."""
+    vertices = np.flatnonzero(near)
+    edges, _ = unique_edges(face.triangles)
+    edges = edges[near[edges].all(axis=1)].astype(np.int64)
+    corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]]])
+    shares = np.concatenate([np.tile([1.0, 0, 0], (len(vertices), 1)), np.tile([0.5, 0.5, 0], (len(edges), 1))])
+    return corners, shares, STIFFNESS * (shares * area[corners]).sum(axis=1)
+
+
+def _balls(
+    face: Face, corners: IntArray, shares: Array, stiffness: Array, centres: Array, radii: Array, room: float
+) -> Solids:
+    k = len(corners)
+    halves = np.stack([np.full(k, -1.0), np.broadcast_to(radii, k)], axis=1)
+    centres = np.broadcast_to(centres, (k, 3)).copy()
+    balls = Solids(corners, shares, centres, np.zeros((k, 2, 3)), halves, np.zeros(k), stiffness, np.zeros(k))
+    return _with_room(balls, face, room)
+
+
+def _with_room(solids: Solids, face: Face, room: float) -> Solids:
+    """The same solids, of which samples are pushed off as far as `room`, and as the skin at rest allows."""
+    gaps = solids.gaps(face.points * face.unit)
+    return Solids(**{**vars(solids), "allowed": np.minimum(gaps - SLACK, room)})
+
+
+def _none() -> Solids:
+    none = np.zeros(0)
+    return Solids(
+        np.zeros((0, 3), np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2, 3)), np.zeros((0, 2)),
+        none, none, none,
+    )  # fmt: skip
