@@ -1,7 +1,7 @@
 """Inner loops of contacts: distances from solids and between lips, energies, and the forces that keep them apart.
 
 Positions x (n, 3) are in mm. A sample is a point of the skin with fixed barycentric coordinates `shares` in `corners`.
-A row is a contact that the model of a step knows: gap(x + d) ~ gap + normal . (sum of weights * d[vertices]).
+A row is a contact that the model of a step knows: gap(x + d) ~ gap + sum of slopes . d[vertices].
 """
 
 from __future__ import annotations
@@ -82,10 +82,10 @@ def solid_energy(x, near, corners, shares, origins, axes, halves, allowed, stiff
 def solid_rows(x, ahead, near, corners, shares, origins, axes, halves, allowed, stiffness, rows, first):
     """Write rows of the `near` samples that are too deep now, or would be after the displacement `ahead` (n, 3).
 
-    `rows` are vertices (m, 6), weights (m, 6), normals (m, 3), depths (m,) after `ahead` and stiffness (m,); they are
-    filled from row `first` on. Returns the number of rows that are then filled.
+    `rows` are vertices (m, 6), slopes (m, 6, 3), depths (m,) after `ahead` and stiffness (m,); they are filled from row
+    `first` on. Returns the number of rows that are then filled.
     """
-    vertices, weights, normals, depths, stiff = rows
+    vertices, slopes, depths, stiff = rows
     p, normal = np.empty(3), np.empty(3)
     for s in near:
         at_sample(x, corners, shares, s, p)
@@ -97,9 +97,10 @@ def solid_rows(x, ahead, near, corners, shares, origins, axes, halves, allowed, 
         if depth <= 0.0 and after <= 0.0:
             continue
         for c in range(3):
-            vertices[first, c], weights[first, c] = corners[s, c], shares[s, c]
-            vertices[first, c + 3], weights[first, c + 3] = corners[s, c], 0.0
-            normals[first, c] = normal[c]
+            vertices[first, c] = vertices[first, c + 3] = corners[s, c]
+            for k in range(3):
+                slopes[first, c, k] = shares[s, c] * normal[k]
+                slopes[first, c + 3, k] = 0.0
         depths[first], stiff[first] = after, stiffness[s]
         first += 1
     return first
@@ -274,7 +275,7 @@ def lip_energy(x, corners, shares, triangles, open_edges, near, allowed, stiffne
 @njit(cache=True)
 def lip_rows(x, ahead, corners, shares, triangles, open_edges, near, allowed, stiffness, rows, first):
     """Write rows of samples that are too deep in the other lip now or after `ahead`; see `solid_rows`."""
-    vertices, weights, normals, depths, stiff = rows
+    vertices, slopes, depths, stiff = rows
     p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
     offsets, candidates = near
     for s in range(corners.shape[0]):
@@ -292,35 +293,104 @@ def lip_rows(x, ahead, corners, shares, triangles, open_edges, near, allowed, st
         if depth <= 0.0 and after <= 0.0:
             continue
         for c in range(3):
-            vertices[first, c], weights[first, c] = corners[s, c], shares[s, c]
-            vertices[first, c + 3], weights[first, c + 3] = triangles[t, c], -bary[c]
-            normals[first, c] = normal[c]
+            vertices[first, c], vertices[first, c + 3] = corners[s, c], triangles[t, c]
+            for k in range(3):
+                slopes[first, c, k] = shares[s, c] * normal[k]
+                slopes[first, c + 3, k] = -bary[c] * normal[k]
         depths[first], stiff[first] = after, stiffness[s]
         first += 1
     return first
 
 
 @njit(cache=True)
-def compliance(vertices, weights, normals, slots, columns):
-    """Return the displacements (m, m) of rows along their normals by unit forces at rows.
+def shares_of_area(x, triangles, normals, double_area, out):
+    """Write the areas (m,) of triangles as seen along `normals` (m, 3), relative to rest; negative if turned over."""
+    for f in range(triangles.shape[0]):
+        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        ax, ay, az = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
+        bx, by, bz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
+        signed = (ay * bz - az * by) * normals[f, 0] + (az * bx - ax * bz) * normals[f, 1]
+        out[f] = (signed + (ax * by - ay * bx) * normals[f, 2]) / double_area[f]
+
+
+@njit(cache=True)
+def slopes_of_area(x, i, j, k, normal, scale, out):
+    """Write the slopes (3, 3) of the area of a triangle seen along a normal, times `scale`, by its corners' places."""
+    for c in range(3):
+        d, e = (c + 1) % 3, (c + 2) % 3
+        ad, bd = x[j, d] - x[i, d], x[k, d] - x[i, d]
+        ae, be = x[j, e] - x[i, e], x[k, e] - x[i, e]
+        out[1, c] = scale * (bd * normal[e] - be * normal[d])
+        out[2, c] = scale * (normal[d] * ae - normal[e] * ad)
+        out[0, c] = -out[1, c] - out[2, c]
+
+
+@njit(cache=True)
+def flat_energy(x, shares, least, triangles, normals, double_area, heights, stiffness, grad):
+    """Add up half stiffness times the missing height squared of triangles below the share `least`. Adds to grad."""
+    slope = np.empty((3, 3))
+    energy = 0.0
+    for f in range(triangles.shape[0]):
+        if shares[f] >= least:
+            continue
+        missing = heights[f] * (least - shares[f])
+        force = stiffness[f] * missing
+        energy += 0.5 * force * missing
+        slopes_of_area(
+            x, triangles[f, 0], triangles[f, 1], triangles[f, 2], normals[f], force * heights[f] / double_area[f], slope
+        )
+        for c in range(3):
+            for k in range(3):
+                grad[triangles[f, c], k] -= slope[c, k]
+    return energy
+
+
+@njit(cache=True)
+def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, heights, stiffness, rows, first):
+    """Write rows of triangles below the share `least` of their area now or after `ahead`; see `solid_rows`."""
+    vertices, slopes, depths, stiff = rows
+    slope = np.empty((3, 3))
+    for f in range(triangles.shape[0]):
+        if shares[f] >= least and after[f] >= least:
+            continue
+        if first == depths.shape[0]:
+            break
+        i, j, l = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        slopes_of_area(x, i, j, l, normals[f], heights[f] / double_area[f], slope)
+        depth = heights[f] * (least - shares[f])
+        for c in range(3):
+            vertices[first, c] = vertices[first, c + 3] = triangles[f, c]
+            for k in range(3):
+                slopes[first, c, k] = slope[c, k]
+                slopes[first, c + 3, k] = 0.0
+                depth -= slope[c, k] * ahead[triangles[f, c], k]
+        depths[first], stiff[first] = depth, stiffness[f]
+        first += 1
+    return first
+
+
+@njit(cache=True)
+def compliance(vertices, slopes, slots, columns):
+    """Return the change (m, m) of the gaps of rows by unit forces at rows.
 
     `columns[slots[v]]` (n, 3) is the response of all vertices to unit forces along the coordinates at vertex v.
     """
     m = vertices.shape[0]
     out = np.empty((m, m))
+    size = np.empty(m, np.int64)
+    for r in range(m):
+        size[r] = 6
+        while size[r] > 1 and not slopes[r, size[r] - 1].any():
+            size[r] -= 1
     for r in range(m):
         for q in range(r + 1):
             total = 0.0
-            for a in range(6):
-                if weights[r, a] == 0.0:
-                    continue
-                column = columns[slots[vertices[r, a]]]
-                for b in range(6):
-                    if weights[q, b] == 0.0:
-                        continue
-                    j, share = vertices[q, b], weights[r, a] * weights[q, b]
+            for a in range(size[r]):
+                slot = slots[vertices[r, a]]
+                for b in range(size[q]):
+                    j = vertices[q, b]
                     for k in range(3):
-                        total += share * normals[r, k] * normals[q, k] * column[j, k]
+                        total += slopes[r, a, k] * slopes[q, b, k] * columns[slot, j, k]
             out[r, q] = out[q, r] = total
     return out
 
@@ -348,12 +418,12 @@ def contact_forces(response, depths, stiffness, sweeps, tolerance):
 
 
 @njit(cache=True)
-def add_forces(vertices, weights, normals, forces, out):
+def add_forces(vertices, slopes, forces, out):
     """Add the forces of rows to those of vertices (n, 3)."""
     for r in range(forces.shape[0]):
         for c in range(6):
             for k in range(3):
-                out[vertices[r, c], k] += forces[r] * weights[r, c] * normals[r, k]
+                out[vertices[r, c], k] += forces[r] * slopes[r, c, k]
 
 
 @njit(cache=True)

@@ -36,24 +36,6 @@ def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
     return energy
 
 
-STEEPEST = 0.05
-"""Share of its area below which the barrier of a triangle is a parabola: it stays finite, wherever a step begins."""
-
-
-@njit(cache=True)
-def barrier(share, smallest):
-    """Return (smallest - share)^2 smallest / share and its slope; below `STEEPEST` its parabola there."""
-    s = max(share, STEEPEST)
-    missing = smallest - s
-    value = missing * missing * smallest / s
-    slope = -smallest * missing * (2.0 / s + missing / (s * s))
-    if share >= STEEPEST:
-        return value, slope
-    bend = smallest * (2.0 / s + 4.0 * missing / (s * s) + 2.0 * missing * missing / (s * s * s))
-    more = share - s
-    return value + slope * more + 0.5 * bend * more * more, slope + bend * more
-
-
 @njit(cache=True)
 def inversion_barrier(u, triangles, points, normals, double_area, smallest, stiffness, grad):
     """Repulsion of triangles that fall below `smallest` of their area, seen along their rest normal. Adds to grad."""
@@ -71,9 +53,9 @@ def inversion_barrier(u, triangles, points, normals, double_area, smallest, stif
         share = signed / double_area[f]
         if share >= smallest:
             continue
-        stored, slope = barrier(share, smallest)
-        energy += 0.25 * stiffness * double_area[f] * stored
-        c = 0.25 * stiffness * slope
+        missing = smallest - share
+        energy += 0.25 * stiffness * double_area[f] * missing * missing
+        c = -0.5 * stiffness * missing
         # d signed / d x_j = b x n, d signed / d x_k = n x a
         jx, jy, jz = c * (by * nz - bz * ny), c * (bz * nx - bx * nz), c * (bx * ny - by * nx)
         kx, ky, kz = c * (ny * az - nz * ay), c * (nz * ax - nx * az), c * (nx * ay - ny * ax)

@@ -17,12 +17,13 @@ from ..anatomy.face import Face
 from ..anatomy.joint_weights import JointWeights
 from . import _contact_kernels as kernels
 from .lip_surfaces import LipSurfaces, Near, lip_surfaces
+from .flat_triangles import LEAST_AREA, flat_triangles
 from .solids import Solids, bone_below, dental_arches, eyeballs, joined
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-Rows = tuple[IntArray, Array, Array, Array, Array]
-"""Vertices (m, 6), weights (m, 6), normals (m, 3), depths (m,) and stiffness (m,) of contacts."""
+Rows = tuple[IntArray, Array, Array, Array]
+"""Vertices (m, 6), slopes of their gaps (m, 6, 3), depths (m,) and stiffness (m,) of contacts."""
 
 REACH, LIP_REACH = 3.0, 1.0
 """Contacts with solids and between lips are looked for within these distances, mm, and anew when the skin has moved by
@@ -38,6 +39,8 @@ class Contacts:
     face : Face
     area : ndarray, shape (n,)
         Area of the skin around each vertex, mm^2.
+    resistance : ndarray, shape (n,)
+        Force per mm with which the skin resists when one vertex alone is moved.
     mandible : JointWeights, optional
         Turn of the skin with the mandible, in mm.
 
@@ -53,7 +56,8 @@ class Contacts:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> contacts = Contacts(face, np.ones(len(face.points)))
+    >>> each = np.ones(len(face.points))
+    >>> contacts = Contacts(face, each, each)
     >>> still = np.zeros_like(face.points)
     >>> contacts.energy(still, still.copy())
     0.0
@@ -62,7 +66,7 @@ class Contacts:
     (True, True)
     """
 
-    def __init__(self, face: Face, area: Array, mandible: JointWeights | None = None) -> None:
+    def __init__(self, face: Face, area: Array, resistance: Array, mandible: JointWeights | None = None) -> None:
         self._points, self._mandible = face.points * face.unit, mandible
         angles = np.zeros(len(area))
         if mandible is not None:
@@ -71,15 +75,18 @@ class Contacts:
         solids = [eyeballs(face, area), dental_arches(face, area, angles), bone_below(face, area, angles)]
         self.solids = joined(solids)
         self.lips: list[LipSurfaces] = lip_surfaces(face, area, share) if angles.any() else []
-        most = len(self.solids.corners) + sum(len(lip.corners) for lip in self.lips)
+        self.flats = flat_triangles(face, resistance)
+        self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))
+        most = len(self.solids.corners) + sum(len(lip.corners) for lip in self.lips) + len(face.triangles)
         self._rows: Rows = (
-            np.zeros((most, 6), np.int64), np.zeros((most, 6)), np.zeros((most, 3)), np.zeros(most), np.zeros(most)
+            np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip
         self._rate, self._lips_looked_at = np.nan, np.full_like(self._points, np.inf)
-        self.place(0.0)
+        self.place(0.0, self.flats.facing)
 
-    def place(self, rate: float) -> None:
-        """Let teeth and bone go along with the mandible at its contraction rate."""
+    def place(self, rate: float, facing: Array) -> None:
+        """Let teeth and bone go along with the mandible at its contraction rate, and triangles face (m, 3)."""
+        self._facing = facing
         if rate == self._rate:
             return
         self._rate = rate
@@ -107,6 +114,11 @@ class Contacts:
             energy += kernels.lip_energy(
                 x, lip.corners, lip.shares, lip.triangles, lip.open_edges, near, lip.allowed, lip.stiffness, gradient
             )
+        f = self.flats
+        kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
+        energy += kernels.flat_energy(
+            x, self._shares, LEAST_AREA, f.triangles, self._facing, f.double_area, f.heights, f.stiffness, gradient
+        )
         return float(energy)
 
     def rows(self, u: Array, ahead: Array) -> Rows:
@@ -118,7 +130,14 @@ class Contacts:
                 x, ahead, lip.corners, lip.shares, lip.triangles, lip.open_edges, near, lip.allowed, lip.stiffness,
                 rows, m,
             )  # fmt: skip
-        return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m], rows[4][:m]
+        f = self.flats
+        kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
+        kernels.shares_of_area(x + ahead, f.triangles, self._facing, f.double_area, self._ahead)
+        m = kernels.flat_rows(
+            x, ahead, self._shares, self._ahead, LEAST_AREA, f.triangles, self._facing, f.double_area, f.heights,
+            f.stiffness, rows, m,
+        )  # fmt: skip
+        return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m]
 
 
 class Compliance:
@@ -136,9 +155,9 @@ class Compliance:
     Two rows along the first coordinate at vertices that do not feel each other, one 0.1 and one -0.1 mm deep:
 
     >>> compliance = Compliance(lambda forces: forces / 4.0, n=2)
-    >>> vertices, weights = np.array([[0] * 6, [1] * 6]), np.eye(6)[[0, 0]]
-    >>> normals = np.array([[1.0, 0, 0]] * 2)
-    >>> rows = vertices, weights, normals, np.array([0.1, -0.1]), np.array([1e9, 1e9])
+    >>> vertices, slopes = np.array([[0] * 6, [1] * 6]), np.zeros((2, 6, 3))
+    >>> slopes[:, 0, 0] = 1.0
+    >>> rows = vertices, slopes, np.array([0.1, -0.1]), np.array([1e9, 1e9])
     >>> compliance.forces(rows).round(6).tolist()  # the first is pushed out
     [[0.4, 0.0, 0.0], [0.0, 0.0, 0.0]]
     """
@@ -153,12 +172,12 @@ class Compliance:
 
     def forces(self, rows: Rows) -> Array:
         """Return the forces (n, 3) of contacts, given their depths without them."""
-        vertices, weights, normals, depths, stiffness = rows
-        self._solve_for(np.unique(vertices[weights != 0.0]))
-        response = kernels.compliance(vertices, weights, normals, self._slots, self._columns)
+        vertices, slopes, depths, stiffness = rows
+        self._solve_for(np.unique(vertices[slopes.any(axis=2)]))
+        response = kernels.compliance(vertices, slopes, self._slots, self._columns)
         forces = kernels.contact_forces(response, depths, stiffness, self.SWEEPS, self.TOLERANCE)
         out = np.zeros((self._n, 3))
-        kernels.add_forces(vertices, weights, normals, forces, out)
+        kernels.add_forces(vertices, slopes, forces, out)
         return out
 
     def _solve_for(self, vertices: IntArray) -> None:

@@ -102,12 +102,14 @@ class Skin:
         self._build_springs(face)
         self._build_bending(face)
         self._build_tethers(face)
-        self.contacts = Contacts(face, self._area, self._joints.mandible)
+        stiffness = self._stiffness_matrices()
+        resistance = np.mean([matrix.diagonal() for matrix in stiffness], axis=0)
+        self.contacts = Contacts(face, self._area, resistance, self._joints.mandible)
         self._pull = csr_array(self._forces(face).reshape(len(self.names), -1).T)
         self._mass = self._area / (m.decay * m.rate) ** 2
         self._drag = 2.0 * m.damping * m.rate * self.time_step
         inertia = diags_array(self._mass * (1.0 + self._drag) / self.time_step**2)
-        matrices = [matrix + inertia for matrix in self._stiffness_matrices()]
+        matrices = [matrix + inertia for matrix in stiffness]
         self._minimiser = Minimiser(matrices, self.points, self._area, int(iterations), self.contacts)
         self.reset()
 
@@ -239,7 +241,7 @@ class Skin:
         self._placed = rates
         self._force = (self._pull @ rates).reshape(-1, 3)
         self._shift, self._facing_now = self._joints.shift(rates), self._joints.facing(self._facing, rates)
-        self.contacts.place(self._joints.mandible_rate(rates))
+        self.contacts.place(self._joints.mandible_rate(rates), self._facing_now)
 
     def step(self) -> Array:
         """Advance by one time step and return the positions (n, 3) in mm.
