@@ -1,0 +1,263 @@
+"""Machine code for the checks of the skin."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from facewrinkle.geometry._closest_point_kernels import closest_in_triangle
+
+SURELY_UPRIGHT = np.deg2rad(60.0)
+"""Triangles whose normals, at rest and now together, lean less than this from those around them are not turned over."""
+
+
+@njit(cache=True)
+def crossed(points, triangles, out):
+    """Write the cross products (m, 3) of the sides of triangles, twice their areas long."""
+    for t in range(triangles.shape[0]):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+        vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+        out[t, 0], out[t, 1], out[t, 2] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+
+
+@njit(cache=True)
+def gathered(vectors, triangles, out):
+    """Write the sums (n, 3) of vectors of triangles over the triangles around each vertex."""
+    out[:] = 0.0
+    for t in range(triangles.shape[0]):
+        for s in range(3):
+            for k in range(3):
+                out[triangles[t, s], k] += vectors[t, k]
+
+
+@njit(cache=True)
+def leans(cross, around, triangles, out):
+    """Write the angles (m,) between the normal of each triangle and that of the skin around it."""
+    for t in range(triangles.shape[0]):
+        dot = own = other = 0.0
+        for k in range(3):
+            mean = around[triangles[t, 0], k] + around[triangles[t, 1], k] + around[triangles[t, 2], k]
+            dot += cross[t, k] * mean
+            own += cross[t, k] ** 2
+            other += mean**2
+        size = np.sqrt(own * other)
+        out[t] = np.arccos(min(max(dot / size, -1.0), 1.0)) if size > 0.0 else np.pi
+
+
+@njit(cache=True)
+def spreads(points, rest, start, ring, weight, triangles, out):
+    """Add the weighted products of the offsets of the rings around the corners of triangles, now and at rest.
+
+    `start` and `ring` are the neighbours of each vertex, `weight` their weights; `out` is (m, 3, 3).
+    """
+    for t in range(triangles.shape[0]):
+        for s in range(3):
+            v = triangles[t, s]
+            for e in range(start[v], start[v + 1]):
+                w = ring[e]
+                x, y, z = rest[w, 0] - rest[v, 0], rest[w, 1] - rest[v, 1], rest[w, 2] - rest[v, 2]
+                for k in range(3):
+                    now = weight[e] * (points[w, k] - points[v, k])
+                    out[t, k, 0] += now * x
+                    out[t, k, 1] += now * y
+                    out[t, k, 2] += now * z
+
+
+@njit(cache=True)
+def off_box(query, points, triangle):
+    """Return the squared distance of a point from the box around a triangle."""
+    square = 0.0
+    for k in range(3):
+        p, q, r = points[triangle[0], k], points[triangle[1], k], points[triangle[2], k]
+        off = max(min(p, q, r) - query[k], query[k] - max(p, q, r), 0.0)
+        square += off * off
+    return square
+
+
+@njit(cache=True)
+def squared_distances(query, points, triangles, most, out):
+    """Write the squared distance (m,) of triangles from a point; infinity for some that are farther than `most`."""
+    weights = np.empty(3)
+    for t in range(triangles.shape[0]):
+        out[t] = np.inf
+        if off_box(query, points, triangles[t]) < most * most:
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            out[t] = closest_in_triangle(query, points[a], points[b], points[c], weights)
+
+
+@njit(cache=True)
+def signed_distance(query, points, triangles, kept, normals, corner_normals, border, out):
+    """Write distance, side and 1.0 if the closest point of a sheet lies on its border, to `out` (3,).
+
+    `kept` are the triangles of the sheet; `normals` (m, 3) are theirs, `corner_normals` (n, 3) those of the vertices,
+    summed over triangles by angle or area; `border` (m, 3) is True for sides of triangles opposite each corner that
+    have no neighbour.
+    """
+    best, weights, found = np.inf, np.empty(3), np.empty(3)
+    nearest = -1
+    for i in range(kept.shape[0]):
+        t = kept[i]
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        if off_box(query, points, triangles[t]) >= best:
+            continue
+        d = closest_in_triangle(query, points[a], points[b], points[c], weights)
+        if d < best:
+            best, nearest = d, t
+            found[:] = weights
+    on_border = 0.0
+    for s in range(3):
+        if border[nearest, s] and found[s] < 1e-9:
+            on_border = 1.0
+    zeros = (found[0] < 1e-9) + (found[1] < 1e-9) + (found[2] < 1e-9)
+    side = 0.0
+    for k in range(3):
+        at = 0.0
+        normal = 0.0
+        for s in range(3):
+            at += found[s] * points[triangles[nearest, s], k]
+            normal += found[s] * corner_normals[triangles[nearest, s], k]
+        if zeros == 0:
+            normal = normals[nearest, k]
+        side += (query[k] - at) * normal
+    out[0], out[1], out[2] = np.sqrt(best), -1.0 if side < 0.0 else 1.0, on_border
+
+
+@njit(cache=True)
+def penetrating(points, triangles, kept, normals, corner_normals, border, start, ring, seeds, depth):
+    """Write the depth (n,) behind a sheet of the vertices that can be reached from `seeds` without leaving its back.
+
+    Vertices before the sheet, or nearest to its border, stay at 0. `start` and `ring` are the edges that may be walked.
+    """
+    found, seen = np.empty(3), np.zeros(points.shape[0], np.bool_)
+    stack, top = np.empty(points.shape[0], np.int64), 0
+    for v in seeds:
+        if not seen[v]:
+            seen[v] = True
+            stack[top] = v
+            top += 1
+    while top > 0:
+        top -= 1
+        v = stack[top]
+        signed_distance(points[v], points, triangles, kept, normals, corner_normals, border, found)
+        if found[1] > 0.0 or found[2] > 0.0:
+            continue
+        depth[v] = found[0]
+        for e in range(start[v], start[v + 1]):
+            if ring[e] >= 0 and not seen[ring[e]]:
+                seen[ring[e]] = True
+                stack[top] = ring[e]
+                top += 1
+
+
+@njit(cache=True)
+def penetrating_edges(points, triangles, kept, normals, corner_normals, border, edges, depth):
+    """Write the depth (e,) behind a sheet of the deepest of three points on each edge; 0 before it."""
+    found, at = np.empty(3), np.empty(3)
+    for e in range(edges.shape[0]):
+        for quarter in range(1, 4):
+            for k in range(3):
+                first, last = points[edges[e, 0], k], points[edges[e, 1], k]
+                at[k] = first + 0.25 * quarter * (last - first)
+            signed_distance(at, points, triangles, kept, normals, corner_normals, border, found)
+            if found[1] < 0.0 and found[2] == 0.0:
+                depth[e] = max(depth[e], found[0])
+
+
+@njit(cache=True)
+def sampled(points, corners, shares, low, high, places, chosen):
+    """Write the samples that lie in a box, and their places; return how many there are.
+
+    Samples lie at `shares` (s, 3) of `corners` (s, 3).
+    """
+    count, x = 0, np.empty(3)
+    for p in range(corners.shape[0]):
+        inside = True
+        for k in range(3):
+            x[k] = 0.0
+            for s in range(3):
+                x[k] += shares[p, s] * points[corners[p, s], k]
+            inside = inside and low[k] < x[k] < high[k]
+        if inside:
+            places[count] = x
+            chosen[count] = p
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def in_solids(places, points, triangles, firsts, middles, axes, low, high, depth):
+    """Write the depth (s,) of places in any of several closed solids, in order the triangles from `firsts` (b + 1,) on.
+
+    Solid b lies between `low` and `high` (b, 3) along `axes` (b, 3, 3) from `middles` (b, 3).
+    """
+    for i in range(places.shape[0]):
+        depth[i] = 0.0
+        for b in range(low.shape[0]):
+            inside = True
+            for k in range(3):
+                along = 0.0
+                for j in range(3):
+                    along += axes[b, k, j] * (places[i, j] - middles[b, j])
+                if along < low[b, k] or along > high[b, k]:
+                    inside = False
+                    break
+            if inside:
+                depth[i] = max(depth[i], depth_in_solid(places[i], points, triangles, firsts[b], firsts[b + 1]))
+
+
+@njit(cache=True)
+def depth_in_solid(query, points, triangles, first, last):
+    """Return the depth of a point in the closed solid of the triangles from `first` to `last`; 0 outside."""
+    winding, a, b, c = 0.0, np.empty(3), np.empty(3), np.empty(3)
+    for t in range(first, last):  # solid angles (Van Oosterom and Strackee)
+        aa = bb = cc = ab = bc = ca = 0.0
+        for k in range(3):
+            a[k] = points[triangles[t, 0], k] - query[k]
+            b[k] = points[triangles[t, 1], k] - query[k]
+            c[k] = points[triangles[t, 2], k] - query[k]
+            aa += a[k] * a[k]
+            bb += b[k] * b[k]
+            cc += c[k] * c[k]
+            ab += a[k] * b[k]
+            bc += b[k] * c[k]
+            ca += c[k] * a[k]
+        volume = (
+            a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+        )
+        aa, bb, cc = np.sqrt(aa), np.sqrt(bb), np.sqrt(cc)
+        winding += 2.0 * np.arctan2(volume, aa * bb * cc + ab * cc + bc * aa + ca * bb)
+    if abs(winding) < 2.0 * np.pi:
+        return 0.0
+    best = np.inf
+    for t in range(first, last):
+        near = closest_in_triangle(query, points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]], a)
+        best = min(best, near)
+    return np.sqrt(best)
+
+
+@njit(cache=True)
+def off_the_way(path, start, end, coasting, out):
+    """Write how far (f,) the vertices of each frame of `path` (f, n, 3) go beyond their ways, and the vertex (f,).
+
+    The way of a vertex is straight, from `start` to `end` (n, 3). It may go off it by a fifth of the larger of both,
+    by `coasting` (n,), and by half a millimetre.
+    """
+    for f in range(path.shape[0]):
+        worst, which = -np.inf, 0
+        for v in range(path.shape[1]):
+            way = along = first = last = 0.0
+            for k in range(3):
+                d = end[v, k] - start[v, k]
+                way += d * d
+                along += d * (path[f, v, k] - start[v, k])
+                first += start[v, k] ** 2
+                last += end[v, k] ** 2
+            share = 0.0 if way == 0.0 else min(max(along / way, 0.0), 1.0)
+            off = 0.0
+            for k in range(3):
+                off += (path[f, v, k] - start[v, k] - share * (end[v, k] - start[v, k])) ** 2
+            beyond = np.sqrt(off) - 0.2 * np.sqrt(max(first, last)) - coasting[v] - 0.5
+            if beyond > worst:
+                worst, which = beyond, v
+        out[f, 0], out[f, 1] = worst, which
