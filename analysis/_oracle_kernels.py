@@ -165,22 +165,45 @@ def penetrating_edges(points, triangles, kept, normals, corner_normals, border, 
 
 
 @njit(cache=True)
-def sampled(points, corners, shares, low, high, places, chosen):
-    """Write the samples that lie in a box, and their places; return how many there are.
+def sampled(points, triangles, firsts, shares, low, high, middle, axes, half, places, chosen):
+    """Write the samples that lie in a box and an upright elliptic cylinder, and their places; return their number.
 
-    Samples lie at `shares` (s, 3) of `corners` (s, 3).
+    Samples from `firsts[t]` on lie at `shares` (s, 3) of triangle t; the cylinder stands around `middle` on two `axes`
+    (2, 3) with the half axes `half` (2,).
     """
     count, x = 0, np.empty(3)
-    for p in range(corners.shape[0]):
-        inside = True
+    for t in range(triangles.shape[0]):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        outside = False
         for k in range(3):
-            x[k] = 0.0
-            for s in range(3):
-                x[k] += shares[p, s] * points[corners[p, s], k]
-            inside = inside and low[k] < x[k] < high[k]
-        if inside:
-            places[count] = x
-            chosen[count] = p
+            p, q, r = points[a, k], points[b, k], points[c, k]
+            outside = outside or max(p, q, r) < low[k] or min(p, q, r) > high[k]
+        if outside:
+            continue
+        for i in range(firsts[t], firsts[t + 1]):
+            across = along = 0.0
+            for k in range(3):
+                x[k] = shares[i, 0] * points[a, k] + shares[i, 1] * points[b, k] + shares[i, 2] * points[c, k]
+                across += axes[0, k] * (x[k] - middle[k])
+                along += axes[1, k] * (x[k] - middle[k])
+            if (across / half[0]) ** 2 + (along / half[1]) ** 2 < 1.0:
+                places[count] = x
+                chosen[count] = i
+                count += 1
+    return count
+
+
+@njit(cache=True)
+def edges_in_box(points, edges, low, high, out):
+    """Write the edges whose own boxes meet a box; return how many there are."""
+    count = 0
+    for e in range(edges.shape[0]):
+        meets = True
+        for k in range(3):
+            p, q = points[edges[e, 0], k], points[edges[e, 1], k]
+            meets = meets and max(p, q) >= low[k] and min(p, q) <= high[k]
+        if meets:
+            out[count] = e
             count += 1
     return count
 

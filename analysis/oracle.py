@@ -9,12 +9,11 @@ import numpy.typing as npt
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
-from facewrinkle.anatomy.teeth import ELLIPSE
 from facewrinkle.appearance.mouth import Mouth
 
 from . import _oracle_kernels as kernels
 from .orientation import Normals, Orientation
-from .penetration import Ball, Crowns, Sheets, samples
+from .penetration import Ball, Crowns, Samples, Sheets, border_of
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
@@ -196,15 +195,11 @@ def _lids(face: fw.Face, rest: Array) -> list[Sheets]:
 def _teeth(face: fw.Face, rest: Array) -> list[Crowns]:
     """The arches that are drawn, and the skin before them."""
     near = (_from_mouth(face, rest) < AROUND_TEETH)[face.triangles].all(axis=1)
-    corners, shares = samples(rest, face.triangles, np.flatnonzero(near), SPACING)
-    places = np.einsum("sk,skj->sj", shares, rest[corners])
-    found = []
+    skin = Samples.of(rest, face.triangles[near], SPACING)
+    places, found = skin.places(rest), []
     for arch in getattr(Mouth(face), "teeth", ()):
-        half = np.array(ELLIPSE[arch.jaw]) * face.frame.scale * face.unit
-        front = arch.points @ face.frame.axes[2] * face.unit
-        middle = lips_middle(face.landmarks) * face.unit
-        middle = middle + (front.max() - half[1] - middle @ face.frame.axes[2]) * face.frame.axes[2]
-        flat = (places - middle) @ face.frame.axes[[0, 2]].T
+        middle, axes, half = border_of(face, arch)
+        flat = (places - middle) @ axes.T
         before = (np.hypot(*(flat / half).T) > 1.0 - BEHIND_BORDER) & (flat[:, 1] > 0.0)
-        found.append(Crowns(face, arch, (corners[before].astype(np.int64), shares[before])))
+        found.append(Crowns(face, arch, skin.chosen(before)))
     return found

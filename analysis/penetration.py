@@ -7,13 +7,15 @@ boxes rule out nearly all triangles, and the rest is computed exactly.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
-from facewrinkle.anatomy.teeth import CROWN_RINGS, CROWN_SIDES, CROWN_WIDTHS, ELLIPSE, Arch
+from facewrinkle.anatomy.teeth import BEHIND_LIPS, CROWN_RINGS, CROWN_SIDES, CROWN_WIDTHS, ELLIPSE, OVERJET, Arch
 from facewrinkle.geometry import _self_intersection_kernels as crossings
 from facewrinkle.geometry.morton import morton_order
 from facewrinkle.geometry.topology import edge_triangles, unique_edges, vertex_rings
@@ -27,6 +29,12 @@ BoolArray = npt.NDArray[np.bool_]
 
 PER_BOX = 4
 """Triangles in each of the smallest boxes of a tree."""
+
+SLIDING = 4.0
+"""Where lips or lids run through each other at rest, they may be as deep up to this far from there, mm: skin slides."""
+
+CLEAR_OF_TEETH = 1.08
+"""No crown reaches farther than this, relative to the arch's outer border."""
 
 
 class Ball:
@@ -89,9 +97,12 @@ class Sheet:
         """Return pairs (k, 2) of an edge and a triangle of this sheet that it pierces."""
         low, high = np.empty((2, 2 * self.leaves - 1, 3))
         crossings.boxes(points, self.triangles, self.order, PER_BOX, low, high)
+        near = np.empty(len(edges), np.int64)
+        near = near[: kernels.edges_in_box(points, edges, low[0], high[0], near)]
         found = np.empty((len(edges) + len(self.triangles), 2), np.int64)
-        count = crossings.pierced(points, edges, self.triangles, self.order, PER_BOX, low, high, found)
-        return found[:count]
+        count = crossings.pierced(points, edges[near], self.triangles, self.order, PER_BOX, low, high, found)
+        found = found[:count]
+        return np.column_stack([near[found[:, 0]], found[:, 1]])
 
 
 class Sheets:
@@ -112,8 +123,11 @@ class Sheets:
     def __init__(self, points: Array, triangles: IntArray, upper: IntArray, lower: IntArray) -> None:
         self._triangles = triangles
         self.upper, self.lower = (Sheet.of(points, triangles, kept) for kept in (upper, lower))
-        self._rest = tuple((np.zeros(len(points)), np.zeros(len(s.edges))) for s in (self.upper, self.lower))
-        self._rest = self._depths(points, Normals(points, triangles))
+        depths = self._depths(points, Normals(points, triangles))
+        self._rest = [
+            tuple(_largest_around(points, sheet, *found))
+            for sheet, found in zip((self.upper, self.lower), depths, strict=True)
+        ]
 
     def depth(self, points: Array, normals: Normals) -> tuple[float, int]:
         """Return the largest depth beyond that at rest, and the vertex, or an end of the edge, that is so deep."""
@@ -149,6 +163,18 @@ class Sheets:
         return out
 
 
+def _largest_around(points: Array, sheet: Sheet, vertices: Array, edges: Array) -> tuple[Array, Array]:
+    """Return the depths of vertices and edges at rest, each the largest within `SLIDING`: there others come to lie."""
+    places = np.concatenate([points, points[sheet.edges].mean(axis=1)])
+    deep = np.concatenate([vertices, edges])
+    some = np.flatnonzero(deep)
+    out = np.zeros(len(deep))
+    if len(some):
+        near = cKDTree(places[some]).query_ball_point(places, SLIDING)
+        out = np.array([deep[some[found]].max(initial=0.0) for found in near])
+    return out[: len(points)], out[len(points) :]
+
+
 class Crowns:
     """The depth of the skin before the teeth in the crowns of an arch.
 
@@ -156,11 +182,11 @@ class Crowns:
     ----------
     face : Face
     arch : Arch
-    samples : tuple of ndarray, shape (s, 3)
-        Corners of the triangles that samples of the skin lie in, and barycentric coordinates.
+    samples : Samples
+        Of the skin before the teeth.
     """
 
-    def __init__(self, face: fw.Face, arch: Arch, samples: tuple[IntArray, Array]) -> None:
+    def __init__(self, face: fw.Face, arch: Arch, samples: Samples) -> None:
         self.jaw, rest = arch.jaw, face.points * face.unit
         points = np.asarray(arch.points * face.unit)
         size = CROWN_SIDES * CROWN_RINGS + 1
@@ -172,9 +198,8 @@ class Crowns:
         axes = face.frame.axes
         crowns = points[gum : gum + count * size].reshape(count, size, 3)
         self._middles = np.ascontiguousarray(crowns.mean(axis=1))
-        middle = lips_middle(face.landmarks) * face.unit
-        outward = self._middles - middle
-        outward += 0.5 * ELLIPSE[arch.jaw][1] * face.frame.scale * face.unit * axes[2]
+        self._cylinder = border_of(face, arch)
+        outward = self._middles - self._cylinder[0]
         outward -= np.outer(outward @ axes[1], axes[1])
         outward /= np.linalg.norm(outward, axis=1, keepdims=True)
         up = np.broadcast_to(axes[1], outward.shape)
@@ -182,19 +207,32 @@ class Crowns:
         local = np.einsum("bkj,bpj->bpk", self._axes, crowns - self._middles[:, None])
         self._low, self._high = local.min(axis=1), local.max(axis=1)
         self._box = crowns.min(axis=(0, 1)), crowns.max(axis=(0, 1))
-        self._corners, self._shares = samples
-        self._rest = np.zeros(len(self._corners))
-        self._rest = self.depths(rest)
+        self.samples = samples
+        self.at_rest = np.zeros(len(samples.shares))
+        self.at_rest = self.depths(rest)
 
     def depths(self, points: Array) -> Array:
         """Return the depth (s,) of the samples beyond that at rest, for a skin in the frame of the bone, mm."""
-        places, chosen = np.empty((len(self._corners), 3)), np.empty(len(self._corners), np.int64)
-        count = kernels.sampled(points, self._corners, self._shares, *self._box, places, chosen)
-        deep, out = np.zeros(count), np.zeros(len(self._corners))
+        own = self.samples
+        places, chosen = np.empty((len(own.shares), 3)), np.empty(len(own.shares), np.int64)
+        middle, axes, half = self._cylinder
+        count = kernels.sampled(
+            points, own.triangles, own.firsts, own.shares, *self._box, middle, axes, CLEAR_OF_TEETH * half, places,
+            chosen,
+        )  # fmt: skip
+        deep, out = np.zeros(count), np.zeros(len(own.shares))
         solids = (self._points, self._triangles, self._firsts, self._middles, self._axes, self._low, self._high)
         kernels.in_solids(places[:count], *solids, deep)
-        out[chosen[:count]] = np.maximum(deep - self._rest[chosen[:count]], 0.0)
+        out[chosen[:count]] = np.maximum(deep - self.at_rest[chosen[:count]], 0.0)
         return out
+
+
+def border_of(face: fw.Face, arch: Arch) -> tuple[Array, Array, Array]:
+    """Return middle (3,), axes (2, 3) and half axes (2,) of the upright elliptic cylinder around an arch, mm."""
+    half = np.array(ELLIPSE[arch.jaw]) * face.frame.scale * face.unit
+    middle, axes = lips_middle(face.landmarks) * face.unit, np.ascontiguousarray(face.frame.axes[[0, 2]])
+    back = BEHIND_LIPS + (OVERJET if arch.jaw == "lower" else 0.0)
+    return middle - (back * face.frame.scale * face.unit + half[1]) * axes[1], axes, half
 
 
 def _closed(points: Array, triangles: IntArray, first: int, size: int) -> IntArray:
@@ -208,29 +246,58 @@ def _closed(points: Array, triangles: IntArray, first: int, size: int) -> IntArr
     return np.concatenate([own, np.array(cap, dtype=own.dtype)])
 
 
-def samples(points: Array, triangles: IntArray, kept: IntArray, spacing: float) -> tuple[IntArray, Array]:
-    """Return corners and barycentric coordinates (s, 3) of points of triangles, at most `spacing` apart, and vertices.
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points of triangles.
+
+    Attributes
+    ----------
+    triangles : ndarray of int, shape (m, 3)
+        Their corners.
+    firsts : ndarray of int, shape (m + 1,)
+        The samples of triangle t are those from ``firsts[t]`` to before ``firsts[t + 1]``.
+    shares : ndarray, shape (s, 3)
+        Barycentric coordinates.
 
     Examples
     --------
-    >>> corners, shares = samples(np.eye(3), np.array([[0, 1, 2]]), np.array([0]), spacing=1.0)
-    >>> len(shares), shares[0].round(3), shares[-1]
-    (7, array([0.667, 0.167, 0.167]), array([1., 0., 0.]))
+    A triangle with sides of 1.4 mm has 4 samples, and three at its corners:
+
+    >>> found = Samples.of(np.eye(3), np.array([[0, 1, 2]]), spacing=1.0)
+    >>> found.triangles.tolist(), found.firsts.tolist()
+    ([[0, 1, 2], [0, 0, 0], [1, 1, 1], [2, 2, 2]], [0, 4, 5, 6, 7])
     """
-    chosen = triangles[kept]
-    sides = points[chosen] - points[np.roll(chosen, 1, axis=1)]
-    parts = np.ceil(np.sqrt((sides**2).sum(axis=2)).max(axis=1) / spacing).astype(int)
-    corners, shares = [], []
-    for n in np.unique(parts):
-        i, j = (index.ravel() for index in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
-        up = np.stack([i, j], axis=1)[i + j < n] + 1.0 / 3.0
-        down = np.stack([i, j], axis=1)[i + j < n - 1] + 2.0 / 3.0
-        inner = np.concatenate([up, down])[:, :] / n
-        inner = np.column_stack([1.0 - inner.sum(axis=1), inner])
-        these = chosen[parts == n]
-        corners.append(np.repeat(these, len(inner), axis=0))
-        shares.append(np.tile(inner, (len(these), 1)))
-    vertices = np.unique(chosen)
-    corners.append(np.repeat(vertices[:, None], 3, axis=1))
-    shares.append(np.tile([1.0, 0.0, 0.0], (len(vertices), 1)))
-    return np.concatenate(corners), np.concatenate(shares)
+
+    triangles: IntArray
+    firsts: IntArray
+    shares: Array
+
+    @classmethod
+    def of(cls, points: Array, triangles: IntArray, spacing: float) -> Samples:
+        """Return samples no farther apart than `spacing`, and all vertices."""
+        sides = points[triangles] - points[np.roll(triangles, 1, axis=1)]
+        parts = np.ceil(np.sqrt((sides**2).sum(axis=2)).max(axis=1) / spacing).astype(int)
+        vertices = np.repeat(np.unique(triangles)[:, None], 3, axis=1)
+        shares = [_lattice(n) for n in parts] + [np.array([[1.0, 0.0, 0.0]])] * len(vertices)
+        firsts = np.cumsum([0] + [len(s) for s in shares])
+        return cls(np.concatenate([triangles, vertices]).astype(np.int64), firsts, np.concatenate(shares))
+
+    def places(self, points: Array) -> Array:
+        """Return the samples' positions (s, 3)."""
+        corners = np.repeat(self.triangles, np.diff(self.firsts), axis=0)
+        return np.asarray(np.einsum("sk,skj->sj", self.shares, points[corners]))
+
+    def chosen(self, kept: BoolArray) -> Samples:
+        """Return those samples where `kept` (s,) is True."""
+        firsts = np.concatenate([[0], np.cumsum(kept)])[self.firsts]
+        some = np.diff(firsts) > 0
+        return Samples(self.triangles[some], np.append(firsts[:-1][some], firsts[-1]), self.shares[kept])
+
+
+@cache
+def _lattice(n: int) -> Array:
+    """Barycentric coordinates (n n, 3) of the middles of the triangles into which n parts of each side cut one."""
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+    corner = np.column_stack([i, j])
+    inner = np.concatenate([corner[i + j < n] + 1.0 / 3.0, corner[i + j < n - 1] + 2.0 / 3.0]) / n
+    return np.column_stack([1.0 - inner.sum(axis=1), inner])
