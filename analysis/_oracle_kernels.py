@@ -261,26 +261,26 @@ def depth_in_solid(query, points, triangles, first, last):
 
 @njit(cache=True)
 def off_the_way(path, start, end, coasting, out):
-    """Write how far (f,) the vertices of each frame of `path` (f, n, 3) go beyond their ways, and the vertex (f,).
+    """Write how far (f,) the vertices of each frame of `path` (f, n, 3) are off their ways, and the vertex (f,).
 
-    The way of a vertex is straight, from `start` to `end` (n, 3). It may go off it by a fifth of the larger of both,
-    by `coasting` (n,), and by half a millimetre.
+    The way of a vertex is the ball between `start` and `end` (n, 3), widened by a fifth of the larger of both, by
+    `coasting` (n,), and by half a millimetre.
     """
+    allowed = np.empty(start.shape[0])
+    for v in range(start.shape[0]):
+        way = first = last = 0.0
+        for k in range(3):
+            way += (end[v, k] - start[v, k]) ** 2
+            first += start[v, k] ** 2
+            last += end[v, k] ** 2
+        allowed[v] = 0.5 * np.sqrt(way) + 0.2 * np.sqrt(max(first, last)) + coasting[v] + 0.5
     for f in range(path.shape[0]):
         worst, which = -np.inf, 0
         for v in range(path.shape[1]):
-            way = along = first = last = 0.0
-            for k in range(3):
-                d = end[v, k] - start[v, k]
-                way += d * d
-                along += d * (path[f, v, k] - start[v, k])
-                first += start[v, k] ** 2
-                last += end[v, k] ** 2
-            share = 0.0 if way == 0.0 else min(max(along / way, 0.0), 1.0)
             off = 0.0
             for k in range(3):
-                off += (path[f, v, k] - start[v, k] - share * (end[v, k] - start[v, k])) ** 2
-            beyond = np.sqrt(off) - 0.2 * np.sqrt(max(first, last)) - coasting[v] - 0.5
+                off += (path[f, v, k] - 0.5 * (start[v, k] + end[v, k])) ** 2
+            beyond = np.sqrt(off) - allowed[v]
             if beyond > worst:
                 worst, which = beyond, v
         out[f, 0], out[f, 1] = worst, which

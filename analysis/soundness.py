@@ -212,7 +212,7 @@ def draw(face: fw.Face, points: np.ndarray, path: Path) -> None:
     shown.points = points / face.unit
     shown.point_data.pop("Normals", None)
     pictures = []
-    for view in ("front", "side"):
+    for view in ("front", "left_profile"):
         with Scene(face, Style(size=(700, 800), view=view, quick=True)) as scene:
             pictures.append(scene.picture(shown))
     save_picture(np.hstack(pictures), path)
