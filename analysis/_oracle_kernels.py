@@ -7,8 +7,11 @@ from numba import njit
 
 from facewrinkle.geometry._closest_point_kernels import closest_in_triangle
 
-SURELY_UPRIGHT = np.deg2rad(60.0)
-"""Triangles whose normals, at rest and now together, lean less than this from those around them are not turned over."""
+UPRIGHT = np.cos(np.deg2rad(45.0))
+"""Triangles whose normals turn less than this, amid hardly changed edges, are not turned over."""
+
+HARDLY = 0.3
+"""Edges that change by no more than this share of their length, turns included, have hardly changed."""
 
 
 @njit(cache=True)
@@ -32,36 +35,116 @@ def gathered(vectors, triangles, out):
 
 
 @njit(cache=True)
-def leans(cross, around, triangles, out):
-    """Write the angles (m,) between the normal of each triangle and that of the skin around it."""
-    for t in range(triangles.shape[0]):
-        dot = own = other = 0.0
-        for k in range(3):
-            mean = around[triangles[t, 0], k] + around[triangles[t, 1], k] + around[triangles[t, 2], k]
-            dot += cross[t, k] * mean
-            own += cross[t, k] ** 2
-            other += mean**2
-        size = np.sqrt(own * other)
-        out[t] = np.arccos(min(max(dot / size, -1.0), 1.0)) if size > 0.0 else np.pi
+def changes(points, rest, start, ring, weight, out):
+    """Write the largest change (n,) of the offsets of the neighbours of each vertex, relative to their length, squared.
+
+    `weight` are the inverse squares of their lengths at rest.
+    """
+    for v in range(points.shape[0]):
+        out[v] = 0.0
+        for e in range(start[v], start[v + 1]):
+            square = 0.0
+            for k in range(3):
+                square += (points[ring[e], k] - points[v, k] - rest[ring[e], k] + rest[v, k]) ** 2
+            out[v] = max(out[v], square * weight[e])
 
 
 @njit(cache=True)
-def spreads(points, rest, start, ring, weight, triangles, out):
-    """Add the weighted products of the offsets of the rings around the corners of triangles, now and at rest.
-
-    `start` and `ring` are the neighbours of each vertex, `weight` their weights; `out` is (m, 3, 3).
+def doubtful(cross, rest, change, triangles, out):
+    """Write the triangles that may be turned over, by their normals now and at rest (m, 3) and the changes (n,) around
+    their corners; return their number.
     """
+    count = 0
     for t in range(triangles.shape[0]):
+        dot = own = before = 0.0
+        for k in range(3):
+            dot += cross[t, k] * rest[t, k]
+            own += cross[t, k] ** 2
+            before += rest[t, k] ** 2
+        around = max(change[triangles[t, 0]], change[triangles[t, 1]], change[triangles[t, 2]])
+        if dot <= UPRIGHT * np.sqrt(own * before) or around > HARDLY * HARDLY:
+            out[count] = t
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def spread(points, rest, start, ring, weight, v, out):
+    """Add the weighted products of the offsets of the neighbours of a vertex, now and at rest, to `out` (3, 3)."""
+    for e in range(start[v], start[v + 1]):
+        w = ring[e]
+        x, y, z = rest[w, 0] - rest[v, 0], rest[w, 1] - rest[v, 1], rest[w, 2] - rest[v, 2]
+        for k in range(3):
+            now = weight[e] * (points[w, k] - points[v, k])
+            out[k, 0] += now * x
+            out[k, 1] += now * y
+            out[k, 2] += now * z
+
+
+@njit(cache=True)
+def largest_eigenvector(a, vectors, out):
+    """Write the eigenvector (4,) of the largest eigenvalue of a symmetric matrix (4, 4), by Jacobi's turns."""
+    vectors[:] = 0.0
+    for i in range(4):
+        vectors[i, i] = 1.0
+    for _ in range(12):
+        off = a[0, 1] ** 2 + a[0, 2] ** 2 + a[0, 3] ** 2 + a[1, 2] ** 2 + a[1, 3] ** 2 + a[2, 3] ** 2
+        if off <= 1e-28 * (a[0, 0] ** 2 + a[1, 1] ** 2 + a[2, 2] ** 2 + a[3, 3] ** 2):
+            break
+        for p in range(3):
+            for q in range(p + 1, 4):
+                if a[p, q] == 0.0:
+                    continue
+                ratio = (a[q, q] - a[p, p]) / (2.0 * a[p, q])
+                t = (1.0 if ratio >= 0.0 else -1.0) / (abs(ratio) + np.sqrt(ratio * ratio + 1.0))
+                c = 1.0 / np.sqrt(t * t + 1.0)
+                s = t * c
+                for k in range(4):
+                    x, y = a[k, p], a[k, q]
+                    a[k, p], a[k, q] = c * x - s * y, s * x + c * y
+                for k in range(4):
+                    x, y = a[p, k], a[q, k]
+                    a[p, k], a[q, k] = c * x - s * y, s * x + c * y
+                    x, y = vectors[k, p], vectors[k, q]
+                    vectors[k, p], vectors[k, q] = c * x - s * y, s * x + c * y
+    best = 0
+    for i in range(1, 4):
+        if a[i, i] > a[best, best]:
+            best = i
+    for k in range(4):
+        out[k] = vectors[k, best]
+
+
+@njit(cache=True)
+def area_shares(points, rest, start, ring, weight, triangles, chosen, cross, rest_cross, out):
+    """Write the areas of chosen triangles along their rest normals, turned with the skin around, relative to rest.
+
+    `start` and `ring` are the neighbours of each vertex that tell the turn (Horn, "Closed-form solution of absolute
+    orientation using unit quaternions", 1987).
+    """
+    m, n, vectors, q = np.empty((3, 3)), np.empty((4, 4)), np.empty((4, 4)), np.empty(4)
+    for i in range(chosen.shape[0]):
+        t = chosen[i]
+        m[:] = 0.0
         for s in range(3):
-            v = triangles[t, s]
-            for e in range(start[v], start[v + 1]):
-                w = ring[e]
-                x, y, z = rest[w, 0] - rest[v, 0], rest[w, 1] - rest[v, 1], rest[w, 2] - rest[v, 2]
-                for k in range(3):
-                    now = weight[e] * (points[w, k] - points[v, k])
-                    out[t, k, 0] += now * x
-                    out[t, k, 1] += now * y
-                    out[t, k, 2] += now * z
+            spread(points, rest, start, ring, weight, triangles[t, s], m)
+        n[0, 0] = m[0, 0] + m[1, 1] + m[2, 2]
+        n[1, 1], n[2, 2] = m[0, 0] - m[1, 1] - m[2, 2], m[1, 1] - m[0, 0] - m[2, 2]
+        n[3, 3] = m[2, 2] - m[0, 0] - m[1, 1]
+        n[0, 1] = n[1, 0] = m[2, 1] - m[1, 2]
+        n[0, 2] = n[2, 0] = m[0, 2] - m[2, 0]
+        n[0, 3] = n[3, 0] = m[1, 0] - m[0, 1]
+        n[1, 2] = n[2, 1] = m[1, 0] + m[0, 1]
+        n[1, 3] = n[3, 1] = m[0, 2] + m[2, 0]
+        n[2, 3] = n[3, 2] = m[2, 1] + m[1, 2]
+        largest_eigenvector(n, vectors, q)
+        w, x, y, z = q[0], q[1], q[2], q[3]
+        a, b, c = rest_cross[t, 0], rest_cross[t, 1], rest_cross[t, 2]
+        u = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+        share = cross[t, 0] * (a + w * u[0] + y * u[2] - z * u[1])
+        share += cross[t, 1] * (b + w * u[1] + z * u[0] - x * u[2])
+        share += cross[t, 2] * (c + w * u[2] + x * u[1] - y * u[0])
+        out[i] = share / (a * a + b * b + c * c)
 
 
 @njit(cache=True)

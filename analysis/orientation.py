@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
-from facewrinkle.geometry.rigid_alignment import closest_rotations
 from facewrinkle.geometry.topology import vertex_rings
 
 from . import _oracle_kernels as kernels
@@ -53,26 +52,21 @@ class Orientation:
         offsets = points[self._ring] - np.repeat(points, np.diff(self._start), axis=0)
         self._weight = 1.0 / np.maximum((offsets**2).sum(axis=1), 1e-12)
         self._rest, self._triangles = points, triangles
-        normals = Normals(points, triangles)
-        self._cross, self._lean = normals.cross, self._leans(normals)
-
-    def _leans(self, normals: Normals) -> Array:
-        out = np.empty(len(self._triangles))
-        kernels.leans(normals.cross, normals.around, self._triangles, out)
-        return out
+        self._cross = Normals(points, triangles).cross
 
     def shares(self, points: Array, normals: Normals, chosen: IntArray) -> Array:
         """Return the signed area of chosen triangles, relative to rest, along their rotated rest normals.
 
-        The rotation of a normal is the one that fits two rings around its triangle best (Kabsch).
+        The rotation of a normal is the one that fits two rings around its triangle best.
         """
-        spread = np.zeros((len(chosen), 3, 3))
-        kernels.spreads(points, self._rest, self._start, self._ring, self._weight, self._triangles[chosen], spread)
-        turn, rest = closest_rotations(spread), self._cross[chosen]
-        rotated = np.einsum("tij,tj->ti", turn, rest)
-        return np.asarray((normals.cross[chosen] * rotated).sum(axis=1) / (rest**2).sum(axis=1))
+        out = np.empty(len(chosen))
+        rings = self._start, self._ring, self._weight
+        kernels.area_shares(points, self._rest, *rings, self._triangles, chosen, normals.cross, self._cross, out)
+        return out
 
     def turned_over(self, points: Array, normals: Normals) -> IntArray:
         """Return the triangles that are turned over, or have no area left."""
-        doubtful = np.flatnonzero(self._leans(normals) + self._lean > kernels.SURELY_UPRIGHT)
-        return doubtful[self.shares(points, normals, doubtful) <= 0.0]
+        change, chosen = np.empty(len(points)), np.empty(len(self._triangles), np.int64)
+        kernels.changes(points, self._rest, self._start, self._ring, self._weight, change)
+        chosen = chosen[: kernels.doubtful(normals.cross, self._cross, change, self._triangles, chosen)]
+        return chosen[self.shares(points, normals, chosen) <= 0.0]

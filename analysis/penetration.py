@@ -65,7 +65,20 @@ class Ball:
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """Triangles of one lip or lid: its edges, and the sides (m, 3) of triangles of the whole mesh that are its border."""
+    """Triangles of one lip or lid.
+
+    Attributes
+    ----------
+    kept : ndarray of int
+        Their numbers in the whole mesh, of m triangles.
+    triangles, edges : ndarray of int, shapes (k, 3) and (e, 2)
+    border : ndarray of bool, shape (m, 3)
+        True for the sides, opposite each corner, at which the sheet ends.
+    order, leaves
+        The tree of boxes around the triangles.
+    start, ring : ndarray of int
+        Neighbours of each vertex within the sheet.
+    """
 
     kept: IntArray
     triangles: IntArray
@@ -78,6 +91,7 @@ class Sheet:
 
     @classmethod
     def of(cls, points: Array, triangles: IntArray, kept: IntArray) -> Sheet:
+        """Return the sheet of some triangles of a mesh at rest."""
         own = np.ascontiguousarray(triangles[kept], dtype=np.int64)
         edges, sides = unique_edges(own)
         single = np.diff(edge_triangles(sides)[0]) == 1

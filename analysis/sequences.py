@@ -50,7 +50,7 @@ class Sequence:
 
     def transitions(self) -> Iterator[slice]:
         """Yield the frames of each transition and the hold after it."""
-        for first, end in zip(self.starts, (*self.starts[1:], len(self.rates)), strict=True):
+        for first, end in zip(self.starts, (*self.starts, len(self.rates))[1:], strict=True):
             yield slice(first, end)
 
 
@@ -70,7 +70,7 @@ def sequence(face: fw.Face, seed: int, name: str, index: int) -> Sequence:
     poses = [_pose(face, rng) for _ in range(rng.integers(2, 6))]
     released = bool(rng.random() < ENDS_AT_REST)
     for pose in [*poses, np.zeros_like(present)] if released else poses:
-        if not np.array_equal(pose, present):
+        if not frames or not np.array_equal(pose, present):
             starts.append(frames)
         ramp = _ramp(present, pose, rng)
         hold = RELEASED if released and len(parts) == len(poses) else round(float(_log_uniform(rng, LONGEST_HOLD)))

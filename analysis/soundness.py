@@ -143,7 +143,9 @@ def report(records: Sequence[Record]) -> Report:
         if most is not None and most["worst"][kind][0] > LIMITS[kind]:
             value, frame = most["worst"][kind]
             sequences = sum(kind in r["failed"] for r in records)
-            worst.append((kind, sequences, failures[-1][3 + kinds.index(kind)], value, most["face"], most["index"], frame))
+            worst.append(
+                (kind, sequences, failures[-1][3 + kinds.index(kind)], value, most["face"], most["index"], frame)
+            )
     frames = sum(r["frames"] for r in records)
     sound = sum(not r["failed"] for r in records)
     seconds = sum(r["seconds"] for r in records)
