@@ -171,14 +171,18 @@ def squared_distances(query, points, triangles, most, out):
 
 @njit(cache=True)
 def signed_distance(query, points, triangles, kept, normals, corner_normals, border, out):
-    """Write distance, side and 1.0 if the closest point of a sheet lies on its border, to `out` (3,).
+    """Write distance, side, 1.0 if the closest point of a sheet lies on its border, and its triangle, to `out` (4,).
+
+    The search begins at the triangle that `out` holds.
 
     `kept` are the triangles of the sheet; `normals` (m, 3) are theirs, `corner_normals` (n, 3) those of the vertices,
     summed over triangles by angle or area; `border` (m, 3) is True for sides of triangles opposite each corner that
     have no neighbour.
     """
-    best, weights, found = np.inf, np.empty(3), np.empty(3)
-    nearest = -1
+    weights, found = np.empty(3), np.empty(3)
+    nearest = int(out[3])
+    a, b, c = triangles[nearest, 0], triangles[nearest, 1], triangles[nearest, 2]
+    best = closest_in_triangle(query, points[a], points[b], points[c], found)
     for i in range(kept.shape[0]):
         t = kept[i]
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
@@ -203,7 +207,7 @@ def signed_distance(query, points, triangles, kept, normals, corner_normals, bor
         if zeros == 0:
             normal = normals[nearest, k]
         side += (query[k] - at) * normal
-    out[0], out[1], out[2] = np.sqrt(best), -1.0 if side < 0.0 else 1.0, on_border
+    out[0], out[1], out[2], out[3] = np.sqrt(best), -1.0 if side < 0.0 else 1.0, on_border, nearest
 
 
 @njit(cache=True)
@@ -212,7 +216,8 @@ def penetrating(points, triangles, kept, normals, corner_normals, border, start,
 
     Vertices before the sheet, or nearest to its border, stay at 0. `start` and `ring` are the edges that may be walked.
     """
-    found, seen = np.empty(3), np.zeros(points.shape[0], np.bool_)
+    found, seen = np.empty(4), np.zeros(points.shape[0], np.bool_)
+    found[3] = kept[0]
     stack, top = np.empty(points.shape[0], np.int64), 0
     for v in seeds:
         if not seen[v]:
@@ -236,7 +241,8 @@ def penetrating(points, triangles, kept, normals, corner_normals, border, start,
 @njit(cache=True)
 def penetrating_edges(points, triangles, kept, normals, corner_normals, border, edges, depth):
     """Write the depth (e,) behind a sheet of the deepest of three points on each edge; 0 before it."""
-    found, at = np.empty(3), np.empty(3)
+    found, at = np.empty(4), np.empty(3)
+    found[3] = kept[0]
     for e in range(edges.shape[0]):
         for quarter in range(1, 4):
             for k in range(3):
