@@ -31,7 +31,7 @@ PER_BOX = 4
 """Triangles in each of the smallest boxes of a tree."""
 
 SLIDING = 4.0
-"""Where lips or lids run through each other at rest, they may be as deep up to this far from there, mm: skin slides."""
+"""Lips and lids that run through each other at rest may be as deep up to this far from there, mm: skin slides."""
 
 CLEAR_OF_TEETH = 1.08
 """No crown reaches farther than this, relative to the arch's outer border."""
