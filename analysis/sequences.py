@@ -80,14 +80,14 @@ def sequence(face: fw.Face, seed: int, name: str, index: int) -> Sequence:
 
 
 def _ramp(start: Array, end: Array, rng: np.random.Generator) -> Array:
-    """Rates (f, k) of a change: a jump in one frame, or a straight or smooth ramp, which may begin at several times."""
+    """Rates (f, k) of a change: a jump in one frame, or a straight or smooth ramp of all muscles together.
+
+    So the poses in between are mixtures of the two ends, and the skin has no reason to go elsewhere.
+    """
     if rng.random() < JUMPS:
         return end[None].copy()
     frames = round(float(_log_uniform(rng, LONGEST_RAMP)))
     time = np.arange(1, frames + 1)[:, None] / frames
-    if rng.random() < 0.3:  # not all muscles at once
-        begin = rng.uniform(0.0, 0.7, len(start))
-        time = np.clip((time - begin) / (1.0 - begin), 0.0, 1.0)
     share = smoothstep(time) if rng.random() < 0.5 else time
     return np.clip(np.where(share == 1.0, end, (1.0 - share) * start + share * end), 0.0, 1.0)
 
