@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import facewrinkle as fw
+from facewrinkle.export import output_folder
 
-from . import folds, motion, performance, profiles, refinement, volume
+from . import motion, performance, profiles, refinement, soundness, subjects, volume
 from .report import OUTPUT, publish, run
 
 
@@ -22,7 +23,8 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
     """
     for module in (profiles, volume, refinement, performance):
         publish(module.report(quick), out)
-    publish(folds.report(list(folds.soundness(fw.default_face(), every=400 if quick else 10))), out)
+    faces, count = (subjects.names()[:1], 1) if quick else (subjects.names(), 3)
+    publish(soundness.report(soundness.play_all(output_folder(out) / "soundness.jsonl", faces, count)), out)
     if (motion.FACES / "ict_face_expressions.npz").exists():
         face = fw.fit_face(
             motion.FACES / "ict_face_narrow.obj", motion.FACES / "ict_face_narrow.landmarks.json", units="cm"

@@ -1,0 +1,51 @@
+"""A sample of random sequences: no frame of any face has a fault. `python -m analysis.soundness` plays many more.
+
+on any face      | no triangle turned over; nothing in eyes, teeth, other lip or lid; no energy gained; no way left
+after a release  | exactly at rest
+with wrinkles    | no refined triangle turned over by them
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from analysis.sequences import sequence
+from analysis.subjects import names, subject
+from analysis.trials import Player, can_wrinkle
+
+FACES = ("head-0", "head-1", "head-2", "ict-0", "ict-1", "ict-2", "makehuman", "mediapipe")
+FRAMES = 250
+
+
+def faults(player, name, index, simulated=False):
+    trial = player.play(sequence(player.face, 0, name, index), simulated)
+    worst = trial.worst()
+    return len(trial.largest), {
+        f"{kind}, {name} {index}": f"{count} frames, {worst[kind][0]:.3g} in frame {worst[kind][1]}"
+        for kind, count in trial.failed().items()
+        if count
+    }
+
+
+@pytest.mark.parametrize("name", FACES)
+def test_random_sequences_keep_a_face_sound(name):
+    if name not in names():
+        pytest.skip(f"{name} is not beside the repository")
+    player, found, frames, index = Player(subject(name)), {}, 0, 0
+    while frames < FRAMES:
+        played, faulty = faults(player, name, index)
+        found |= faulty
+        frames, index = frames + played, index + 1
+    assert not found
+
+
+@pytest.mark.parametrize("name", ["head-1", "ict-1"])
+def test_wrinkles_turn_no_refined_triangle_over(name):
+    if name not in names():
+        pytest.skip(f"{name} is not beside the repository")
+    player = Player(subject(name))
+    assert can_wrinkle(player.face)
+    index = 7
+    frames, faulty = faults(player, name, index, simulated=True)
+    assert frames > 20
+    assert not faulty
