@@ -10,6 +10,10 @@ import numpy as np
 from numba import njit
 
 
+DEEPEST = 3.0
+"""No sample that is deeper in the other lip than this, mm, has come there through its surface."""
+
+
 @njit(cache=True)
 def at_sample(x, corners, shares, s, out):
     """Write the position of sample s to out (3,)."""
@@ -147,10 +151,11 @@ def closest_on_triangle(p, x, i, j, l, bary):
 
 @njit(cache=True)
 def lip_gap(x, p, triangles, open_edges, candidates, bary, normal):
-    """Return the signed distance of p from a surface of `triangles`, and the closest triangle; -1 if there is none.
+    """Return the signed distance of p from a surface of `triangles`, and the closest triangle.
 
     Writes the barycentric coordinates (3,) of the closest point, and the gradient (3,) of the distance. A point whose
-    closest one lies on an open edge of the surface is beside it, and has no distance. `open_edges` (m,) holds a bit
+    closest one lies on an open edge of the surface is beside it: for such, and where there is no triangle, the distance
+    has no sign and the triangle is -1. `open_edges` (m,) holds a bit
     for each side of a triangle: 1 for that from corner 0 to 1, 2 for 1 to 2, 4 for 2 to 0.
     """
     best, which, steepest = np.inf, -1, 0.0
@@ -180,9 +185,9 @@ def lip_gap(x, p, triangles, open_edges, candidates, bary, normal):
         return np.inf, -1
     sides = open_edges[which]
     on = (sides & 1 and bary[2] < 1e-9) or (sides & 2 and bary[0] < 1e-9) or (sides & 4 and bary[1] < 1e-9)
-    if on:
-        return np.inf, -1
     d = np.sqrt(best)
+    if on:
+        return d, -1
     sign = 1.0 if steepest >= 0.0 else -1.0
     if d > 1e-9:
         for k in range(3):
@@ -194,13 +199,14 @@ def lip_gap(x, p, triangles, open_edges, candidates, bary, normal):
 
 
 @njit(cache=True)
-def near_triangles(x, corners, shares, triangles, open_edges, order, starts, reach, enough):
-    """Return the triangles within `reach` of each sample, as offsets (k + 1,) and indices.
+def near_triangles(x, corners, shares, triangles, open_edges, order, starts, reach):
+    """Return the triangles within `reach` of each sample, as offsets (k + 1,) and indices, and the gaps (k,).
 
-    Samples farther outside the surface than `enough` get none. `order` holds the triangles sorted by their least first
-    coordinate, and `starts` these coordinates.
+    `order` holds the triangles sorted by their least first coordinate, and `starts` these coordinates. The gap is that
+    of `lip_gap`, or for samples beside the surface the least that they can come to.
     """
     n = corners.shape[0]
+    gaps = np.full(n, np.inf)
     widest = 0.0
     for t in range(triangles.shape[0]):
         low, high = x[triangles[t, 0], 0], x[triangles[t, 0], 0]
@@ -230,11 +236,12 @@ def near_triangles(x, corners, shares, triangles, open_edges, order, starts, rea
                 found = longer
             found[count] = t
             count += 1
-        near_this = found[offsets[s] : count]
-        if len(near_this) and enough < lip_gap(x, p, triangles, open_edges, near_this, own, normal)[0] < np.inf:
-            count = offsets[s]
+        if count > offsets[s]:
+            near_this = found[offsets[s] : count]
+            gap, t = lip_gap(x, p, triangles, open_edges, near_this, own, normal)
+            gaps[s] = gap if t >= 0 else gap - DEEPEST
         offsets[s + 1] = count
-    return offsets, found[:count]
+    return offsets, found[:count], gaps
 
 
 @njit(cache=True)
@@ -245,23 +252,34 @@ def lip_gaps(x, corners, shares, triangles, open_edges, near):
     gaps = np.empty(corners.shape[0])
     for s in range(corners.shape[0]):
         at_sample(x, corners, shares, s, p)
-        gaps[s] = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)[0]
+        gap, t = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)
+        gaps[s] = gap if t >= 0 else np.inf
     return gaps
 
 
 @njit(cache=True)
-def lip_energy(x, corners, shares, triangles, open_edges, near, allowed, stiffness, grad):
-    """Add up half stiffness times depth squared of samples of one lip in the other. Adds to grad."""
+def lip_energy(x, corners, shares, triangles, open_edges, near, moved, allowed, stiffness, found, grad):
+    """Add up half stiffness times depth squared of samples of one lip in the other. Adds to grad.
+
+    Both lips have moved by `moved` at most since `near` was found. Writes what was `found` for each sample: its gap,
+    the triangle (-1 if it is far from all), the barycentric coordinates and the normal.
+    """
     p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
-    offsets, candidates = near
+    offsets, candidates, at_first = near
+    gaps, met, barys, normals = found
     energy = 0.0
     for s in range(corners.shape[0]):
-        if offsets[s] == offsets[s + 1]:
+        met[s], gaps[s] = -1, at_first[s] - 2.0 * moved
+        if gaps[s] > allowed[s]:
             continue
         at_sample(x, corners, shares, s, p)
-        gap, t = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)
-        depth = allowed[s] - gap
-        if t < 0 or depth <= 0.0:
+        gaps[s], t = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)
+        depth = allowed[s] - gaps[s]
+        if t < 0 or depth > DEEPEST:
+            continue
+        met[s] = t
+        barys[s], normals[s] = bary, normal
+        if depth <= 0.0:
             continue
         force = stiffness[s] * depth
         energy += 0.5 * force * depth
@@ -273,19 +291,26 @@ def lip_energy(x, corners, shares, triangles, open_edges, near, allowed, stiffne
 
 
 @njit(cache=True)
-def lip_rows(x, ahead, corners, shares, triangles, open_edges, near, allowed, stiffness, rows, first):
-    """Write rows of samples that are too deep in the other lip now or after `ahead`; see `solid_rows`."""
+def lip_rows(x, ahead, far, corners, shares, triangles, open_edges, near, allowed, stiffness, found, rows, first):
+    """Write rows of samples that are too deep in the other lip now or after `ahead`, which nowhere exceeds `far`; see
+    `solid_rows`. `found` is what `lip_energy` has written at x.
+    """
     vertices, slopes, depths, stiff = rows
     p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
-    offsets, candidates = near
+    offsets, candidates, _ = near
+    gaps, met, barys, normals = found
     for s in range(corners.shape[0]):
-        if offsets[s] == offsets[s + 1]:
+        if gaps[s] - 2.0 * far > allowed[s]:
             continue
-        at_sample(x, corners, shares, s, p)
-        gap, t = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)
-        if t < 0:
-            continue
+        t, gap = met[s], gaps[s]
+        if t >= 0:
+            bary[:], normal[:] = barys[s], normals[s]
+        else:
+            at_sample(x, corners, shares, s, p)
+            gap, t = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)
         depth = allowed[s] - gap
+        if t < 0 or depth > DEEPEST:
+            continue
         after = depth
         for c in range(3):
             for k in range(3):
@@ -427,15 +452,15 @@ def add_forces(vertices, slopes, forces, out):
 
 
 @njit(cache=True)
-def moved_more(x, y, distance):
-    """Return True if a point of x (n, 3) is farther than `distance` from that of y."""
-    for i in range(x.shape[0]):
+def farthest_moved(x, y, vertices):
+    """Return the largest distance between points of x (n, 3) and y, of those with the given indices."""
+    largest = 0.0
+    for i in vertices:
         square = 0.0
         for k in range(3):
             square += (x[i, k] - y[i, k]) ** 2
-        if not square <= distance * distance:
-            return True
-    return False
+        largest = max(largest, square)
+    return np.sqrt(largest)
 
 
 @njit(cache=True)

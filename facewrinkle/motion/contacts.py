@@ -25,10 +25,12 @@ IntArray = npt.NDArray[np.int64]
 Rows = tuple[IntArray, Array, Array, Array]
 """Vertices (m, 6), slopes of their gaps (m, 6, 3), depths (m,) and stiffness (m,) of contacts."""
 
-REACH, LIP_REACH = 3.0, 1.0
-"""Contacts with solids and between lips are looked for within these distances, mm, and anew when the skin has moved by
-a third of them.
-"""
+REACH, STALE = 3.0, 1.0
+"""Contacts are looked for within the first distance, and anew when the skin has moved by the second, mm."""
+
+
+FAR_AWAY = 1e9
+"""Coordinates at which contacts have never been looked for, mm."""
 
 
 class Contacts:
@@ -81,7 +83,14 @@ class Contacts:
         self._rows: Rows = (
             np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip
-        self._rate, self._lips_looked_at = np.nan, np.full_like(self._points, np.inf)
+        self._rate, self._lips_looked_at = np.nan, np.full_like(self._points, FAR_AWAY)
+        self._meeting_solids = np.unique(self.solids.corners)
+        self._found = [
+            (np.empty(k), np.empty(k, np.int64), np.empty((k, 3)), np.empty((k, 3)))
+            for k in (len(lip.corners) for lip in self.lips)
+        ]
+        of_lips = [lip.vertices for lip in self.lips]
+        self._meeting_lips = np.unique(np.concatenate([np.empty(0, np.int64), *of_lips]))
         self.place(0.0, self.flats.facing)
 
     def place(self, rate: float, facing: Array) -> None:
@@ -93,27 +102,29 @@ class Contacts:
         s = self.solids
         origins, axes = s.turned(self._mandible, rate)
         self._placed = s.corners, s.shares, origins, axes, s.halves, s.allowed
-        self._looked_at = np.full_like(self._points, np.inf)
+        self._looked_at = np.full_like(self._points, FAR_AWAY)
 
     def _look(self, u: Array) -> Array:
         """Return positions, and look for contacts near them unless they were looked for close by."""
         x = self._points + u
-        if kernels.moved_more(x, self._looked_at, REACH / 3.0):
+        if not kernels.farthest_moved(x, self._looked_at, self._meeting_solids) <= STALE:
             self._looked_at = x
             self._near_solids = kernels.near_solids(x, *self._placed, REACH)
-        if kernels.moved_more(x, self._lips_looked_at, 0.4 * LIP_REACH):
-            self._lips_looked_at = x
-            self._near_lips: list[Near] = [lip.near(x, LIP_REACH, LIP_REACH * 0.9) for lip in self.lips]
+        self._lips_moved = kernels.farthest_moved(x, self._lips_looked_at, self._meeting_lips)
+        if not self._lips_moved <= STALE:
+            self._lips_looked_at, self._lips_moved = x, 0.0
+            self._near_lips: list[Near] = [lip.near(x, REACH) for lip in self.lips]
         return x
 
     def energy(self, u: Array, gradient: Array) -> float:
         """Return the energy at displacements `u`; add its gradient."""
-        x = self._look(u)
+        x = self._x = self._look(u)
         energy = kernels.solid_energy(x, self._near_solids, *self._placed, self.solids.stiffness, gradient)
-        for lip, near in zip(self.lips, self._near_lips, strict=True):
+        for lip, near, found in zip(self.lips, self._near_lips, self._found, strict=True):
             energy += kernels.lip_energy(
-                x, lip.corners, lip.shares, lip.triangles, lip.open_edges, near, lip.allowed, lip.stiffness, gradient
-            )
+                x, lip.corners, lip.shares, lip.triangles, lip.open_edges, near, self._lips_moved, lip.allowed,
+                lip.stiffness, found, gradient,
+            )  # fmt: skip
         f = self.flats
         kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
         energy += kernels.flat_energy(
@@ -121,17 +132,19 @@ class Contacts:
         )
         return float(energy)
 
-    def rows(self, u: Array, ahead: Array) -> Rows:
-        """Return the contacts that press at displacements `u`, or would after a further displacement `ahead`."""
-        x, rows = self._look(u), self._rows
+    def rows(self, ahead: Array) -> Rows:
+        """Return the contacts that press at the displacements of the last `energy`, or would after a further
+        displacement `ahead`.
+        """
+        x, rows = self._x, self._rows
         m = kernels.solid_rows(x, ahead, self._near_solids, *self._placed, self.solids.stiffness, rows, 0)
-        for lip, near in zip(self.lips, self._near_lips, strict=True):
+        far = kernels.farthest_moved(ahead, np.zeros_like(ahead), self._meeting_lips)
+        for lip, near, found in zip(self.lips, self._near_lips, self._found, strict=True):
             m = kernels.lip_rows(
-                x, ahead, lip.corners, lip.shares, lip.triangles, lip.open_edges, near, lip.allowed, lip.stiffness,
-                rows, m,
+                x, ahead, far, lip.corners, lip.shares, lip.triangles, lip.open_edges, near, lip.allowed,
+                lip.stiffness, found, rows, m,
             )  # fmt: skip
         f = self.flats
-        kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
         kernels.shares_of_area(x + ahead, f.triangles, self._facing, f.double_area, self._ahead)
         m = kernels.flat_rows(
             x, ahead, self._shares, self._ahead, LEAST_AREA, f.triangles, self._facing, f.double_area, f.heights,

@@ -49,6 +49,8 @@ class Joints:
         self._names, self._points, self._triangles = tuple(names), face.points * face.unit, face.triangles
         self._joints: dict[str, tuple[JointWeights, Array]] = {}
         self._turning: dict[str, tuple[IntArray, Array]] = {}
+        self._muscles: dict[str, tuple[int, list[int]]] = {}
+        self._reach: dict[str, float] = {}
         for name, joint in face.joint_weights.items():
             plate = plates[name]
             with np.errstate(invalid="ignore"):
@@ -56,6 +58,10 @@ class Joints:
             share = np.nan_to_num(share)
             self._joints[name] = dataclasses.replace(joint, centre=joint.centre * face.unit), share
             self._turning[name] = self._turning_triangles(joint, share)
+            others = [self._names.index(other) for other in joint.yields if other in self._names]
+            self._muscles[name] = self._names.index(name), others
+            arm = np.linalg.norm(self._points[joint.vertices] - joint.centre * face.unit, axis=1)
+            self._reach[name] = float((np.abs(share * joint.angles) * arm).max(initial=0.0))
 
     def _turning_triangles(self, joint: JointWeights, share: Array) -> tuple[IntArray, Array]:
         """Return the triangles (j,) that a joint turns, and their angles (j,) at full contraction."""
@@ -72,7 +78,8 @@ class Joints:
 
     def mandible_rate(self, rates: Array) -> float:
         """Return the contraction rate of the mandible."""
-        return next((self._rate(name, rates) for name, (joint, _) in self._joints.items() if joint.bone), 0.0)
+        of_joints = self._rates(rates)
+        return next((of_joints.get(name, 0.0) for name, (joint, _) in self._joints.items() if joint.bone), 0.0)
 
     def free_share(self, name: str) -> tuple[IntArray, Array] | None:
         """Return the vertices of a muscle's joint and the shares of its force that the joint does not take."""
@@ -81,27 +88,38 @@ class Joints:
         joint, share = self._joints[name]
         return joint.vertices, 1.0 - share
 
-    def _rate(self, name: str, rates: Array) -> float:
-        """Contraction rate of a joint, which yields to others."""
-        rate = float(rates[self._names.index(name)])
-        for other in self._joints[name][0].yields:
-            if other in self._names:
-                rate *= 1.0 - float(rates[self._names.index(other)])
-        return rate
+    def _rates(self, rates: Array) -> dict[str, float]:
+        """Contraction rates of the joints, which yield to others; those at rest are left out."""
+        out = {}
+        for name, (own, others) in self._muscles.items():
+            if rate := float(rates[own]):
+                for other in others:
+                    rate *= 1.0 - float(rates[other])
+                out[name] = rate
+        return out
+
+    def _changes(self, before: Array, after: Array) -> dict[str, float]:
+        """Changes of the joints' contraction rates that are not 0."""
+        old, new = self._rates(before), self._rates(after)
+        return {
+            name: turn for name in self._joints if (turn := new.get(name, 0.0) - old.get(name, 0.0)) != 0.0
+        }
 
     def shift(self, rates: Array) -> Array:
         """Return the displacements (n, 3) of what the skin is tethered to."""
         shift = np.zeros_like(self._points)
-        for name, (joint, share) in self._joints.items():
-            if (rate := self._rate(name, rates)) > 0.0:
+        for name, rate in self._rates(rates).items():
+            joint, share = self._joints[name]
+            if rate > 0.0:
                 shift[joint.vertices] += share[:, None] * joint.turned(self._points, rate)
         return shift
 
     def facing(self, normals: Array, rates: Array) -> Array:
         """Return the normals (m, 3) of triangles as the joints turn them."""
         normals = normals.copy()
-        for name, (joint, _) in self._joints.items():
-            if (rate := self._rate(name, rates)) > 0.0:
+        for name, rate in self._rates(rates).items():
+            if rate > 0.0:
+                joint = self._joints[name][0]
                 triangles, angles = self._turning[name]
                 normals[triangles] += turned(normals[triangles], joint.axis, rate * angles)
         return normals
@@ -109,19 +127,15 @@ class Joints:
     def carried(self, points: Array, before: Array, after: Array) -> Array:
         """Return points (n, 3) as they ride on the joints while the contraction rates change."""
         points = points.copy()
-        for name, (joint, share) in self._joints.items():
-            if turn := self._rate(name, after) - self._rate(name, before):
-                points[joint.vertices] += turned(
-                    points[joint.vertices] - joint.centre, joint.axis, turn * share * joint.angles
-                )
+        for name, turn in self._changes(before, after).items():
+            joint, share = self._joints[name]
+            points[joint.vertices] += turned(
+                points[joint.vertices] - joint.centre, joint.axis, turn * share * joint.angles
+            )
         return points
 
     def parts(self, before: Array, after: Array) -> int:
         """Return the number of parts in which a change of the rates is made, so that none carries the skin far."""
-        farthest = 0.0
-        for name, (joint, share) in self._joints.items():
-            turn = abs(self._rate(name, after) - self._rate(name, before))
-            if turn > 0.0:
-                arm = np.linalg.norm(self._points[joint.vertices] - joint.centre, axis=1)
-                farthest = max(farthest, turn * float((np.abs(share * joint.angles) * arm).max(initial=0.0)))
+        changes = self._changes(before, after).items()
+        farthest = max((abs(turn) * self._reach[name] for name, turn in changes), default=0.0)
         return max(int(np.ceil(farthest / LONGEST_PART)), 1)

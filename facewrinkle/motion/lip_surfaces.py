@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
+from ..anatomy.teeth import BEHIND_LIPS
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from . import _contact_kernels as kernels
@@ -17,8 +19,8 @@ from .solids import SLACK, STIFFNESS
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
-Near = tuple[IntArray, IntArray]
-"""Triangles near each sample: offsets and indices."""
+Near = tuple[IntArray, IntArray, Array]
+"""Triangles near each sample, as offsets and indices, and its gap; inf where there is none."""
 
 LIP_DISTANCE = 0.1
 """Lips that are farther apart at rest than this touch at this distance, mm."""
@@ -47,6 +49,8 @@ class LipSurfaces:
     allowed : ndarray, shape (k,)
         Distance below which samples are pushed off the surface.
     stiffness : ndarray, shape (k,)
+    vertices : ndarray of int
+        All vertices of samples and surface.
     """
 
     corners: IntArray
@@ -56,19 +60,21 @@ class LipSurfaces:
     allowed: Array
     stiffness: Array
 
-    def near(self, x: Array, reach: float, enough: float = np.inf) -> Near:
-        """Return the triangles within `reach` of each sample, for positions (n, 3); none for samples that are farther
-        outside than `enough`.
-        """
+    @cached_property
+    def vertices(self) -> IntArray:
+        return np.unique(np.concatenate([self.corners.ravel(), self.triangles.ravel()]))
+
+    def near(self, x: Array, reach: float) -> Near:
+        """Return the triangles within `reach` of each sample, for positions (n, 3), and the gaps (k,) there."""
         least = x[self.triangles, 0].min(axis=1, initial=np.inf)
         order = np.argsort(least, kind="stable")
         return kernels.near_triangles(
-            x, self.corners, self.shares, self.triangles, self.open_edges, order, least[order], reach, enough
+            x, self.corners, self.shares, self.triangles, self.open_edges, order, least[order], reach
         )
 
     def gaps(self, x: Array, near: Near) -> Array:
         """Return the signed distances (k,) of samples from the surface; inf where they are far from it or beside it."""
-        return np.asarray(kernels.lip_gaps(x, self.corners, self.shares, self.triangles, self.open_edges, near))
+        return np.asarray(kernels.lip_gaps(x, self.corners, self.shares, self.triangles, self.open_edges, near[:2]))
 
 
 def lip_surfaces(face: Face, area: Array, share_of_jaw: Array) -> list[LipSurfaces]:
@@ -108,13 +114,14 @@ def lip_surfaces(face: Face, area: Array, share_of_jaw: Array) -> list[LipSurfac
 
 
 def _around_mouth(face: Face) -> BoolArray:
-    """True (n,) for vertices of the lips and of their lining."""
+    """True (n,) for vertices of the lips and of their lining in front of the teeth."""
     left, up, _ = face.frame.axes
-    size = face.frame.pupil_distance
     marks = face.landmarks
     reach = 0.55 * abs((marks["mouth_l"] - marks["mouth_r"]) @ left)
     thick = 0.75 * abs((marks["upper_lip_mid"] - marks["lower_lip_mid"]) @ up)
-    return np.asarray(np.all(np.abs(from_lips(face)) < np.array([reach, thick + 0.1 * size, 0.4 * size]), axis=1))
+    side, height, depth = from_lips(face).T
+    near = (np.abs(side) < reach) & (np.abs(height) < thick + 0.1 * face.frame.pupil_distance)
+    return np.asarray(near & (depth > -BEHIND_LIPS * face.frame.scale - (side / reach) ** 2 * reach))
 
 
 def _decided(face: Face, samples: BoolArray, triangles: IntArray, area: Array, points: Array) -> LipSurfaces:

@@ -121,7 +121,7 @@ class Minimiser:
             return Minimum(u, before, value, True, 0)
         length = 1.0
         for iteration in range(self._iterations):
-            direction, slope = self._direction(u, here)
+            direction, slope = self._direction(here)
             if -slope <= CONVERGED * self._total_area:
                 return Minimum(u, before, value, True, iteration)
             found = self._line_search(objective, u, value, direction, slope, min(2.0 * length, 1.0), there)
@@ -129,6 +129,7 @@ class Minimiser:
                 if not self._memory:
                     return Minimum(u, before, value, -slope <= 1e-9 * abs(value), iteration)
                 self.reset()
+                value = self._evaluated(objective, u, here)
                 continue
             candidate, value, length = found
             self._remember(candidate - u, there.free - here.free)
@@ -142,15 +143,15 @@ class Minimiser:
         gradients.total[:] = gradients.free
         return value if self._contacts is None else value + self._contacts.energy(u, gradients.total)
 
-    def _direction(self, u: Array, at: _Gradients) -> tuple[Array, float]:
-        """Return a direction in which the objective falls, and its slope."""
+    def _direction(self, at: _Gradients) -> tuple[Array, float]:
+        """Return a direction in which the objective falls from where it was last evaluated, and its slope."""
         slope = 0.0
         for attempt in range(3):
             if attempt == 1:
                 self.reset()
             if attempt < 2:
                 direction = -self._inverse_curvature(at.free)
-                if self._contacts is not None and len((rows := self._contacts.rows(u, direction))[3]):
+                if self._contacts is not None and len((rows := self._contacts.rows(direction))[3]):
                     direction += self.factors.solved(self._compliance.forces(rows))
             else:  # the model's contacts err: follow the slope itself
                 direction = -self.factors.solved(at.total)
