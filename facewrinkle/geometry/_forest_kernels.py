@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit
 
 # Columns of a node. FACE links the list of its edge (three sides each). CHILD of a leaf is NONE, or links the worklist:
-# LAST_QUEUED, or NEXT_QUEUED - y before leaf y. FLAGS holds the level from bit LEVEL on, and bit s is set if side s has a
-# midpoint. FAMILY is the parent in the first of four siblings, their M0 triangle in the second; no row of M0 has one.
+# LAST_QUEUED, or NEXT_QUEUED - y before leaf y. FLAGS holds the level from bit LEVEL on, and bit s is set if side s has
+# a midpoint. FAMILY is the parent in the first of four siblings, their M0 triangle in the second; no row of M0 has one.
 VERTEX, EDGE, FACE, CHILD, FLAGS, FAMILY, NODE_WIDTH = 0, 3, 6, 9, 10, 11, 12
 NONE, LAST_QUEUED, NEXT_QUEUED = -1, -2, -3
 HANGING, LEVEL = 7, 3
@@ -26,19 +26,8 @@ END, MIDPOINT, HALF, WHOLE, N_SPLIT, SIDES, HOST, EDGE_WIDTH = 0, 2, 3, 4, 5, 6,
 OF, POINT_HOST, POINT_LEVEL, POINT_WIDTH = 0, 2, 3, 4
 # Entries of the state: rows in use, the number of M0 triangles, heads of the lists of free rows (linked by FAMILY and
 # WHOLE), the ends of the worklist and the number of its entries.
-N_NODES, N_EDGES, N_POINTS, N_ROOTS, FREE_NODES, FREE_HALVES, FREE_INNER, FIRST, LAST, COUNT, STATE_WIDTH = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-)
+N_NODES, N_EDGES, N_POINTS, N_ROOTS, FREE_NODES, FREE_HALVES, FREE_INNER, FIRST, LAST, COUNT = range(10)
+STATE_WIDTH = 10
 # Status of a split node while the mesh is coarsened: not decided, stays split, or is to become a leaf; then, whether it
 # waits to be looked at.
 UNKNOWN, SPLIT, TAKEN, WAITING = 0, 1, 2, 3

@@ -11,9 +11,9 @@ from numba import njit
 def limit(points, heights, directions, triangles, demanded, aim, factors):
     """Lower `factors` of the heights at the corners of triangles of which less than the share `demanded` would be left.
 
-    The area vector of a triangle is a quadratic function of a factor of all its heights; `factors` get the one for which
-    its component along the bare triangle's normal is the share `aim`, at least `demanded`, of the bare area. Returns the
-    number of such triangles.
+    The area vector of a triangle is a quadratic function of a factor of all its heights; `factors` get the one for
+    which its component along the bare triangle's normal is the share `aim`, at least `demanded`, of the bare area.
+    Returns the number of such triangles.
     """
     found = 0
     for f in range(len(triangles)):

@@ -16,9 +16,7 @@ ROUNDS = 16
 """Rounds in which heights become lower; what is still turned over then is not displaced at all."""
 
 
-def unfolded_shares(
-    points: Array, heights: Array, directions: Array, triangles: npt.NDArray[np.int32]
-) -> Array | None:
+def unfolded_shares(points: Array, heights: Array, directions: Array, triangles: npt.NDArray[np.int32]) -> Array | None:
     """Shares (n,) of the heights that leave every triangle on the side it faces; None if all of them do.
 
     Heights along one direction never turn a triangle over. Where directions converge (over hollows, and where a

@@ -29,7 +29,7 @@ def hollow():
 
 
 def test_over_a_hollow_heights_stay_below_the_radius_of_curvature(hollow):
-    """At height h a triangle keeps the share (1 - h / radius)^2 of its area, and beyond the centre it is turned over."""
+    """At height h a triangle keeps the share (1 - h / radius)^2 of its area; beyond the centre it is turned over."""
     points, triangles, directions = hollow
     highest = 2.0 * (1.0 - np.sqrt(LEAST))
     assert unfolded_shares(points, np.full(len(points), highest - 1e-9), directions, triangles) is None

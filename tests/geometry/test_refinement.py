@@ -582,7 +582,7 @@ def grid(n):
 
 @pytest.mark.parametrize("levels", [0, 1, 3])
 def test_a_triangle_takes_at_most_200_bytes(levels):
-    """All that the allocator hands out and the forest keeps, spare rows included; per triangle it hardly depends on m."""
+    """All that the allocator hands out and the forest keeps, spare rows included; it grows in proportion to m."""
 
     def grown():
         forest = RedGreenForest(base)
