@@ -1,4 +1,4 @@
-"""Cost of a frame: Table 1 compared with the paper's, and the cost by the size of the mesh.
+"""Cost of a frame: Table 1 compared with the paper's; the cost of a frame, and of the forest, by the size of the mesh.
 
 ``python -m analysis.performance``. Times by size are minima of a few repetitions (for the skin, CPU times), so that
 other work on the machine matters less.
@@ -9,7 +9,8 @@ from __future__ import annotations
 import dataclasses
 import os
 import time
-from collections.abc import Callable, Iterator
+import tracemalloc
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -19,6 +20,7 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.commands.table1 import PAPER, Row, measure
 from facewrinkle.geometry.interpolation import interpolated
+from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.mesh import to_polydata
 from facewrinkle.plotting import Scene, Style
 
@@ -79,6 +81,54 @@ def costs(face: fw.Face, levels: range, skin_up_to: int, repeats: int = 5) -> It
         yield Cost(len(fine.regular_faces), skin, spent["refinement"], spent["wrinkles"], spent["frame"], drawing)
 
 
+@dataclass(frozen=True)
+class ForestCost:
+    """Memory of the refinement forest of a mesh of some size, and CPU time of a change of a tenth of it.
+
+    Attributes
+    ----------
+    triangles : int
+    held, peak : float
+        Bytes per triangle that the allocator has handed out: for the forest with all its arrays and spare rows, and at
+        most while it was made.
+    split, coarsen : float
+        ms for splitting a contiguous tenth of the triangles in four, and for taking that back.
+    """
+
+    triangles: int
+    held: float
+    peak: float
+    split: float
+    coarsen: float
+
+
+def forest_costs(face: fw.Face, sizes: Iterable[int], repeats: int = 3) -> Iterator[ForestCost]:
+    """Yield the costs of the forest of a head that is split until it has at least so many triangles."""
+    for size in sizes:
+        tracemalloc.start()
+        forest = _grown(face, size)
+        held, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        m, split, coarsen = len(forest.triangles), [], []
+        for _ in range(repeats):
+            twin = forest.copy()
+            begin = time.process_time()
+            twin.split(np.arange(m // 10))
+            middle = time.process_time()
+            twin.coarsen(twin.level > forest.level.max())
+            split.append(middle - begin)
+            coarsen.append(time.process_time() - middle)
+        yield ForestCost(m, held / m, peak / m, 1000.0 * min(split), 1000.0 * min(coarsen))
+
+
+def _grown(face: fw.Face, size: int) -> RedGreenForest:
+    """Return the head split as a whole while it stays below a size, and then in part."""
+    forest = RedGreenForest(face.triangles, n_points=len(face.points))
+    while (m := len(forest.triangles)) < size:
+        forest.split(np.arange(min(m, -(-(size - m) // 3))))
+    return forest
+
+
 def _stages(sim: fw.Simulation, repeats: int) -> tuple[dict[str, float], pv.PolyData]:
     """Smallest time of each stage in ms, once nothing is left to refine, and the last frame."""
     for _ in range(4):
@@ -108,10 +158,10 @@ def _seconds(function: Callable[..., Any], *arguments: Any) -> float:
     return time.perf_counter() - begin
 
 
-def exponents(rows: list[Cost]) -> dict[str, float]:
+def exponents(rows: list[Cost] | list[ForestCost], names: tuple[str, ...] = (*STAGES, "loop")) -> dict[str, float]:
     """Return the exponent of the number of triangles by stage, over the sizes at which it was measured."""
     out = {}
-    for name in (*STAGES, "loop"):
+    for name in names:
         known = [(r.triangles, getattr(r, name)) for r in rows if np.isfinite(getattr(r, name))]
         out[name] = order(*zip(*known, strict=True)) if len(known) > 1 else np.nan
     return out
@@ -123,6 +173,10 @@ def report(quick: bool = False) -> Report:
     here = list(measure(face, iterations, 1 if quick else 25))
     rows = list(costs(face, range(2 if quick else 5), 1 if quick else 2, 2 if quick else 5))
     powers = exponents(rows)
+    sizes = (4517, 18_068) if quick else (4517, 18_068, 72_272, 289_088, 1_000_000, 2_000_000)
+    forests = list(forest_costs(face, sizes, 1 if quick else 3))
+    totals = [dataclasses.replace(r, held=r.held * r.triangles, peak=r.peak * r.triangles) for r in forests]
+    forest_powers = exponents(totals, ("held", "peak", "split", "coarsen"))
     names = ("Tp", "Te", "Ta", "Tw", "Tr", "fps")
     table = []
     for then, now in zip(PAPER, here, strict=True):
@@ -139,21 +193,28 @@ def report(quick: bool = False) -> Report:
         "performance",
         "Performance",
         "Seconds of 250 iterations of the paper's five expressions, beside the paper's (a Pentium 4 of 2.8 GHz with "
-        "its graphics card), and ms per frame of surprise on the head with 4 thousand to 1 million triangles.",
+        "its graphics card), ms per frame of surprise on the head with 4 thousand to 1 million triangles, and memory "
+        "and time of the refinement forest with 4 thousand to 2 million.",
         f"Skin, refinement and wrinkles take {min(faster):.1f} to {max(faster):.1f} times less than in the paper, and "
         f"frames come {min(fps):.1f} to {max(fps):.1f} times as fast, drawn in software (load {load:.1f} on "
         f"{os.cpu_count()} cores). With the number of triangles, refinement, wrinkles and the frame together "
         f"grow by exponent {powers['loop']:.2f}, to {last.loop:.0f} ms at {last.triangles:,}; the skin with "
-        f"{powers['skin']:.2f}; drawing with {powers['drawing']:.2f}.",
+        f"{powers['skin']:.2f}; drawing with {powers['drawing']:.2f}. The forest holds at most "
+        f"{max(row.held for row in forests):.0f} bytes a triangle.",
         [
             Table(f"Table 1 (seconds for 250 iterations; here from {iterations})",
                   ("expression", "", "before", "after", *names), table),
             Table("A frame of surprise (ms)", ("triangles", *STAGES, "without skin and drawing"),
                   [(*asdict(row).values(), row.loop) for row in rows]
                   + [("exponent", *(powers[s] for s in STAGES), powers["loop"])]),
+            Table("The refinement forest (bytes a triangle; ms for a tenth of the triangles; exponents of the whole)",
+                  ("triangles", "held", "at most while it is made", "split", "coarsen"),
+                  [tuple(asdict(row).values()) for row in forests]
+                  + [("exponent", *forest_powers.values())]),
         ],
         [_table_plot(here, iterations), _size_plot(rows, powers)],
         {"exponents": powers, "costs": [asdict(row) for row in rows], "table1": [asdict(row) for row in here],
+         "forest": [asdict(row) for row in forests], "forest exponents": forest_powers,
          "iterations": iterations, "load": load},
     )  # fmt: skip
 

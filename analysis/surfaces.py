@@ -14,6 +14,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Muscle
 from facewrinkle.geometry.interpolation import displaced
 from facewrinkle.geometry.normals import detail_normals, vertex_normals
+from facewrinkle.geometry.orientation import unfolded_shares
 from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.layers.base import Displacement, Layer, SurfacePoints, SurfaceState
 from facewrinkle.layers.compression import StrainField
@@ -92,6 +93,8 @@ def wrinkled_surface(
         layer.follow(Change(slice(None), len(bare)), vertices)
     displacements = [layer.displacement(state) for layer in own]
     height = np.sum([np.zeros(len(bare)), *(d.height for d in displacements)], axis=0)
+    if (shares := unfolded_shares(bare, height, normals, forest.triangles)) is not None:
+        height *= shares
     return WrinkledSurface(
         vertices.points * face.unit, bare, displaced(bare, height, normals), normals, vertices.normals, height,
         forest.triangles, own, displacements,

@@ -4,7 +4,7 @@ A *node* is a triangle that the forest knows: the M0 triangles are rows 0 to m0 
 a node that is split red are four consecutive rows after them. Side `s` of a node runs from its vertex `s` to
 its vertex `s + 1`. An *edge* belongs to the nodes of one level; once one of them is split, it has a midpoint
 and two halves in consecutive rows. All nodes on an edge hang in a linked list, so that any number of
-triangles can meet there. A node row fills one cache line.
+triangles can meet there. Every column is paid for a million times, so a row holds nothing that its family knows.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -13,41 +13,24 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-# Columns of a node. FACE links the list of its edge (three sides each), HANGING has bit s set if side s has a
-# midpoint, and QUEUE links the worklist (IDLE outside of it).
-VERTEX, EDGE, FACE, PARENT, CHILD, LEVEL, ROOT, HANGING, QUEUE, NODE_WIDTH = (
-    0,
-    3,
-    6,
-    9,
-    10,
-    11,
-    12,
-    13,
-    14,
-    16,
-)
+# Columns of a node. FACE links the list of its edge (three sides each). CHILD of a leaf is NONE, or links the worklist:
+# LAST_QUEUED, or NEXT_QUEUED - y before leaf y. FLAGS holds the level from bit LEVEL on, and bit s is set if side s has
+# a midpoint. FAMILY is the parent in the first of four siblings, their M0 triangle in the second; no row of M0 has one.
+VERTEX, EDGE, FACE, CHILD, FLAGS, FAMILY, NODE_WIDTH = 0, 3, 6, 9, 10, 11, 12
+NONE, LAST_QUEUED, NEXT_QUEUED = -1, -2, -3
+HANGING, LEVEL = 7, 3
 # Columns of an edge: ends, midpoint, first half, the edge it is half of, how many of its nodes are split, its
 # list of sides (3 node + side), and the M0 triangle that hosts its midpoint.
 END, MIDPOINT, HALF, WHOLE, N_SPLIT, SIDES, HOST, EDGE_WIDTH = 0, 2, 3, 4, 5, 6, 7, 8
 # Columns of a vertex: the two vertices it is the midpoint of, host, level.
 OF, POINT_HOST, POINT_LEVEL, POINT_WIDTH = 0, 2, 3, 4
-# Entries of the state: rows in use, heads of the lists of free rows (linked by PARENT and WHOLE), ends of the
-# worklist.
-N_NODES, N_EDGES, N_POINTS, FREE_NODES, FREE_HALVES, FREE_INNER, FIRST, LAST, STATE_WIDTH = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-)
-NONE, IDLE = -1, -2
-# Status of a split node while the mesh is coarsened: not decided, stays split, or is to become a leaf.
-UNKNOWN, SPLIT, TAKEN = 0, 1, 2
+# Entries of the state: rows in use, the number of M0 triangles, heads of the lists of free rows (linked by FAMILY and
+# WHOLE), the ends of the worklist and the number of its entries.
+N_NODES, N_EDGES, N_POINTS, N_ROOTS, FREE_NODES, FREE_HALVES, FREE_INNER, FIRST, LAST, COUNT = range(10)
+STATE_WIDTH = 10
+# Status of a split node while the mesh is coarsened: not decided, stays split, or is to become a leaf; then, whether it
+# waits to be looked at.
+UNKNOWN, SPLIT, TAKEN, WAITING = 0, 1, 2, 3
 # The most rows that one red split adds: 4 nodes; 3 pairs of halves and 3 inner edges; 3 midpoints.
 ROOM = 9
 
@@ -61,7 +44,7 @@ def _hang(nodes, edges, x, s):
     nodes[x, FACE + s] = edges[e, SIDES]
     edges[e, SIDES] = 3 * x + s
     if edges[e, MIDPOINT] >= 0:
-        nodes[x, HANGING] |= 1 << s
+        nodes[x, FLAGS] |= 1 << s
 
 
 @njit(cache=True)
@@ -79,20 +62,23 @@ def _unhang(nodes, edges, x, s):
 
 @njit(cache=True)
 def _push(nodes, state, x):
-    if nodes[x, QUEUE] == IDLE:
-        nodes[x, QUEUE] = NONE
-        if state[FIRST] == NONE:
+    """Put leaf x at the end of the worklist, if it is not in it."""
+    if nodes[x, CHILD] == NONE:
+        nodes[x, CHILD] = LAST_QUEUED
+        if state[COUNT] == 0:
             state[FIRST] = x
         else:
-            nodes[state[LAST], QUEUE] = x
+            nodes[state[LAST], CHILD] = NEXT_QUEUED - x
         state[LAST] = x
+        state[COUNT] += 1
 
 
 @njit(cache=True)
 def _pop(nodes, state):
     x = state[FIRST]
-    state[FIRST] = nodes[x, QUEUE]
-    nodes[x, QUEUE] = IDLE
+    state[FIRST] = NEXT_QUEUED - nodes[x, CHILD]
+    state[COUNT] -= 1
+    nodes[x, CHILD] = NONE
     return x
 
 
@@ -109,10 +95,9 @@ def _take(table, link, state, free, used, count):
 
 
 @njit(cache=True)
-def _new_node(nodes, x, a, b, c, parent, level, root):
+def _new_node(nodes, x, a, b, c, level):
     nodes[x, VERTEX], nodes[x, VERTEX + 1], nodes[x, VERTEX + 2] = a, b, c
-    nodes[x, PARENT], nodes[x, CHILD], nodes[x, LEVEL], nodes[x, ROOT] = parent, NONE, level, root
-    nodes[x, HANGING], nodes[x, QUEUE] = 0, IDLE
+    nodes[x, CHILD], nodes[x, FLAGS] = NONE, level << LEVEL
 
 
 @njit(cache=True)
@@ -130,7 +115,7 @@ def plant(nodes, edges, points, ends, sides, triangles):
         points[v, OF], points[v, OF + 1], points[v, POINT_HOST], points[v, POINT_LEVEL] = NONE, NONE, NONE, 0
     # Backwards, so that the lists are ascending and the lowest triangle is host.
     for t in range(len(triangles) - 1, -1, -1):
-        _new_node(nodes, t, triangles[t, 0], triangles[t, 1], triangles[t, 2], NONE, 0, t)
+        _new_node(nodes, t, triangles[t, 0], triangles[t, 1], triangles[t, 2], 0)
         for s in range(3):
             nodes[t, EDGE + s] = sides[t, s]
             _hang(nodes, edges, t, s)
@@ -141,7 +126,7 @@ def plant(nodes, edges, points, ends, sides, triangles):
 @njit(cache=True)
 def _must_split(nodes, edges, x):
     """Return True if leaf x has midpoints on two sides, or a neighbour two levels finer."""
-    hanging = nodes[x, HANGING]
+    hanging = nodes[x, FLAGS] & HANGING
     if hanging & (hanging - 1):
         return True
     for s in range(3):
@@ -175,7 +160,7 @@ def _bisect(nodes, edges, points, state, e, level):
     edges[e, MIDPOINT], edges[e, HALF] = mid, half
     side = edges[e, SIDES]
     while side >= 0:
-        nodes[side // 3, HANGING] |= 1 << side % 3
+        nodes[side // 3, FLAGS] |= 1 << side % 3
         side = nodes[side // 3, FACE + side % 3]
     _push_illegal(nodes, edges, state, e)
     if edges[e, WHOLE] >= 0:
@@ -183,11 +168,29 @@ def _bisect(nodes, edges, points, state, e, level):
 
 
 @njit(cache=True)
+def _eldest(state, x):
+    """Return the first of the siblings of a node x that has some."""
+    return x - (x - state[N_ROOTS]) % 4
+
+
+@njit(cache=True)
+def _parent(nodes, state, x):
+    return NONE if x < state[N_ROOTS] else nodes[_eldest(state, x), FAMILY]
+
+
+@njit(cache=True)
+def _root(nodes, state, x):
+    """Return the M0 triangle that node x lies in."""
+    return x if x < state[N_ROOTS] else np.int64(nodes[_eldest(state, x) + 1, FAMILY])
+
+
+@njit(cache=True)
 def _split_red(nodes, edges, points, state, x):
-    child = _take(nodes, PARENT, state, FREE_NODES, N_NODES, 4)
+    child = _take(nodes, FAMILY, state, FREE_NODES, N_NODES, 4)
     inner = _take(edges, WHOLE, state, FREE_INNER, N_EDGES, 3)
     nodes[x, CHILD] = child
-    level, root = nodes[x, LEVEL], nodes[x, ROOT]
+    level, root = nodes[x, FLAGS] >> LEVEL, _root(nodes, state, x)
+    nodes[child, FAMILY], nodes[child + 1, FAMILY] = x, root
     for s in range(3):
         e = np.int64(nodes[x, EDGE + s])
         if edges[e, MIDPOINT] < 0:
@@ -198,12 +201,12 @@ def _split_red(nodes, edges, points, state, x):
         right, left = nodes[x, EDGE + s], nodes[x, EDGE + (s + 2) % 3]
         p, q = edges[right, MIDPOINT], edges[left, MIDPOINT]
         _new_edge(edges, inner + s, p, q, NONE, root)
-        _new_node(nodes, child + s, v, p, q, x, level + 1, root)
+        _new_node(nodes, child + s, v, p, q, level + 1)
         nodes[child + s, EDGE] = edges[right, HALF] + (edges[right, END] != v)
         nodes[child + s, EDGE + 1] = inner + s
         nodes[child + s, EDGE + 2] = edges[left, HALF] + (edges[left, END] != v)
     centre, p, q, r = child + 3, edges[inner, END], edges[inner + 1, END], edges[inner + 2, END]
-    _new_node(nodes, centre, p, q, r, x, level + 1, root)
+    _new_node(nodes, centre, p, q, r, level + 1)
     for s in range(3):
         nodes[centre, EDGE + s] = inner + (s + 1) % 3
     # The children never have to be split in the same call: two hanging sides, or a neighbour two levels
@@ -219,31 +222,29 @@ def grow(nodes, edges, points, state, marked, max_level):
     """Split the marked leaves and all that must follow; return False if the tables are full and must grow first."""
     for i in range(len(marked)):
         x = np.int64(marked[i])
-        if nodes[x, LEVEL] < max_level:
+        if nodes[x, FLAGS] >> LEVEL < max_level:
             _push(nodes, state, x)
-    while state[FIRST] >= 0:
+    while state[COUNT] > 0:
         if (
             state[N_NODES] + ROOM > len(nodes)
             or state[N_EDGES] + ROOM > len(edges)
             or state[N_POINTS] + ROOM > len(points)
         ):
             return False
-        x = _pop(nodes, state)
-        if nodes[x, CHILD] < 0:
-            _split_red(nodes, edges, points, state, x)
+        _split_red(nodes, edges, points, state, _pop(nodes, state))
     return True
 
 
 @njit(cache=True)
-def _candidates(nodes, leaf, marked, status, found):
+def _candidates(nodes, state, leaf, marked, status, found):
     """List the nodes whose four children are leaves and all marked, both green halves; return their number."""
     for i in range(len(leaf)):
-        parent = nodes[leaf[i], PARENT]
+        parent = _parent(nodes, state, leaf[i])
         if not marked[i] and parent >= 0:
             status[parent] = SPLIT
     count = 0
     for i in range(len(leaf)):
-        x = nodes[leaf[i], PARENT]
+        x = _parent(nodes, state, leaf[i])
         if x >= 0 and status[x] == UNKNOWN:
             c = nodes[x, CHILD]
             status[x] = TAKEN
@@ -271,34 +272,41 @@ def _may_close(nodes, edges, x):
 
 
 @njit(cache=True)
-def _push_taken(nodes, edges, state, status, e):
+def _wait_for(nodes, edges, status, waiting, count, e):
+    """Put the nodes on edge e that are taken on the pile of those to look at; return their number on it."""
     side = edges[e, SIDES]
     while side >= 0:
         x = np.int64(side // 3)
         if status[x] == TAKEN:
-            _push(nodes, state, x)
+            status[x] = WAITING
+            waiting[count] = x
+            count += 1
         side = nodes[x, FACE + side % 3]
+    return count
 
 
 @njit(cache=True)
-def _reopen_illegal(nodes, edges, state, status, found):
+def _reopen_illegal(nodes, edges, status, found, waiting):
     """Close all candidates at once, then reopen those that cannot be leaves, until nothing changes."""
-    for i in range(len(found)):
+    count = len(found)
+    for i in range(count):
         x = np.int64(found[i])
-        _push(nodes, state, x)
+        status[x], waiting[i] = WAITING, x
         for s in range(3):
             edges[nodes[x, EDGE + s], N_SPLIT] -= 1
-    while state[FIRST] >= 0:
-        x = _pop(nodes, state)
-        if status[x] == TAKEN and not _may_close(nodes, edges, x):
+    while count > 0:
+        count -= 1
+        x = np.int64(waiting[count])
+        status[x] = TAKEN
+        if not _may_close(nodes, edges, x):
             status[x] = SPLIT
             for s in range(3):
-                e = nodes[x, EDGE + s]
+                e = np.int64(nodes[x, EDGE + s])
                 edges[e, N_SPLIT] += 1
                 if edges[e, N_SPLIT] == 1:
-                    _push_taken(nodes, edges, state, status, e)
+                    count = _wait_for(nodes, edges, status, waiting, count, e)
                     if edges[e, WHOLE] >= 0:
-                        _push_taken(nodes, edges, state, status, edges[e, WHOLE])
+                        count = _wait_for(nodes, edges, status, waiting, count, np.int64(edges[e, WHOLE]))
 
 
 @njit(cache=True)
@@ -318,7 +326,7 @@ def _close(nodes, edges, state, x):
         for outer in range(0, 3, 2):
             _unhang(nodes, edges, child + s, outer)
     _free(edges, nodes[child, EDGE + 1], 3, WHOLE, state, FREE_INNER)
-    _free(nodes, child, 4, PARENT, state, FREE_NODES)
+    _free(nodes, child, 4, FAMILY, state, FREE_NODES)
     nodes[x, CHILD] = NONE
 
 
@@ -329,21 +337,21 @@ def _join(nodes, edges, state, e):
     edges[e, MIDPOINT], edges[e, HALF] = NONE, NONE
     side = edges[e, SIDES]
     while side >= 0:
-        nodes[side // 3, HANGING] &= ~(1 << side % 3)
+        nodes[side // 3, FLAGS] &= ~(1 << side % 3)
         side = nodes[side // 3, FACE + side % 3]
 
 
 @njit(cache=True)
-def prune(nodes, edges, state, leaf, marked, status, found, gone):
+def prune(nodes, edges, state, leaf, marked, status, found, waiting, gone):
     """Remove sibling leaves where all four are marked, and set `gone` for the vertices that vanish.
 
-    `status` (UNKNOWN for every node) and `found` (room for a quarter of the leaves) are scratch space.
+    `status` (UNKNOWN for every node), `found` and `waiting` (room for a quarter of the leaves each) are scratch space.
     """
-    found = found[: _candidates(nodes, leaf, marked, status, found)]
-    _reopen_illegal(nodes, edges, state, status, found)
+    found = found[: _candidates(nodes, state, leaf, marked, status, found)]
+    _reopen_illegal(nodes, edges, status, found, waiting)
     for i in range(len(found)):
         if status[found[i]] == TAKEN:
-            _close(nodes, edges, state, found[i])
+            _close(nodes, edges, state, np.int64(found[i]))
     for i in range(len(found)):  # only now have the halves lost all their nodes
         if status[found[i]] == TAKEN:
             for s in range(3):
@@ -351,6 +359,22 @@ def prune(nodes, edges, state, leaf, marked, status, found, gone):
                 if edges[e, N_SPLIT] == 0 and edges[e, MIDPOINT] >= 0:
                     gone[edges[e, MIDPOINT]] = True
                     _join(nodes, edges, state, e)
+
+
+@njit(cache=True)
+def renumber(table, first, last, numbers):
+    """Replace the vertices in columns `first` to `last - 1` by their new numbers; NONE stays."""
+    for i in range(len(table)):
+        for j in range(first, last):
+            if table[i, j] >= 0:
+                table[i, j] = numbers[table[i, j]]
+
+
+@njit(cache=True)
+def read_roots(nodes, state, leaf, out):
+    """Write the M0 triangle of every leaf."""
+    for i in range(len(leaf)):
+        out[i] = _root(nodes, state, np.int64(leaf[i]))
 
 
 @njit(cache=True)
@@ -362,7 +386,7 @@ def read_leaves(nodes, edges, n_roots, triangles, leaf):
         while True:
             while nodes[x, CHILD] >= 0:
                 x = nodes[x, CHILD]
-            hanging = nodes[x, HANGING]
+            hanging = nodes[x, FLAGS] & HANGING
             a, b, c = nodes[x, VERTEX], nodes[x, VERTEX + 1], nodes[x, VERTEX + 2]
             if hanging:
                 s = hanging >> 1  # the only bit: 1, 2, 4 -> side 0, 1, 2
@@ -377,7 +401,7 @@ def read_leaves(nodes, edges, n_roots, triangles, leaf):
             triangles[m, 0], triangles[m, 1], triangles[m, 2], leaf[m] = a, b, c, x
             m += 1
             while x >= n_roots and (x - n_roots) % 4 == 3:
-                x = nodes[x, PARENT]
+                x = nodes[x - 3, FAMILY]
             if x < n_roots:
                 break
             x += 1

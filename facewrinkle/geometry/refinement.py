@@ -29,6 +29,10 @@ DEEPEST = 52
 """The highest level. Weights of level L are multiples of 2^-L: after more halvings they would no longer be exact."""
 
 
+SPARE_AT_FIRST, SPARE_LATER = 2, 8
+"""Tables have one row to spare for so many in use: when they are made, and each time they have grown."""
+
+
 @dataclass(frozen=True)
 class Change:
     """The fate of the vertices: `attribute = concatenate([attribute[change.kept], created])`.
@@ -96,7 +100,7 @@ class RedGreenForest:
     """
 
     def __init__(self, triangles: ArrayLike, max_level: int | None = None, n_points: int | None = None) -> None:
-        base = as_triangles(triangles, n_points)
+        base = as_triangles(triangles, n_points).copy()
         n0 = int(base.max()) + 1 if n_points is None else n_points
         ends, sides = unique_edges(base)
         self.max_level = DEEPEST if max_level is None else int(check_range("max_level", max_level, 0, DEEPEST))
@@ -106,10 +110,11 @@ class RedGreenForest:
         self._points = _table(n0, kernels.POINT_WIDTH)
         kernels.plant(self._nodes, self._edges, self._points[:n0], ends, sides, base)
         self._state = np.full(kernels.STATE_WIDTH, kernels.NONE)
-        self._state[[kernels.N_NODES, kernels.N_EDGES, kernels.N_POINTS]] = len(base), len(ends), n0
+        self._state[: kernels.N_ROOTS + 1] = len(base), len(ends), n0, len(base)
+        self._state[kernels.FIRST :] = 0
         self._corners = np.repeat(np.arange(n0, dtype=np.int32)[:, None], 3, axis=1)
         self._barycentric = np.tile([1.0, 0.0, 0.0], (n0, 1))
-        self._triangles = _frozen(base.copy())
+        self._triangles = _frozen(base)
         self._leaf = np.arange(len(base), dtype=np.int32)
 
     def split(self, marked: ArrayLike) -> Change:
@@ -129,9 +134,7 @@ class RedGreenForest:
         leaves = self._leaf[self._mask(marked)]
         while not kernels.grow(self._nodes, self._edges, self._points, self._state, leaves, self.max_level):
             leaves = leaves[:0]
-            used = self._state[: kernels.FREE_NODES]
-            tables = self._nodes, self._edges, self._points
-            self._nodes, self._edges, self._points = (_enlarged(t, int(n)) for t, n in zip(tables, used, strict=True))
+            self._make_room()
         created = self.n_points - before
         if created:
             self._corners = np.concatenate([self._corners, np.empty((created, 3), np.int32)])
@@ -154,22 +157,19 @@ class RedGreenForest:
             If `marked` is neither a bool per triangle nor indices in range.
         """
         mask, gone = self._mask(marked), np.zeros(self.n_points, bool)
-        status, found = np.zeros(len(self._nodes), np.uint8), np.empty(len(self._leaf) // 4, np.int32)
-        kernels.prune(self._nodes, self._edges, self._state, self._leaf, mask, status, found, gone)
+        status, quarter = np.zeros(len(self._nodes), np.uint8), (len(self._leaf) + 3) // 4
+        found, waiting = np.empty(quarter, np.int32), np.empty(quarter, np.int32)
+        kernels.prune(self._nodes, self._edges, self._state, self._leaf, mask, status, found, waiting, gone)
         if not gone.any():
             return Change(slice(None), 0)
-        # Midpoints are younger than their ends, so closing the gaps in order keeps their order. The last entry
-        # renumbers NONE.
-        renumber = np.append(np.cumsum(~gone, dtype=np.int32) - 1, kernels.NONE).astype(np.int32)
-        n_nodes, n_edges, _ = self._state[: kernels.FREE_NODES]
+        # Midpoints are younger than their ends, so closing the gaps in order keeps their order.
+        numbers = np.cumsum(~gone, dtype=np.int32) - np.int32(1)
+        n_nodes, n_edges, _ = self._used
         kept = np.flatnonzero(~gone)
         self._points[: len(kept)] = self._points[kept]
-        for table, columns in (
-            (self._nodes[:n_nodes], slice(kernels.VERTEX, kernels.VERTEX + 3)),
-            (self._edges[:n_edges], slice(kernels.END, kernels.MIDPOINT + 1)),
-            (self._points[: len(kept)], slice(kernels.OF, kernels.OF + 2)),
-        ):
-            table[:, columns] = renumber[table[:, columns]]
+        kernels.renumber(self._nodes[:n_nodes], kernels.VERTEX, kernels.VERTEX + 3, numbers)
+        kernels.renumber(self._edges[:n_edges], kernels.END, kernels.MIDPOINT + 1, numbers)
+        kernels.renumber(self._points[: len(kept)], kernels.OF, kernels.OF + 2, numbers)
         self._state[kernels.N_POINTS] = len(kept)
         self._corners, self._barycentric = self._corners[kept], self._barycentric[kept]
         self._read_leaves()
@@ -179,10 +179,8 @@ class RedGreenForest:
         """Return an independent forest in the same state."""
         twin = object.__new__(type(self))
         vars(twin).update(vars(self))
-        used = self._state[: kernels.FREE_NODES]
-        tables = self._nodes, self._edges, self._points
-        twin._nodes, twin._edges, twin._points = (_copied(t, int(n), len(t)) for t, n in zip(tables, used, strict=True))
-        twin._state = self._state.copy()
+        for name in ("_nodes", "_edges", "_points", "_state"):
+            setattr(twin, name, getattr(self, name).copy())
         return twin
 
     @property
@@ -198,12 +196,14 @@ class RedGreenForest:
     @property
     def level(self) -> IntArray:
         """Level (m,) of the red leaf of each triangle: 0 in M0, one more with each red split."""
-        return self._nodes[self._leaf, kernels.LEVEL]
+        return self._nodes[self._leaf, kernels.FLAGS] >> kernels.LEVEL
 
     @property
     def root(self) -> IntArray:
         """The M0 triangle (m,) that each triangle lies in."""
-        return self._nodes[self._leaf, kernels.ROOT]
+        out = np.empty_like(self._leaf)
+        kernels.read_roots(self._nodes, self._state, self._leaf, out)
+        return out
 
     @property
     def vertex_level(self) -> IntArray:
@@ -259,14 +259,30 @@ class RedGreenForest:
         mask[array] = True
         return mask
 
+    @property
+    def _used(self) -> tuple[int, int, int]:
+        """Rows in use: nodes, edges, points."""
+        n_nodes, n_edges, n_points = self._state[: kernels.N_ROOTS].tolist()
+        return n_nodes, n_edges, n_points
+
+    def _make_room(self) -> None:
+        """Enlarge the tables for the splits in the worklist, as far as they can be foreseen, and some more."""
+        n_nodes, n_edges, n_points = self._used
+        splits = int(self._state[kernels.COUNT])
+        self._nodes = _enlarged(self._nodes, n_nodes, 4 * splits)
+        self._edges = _enlarged(self._edges, n_edges, 6 * splits)  # three inner ones, and half of three pairs of halves
+        self._points = _enlarged(self._points, n_points, 3 * splits // 2)
+
     def _read_leaves(self) -> None:
         """Derive the conforming mesh from the forest."""
         n_roots, n_nodes = len(self._base), int(self._state[kernels.N_NODES])
-        # Every leaf may be bisected; rows that are never written take no memory.
+        # Every leaf may be bisected; rows that are never written take no memory, and are given back.
         room = 2 * (n_roots + 3 * (n_nodes - n_roots) // 4)
         triangles, leaf = np.empty((room, 3), np.int32), np.empty(room, np.int32)
         m = kernels.read_leaves(self._nodes, self._edges, n_roots, triangles, leaf)
-        self._triangles, self._leaf = _frozen(triangles[:m]), leaf[:m]
+        triangles.resize((m, 3), refcheck=False)
+        leaf.resize(m, refcheck=False)
+        self._triangles, self._leaf = _frozen(triangles), leaf
 
 
 def refined(triangles: ArrayLike, marked: ArrayLike) -> tuple[IntArray, csr_array]:
@@ -301,19 +317,17 @@ def refined(triangles: ArrayLike, marked: ArrayLike) -> tuple[IntArray, csr_arra
 
 
 def _table(used: int, width: int) -> IntArray:
-    """Return a table with room for `used` rows and at least as many more."""
-    return np.empty((2 * used + 4 * kernels.ROOM, width), np.int32)
+    """Return a table with room for `used` rows and some more."""
+    return np.empty((used + used // SPARE_AT_FIRST + 4 * kernels.ROOM, width), np.int32)
 
 
-def _copied(table: IntArray, used: int, room: int) -> IntArray:
-    copy = np.empty((room, table.shape[1]), np.int32)
-    copy[:used] = table[:used]
-    return copy
-
-
-def _enlarged(table: IntArray, used: int) -> IntArray:
-    """Return the table, or one of twice its size if it is about to overflow."""
-    return _copied(table, used, 2 * len(table)) if used + kernels.ROOM > len(table) else table
+def _enlarged(table: IntArray, used: int, more: int) -> IntArray:
+    """Return the table, or one with room for `more` rows and some beyond if it is about to overflow."""
+    if used + more + kernels.ROOM <= len(table):
+        return table
+    out = np.empty((used + more + (used + more) // SPARE_LATER + 4 * kernels.ROOM, table.shape[1]), np.int32)
+    out[:used] = table[:used]
+    return out
 
 
 def _frozen(array: AnyArray) -> AnyArray:

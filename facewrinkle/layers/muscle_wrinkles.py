@@ -8,6 +8,7 @@ import numpy as np
 
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range, check_whole
+from ..geometry.orientation import unfolded_shares
 from ..geometry.profile import anisotropy
 from ..geometry.refinement import Change
 from ..geometry.topology import vertex_rings
@@ -145,7 +146,8 @@ class MuscleWrinkles:
         self._ask(k0, state.vertices, spacing, across, active)
         shading_offset = blunt - height
         if self.balance:
-            height = self._balanced(k0, height, state)
+            height, lowered = self._balanced(k0, height, state)
+            shading_offset *= lowered
         if self.accumulate:
             height = self._accumulated(height, state.time)
         self._height = height
@@ -215,8 +217,11 @@ class MuscleWrinkles:
             across[where] = muscle.fold_direction(vertices.points[where])
             active[where] = True
 
-    def _balanced(self, k0: Array, height: Array, state: SurfaceState) -> Array:
+    def _balanced(self, k0: Array, height: Array, state: SurfaceState) -> tuple[Array, Array]:
         """Return heights with which every muscle's folds sweep no net volume; keep the shares for this in `_excess`.
+
+        Folds that would turn triangles over are lowered first, by the second result (n,): later, that would bring a
+        net volume back.
 
         The volume between the surfaces is a sum over the vertices, whose weights depend a little on the heights: hence
         the rounds.
@@ -228,14 +233,18 @@ class MuscleWrinkles:
         directions = state.directions
         if directions is None:
             raise ParameterError("wrinkles are balanced only in a SurfaceState with directions; it was made without.")
+        lowered = np.ones(n)
         for _ in range(BALANCING):
+            if (unfolded := unfolded_shares(state.bare, height, directions, folded)) is not None:
+                lowered, height, parts = lowered * unfolded, height * unfolded, parts * unfolded[owner]
             shares = swept_shares(state.bare, height[:, None] * directions, folded)
             volumes = (shares * directions).sum(axis=1)[owner] * parts
             net, displaced = (np.bincount(folds.muscle, v, k) for v in (volumes, np.abs(volumes)))
             self._excess = np.divide(net, displaced, out=np.zeros(k), where=displaced > 0.0)
-            lowered = parts - self._excess[folds.muscle] * np.abs(parts)
-            height = np.asarray(np.bincount(owner, lowered, n), np.float64)
-        return height
+            even = parts - self._excess[folds.muscle] * np.abs(parts)
+            height = np.asarray(np.bincount(owner, even, n), np.float64)
+        self._share[self._folded] *= lowered[self._folded]
+        return height, lowered
 
     def _accumulated(self, height: Array, time: float) -> Array:
         if not self.rates.any():

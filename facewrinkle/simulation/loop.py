@@ -23,6 +23,7 @@ from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
 from ..geometry.normals import detail_normals, vertex_normals
+from ..geometry.orientation import unfolded_shares
 from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer, SurfacePoints, SurfaceState
@@ -345,11 +346,15 @@ class Simulation:
             )
             added = [layer.displacement(state) for layer in self.layers]
             height = sum((own.height for own in added[1:]), added[0].height if added else np.zeros(len(bare)))
-            moved = displaced(bare, height, smooth)
             offsets = [own.shading_offset for own in added if own.shading_offset is not None]
+            offset = sum(offsets[1:], offsets[0]) if offsets else None
+            if (shares := unfolded_shares(bare, height, smooth, triangles)) is not None:
+                height = height * shares
+                offset = None if offset is None else offset * shares
+            moved = displaced(bare, height, smooth)
             normals = shown = detail_normals(bare, moved, triangles, smooth)
-            if offsets:
-                shown = detail_normals(bare, displaced(bare, height + sum(offsets), smooth), triangles, smooth)
+            if offset is not None:
+                shown = detail_normals(bare, displaced(bare, height + offset, smooth), triangles, smooth)
         with self._timed("refinement"):
             *marks, split_gamma = mark(self.refinement, self.forest, self._levels, vertices, normals, added)
             self._marks = marks[0], marks[1]

@@ -25,6 +25,12 @@ def test_everything_is_measured(report):
     for row in costs:
         assert all(row[stage] > 0.0 for stage in ("refinement", "wrinkles", "frame", "drawing"))
     assert all(np.isfinite(row["skin"]) for row in costs)
+    forests = numbers["forest"]
+    assert [row["triangles"] for row in forests] == [4517, 4 * 4517]
+    for row in forests:
+        assert 0.0 < row["held"] < row["peak"]
+        assert min(row["split"], row["coarsen"]) > 0.0
+    assert numbers["forest exponents"]["held"] == pytest.approx(1.0, abs=0.1)
 
 
 def test_table_1_times_frames_that_are_rendered(face, monkeypatch):

@@ -11,6 +11,7 @@ coarsening everything                  M0, bit for bit
 
 from __future__ import annotations
 
+import tracemalloc
 from functools import lru_cache
 
 import numpy as np
@@ -555,14 +556,58 @@ def test_only_the_capped_triangles_are_passed_over():
 def test_breathing_needs_no_more_memory():
     _, base = cloud(30, np.random.default_rng(3))
     forest = RedGreenForest(base)
-    forest.split(np.arange(5))
-    sizes = [len(table) for table in (forest._nodes, forest._edges, forest._points)]
-    refined_once = forest.triangles
-    for _ in range(50):
-        take_back_all(forest)
+    for _ in range(2):  # the second time around, freed rows leave more to spare
         forest.split(np.arange(5))
-    assert [len(table) for table in (forest._nodes, forest._edges, forest._points)] == sizes
-    assert (forest.triangles == refined_once).all()
+        refined_once = forest.triangles
+        take_back_all(forest)
+    held = nbytes(forest)
+    for _ in range(50):
+        forest.split(np.arange(5))
+        assert (forest.triangles == refined_once).all()
+        take_back_all(forest)
+    assert nbytes(forest) == held
+
+
+def nbytes(forest):
+    """Bytes of all arrays that a forest holds, those of views only once."""
+    arrays = {id(a if a.base is None else a.base): a for a in vars(forest).values() if isinstance(a, np.ndarray)}
+    return sum((a if a.base is None else a.base).nbytes for a in arrays.values())
+
+
+def grid(n):
+    """A square of n x n quads, each cut in two."""
+    corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).reshape(-1, 1)
+    return np.concatenate([corner + np.array(c) for c in ([0, 1, n + 2], [0, n + 2, n + 1])])
+
+
+@pytest.mark.parametrize("levels", [0, 1, 3])
+def test_a_triangle_takes_at_most_200_bytes(levels):
+    """All that the allocator hands out and the forest keeps, spare rows included; it grows in proportion to m."""
+
+    def grown():
+        forest = RedGreenForest(base)
+        for _ in range(levels):
+            forest.split(np.ones(len(forest.triangles), bool))
+        while len(forest.triangles) < 60_000:
+            forest.split(np.arange(len(forest.triangles) // 10))
+        return forest
+
+    base = grid(int(np.sqrt(25_000 / 4**levels)))
+    grown()  # compiles
+    tracemalloc.start()
+    forest = grown()
+    held, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert 60_000 <= len(forest.triangles) < 90_000
+    assert nbytes(forest) <= held <= 200 * len(forest.triangles)
+
+
+def test_an_unrefined_triangle_takes_at_most_200_bytes():
+    base = grid(180)
+    forest = RedGreenForest(base)
+    assert nbytes(forest) <= 200 * len(base)
+    # The arrays that it has to show, the corners of the triangles and where the vertices lie, are part of it.
+    assert nbytes(forest) >= sum(a.nbytes for a in (forest.triangles, forest.corners, forest.barycentric))
 
 
 def test_snapshots_survive_later_changes_and_cannot_be_written():

@@ -1,0 +1,42 @@
+"""Machine code for heights that turn no triangle over."""
+
+# mypy: disable-error-code="no-untyped-def"
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def limit(points, heights, directions, triangles, demanded, aim, factors):
+    """Lower `factors` of the heights at the corners of triangles of which less than the share `demanded` would be left.
+
+    The area vector of a triangle is a quadratic function of a factor of all its heights; `factors` get the one for
+    which its component along the bare triangle's normal is the share `aim`, at least `demanded`, of the bare area.
+    Returns the number of such triangles.
+    """
+    found = 0
+    for f in range(len(triangles)):
+        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        hi, hj, hk = heights[i], heights[j], heights[k]
+        if hi == 0.0 and hj == 0.0 and hk == 0.0:
+            continue
+        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
+        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        dx, dy, dz = hi * directions[i, 0], hi * directions[i, 1], hi * directions[i, 2]
+        ux, uy, uz = hj * directions[j, 0] - dx, hj * directions[j, 1] - dy, hj * directions[j, 2] - dz
+        vx, vy, vz = hk * directions[k, 0] - dx, hk * directions[k, 1] - dy, hk * directions[k, 2] - dz
+        linear = nx * (ay * vz - az * vy + uy * bz - uz * by) + ny * (az * vx - ax * vz + uz * bx - ux * bz)
+        linear += nz * (ax * vy - ay * vx + ux * by - uy * bx)
+        square = nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
+        area = nx * nx + ny * ny + nz * nz
+        if (1.0 - demanded) * area + linear + square >= 0.0:
+            continue
+        found += 1
+        spare, factor = (1.0 - aim) * area, 0.0
+        if area > 0.0:  # from positive to negative a parabola has one root between 0 and 1
+            factor = 2.0 * spare / (np.sqrt(linear * linear - 4.0 * square * spare) - linear)
+        for v in (i, j, k):
+            factors[v] = min(factors[v], factor)
+    return found
