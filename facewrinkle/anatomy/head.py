@@ -29,7 +29,7 @@ SEAT = 0.25
 """Gap between eyeball and lid margin, mm: more than the edges of the margin cut into the ball."""
 
 
-LIP_GAP = 0.15
+LIP_GAP = 0.2
 """Height of the gap between closed lips over the vertices of the lower one, mm."""
 
 
