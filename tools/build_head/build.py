@@ -276,7 +276,7 @@ def refuse_crossings(points: Array, triangles: IntArray) -> None:
     >>> refuse_crossings(points, np.array([[0, 1, 2], [3, 4, 5]]))
     Traceback (most recent call last):
     ...
-    ValueError: the head crosses itself: 2 triangles run through each other, around [0.2, 0.2, 0.2].
+    ValueError: the head crosses itself: 2 triangles run through each other, around [0.3, 0.3, 0.2].
     """
     met = np.unique(self_intersections(points, triangles))
     if len(met):
