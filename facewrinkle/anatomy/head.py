@@ -29,6 +29,10 @@ SEAT = 0.25
 """Gap between eyeball and lid margin, mm: more than the edges of the margin cut into the ball."""
 
 
+LIP_GAP = 0.2
+"""Height of the gap between closed lips over the vertices of the lower one, mm."""
+
+
 def both_sides(points: Array) -> Array:
     """Cage points of the left half, and after them the mirror images of those off the middle."""
     return np.vstack([points, points[points[:, 0] != 0.0] * MIRROR])
@@ -42,6 +46,22 @@ def seated(points: Array, share: Array, centre: Array, radius: float) -> Array:
     return np.asarray(centre + away * (wanted / distance)[:, None])
 
 
+def parted(points: Array, lips: NDArray[np.int32]) -> Array:
+    """Points (n, 3) with the upper lip's lining clear of the lower one's; see :class:`Mould` for `lips` (m, 4).
+
+    Only the upper lip gives way: it follows the lower one's curve, so that nobody looks straight in between them. Its
+    vertices lie a little ahead of those opposite, over which the line to the next vertex inwards has to pass.
+    """
+    out = points.copy()
+    for vertex, inwards, *opposite in lips:
+        below = out[opposite].mean(axis=0)
+        length = out[vertex, 2] - out[inwards, 2]
+        share = np.clip((out[vertex, 2] - below[2]) / length, 0.0, 0.5) if length > 0.0 else 0.0
+        least = (below[1] + LIP_GAP - share * out[inwards, 1]) / (1.0 - share)
+        out[vertex, 1] = max(out[vertex, 1], least)
+    return out
+
+
 def pair_of_eyes(centre: Array, radius: float) -> tuple[Eyeball, Eyeball]:
     """The left eyeball, which looks ahead, and its mirror image."""
     ahead, up = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
@@ -50,7 +70,7 @@ def pair_of_eyes(centre: Array, radius: float) -> tuple[Eyeball, Eyeball]:
 
 @dataclass(frozen=True)
 class Mould:
-    """The map from the cage's points to the head's vertices, which is linear but for the lids.
+    """The map from the cage's points to the head's vertices, which is linear but for the lids and lips.
 
     Parameters
     ----------
@@ -58,17 +78,21 @@ class Mould:
         From the c cage points of :func:`both_sides` to the k vertices of the left half, which come first.
     lids : ndarray, shape (k,)
         1 on the lids' inner margin, falling to 0 on their front; see :func:`seated`.
+    lips : ndarray of int, shape (m, 4)
+        Vertices of the upper lip's lining from inside outwards, each with the next one inwards (the innermost with
+        themselves), and the two of the lower lip's whose middle lies opposite; see :func:`parted`.
     twins : ndarray of int, shape (n - k,)
         Vertices of the left half whose mirror images are the other vertices.
     """
 
     weights: Any
     lids: Array
+    lips: NDArray[np.int32]
     twins: NDArray[np.int32]
 
     def __call__(self, cage: Array, centre: Array, radius: float) -> Array:
         """The head's points (n, 3) for the left half's cage points (c0, 3) and left eyeball."""
-        left = seated(self.weights @ both_sides(cage), self.lids, centre, radius)
+        left = parted(seated(self.weights @ both_sides(cage), self.lids, centre, radius), self.lips)
         middle = np.setdiff1d(np.arange(len(left)), self.twins)
         left[middle, 0] = 0.0
         return np.vstack([left, left[self.twins] * MIRROR])
@@ -157,7 +181,7 @@ def unpacked(data: dict[str, NDArray[Any]]) -> Head:
         colour=data["colour"],
         texture=data["texture"],
         brows=hairs,
-        mould=Mould(weights, data["lid_share"], data["twins"]),
+        mould=Mould(weights, data["lid_share"], data["lips"], data["twins"]),
     )
 
 

@@ -1,4 +1,4 @@
-"""The built-in head: topology, triangle shapes, symmetry, landmarks, lids, and that the code makes the stored file."""
+"""The built-in head: topology, triangles, symmetry, landmarks, lids, lips, and that the code makes the stored file."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from scipy.ndimage import map_coordinates
 
 from facewrinkle.anatomy.head import MIRROR, Head, cage_data, load_head
 from facewrinkle.anatomy.landmarks import lips_middle, read_landmarks
+from facewrinkle.geometry.self_intersections import self_intersections
 from tools.build_head.build import build_head
 
 MEAN_FACE = Path(__file__).parents[3] / "shared/faces/ict_face_narrow.obj"
@@ -216,6 +217,30 @@ def test_landmarks_are_where_anatomy_puts_them(head: Head) -> None:
     assert marks["eye_l_inner"][0] < marks["eye_l_centre"][0] < marks["eye_l_outer"][0]
 
 
+def test_does_not_cross_itself(head: Head) -> None:
+    assert len(self_intersections(head.points, head.triangles)) == 0
+
+
+def test_closed_lips_are_near_each_other_but_do_not_touch(head: Head) -> None:
+    upper, _, *opposite = head.mould.lips.T
+    lower = opposite[0][opposite[0] == opposite[1]]  # without the corner, where both lips meet
+    away = []
+    for lip, other in ((upper, lower), (lower, upper)):
+        facing = head.triangles[np.isin(head.triangles, other).any(axis=1)]
+        away.append(away_from_surface(pv.PolyData.from_regular_faces(head.points, facing), head.points[lip]))
+    assert min(away[0].min(), away[1].min()) > 0.15
+    assert away[1].max() < 0.35
+    assert np.median(away[1]) < 0.25
+
+
+def test_closed_lips_let_nobody_look_in(head: Head, surface: pv.PolyData) -> None:
+    """Straight from the front, at every height about the line where the lips meet."""
+    corner = head.landmarks["mouth_l"]
+    for x in np.linspace(0.0, 0.9 * corner[0], 12):
+        for y in np.arange(corner[1] - 1.5, corner[1] + 1.5, 0.03):
+            assert len(surface.ray_trace([x, y, 200.0], [x, y, 90.0])[0]) > 0
+
+
 def test_lids_rest_on_the_eyeballs(head: Head) -> None:
     for eye in head.eyes:
         assert eye.radius == 12.0
@@ -360,7 +385,7 @@ def test_the_texture_has_room_for_the_face(head: Head) -> None:
     assert area[face].sum() > 0.4 * area.sum()
 
 
-def test_points_are_a_linear_function_of_the_cage_but_for_the_lids(head: Head) -> None:
+def test_points_go_with_the_cage(head: Head) -> None:
     cage = np.array(list(cage_data()["points"].values()))
     eye = head.eyes[0]
     np.testing.assert_allclose(head.mould(cage, eye.centre, eye.radius), head.points, atol=1e-9)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from io import BytesIO
 from itertools import pairwise
@@ -13,124 +12,34 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from facewrinkle.anatomy.head import MIRROR, Head, Mould, both_sides, cage_data, seated, unpacked
+from facewrinkle.anatomy.head import MIRROR, Head, Mould, cage_data, unpacked
+from facewrinkle.geometry.self_intersections import self_intersections
 from facewrinkle.geometry.topology import boundary_loops
 
-from .cage import subdivided
 from .chart import Chart, mean_value_chart
 from .chart_mesh import FIXED, FREE, ON_LINE, ChartMesh
+from .half_cage import (
+    FROZEN_STRIPS,
+    LEVELS,
+    LID_STRIPS,
+    LIP_STRIPS,
+    HalfCage,
+    between,
+    half_surface,
+    lining_places,
+    opposite_on_lips,
+    ring_share,
+)
 from .paint import HeadPainter, brow_hairs
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-
-LEVELS = 3
-"""Subdivisions of the cage."""
 
 TRIANGLES = 4517
 """Triangles of the head."""
 
 RADIUS = 100.0
 """Radius of the chart, mm: about that of a head."""
-
-LID_STRIPS = {("eye_ring2", "eye_ring3")}
-LIP_STRIPS = {(f"mouth_ring{k}", f"mouth_ring{k + 1}") for k in (1, 2, 3)}
-FROZEN_STRIPS = LID_STRIPS | LIP_STRIPS | {("eye_ring1", "eye_ring2")}
-"""Pairs of rings of the cage between which the lids and the lips lie, and all pairs between which the sampling is kept.
-"""
-
-
-@dataclass
-class HalfCage:
-    """The left half of the limit surface.
-
-    Attributes
-    ----------
-    names : list of str
-        Names of the cage's vertices.
-    quads : ndarray of int, shape (m, 4)
-        Quads of the cage.
-    points : ndarray, shape (n, 3)
-        The fine points, with the lids seated on the eyeball.
-    grids : ndarray of int, shape (m, 2^k + 1, 2^k + 1)
-        Fine vertices over each quad of the cage.
-    limit : sparse array, shape (n, c)
-        Maps the c cage points, the left half's and then the mirrored ones, to the points before the lids are seated.
-    """
-
-    names: list[str]
-    quads: IntArray
-    points: Array
-    grids: IntArray
-    limit: sparse.csr_array
-
-    def of(self, name: str) -> int:
-        """Return the fine vertex over a cage vertex."""
-        row, corner = np.argwhere(self.quads == self.names.index(name))[0]
-        i, j = ((0, 0), (-1, 0), (-1, -1), (0, -1))[corner]
-        return int(self.grids[row, i, j])
-
-    def side(self, first: str, second: str) -> IntArray:
-        """Return the fine vertices from one cage vertex to the next, without the first."""
-        ends = [self.names.index(first), self.names.index(second)]
-        row = int(np.flatnonzero(np.isin(self.quads, ends).sum(axis=1) == 2)[0])
-        g = self.grids[row]
-        lines = [
-            line for line in (g[:, 0], g[-1], g[:, -1], g[0]) if {self.of(first), self.of(second)} <= set(line.tolist())
-        ]
-        return lines[0][1:] if lines[0][0] == self.of(first) else lines[0][-2::-1]
-
-    def strip(self, pairs: set[tuple[str, str]]) -> IntArray:
-        """Return the rows of the quads between rings, which are given as pairs of name stems."""
-        stems = [{self.names[v].split(".")[0] for v in quad} for quad in self.quads]
-        return np.array([q for q, stem in enumerate(stems) if any(stem == set(pair) for pair in pairs)], dtype=np.int64)
-
-    def fine_triangles(self) -> IntArray:
-        """Return the triangles of the fine mesh."""
-        g = self.grids
-        quads = np.stack([g[:, :-1, :-1], g[:, 1:, :-1], g[:, 1:, 1:], g[:, :-1, 1:]], axis=-1).reshape(-1, 4)
-        return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-
-
-def half_surface(data: dict[str, Any]) -> HalfCage:
-    """Subdivide the mirrored cage, keep the half with x >= 0, and seat the lids on the eyeball."""
-    names = list(data["points"])
-    points = np.array([data["points"][name] for name in names])
-    quads = np.array([[names.index(name) for name in quad] for quad in data["quads"]])
-    on_middle = points[:, 0] == 0.0
-    partner = np.arange(len(points))
-    partner[~on_middle] = len(points) + np.arange(np.count_nonzero(~on_middle))
-    whole = subdivided(np.vstack([quads, partner[quads][:, ::-1]]), LEVELS)
-    grids = whole.grids[: len(quads)]
-    used, flat = np.unique(grids, return_inverse=True)
-    limit = whole.limit[used]
-    half = HalfCage(names, quads, limit @ both_sides(points), flat.reshape(grids.shape), limit)
-    half.points[np.abs(half.points[:, 0]) < 1e-9, 0] = 0.0
-    eye = data["eye"]
-    half.points[:] = seated(half.points, ring_share(half, LID_STRIPS), np.array(eye["centre"]), eye["radius"])
-    return half
-
-
-def ring_share(half: HalfCage, pairs: set[tuple[str, str]]) -> Array:
-    """Return shares (n,) that rise from 0 on the first ring of a pair to 1 on the second; 0 elsewhere."""
-    share = np.zeros(len(half.points))
-    i, j = np.meshgrid(*(np.linspace(0, 1, half.grids.shape[1]),) * 2, indexing="ij")
-    blend = np.stack([(1 - i) * (1 - j), i * (1 - j), i * j, (1 - i) * j])
-    second = {pair[1] for pair in pairs}
-    for q in half.strip(pairs):
-        inner = [half.names[v].split(".")[0] in second for v in half.quads[q]]
-        share[half.grids[q]] = blend[inner].sum(axis=0)
-    return share
-
-
-def between(half: HalfCage, first: str, second: str, last: int) -> tuple[BoolArray, Array]:
-    """Return True for fine points (n,) between two rings, up to cage point `last`, and shares (n,) of the way."""
-    rows = half.strip({(first, second)})
-    numbers = np.array([[int(half.names[v].split(".")[1]) for v in quad] for quad in half.quads[rows]])
-    inside = np.zeros(len(half.points), dtype=bool)
-    inside[half.grids[rows[(numbers <= last).all(axis=1)]]] = True
-    return inside, ring_share(half, {(first, second)})
 
 
 # --- the chart ------------------------------------------------------------------------------------------
@@ -301,13 +210,19 @@ def whole_mesh(mesh: ChartMesh, end: IntArray) -> tuple[IntArray, NDArray[np.int
     return keep, number[twins].astype(np.int32), triangles, np.vstack([plane[keep], plane[twins] * [-1.0, 1.0]])
 
 
-def moulding(half: HalfCage, mesh: ChartMesh, keep: IntArray) -> tuple[sparse.csr_array, Array]:
-    """Return the map (k, c) from cage points to the left half's vertices, and the `lids` (k,) of :class:`Mould`."""
+def moulding(half: HalfCage, mesh: ChartMesh, keep: IntArray, twins: NDArray[np.int32]) -> Mould:
+    """Return the map from cage points to the head's vertices."""
     cells, weights = mesh.chart.locate(mesh.plane[keep])
     rows = np.repeat(np.arange(len(keep)), 3)
-    corners = mesh.chart.triangles[cells].ravel()
-    pick = sparse.csr_array((weights.ravel(), (rows, corners)), shape=(len(keep), len(half.points)))
-    return sparse.csr_array(pick @ half.limit), pick @ ring_share(half, LID_STRIPS)
+    corners = mesh.chart.triangles[cells]
+    pick = sparse.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(keep), len(half.points)))
+    mould = sparse.csr_array(pick @ half.limit)
+    mould.data[np.abs(mould.data) < 1e-12] = 0.0
+    mould.eliminate_zeros()
+    nearest = corners[np.arange(len(keep)), weights.argmax(axis=1)]
+    at_fine_vertex = weights.max(axis=1) > 1.0 - 1e-6  # all vertices of the linings, where the sampling is kept
+    lips = opposite_on_lips(np.where(at_fine_vertex[:, None], lining_places(half)[nearest], np.nan))
+    return Mould(mould, pick @ ring_share(half, LID_STRIPS), lips, twins)
 
 
 # --- landmarks and all arrays ---------------------------------------------------------------------------
@@ -352,6 +267,23 @@ def landmarks(half: HalfCage, data: dict[str, Any], points: Array, triangles: In
     return found
 
 
+def refuse_crossings(points: Array, triangles: IntArray) -> None:
+    """Raise a ValueError if triangles (m, 3) run through each other.
+
+    Examples
+    --------
+    >>> points = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0], [0.5, 0.5, -1], [0.5, 0.5, 1], [-1, -1, 1]])
+    >>> refuse_crossings(points, np.array([[0, 1, 2], [3, 4, 5]]))
+    Traceback (most recent call last):
+    ...
+    ValueError: the head crosses itself: 2 triangles run through each other, around [0.3, 0.3, 0.2].
+    """
+    met = np.unique(self_intersections(points, triangles))
+    if len(met):
+        place = points[triangles[met]].mean(axis=(0, 1)).round(1).tolist()
+        raise ValueError(f"the head crosses itself: {len(met)} triangles run through each other, around {place}.")
+
+
 def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     """Return all arrays of the head, with the texture as an image."""
     half = half_surface(data)
@@ -360,12 +292,11 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     mesh, end = half_mesh(half, data, plane, size)
     mesh.refine((TRIANGLES + 1) // 2)
     keep, twins, triangles, chart = whole_mesh(mesh, mesh.renumbered[end])
-    mould, share = moulding(half, mesh, keep)
-    mould.data[np.abs(mould.data) < 1e-12] = 0.0
-    mould.eliminate_zeros()
+    mould = moulding(half, mesh, keep, twins)
     eye = data["eye"]
     cage = np.array(list(data["points"].values()))
-    points = Mould(mould, share, twins.astype(np.int32))(cage, np.array(eye["centre"]), eye["radius"])
+    points = mould(cage, np.array(eye["centre"]), eye["radius"])
+    refuse_crossings(points, triangles)
     named = landmarks(half, data, points, triangles)
     brow, weights = brow_hairs(data["brow"], points, triangles)
     half_count = len(triangles) // 2
@@ -381,11 +312,12 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
         "landmark_names": np.array(list(named)),
         "landmarks": np.stack(list(named.values())),
         "eye_radius": np.array(eye["radius"]),
-        "mould_weights": mould.data,
-        "mould_cage_points": mould.indices.astype(np.int16),
-        "mould_size": np.array(mould.shape[1]),
-        "mould_rows": mould.indptr.astype(np.int32),
-        "lid_share": share,
+        "mould_weights": mould.weights.data,
+        "mould_cage_points": mould.weights.indices.astype(np.int16),
+        "mould_size": np.array(mould.weights.shape[1]),
+        "mould_rows": mould.weights.indptr.astype(np.int32),
+        "lid_share": mould.lids,
+        "lips": mould.lips,
         "twins": twins,
         "brow_triangles": np.concatenate([brow, brow + half_count]),
         "brow_weights": np.concatenate([weights, weights[..., ::-1]]),
