@@ -6,7 +6,7 @@ from pathlib import Path
 
 import facewrinkle as fw
 
-from . import folds, motion, performance, profiles, refinement, volume
+from . import emotions, folds, motion, performance, profiles, refinement, volume
 from .report import OUTPUT, publish, run
 
 
@@ -29,8 +29,9 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
         )
         shapes = motion.read_shapes(motion.FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
         publish(motion.report(face, shapes, pictures=not quick), out)
+        publish(emotions.report(face, shapes), out)
     else:
-        print(f"No captured shapes in {motion.FACES}: motion is left out. Give them to python -m analysis.motion.")
+        print(f"No captured shapes in {motion.FACES}: motion and emotions are left out. Give them to python -m analysis.motion.")
     print(f"\n{out / 'index.html'}")
 
 
