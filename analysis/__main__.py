@@ -31,7 +31,9 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
         publish(motion.report(face, shapes, pictures=not quick), out)
         publish(emotions.report(face, shapes), out)
     else:
-        print(f"No captured shapes in {motion.FACES}: motion and emotions are left out. Give them to python -m analysis.motion.")
+        print(
+            f"No captured shapes in {motion.FACES}: motion and emotions are left out. Give them to python -m analysis.motion."
+        )
     print(f"\n{out / 'index.html'}")
 
 
