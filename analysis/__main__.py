@@ -31,9 +31,8 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
         publish(motion.report(face, shapes, pictures=not quick), out)
         publish(emotions.report(face, shapes), out)
     else:
-        print(
-            f"No captured shapes in {motion.FACES}: motion and emotions are left out. Give them to python -m analysis.motion."
-        )
+        left_out = "motion and emotions are left out. Give them to python -m analysis.motion and analysis.emotions."
+        print(f"No captured shapes in {motion.FACES}: {left_out}")
     print(f"\n{out / 'index.html'}")
 
 

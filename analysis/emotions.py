@@ -1,7 +1,7 @@
 """Emotions of the atlas against captured ones, which are put together from the captured shapes of their action units.
 
-An emotion has the units that EMFACS lists for it; its captured counterpart is the sum of their shapes. The ceiling is the
-best mixture of the muscles: a non-negative least-squares fit of their own displacement fields to the captured emotion.
+An emotion has the units that EMFACS lists for it; its captured counterpart is the sum of their shapes. The ceiling is
+the best mixture of the muscles: a non-negative least-squares fit of their own fields to the captured emotion.
 
     python -m analysis.emotions FACE.obj --landmarks LANDMARKS.json --shapes SHAPES.npz --units cm
 """
@@ -121,8 +121,8 @@ def report(face: fw.Face, shapes: Mapping[str, Array]) -> Report:
     return Report(
         "emotions",
         "Emotions",
-        "Displacements of the atlas's emotions against the sums of the captured shapes of their action units after EMFACS, on "
-        "the same mesh, and the best that any mixture of the muscles reaches.",
+        "Displacements of the atlas's emotions against the sums of the captured shapes of their action units after "
+        "EMFACS, on the same mesh, and the best that any mixture of the muscles reaches.",
         f"Mean cosine {np.mean(bars['atlas']):.2f} (the least {min(bars['atlas']):.2f}); the best mixtures reach "
         f"{np.mean(bars['best mixture']):.2f}.",
         [
