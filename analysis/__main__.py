@@ -7,7 +7,7 @@ from pathlib import Path
 import facewrinkle as fw
 from facewrinkle.export import output_folder
 
-from . import motion, performance, profiles, refinement, soundness, subjects, volume
+from . import emotions, motion, performance, profiles, refinement, soundness, subjects, volume
 from .report import OUTPUT, publish, run
 
 
@@ -31,8 +31,10 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
         )
         shapes = motion.read_shapes(motion.FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
         publish(motion.report(face, shapes, pictures=not quick), out)
+        publish(emotions.report(face, shapes), out)
     else:
-        print(f"No captured shapes in {motion.FACES}: motion is left out. Give them to python -m analysis.motion.")
+        left_out = "motion and emotions are left out. Give them to python -m analysis.motion and analysis.emotions."
+        print(f"No captured shapes in {motion.FACES}: {left_out}")
     print(f"\n{out / 'index.html'}")
 
 

@@ -53,6 +53,17 @@ OVERLAP, MOST_OVERLAP = np.deg2rad(2.0), 0.2
 of the opening. Lids with a thickness have no overlap: they would come through each other.
 """
 
+# --- Tightening -----------------------------------------------------------------------------------------------
+
+TIGHTENS = 0.24
+"""Turn of the lower lid as it is tightened, relative to the height of the opening (0.21 in a captured squint)."""
+
+TOWARDS_NOSE = 0.45
+"""Its motion towards the inner canthus, where the muscle rises, relative to that upwards (0.4 to 0.5 there)."""
+
+TIGHTENS_WITH = np.deg2rad(45.0)
+"""Angle below the margin within which that motion fades to nothing: the lid goes in one piece."""
+
 # --- Following the eye --------------------------------------------------------------------------------------
 
 FOLLOWS_UP, FOLLOWS_DOWN = (0.45, 0.2), (0.9, 0.3)
@@ -89,6 +100,8 @@ class LidWeights:
     Attributes
     ----------
     close : JointWeights
+    tighten : JointWeights
+        As the palpebral part of the orbicularis oculi tightens the lower lid.
     up, down : JointWeights
         As the eye turns up and down by one radian.
 
@@ -104,6 +117,7 @@ class LidWeights:
     """
 
     close: JointWeights
+    tighten: JointWeights
     up: JointWeights
     down: JointWeights
 
@@ -152,7 +166,11 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
         most = np.where(is_upper, *share) * follow * LARGEST_TURN
         bounded = sign * _without_folds(most, sign * elevation, across, triangles, FOLLOWING_SHEAR) / LARGEST_TURN
         following.append(replace(close, angles=bounded[vertices]))
-    return LidWeights(close, *following)
+    below = 1.0 - smoothstep(np.maximum(bottom - elevation, 0.0) / TIGHTENS_WITH)
+    tightened = np.where(is_upper, 0.0, -TIGHTENS * height * below * between)[vertices]
+    tilted = axis + TOWARDS_NOSE * np.cross(eye.gaze, opening.axes[0])
+    tighten = replace(close, angles=tightened, axis=tilted / np.linalg.norm(tilted))
+    return LidWeights(close, tighten, *following)
 
 
 def _fade(opening: EyelidOpening, along: Array, distance: Array, beyond: Array, is_upper: BoolArray) -> Array:

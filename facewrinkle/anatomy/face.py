@@ -216,7 +216,8 @@ class Face:
             if isinstance(muscle, EyeMuscle) and muscle.side == side and muscle.turn in ("up", "down")
         }
         upper = np.maximum(lids.close.angles, 0.0)
-        found = {closing: lids.close}
+        tightening = f"orbicularis_oculi_palpebral_{side}"
+        found = {closing: lids.close, tightening: dataclasses.replace(lids.tighten, yields=(closing,))}
         for name, muscle in self.muscles.items():
             if isinstance(muscle, LidMuscle) and muscle.side == side:
                 lifted = -muscle.share * upper
