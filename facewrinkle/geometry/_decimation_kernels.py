@@ -22,6 +22,9 @@ BENT = 0.5
 SHAPE = 0.3
 """Smallest quality of a new triangle: 1 for equilateral ones, 0 without area."""
 
+NEAR = 3.0
+"""Neighbours up to this far are near, relative to the nearest one."""
+
 MOST_NEIGHBOURS = 64
 """Vertices with more neighbours than this are not removed, and no vertex gets more."""
 
@@ -159,11 +162,18 @@ def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following)
 
 @njit(cache=True)
 def _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare):
-    """Return the neighbour into which v is best merged, or -1."""
+    """Return the neighbour into which v is best merged, or -1; far ones only if none is near."""
     best, found = 0.0, -1
+    near = np.inf
     for i in range(count):
-        u = ring[i]
+        near = min(near, NEAR * _distance(points, ring[i], v))
+    for turn in range(2 * count):
+        if turn == count and found >= 0:
+            break
+        u = ring[turn % count]
         if kind[v] == ON_LINE and u != lines[v, 0] and u != lines[v, 1]:
+            continue
+        if (_distance(points, u, v) > near) == (turn < count):
             continue
         shape = _shape_after(v, u, points, normals, size, triangles, alive, head, following, spare[0], spare[1])
         if shape <= 0.0:
@@ -179,7 +189,7 @@ def _target(v, count, ring, other, points, normals, size, kind, lines, triangles
 def _shortest(v, count, ring, points, size):
     """Length of the shortest edge of a vertex, relative to the edges that are wanted."""
     least = np.inf
-    for i in range(count):
+    for i in range(min(count, len(ring))):
         least = min(least, 2.0 * _distance(points, v, ring[i]) / (size[v] + size[ring[i]]))
     return least
 
@@ -214,6 +224,14 @@ def _merge(v, u, triangles, alive, head, following):
 
 
 @njit(cache=True)
+def _enqueue(v, gap, heap, key, kind, spacing):
+    """Put a vertex in the queue if it may be removed and is too close to a neighbour, but not twice by one key."""
+    if kind[v] != FIXED and gap < spacing and gap != key[v]:
+        key[v] = gap
+        heappush(heap, (gap, v))
+
+
+@njit(cache=True)
 def decimate(points, normals, size, triangles, kind, lines, loop, left, least, spacing, target):
     """Merge vertices into neighbours, the closest first, until none is closer than `spacing` of the wanted size.
 
@@ -227,29 +245,29 @@ def decimate(points, normals, size, triangles, kind, lines, loop, left, least, s
         v = triangles[corner // 3, corner % 3]
         following[corner] = head[v]
         head[v] = corner
-    stamp = np.zeros(n, np.int64)
-    ring, other, around = np.empty((3, MOST_NEIGHBOURS), np.int64)
-    spare = np.empty((2, 3))
-    heap = [(0.0, 0, 0)]
+    ring, other = np.empty((2, MOST_NEIGHBOURS), np.int64)
+    spare, key = np.empty((2, 3)), np.full(n, np.inf)
+    heap = [(0.0, 0)]
     heap.clear()
     remaining = 0
     for v in range(n):
-        if head[v] < 0:
-            continue
-        remaining += 1
-        count = _neighbours(v, triangles, alive, head, following, ring)
-        if kind[v] != FIXED and count <= MOST_NEIGHBOURS:
-            gap = _shortest(v, count, ring, points, size)
-            if gap < spacing:
-                heappush(heap, (gap, v, 0))
+        if head[v] >= 0:
+            remaining += 1
+            count = _neighbours(v, triangles, alive, head, following, ring)
+            if count <= MOST_NEIGHBOURS:
+                _enqueue(v, _shortest(v, count, ring, points, size), heap, key, kind, spacing)
     while len(heap) and remaining > target:
-        _, v, version = heappop(heap)
-        if version != stamp[v] or head[v] < 0:
+        asked, v = heappop(heap)
+        if head[v] < 0 or asked != key[v]:
             continue
-        if kind[v] == ON_LINE and left[loop[v]] <= least:
-            continue
+        key[v] = np.inf
         count = _neighbours(v, triangles, alive, head, following, ring)
-        if count > MOST_NEIGHBOURS:
+        if count > MOST_NEIGHBOURS or (kind[v] == ON_LINE and left[loop[v]] <= least):
+            continue
+        # A key is too small once the edge it stands for is gone.
+        gap = _shortest(v, count, ring, points, size)
+        if gap > (1.0 + 1e-9) * asked:
+            _enqueue(v, gap, heap, key, kind, spacing)
             continue
         u = _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare)
         if u < 0:
@@ -258,15 +276,12 @@ def decimate(points, normals, size, triangles, kind, lines, loop, left, least, s
             _cut_from_line(v, u, loop, left, lines)
         _merge(v, u, triangles, alive, head, following)
         remaining -= 1
-        stamp[v] += 1
-        for i in range(count):
+        for i in range(count):  # those that could not be removed before may be now, with u or another neighbour
             w = ring[i]
-            stamp[w] += 1
-            if kind[w] == FIXED:
-                continue
-            n_around = _neighbours(w, triangles, alive, head, following, around)
-            if n_around <= MOST_NEIGHBOURS:
-                gap = _shortest(w, n_around, around, points, size)
-                if gap < spacing:
-                    heappush(heap, (gap, w, stamp[w]))
+            gap = key[w]
+            if gap == np.inf:
+                gap = _shortest(w, _neighbours(w, triangles, alive, head, following, other), other, points, size)
+            elif w != u:
+                gap = min(gap, 2.0 * _distance(points, u, w) / (size[u] + size[w]))
+            _enqueue(w, gap, heap, key, kind, spacing)
     return alive

@@ -27,6 +27,7 @@ from .constraints import on_gums, tip_of_nose
 from .contacts import CONTACT_STIFFNESS, Contacts, lip_tethers
 from .material import SkinMaterial
 from .minimiser import Minimiser
+from .skin_mesh import SKIN_VERTICES, SkinMesh
 
 __all__ = ["Skin", "SkinMaterial"]
 
@@ -57,6 +58,9 @@ class Skin:
     material : SkinMaterial, optional
     iterations : int
         The most quasi-Newton iterations per step; fewer are made if the step converges.
+    vertices : int, optional
+        A face with more than 1.5 times as many vertices is simulated on a coarser mesh of about this many, which its
+        own vertices follow smoothly. None: every vertex is simulated, however many there are.
 
     Attributes
     ----------
@@ -64,6 +68,8 @@ class Skin:
         Rest positions, mm.
     displacement, velocity : ndarray, shape (n, 3)
         mm and mm/s.
+    mesh : SkinMesh
+        The mesh on which the skin is simulated.
     names : tuple of str
         The face's muscles.
     rates : ndarray, shape (k,)
@@ -87,7 +93,12 @@ class Skin:
     parts: Mapping[str, Array] = NONE_BY_NAME
 
     def __init__(
-        self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 3
+        self,
+        face: Face,
+        time_step: float = 0.02,
+        material: SkinMaterial | None = None,
+        iterations: int = 3,
+        vertices: int | None = SKIN_VERTICES,
     ) -> None:
         if not (np.isfinite(time_step) and time_step > 0.0):
             raise ParameterError(f"time_step must be a positive number of seconds, received {time_step!r}.")
@@ -96,8 +107,10 @@ class Skin:
         m = self.material = material or SkinMaterial()
         self.time_step = float(time_step)
         self.names = tuple(face.muscles)
-        self.points, self._triangles = face.points * face.unit, face.triangles
-        self._area = vertex_areas(self.points, self._triangles)
+        self.points, self.mesh = face.points * face.unit, SkinMesh(face, vertices)
+        face = self.mesh.face
+        self._rest_points, self._triangles = face.points * face.unit, face.triangles
+        self._area = vertex_areas(self._rest_points, self._triangles)
         self._build_springs(face)
         self._build_bending(face)
         self._build_tethers(face)
@@ -111,7 +124,7 @@ class Skin:
         self._drag = 2.0 * m.damping * m.rate * self.time_step
         inertia = diags_array(self._mass * (1.0 + self._drag) / self.time_step**2)
         self._minimiser = Minimiser(
-            [matrix + inertia for matrix in stiffness], self.points, self._area, int(iterations)
+            [matrix + inertia for matrix in stiffness], self._rest_points, self._area, int(iterations)
         )
         self.reset()
 
@@ -119,7 +132,7 @@ class Skin:
 
     def _build_springs(self, face: Face) -> None:
         """Springs along the edges, and the areas and normals of triangles that the inversion barrier compares with."""
-        points = self.points
+        points = self._rest_points
         edges, sides = unique_edges(self._triangles)
         # Unsigned, for the loops: no number counts from the end.
         self._edges, self._corners = edges.astype(np.uint32), self._triangles.astype(np.uint32)
@@ -135,9 +148,9 @@ class Skin:
         self._stiffness = firm * area_of_edge / self._length**2
 
     def _build_bending(self, face: Face) -> None:
-        laplacian = cotangent_laplacian(self.points, self._triangles)
+        laplacian = cotangent_laplacian(self._rest_points, self._triangles)
         full = self.material.bending
-        stiffness = np.full(len(self.points), full)
+        stiffness = np.full(len(self._rest_points), full)
         for joint in face.joint_weights.values():
             thin = (1.0 - THIN_LIDS * joint.hold) * full
             stiffness[joint.vertices] = np.minimum(stiffness[joint.vertices], thin)
@@ -166,7 +179,7 @@ class Skin:
 
     def _turning_triangles(self, joint: JointWeights, share: Array) -> tuple[IntArray, Array]:
         """Return the triangles (j,) that a joint turns, and their angles (j,) at full contraction."""
-        angles = np.zeros(len(self.points))
+        angles = np.zeros(len(self._rest_points))
         angles[joint.vertices] = share * joint.angles
         mean = angles[self._triangles].mean(axis=1)
         triangles = np.flatnonzero(mean)
@@ -174,7 +187,7 @@ class Skin:
 
     def _build_bone(self, face: Face) -> None:
         """Anchors on the skull, and the vertices that the skull stops."""
-        n = len(self.points)
+        n = len(self._rest_points)
         self._anchors = np.ascontiguousarray(face.tissue.anchors * face.unit)
         self._bone_normals = vertex_normals(self._anchors, self._triangles)
         self._anchors[~face.tissue.solid] = NOWHERE
@@ -182,10 +195,10 @@ class Skin:
         # The walk over the skull begins at each vertex's own anchor, and finds the nearest one.
         self._over_bone = self._bone_at_rest = np.arange(n)
         self._bone_now = self._bone_at_rest.copy()
-        self._stop_at_bone(np.zeros_like(self.points))
+        self._stop_at_bone(np.zeros_like(self._rest_points))
         self._bone_at_rest = self._bone_now.copy()
         # Only skin that the bone lies straight below is stopped by it.
-        above = (self.points - self._anchors[self._bone_at_rest]) * self._bone_normals[self._bone_at_rest]
+        above = (self._rest_points - self._anchors[self._bone_at_rest]) * self._bone_normals[self._bone_at_rest]
         depth = face.tissue.depth * face.unit
         straight = (above.sum(axis=1) > 0.25 * depth) & (np.abs(above).sum(axis=1) < 2.0 * depth)
         self._over_bone = np.flatnonzero(straight)
@@ -193,7 +206,7 @@ class Skin:
     def _forces(self, face: Face) -> Array:
         """Return the force (k, n, 3) of each muscle at full contraction."""
         m, n = self.material, self._normals
-        pull, pulled = np.zeros((len(self.names), len(self.points), 3)), 1.0 - on_gums(face)
+        pull, pulled = np.zeros((len(self.names), len(self._rest_points), 3)), 1.0 - on_gums(face)
         for k, muscle in enumerate(face.muscles.values()):
             force = muscle.force(face.points) * (muscle.strength * m.pull / m.decay**2)
             out = (force * n).sum(axis=1, keepdims=True)
@@ -225,10 +238,24 @@ class Skin:
 
     # --- use ----------------------------------------------------------------------------------
 
+    @property
+    def displacement(self) -> Array:
+        """Displacement (n, 3) of the face's vertices, mm."""
+        return self.mesh.follow(self._displacement)
+
+    @displacement.setter
+    def displacement(self, displacement: Array) -> None:
+        self._displacement = displacement[self.mesh.vertices]
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity (n, 3) of the face's vertices, mm/s."""
+        return self.mesh.follow(self._velocity)
+
     def reset(self) -> None:
         """Go back to rest, without motion, all muscles relaxed."""
-        shape = self.points.shape
-        self.displacement, self.velocity = np.zeros(shape), np.zeros(shape)
+        shape = self._rest_points.shape
+        self._displacement, self._velocity = np.zeros(shape), np.zeros(shape)
         self.rates = np.zeros(len(self.names))
         self._force, self._shift, self._facing_now = np.zeros(shape), np.zeros(shape), self._facing
         self._bone_now = self._bone_at_rest.copy()
@@ -270,22 +297,22 @@ class Skin:
             return
         self.rates = rates.copy()
         self._force = (self._pull @ rates).reshape(-1, 3)
-        self._shift, self._facing_now = np.zeros_like(self.points), self._facing.copy()
+        self._shift, self._facing_now = np.zeros_like(self._rest_points), self._facing.copy()
         for name, (joint, share) in self._joints.items():
             rate = rates[self.names.index(name)]
             for other in joint.yields:
                 if other in self.names:
                     rate *= 1.0 - rates[self.names.index(other)]
             if rate > 0.0:
-                self._shift[joint.vertices] += share[:, None] * joint.turned(self.points, rate)
+                self._shift[joint.vertices] += share[:, None] * joint.turned(self._rest_points, rate)
                 # Triangles that a joint turns are kept from turning over relative to it.
                 triangles, angles = self._turning[name]
                 self._facing_now[triangles] += turned(self._facing_now[triangles], joint.axis, rate * angles)
 
     def step(self) -> Array:
         """Advance by one time step and return the positions (n, 3) in mm."""
-        old, h = self.displacement, self.time_step
-        target = old + h * self.velocity
+        old, h = self._displacement, self.time_step
+        target = old + h * self._velocity
 
         def objective(u: Array, gradient: Array) -> float:
             """Sum inertia, drag and potential energy, less the work of the muscles: implicit Euler minimises this."""
@@ -295,18 +322,18 @@ class Skin:
         u = self._minimiser.minimised(objective, old)
         self._stop_at_bone(u)
         self.contacts.keep_off_eyes(u)
-        self.displacement, self.velocity = u, (u - old) / h
-        return self.points + u
+        self._displacement, self._velocity = u, (u - old) / h
+        return self.points + self.displacement
 
     def _stop_at_bone(self, u: Array) -> None:
         """Push vertices out that a step which did not converge has left in the bone."""
         bone = self._anchors, self._bone_normals, self._bone_at_rest, self._bone_now
-        kernels.keep_off_bone(u, self.points, self._over_bone, *bone, *self._ring)
+        kernels.keep_off_bone(u, self._rest_points, self._over_bone, *bone, *self._ring)
 
     def energy(self) -> float:
         """Return kinetic plus potential energy without the work of the muscles, in membrane stiffness times mm^2."""
-        kinetic = 0.5 * float((self._mass[:, None] * self.velocity**2).sum())
-        return kinetic + self._potential(self.displacement, np.empty_like(self.displacement))
+        kinetic = 0.5 * float((self._mass[:, None] * self._velocity**2).sum())
+        return kinetic + self._potential(self._displacement, np.empty_like(self._displacement))
 
     def _potential(self, u: Array, gradient: Array) -> float:
         """Return the energy of springs, inversion barrier, bending, tethers and contacts; write its gradient."""
@@ -316,14 +343,14 @@ class Skin:
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
         energy += kernels.inversion_barrier(
-            u, self._corners, self.points, self._facing_now, self._double_area, m.smallest_area, INVERSION_STIFFNESS,
+            u, self._corners, self._rest_points, self._facing_now, self._double_area, m.smallest_area, INVERSION_STIFFNESS,
             gradient,
         )  # fmt: skip
         energy += kernels.tethers(
             u, self._shift, self._normals, self._along, self._across, bending.indptr, self._bent, bending.data, gradient
         )
         energy += kernels.bone(
-            u, self.points, self._over_bone, self._anchors, self._bone_normals, self._bone_now, OFF_BONE,
+            u, self._rest_points, self._over_bone, self._anchors, self._bone_normals, self._bone_now, OFF_BONE,
             self._bone_weight, gradient,
         )  # fmt: skip
         return float(energy) + self.contacts.energy(u, self._shift, gradient)

@@ -17,7 +17,7 @@ from ..geometry.vertex_interpolation import VertexInterpolation
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
 
-SKIN_VERTICES = 4000
+SKIN_VERTICES = 4400
 """Vertices of the skin's mesh on a fine face."""
 
 WORTHWHILE = 1.5
@@ -25,7 +25,7 @@ WORTHWHILE = 1.5
 
 # Wanted lengths of the edges on a face of average size, mm; all are scaled together to the number of vertices.
 
-FINEST, GROWTH, FACIAL = 1.5, 0.12, 5.0
+FINEST, GROWTH, FACIAL = 1.0, 0.12, 5.0
 """Length on the margins of lids and the rims of lips, nostrils and holes, its growth per mm from there, and the largest
 on the face.
 """
@@ -34,6 +34,9 @@ FACE_REACH, GROWTH_BEYOND, LARGEST = 30.0, 0.2, 14.0
 """Skin farther than the first from every landmark is not of the face: there lengths grow by the second per mm, up to
 the third.
 """
+
+BISECTIONS = 30
+"""Steps in which the scale of the lengths is found."""
 
 
 class SkinMesh:
@@ -46,7 +49,7 @@ class SkinMesh:
     ----------
     face : Face
     vertices : int, optional
-        About as many vertices the mesh has, if the face has more than 1.5 times as many. Default: 4,000. None: the face
+        About as many vertices the mesh has, if the face has more than 1.5 times as many. Default: 4,400. None: the face
         is its own mesh.
 
     Attributes
@@ -104,9 +107,16 @@ def edge_lengths(face: Face, count: int) -> Array:
     beyond = cKDTree(np.array(list(face.landmarks.values()))).query(points)[0] / scale - FACE_REACH
     length = np.minimum(FINEST + GROWTH * from_rims, FACIAL) + GROWTH_BEYOND * np.maximum(beyond, 0.0)
     length = scale * np.minimum(length, LARGEST)
-    # As many equilateral triangles, two for each vertex, as cover the face.
-    needed = (vertex_areas(points, face.triangles) / (np.sqrt(0.75) * length**2)).sum()
-    return np.asarray(length * np.sqrt(needed / count))
+    # Two equilateral triangles for each vertex cover the face; where it is coarser, its own vertices are all there are.
+    share = vertex_areas(points, face.triangles) / (np.sqrt(0.75) * length**2)
+    low, high = 0.0, np.sqrt(share.sum() / count)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if np.minimum(share / middle**2, 1.0).sum() > count:
+            low = middle
+        else:
+            high = middle
+    return np.asarray(high * length)
 
 
 def _rims(face: Face) -> IntArray:
