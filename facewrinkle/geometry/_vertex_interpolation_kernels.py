@@ -7,18 +7,12 @@ from heapq import heappop, heappush
 import numpy as np
 from numba import njit
 
-MOST = 96
-"""The most nodes that are looked at for a vertex."""
-
-RINGS = 3
-"""Rings of nodes around the nearest one that may have a weight."""
-
 SINGULAR = 0.05
 """Distance from a node, relative to its radius, within which its weight grows no further."""
 
-DETOUR, DETOUR_FADE = 0.7, 0.7
-"""Nodes count in full if the way to them on the surface is longer than the straight line by less than the first, and
-not at all from the sum of both on; relative to half the radius of the node.
+DETOUR, DETOUR_FADE = 0.2, 0.2
+"""Nodes count in full if the way to them along the edges is longer than the straight line by less than the first share
+of their radius, and not at all from the sum of both on.
 """
 
 RIDGE_LINEAR, RIDGE_QUADRATIC = 1e-9, 1e-4
@@ -26,6 +20,9 @@ RIDGE_LINEAR, RIDGE_QUADRATIC = 1e-9, 1e-4
 
 LEAST = 1e-9
 """Smaller weights are left out."""
+
+MOST = 256
+"""The most nodes that have a weight at a vertex."""
 
 TERMS = 6
 """Of a polynomial of degree 2 in the plane."""
@@ -58,45 +55,6 @@ def nearest_nodes(points, offsets, ring, nodes):
                 distance[w], owner[w] = way, owner[v]
                 heappush(heap, (way, w))
     return owner
-
-
-@njit(cache=True)
-def _gather(seed, offsets, ring, mark, stamp, found):
-    """Write the nodes within some rings of a seed to `found`; return their count and that of the first ring."""
-    found[0], count, begin, first = seed, 1, 0, 1
-    mark[seed] = stamp
-    for level in range(RINGS):
-        end = count
-        for i in range(begin, end):
-            for e in range(offsets[found[i]], offsets[found[i] + 1]):
-                w = ring[e]
-                if mark[w] != stamp and count < len(found):
-                    mark[w] = stamp
-                    found[count] = w
-                    count += 1
-        begin = end
-        if level == 0:
-            first = count
-    return count, first
-
-
-@njit(cache=True)
-def _links(count, found, offsets, ring, place, points, pairs, length):
-    """Write the edges between gathered nodes to `pairs`, and their lengths; return their number."""
-    for i in range(count):
-        place[found[i]] = i
-    n = 0
-    for i in range(count):
-        a = found[i]
-        for e in range(offsets[a], offsets[a + 1]):
-            j = place[ring[e]]
-            if j > i and n < len(pairs):
-                pairs[n, 0], pairs[n, 1] = i, j
-                length[n] = np.sqrt(((points[a] - points[ring[e]]) ** 2).sum())
-                n += 1
-    for i in range(count):
-        place[found[i]] = -1
-    return n
 
 
 @njit(cache=True)
@@ -142,19 +100,67 @@ def _tangents(normal, one, two):
 
 
 @njit(cache=True)
-def _ways(point, count, first, found, nodes, pairs, length, n_links, straight, way):
-    """Distances of the gathered nodes from a point: straight, and over the edges between them from the first ring."""
-    for i in range(count):
-        square = 0.0
-        for k in range(3):
-            square += (point[k] - nodes[found[i], k]) ** 2
-        straight[i] = np.sqrt(square)
-        way[i] = straight[i] if i < first else np.inf
-    for _ in range(RINGS):
-        for e in range(n_links):
-            i, j = pairs[e, 0], pairs[e, 1]
-            way[j] = min(way[j], way[i] + length[e])
-            way[i] = min(way[i], way[j] + length[e])
+def _spread(node, points, radius, offsets, ring, length, way, queue, waiting, touched):
+    """Write to `way` the lengths of ways along edges from a node to the vertices around, listed in `touched`; return
+    their number. `way` is infinite, and no vertex `waiting`, before.
+    """
+    limit = (1.0 + DETOUR + DETOUR_FADE) * radius
+    way[node], queue[0], touched[0] = 0.0, node, node
+    first, queued, count, size = 0, 1, 1, len(queue)
+    while queued > 0:
+        v = queue[first]
+        first, queued, waiting[v] = (first + 1) % size, queued - 1, False
+        for e in range(offsets[v], offsets[v + 1]):
+            w, far = ring[e], way[v] + length[e]
+            if far >= limit or far >= way[w]:
+                continue
+            if way[w] == np.inf:
+                touched[count] = w
+                count += 1
+            way[w] = far
+            if not waiting[w]:
+                waiting[w] = True
+                queue[(first + queued) % size] = w
+                queued += 1
+    return count
+
+
+@njit(cache=True)
+def shares(points, nodes, radius, offsets, ring):
+    """Vertices, numbers of nodes and weights for all pairs of a vertex and a node that are near, by node."""
+    n = len(points)
+    length = np.empty(len(ring))
+    for v in range(n):
+        for e in range(offsets[v], offsets[v + 1]):
+            square = 0.0
+            for k in range(3):
+                square += (points[v, k] - points[ring[e], k]) ** 2
+            length[e] = np.sqrt(square)
+    way, waiting = np.full(n, np.inf), np.zeros(n, np.bool_)
+    queue, touched = np.empty(n, np.int64), np.empty(n, np.int64)
+    vertices, numbers, values = np.empty(20 * n, np.int32), np.empty(20 * n, np.int32), np.empty(20 * n)
+    at = 0
+    for i in range(len(nodes)):
+        node, reach = nodes[i], radius[i]
+        count = _spread(node, points, reach, offsets, ring, length, way, queue, waiting, touched)
+        if at + count > len(values):
+            more = len(values) // 2 + count
+            vertices = np.concatenate((vertices, np.empty(more, np.int32)))
+            numbers = np.concatenate((numbers, np.empty(more, np.int32)))
+            values = np.concatenate((values, np.empty(more)))
+        for k in range(count):
+            v = touched[k]
+            square = 0.0
+            for axis in range(3):
+                square += (points[v, axis] - points[node, axis]) ** 2
+            straight = np.sqrt(square)
+            if straight < reach:
+                share = _kernel(straight / reach, (way[v] - straight) / reach)
+                if share > LEAST:
+                    vertices[at], numbers[at], values[at] = v, i, share
+                    at += 1
+            way[v] = np.inf
+    return vertices[:at], numbers[:at], values[:at]
 
 
 @njit(cache=True)
@@ -191,65 +197,38 @@ def _fit(point, count, found, nodes, share, normal, scale, frame, basis, matrix,
 
 
 @njit(cache=True)
-def weights(points, seeds, order, nodes, normals, radius, offsets, ring):
-    """Rows (indptr, indices, values) of the weights of nodes at each vertex, in an order of the vertices by seed."""
-    mark, place = np.full(len(nodes), -1, np.int64), np.full(len(nodes), -1, np.int64)
-    found, chosen = np.empty(MOST, np.int64), np.empty(MOST, np.int64)
-    straight, way, share = np.empty(MOST), np.empty(MOST), np.empty(MOST)
-    pairs, length = np.empty((6 * MOST, 2), np.int64), np.empty(6 * MOST)
+def fit_rows(points, nodes, normals, radius, indptr, indices, values):
+    """Replace the shares of nodes at each vertex, in sparse rows, by their weights."""
     basis, matrix, right = np.empty((MOST, TERMS)), np.empty((TERMS, TERMS)), np.empty(TERMS)
     normal, frame = np.empty(3), np.empty((2, 3))
-    indptr = np.zeros(len(order) + 1, np.int64)
-    indices, values = np.empty(20 * len(order) + MOST, np.uint32), np.empty(20 * len(order) + MOST)
-    before, count, first, n_links, at = -1, 0, 0, 0, 0
-    for row in range(len(order)):
-        v = order[row]
-        seed = seeds[v]
-        if seed != before:
-            count, first = _gather(seed, offsets, ring, mark, seed, found)
-            n_links = _links(count, found, offsets, ring, place, nodes, pairs, length)
-            before = seed
-        _ways(points[v], count, first, found, nodes, pairs, length, n_links, straight, way)
-        kept, scale, total = 0, 0.0, 0.0
+    for v in range(len(points)):
+        begin, end = indptr[v], indptr[v + 1]
+        if end == begin:
+            continue
+        scale, total = 0.0, 0.0
         normal[:] = 0.0
-        for i in range(count):
-            w = found[i]
-            if straight[i] >= radius[w]:
-                continue
-            weight = _kernel(straight[i] / radius[w], 2.0 * (way[i] - straight[i]) / radius[w])
-            if weight > LEAST:
-                chosen[kept], share[kept] = w, weight
-                for k in range(3):
-                    normal[k] += weight * normals[w, k]
-                scale += weight * radius[w]
-                total += weight
-                kept += 1
-        if kept == 0:  # as far off the nodes as no vertex of a mesh that was decimated to them is
-            kept, chosen[0], share[0] = 1, seed, 1.0
-        else:
-            for i in range(kept):
-                share[i] /= total
-            normal /= max(np.sqrt((normal * normal).sum()), 1e-300)
-            _fit(points[v], kept, chosen, nodes, share, normal, scale / total, frame, basis, matrix, right)
-        if at + kept > len(indices):
-            indices = np.concatenate((indices, np.empty(len(indices) // 2, np.uint32)))
-            values = np.concatenate((values, np.empty(len(values) // 2)))
-        for i in range(kept):
-            indices[at], values[at] = chosen[i], share[i]
-            at += 1
-        indptr[row + 1] = at
-    return indptr, indices[:at].copy(), values[:at].copy()
+        for e in range(begin, end):
+            for k in range(3):
+                normal[k] += values[e] * normals[indices[e], k]
+            scale += values[e] * radius[indices[e]]
+            total += values[e]
+        for e in range(begin, end):
+            values[e] /= total
+        normal /= max(np.sqrt((normal * normal).sum()), 1e-300)
+        _fit(
+            points[v], min(end - begin, MOST), indices[begin:end], nodes, values[begin:end], normal, scale / total,
+            frame, basis, matrix, right,
+        )  # fmt: skip
 
 
 @njit(cache=True)
-def interpolate(order, indptr, indices, weights, values, out):
-    """Sum weighted values (k, 3) for each row, which is that of a vertex."""
-    for row in range(len(order)):
+def interpolate(indptr, indices, weights, values, out):
+    """Sum weighted values (k, 3) for each vertex."""
+    for v in range(len(out)):
         x, y, z = 0.0, 0.0, 0.0
-        for e in range(indptr[row], indptr[row + 1]):
+        for e in range(indptr[v], indptr[v + 1]):
             i, w = indices[e], weights[e]
             x += w * values[i, 0]
             y += w * values[i, 1]
             z += w * values[i, 2]
-        v = order[row]
         out[v, 0], out[v, 1], out[v, 2] = x, y, z

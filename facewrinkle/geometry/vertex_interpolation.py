@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from . import _vertex_interpolation_kernels as kernels
 from .laplacian import neighbour_mean
@@ -50,24 +51,29 @@ class VertexInterpolation:
     def __init__(
         self, points: Array, triangles: IntArray, nodes: npt.NDArray[np.integer], node_triangles: IntArray
     ) -> None:
-        n, where = len(points), np.ascontiguousarray(points[nodes], dtype=np.float64)
-        rings = vertex_rings(triangles, n)
-        seeds = kernels.nearest_nodes(points, *rings, np.asarray(nodes, np.int64))
+        positions, numbers = np.ascontiguousarray(points, dtype=np.float64), np.asarray(nodes, np.int64)
+        n, where = len(positions), positions[numbers]
         edges, _ = unique_edges(node_triangles)
         length = np.linalg.norm(where[edges[:, 0]] - where[edges[:, 1]], axis=1)
         valence = np.maximum(np.bincount(edges.ravel(), minlength=len(where)), 1)
         spacing = np.bincount(edges.ravel(), np.repeat(length, 2), minlength=len(where)) / valence
-        spacing = 0.5 * spacing + 0.5 * neighbour_mean(edges, len(where)) @ spacing
-        order = np.argsort(seeds, kind="stable")
-        self._order = order[np.searchsorted(seeds[order], 0) :]  # vertices of no triangle have no seed, and rest
-        self._rows = kernels.weights(
-            np.ascontiguousarray(points, dtype=np.float64), seeds, self._order, where,
-            vertex_normals(where, node_triangles), RADIUS * spacing, *vertex_rings(node_triangles, len(where)),
-        )  # fmt: skip
+        radius = RADIUS * 0.5 * (spacing + neighbour_mean(edges, len(where)) @ spacing)
+        rings = vertex_rings(triangles, n)
+        vertex, node, share = kernels.shares(positions, numbers, radius, *rings)
+        without = np.bincount(vertex, minlength=n) == 0
+        if without.any():  # far from all nodes: these go with the nearest
+            nearest = kernels.nearest_nodes(positions, *rings, numbers)
+            lost = np.flatnonzero(without & (nearest >= 0))
+            vertex, node = np.concatenate([vertex, lost]), np.concatenate([node, nearest[lost]])
+            share = np.concatenate([share, np.ones(len(lost))])
+        rows = csr_array((share, (vertex, node)), shape=(n, len(where)))
+        rows.sort_indices()
+        self._rows = rows.indptr, rows.indices.astype(np.uint32), rows.data
+        kernels.fit_rows(positions, where, vertex_normals(where, node_triangles), radius, *self._rows)
         self._n = n
 
     def at(self, values: Array) -> Array:
         """Return the values (n, 3) at all vertices from those (k, 3) at the nodes; 0 at vertices of no triangle."""
-        out = np.zeros((self._n, 3))
-        kernels.interpolate(self._order, *self._rows, np.ascontiguousarray(values, dtype=np.float64), out)
+        out = np.empty((self._n, 3))
+        kernels.interpolate(*self._rows, np.ascontiguousarray(values, dtype=np.float64), out)
         return out
