@@ -111,7 +111,8 @@ def soundness(face: fw.Face, every: int = 1, steps: int = 10) -> Iterator[Soundn
             for d, eye in zip(rest, face.eyes, strict=True)
         ]
         p = skin.contacts.lips
-        apart = ((x[p.vertices] - np.einsum("kc,kcj->kj", p.shares, x[p.corners])) * p.away).sum(axis=1)
+        on_mesh = x[skin.mesh.vertices]
+        apart = ((on_mesh[p.vertices] - np.einsum("kc,kcj->kj", p.shares, on_mesh[p.corners])) * p.away).sum(axis=1)
         yield Soundness(
             names,
             int((orientation.shares(x) <= 0.0).sum()),

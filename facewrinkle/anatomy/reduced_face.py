@@ -42,7 +42,7 @@ class ReducedFace(Face):
     >>> from facewrinkle.geometry.decimation import decimated
     >>> face = fw.default_face()
     >>> coarse = reduced_face(face, *decimated(face.points, face.triangles, np.full(len(face.points), 10.0)))
-    >>> coarse.mesh.n_points < 0.4 * face.mesh.n_points, coarse.landmarks is face.landmarks
+    >>> coarse.mesh.n_points < 0.6 * face.mesh.n_points, coarse.landmarks is face.landmarks
     (True, True)
     >>> bool((coarse.tissue.depth == face.tissue.depth[coarse.vertices]).all())
     True

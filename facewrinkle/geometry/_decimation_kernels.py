@@ -22,6 +22,9 @@ BENT = 0.5
 SHAPE = 0.3
 """Smallest quality of a new triangle: 1 for equilateral ones, 0 without area."""
 
+CORNER = 0.1
+"""No line is cut short by more than this at a vertex, relative to the edges that are wanted."""
+
 NEAR = 3.0
 """Neighbours up to this far are near, relative to the nearest one."""
 
@@ -126,14 +129,22 @@ def _shape_after(v, u, points, normals, size, triangles, alive, head, following,
 
 
 @njit(cache=True)
-def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following):
-    """Link condition: v and u share no neighbours but those opposite to their edge, and no triangle becomes double."""
-    apexes, corner = 0, head[v]
+def _sides(v, w, triangles, alive, head, following):
+    """Number of triangles at the edge from v to w."""
+    count, corner = 0, head[v]
     while corner >= 0:
         t = corner // 3
         corner = following[corner]
-        if alive[t] and (triangles[t, 0] == u or triangles[t, 1] == u or triangles[t, 2] == u):
-            apexes += 1
+        count += alive[t] and (triangles[t, 0] == w or triangles[t, 1] == w or triangles[t, 2] == w)
+    return count
+
+
+@njit(cache=True)
+def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following):
+    """Link condition: v and u share no neighbours but those opposite to their edge, and what becomes one was not the
+    border, or the whole of a piece.
+    """
+    apexes = _sides(v, u, triangles, alive, head, following)
     n_other = _neighbours(u, triangles, alive, head, following, other)
     if n_other > len(other) or n_other + count - apexes - 2 > len(other):
         return False
@@ -144,6 +155,11 @@ def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following)
             if ring[i] == other[j]:
                 shared += 1
                 first, second = second, ring[i]
+                if (
+                    _sides(v, ring[i], triangles, alive, head, following) == 1
+                    and _sides(u, ring[i], triangles, alive, head, following) == 1
+                ):
+                    return False
     if shared != apexes:
         return False
     if shared == 2:  # a tetrahedron would become a triangle with two sides
@@ -161,6 +177,18 @@ def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following)
 
 
 @njit(cache=True)
+def _cut(points, u, v, w):
+    """Distance of v from the straight line from u to w."""
+    square, along, length = 0.0, 0.0, 0.0
+    for k in range(3):
+        a, b = points[v, k] - points[u, k], points[w, k] - points[u, k]
+        square += a * a
+        along += a * b
+        length += b * b
+    return np.sqrt(max(square - (along * along / length if length > 0.0 else 0.0), 0.0))
+
+
+@njit(cache=True)
 def _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare):
     """Return the neighbour into which v is best merged, or -1; far ones only if none is near."""
     best, found = 0.0, -1
@@ -174,6 +202,8 @@ def _target(v, count, ring, other, points, normals, size, kind, lines, triangles
         if kind[v] == ON_LINE and u != lines[v, 0] and u != lines[v, 1]:
             continue
         if (_distance(points, u, v) > near) == (turn < count):
+            continue
+        if kind[v] == ON_LINE and _cut(points, u, v, lines[v, 0] + lines[v, 1] - u) > CORNER * size[v]:
             continue
         shape = _shape_after(v, u, points, normals, size, triangles, alive, head, following, spare[0], spare[1])
         if shape <= 0.0:

@@ -15,7 +15,7 @@ DETOUR, DETOUR_FADE = 0.2, 0.2
 of their radius, and not at all from the sum of both on.
 """
 
-RIDGE_LINEAR, RIDGE_QUADRATIC = 1e-9, 1e-4
+RIDGE_LINEAR, RIDGE_QUADRATIC = 1e-12, 1e-6
 """Penalties that keep the polynomials determinate where nodes are few or on a line."""
 
 LEAST = 1e-9

@@ -44,8 +44,8 @@ class VertexInterpolation:
     >>> nodes, between = decimated(points, triangles, np.full(len(points), 12.0))
     >>> smooth = VertexInterpolation(points, triangles, nodes, between)
     >>> wave = np.sin(points / 20.0)
-    >>> round(float(np.abs(smooth.at(wave[nodes]) - wave).max()), 2)
-    0.01
+    >>> bool(np.abs(smooth.at(wave[nodes]) - wave).max() < 0.02)
+    True
     """
 
     def __init__(
