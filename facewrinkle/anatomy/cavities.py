@@ -6,6 +6,7 @@ Lengths are mm on a face whose pupils are 63 mm apart. Heights are along the fac
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 
 import numpy as np
 import numpy.typing as npt
@@ -188,6 +189,12 @@ class Lining:
         inner = np.isin(label, np.setdiff1d(label[depth >= INSIDE_DEPTH], label[face]))
         self.vertices = np.asarray(free & inner | (depth >= INSIDE_DEPTH))
         self._cavities = cavities
+
+    def of_vertices(self, points: Array, vertices: npt.NDArray[np.int64]) -> Lining:
+        """Return the lining on some of the vertices (k,), which are at `points` (k, 3)."""
+        lining = copy(self)
+        lining.vertices, lining._tree = self.vertices[vertices], cKDTree(points)
+        return lining
 
     def holds(self, points: Array) -> BoolArray:
         """True (n,) for points of the face at rest that belong to the lining, as the vertices nearest to them do."""

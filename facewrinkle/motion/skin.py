@@ -28,6 +28,7 @@ from .joints import Joints
 from .lip_pressure import closing_forces
 from .material import SkinMaterial
 from .minimiser import Minimiser
+from .skin_mesh import SKIN_VERTICES, SkinMesh
 
 __all__ = ["Skin", "SkinMaterial"]
 
@@ -58,6 +59,9 @@ class Skin:
     material : SkinMaterial, optional
     iterations : int
         The most quasi-Newton iterations per step; fewer are made if the step converges.
+    vertices : int, optional
+        A face with more than 1.5 times as many vertices is simulated on a coarser mesh of about this many, which its
+        own vertices follow smoothly. None: every vertex is simulated, however many there are.
 
     Attributes
     ----------
@@ -65,12 +69,14 @@ class Skin:
         Rest positions, mm.
     displacement, velocity : ndarray, shape (n, 3)
         mm and mm/s.
+    mesh : SkinMesh
+        The mesh on which the skin is simulated.
     names : tuple of str
         The face's muscles.
     rates : ndarray, shape (k,)
         Their contraction rates.
     contacts : Contacts
-        Contacts with the eyeballs, the other lip and the teeth.
+        Contacts of the vertices of this mesh with the eyeballs, the other lip, the teeth and the bone.
 
     Examples
     --------
@@ -88,7 +94,12 @@ class Skin:
     parts: Mapping[str, Array] = NONE_BY_NAME
 
     def __init__(
-        self, face: Face, time_step: float = 0.02, material: SkinMaterial | None = None, iterations: int = 40
+        self,
+        face: Face,
+        time_step: float = 0.02,
+        material: SkinMaterial | None = None,
+        iterations: int = 40,
+        vertices: int | None = SKIN_VERTICES,
     ) -> None:
         if not (np.isfinite(time_step) and time_step > 0.0):
             raise ParameterError(f"time_step must be a positive number of seconds, received {time_step!r}.")
@@ -97,8 +108,10 @@ class Skin:
         m = self.material = material or SkinMaterial()
         self.time_step = float(time_step)
         self.names = tuple(face.muscles)
-        self.points, self._triangles = face.points * face.unit, face.triangles
-        self._area = vertex_areas(self.points, self._triangles)
+        self.points, self.mesh = face.points * face.unit, SkinMesh(face, vertices)
+        face = self.mesh.face
+        self._rest_points, self._triangles = face.points * face.unit, face.triangles
+        self._area = vertex_areas(self._rest_points, self._triangles)
         self._build_springs(face)
         self._build_bending(face)
         self._build_tethers(face)
@@ -110,14 +123,14 @@ class Skin:
         self._drag = 2.0 * m.damping * m.rate * self.time_step
         inertia = diags_array(self._mass * (1.0 + self._drag) / self.time_step**2)
         matrices = [matrix + inertia for matrix in stiffness]
-        self._minimiser = Minimiser(matrices, self.points, self._area, int(iterations), self.contacts)
+        self._minimiser = Minimiser(matrices, self._rest_points, self._area, int(iterations), self.contacts)
         self.reset()
 
     # --- what the skin is made of -------------------------------------------------------------
 
     def _build_springs(self, face: Face) -> None:
         """Springs along the edges, and the areas and normals of triangles that the inversion barrier compares with."""
-        points = self.points
+        points = self._rest_points
         edges, sides = unique_edges(self._triangles)
         # Unsigned, for the loops: no number counts from the end.
         self._edges, self._corners = edges.astype(np.uint32), self._triangles.astype(np.uint32)
@@ -133,9 +146,9 @@ class Skin:
         self._stiffness = firm * area_of_edge / self._length**2
 
     def _build_bending(self, face: Face) -> None:
-        laplacian = cotangent_laplacian(self.points, self._triangles)
+        laplacian = cotangent_laplacian(self._rest_points, self._triangles)
         full = self.material.bending
-        stiffness = np.full(len(self.points), full)
+        stiffness = np.full(len(self._rest_points), full)
         for joint in face.joint_weights.values():
             thin = (1.0 - THIN_LIDS * joint.hold) * full
             stiffness[joint.vertices] = np.minimum(stiffness[joint.vertices], thin)
@@ -161,7 +174,7 @@ class Skin:
     def _forces(self, face: Face) -> Array:
         """Return the force (k, n, 3) of each muscle at full contraction."""
         m, n = self.material, self._normals
-        pull, pulled = np.zeros((len(self.names), len(self.points), 3)), 1.0 - on_gums(face)
+        pull, pulled = np.zeros((len(self.names), len(self._rest_points), 3)), 1.0 - on_gums(face)
         for k, muscle in enumerate(face.muscles.values()):
             force = muscle.force(face.points) * (muscle.strength * m.pull / m.decay**2)
             out = (force * n).sum(axis=1, keepdims=True)
@@ -194,10 +207,24 @@ class Skin:
 
     # --- use ----------------------------------------------------------------------------------
 
+    @property
+    def displacement(self) -> Array:
+        """Displacement (n, 3) of the face's vertices, mm."""
+        return self.mesh.follow(self._displacement)
+
+    @displacement.setter
+    def displacement(self, displacement: Array) -> None:
+        self._displacement = displacement[self.mesh.vertices]
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity (n, 3) of the face's vertices, mm/s."""
+        return self.mesh.follow(self._velocity)
+
     def reset(self) -> None:
         """Go back to rest, without motion, all muscles relaxed."""
-        shape = self.points.shape
-        self.displacement, self.velocity = np.zeros(shape), np.zeros(shape)
+        shape = self._rest_points.shape
+        self._displacement, self._velocity = np.zeros(shape), np.zeros(shape)
         self.rates = np.zeros(len(self.names))
         self._place(self.rates)
         self._minimiser.reset()
@@ -257,16 +284,16 @@ class Skin:
             for part in range(1, parts + 1):
                 riding = self._placed
                 self._place(after if part == parts else before + (after - before) * (part / parts))
-                x = self.points + self.displacement
-                self.displacement = self._joints.carried(x, riding, self._placed) - self.points
+                x = self._rest_points + self._displacement
+                self._displacement = self._joints.carried(x, riding, self._placed) - self._rest_points
                 self._advance(self.time_step)
         self._come_to_rest()
         return self.points + self.displacement
 
     def _come_to_rest(self) -> None:
         """End at rest, exactly, once nothing pulls at skin that is as good as there."""
-        if not self._placed.any() and max(np.abs(self.displacement).max(), self.time_step * np.abs(self.velocity).max()) < AT_REST:
-            self.displacement, self.velocity = np.zeros_like(self.points), np.zeros_like(self.points)
+        if not self._placed.any() and max(np.abs(self._displacement).max(), self.time_step * np.abs(self._velocity).max()) < AT_REST:
+            self._displacement, self._velocity = np.zeros_like(self._rest_points), np.zeros_like(self._rest_points)
             self._minimiser.reset()
 
     def _advance(self, h: float, halvings: int = 0) -> None:
@@ -275,7 +302,7 @@ class Skin:
         A step that does not converge is made in two halves. The energy never grows: of motion that would be more than
         the step has set free, the rest is lost.
         """
-        old, velocity = self.displacement, self.velocity
+        old, velocity = self._displacement, self._velocity
         target, drag = old + h * velocity, self._drag * (h / self.time_step)
 
         def objective(u: Array, gradient: Array) -> float:
@@ -287,22 +314,22 @@ class Skin:
             for _ in range(2):
                 self._advance(0.5 * h, halvings + 1)
             return
-        self.displacement, self.velocity = end.u, (end.u - old) / h
-        moving = kernels.kinetic(self.velocity, self._mass)
+        self._displacement, self._velocity = end.u, (end.u - old) / h
+        moving = kernels.kinetic(self._velocity, self._mass)
         inertia = kernels.inertia(end.u, target, old, self._mass, drag, h, np.empty_like(end.u))
         over = end.value - inertia + moving - end.before
         if over > 0.0:
-            self.velocity *= math.sqrt(max(1.0 - over / moving, 0.0)) if moving > 0.0 else 0.0
+            self._velocity *= math.sqrt(max(1.0 - over / moving, 0.0)) if moving > 0.0 else 0.0
 
     def energy(self) -> float:
         """Return kinetic plus potential energy less the work of the muscles, in membrane stiffness times mm^2.
 
         While the contraction rates are held, no step raises it.
         """
-        unused = np.empty_like(self.displacement)
-        elastic = self._elastic(self.displacement, unused) - kernels.work(self.displacement, self._force, unused)
+        unused = np.empty_like(self._displacement)
+        elastic = self._elastic(self._displacement, unused) - kernels.work(self._displacement, self._force, unused)
         return float(
-            kernels.kinetic(self.velocity, self._mass) + elastic + self.contacts.energy(self.displacement, unused)
+            kernels.kinetic(self._velocity, self._mass) + elastic + self.contacts.energy(self._displacement, unused)
         )
 
     def _elastic(self, u: Array, gradient: Array) -> float:
@@ -313,7 +340,7 @@ class Skin:
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
         energy += kernels.inversion_barrier(
-            u, self._corners, self.points, self._facing_now, self._double_area, m.smallest_area, INVERSION_STIFFNESS,
+            u, self._corners, self._rest_points, self._facing_now, self._double_area, m.smallest_area, INVERSION_STIFFNESS,
             gradient,
         )  # fmt: skip
         energy += kernels.tethers(

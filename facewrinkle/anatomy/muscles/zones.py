@@ -27,11 +27,16 @@ def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.in
     centres = corners.mean(axis=1)
     sizes = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1, initial=0.0))
     between = [centres, *(0.5 * (corners[:, side] + corners[:, side - 1]) for side in range(3))]
+    x, y, z = np.ascontiguousarray(centres.T)
     out = []
     for muscle in muscles:
         middle, reach = muscle.reach
-        near = np.flatnonzero(((centres - middle) ** 2).sum(axis=1) <= (1.0 + 1e-9) * (reach + sizes) ** 2)
-        inside = muscle.wrinkling_region(points)
+        away = (x - middle[0]) ** 2 + (y - middle[1]) ** 2 + (z - middle[2]) ** 2
+        near = np.flatnonzero(away <= (1.0 + 1e-9) * (reach + sizes) ** 2)
+        inside = np.zeros(len(points), bool)
+        inside[triangles[near]] = True
+        candidates = np.flatnonzero(inside)
+        inside[candidates] = muscle.wrinkling_region(points[candidates])
         touched = _any_corner(inside, triangles[near])
         for places in between:
             touched |= muscle.wrinkling_region(places[near])

@@ -1,0 +1,317 @@
+"""Machine code for decimation by half-edge collapses."""
+
+from __future__ import annotations
+
+from heapq import heappop, heappush
+
+import numpy as np
+from numba import njit
+
+FREE, ON_LINE, FIXED = 0, 1, 2
+"""Kinds of vertices: free, on a line that it may only leave along the line, and never removed."""
+
+LONGEST = 1.6
+"""No edge becomes longer than this, relative to the edges that are wanted."""
+
+FACING = 0.35
+"""Smallest cosine between the normal of a new triangle and the normals of the given mesh at its corners."""
+
+BENT = 0.5
+"""Smallest cosine between the normals of a triangle before and after one collapse."""
+
+SHAPE = 0.3
+"""Smallest quality of a new triangle: 1 for equilateral ones, 0 without area."""
+
+CORNER = 0.1
+"""No line is cut short by more than this at a vertex, relative to the edges that are wanted."""
+
+NEAR = 3.0
+"""Neighbours up to this far are near, relative to the nearest one."""
+
+MOST_NEIGHBOURS = 64
+"""Vertices with more neighbours than this are not removed, and no vertex gets more."""
+
+
+@njit(cache=True)
+def _neighbours(v, triangles, alive, head, following, out):
+    """Write the neighbours of a vertex to `out`, drop dead triangles from its list, and return the count.
+
+    More than fit count as one too many.
+    """
+    count = 0
+    last, corner = -1, head[v]
+    while corner >= 0:
+        t = corner // 3
+        after = following[corner]
+        if not alive[t]:
+            if last < 0:
+                head[v] = after
+            else:
+                following[last] = after
+            corner = after
+            continue
+        for k in range(3):
+            w = triangles[t, k]
+            if w == v:
+                continue
+            known = False
+            for i in range(count):
+                if out[i] == w:
+                    known = True
+                    break
+            if not known:
+                if count == len(out):
+                    return count + 1
+                out[count] = w
+                count += 1
+        last, corner = corner, after
+    return count
+
+
+@njit(cache=True)
+def _distance(points, a, b):
+    x, y, z = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True)
+def _measured(points, a, b, c, normal):
+    """Write the unit normal of a triangle to `normal`, and return its quality."""
+    squares = 0.0
+    for p, q in ((a, b), (b, c), (c, a)):
+        for k in range(3):
+            squares += (points[p, k] - points[q, k]) ** 2
+    ax, ay, az = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+    bx, by, bz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    double = np.sqrt(x * x + y * y + z * z)
+    scale = 1.0 / double if double > 0.0 else 0.0
+    normal[0], normal[1], normal[2] = x * scale, y * scale, z * scale
+    return 2.0 * np.sqrt(3.0) * double / squares if squares > 0.0 else 0.0
+
+
+@njit(cache=True)
+def _least_facing(normals, normal, a, b, c):
+    least = 1.0
+    for v in (a, b, c):
+        least = min(least, normals[v, 0] * normal[0] + normals[v, 1] * normal[1] + normals[v, 2] * normal[2])
+    return least
+
+
+@njit(cache=True)
+def _shape_after(v, u, points, normals, size, triangles, alive, head, following, before, after):
+    """Return the worst quality of the triangles around v once v is merged into u; -1 if a triangle would turn over, or
+    become too long or too thin.
+    """
+    worst = 1.0
+    corner = head[v]
+    while corner >= 0:
+        t = corner // 3
+        corner = following[corner]
+        a, b, c = triangles[t]
+        if not alive[t] or a == u or b == u or c == u:
+            continue
+        was = _measured(points, a, b, c, before)
+        facing = _least_facing(normals, before, a, b, c)
+        a, b, c = (u if a == v else a), (u if b == v else b), (u if c == v else c)
+        shape = _measured(points, a, b, c, after)
+        if shape < min(SHAPE, was):
+            return -1.0
+        if before[0] * after[0] + before[1] * after[1] + before[2] * after[2] < BENT and was > 0.0:
+            return -1.0
+        if _least_facing(normals, after, a, b, c) < min(FACING, facing):
+            return -1.0
+        for w in (a, b, c):
+            if w != u and _distance(points, u, w) > LONGEST * 0.5 * (size[u] + size[w]):
+                return -1.0
+        worst = min(worst, shape)
+    return worst
+
+
+@njit(cache=True)
+def _sides(v, w, triangles, alive, head, following):
+    """Number of triangles at the edge from v to w."""
+    count, corner = 0, head[v]
+    while corner >= 0:
+        t = corner // 3
+        corner = following[corner]
+        count += alive[t] and (triangles[t, 0] == w or triangles[t, 1] == w or triangles[t, 2] == w)
+    return count
+
+
+@njit(cache=True)
+def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following):
+    """Link condition: v and u share no neighbours but those opposite to their edge, and what becomes one was not the
+    border, or the whole of a piece.
+    """
+    apexes = _sides(v, u, triangles, alive, head, following)
+    n_other = _neighbours(u, triangles, alive, head, following, other)
+    if n_other > len(other) or n_other + count - apexes - 2 > len(other):
+        return False
+    shared = 0
+    first, second = -1, -1
+    for i in range(count):
+        for j in range(n_other):
+            if ring[i] == other[j]:
+                shared += 1
+                first, second = second, ring[i]
+                if (
+                    _sides(v, ring[i], triangles, alive, head, following) == 1
+                    and _sides(u, ring[i], triangles, alive, head, following) == 1
+                ):
+                    return False
+    if shared != apexes:
+        return False
+    if shared == 2:  # a tetrahedron would become a triangle with two sides
+        corner = head[v]
+        while corner >= 0:
+            t = corner // 3
+            corner = following[corner]
+            if alive[t]:
+                found = 0
+                for k in range(3):
+                    found += triangles[t, k] == first or triangles[t, k] == second
+                if found == 2:
+                    return False
+    return True
+
+
+@njit(cache=True)
+def _cut(points, u, v, w):
+    """Distance of v from the straight line from u to w."""
+    square, along, length = 0.0, 0.0, 0.0
+    for k in range(3):
+        a, b = points[v, k] - points[u, k], points[w, k] - points[u, k]
+        square += a * a
+        along += a * b
+        length += b * b
+    return np.sqrt(max(square - (along * along / length if length > 0.0 else 0.0), 0.0))
+
+
+@njit(cache=True)
+def _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare):
+    """Return the neighbour into which v is best merged, or -1; far ones only if none is near."""
+    best, found = 0.0, -1
+    near = np.inf
+    for i in range(count):
+        near = min(near, NEAR * _distance(points, ring[i], v))
+    for turn in range(2 * count):
+        if turn == count and found >= 0:
+            break
+        u = ring[turn % count]
+        if kind[v] == ON_LINE and u != lines[v, 0] and u != lines[v, 1]:
+            continue
+        if (_distance(points, u, v) > near) == (turn < count):
+            continue
+        if kind[v] == ON_LINE and _cut(points, u, v, lines[v, 0] + lines[v, 1] - u) > CORNER * size[v]:
+            continue
+        shape = _shape_after(v, u, points, normals, size, triangles, alive, head, following, spare[0], spare[1])
+        if shape <= 0.0:
+            continue
+        # Well-shaped triangles first, and short ways before long ones.
+        shape /= 1.0 + _distance(points, u, v) / size[v]
+        if shape > best and _keeps_topology(v, u, count, ring, other, triangles, alive, head, following):
+            best, found = shape, u
+    return found
+
+
+@njit(cache=True)
+def _shortest(v, count, ring, points, size):
+    """Length of the shortest edge of a vertex, relative to the edges that are wanted."""
+    least = np.inf
+    for i in range(min(count, len(ring))):
+        least = min(least, 2.0 * _distance(points, v, ring[i]) / (size[v] + size[ring[i]]))
+    return least
+
+
+@njit(cache=True)
+def _cut_from_line(v, u, loop, left, lines):
+    """Take v out of its line, in which u was its neighbour."""
+    w = lines[v, 0] + lines[v, 1] - u
+    for one, two in ((u, w), (w, u)):
+        if lines[one, 0] == v:
+            lines[one, 0] = two
+        elif lines[one, 1] == v:
+            lines[one, 1] = two
+    left[loop[v]] -= 1
+
+
+@njit(cache=True)
+def _merge(v, u, triangles, alive, head, following):
+    """Merge v into u."""
+    corner = head[v]
+    while corner >= 0:
+        after, t = following[corner], corner // 3
+        if alive[t]:
+            if triangles[t, 0] == u or triangles[t, 1] == u or triangles[t, 2] == u:
+                alive[t] = False
+            else:
+                triangles[t, corner % 3] = u
+                following[corner] = head[u]
+                head[u] = corner
+        corner = after
+    head[v] = -1
+
+
+@njit(cache=True)
+def _enqueue(v, gap, heap, key, kind, spacing):
+    """Put a vertex in the queue if it may be removed and is too close to a neighbour, but not twice by one key."""
+    if kind[v] != FIXED and gap < spacing and gap != key[v]:
+        key[v] = gap
+        heappush(heap, (gap, v))
+
+
+@njit(cache=True)
+def decimate(points, normals, size, triangles, kind, lines, loop, left, least, spacing, target):
+    """Merge vertices into neighbours, the closest first, until none is closer than `spacing` of the wanted size.
+
+    Changes `triangles`, whose removed ones are marked by False in the result, and `lines`, the two neighbours of
+    vertices on lines. `left` counts the vertices of each line `loop`, of which at least `least` stay. No more
+    vertices are removed once `target` are left.
+    """
+    n, m = len(points), len(triangles)
+    alive, head, following = np.ones(m, np.bool_), np.full(n, -1, np.int64), np.full(3 * m, -1, np.int64)
+    for corner in range(3 * m - 1, -1, -1):
+        v = triangles[corner // 3, corner % 3]
+        following[corner] = head[v]
+        head[v] = corner
+    ring, other = np.empty((2, MOST_NEIGHBOURS), np.int64)
+    spare, key = np.empty((2, 3)), np.full(n, np.inf)
+    heap = [(0.0, 0)]
+    heap.clear()
+    remaining = 0
+    for v in range(n):
+        if head[v] >= 0:
+            remaining += 1
+            count = _neighbours(v, triangles, alive, head, following, ring)
+            if count <= MOST_NEIGHBOURS:
+                _enqueue(v, _shortest(v, count, ring, points, size), heap, key, kind, spacing)
+    while len(heap) and remaining > target:
+        asked, v = heappop(heap)
+        if head[v] < 0 or asked != key[v]:
+            continue
+        key[v] = np.inf
+        count = _neighbours(v, triangles, alive, head, following, ring)
+        if count > MOST_NEIGHBOURS or (kind[v] == ON_LINE and left[loop[v]] <= least):
+            continue
+        # A key is too small once the edge it stands for is gone.
+        gap = _shortest(v, count, ring, points, size)
+        if gap > (1.0 + 1e-9) * asked:
+            _enqueue(v, gap, heap, key, kind, spacing)
+            continue
+        u = _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare)
+        if u < 0:
+            continue
+        if kind[v] == ON_LINE:
+            _cut_from_line(v, u, loop, left, lines)
+        _merge(v, u, triangles, alive, head, following)
+        remaining -= 1
+        for i in range(count):  # those that could not be removed before may be now, with u or another neighbour
+            w = ring[i]
+            gap = key[w]
+            if gap == np.inf:
+                gap = _shortest(w, _neighbours(w, triangles, alive, head, following, other), other, points, size)
+            elif w != u:
+                gap = min(gap, 2.0 * _distance(points, u, w) / (size[u] + size[w]))
+            _enqueue(w, gap, heap, key, kind, spacing)
+    return alive

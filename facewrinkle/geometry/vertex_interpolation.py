@@ -1,0 +1,79 @@
+"""Values at some vertices of a mesh, interpolated smoothly at all of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
+
+from . import _vertex_interpolation_kernels as kernels
+from .laplacian import neighbour_mean
+from .normals import vertex_normals
+from .topology import unique_edges, vertex_rings
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+RADIUS = 2.1
+"""Distance at which the weight of a node ends, in lengths of the edges between nodes around it."""
+
+
+class VertexInterpolation:
+    """Interpolates values at some vertices of a mesh, the nodes, at all of its vertices.
+
+    At each vertex, moving least squares fit a polynomial of degree 2 in the tangent plane to the values at the nodes
+    around it. So the result is as smooth as the mesh, without a trace of the triangles between the nodes, and
+    reproduces displacements that are linear or quadratic over the surface. Nodes that are near only through the air,
+    as on the other lip, do not count.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    nodes : ndarray of int, shape (k,)
+        Numbers of the vertices that are nodes; every piece of the mesh must have one.
+    node_triangles : ndarray of int, shape (l, 3)
+        Triangles between the nodes, as numbers of nodes.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> from facewrinkle.geometry.decimation import decimated
+    >>> ball = pv.Icosphere(radius=50.0, nsub=4)
+    >>> points, triangles = ball.points.astype(float), ball.regular_faces.astype(np.int32)
+    >>> nodes, between = decimated(points, triangles, np.full(len(points), 12.0))
+    >>> smooth = VertexInterpolation(points, triangles, nodes, between)
+    >>> wave = np.sin(points / 20.0)
+    >>> bool(np.abs(smooth.at(wave[nodes]) - wave).max() < 0.02)
+    True
+    """
+
+    def __init__(
+        self, points: Array, triangles: IntArray, nodes: npt.NDArray[np.integer], node_triangles: IntArray
+    ) -> None:
+        positions, numbers = np.ascontiguousarray(points, dtype=np.float64), np.asarray(nodes, np.int64)
+        n, where = len(positions), positions[numbers]
+        edges, _ = unique_edges(node_triangles)
+        length = np.linalg.norm(where[edges[:, 0]] - where[edges[:, 1]], axis=1)
+        valence = np.maximum(np.bincount(edges.ravel(), minlength=len(where)), 1)
+        spacing = np.bincount(edges.ravel(), np.repeat(length, 2), minlength=len(where)) / valence
+        radius = RADIUS * 0.5 * (spacing + neighbour_mean(edges, len(where)) @ spacing)
+        rings = vertex_rings(triangles, n)
+        vertex, node, share = kernels.shares(positions, numbers, radius, *rings)
+        without = np.bincount(vertex, minlength=n) == 0
+        if without.any():  # far from all nodes: these go with the nearest
+            nearest = kernels.nearest_nodes(positions, *rings, numbers)
+            lost = np.flatnonzero(without & (nearest >= 0))
+            vertex, node = np.concatenate([vertex, lost]), np.concatenate([node, nearest[lost]])
+            share = np.concatenate([share, np.ones(len(lost))])
+        rows = csr_array((share, (vertex, node)), shape=(n, len(where)))
+        rows.sort_indices()
+        self._rows = rows.indptr, rows.indices.astype(np.uint32), rows.data
+        kernels.fit_rows(positions, where, vertex_normals(where, node_triangles), radius, *self._rows)
+        self._n = n
+
+    def at(self, values: Array) -> Array:
+        """Return the values (n, 3) at all vertices from those (k, 3) at the nodes; 0 at vertices of no triangle."""
+        out = np.empty((self._n, 3))
+        kernels.interpolate(*self._rows, np.ascontiguousarray(values, dtype=np.float64), out)
+        return out

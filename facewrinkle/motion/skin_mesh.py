@@ -1,0 +1,139 @@
+"""The mesh on which the skin is simulated: the face's own, or on fine scans an even one of a few thousand vertices."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from ..anatomy.face import Face
+from ..anatomy.reduced_face import reduced_face
+from ..errors import check_whole
+from ..geometry.decimation import decimated
+from ..geometry.normals import vertex_areas
+from ..geometry.topology import unique_edges
+from ..geometry.vertex_interpolation import VertexInterpolation
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.integer]
+
+SKIN_VERTICES = 4400
+"""Vertices of the skin's mesh on a fine face."""
+
+WORTHWHILE = 1.5
+"""A face that has more than this times as many vertices gets a mesh of its own for the skin."""
+
+# Wanted lengths of the edges on a face of average size, mm; all are scaled together to the number of vertices.
+
+FINEST, GROWTH, FACIAL = 1.0, 0.12, 5.0
+"""Length on the margins of lids and the rims of lips, nostrils and holes, its growth per mm from there, and the largest
+on the face.
+"""
+
+FACE_REACH, GROWTH_BEYOND, LARGEST = 30.0, 0.2, 14.0
+"""Skin farther than the first from every landmark is not of the face: there lengths grow by the second per mm, up to
+the third.
+"""
+
+BISECTIONS = 30
+"""Steps in which the scale of the lengths is found."""
+
+
+class SkinMesh:
+    """The mesh on which the skin of a face is simulated.
+
+    A face of few vertices is its own mesh. From a finer one, vertices are taken that are close on lids, lips and
+    nostrils and far apart on the scalp and the neck; the others follow them smoothly.
+
+    Parameters
+    ----------
+    face : Face
+    vertices : int, optional
+        About as many vertices the mesh has, if the face has more than 1.5 times as many. Default: 4,400. None: the face
+        is its own mesh.
+
+    Attributes
+    ----------
+    face : Face
+        The face on this mesh, k vertices.
+    vertices : ndarray of int, shape (k,), or slice
+        Their numbers in the given face.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> head = fw.default_face()
+    >>> SkinMesh(head).face is head
+    True
+    >>> 1100 < len(SkinMesh(head, vertices=1200).vertices) < 1300
+    True
+    """
+
+    def __init__(self, face: Face, vertices: int | None = SKIN_VERTICES) -> None:
+        self.face: Face = face
+        self.vertices: IntArray | slice = slice(None)
+        self._interpolation: VertexInterpolation | None = None
+        if vertices is None:
+            return
+        count = check_whole("vertices", vertices, 100, 1e9)
+        if face.mesh.n_points > WORTHWHILE * count:
+            size = edge_lengths(face, count)
+            chosen, triangles = decimated(face.points, face.triangles, size, lid_margins(face))
+            self.face, self.vertices = reduced_face(face, chosen, triangles), chosen
+            self._interpolation = VertexInterpolation(face.points, face.triangles, chosen, triangles)
+
+    def follow(self, displacement: Array) -> Array:
+        """Return the displacement (n, 3) of the given face's vertices from that (k, 3) of the vertices of the mesh.
+
+        The one that is given itself, if the face is its own mesh.
+        """
+        return displacement if self._interpolation is None else self._interpolation.at(displacement)
+
+
+def edge_lengths(face: Face, count: int) -> Array:
+    """Return the wanted length (n,) of the edges at each vertex, in the unit of the mesh, for a number of vertices.
+
+    Examples
+    --------
+    The skin is finest at the lips, and coarsest at the back of the head; mm:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> length = edge_lengths(face, 4000)
+    >>> bool(length[face.points[:, 2].argmin()] > 5.0 * length[face.mesh.find_closest_point(face.landmarks["mouth_l"])])
+    True
+    """
+    scale, points = face.frame.scale, face.points
+    from_rims = cKDTree(points[_rims(face)]).query(points)[0] / scale
+    beyond = cKDTree(np.array(list(face.landmarks.values()))).query(points)[0] / scale - FACE_REACH
+    length = np.minimum(FINEST + GROWTH * from_rims, FACIAL) + GROWTH_BEYOND * np.maximum(beyond, 0.0)
+    length = scale * np.minimum(length, LARGEST)
+    # Two equilateral triangles for each vertex cover the face; where it is coarser, its own vertices are all there are.
+    share = vertex_areas(points, face.triangles) / (np.sqrt(0.75) * length**2)
+    low, high = 0.0, np.sqrt(share.sum() / count)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if np.minimum(share / middle**2, 1.0).sum() > count:
+            low = middle
+        else:
+            high = middle
+    return np.asarray(high * length)
+
+
+def _rims(face: Face) -> IntArray:
+    """Vertices on the margins of the lids, the rims of lips and nostrils, and all holes but the outer border."""
+    edges, _ = unique_edges(face.triangles)
+    inside = face.lining.vertices
+    parts = [edges[inside[edges[:, 0]] != inside[edges[:, 1]]].ravel(), lid_margins(face).ravel()]
+    loops, points = face.boundary_loops, face.points
+    around = [float(np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum()) for loop in loops]
+    parts += [loop for loop, length in zip(loops, around, strict=True) if length < max(around)]
+    corners = [face.mesh.find_closest_point(face.landmarks[f"mouth_{side}"]) for side in "lr"]
+    return np.unique(np.concatenate([*parts, corners]))
+
+
+def lid_margins(face: Face) -> IntArray:
+    """Return the edges (k, 2) of the mesh along the margins of the lids."""
+    margins = [margin for opening in face.eyelid_openings.values() for margin in (opening.upper, opening.lower)]
+    pairs = [np.stack([margin[:-1], margin[1:]], axis=1) for margin in margins]
+    return np.concatenate([np.empty((0, 2), np.int64), *pairs])
