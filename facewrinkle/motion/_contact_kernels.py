@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-
-DEEPEST = 3.0
+DEEPEST = 1.0
 """No sample that is deeper in the other lip than this, mm, has come there through its surface."""
 
 
@@ -150,12 +149,12 @@ def closest_on_triangle(p, x, i, j, l, bary):
 
 
 @njit(cache=True)
-def lip_gap(x, p, triangles, open_edges, candidates, bary, normal):
+def lip_gap(x, p, triangles, open_edges, facing, candidates, bary, normal):
     """Return the signed distance of p from a surface of `triangles`, and the closest triangle.
 
     Writes the barycentric coordinates (3,) of the closest point, and the gradient (3,) of the distance. A point whose
-    closest one lies on an open edge of the surface is beside it: for such, and where there is no triangle, the distance
-    has no sign and the triangle is -1. `open_edges` (m,) holds a bit
+    closest one lies on an open edge of the surface is beside it, and outside, as is one whose skin does not face the
+    closest triangle at rest (`facing`, (m,)), or that is deeper than `DEEPEST`. `open_edges` (m,) holds a bit
     for each side of a triangle: 1 for that from corner 0 to 1, 2 for 1 to 2, 4 for 2 to 0.
     """
     best, which, steepest = np.inf, -1, 0.0
@@ -186,9 +185,7 @@ def lip_gap(x, p, triangles, open_edges, candidates, bary, normal):
     sides = open_edges[which]
     on = (sides & 1 and bary[2] < 1e-9) or (sides & 2 and bary[0] < 1e-9) or (sides & 4 and bary[1] < 1e-9)
     d = np.sqrt(best)
-    if on:
-        return d, -1
-    sign = 1.0 if steepest >= 0.0 else -1.0
+    sign = 1.0 if steepest >= 0.0 or on or d > DEEPEST or not facing[which] else -1.0
     if d > 1e-9:
         for k in range(3):
             q = 0.0
@@ -199,11 +196,11 @@ def lip_gap(x, p, triangles, open_edges, candidates, bary, normal):
 
 
 @njit(cache=True)
-def near_triangles(x, corners, shares, triangles, open_edges, order, starts, reach):
+def near_triangles(x, corners, shares, triangles, open_edges, facing, order, starts, reach):
     """Return the triangles within `reach` of each sample, as offsets (k + 1,) and indices, and the gaps (k,).
 
     `order` holds the triangles sorted by their least first coordinate, and `starts` these coordinates. The gap is that
-    of `lip_gap`, or for samples beside the surface the least that they can come to.
+    of `lip_gap`.
     """
     n = corners.shape[0]
     gaps = np.full(n, np.inf)
@@ -238,93 +235,140 @@ def near_triangles(x, corners, shares, triangles, open_edges, order, starts, rea
             count += 1
         if count > offsets[s]:
             near_this = found[offsets[s] : count]
-            gap, t = lip_gap(x, p, triangles, open_edges, near_this, own, normal)
-            gaps[s] = gap if t >= 0 else gap - DEEPEST
+            gaps[s] = lip_gap(x, p, triangles, open_edges, facing[s], near_this, own, normal)[0]
         offsets[s + 1] = count
     return offsets, found[:count], gaps
 
 
 @njit(cache=True)
-def lip_gaps(x, corners, shares, triangles, open_edges, near):
+def lip_gaps(x, corners, shares, triangles, open_edges, facing, near):
     """Return the signed distances (k,) of samples from a surface; inf where there is nothing near."""
     p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
     offsets, candidates = near
     gaps = np.empty(corners.shape[0])
     for s in range(corners.shape[0]):
         at_sample(x, corners, shares, s, p)
-        gap, t = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)
-        gaps[s] = gap if t >= 0 else np.inf
+        gaps[s] = lip_gap(
+            x, p, triangles, open_edges, facing[s], candidates[offsets[s] : offsets[s + 1]], bary, normal
+        )[0]
     return gaps
 
 
 @njit(cache=True)
-def lip_energy(x, corners, shares, triangles, open_edges, near, moved, allowed, stiffness, found, grad):
-    """Add up half stiffness times depth squared of samples of one lip in the other. Adds to grad.
+def away_from(x, p, i, j, l, bary, normal):
+    """Return the distance of p from the triangle of points i, j, l; write its closest point and gradient (3,)."""
+    d = np.sqrt(closest_on_triangle(p, x, i, j, l, bary))
+    if d > 0.0:
+        for k in range(3):
+            normal[k] = (p[k] - bary[0] * x[i, k] - bary[1] * x[j, k] - bary[2] * x[l, k]) / d
+    return d
 
-    Both lips have moved by `moved` at most since `near` was found. Writes what was `found` for each sample: its gap,
-    the triangle (-1 if it is far from all), the barycentric coordinates and the normal.
+
+@njit(cache=True)
+def pushed_apart(force, corners, shares, triangle, bary, normal, grad):
+    """Add the gradient of a sample and a triangle that a force pushes apart."""
+    for c in range(3):
+        for k in range(3):
+            grad[corners[c], k] -= force * shares[c] * normal[k]
+            grad[triangle[c], k] += force * bary[c] * normal[k]
+
+
+@njit(cache=True)
+def lip_energy(x, corners, shares, triangles, open_edges, facing, near, moved, allowed, stiffness, gaps, grad):
+    """Add up half stiffness times depth squared of samples of one lip near or in the other. Adds to grad.
+
+    A sample outside is pushed off every triangle that is too near, one inside towards the nearest. Both lips have moved
+    by `moved` at most since `near` was found. Writes the gaps (k,), or lower bounds of large ones.
     """
     p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
     offsets, candidates, at_first = near
-    gaps, met, barys, normals = found
     energy = 0.0
     for s in range(corners.shape[0]):
-        met[s], gaps[s] = -1, at_first[s] - 2.0 * moved
+        gaps[s] = at_first[s] - 2.0 * moved
         if gaps[s] > allowed[s]:
             continue
         at_sample(x, corners, shares, s, p)
-        gaps[s], t = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)
+        these = candidates[offsets[s] : offsets[s + 1]]
+        gaps[s], t = lip_gap(x, p, triangles, open_edges, facing[s], these, bary, normal)
         depth = allowed[s] - gaps[s]
-        if t < 0 or depth > DEEPEST:
-            continue
-        met[s] = t
-        barys[s], normals[s] = bary, normal
         if depth <= 0.0:
             continue
-        force = stiffness[s] * depth
-        energy += 0.5 * force * depth
-        for c in range(3):
-            for k in range(3):
-                grad[corners[s, c], k] -= force * shares[s, c] * normal[k]
-                grad[triangles[t, c], k] += force * bary[c] * normal[k]
+        if gaps[s] <= 0.0:
+            energy += 0.5 * stiffness[s] * depth * depth
+            pushed_apart(stiffness[s] * depth, corners[s], shares[s], triangles[t], bary, normal, grad)
+            continue
+        for t in these:
+            depth = allowed[s] - away_from(x, p, triangles[t, 0], triangles[t, 1], triangles[t, 2], bary, normal)
+            if depth > 0.0:
+                energy += 0.5 * stiffness[s] * depth * depth
+                pushed_apart(stiffness[s] * depth, corners[s], shares[s], triangles[t], bary, normal, grad)
     return energy
 
 
 @njit(cache=True)
-def lip_rows(x, ahead, far, corners, shares, triangles, open_edges, near, allowed, stiffness, found, rows, first):
-    """Write rows of samples that are too deep in the other lip now or after `ahead`, which nowhere exceeds `far`; see
-    `solid_rows`. `found` is what `lip_energy` has written at x.
+def lip_rows(
+    x, ahead, far, corners, shares, triangles, open_edges, facing, near, allowed, stiffness, gaps, rows, first
+):
+    """Write rows of samples and triangles that are too near each other now or after `ahead`, which nowhere exceeds
+    `far`; see `solid_rows`. `gaps` is what `lip_energy` has written at x.
     """
-    vertices, slopes, depths, stiff = rows
     p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
     offsets, candidates, _ = near
-    gaps, met, barys, normals = found
     for s in range(corners.shape[0]):
         if gaps[s] - 2.0 * far > allowed[s]:
             continue
-        t, gap = met[s], gaps[s]
-        if t >= 0:
-            bary[:], normal[:] = barys[s], normals[s]
-        else:
-            at_sample(x, corners, shares, s, p)
-            gap, t = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)
-        depth = allowed[s] - gap
-        if t < 0 or depth > DEEPEST:
+        at_sample(x, corners, shares, s, p)
+        these = candidates[offsets[s] : offsets[s + 1]]
+        gap, t = lip_gap(x, p, triangles, open_edges, facing[s], these, bary, normal)
+        if t < 0:
             continue
-        after = depth
-        for c in range(3):
-            for k in range(3):
-                after -= normal[k] * (shares[s, c] * ahead[corners[s, c], k] - bary[c] * ahead[triangles[t, c], k])
-        if depth <= 0.0 and after <= 0.0:
+        if gap <= 0.0:
+            after = allowed[s] - gap - approach(ahead, corners[s], shares[s], triangles[t], bary, normal)
+            first = lip_row(after, s, t, corners, shares, triangles, bary, normal, stiffness, rows, first)
             continue
-        for c in range(3):
-            vertices[first, c], vertices[first, c + 3] = corners[s, c], triangles[t, c]
-            for k in range(3):
-                slopes[first, c, k] = shares[s, c] * normal[k]
-                slopes[first, c + 3, k] = -bary[c] * normal[k]
-        depths[first], stiff[first] = after, stiffness[s]
-        first += 1
+        # Of the triangles that it does not touch yet, the one that it would enter deepest.
+        deepest, which = 0.0, -1
+        for t in these:
+            d = away_from(x, p, triangles[t, 0], triangles[t, 1], triangles[t, 2], bary, normal)
+            after = allowed[s] - d - approach(ahead, corners[s], shares[s], triangles[t], bary, normal)
+            if d < allowed[s]:
+                first = lip_row(after, s, t, corners, shares, triangles, bary, normal, stiffness, rows, first)
+            elif after > deepest:
+                deepest, which = after, t
+        if which >= 0:
+            away_from(x, p, triangles[which, 0], triangles[which, 1], triangles[which, 2], bary, normal)
+            first = lip_row(deepest, s, which, corners, shares, triangles, bary, normal, stiffness, rows, first)
     return first
+
+
+@njit(cache=True)
+def approach(ahead, corners, shares, triangle, bary, normal):
+    """Return the change of the distance between a sample and a point of a triangle by displacements `ahead`."""
+    change = 0.0
+    for c in range(3):
+        for k in range(3):
+            change += normal[k] * (shares[c] * ahead[corners[c], k] - bary[c] * ahead[triangle[c], k])
+    return change
+
+
+@njit(cache=True)
+def lip_row(after, s, t, corners, shares, triangles, bary, normal, stiffness, rows, first):
+    """Write the row of a sample and a triangle; see `solid_rows`."""
+    vertices, slopes, depths, stiff = rows
+    if first == depths.shape[0]:
+        return first
+    place = 0
+    slopes[first] = 0.0
+    for c in range(6):
+        own, share = (corners[s, c], shares[s, c]) if c < 3 else (triangles[t, c - 3], -bary[c - 3])
+        if share != 0.0:
+            vertices[first, place] = own
+            for k in range(3):
+                slopes[first, place, k] = share * normal[k]
+            place += 1
+    vertices[first, place:] = vertices[first, 0]
+    depths[first], stiff[first] = after, stiffness[s]
+    return first + 1
 
 
 @njit(cache=True)

@@ -16,9 +16,9 @@ import numpy.typing as npt
 from ..anatomy.face import Face
 from ..anatomy.joint_weights import JointWeights
 from . import _contact_kernels as kernels
-from .lip_surfaces import LipSurfaces, Near, lip_surfaces
 from .flat_triangles import LEAST_AREA, flat_triangles
-from .solids import Solids, bone_below, dental_arches, eyeballs, joined
+from .lip_surfaces import LipSurfaces, Near, lip_surfaces
+from .solids import bone_below, dental_arches, eyeballs, joined
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -79,16 +79,13 @@ class Contacts:
         self.lips: list[LipSurfaces] = lip_surfaces(face, area, share) if angles.any() else []
         self.flats = flat_triangles(face, resistance)
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))
-        most = len(self.solids.corners) + sum(len(lip.corners) for lip in self.lips) + len(face.triangles)
+        most = len(self.solids.corners) + sum(4 * len(lip.corners) for lip in self.lips) + len(face.triangles)
         self._rows: Rows = (
             np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip
         self._rate, self._lips_looked_at = np.nan, np.full_like(self._points, FAR_AWAY)
         self._meeting_solids = np.unique(self.solids.corners)
-        self._found = [
-            (np.empty(k), np.empty(k, np.int64), np.empty((k, 3)), np.empty((k, 3)))
-            for k in (len(lip.corners) for lip in self.lips)
-        ]
+        self._gaps = [np.empty(len(lip.corners)) for lip in self.lips]
         of_lips = [lip.vertices for lip in self.lips]
         self._meeting_lips = np.unique(np.concatenate([np.empty(0, np.int64), *of_lips]))
         self.place(0.0, self.flats.facing)
@@ -120,10 +117,10 @@ class Contacts:
         """Return the energy at displacements `u`; add its gradient."""
         x = self._x = self._look(u)
         energy = kernels.solid_energy(x, self._near_solids, *self._placed, self.solids.stiffness, gradient)
-        for lip, near, found in zip(self.lips, self._near_lips, self._found, strict=True):
+        for lip, near, gaps in zip(self.lips, self._near_lips, self._gaps, strict=True):
             energy += kernels.lip_energy(
-                x, lip.corners, lip.shares, lip.triangles, lip.open_edges, near, self._lips_moved, lip.allowed,
-                lip.stiffness, found, gradient,
+                x, lip.corners, lip.shares, lip.triangles, lip.open_edges, lip.facing, near, self._lips_moved, lip.allowed,
+                lip.stiffness, gaps, gradient,
             )  # fmt: skip
         f = self.flats
         kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
@@ -139,10 +136,10 @@ class Contacts:
         x, rows = self._x, self._rows
         m = kernels.solid_rows(x, ahead, self._near_solids, *self._placed, self.solids.stiffness, rows, 0)
         far = kernels.farthest_moved(ahead, np.zeros_like(ahead), self._meeting_lips)
-        for lip, near, found in zip(self.lips, self._near_lips, self._found, strict=True):
+        for lip, near, gaps in zip(self.lips, self._near_lips, self._gaps, strict=True):
             m = kernels.lip_rows(
-                x, ahead, far, lip.corners, lip.shares, lip.triangles, lip.open_edges, near, lip.allowed,
-                lip.stiffness, found, rows, m,
+                x, ahead, far, lip.corners, lip.shares, lip.triangles, lip.open_edges, lip.facing, near, lip.allowed,
+                lip.stiffness, gaps, rows, m,
             )  # fmt: skip
         f = self.flats
         kernels.shares_of_area(x + ahead, f.triangles, self._facing, f.double_area, self._ahead)

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
+
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 

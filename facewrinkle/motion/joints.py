@@ -14,7 +14,7 @@ from ..anatomy.joint_weights import JointWeights, turned
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
 
-LONGEST_PART = 2.0
+LONGEST_PART = 1.0
 """Joints carry the skin no farther than this in one part of a step, mm."""
 
 
@@ -101,9 +101,7 @@ class Joints:
     def _changes(self, before: Array, after: Array) -> dict[str, float]:
         """Changes of the joints' contraction rates that are not 0."""
         old, new = self._rates(before), self._rates(after)
-        return {
-            name: turn for name in self._joints if (turn := new.get(name, 0.0) - old.get(name, 0.0)) != 0.0
-        }
+        return {name: turn for name in self._joints if (turn := new.get(name, 0.0) - old.get(name, 0.0)) != 0.0}
 
     def shift(self, rates: Array) -> Array:
         """Return the displacements (n, 3) of what the skin is tethered to."""

@@ -11,10 +11,9 @@ import numpy.typing as npt
 from ..anatomy.face import Face
 from ..anatomy.teeth import BEHIND_LIPS
 from ..geometry.normals import vertex_normals
-from ..geometry.topology import unique_edges
 from . import _contact_kernels as kernels
 from .constraints import from_lips
-from .solids import SLACK, STIFFNESS
+from .solids import SLACK, samples_of
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -25,11 +24,15 @@ Near = tuple[IntArray, IntArray, Array]
 LIP_DISTANCE = 0.1
 """Lips that are farther apart at rest than this touch at this distance, mm."""
 
+LIP_ROUNDING = 5.0
+"""Radius to which lips are rounded, mm."""
+
 FACES_AWAY = 0.3
 """Skin belongs to the surface of a lip that can meet the other unless it looks away from it by more than this share."""
 
-UNDECIDED = 2.0
-"""Samples nearer than this to the open edge of the other surface at rest, mm, cannot tell on which side they are."""
+
+FACING = -0.5
+"""Sum of the cosines between a sample's normal and those of a triangle's corners below which they face each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +49,8 @@ class LipSurfaces:
         Surface of the other lip, counter-clockwise seen from outside.
     open_edges : ndarray of int, shape (m,)
         A bit for each side of a triangle at which the surface ends: 1, 2, 4.
+    facing : ndarray of bool, shape (k, m)
+        True where a sample and a triangle face each other at rest: only through such can a sample enter.
     allowed : ndarray, shape (k,)
         Distance below which samples are pushed off the surface.
     stiffness : ndarray, shape (k,)
@@ -57,6 +62,7 @@ class LipSurfaces:
     shares: Array
     triangles: IntArray
     open_edges: IntArray
+    facing: BoolArray
     allowed: Array
     stiffness: Array
 
@@ -69,12 +75,14 @@ class LipSurfaces:
         least = x[self.triangles, 0].min(axis=1, initial=np.inf)
         order = np.argsort(least, kind="stable")
         return kernels.near_triangles(
-            x, self.corners, self.shares, self.triangles, self.open_edges, order, least[order], reach
+            x, self.corners, self.shares, self.triangles, self.open_edges, self.facing, order, least[order], reach
         )
 
     def gaps(self, x: Array, near: Near) -> Array:
-        """Return the signed distances (k,) of samples from the surface; inf where they are far from it or beside it."""
-        return np.asarray(kernels.lip_gaps(x, self.corners, self.shares, self.triangles, self.open_edges, near[:2]))
+        """Return the signed distances (k,) of samples from the surface; inf where they are far from it."""
+        return np.asarray(
+            kernels.lip_gaps(x, self.corners, self.shares, self.triangles, self.open_edges, self.facing, near[:2])
+        )
 
 
 def lip_surfaces(face: Face, area: Array, share_of_jaw: Array) -> list[LipSurfaces]:
@@ -109,7 +117,7 @@ def lip_surfaces(face: Face, area: Array, share_of_jaw: Array) -> list[LipSurfac
         samples = near & own & (sign * looks_up < FACES_AWAY)
         triangles = face.triangles[(near & other & (sign * looks_up > -FACES_AWAY))[face.triangles].all(axis=1)]
         if samples.any() and len(triangles):
-            found.append(_decided(face, samples, triangles.astype(np.int64), area, points))
+            found.append(_surfaces(face, samples, triangles.astype(np.int64), area, points))
     return found
 
 
@@ -124,24 +132,15 @@ def _around_mouth(face: Face) -> BoolArray:
     return np.asarray(near & (depth > -BEHIND_LIPS * face.frame.scale - (side / reach) ** 2 * reach))
 
 
-def _decided(face: Face, samples: BoolArray, triangles: IntArray, area: Array, points: Array) -> LipSurfaces:
-    """The surfaces, of which only samples count that know at rest on which side of the other lip they are."""
-    vertices = np.flatnonzero(samples)
-    edges, _ = unique_edges(face.triangles)
-    edges = edges[samples[edges].all(axis=1)].astype(np.int64)
-    corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]]])
-    shares = np.concatenate([np.tile([1.0, 0, 0], (len(vertices), 1)), np.tile([0.5, 0.5, 0], (len(edges), 1))])
-    stiffness = STIFFNESS * (shares * area[corners]).sum(axis=1)
-    out = LipSurfaces(corners, shares, triangles, _open_edges(triangles), np.zeros(len(corners)), stiffness)
-    close = out.near(points, UNDECIDED)
-    gaps = out.gaps(points, close)
-    closed = replace(out, open_edges=np.zeros_like(out.open_edges))
-    beside = np.isinf(gaps) & (np.abs(closed.gaps(points, close)) < UNDECIDED)
-    allowed = np.minimum(gaps - SLACK, LIP_DISTANCE)
-    kept = ~beside
-    return replace(
-        out, corners=corners[kept], shares=shares[kept], allowed=allowed[kept], stiffness=stiffness[kept]
-    )
+def _surfaces(face: Face, samples: BoolArray, triangles: IntArray, area: Array, points: Array) -> LipSurfaces:
+    """The samples of one lip and the surface of the other."""
+    corners, shares, stiffness = samples_of(face, samples, area, LIP_ROUNDING)
+    normals = vertex_normals(points, face.triangles)
+    of_samples = np.einsum("kc,kci->ki", shares, normals[corners])
+    facing = of_samples @ normals[triangles].sum(axis=1).T < FACING
+    out = LipSurfaces(corners, shares, triangles, _open_edges(triangles), facing, np.zeros(len(corners)), stiffness)
+    gaps = out.gaps(points, out.near(points, 2.0 * LIP_DISTANCE))
+    return replace(out, allowed=np.minimum(gaps - SLACK, LIP_DISTANCE))
 
 
 def _open_edges(triangles: IntArray) -> IntArray:

@@ -41,7 +41,7 @@ INVERSION_STIFFNESS = 20.0
 AT_REST = 1e-6
 """Displacements below which relaxed skin is at rest, mm."""
 
-MOST_HALVINGS = 6
+MOST_HALVINGS = 2
 """A step that does not converge is halved at most this many times."""
 
 THIN_LIDS = 0.97
@@ -98,7 +98,7 @@ class Skin:
         face: Face,
         time_step: float = 0.02,
         material: SkinMaterial | None = None,
-        iterations: int = 40,
+        iterations: int = 25,
         vertices: int | None = SKIN_VERTICES,
     ) -> None:
         if not (np.isfinite(time_step) and time_step > 0.0):
@@ -292,7 +292,10 @@ class Skin:
 
     def _come_to_rest(self) -> None:
         """End at rest, exactly, once nothing pulls at skin that is as good as there."""
-        if not self._placed.any() and max(np.abs(self._displacement).max(), self.time_step * np.abs(self._velocity).max()) < AT_REST:
+        if (
+            not self._placed.any()
+            and max(np.abs(self._displacement).max(), self.time_step * np.abs(self._velocity).max()) < AT_REST
+        ):
             self._displacement, self._velocity = np.zeros_like(self._rest_points), np.zeros_like(self._rest_points)
             self._minimiser.reset()
 

@@ -34,6 +34,9 @@ STIFFNESS = 40.0
 lips less than a hundredth of a millimetre deep.
 """
 
+CUT = 0.05
+"""Depth to which an edge between two vertices on a surface may cut it, mm."""
+
 AROUND_EYE = 1.6
 """Skin nearer to the centre of an eye than this many radii can meet the eyeball."""
 
@@ -134,7 +137,7 @@ def eyeballs(face: Face, area: Array) -> Solids:
         centre, radius = eye.centre * face.unit, eye.radius * face.unit
         near = np.linalg.norm(points - centre, axis=1) < AROUND_EYE * radius
         room = (1.0 / LID_ROOM - 1.0) * radius
-        found.append(_balls(face, *_samples(face, near, area), centre, np.array(radius), room))
+        found.append(_balls(face, *samples_of(face, near, area, radius), centre, np.array(radius), room))
     return joined(found) if found else _none()
 
 
@@ -149,9 +152,9 @@ def dental_arches(face: Face, area: Array, angles: Array) -> Solids:
     back = half[1] + BEHIND_LIPS * scale
     close = (np.linalg.norm(local, axis=1) < 50.0 * scale) & (np.abs(local[:, 1]) < 25.0 * scale)
     near = close & (local[:, 2] + back > 0.3 * half[1])
-    corners, shares, stiffness = _samples(face, near, area)
+    corners, shares, stiffness = samples_of(face, near, area, half[0] ** 2 / half[1])
     k = len(corners)
-    middle = face.points * face.unit - (local + [0.0, 0.0, back]) @ face.frame.axes
+    middle = face.points * face.unit - (local + np.array([0.0, 0.0, back])) @ face.frame.axes
     axes = np.broadcast_to(face.frame.axes[[0, 2]], (k, 2, 3)).copy()
     turns = (shares * angles[corners]).sum(axis=1)
     arches = Solids(
@@ -202,11 +205,24 @@ def _curvature(anchors: Array, normals: Array, triangles: npt.NDArray[np.int32],
     return np.asarray(out)
 
 
-def _samples(face: Face, near: npt.NDArray[np.bool_], area: Array) -> tuple[IntArray, Array, Array]:
-    """Corners, shares and stiffness of samples: the `near` vertices, and the middles of the edges between them."""
+def samples_of(face: Face, near: npt.NDArray[np.bool_], area: Array, radius: float) -> tuple[IntArray, Array, Array]:
+    """Return corners (k, 3), shares (k, 3) and stiffness (k,) of samples: the `near` vertices, and the middles of the
+    edges between them that are so long that they would cut a surface of a given radius, mm, by more than `CUT`.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> near = np.ones(len(face.points), bool)
+    >>> corners, shares, _ = samples_of(face, near, np.ones(len(face.points)), radius=1e9)
+    >>> len(corners) == len(face.points)
+    True
+    """
     vertices = np.flatnonzero(near)
     edges, _ = unique_edges(face.triangles)
     edges = edges[near[edges].all(axis=1)].astype(np.int64)
+    ends = face.points[edges] * face.unit
+    edges = edges[((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1) > 8.0 * radius * CUT]
     corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]]])
     shares = np.concatenate([np.tile([1.0, 0, 0], (len(vertices), 1)), np.tile([0.5, 0.5, 0], (len(edges), 1))])
     return corners, shares, STIFFNESS * (shares * area[corners]).sum(axis=1)
