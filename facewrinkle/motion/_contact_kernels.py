@@ -439,27 +439,37 @@ def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, h
 
 
 @njit(cache=True)
-def compliance(vertices, slopes, slots, columns):
+def compliance(vertices, slopes, involved, slots, columns):
     """Return the change (m, m) of the gaps of rows by unit forces at rows.
 
-    `columns[slots[v]]` (n, 3) is the response of all vertices to unit forces along the coordinates at vertex v.
+    `columns[slots[v]]` (n, 3) is the response of all vertices to unit forces along the coordinates at vertex v, and
+    `involved` are the vertices of the rows in ascending order.
     """
-    m = vertices.shape[0]
-    out = np.empty((m, m))
-    size = np.empty(m, np.int64)
+    m, n = vertices.shape[0], involved.shape[0]
+    out, moved = np.empty((m, m)), np.empty((n, 3))
+    near = np.empty((n, n, 3), np.float32)
+    for i in range(n):
+        for j in range(n):
+            near[i, j] = columns[slots[involved[i]], involved[j]]
+    size, place = np.empty(m, np.int64), np.empty((m, 6), np.int64)
     for r in range(m):
         size[r] = 6
         while size[r] > 1 and not slopes[r, size[r] - 1].any():
             size[r] -= 1
+        for a in range(size[r]):
+            place[r, a] = np.searchsorted(involved, vertices[r, a])
     for r in range(m):
+        moved[:] = 0.0
+        for a in range(size[r]):
+            i = place[r, a]
+            for j in range(n):
+                for k in range(3):
+                    moved[j, k] += slopes[r, a, k] * near[i, j, k]
         for q in range(r + 1):
             total = 0.0
-            for a in range(size[r]):
-                slot = slots[vertices[r, a]]
-                for b in range(size[q]):
-                    j = vertices[q, b]
-                    for k in range(3):
-                        total += slopes[r, a, k] * slopes[q, b, k] * columns[slot, j, k]
+            for b in range(size[q]):
+                for k in range(3):
+                    total += slopes[q, b, k] * moved[place[q, b], k]
             out[r, q] = out[q, r] = total
     return out
 

@@ -29,9 +29,9 @@ IntArray = npt.NDArray[np.int64]
 SLACK = 0.02
 """Depth to which skin that touches a solid at rest may enter it before it is pushed, mm: so rest is an equilibrium."""
 
-STIFFNESS = 40.0
-"""Stiffness of a contact per area, relative to the membrane stiffness of the skin, 1/mm^2: the strongest muscle presses
-lips less than a hundredth of a millimetre deep.
+STIFFNESS, EYE_STIFFNESS = 40.0, 1000.0
+"""Stiffness of contacts, and of those with eyeballs, per area, relative to the membrane stiffness of the skin, 1/mm^2.
+The strongest muscle presses lips a hundredth of a millimetre deep, and the plates of lids press harder.
 """
 
 CUT = 0.05
@@ -137,7 +137,9 @@ def eyeballs(face: Face, area: Array) -> Solids:
         centre, radius = eye.centre * face.unit, eye.radius * face.unit
         near = np.linalg.norm(points - centre, axis=1) < AROUND_EYE * radius
         room = (1.0 / LID_ROOM - 1.0) * radius
-        found.append(_balls(face, *samples_of(face, near, area, radius), centre, np.array(radius), room))
+        corners, shares, stiffness = samples_of(face, near, area, radius)
+        stiffness *= EYE_STIFFNESS / STIFFNESS
+        found.append(_balls(face, corners, shares, stiffness, centre, np.array(radius), room))
     return joined(found) if found else _none()
 
 
