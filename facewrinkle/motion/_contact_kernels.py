@@ -24,9 +24,11 @@ def at_sample(x, corners, shares, s, out):
 
 @njit(cache=True)
 def solid_gap(p, origin, axes, half, normal):
-    """Return the distance of p (3,) from a ball, or from an elliptic cylinder scaled by its depth; write its gradient.
+    """Return the distance of p (3,) from a ball, or from half of an elliptic cylinder; write its gradient (3,).
 
-    A negative first half axis stands for a ball, the second one is then its radius. Both distances are convex.
+    The half cylinder ends at its origin, towards its third axis; its distance is that from the flank, scaled by the
+    depth of the ellipse, or that from the end if this is larger. A negative first half axis stands for a ball, the
+    second one is then its radius. Both distances are convex.
     """
     if half[0] < 0.0:
         square = 0.0
@@ -37,16 +39,22 @@ def solid_gap(p, origin, axes, half, normal):
         for k in range(3):
             normal[k] = normal[k] / d if d > 0.0 else 0.0
         return d - half[1]
-    a, b = 0.0, 0.0
+    a, b, beyond = 0.0, 0.0, 0.0
     for k in range(3):
-        a += axes[0, k] * (p[k] - origin[k])
-        b += axes[1, k] * (p[k] - origin[k])
+        offset = p[k] - origin[k]
+        a += axes[0, k] * offset
+        b += axes[1, k] * offset
+        beyond += axes[2, k] * offset
     a /= half[0]
     b /= half[1]
     r = np.sqrt(a * a + b * b)
+    gap = half[1] * (r - 1.0)
+    if beyond > gap:
+        normal[:] = axes[2]
+        return beyond
     for k in range(3):
         normal[k] = half[1] * (a / half[0] * axes[0, k] + b / half[1] * axes[1, k]) / r if r > 0.0 else 0.0
-    return half[1] * (r - 1.0)
+    return gap
 
 
 @njit(cache=True)

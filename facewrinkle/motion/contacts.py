@@ -74,7 +74,7 @@ class Contacts:
         if mandible is not None:
             angles[mandible.vertices] = mandible.angles
         share = angles / max(angles.max(initial=0.0), 1e-12)
-        solids = [eyeballs(face, area), dental_arches(face, area, angles), bone_below(face, area, angles)]
+        solids = [eyeballs(face, area), dental_arches(face, area, float(angles.max(initial=0.0))), bone_below(face, area, angles)]
         self.solids = joined(solids)
         self.lips: list[LipSurfaces] = lip_surfaces(face, area, share) if angles.any() else []
         self.flats = flat_triangles(face, resistance)
