@@ -1,8 +1,8 @@
 """Solids that the skin meets: eyeballs, the dental arches and the bone below it.
 
-Every solid is a ball or an upright elliptic cylinder, so its distance is a convex function of the place, known in closed
-form. What a point of the skin meets depends on nothing but where it is: teeth and bone go along with the mandible as far
-as the tissue of that point does.
+Every solid is a ball or half of an upright elliptic cylinder, so that its distance is a convex function of the place,
+known in closed form. What a point of the skin meets depends on nothing but where it is. The lower arch goes with the
+mandible, and the bone below a vertex as far as the tissue there does.
 """
 
 from __future__ import annotations
