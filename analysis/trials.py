@@ -129,7 +129,10 @@ class Player:
             if not np.isfinite(x).all():
                 yield {"not finite": 1.0}
                 return
-            found: dict[str, float | Array] = {**vars(self.oracle.findings(x, self._jaw_angle(sequence.rates[f]))), "wrinkles": inverted}
+            found: dict[str, float | Array] = {
+                **vars(self.oracle.findings(x, self._jaw_angle(sequence.rates[f]))),
+                "wrinkles": inverted,
+            }
             found["largest"] = float(np.sqrt((u**2).sum(axis=1).max()))
             most = max(most, abs(present))
             held = f > 0 and np.array_equal(sequence.rates[f], sequence.rates[f - 1])
