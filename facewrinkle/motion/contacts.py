@@ -3,7 +3,7 @@
 Each contact is an energy that is zero until two surfaces meet, and grows with the square of the depth to which one has
 entered the other. It depends on nothing but the present place of the skin. The steps of the skin minimise it together
 with all other energies, and the quadratic model of each iteration knows every contact that its step would meet. So
-stiff contacts cost no iterations, and no step passes through what it meets.
+stiff contacts cost no iterations, and steps end at what they meet.
 """
 
 from __future__ import annotations
@@ -87,6 +87,7 @@ class Contacts:
         self._rows: Rows = (
             np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip
+        self._near_lips: list[Near] = []
         self._known: tuple[Array, float, Array] | None = None
         self._rate, self._lips_looked_at = np.nan, np.full_like(self._points, FAR_AWAY)
         self._meeting_solids = np.unique(self.solids.corners)
@@ -117,7 +118,7 @@ class Contacts:
         self._lips_moved = kernels.farthest_moved(x, self._lips_looked_at, self._meeting_lips)
         if not self._lips_moved <= STALE:
             self._lips_looked_at, self._lips_moved = x, 0.0
-            self._near_lips: list[Near] = [lip.near(x, REACH) for lip in self.lips]
+            self._near_lips = [lip.near(x, REACH) for lip in self.lips]
         return x
 
     def energy(self, u: Array, gradient: Array) -> float:

@@ -274,7 +274,7 @@ class Skin:
         """Advance by one time step and return the positions (n, 3) in mm.
 
         Joints carry the skin along as their muscles contract. They turn in parts, each a step of its own, so that
-        lips and lids that are flung at each other meet.
+        lips that are flung at each other meet, and the skin settles on the way.
         """
         before, after = self._placed, self.rates
         if np.array_equal(before, after):
