@@ -24,9 +24,11 @@ def at_sample(x, corners, shares, s, out):
 
 @njit(cache=True)
 def solid_gap(p, origin, axes, half, normal):
-    """Return the distance of p (3,) from a ball, or from an elliptic cylinder scaled by its depth; write its gradient.
+    """Return the distance of p (3,) from a ball, or from half of an elliptic cylinder; write its gradient (3,).
 
-    A negative first half axis stands for a ball, the second one is then its radius. Both distances are convex.
+    The half cylinder ends at its origin, towards its third axis; its distance is that from the flank, scaled by the
+    depth of the ellipse, or that from the end if this is larger. A negative first half axis stands for a ball, the
+    second one is then its radius. Both distances are convex.
     """
     if half[0] < 0.0:
         square = 0.0
@@ -37,16 +39,22 @@ def solid_gap(p, origin, axes, half, normal):
         for k in range(3):
             normal[k] = normal[k] / d if d > 0.0 else 0.0
         return d - half[1]
-    a, b = 0.0, 0.0
+    a, b, beyond = 0.0, 0.0, 0.0
     for k in range(3):
-        a += axes[0, k] * (p[k] - origin[k])
-        b += axes[1, k] * (p[k] - origin[k])
+        offset = p[k] - origin[k]
+        a += axes[0, k] * offset
+        b += axes[1, k] * offset
+        beyond += axes[2, k] * offset
     a /= half[0]
     b /= half[1]
     r = np.sqrt(a * a + b * b)
+    gap = half[1] * (r - 1.0)
+    if beyond > gap:
+        normal[:] = axes[2]
+        return beyond
     for k in range(3):
         normal[k] = half[1] * (a / half[0] * axes[0, k] + b / half[1] * axes[1, k]) / r if r > 0.0 else 0.0
-    return half[1] * (r - 1.0)
+    return gap
 
 
 @njit(cache=True)
@@ -439,27 +447,37 @@ def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, h
 
 
 @njit(cache=True)
-def compliance(vertices, slopes, slots, columns):
+def compliance(vertices, slopes, involved, slots, columns):
     """Return the change (m, m) of the gaps of rows by unit forces at rows.
 
-    `columns[slots[v]]` (n, 3) is the response of all vertices to unit forces along the coordinates at vertex v.
+    `columns[slots[v]]` (n, 3) is the response of all vertices to unit forces along the coordinates at vertex v, and
+    `involved` are the vertices of the rows in ascending order.
     """
-    m = vertices.shape[0]
-    out = np.empty((m, m))
-    size = np.empty(m, np.int64)
+    m, n = vertices.shape[0], involved.shape[0]
+    out, moved = np.empty((m, m)), np.empty((n, 3))
+    near = np.empty((n, n, 3), np.float32)
+    for i in range(n):
+        for j in range(n):
+            near[i, j] = columns[slots[involved[i]], involved[j]]
+    size, place = np.empty(m, np.int64), np.empty((m, 6), np.int64)
     for r in range(m):
         size[r] = 6
         while size[r] > 1 and not slopes[r, size[r] - 1].any():
             size[r] -= 1
+        for a in range(size[r]):
+            place[r, a] = np.searchsorted(involved, vertices[r, a])
     for r in range(m):
+        moved[:] = 0.0
+        for a in range(size[r]):
+            i = place[r, a]
+            for j in range(n):
+                for k in range(3):
+                    moved[j, k] += slopes[r, a, k] * near[i, j, k]
         for q in range(r + 1):
             total = 0.0
-            for a in range(size[r]):
-                slot = slots[vertices[r, a]]
-                for b in range(size[q]):
-                    j = vertices[q, b]
-                    for k in range(3):
-                        total += slopes[r, a, k] * slopes[q, b, k] * columns[slot, j, k]
+            for b in range(size[q]):
+                for k in range(3):
+                    total += slopes[q, b, k] * moved[place[q, b], k]
             out[r, q] = out[q, r] = total
     return out
 

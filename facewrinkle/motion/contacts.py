@@ -74,7 +74,7 @@ class Contacts:
         if mandible is not None:
             angles[mandible.vertices] = mandible.angles
         share = angles / max(angles.max(initial=0.0), 1e-12)
-        solids = [eyeballs(face, area), dental_arches(face, area, angles), bone_below(face, area, angles)]
+        solids = [eyeballs(face, area), dental_arches(face, area, float(angles.max(initial=0.0))), bone_below(face, area, angles)]
         self.solids = joined(solids)
         self.lips: list[LipSurfaces] = lip_surfaces(face, area, share) if angles.any() else []
         self.flats = flat_triangles(face, resistance)
@@ -183,8 +183,9 @@ class Compliance:
     def forces(self, rows: Rows) -> Array:
         """Return the forces (n, 3) of contacts, given their depths without them."""
         vertices, slopes, depths, stiffness = rows
-        self._solve_for(np.unique(vertices[slopes.any(axis=2)]))
-        response = kernels.compliance(vertices, slopes, self._slots, self._columns)
+        involved = np.unique(vertices)
+        self._solve_for(involved)
+        response = kernels.compliance(vertices, slopes, involved, self._slots, self._columns)
         forces = kernels.contact_forces(response, depths, stiffness, self.SWEEPS, self.TOLERANCE)
         out = np.zeros((self._n, 3))
         kernels.add_forces(vertices, slopes, forces, out)

@@ -105,12 +105,7 @@ class Joints:
 
     def shift(self, rates: Array) -> Array:
         """Return the displacements (n, 3) of what the skin is tethered to."""
-        shift = np.zeros_like(self._points)
-        for name, rate in self._rates(rates).items():
-            joint, share = self._joints[name]
-            if rate > 0.0:
-                shift[joint.vertices] += share[:, None] * joint.turned(self._points, rate)
-        return shift
+        return self.carried(self._points, np.zeros_like(rates), rates) - self._points
 
     def facing(self, normals: Array, rates: Array) -> Array:
         """Return the normals (m, 3) of triangles as the joints turn them."""

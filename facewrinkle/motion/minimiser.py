@@ -26,9 +26,9 @@ factors of minimum degree are a twentieth smaller.
 CONVERGED = 1e-22
 """Predicted decrease of the energy per area at which a step has converged: displacements of less than 1e-8 mm."""
 
-LEFT_OVER, SMALL = 0.05, 1e-8
+LEFT_OVER, SMALL = 0.05, 1e-6
 """Share of the squared residual, and decrease of the energy per area by the last iteration, that are small enough to
-leave the rest to the next minimisation: some thousandths of a millimetre.
+leave the rest to the next minimisation: some hundredths of a millimetre.
 """
 
 ROUNDING = 1e-14

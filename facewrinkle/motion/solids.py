@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from ..anatomy.eye_placement import LID_ROOM
 from ..anatomy.face import Face
 from ..anatomy.joint_weights import JointWeights
-from ..anatomy.teeth import BEHIND_LIPS, ELLIPSE
+from ..anatomy.teeth import BEHIND_LIPS, BELOW_LIPS, ELLIPSE, OVERBITE, OVERJET
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from . import _contact_kernels as kernels
@@ -29,9 +29,9 @@ IntArray = npt.NDArray[np.int64]
 SLACK = 0.02
 """Depth to which skin that touches a solid at rest may enter it before it is pushed, mm: so rest is an equilibrium."""
 
-STIFFNESS = 40.0
-"""Stiffness of a contact per area, relative to the membrane stiffness of the skin, 1/mm^2: the strongest muscle presses
-lips less than a hundredth of a millimetre deep.
+STIFFNESS, EYE_STIFFNESS = 40.0, 1000.0
+"""Stiffness of contacts, and of those with eyeballs, per area, relative to the membrane stiffness of the skin, 1/mm^2.
+The strongest muscle presses lips a hundredth of a millimetre deep, and the plates of lids press harder.
 """
 
 CUT = 0.05
@@ -42,6 +42,9 @@ AROUND_EYE = 1.6
 
 CROWN_BULGE = 0.25
 """Distance from the arch's outer border at which skin meets the crowns, mm: they bulge by .2 mm."""
+
+BEHIND_TEETH = 3.0
+"""Skin that lies farther behind the outer border of the teeth at rest, mm, is lining of the mouth."""
 
 OFF_BONE = 0.15
 """Distance from the bone at which the skin begins to be pushed off it, mm."""
@@ -62,8 +65,8 @@ class Solids:
         Its barycentric coordinates.
     origins : ndarray, shape (k, 3)
         Centres of balls, or points on the axes of cylinders.
-    axes : ndarray, shape (k, 2, 3)
-        Directions in which cylinders have their half axes; unused for balls.
+    axes : ndarray, shape (k, 3, 3)
+        Directions in which cylinders have their half axes, and in which they end; unused for balls.
     halves : ndarray, shape (k, 2)
         Half axes; of balls, -1 and the radius.
     allowed : ndarray, shape (k,)
@@ -106,7 +109,7 @@ class Solids:
             return self.origins, self.axes
         origins, axes, angles = self.origins.copy(), self.axes.copy(), rate * self.angles
         kernels.turn(origins, joint.centre, joint.axis, angles)
-        for k in range(2):
+        for k in range(3):
             kernels.turn(axes[:, k], np.zeros(3), joint.axis, angles)
         return origins, axes
 
@@ -137,28 +140,36 @@ def eyeballs(face: Face, area: Array) -> Solids:
         centre, radius = eye.centre * face.unit, eye.radius * face.unit
         near = np.linalg.norm(points - centre, axis=1) < AROUND_EYE * radius
         room = (1.0 / LID_ROOM - 1.0) * radius
-        found.append(_balls(face, *samples_of(face, near, area, radius), centre, np.array(radius), room))
+        corners, shares, stiffness = samples_of(face, near, area, radius)
+        stiffness *= EYE_STIFFNESS / STIFFNESS
+        found.append(_balls(face, corners, shares, stiffness, centre, np.array(radius), room))
     return joined(found) if found else _none()
 
 
-def dental_arches(face: Face, area: Array, angles: Array) -> Solids:
-    """Return the contacts with the outer border of the dental arches, which turn with the tissue in front of them.
-
-    `angles` (n,) is the turn of each vertex with the mandible.
+def dental_arches(face: Face, area: Array, angle: float) -> Solids:
+    """Return the contacts with the dental arches, half cylinders that end at the edges of the incisors: the upper one
+    is part of the skull, the lower one goes with the mandible, which turns by `angle` at full contraction.
     """
+    return joined([_arch(face, area, "upper", 0.0), _arch(face, area, "lower", angle)])
+
+
+def _arch(face: Face, area: Array, jaw: str, angle: float) -> Solids:
     scale = face.frame.scale * face.unit
-    half = scale * np.array(ELLIPSE["upper"])
-    local = from_lips(face) * face.unit
-    back = half[1] + BEHIND_LIPS * scale
+    half = scale * np.array(ELLIPSE[jaw])
+    local, side = from_lips(face) * face.unit, 1.0 if jaw == "upper" else -1.0
+    down, back = (BELOW_LIPS, BEHIND_LIPS) if jaw == "upper" else (BELOW_LIPS - OVERBITE, BEHIND_LIPS + OVERJET)
+    middle = np.array([0.0, -down * scale, -half[1] - back * scale])
+    flat = (local - middle)[:, [0, 2]]
+    before = half[1] * (np.hypot(*(flat / half).T) - 1.0) > -BEHIND_TEETH * scale
     close = (np.linalg.norm(local, axis=1) < 50.0 * scale) & (np.abs(local[:, 1]) < 25.0 * scale)
-    near = close & (local[:, 2] + back > 0.3 * half[1])
+    near = close & before & (flat[:, 1] > 0.3 * half[1])
     corners, shares, stiffness = samples_of(face, near, area, half[0] ** 2 / half[1])
     k = len(corners)
-    middle = face.points * face.unit - (local + np.array([0.0, 0.0, back])) @ face.frame.axes
-    axes = np.broadcast_to(face.frame.axes[[0, 2]], (k, 2, 3)).copy()
-    turns = (shares * angles[corners]).sum(axis=1)
+    lips = (face.points * face.unit - local @ face.frame.axes)[0]
+    axes = np.broadcast_to(face.frame.axes[[0, 2, 1]] * [[1.0], [1.0], [-side]], (k, 3, 3)).copy()
+    origins = np.tile(lips + middle @ face.frame.axes, (k, 1))
     arches = Solids(
-        corners, shares, np.tile(middle[0], (k, 1)), axes, np.tile(half, (k, 1)), np.zeros(k), stiffness, turns
+        corners, shares, origins, axes, np.tile(half, (k, 1)), np.zeros(k), stiffness, np.full(k, angle)
     )
     return _with_room(arches, face, CROWN_BULGE * scale)
 
@@ -234,7 +245,7 @@ def _balls(
     k = len(corners)
     halves = np.stack([np.full(k, -1.0), np.broadcast_to(radii, k)], axis=1)
     centres = np.broadcast_to(centres, (k, 3)).copy()
-    balls = Solids(corners, shares, centres, np.zeros((k, 2, 3)), halves, np.zeros(k), stiffness, np.zeros(k))
+    balls = Solids(corners, shares, centres, np.zeros((k, 3, 3)), halves, np.zeros(k), stiffness, np.zeros(k))
     return _with_room(balls, face, room)
 
 
@@ -247,6 +258,6 @@ def _with_room(solids: Solids, face: Face, room: float) -> Solids:
 def _none() -> Solids:
     none = np.zeros(0)
     return Solids(
-        np.zeros((0, 3), np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2, 3)), np.zeros((0, 2)),
+        np.zeros((0, 3), np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 2)),
         none, none, none,
     )  # fmt: skip
