@@ -220,7 +220,7 @@ def test_the_wall_of_the_teeth_is_their_outer_border(face, skin):
     """The arch that is drawn lies within the wall, but for the bulge of its crowns."""
     upper, _ = teeth_of(face.landmarks, face.frame)
     arches = dental_arches(face, np.ones(len(face.points)), 0.0)
-    radius = np.hypot(*(((upper.points - arches.origins[0]) @ arches.axes[0].T) / arches.halves[0]).T)
+    radius = np.hypot(*(((upper.points - arches.origins[0]) @ arches.axes[0, :2].T) / arches.halves[0]).T)
     assert 0.95 < radius.max() < 1.05
 
 
@@ -238,12 +238,12 @@ def test_lips_that_are_pressed_together_stop_each_other(face):
     free.contacts._near_lips = free.contacts._gaps = []
     assert oracle.findings(held(free, PRESSED)).lips > 1.0
     x = held(stopped, PRESSED)
-    assert oracle.findings(x).lips < 0.02
+    assert oracle.findings(x).lips < DEEPEST
     gaps = gaps_of_lips(stopped.contacts, x)
     assert -0.02 < gaps.min() < 1.1 * LIP_DISTANCE  # they do touch
 
 
-@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
 @pytest.mark.parametrize("time_step", [0.02, 1.0])
 def test_lips_do_not_pass_each_other_when_they_are_flung_together(face, real_face, stem, time_step):
     """From wide open to pressed in a jump, and back; in every step."""
@@ -261,15 +261,11 @@ def test_lips_do_not_pass_each_other_when_they_are_flung_together(face, real_fac
 def test_lips_stay_before_the_teeth(face, real_face, stem):
     face = face if stem is None else real_face(stem)
     skin, oracle = Skin(face), Oracle(face)
-    for rates in ({"risorius_l": 1.0, "risorius_r": 1.0}, {"risorius_l": 1.0, "risorius_r": 1.0, "jaw": 0.5}, PURSED):
-        x = held(skin, rates, 20)
-        assert oracle.findings(x).teeth < DEEPEST
-    free = Skin(face)
-    free.contacts.solids = replace(free.contacts.solids, stiffness=1e-9 * free.contacts.solids.stiffness)
-    in_teeth = [
-        oracle.findings(held(free, rates, 20)).teeth for rates in (PURSED, {"risorius_l": 1.0, "risorius_r": 1.0})
-    ]
-    assert max(in_teeth) > 2.0 * DEEPEST, "without contacts they do not"
+    wide = {"risorius_l": 1.0, "risorius_r": 1.0}
+    for rates in (wide, {**wide, "jaw": 0.5}, fw.ACTION_UNITS["AU28"], fw.EXPRESSIONS["anger"]):
+        assert oracle.findings(held(skin, rates, 12)).teeth < DEEPEST
+    skin.contacts.solids = replace(skin.contacts.solids, stiffness=1e-9 * skin.contacts.solids.stiffness)
+    assert oracle.findings(held(skin, fw.ACTION_UNITS["AU28"], 12)).teeth > 1.0, "without contacts they do not"
 
 
 def test_parted_lips_do_not_feel_each_other(face):
@@ -316,10 +312,10 @@ def test_compliance_is_that_of_direct_solves():
     compliance = Compliance(solved, n)
     vertices = np.array([rng.choice(n, 6, replace=False) for _ in range(m)])
     slopes, depths, stiffness = rng.normal(size=(m, 6, 3)), rng.normal(size=m), rng.uniform(50.0, 500.0, m)
-    slopes[: m // 2, 3:] = 0.0
+    slopes[: m // 2, 3:], vertices[: m // 2, 3:] = 0.0, vertices[: m // 2, :1]
     dense = np.zeros((m, n, 3))
     for r in range(m):
-        dense[r, vertices[r]] = slopes[r]
+        np.add.at(dense[r], vertices[r], slopes[r])
     inverses = [np.linalg.inv(matrix.toarray()) for matrix in matrices]
     response = sum(dense[:, :, k] @ inverse @ dense[:, :, k].T for k, inverse in enumerate(inverses))
     left = np.linalg.cholesky(response + np.diag(1.0 / stiffness))
@@ -328,8 +324,7 @@ def test_compliance_is_that_of_direct_solves():
     for _ in range(2):
         found = compliance.forces((vertices, slopes, depths, stiffness))
         np.testing.assert_allclose(found, np.einsum("r,rik->ik", expected, dense), atol=1e-4)
-        needed = np.unique(vertices[slopes.any(axis=2)])
-        assert sorted(np.concatenate(solves)) == needed.tolist(), "each vertex that is needed, once"
+        assert sorted(np.concatenate(solves)) == np.unique(vertices).tolist(), "each vertex that is needed, once"
     few = vertices[:2], slopes[:2], np.array([1.0, -1.0]), stiffness[:2]
     force = 1.0 / (response[0, 0] + 1.0 / stiffness[0])
     alone = compliance.forces((*few[:2], np.array([1.0, -1e3]), few[3]))
