@@ -87,7 +87,7 @@ class Oracle:
         self.teeth = _teeth(face, self.rest)
         self._before: tuple[Array, Findings] | None = None
 
-    def findings(self, points: Array) -> Findings:
+    def findings(self, points: Array, jaw_angle: float | None = None) -> Findings:
         """Return the faults of a skin at positions (n, 3), mm."""
         if self._before is not None and self._before[1].clear:
             moved = np.abs(points - self._before[0]).max()
@@ -99,18 +99,18 @@ class Oracle:
             max((float(ball.depths(points).max()) for ball in self.balls), default=0.0),
             0.0 if self.lips is None else self.lips.depth(points, normals)[0],
             max((lids.depth(points, normals)[0] for lids in self.lids), default=0.0),
-            max((float(depths.max(initial=0.0)) for depths in self.depths_in_teeth(points)), default=0.0),
+            max((float(depths.max(initial=0.0)) for depths in self.depths_in_teeth(points, jaw_angle)), default=0.0),
         )
         self._before = points.copy(), found
         return found
 
-    def depths_in_teeth(self, points: Array) -> list[Array]:
+    def depths_in_teeth(self, points: Array, jaw_angle: float | None = None) -> list[Array]:
         """Return the depths of samples of the skin in both arches, the lower one where it is drawn."""
         out = []
         for crowns in self.teeth:
             if crowns.jaw == "lower" and self.face.mandible is not None:
                 bone, unit = self.face.mandible, self.face.unit
-                turn, hinge = bone.rotation(points / unit), bone.hinge * unit
+                turn, hinge = bone.rotation(points / unit, jaw_angle), bone.hinge * unit
                 out.append(crowns.depths(np.ascontiguousarray((points - hinge) @ turn + hinge)))
             else:
                 out.append(crowns.depths(points))

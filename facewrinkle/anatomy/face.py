@@ -235,6 +235,11 @@ class Face:
                 turns[muscle.side] += rates.get(name, 0.0) * muscle.angle * np.array(TURNS[muscle.turn])
         return {eye.side: eye.turned(*turns[eye.side]) for eye in self.eyes}
 
+    def jaw_angle(self, rates: Mapping[str, float]) -> float | None:
+        """Return the turn of the mandible, radians, at contraction rates by muscle; None if no muscle turns it."""
+        jaws = [(name, muscle) for name, muscle in self.muscles.items() if isinstance(muscle, JawMuscle)]
+        return sum(rates.get(name, 0.0) * muscle.angle for name, muscle in jaws) if jaws else None
+
     @cached_property
     def _attachments(self) -> Attachments:
         return Attachments(self.parts, self.eyes, self.mandible, self.points, self.triangles, self.frame.pupil_distance)
@@ -273,7 +278,7 @@ class Face:
             return {}
         state = self.state_of(frame)
         own = {name: points for name, points in state.parts.items() if name in self.parts}
-        return self._attachments.at(state.points, state.gazes, state.pose, own)
+        return self._attachments.at(state.points, state.gazes, state.pose, own, state.jaw_angle)
 
     def with_parts(self, frame: pv.PolyData) -> pv.PolyData:
         """Return a frame and the parts besides the skin in one mesh, for files; without parts, the frame itself.

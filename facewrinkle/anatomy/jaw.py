@@ -100,7 +100,7 @@ def _harmonic(points: Array, triangles: npt.NDArray[np.int32], zero: BoolArray, 
 
 @dataclass(frozen=True, eq=False)
 class Mandible:
-    """The bone of the lower jaw: its turn is measured on the skin that goes wholly with it.
+    """The bone of the lower jaw. Where nobody knows its turn, it is measured on the skin that goes wholly with it.
 
     Attributes
     ----------
@@ -131,9 +131,12 @@ class Mandible:
         vertices = weights.vertices[weights.angles > WHOLLY * jaw.angle]
         return cls(vertices, points[vertices] - jaw.hinge, jaw.hinge, jaw.axis) if len(vertices) else None
 
-    def rotation(self, points: Array) -> Array:
-        """Rotation (3, 3) about the hinge that the skin (n, 3) shows, for a head that has not moved."""
-        now = points[self.vertices] - self.hinge
-        flat, turned = (offset - np.outer(offset @ self.axis, self.axis) for offset in (self.offsets, now))
-        angle = np.arctan2((np.cross(flat, turned) @ self.axis).sum(), (flat * turned).sum())
+    def rotation(self, points: Array, angle: float | None = None) -> Array:
+        """Rotation (3, 3) about the hinge by an angle, or else that which the skin (n, 3) shows, for a head that has
+        not moved.
+        """
+        if angle is None:
+            now = points[self.vertices] - self.hinge
+            flat, turned = (offset - np.outer(offset @ self.axis, self.axis) for offset in (self.offsets, now))
+            angle = float(np.arctan2((np.cross(flat, turned) @ self.axis).sum(), (flat * turned).sum()))
         return np.asarray(Rotation.from_rotvec(angle * self.axis).as_matrix())

@@ -43,7 +43,7 @@ def companion_meshes(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
             parts[f"rim_{eye.side}"] = rim.at(points)
     mouth = Mouth(face)
     if mouth.parted(points):
-        inside = {name: part for name, part in mouth.inside(points).items() if name not in own}
+        inside = {name: part for name, part in mouth.inside(points, state.jaw_angle).items() if name not in own}
         parts |= inside if mouth.bag else {"mouth": mouth.pocket(points)} | inside
     for part in parts.values():
         part.points = state.from_rest(np.asarray(part.points, dtype=np.float64))

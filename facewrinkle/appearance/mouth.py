@@ -133,12 +133,13 @@ class Mouth:
         pocket.point_data["paint"] = np.repeat(tints, [n, n, n, n, 1], axis=0)
         return pocket
 
-    def inside(self, points: Array) -> dict[str, pv.PolyData]:
+    def inside(self, points: Array, jaw_angle: float | None = None) -> dict[str, pv.PolyData]:
         """Return teeth and tongue by name, with `paint` (rgb), in a face with vertices at `points` (n, 3).
 
-        The lower teeth and the tongue go with the mandible.
+        The lower teeth and the tongue go with the mandible, which has turned by `jaw_angle`, radians, or else as the
+        skin over it shows.
         """
-        turn, hinge = self._turn(points)
+        turn, hinge = self._turn(points, jaw_angle)
         parts = {}
         for arch, paint, normals in zip(self.teeth, self._teeth_paint, self._teeth_normals, strict=True):
             moves = arch.jaw == "lower"
@@ -151,11 +152,11 @@ class Mouth:
         tongue.point_data["paint"] = self._tongue_paint
         return parts | {"tongue": tongue}
 
-    def _turn(self, points: Array) -> tuple[Array, Array]:
-        """Rotation of the mandible and a point of its hinge, as the skin over it shows them."""
+    def _turn(self, points: Array, jaw_angle: float | None) -> tuple[Array, Array]:
+        """Rotation of the mandible and a point of its hinge."""
         if self._mandible is None:
             return np.eye(3), np.zeros(3)
-        return self._mandible.rotation(points), self._mandible.hinge
+        return self._mandible.rotation(points, jaw_angle), self._mandible.hinge
 
 
 def _mouth_loop(face: Face, centre: Array) -> IntArray:

@@ -42,6 +42,9 @@ POSE = "pose"
 GAZE = "gaze_"
 """Prefix, before the side, of the field-data arrays of a frame with the gazes: unit vectors on the head at rest."""
 
+JAW = "jaw_angle"
+"""Field-data array of a frame with the turn of the mandible, radians, where muscles turn it."""
+
 OF_PART = "part_"
 """Prefix of the field-data arrays of a frame that hold the points (k, 3) of parts that a recording moves, such as
 eyes, in the unit of the mesh; NaN for parts that simply follow the skin."""

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import MeshError
-from .arrays import GAZE, OF_PART, POSE
+from .arrays import GAZE, JAW, OF_PART, POSE
 
 Array = npt.NDArray[np.float64]
 
@@ -29,6 +29,8 @@ class FrameState:
         Unit directions in which the eyes look, by side ("l", "r"), on the head at rest; empty if the frame has none.
     parts : mapping of str to ndarray, shape (k, 3)
         Points of the parts that move by themselves, by name; NaN for points that follow the skin.
+    jaw_angle : float, optional
+        Turn of the mandible, radians; None if it has to be measured on the skin.
 
     Examples
     --------
@@ -45,6 +47,7 @@ class FrameState:
     pose: Array | None
     gazes: Mapping[str, Array]
     parts: Mapping[str, Array]
+    jaw_angle: float | None = None
 
     @classmethod
     def of(cls, frame: pv.PolyData, n_points: int) -> FrameState:
@@ -67,6 +70,7 @@ class FrameState:
             np.asarray(data[POSE], dtype=np.float64) if POSE in keys else None,
             {key[len(GAZE) :]: np.array(data[key], np.float64).ravel() for key in keys if key.startswith(GAZE)},
             {key[len(OF_PART) :]: np.asarray(data[key]) for key in keys if key.startswith(OF_PART)},
+            float(data[JAW][0]) if JAW in keys else None,
         )
 
     @property

@@ -264,12 +264,21 @@ def lip_gaps(x, corners, shares, triangles, open_edges, facing, near):
 
 @njit(cache=True)
 def away_from(x, p, i, j, l, bary, normal):
-    """Return the distance of p from the triangle of points i, j, l; write its closest point and gradient (3,)."""
+    """Return the distance of p from the triangle of points i, j, l; write its closest point and gradient (3,).
+
+    The distance is infinite if p is on the inner side: skin that was flung through the other lip may come back.
+    """
     d = np.sqrt(closest_on_triangle(p, x, i, j, l, bary))
-    if d > 0.0:
-        for k in range(3):
-            normal[k] = (p[k] - bary[0] * x[i, k] - bary[1] * x[j, k] - bary[2] * x[l, k]) / d
-    return d
+    if d == 0.0:
+        return np.inf
+    for k in range(3):
+        normal[k] = (p[k] - bary[0] * x[i, k] - bary[1] * x[j, k] - bary[2] * x[l, k]) / d
+    side = 0.0
+    for k in range(3):
+        e, f = (k + 1) % 3, (k + 2) % 3
+        ae, af, be, bf = x[j, e] - x[i, e], x[j, f] - x[i, f], x[l, e] - x[i, e], x[l, f] - x[i, f]
+        side += normal[k] * (ae * bf - af * be)
+    return d if side > 0.0 else np.inf
 
 
 @njit(cache=True)

@@ -74,7 +74,11 @@ class Contacts:
         if mandible is not None:
             angles[mandible.vertices] = mandible.angles
         share = angles / max(angles.max(initial=0.0), 1e-12)
-        solids = [eyeballs(face, area), dental_arches(face, area, float(angles.max(initial=0.0))), bone_below(face, area, angles)]
+        solids = [
+            eyeballs(face, area),
+            dental_arches(face, area, float(angles.max(initial=0.0))),
+            bone_below(face, area, angles),
+        ]
         self.solids = joined(solids)
         self.lips: list[LipSurfaces] = lip_surfaces(face, area, share) if angles.any() else []
         self.flats = flat_triangles(face, resistance)
@@ -119,8 +123,8 @@ class Contacts:
         energy = kernels.solid_energy(x, self._near_solids, *self._placed, self.solids.stiffness, gradient)
         for lip, near, gaps in zip(self.lips, self._near_lips, self._gaps, strict=True):
             energy += kernels.lip_energy(
-                x, lip.corners, lip.shares, lip.triangles, lip.open_edges, lip.facing, near, self._lips_moved, lip.allowed,
-                lip.stiffness, gaps, gradient,
+                x, lip.corners, lip.shares, lip.triangles, lip.open_edges, lip.facing, near, self._lips_moved,
+                lip.allowed, lip.stiffness, gaps, gradient,
             )  # fmt: skip
         f = self.flats
         kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
@@ -148,6 +152,14 @@ class Contacts:
             f.stiffness, rows, m,
         )  # fmt: skip
         return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m]
+
+    def longest(self, ahead: Array) -> float:
+        """Return the largest share, up to 1, of a displacement by which no lip can pass through the other unnoticed."""
+        if not self.lips:
+            return 1.0
+        far = kernels.farthest_moved(ahead, np.zeros_like(ahead), self._meeting_lips)
+        room = 0.4 * max(min(gaps.min() for gaps in self._gaps), 0.0) + 0.5 * kernels.DEEPEST
+        return 1.0 if far <= room else float(room / far)
 
 
 class Compliance:

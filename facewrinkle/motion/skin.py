@@ -343,8 +343,8 @@ class Skin:
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
         energy += kernels.inversion_barrier(
-            u, self._corners, self._rest_points, self._facing_now, self._double_area, m.smallest_area, INVERSION_STIFFNESS,
-            gradient,
+            u, self._corners, self._rest_points, self._facing_now, self._double_area, m.smallest_area,
+            INVERSION_STIFFNESS, gradient,
         )  # fmt: skip
         energy += kernels.tethers(
             u, self._shift, self._normals, self._along, self._across, bending.indptr, self._bent, bending.data, gradient

@@ -1,8 +1,8 @@
 """Solids that the skin meets: eyeballs, the dental arches and the bone below it.
 
-Every solid is a ball or an upright elliptic cylinder, so its distance is a convex function of the place, known in closed
-form. What a point of the skin meets depends on nothing but where it is: teeth and bone go along with the mandible as far
-as the tissue of that point does.
+Every solid is a ball or half of an upright elliptic cylinder, so its distance is a convex function of the place, known
+in closed form. What a point of the skin meets depends on nothing but where it is: the lower teeth go along with the
+mandible, and the bone below a point as far as its tissue does.
 """
 
 from __future__ import annotations
@@ -168,9 +168,7 @@ def _arch(face: Face, area: Array, jaw: str, angle: float) -> Solids:
     lips = (face.points * face.unit - local @ face.frame.axes)[0]
     axes = np.broadcast_to(face.frame.axes[[0, 2, 1]] * [[1.0], [1.0], [-side]], (k, 3, 3)).copy()
     origins = np.tile(lips + middle @ face.frame.axes, (k, 1))
-    arches = Solids(
-        corners, shares, origins, axes, np.tile(half, (k, 1)), np.zeros(k), stiffness, np.full(k, angle)
-    )
+    arches = Solids(corners, shares, origins, axes, np.tile(half, (k, 1)), np.zeros(k), stiffness, np.full(k, angle))
     return _with_room(arches, face, CROWN_BULGE * scale)
 
 

@@ -119,7 +119,7 @@ class Scene:
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         points, refined = unposed[:n], (unposed, np.asarray(skin.regular_faces))
         self._show_skin(skin, pose)
-        self._show_mouth(points)
+        self._show_mouth(points, state.jaw_angle)
         self._show_eyes(points, state.gazes)
         self._show_hair(points, normals, refined)
         for name, part in own_parts(self.face, frame).items():
@@ -160,10 +160,10 @@ class Scene:
             return {"scalars": np.concatenate([self._base_paint, self._painter(new)]), "rgb": True}
         return {"color": PLAIN_COLOUR}
 
-    def _show_mouth(self, points: Array) -> None:
+    def _show_mouth(self, points: Array, jaw_angle: float | None) -> None:
         if len(self._mouth.loop):
             self._put(self._mouth.pocket(points), "mouth", lighting=False)
-        inside = self._mouth.inside(points) if self._mouth.parted(points) else {}
+        inside = self._mouth.inside(points, jaw_angle) if self._mouth.parted(points) else {}
         inside = {name: part for name, part in inside.items() if name not in self._own_textures}
         for name, part in inside.items():
             self._put(part, name, TEETH_MATERIAL)

@@ -12,7 +12,7 @@ from ..anatomy.face import Face
 from ..geometry.refinement import RedGreenForest
 from ..layers.base import SurfacePoints
 from ..mesh import MUSCLES, POSE, UNIT, interpolated_point_data, refilled, refine_seams, to_polydata
-from ..mesh.arrays import GAZE, OF_PART
+from ..mesh.arrays import GAZE, JAW, OF_PART
 from ..motion.base import Motion
 
 Array = npt.NDArray[np.float64]
@@ -28,20 +28,18 @@ class FrameMaker:
     ----------
     face : Face
     motion : Motion
-    eye_muscles : ndarray of int, shape (j,)
-        Indices of those of the motion's muscles that turn the eyes.
 
     Examples
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> maker = FrameMaker(face, fw.Still(face), np.empty(0, int))
+    >>> maker = FrameMaker(face, fw.Still(face))
     >>> sorted(maker.field_data)
     ['muscles', 'unit']
     """
 
-    def __init__(self, face: Face, motion: Motion, eye_muscles: IntArray) -> None:
-        self._face, self._motion, self._eye_muscles = face, motion, eye_muscles
+    def __init__(self, face: Face, motion: Motion) -> None:
+        self._face, self._motion = face, motion
         self._point_data = {name: np.asarray(values) for name, values in face.mesh.point_data.items()}
         self._common = pv.PolyData()  # its field data are those of every frame
         self._common.field_data[MUSCLES] = list(face.muscles)
@@ -64,8 +62,8 @@ class FrameMaker:
         """Return the frame with points (n, 3), in mm, and point data; always the same arrays for the same triangles."""
         if self._template is None:
             self._template = self._new_template(data, vertices, forest)
-        if len(self._eye_muscles):
-            self._update_gazes()
+        if len(self._motion.names):
+            self._update_joints()
         frame = refilled(self._template, points / self._face.unit, data)
         motion = self._motion
         if (pose := motion.pose) is not None:
@@ -76,12 +74,14 @@ class FrameMaker:
             frame.field_data[OF_PART + name] = part
         return frame
 
-    def _update_gazes(self) -> None:
-        """Write the gazes to which muscles turn the eyes to the common field data, if they have changed."""
+    def _update_joints(self) -> None:
+        """Write the turns of eyes and mandible by muscles to the common field data, if these have changed."""
         motion = self._motion
-        rates = motion.rates[self._eye_muscles]
+        rates = motion.rates
         if self._shown_rates is None or not np.array_equal(rates, self._shown_rates):
-            by_name = dict(zip(motion.names, motion.rates.tolist(), strict=True))
+            by_name = dict(zip(motion.names, rates.tolist(), strict=True))
+            if (angle := self._face.jaw_angle(by_name)) is not None:
+                self._common.field_data[JAW] = [angle]
             for side, gaze in self._face.gazes(by_name).items():
                 self._common.field_data[GAZE + side] = gaze[None]
             self._shown_rates = rates.copy()

@@ -250,7 +250,7 @@ class Simulation:
             layer.attach(face)
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
         self._marks: tuple[BoolArray, BoolArray] | None = None
-        self._frames = FrameMaker(face, self.motion, self._eye_muscles)
+        self._frames = FrameMaker(face, self.motion)
 
     def step(self) -> pv.PolyData:
         """Advance by one time step with the muscles as asked for.
