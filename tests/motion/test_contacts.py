@@ -249,8 +249,8 @@ def test_lips_do_not_pass_each_other_when_they_are_flung_together(face, real_fac
     """From wide open to pressed in a jump, and back; in every step."""
     face = face if stem is None else real_face(stem)
     skin, oracle = Skin(face, time_step), Oracle(face)
-    up, fling = [*PRESSED, "orbicularis_oris"], dict.fromkeys((*PRESSED, "orbicularis_oris"), 1.0)
-    assert set(up) <= set(skin.names)
+    fling = {**PRESSED, **PURSED}
+    assert set(fling) <= set(skin.names)
     for rates in ({"jaw": 1.0}, fling, {"jaw": 0.5, **fling}, PRESSED, {"jaw": 1.0}, {}):
         skin.contract(rates)
         for _ in range(8):
@@ -260,12 +260,12 @@ def test_lips_do_not_pass_each_other_when_they_are_flung_together(face, real_fac
 @pytest.mark.parametrize("stem", [None, "ict_face_narrow"])
 def test_lips_stay_before_the_teeth(face, real_face, stem):
     face = face if stem is None else real_face(stem)
-    skin, oracle = Skin(face), Oracle(face)
+    skin, oracle = Skin(face, time_step=0.1), Oracle(face)
     wide = {"risorius_l": 1.0, "risorius_r": 1.0}
     for rates in (wide, {**wide, "jaw": 0.5}, fw.ACTION_UNITS["AU28"], fw.EXPRESSIONS["anger"]):
-        assert oracle.findings(held(skin, rates, 12)).teeth < DEEPEST
+        assert oracle.findings(held(skin, rates, 6)).teeth < DEEPEST
     skin.contacts.solids = replace(skin.contacts.solids, stiffness=1e-9 * skin.contacts.solids.stiffness)
-    assert oracle.findings(held(skin, fw.ACTION_UNITS["AU28"], 12)).teeth > 1.0, "without contacts they do not"
+    assert oracle.findings(held(skin, fw.ACTION_UNITS["AU28"], 6)).teeth > 1.0, "without contacts they do not"
 
 
 def test_parted_lips_do_not_feel_each_other(face):

@@ -118,6 +118,9 @@ def test_stiff_contacts_are_met_in_few_iterations(stiffness):
             gradient[:, 2] -= force
             return float(0.5 * (force * np.maximum(self.depth, 0.0)).sum())
 
+        def longest(self, ahead):
+            return 1.0
+
         def rows(self, ahead):
             slopes = np.zeros((n, 6, 3))
             slopes[:, 0, 2] = 1.0
