@@ -57,7 +57,7 @@ def test_lining_holds_to_the_gums(real_face, stem, monkeypatch):
     face = head_with("bag") if stem is None else real_face(stem)
     gums = on_gums(face)
     above = np.flatnonzero((gums > 0.9) & ((face.points - face.landmarks["mouth_l"]) @ face.frame.axes[1] > 0.0))
-    assert len(above) > 10
+    assert len(above) >= 10
     moved = settled(face, "laughter")
     monkeypatch.setattr("facewrinkle.motion.skin.on_gums", lambda face: np.zeros(len(face.points)))
     pulled = settled(face, "laughter")

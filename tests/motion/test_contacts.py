@@ -1,30 +1,72 @@
 """Contacts of the skin.
 
-what                    checked against
-force of a contact      differences of its energy; zero, soft, linear and constant parts
-eyes, lips, teeth       differences of their energies; their geometry written out
-pairs of lips           every vertex with every triangle
-lips                    rays from each lip to the other at rest; parted lips are left alone
-teeth                   the ellipse of the arches; what goes with the jaw meets the lower teeth
+what                      checked against
+energies                  their gradients, differences; the rows that the model of a step is given
+solids                    the model that they never fall below; the turn of the mandible; room at rest
+lips                      rays from each lip to the other at rest; parted lips are left alone; pressed ones do not pass
+teeth                     the ellipse of the arches, and the crowns that are drawn
+memory                    contacts that have looked nowhere else
+forces of contacts        scipy's non-negative least squares with dense matrices
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.optimize import nnls
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
+from analysis.oracle import DEEPEST, Oracle
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import teeth_of
-from facewrinkle.motion import _skin_kernels as kernels
-from facewrinkle.motion.contacts import _seen
+from facewrinkle.geometry.normals import vertex_areas
+from facewrinkle.motion._contact_kernels import solid_gap
+from facewrinkle.motion.contacts import REACH, Compliance, Contacts
+from facewrinkle.motion.lip_pressure import _facing
+from facewrinkle.motion.lip_surfaces import LIP_DISTANCE
 from facewrinkle.motion.skin import Skin
+from facewrinkle.motion.solids import SLACK, bone_below, dental_arches, eyeballs, samples_of
 
 
 @pytest.fixture(scope="module")
 def skin(face):
     return Skin(face)
+
+
+KINDS = ("solids", "lips", "flats")
+
+
+def contacts_of(face, *kinds):
+    """Contacts of some kinds alone."""
+    contacts = Skin(face).contacts
+    if "solids" not in kinds:
+        contacts.solids = replace(contacts.solids, stiffness=1e-30 * contacts.solids.stiffness)
+    if "lips" not in kinds:
+        contacts.lips = [replace(lip, stiffness=1e-30 * lip.stiffness) for lip in contacts.lips]
+    if "flats" not in kinds:
+        contacts.flats = replace(contacts.flats, stiffness=1e-30 * contacts.flats.stiffness)
+    return contacts
+
+
+def smooth(points, rng, size, wave=25.0):
+    """A random displacement that varies over a wave length, mm."""
+    waves = rng.normal(size=(6, 3)) / wave * 2.0
+    return size / 3.0 * np.sin(points @ waves.T + rng.uniform(0.0, 7.0, 6)) @ rng.normal(size=(6, 3))
+
+
+def squeezed(face, rng, depth=1.5):
+    """Displacements that push lips into each other, and skin back on teeth and eyes; rough by a little."""
+    local = (face.points - lips_middle(face.landmarks)) @ face.frame.axes.T
+    close = np.exp(-((local / [30.0, 12.0, 25.0]) ** 2).sum(axis=1))
+    u = np.outer(-np.tanh(local[:, 1] / 2.0) * close * depth, face.frame.axes[1])
+    u += smooth(face.points, rng, 2.0) - 1.0 * face.frame.axes[2]
+    return u + 0.02 * rng.normal(size=u.shape)
 
 
 def held(skin, rates, steps=30):
@@ -35,145 +77,209 @@ def held(skin, rates, steps=30):
     return x
 
 
-def test_the_force_of_a_contact_is_the_slope_of_its_energy():
-    h = 1e-6
-    for depth in (0.01, 0.05, kernels.SOFT, 0.2, kernels.DEEP, 1.0, 5.0):
-        rise = (kernels.contact(depth + h)[1] - kernels.contact(depth - h)[1]) / (2 * h)
-        assert rise == pytest.approx(kernels.contact(depth)[0], rel=1e-4)
-    force = [kernels.contact(d)[0] for d in (1e-9, 0.15, 0.25, kernels.DEEP, 7.0)]
-    assert force[0] < 1e-12
-    assert force[2] - force[1] == pytest.approx(0.1)  # stiffness 1
-    assert force[3] == force[4]
+def gaps_of_lips(contacts, x):
+    """Signed distances of the samples of both lips, looked for anew; inf where nothing is near."""
+    return np.concatenate([lip.gaps(x, lip.near(x, REACH)) for lip in contacts.lips])
 
 
-def test_contacts_push_along_the_slope_of_their_energy(skin):
-    rng, contacts = np.random.default_rng(2), skin.contacts
-    shift = rng.normal(size=skin.points.shape)
-    u = 3.0 * rng.normal(size=skin.points.shape)
+# --- energies -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kinds", [*((kind,) for kind in KINDS), KINDS])
+@pytest.mark.parametrize("rate", [0.0, 0.6])
+def test_contacts_push_along_the_slope_of_their_energy(face, kinds, rate):
+    rng, contacts = np.random.default_rng(2), contacts_of(face, *kinds)
+    contacts.place(rate, contacts.flats.facing)
+    u = squeezed(face, rng)
+    if "flats" in kinds:
+        u += 1.2 * rng.normal(size=u.shape)
     gradient = np.zeros_like(u)
-    assert contacts.energy(u, shift, gradient) > 0.0
-    h = 1e-6
+    assert contacts.energy(u, gradient) > 0.1
+    assert (np.abs(gradient).max(axis=1) > 0.0).sum() > 20
+    h = 1e-7
     for _ in range(5):
         way = rng.normal(size=u.shape)
-        ends = [contacts.energy(u + sign * h * way, shift, np.zeros_like(u)) for sign in (1.0, -1.0)]
+        ends = [contacts.energy(u + sign * h * way, np.zeros_like(u)) for sign in (1.0, -1.0)]
         assert (ends[0] - ends[1]) / (2 * h) == pytest.approx(float((gradient * way).sum()), rel=1e-5)
 
 
-def test_at_rest_nothing_touches(skin):
-    gradient = np.zeros_like(skin.points)
-    assert skin.contacts.energy(np.zeros_like(gradient), np.zeros_like(gradient), gradient) == 0.0
+@pytest.mark.parametrize("kinds", [*((kind,) for kind in KINDS), KINDS])
+def test_rows_add_up_to_the_energy_and_its_gradient(face, kinds):
+    """What the model of a step knows of the contacts is all of them, where it starts."""
+    rng, contacts = np.random.default_rng(4), contacts_of(face, *kinds)
+    u = squeezed(face, rng) + 0.5 * rng.normal(size=face.points.shape)
+    gradient = np.zeros_like(u)
+    energy = contacts.energy(u, gradient)
+    vertices, slopes, depths, stiffness = contacts.rows(np.zeros_like(u))
+    force = stiffness * np.maximum(depths, 0.0)
+    assert (force > 0.0).sum() > 20
+    assert 0.5 * (force * depths).sum() == pytest.approx(energy)
+    pushed = np.zeros_like(u)
+    np.subtract.at(pushed, vertices, force[:, None, None] * slopes)
+    np.testing.assert_allclose(pushed, gradient, atol=1e-9 * np.abs(gradient).max())
+
+
+@pytest.mark.parametrize("kinds", [*((kind,) for kind in KINDS), KINDS])
+def test_rows_tell_the_energy_a_little_ahead(face, kinds):
+    rng, contacts = np.random.default_rng(5), contacts_of(face, *kinds)
+    u = squeezed(face, rng) + 0.3 * rng.normal(size=face.points.shape)
+    errors = []
+    for h in (1e-3, 1e-4):
+        ahead = h * smooth(face.points, np.random.default_rng(6), 1.0)
+        contacts.energy(u, np.zeros_like(u))
+        _, _, depths, stiffness = contacts.rows(ahead)
+        model = 0.5 * (stiffness * np.maximum(depths, 0.0) ** 2).sum()
+        errors.append(abs(model - contacts.energy(u + ahead, np.zeros_like(u))))
+        change = abs(model - contacts.energy(u, np.zeros_like(u)))
+        assert errors[-1] < 0.05 * change
+    assert errors[1] < 0.03 * errors[0]  # the error is of second order
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_step_enters_solids_deeper_than_its_model_knows(face, seed):
+    """The distance from each solid is convex: so however far the step, its rows have at least the energy there."""
+    rng, contacts = np.random.default_rng(seed), contacts_of(face, "solids")
+    u, ahead = smooth(face.points, rng, 0.5), smooth(face.points, rng, 1.0)
+    ahead *= 0.9 * REACH / np.linalg.norm(ahead, axis=1).max()
+    contacts.energy(u, np.zeros_like(u))
+    _, _, depths, stiffness = contacts.rows(ahead)
+    model = 0.5 * (stiffness * np.maximum(depths, 0.0) ** 2).sum()
+    there = contacts.energy(u + ahead, np.zeros_like(u))
+    assert 0.1 < there <= model
+
+
+def test_contacts_have_no_memory(face):
+    """Their energy is that of contacts which have never been anywhere else."""
+    rng, travelled = np.random.default_rng(7), Skin(face).contacts
+    for k in range(12):
+        u = squeezed(face, rng, depth=2.0 * rng.random()) * rng.random()
+        rate = [0.0, 0.3][k % 2]
+        travelled.place(rate, travelled.flats.facing)
+        for share in (0.0, 0.5, 1.0):  # a way whose steps are too short to look for contacts anew each time
+            found = np.zeros_like(u)
+            energy = travelled.energy(share * u, found)
+        fresh, expected = Skin(face).contacts, np.zeros_like(u)
+        fresh.place(rate, fresh.flats.facing)
+        assert energy == pytest.approx(fresh.energy(u, expected), rel=1e-12)
+        np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male", "mediapipe_canonical_face_model"])
+def test_at_rest_nothing_touches(face, real_face, stem):
+    contacts = Skin(face if stem is None else real_face(stem)).contacts
+    gradient = np.zeros_like(contacts._points)
+    assert contacts.energy(np.zeros_like(gradient), gradient) == 0.0
     assert not gradient.any()
+    assert len(contacts.rows(gradient)[3]) == 0
 
 
-def test_lips_face_each_other_along_the_height(face, skin):
-    p, up = skin.contacts.lips, face.frame.axes[1]
-    assert len(p.vertices) > 20
-    other = np.einsum("kc,kcj->kj", p.shares, skin.points[p.corners])
-    np.testing.assert_allclose(skin.points[p.vertices] - other, p.gap[:, None] * p.away, atol=1e-9)
-    sides = p.away @ up
-    np.testing.assert_allclose(np.abs(sides), 1.0)
-    middle = face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]
-    assert (skin.points[p.vertices[sides > 0]] @ up > 0.5 * middle @ up - 2.0).all()  # upper lip
-    assert not set(p.vertices[sides > 0]) & set(p.vertices[sides < 0])
+# --- solids -------------------------------------------------------------------------------------
 
 
-def lip_gap(skin, x):
-    p = skin.contacts.lips
-    return ((x[p.vertices] - np.einsum("kc,kcj->kj", p.shares, x[p.corners])) * p.away).sum(axis=1)
+def test_rest_is_off_every_solid_by_its_slack(face):
+    area = vertex_areas(face.points, face.triangles)
+    angles = np.zeros(len(area))
+    jaw = face.joint_weights["jaw"]
+    angles[jaw.vertices] = jaw.angles
+    for solids in (eyeballs(face, area), dental_arches(face, area, jaw.angles.max()), bone_below(face, area, angles)):
+        assert len(solids.allowed) > 30
+        assert (solids.gaps(face.points) - solids.allowed).min() >= SLACK - 1e-12
+        np.testing.assert_allclose(solids.shares.sum(axis=1), 1.0)
+        assert (solids.stiffness > 0.0).all()
 
 
-def test_lips_that_are_pressed_together_stop_each_other(face):
-    """The chin pushes the lower lip up: free, it would pass far through the upper one."""
-    free, stopped = Skin(face), Skin(face)
-    p = free.contacts.lips
-    p.weight[:] = 0.0
-    rates = dict.fromkeys(("mentalis_l", "mentalis_r", "depressor_anguli_oris_l", "depressor_anguli_oris_r"), 1.0)
-    assert lip_gap(free, held(free, rates)).min() < -1.0
-    x = held(stopped, rates)
-    assert lip_gap(stopped, x).min() > -0.1
-    assert lip_gap(stopped, x).min() < 0.2  # they do touch
+def test_solids_go_with_the_mandible(face, skin):
+    """Skin that turns as far as the bone or the teeth before it is as far from them as at rest."""
+    solids, jaw = skin.contacts.solids, skin._joints.mandible
+    samples = np.einsum("kc,kci->ki", solids.shares, face.points[solids.corners])
+    origins, axes = solids.turned(jaw, 0.7)
+    moved = jaw.centre + Rotation.from_rotvec(np.outer(0.7 * solids.angles, jaw.axis)).apply(samples - jaw.centre)
+    assert np.linalg.norm(moved - samples, axis=1).max() > 10.0
+    normal = np.empty(3)
+    gaps = [solid_gap(*of, normal) for of in zip(moved, origins, axes, solids.halves, strict=True)]
+    np.testing.assert_allclose(gaps, solids.gaps(face.points), atol=1e-9)
+    fixed = solids.angles == 0.0
+    assert 30 < fixed.sum() < len(fixed) - 30
+    assert np.array_equal(origins[fixed], solids.origins[fixed])
+    assert np.array_equal(axes[fixed], solids.axes[fixed])
+    assert solids.turned(None, 1.0)[0] is solids.turned(jaw, 0.0)[0] is solids.origins
 
 
-def test_lips_stay_before_the_teeth(face):
-    skin = Skin(face)
-    t = skin.contacts.teeth
+def test_long_edges_are_sampled_in_the_middle(face):
+    near, area = np.ones(len(face.points), bool), np.ones(len(face.points))
+    counts = [len(samples_of(face, near, area, radius)[0]) for radius in (1e9, 100.0, 5.0, 1.0)]
+    assert counts[0] == len(face.points)
+    assert counts == sorted(set(counts))
+    corners, shares, _ = samples_of(face, near, area, 5.0)
+    middles = shares[:, 0] == 0.5
+    lengths = np.linalg.norm(face.points[corners[middles, 0]] - face.points[corners[middles, 1]], axis=1)
+    assert (lengths**2 / (8.0 * 5.0) > 0.05).all(), "only chords that cut a ball of 5 mm by more than .05 mm"
+
+
+def test_the_wall_of_the_teeth_is_their_outer_border(face, skin):
+    """The arch that is drawn lies within the wall, but for the bulge of its crowns."""
     upper, _ = teeth_of(face.landmarks, face.frame)
-    # The arch that is drawn lies within the wall, but for the bulge of its crowns.
-    lips = lips_middle(face.landmarks)
-    middle = lips + ((skin.points[t.vertices[0]] - lips) @ t.axes.T - t.local[0]) @ t.axes
-    radius = np.hypot(*(((upper.points - middle) @ t.axes.T) / t.half).T)
+    arches = dental_arches(face, np.ones(len(face.points)), 0.0)
+    radius = np.hypot(*(((upper.points - arches.origins[0]) @ arches.axes[0, :2].T) / arches.halves[0]).T)
     assert 0.95 < radius.max() < 1.05
-    for rates in ({"risorius_l": 1.0, "risorius_r": 1.0}, {"risorius_l": 1.0, "risorius_r": 1.0, "jaw": 0.5}):
-        held(skin, rates)
-        carried = t.local + (skin.displacement - skin._shift)[t.vertices] @ t.axes.T
-        depth = (np.minimum(np.hypot(*(t.local / t.half).T), 1.0) - np.hypot(*(carried / t.half).T)) * t.half[1]
-        assert depth.max() < 0.3
-
-
-def test_parted_lips_do_not_feel_each_other(face):
-    skin = Skin(face)
-    x = held(skin, fw.ACTION_UNITS["AU27"])
-    touching = lip_gap(skin, x) < skin.contacts.lips.allowed
-    assert touching.mean() < 0.1
-
-
-def lowest_under(local, i, triangles, sign, far):
-    """The triangle that vertex i sees, by looking at all of them: its gap and its number."""
-    seen = []
-    for t, corners in enumerate(triangles):
-        if i in corners:
-            continue
-        flat = np.vstack([local[corners][:, [0, 2]].T, np.ones(3)])
-        if abs(np.linalg.det(flat)) < 1e-12:
-            continue
-        share = np.linalg.solve(flat, [*local[i, [0, 2]], 1.0])
-        gap = sign * (local[i, 1] - share @ local[corners, 1])
-        if share.min() >= 0.0 and 0.0 <= gap < far:
-            seen.append((gap, t))
-    return min(seen, default=None)
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_nearest_triangle_is_found_among_large_and_small_ones(sign):
-    rng = np.random.default_rng(11)
-    large, small = rng.uniform(-1.0, 1.0, (12, 3, 3)), rng.uniform(-1.0, 1.0, (60, 1, 3))
-    corners = np.concatenate([large, small + rng.uniform(-0.05, 0.05, (60, 3, 3))])
-    local = np.concatenate([corners.reshape(-1, 3), rng.uniform(-1.0, 1.0, (80, 3))])
-    triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
-    own = np.arange(100, len(local))
-    vertices, found, shares, gaps, signs = _seen(local, own, triangles, sign, 0.6)
-    expected = {i: hit for i in own if (hit := lowest_under(local, i, triangles, sign, 0.6))}
-    assert 20 < len(expected) < len(own)
-    assert {t < 12 for _, t in expected.values()} == {True, False}
-    assert vertices.tolist() == list(expected)
-    assert found.tolist() == [triangles[t].tolist() for _, t in expected.values()]
-    np.testing.assert_allclose(gaps, [gap for gap, _ in expected.values()], atol=1e-9)
-    np.testing.assert_allclose(shares.sum(axis=1), 1.0, atol=1e-12)
-    assert set(signs) == {sign}
-
-
-def test_nothing_is_seen_where_there_is_nothing():
-    nothing, triangle = np.empty(0, int), np.array([[0, 1, 2]], np.int32)
-    for own, triangles in ((nothing, triangle), (np.arange(3), triangle[:0]), (np.arange(3), triangle)):
-        assert all(len(part) == 0 for part in _seen(np.eye(3), own, triangles, 1.0, 9.0))
 
 
 # --- lips ---------------------------------------------------------------------------------------
 
 
-def test_the_pressure_of_the_lips_on_each_other_moves_nothing_as_a_whole(face):
-    skin = fw.Skin(face)
-    forces, pairs = skin.contacts.closing(), skin.contacts.lips
-    np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-9)
-    parting = (forces[pairs.vertices] * pairs.away).sum(axis=1)
-    assert (parting < 0.0).all()
+PURSED = {"orbicularis_oris": 1.0}
+PRESSED = dict.fromkeys(("mentalis_l", "mentalis_r", "depressor_anguli_oris_l", "depressor_anguli_oris_r"), 1.0)
+
+
+def test_lips_that_are_pressed_together_stop_each_other(face):
+    """The chin pushes the lower lip up: free, it would pass far through the upper one."""
+    free, stopped = Skin(face), Skin(face)
+    free.contacts.lips, oracle = [], Oracle(face)
+    free.contacts._near_lips = free.contacts._gaps = []
+    assert oracle.findings(held(free, PRESSED)).lips > 1.0
+    x = held(stopped, PRESSED)
+    assert oracle.findings(x).lips < DEEPEST
+    gaps = gaps_of_lips(stopped.contacts, x)
+    assert -0.02 < gaps.min() < 1.1 * LIP_DISTANCE  # they do touch
+
+
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+@pytest.mark.parametrize("time_step", [0.02, 1.0])
+def test_lips_do_not_pass_each_other_when_they_are_flung_together(face, real_face, stem, time_step):
+    """From wide open to pressed in a jump, and back; in every step."""
+    face = face if stem is None else real_face(stem)
+    skin, oracle = Skin(face, time_step), Oracle(face)
+    fling = {**PRESSED, **PURSED}
+    assert set(fling) <= set(skin.names)
+    for rates in ({"jaw": 1.0}, fling, {"jaw": 0.5, **fling}, PRESSED, {"jaw": 1.0}, {}):
+        skin.contract(rates)
+        for _ in range(8):
+            assert oracle.findings(skin.step()).lips < DEEPEST
+
+
+@pytest.mark.parametrize("stem", [None, "ict_face_narrow"])
+def test_lips_stay_before_the_teeth(face, real_face, stem):
+    face = face if stem is None else real_face(stem)
+    skin, oracle = Skin(face, time_step=0.1), Oracle(face)
+    wide = {"risorius_l": 1.0, "risorius_r": 1.0}
+    for rates in (wide, {**wide, "jaw": 0.5}, fw.ACTION_UNITS["AU28"], fw.EXPRESSIONS["anger"]):
+        assert oracle.findings(held(skin, rates, 6)).teeth < DEEPEST
+    skin.contacts.solids = replace(skin.contacts.solids, stiffness=1e-9 * skin.contacts.solids.stiffness)
+    assert oracle.findings(held(skin, fw.ACTION_UNITS["AU28"], 6)).teeth > 1.0, "without contacts they do not"
+
+
+def test_parted_lips_do_not_feel_each_other(face):
+    skin = Skin(face)
+    x = held(skin, fw.ACTION_UNITS["AU27"])
+    allowed = np.concatenate([lip.allowed for lip in skin.contacts.lips])
+    assert (gaps_of_lips(skin.contacts, x) < allowed).mean() < 0.05
 
 
 @pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
 def test_pursed_lips_come_forward_and_stay_together(face, real_face, stem):
     face = face if stem is None else real_face(stem)
     skin = fw.Skin(face, time_step=1.0)
-    skin.contract({"orbicularis_oris": 1.0})
+    skin.contract(PURSED)
     for _ in range(15):
         skin.step()
     local = skin.displacement @ face.frame.axes.T
@@ -182,7 +288,51 @@ def test_pursed_lips_come_forward_and_stay_together(face, real_face, stem):
     corners = cKDTree(face.points).query([face.landmarks["mouth_l"], face.landmarks["mouth_r"]])[1]
     assert local[corners[0], 0] < -3.0
     assert local[corners[1], 0] > 3.0
-    pairs, moved = skin.contacts.lips, skin.displacement[skin.mesh.vertices]
-    opposite = np.einsum("kc,kcj->kj", pairs.shares, moved[pairs.corners])
-    parted = ((moved[pairs.vertices] - opposite) * pairs.away).sum(axis=1)
+    vertices, opposite, shares, signs = _facing(skin.mesh.face)
+    moved = skin.displacement[skin.mesh.vertices] @ face.frame.axes[1]
+    parted = (moved[vertices] - (shares * moved[opposite]).sum(axis=1)) * signs
     assert parted.max() < 0.5  # without the pressure they part by millimetres
+
+
+# --- forces -------------------------------------------------------------------------------------
+
+
+def test_compliance_is_that_of_direct_solves():
+    rng, n, m = np.random.default_rng(0), 30, 12
+    matrices = []
+    for _ in range(3):
+        a = rng.normal(size=(n, n)) * (rng.random((n, n)) < 0.2)
+        matrices.append(csr_array(a @ a.T + np.eye(n)))
+    factors, solves = [splu(matrix.tocsc()) for matrix in matrices], []
+
+    def solved(forces):
+        solves.append(np.flatnonzero(forces.any(axis=1)))
+        return np.stack([factor.solve(forces[:, k]) for k, factor in enumerate(factors)], axis=1)
+
+    compliance = Compliance(solved, n)
+    vertices = np.array([rng.choice(n, 6, replace=False) for _ in range(m)])
+    slopes, depths, stiffness = rng.normal(size=(m, 6, 3)), rng.normal(size=m), rng.uniform(50.0, 500.0, m)
+    slopes[: m // 2, 3:], vertices[: m // 2, 3:] = 0.0, vertices[: m // 2, :1]
+    dense = np.zeros((m, n, 3))
+    for r in range(m):
+        np.add.at(dense[r], vertices[r], slopes[r])
+    inverses = [np.linalg.inv(matrix.toarray()) for matrix in matrices]
+    response = sum(dense[:, :, k] @ inverse @ dense[:, :, k].T for k, inverse in enumerate(inverses))
+    left = np.linalg.cholesky(response + np.diag(1.0 / stiffness))
+    expected = nnls(left.T, np.linalg.solve(left, depths))[0]
+    assert 2 < (expected > 0.0).sum() < m
+    for _ in range(2):
+        found = compliance.forces((vertices, slopes, depths, stiffness))
+        np.testing.assert_allclose(found, np.einsum("r,rik->ik", expected, dense), atol=1e-4)
+        assert sorted(np.concatenate(solves)) == np.unique(vertices).tolist(), "each vertex that is needed, once"
+    few = vertices[:2], slopes[:2], np.array([1.0, -1.0]), stiffness[:2]
+    force = 1.0 / (response[0, 0] + 1.0 / stiffness[0])
+    alone = compliance.forces((*few[:2], np.array([1.0, -1e3]), few[3]))
+    np.testing.assert_allclose(alone, force * dense[0], atol=1e-4)
+
+
+def test_contacts_of_a_face_without_a_mandible_have_no_lips(face):
+    each = np.ones(len(face.points))
+    contacts = Contacts(face, each, each)
+    assert contacts.lips == []
+    assert contacts.energy(-2.0 * face.frame.axes[2] + np.zeros_like(face.points), np.zeros_like(face.points)) > 0.0

@@ -1,11 +1,11 @@
 """The mass-spring skin.
 
 what                              checked against
-gradient of the energy            differences of the energy: springs beyond their threshold, tethers, bending, lids
+gradient of a step's objective    differences: springs beyond their threshold, tethers, bending, contacts, inertia
 springs, barrier, tethers         their energies written out for an edge, a triangle, a vertex
 weights                           a membrane of stiffness 1: the energy of affine strains, whatever the triangles
-rest                              itself: an exact equilibrium, and where every release ends
-energy                            it does not grow once the muscles rest
+rest                              itself: an exact equilibrium
+energy                            the sum of its parts written out; it never grows while contraction rates are held
 time steps of 0.1 ms to 10 s      each other's steady states
 long runs of random contractions  finite, bounded
 skull, eyeballs                   signed distances of all vertices, in all expressions of the library
@@ -28,6 +28,7 @@ from facewrinkle.motion import _skin_kernels as kernels
 from facewrinkle.motion.material import SkinMaterial
 from facewrinkle.motion.minimiser import Minimiser
 from facewrinkle.motion.skin import Skin
+from facewrinkle.motion.solids import bone_below
 
 
 @pytest.fixture(scope="module")
@@ -60,29 +61,65 @@ def stirred(skin, rng, steps=15):
 
 
 def potential(skin, u):
+    """Energy without motion, and its gradient."""
     gradient = np.empty_like(u)
-    return skin._potential(np.ascontiguousarray(u), gradient), gradient
+    energy = skin._elastic(u, gradient) + skin.contacts.energy(u, gradient)
+    return energy - kernels.work(u, skin._force, gradient), gradient
 
 
 @pytest.mark.parametrize("size", [0.01, 0.5, 4.0])
 def test_gradient_of_the_potential(coarse, size):
     """Small motions, and such that many springs are beyond their threshold and many triangles nearly turned over."""
     skin, rng = Skin(coarse), np.random.default_rng(7)
-    skin.contract({"orbicularis_oculi_l": 0.7})
-    u = size * rng.normal(size=skin.points.shape)
+    skin.contract({"orbicularis_oculi_l": 0.7, "jaw": 0.3})
+    skin.step()
+    u = size * rng.normal(size=skin.points.shape) + skin._shift
     if size == 4.0:
         cross = np.cross(
             *((skin.points + u)[coarse.triangles[:, k]] - (skin.points + u)[coarse.triangles[:, 0]] for k in (1, 2))
         )
-        facing = np.cross(*(skin.points[coarse.triangles[:, k]] - skin.points[coarse.triangles[:, 0]] for k in (1, 2)))
-        share = (cross * facing).sum(1) / (facing * facing).sum(1)
+        share = (cross * skin._facing_now).sum(1) / skin._double_area
         assert (share < skin.material.smallest_area).mean() > 0.1
     gradient = potential(skin, u)[1]
-    h = 1e-5
+    h = 1e-6
     for _ in range(8):
         direction = rng.normal(size=u.shape)
         up, down = potential(skin, u + h * direction)[0], potential(skin, u - h * direction)[0]
-        assert (up - down) / (2 * h) == pytest.approx(float((gradient * direction).sum()), rel=2e-6)
+        assert (up - down) / (2 * h) == pytest.approx(float((gradient * direction).sum()), rel=2e-5)
+
+
+def test_gradient_of_the_whole_objective_of_a_step(coarse, monkeypatch):
+    """What a step minimises, with inertia, drag and contacts, as the minimiser is given it."""
+    skin, rng, seen = Skin(coarse), np.random.default_rng(8), []
+    minimised = Minimiser.minimised
+
+    def watched(minimiser, objective, start):
+        if not seen:
+            seen.append(start)
+            u = start + 0.5 * rng.normal(size=start.shape)
+            gradient = np.empty_like(u)
+            objective(u, gradient)
+            for _ in range(5):
+                way, h = rng.normal(size=u.shape), 1e-6
+                ends = [objective(u + sign * h * way, np.empty_like(u)) for sign in (1.0, -1.0)]
+                assert (ends[0] - ends[1]) / (2 * h) == pytest.approx(float((gradient * way).sum()), rel=2e-5)
+        return minimised(minimiser, objective, start)
+
+    stirred(skin, rng, 3)
+    monkeypatch.setattr(Minimiser, "minimised", watched)
+    skin.contract({"zygomaticus_major_l": 1.0})
+    skin.step()
+    assert seen
+
+
+def test_energy_is_that_of_motion_and_place_less_the_work_of_muscles(coarse):
+    skin = Skin(coarse)
+    stirred(skin, np.random.default_rng(2), 4)
+    u, v = skin.displacement, skin.velocity
+    kinetic = 0.5 * (skin._mass[:, None] * v**2).sum()
+    place = skin._elastic(u, np.empty_like(u)) + skin.contacts.energy(u, np.empty_like(u))
+    assert kinetic > 0.0 < place
+    assert skin.energy() == pytest.approx(kinetic + place - (skin._force * u).sum(), rel=1e-12)
 
 
 def test_springs_are_biphasic():
@@ -165,19 +202,6 @@ def test_rest_is_an_exact_equilibrium(face, time_step):
     assert not skin.velocity.any()
 
 
-def test_release_ends_at_rest(face):
-    skin = Skin(face)
-    for name in ("happiness", "emotion_fear", "closing_eye"):
-        skin.contract(fw.EXPRESSIONS[name])
-        for _ in range(40):
-            skin.step()
-        assert np.abs(skin.displacement).max() > 3.0
-        skin.contract({})
-        for _ in range(250):
-            skin.step()
-        assert np.abs(skin.displacement).max() < 1e-6
-
-
 def test_reset_is_a_new_skin(coarse):
     skin = Skin(coarse)
     stirred(skin, np.random.default_rng(0))
@@ -193,17 +217,18 @@ def test_reset_is_a_new_skin(coarse):
 @pytest.mark.parametrize("time_step", [1e-3, 0.02, 0.2, 2.0])
 def test_energy_does_not_grow_once_muscles_rest(face, time_step):
     skin = Skin(face, time_step)
-    stirred(skin, np.random.default_rng(3))
+    stirred(skin, np.random.default_rng(3), 8)
+    most = abs(skin.energy())
     skin.contract({})
+    skin.step()  # the joints turn back
     energies = [skin.energy()]
     for _ in range(60):
         skin.step()
         energies.append(skin.energy())
-    growth = np.diff(energies).max() / energies[0]
-    # Steps are solved to a tolerance: it shows only where a step is hundreds of times the skin's own time.
-    assert growth < (1e-7 if time_step > 1.0 else 1e-13)
+    assert np.diff(energies).max() <= 1e-13 * most
+    assert min(energies) >= 0.0
     if time_step > 0.01:
-        assert energies[-1] < 1e-9 * energies[0]
+        assert energies[-1] < 1e-9 * most
 
 
 # --- time steps, long runs ----------------------------------------------------------------------
@@ -241,7 +266,7 @@ def test_any_time_step_is_stable(coarse, time_step):
         assert np.abs(skin.displacement).max() < 40.0
 
 
-@pytest.mark.parametrize(("which", "steps"), [("coarse", 20_000), ("face", 1_000)])
+@pytest.mark.parametrize(("which", "steps"), [("coarse", 2_000), ("face", 300)])
 def test_long_runs_of_random_contractions(request, which, steps):
     face = request.getfixturevalue(which)
     skin, rng = Skin(face), np.random.default_rng(5)
@@ -257,29 +282,35 @@ def test_long_runs_of_random_contractions(request, which, steps):
     assert np.isfinite(skin.displacement).all()
     assert 3.0 < largest < 40.0
     skin.contract({})
-    for _ in range(250):
+    for _ in range(100):
         skin.step()
-    assert np.abs(skin.displacement).max() < 1e-6
+    assert not skin.displacement.any()
+    assert not skin.velocity.any()
 
 
-def test_steps_end_no_higher_than_they_began(real_face, monkeypatch):
-    """What implicit Euler minimises is at its end no more than at its beginning: that is why it is stable."""
-    skin, rng = Skin(real_face("makehuman_head_male")), np.random.default_rng(0)
-    minimised, scratch, rises = Minimiser.minimised, np.empty_like(skin.points), []
+@pytest.mark.parametrize("iterations", [25, 3, 1])
+def test_steps_end_no_higher_than_they_began(real_face, monkeypatch, iterations):
+    """What implicit Euler minimises is at its end no more than at its beginning, even if it is given up early."""
+    skin, rng = Skin(real_face("makehuman_head_male"), iterations=iterations), np.random.default_rng(0)
+    minimised, rises, contacts = Minimiser.minimised, [], skin.contacts
 
     def watched(minimiser, objective, start):
-        u = minimised(minimiser, objective, start)
-        before, after = (objective(x, scratch) for x in (start, u))
+        end = minimised(minimiser, objective, start)
+        scratch = np.empty_like(start)
+        before, after = (objective(x, scratch) + contacts.energy(x, scratch) for x in (start, end.u))
+        assert (end.before, end.value) == pytest.approx((before, after), rel=1e-12)
+        assert end.iterations <= iterations
         rises.append((after - before) / (1.0 + abs(before)))
-        return u
+        return end
 
     monkeypatch.setattr(Minimiser, "minimised", watched)
-    for i in range(500):
+    for i in range(100):
         if i % 7 == 0:
             skin.contract({name: rng.random() for name in skin.names})
         skin.step()
     assert np.abs(skin.displacement).max() < 60.0
-    assert max(rises) < 1e-9
+    assert len(rises) > 100
+    assert max(rises) < 1e-12
 
 
 # --- contact ------------------------------------------------------------------------------------
@@ -314,38 +345,46 @@ def test_no_skin_enters_skull_or_eyeballs_in_any_expression(face):
 
 
 def test_skin_that_is_pressed_into_the_bone_comes_out(face):
-    skin = Skin(face)
-    stopped = np.isin(np.arange(len(skin.points)), skin._over_bone)
+    """From 2 mm inside, at once: nothing is stuck there."""
+    skin = Skin(face, time_step=10.0)
+    bone = bone_below(face, skin._area, np.zeros(len(skin.points)))
+    stopped = np.zeros(len(skin.points), bool)
+    stopped[bone.corners[:, 0]] = True
     assert stopped.sum() > 300
     above = ((face.points - face.tissue.anchors) * face.tissue.normals).sum(axis=1)
     u = np.where(stopped[:, None], -(above + 2.0)[:, None] * face.tissue.normals, 0.0)
 
     def distance():
-        sunk = pv.PolyData(skin.points + u).compute_implicit_distance(face.skull)["implicit_distance"]
+        sunk = pv.PolyData(skin.points + skin.displacement).compute_implicit_distance(face.skull)["implicit_distance"]
         return np.asarray(sunk)[stopped]
 
-    before = distance()
-    assert np.median(before) < -1.5
-    skin._stop_at_bone(u)
-    # The wall is the tangent plane of the nearest vertex of the skull: a little inside of it where it is concave.
-    after = distance()
-    assert np.median(after) > -0.05
-    assert np.quantile(after, 0.05) > -0.3
-    # At rest nothing is moved: u is 0 to the last bit.
-    skin.reset()
-    rest = np.zeros_like(u)
-    skin._stop_at_bone(rest)
-    assert not rest.any()
+    # Of the open, folded surface under lips and lids there is no inside.
+    stopped[stopped] = distance() > 0.0
+    u[~stopped] = 0.0
+    assert stopped.sum() > 300
+    skin.displacement = u
+    assert np.median(distance()) < -1.5
+    skin.step()
+    assert np.median(distance()) > 0.0
+    assert np.quantile(distance(), 0.01) > -0.1
+    for _ in range(100):
+        skin.step()
+    assert not skin.displacement.any()
 
 
-def test_skin_that_is_pressed_into_an_eye_comes_out_along_the_radius():
-    points = np.array([[0.0, 0, 13], [0, 5, 11.5], [0, 0, 11]])
-    u = np.array([[0.0, 0, -4], [0, 0, -4], [0.0, 0, -2]])
-    radii = np.array([12.0, 12.0, 11.0])
-    kernels.keep_off_eye(u, points, np.arange(3), np.zeros(3), radii)
-    distance = np.linalg.norm(points + u, axis=1)
-    np.testing.assert_allclose(distance, [12, 12, 11], rtol=1e-15)
-    np.testing.assert_allclose((points + u)[1] / 12, np.array([0, 5, 7.5]) / np.hypot(5, 7.5), rtol=1e-14)
+def test_skin_that_is_pressed_into_an_eye_comes_out(face):
+    skin = Skin(face, time_step=10.0)
+    eye = face.eyes[0]
+    offset = face.points - eye.centre
+    away = np.linalg.norm(offset, axis=1)
+    lids = away < 1.15 * eye.radius
+    assert lids.sum() > 20
+    skin.displacement = np.where(lids[:, None], offset * (0.8 * eye.radius / away - 1.0)[:, None], 0.0)
+    skin.step()
+    assert (np.linalg.norm(offset + skin.displacement, axis=1)[lids] > np.minimum(away[lids], eye.radius) - 0.05).all()
+    for _ in range(100):
+        skin.step()
+    assert not skin.displacement.any()
 
 
 # --- what the muscles do ------------------------------------------------------------------------
@@ -438,9 +477,9 @@ def test_lids_close_and_open_again(face):
     assert gap(face, "l", x).min() > -1.0
     np.testing.assert_allclose(gap(face, "r", x), open_right, atol=0.1)
     skin.contract({})
-    for _ in range(250):
+    for _ in range(100):
         x = skin.step()
-    np.testing.assert_allclose(gap(face, "l", x), open_left, atol=1e-5)
+    assert np.array_equal(gap(face, "l", x), open_left)
 
 
 def test_half_a_contraction_is_between_rest_and_the_whole(face):

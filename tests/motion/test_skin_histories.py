@@ -1,0 +1,216 @@
+"""The skin through time: where it comes to rest, whatever came before.
+
+what                        checked against
+releases                    rest, to the last bit, after a hundred steps
+energy                      itself: it never grows while contraction rates are held
+steady states               those after jumps, ramps and detours
+lids, lips, teeth           the faults that `analysis.oracle` finds, in every step of random jumps
+the jaw                     the way between where the skin was and where it ends
+processes, threads          each other, byte by byte
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from analysis.oracle import DEEPEST, Oracle, off_the_way
+from facewrinkle.motion.skin import Skin
+
+FACES = Path(__file__).parents[3] / "shared" / "faces"
+
+
+def held(skin, rates, steps):
+    skin.contract(rates)
+    for _ in range(steps):
+        skin.step()
+    return skin.displacement.copy()
+
+
+# --- rest ---------------------------------------------------------------------------------------
+
+
+def steps_to_rest(skin, most):
+    """Number of steps after which skin is exactly at rest, and stays there."""
+    skin.contract({})
+    for i in range(1, most + 1):
+        x = skin.step()
+        if not skin.displacement.any():
+            assert not skin.velocity.any()
+            assert skin.energy() == 0.0
+            assert np.array_equal(x, skin.points)
+            assert np.array_equal(skin.step(), skin.points)
+            return i
+    return np.inf
+
+
+@pytest.mark.parametrize("name", sorted(fw.EXPRESSIONS))
+def test_every_release_ends_at_rest(face, name):
+    skin = Skin(face)
+    assert np.abs(held(skin, fw.EXPRESSIONS[name], 20)).max() > 1.0
+    assert steps_to_rest(skin, 100) <= 100
+
+
+@pytest.mark.parametrize(
+    ("stem", "what"),
+    [
+        ("makehuman_head_male", "anger"),
+        ("makehuman_head_male", "AU24"),
+        ("mediapipe_canonical_face_model", "anger"),
+        ("mediapipe_canonical_face_model", "surprise"),
+        ("ict_face_narrow", "surprise"),
+    ],
+)
+def test_releases_of_other_faces_end_at_rest(real_face, stem, what):
+    face = real_face(stem)
+    skin = Skin(face)
+    held(skin, face.atlas.contractions(what), 8)
+    assert steps_to_rest(skin, 100) <= 100
+
+
+def test_skin_comes_back_from_the_end_of_long_sequences(face):
+    skin, rng = Skin(face), np.random.default_rng(12)
+    for _ in range(30):
+        held(skin, {name: rng.random() for name in skin.names if rng.random() < 0.5}, int(rng.integers(1, 6)))
+    assert steps_to_rest(skin, 100) <= 100
+
+
+def test_skin_that_came_back_moves_as_a_new_one(face):
+    """Nothing is remembered: neither by contacts nor by the minimiser."""
+    used, new = Skin(face), Skin(face)
+    held(used, fw.EXPRESSIONS["pain"], 15)
+    assert steps_to_rest(used, 100) <= 100
+    assert np.array_equal(held(used, fw.EXPRESSIONS["anger"], 10), held(new, fw.EXPRESSIONS["anger"], 10))
+
+
+# --- energy -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("time_step", [0.005, 0.02, 0.5])
+def test_energy_never_grows_while_rates_are_held(face, time_step):
+    """After random jumps: the first step, in which the joints turn and the muscles pull anew, does work."""
+    skin, rng, most = Skin(face, time_step), np.random.default_rng(13), 0.0
+    for _ in range(12):
+        held(skin, {name: rng.random() for name in skin.names if rng.random() < rng.random()}, 1)
+        energies = [skin.energy()]
+        for _ in range(8):
+            skin.step()
+            energies.append(skin.energy())
+        most = max(most, np.abs(energies).max())
+        assert np.diff(energies).max() <= 1e-12 * most
+
+
+def test_energy_never_grows_from_random_states(face):
+    skin, rng = Skin(face), np.random.default_rng(14)
+    for size in (0.1, 1.0, 4.0):
+        skin.reset()
+        held(skin, {"zygomaticus_major_l": 0.6}, 2)
+        skin.displacement = skin.displacement + size * rng.normal(size=skin.points.shape)
+        energies = [skin.energy()]
+        for _ in range(10):
+            skin.step()
+            energies.append(skin.energy())
+        assert energies[0] > 0.0
+        assert np.diff(energies).max() <= 1e-12 * energies[0]
+
+
+# --- steady states ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["happiness", "surprise", "closing_eye", "anger", "sadness"])
+def test_a_steady_state_is_one_whatever_came_before(face, name):
+    """A jump, a ramp, and a detour over other expressions."""
+    rates, ends = fw.EXPRESSIONS[name], []
+    for before in ([], [{k: share * rate for k, rate in rates.items()} for share in (0.2, 0.4, 0.6, 0.8)],
+                   [fw.EXPRESSIONS["kiss"], fw.EXPRESSIONS["stretching_mouth"], {"jaw": 1.0}]):  # fmt: skip
+        skin = Skin(face)
+        for each in before:
+            held(skin, each, 6)
+        ends.append(held(skin, rates, 150))
+    assert np.abs(ends[0]).max() > 3.0
+    for other in ends[1:]:
+        assert np.abs(other - ends[0]).max() < 1e-6
+
+
+# --- what it must not enter, and its way --------------------------------------------------------
+
+
+@pytest.mark.parametrize("time_step", [0.02, 0.5])
+def test_lids_and_lips_stay_off_what_they_meet_in_random_jumps(face, time_step):
+    skin, rng, oracle = Skin(face, time_step), np.random.default_rng(15), Oracle(face)
+    lids = [name for name in skin.names if name.startswith(("orbicularis_oculi", "levator_palp", "rectus", "jaw"))]
+    for k in range(16):
+        chosen = lids if k % 2 else skin.names
+        skin.contract({name: float(rng.random() < 0.5) for name in chosen if rng.random() < 0.5})
+        for _ in range(4):
+            found = oracle.findings(skin.step())
+            assert found.inverted == 0
+            assert found.eyes < DEEPEST
+            assert found.lids < DEEPEST
+            assert found.lips < DEEPEST
+            assert found.teeth < DEEPEST
+
+
+@pytest.mark.parametrize("time_step", [0.005, 0.02, 0.5])
+@pytest.mark.parametrize("jump", [({"jaw": 1.0}, {}), ({}, {"jaw": 1.0}), ({"jaw": 0.3}, {"jaw": 0.9})])
+def test_the_chin_is_never_farther_out_than_its_way(face, time_step, jump):
+    """The jaw opens or shuts in one step: no vertex is flung beyond where it was and where it goes."""
+    skin = Skin(face, time_step)
+    path = [held(skin, jump[0], 60)]
+    skin.contract(jump[1])
+    for _ in range(60):
+        skin.step()
+        path.append(skin.displacement.copy())
+    assert off_the_way(np.array(path))[:, 0].max() == 0.0
+    chin = face.mesh.find_closest_point(face.landmarks["menton"])
+    out = np.linalg.norm(np.array(path)[:, chin], axis=1)
+    assert out.max() > 8.0
+    if not jump[1]:
+        assert out.max() == out[0], "it comes back at once"
+        assert out[-1] == 0.0
+
+
+# --- the same bytes -----------------------------------------------------------------------------
+
+
+PLAYED = """
+import hashlib, json, sys, warnings
+import facewrinkle as fw
+faces, digests = [fw.default_face()], {}
+if sys.argv[1]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        faces.append(fw.fit_face(sys.argv[1] + ".obj", sys.argv[1] + ".landmarks.json"))
+for face in faces:
+    skin, digest = fw.Skin(face), hashlib.sha256()
+    for what in ("stretching_mouth", "anger", "AU43"):
+        skin.contract(face.atlas.contractions(what))
+        for _ in range(2):
+            digest.update(skin.step().tobytes())
+    digests[face.mesh.n_points] = digest.hexdigest()
+print(json.dumps(digests))
+"""
+
+
+def test_the_same_bytes_in_every_process_with_any_number_of_threads():
+    stem = FACES / "ict_face_narrow"
+    face, played = str(stem) if stem.with_suffix(".obj").exists() else "", []
+    for threads in (1, 2, 4):
+        count = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"), str(threads))
+        ran = subprocess.run(
+            [sys.executable, "-c", PLAYED, face],
+            env={**os.environ, **count},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        played.append(json.loads(ran.stdout))
+    assert len(played[0]) == 1 + bool(face)
+    assert played[1:] == played[:1] * 2
