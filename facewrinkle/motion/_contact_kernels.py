@@ -523,6 +523,20 @@ def add_forces(vertices, slopes, forces, out):
 
 
 @njit(cache=True)
+def added_up(forces, pushed, slots, columns):
+    """Return the responses (n, 3) to the forces at the vertices `pushed`; see `compliance`."""
+    out = np.zeros(forces.shape)
+    for v in pushed:
+        x, y, z = forces[v]
+        column = columns[slots[v]]
+        for i in range(out.shape[0]):
+            out[i, 0] += x * column[i, 0]
+            out[i, 1] += y * column[i, 1]
+            out[i, 2] += z * column[i, 2]
+    return out
+
+
+@njit(cache=True)
 def farthest_moved(x, y, vertices):
     """Return the largest distance between points of x (n, 3) and y, of those with the given indices."""
     largest = 0.0

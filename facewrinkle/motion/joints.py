@@ -14,7 +14,7 @@ from ..anatomy.joint_weights import JointWeights, turned
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
 
-LONGEST_PART = 1.0
+LONGEST_PART = 1.5
 """Joints carry the skin no farther than this in one part of a step, mm."""
 
 

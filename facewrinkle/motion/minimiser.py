@@ -153,7 +153,7 @@ class Minimiser:
             if attempt < 2:
                 direction = -self._inverse_curvature(at.free)
                 if self._contacts is not None and len((rows := self._contacts.rows(direction))[3]):
-                    direction += self.factors.solved(self._compliance.forces(rows))
+                    direction += self._compliance.response(rows)
             else:  # the model's contacts err: follow the slope itself
                 direction = -self.factors.solved(at.total)
             slope = kernels.inner(direction, at.total)

@@ -273,8 +273,8 @@ class Skin:
     def step(self) -> Array:
         """Advance by one time step and return the positions (n, 3) in mm.
 
-        Joints carry the skin along as their muscles contract. They turn in parts of a few millimetres, each a step of
-        its own, so that lips and lids that are flung at each other meet.
+        Joints carry the skin along as their muscles contract. They turn in parts, each a step of its own, so that
+        lips that are flung at each other meet, and the skin settles on the way.
         """
         before, after = self._placed, self.rates
         if np.array_equal(before, after):

@@ -133,7 +133,17 @@ def _rims(face: Face) -> IntArray:
 
 
 def lid_margins(face: Face) -> IntArray:
-    """Return the edges (k, 2) of the mesh along the margins of the lids."""
+    """Return the edges (k, 2) of the mesh along the margins of the lids.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> edges = lid_margins(face)
+    >>> opening = face.eyelid_openings["l"]
+    >>> set(opening.upper) | set(opening.lower) <= set(edges.ravel())
+    True
+    """
     margins = [margin for opening in face.eyelid_openings.values() for margin in (opening.upper, opening.lower)]
     pairs = [np.stack([margin[:-1], margin[1:]], axis=1) for margin in margins]
     return np.concatenate([np.empty((0, 2), np.int64), *pairs])

@@ -64,7 +64,8 @@ def test_expression_guide_runs(face):
     space |= {"attachment": glabella - (0, 12, 6), "insertion": np.add(glabella, (0, 14, 0))}
     for block in (mix, folds, moved):
         exec(block, space)
-    assert "procerus" in space["face"].muscles
+    assert "procerus" not in space["face"].muscles  # a new name is a new muscle
+    assert "procerus" in space["sim"].face.muscles
 
 
 def test_all_python_compiles():
