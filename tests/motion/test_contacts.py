@@ -257,7 +257,7 @@ def test_lips_do_not_pass_each_other_when_they_are_flung_together(face, real_fac
             assert oracle.findings(skin.step()).lips < DEEPEST
 
 
-@pytest.mark.parametrize("stem", [None, "ict_face_narrow"])
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
 def test_lips_stay_before_the_teeth(face, real_face, stem):
     face = face if stem is None else real_face(stem)
     skin, oracle = Skin(face, time_step=0.1), Oracle(face)
