@@ -80,7 +80,7 @@ class Face:
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> face
-    Face(4517 triangles, 33 landmarks, 45 muscles)
+    Face(4517 triangles, 33 landmarks, 47 muscles)
     >>> round(float(face.landmarks["nose_tip"][2] - face.eyes[0].centre[2]))
     46
     """

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -129,6 +131,15 @@ class Joints:
 
     def parts(self, before: Array, after: Array) -> int:
         """Return the number of parts in which a change of the rates is made, so that none carries the skin far."""
-        changes = self._changes(before, after).items()
-        farthest = max((abs(turn) * self._reach[name] for name, turn in changes), default=0.0)
-        return max(int(np.ceil(farthest / LONGEST_PART)), 1)
+        count = 1
+        while (farthest := self._farthest(before, after, count)) > LONGEST_PART:
+            count = max(count + 1, math.ceil(count * farthest / LONGEST_PART))
+        return count
+
+    def _farthest(self, before: Array, after: Array, count: int) -> float:
+        """Return a bound of the way on which joints carry skin in the longest of so many parts, mm."""
+        rates = [before + (after - before) * (part / count) for part in range(count + 1)]
+        return max(
+            sum(abs(turn) * self._reach[name] for name, turn in self._changes(old, new).items())
+            for old, new in pairwise(rates)
+        )

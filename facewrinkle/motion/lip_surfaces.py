@@ -50,7 +50,7 @@ class LipSurfaces:
     open_edges : ndarray of int, shape (m,)
         A bit for each side of a triangle at which the surface ends: 1, 2, 4.
     facing : ndarray of bool, shape (k, m)
-        True where a sample and a triangle face each other at rest: only through such can a sample enter.
+        True where a sample and a triangle face each other at rest: only these meet, so that lips cannot hook.
     allowed : ndarray, shape (k,)
         Distance below which samples are pushed off the surface.
     stiffness : ndarray, shape (k,)
@@ -80,9 +80,7 @@ class LipSurfaces:
 
     def gaps(self, x: Array, near: Near) -> Array:
         """Return the signed distances (k,) of samples from the surface; inf where they are far from it."""
-        return np.asarray(
-            kernels.lip_gaps(x, self.corners, self.shares, self.triangles, self.open_edges, self.facing, near[:2])
-        )
+        return np.asarray(kernels.lip_gaps(x, self.corners, self.shares, self.triangles, self.open_edges, near[:2]))
 
 
 def lip_surfaces(face: Face, area: Array, share_of_jaw: Array) -> list[LipSurfaces]:

@@ -228,6 +228,7 @@ class Skin:
         self.rates = np.zeros(len(self.names))
         self._place(self.rates)
         self._minimiser.reset()
+        self.contacts.reset()
 
     def contract(self, rates: Mapping[str, float]) -> None:
         """Set the contraction rates of all muscles; those not named relax.
@@ -298,6 +299,7 @@ class Skin:
         ):
             self._displacement, self._velocity = np.zeros_like(self._rest_points), np.zeros_like(self._rest_points)
             self._minimiser.reset()
+            self.contacts.reset()
 
     def _advance(self, h: float, halvings: int = 0) -> None:
         """Advance by a time h: implicit Euler, whose step minimises the sum of inertia, drag and energy.

@@ -246,7 +246,9 @@ def test_depths_in_teeth_are_those_of_a_naive_search(face, oracle):
     places = crowns.samples.places(points)[some]
     triangles = crowns._triangles
     cloud = Samples.of(crowns._points, triangles, 0.15).places(crowns._points)
-    np.testing.assert_allclose(cKDTree(cloud).query(places)[0], deep[some], atol=0.1)
+    naive = cKDTree(cloud).query(places)[0]
+    assert (naive < deep[some] + 0.1).all()  # the nearest place may lie on a neighbouring crown
+    assert np.mean(naive > deep[some] - 0.1) > 0.9
 
 
 def test_lower_teeth_go_with_the_jaw(face, oracle):

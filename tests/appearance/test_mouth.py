@@ -36,7 +36,7 @@ def test_teeth_show_behind_an_open_mouth_and_go_with_the_jaw(face):
     upper, lower = (mouth.inside(turned)[name].points for name in ("upper_teeth", "lower_teeth"))
     np.testing.assert_allclose(upper, mouth.teeth[0].points, atol=1e-4)
     np.testing.assert_allclose(lower, expected.apply(mouth.teeth[1].points - jaw.hinge) + jaw.hinge, atol=0.1)
-    parts = mouth.inside(base)
+    parts = mouth.inside(base, float(opened.field_data["jaw_angle"][0]))
     with Scene(face, Style((240, 240), "mouth")) as scene:
         images = [scene.picture(frame).astype(int) for frame in (opened, face.mesh)]
         # The edges of the lower incisors, where the lip does not hide them.

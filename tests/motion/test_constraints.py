@@ -62,7 +62,7 @@ def test_lining_holds_to_the_gums(real_face, stem, monkeypatch):
     monkeypatch.setattr("facewrinkle.motion.skin.on_gums", lambda face: np.zeros(len(face.points)))
     pulled = settled(face, "laughter")
     assert moved[above, 1].mean() < 0.75 * pulled[above, 1].mean()
-    assert moved[at(face, "upper_lip_mid"), 1] > 4.0, "it laughs nevertheless"
+    assert moved[at(face, "upper_lip_mid"), 1] > 2.0, "it laughs nevertheless"
 
 
 def test_gums_are_behind_the_lips_and_nowhere_else(face):

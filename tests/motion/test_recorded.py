@@ -292,7 +292,7 @@ def test_muscles_wake_and_sleep_with_the_compression_over_them(wrinkled):
 def test_both_sides_of_a_symmetric_clip_wake_alike(wrinkled):
     for _, rates in wrinkled.values():
         for name in rates:
-            if name.endswith("_l"):
+            if name.endswith("_l") and name != "procerus_l":  # its halves share the skin of the middle
                 # Quads are split unlike on both sides: the mean compressions differ by up to 0.001.
                 assert rates[name] == pytest.approx(rates[name[:-1] + "r"], abs=0.04)
 
