@@ -137,7 +137,7 @@ def _surfaces(face: Face, samples: BoolArray, triangles: IntArray, area: Array, 
     of_samples = np.einsum("kc,kci->ki", shares, normals[corners])
     facing = of_samples @ normals[triangles].sum(axis=1).T < FACING
     out = LipSurfaces(corners, shares, triangles, _open_edges(triangles), facing, np.zeros(len(corners)), stiffness)
-    gaps = out.gaps(points, out.near(points, 2.0 * LIP_DISTANCE))
+    gaps = out.gaps(points, out.near(points, kernels.DEEPEST + LIP_DISTANCE))
     return replace(out, allowed=np.minimum(gaps - SLACK, LIP_DISTANCE))
 
 

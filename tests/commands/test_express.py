@@ -81,7 +81,8 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     options += ["--alpha=1.5", "--count=3", "--ends=paper", "--compression=edges", "--size=64x48", "--view=nose"]
     assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0
     ((performance, output),) = seen
-    assert performance.rates == {**dict.fromkeys(("corrugator_l", "corrugator_r"), 0.5), **dict.fromkeys(("procerus_l", "procerus_r"), 0.15)}
+    frown = {"corrugator_l": 0.5, "corrugator_r": 0.5, "procerus_l": 0.15, "procerus_r": 0.15}
+    assert performance.rates == frown
     assert (performance.frames, performance.size, performance.view, output.fps) == (7, (64, 48), "nose", 10.0)
     refinement = performance.refinement
     assert (refinement.max_level, refinement.gamma_c, refinement.samples) == (3, 0.1, 3.0)
