@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-DEEPEST = 2.0
+DEEPEST = 1.0
 """No sample that is deeper in the other lip than this, mm, has come there through its surface."""
 
 
@@ -157,12 +157,12 @@ def closest_on_triangle(p, x, i, j, l, bary):
 
 
 @njit(cache=True)
-def lip_gap(x, p, triangles, open_edges, candidates, bary, normal):
+def lip_gap(x, p, triangles, open_edges, facing, candidates, bary, normal):
     """Return the signed distance of p from a surface of `triangles`, and the closest triangle.
 
     Writes the barycentric coordinates (3,) of the closest point, and the gradient (3,) of the distance. A point whose
-    closest one lies on an open edge of the surface is beside it, and outside, as is one that would be deeper than
-    `DEEPEST`. `open_edges` (m,) holds a bit
+    closest one lies on an open edge of the surface is beside it, and outside, as is one whose skin does not face the
+    closest triangle at rest (`facing`, (m,)), or that is deeper than `DEEPEST`. `open_edges` (m,) holds a bit
     for each side of a triangle: 1 for that from corner 0 to 1, 2 for 1 to 2, 4 for 2 to 0.
     """
     best, which, steepest = np.inf, -1, 0.0
@@ -193,7 +193,7 @@ def lip_gap(x, p, triangles, open_edges, candidates, bary, normal):
     sides = open_edges[which]
     on = (sides & 1 and bary[2] < 1e-9) or (sides & 2 and bary[0] < 1e-9) or (sides & 4 and bary[1] < 1e-9)
     d = np.sqrt(best)
-    sign = 1.0 if steepest >= 0.0 or on or d > DEEPEST else -1.0
+    sign = 1.0 if steepest >= 0.0 or on or d > DEEPEST or not facing[which] else -1.0
     if d > 1e-9:
         for k in range(3):
             q = 0.0
@@ -205,7 +205,7 @@ def lip_gap(x, p, triangles, open_edges, candidates, bary, normal):
 
 @njit(cache=True)
 def near_triangles(x, corners, shares, triangles, open_edges, facing, order, starts, reach):
-    """Return triangles within `reach` of each sample that face it, as offsets (k + 1,) and indices, and the gaps (k,).
+    """Return the triangles within `reach` of each sample, as offsets (k + 1,) and indices, and the gaps (k,).
 
     `order` holds the triangles sorted by their least first coordinate, and `starts` these coordinates. The gap is that
     of `lip_gap`.
@@ -227,8 +227,6 @@ def near_triangles(x, corners, shares, triangles, open_edges, facing, order, sta
         while i < starts.shape[0] and starts[i] <= p[0] + reach:
             t = order[i]
             i += 1
-            if not facing[s, t]:
-                continue
             near = True
             for k in range(3):
                 a, b, c = x[triangles[t, 0], k], x[triangles[t, 1], k], x[triangles[t, 2], k]
@@ -245,20 +243,22 @@ def near_triangles(x, corners, shares, triangles, open_edges, facing, order, sta
             count += 1
         if count > offsets[s]:
             near_this = found[offsets[s] : count]
-            gaps[s] = lip_gap(x, p, triangles, open_edges, near_this, own, normal)[0]
+            gaps[s] = lip_gap(x, p, triangles, open_edges, facing[s], near_this, own, normal)[0]
         offsets[s + 1] = count
     return offsets, found[:count], gaps
 
 
 @njit(cache=True)
-def lip_gaps(x, corners, shares, triangles, open_edges, near):
+def lip_gaps(x, corners, shares, triangles, open_edges, facing, near):
     """Return the signed distances (k,) of samples from a surface; inf where there is nothing near."""
     p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
     offsets, candidates = near
     gaps = np.empty(corners.shape[0])
     for s in range(corners.shape[0]):
         at_sample(x, corners, shares, s, p)
-        gaps[s] = lip_gap(x, p, triangles, open_edges, candidates[offsets[s] : offsets[s + 1]], bary, normal)[0]
+        gaps[s] = lip_gap(
+            x, p, triangles, open_edges, facing[s], candidates[offsets[s] : offsets[s + 1]], bary, normal
+        )[0]
     return gaps
 
 
@@ -291,7 +291,7 @@ def pushed_apart(force, corners, shares, triangle, bary, normal, grad):
 
 
 @njit(cache=True)
-def lip_energy(x, corners, shares, triangles, open_edges, near, moved, allowed, stiffness, gaps, grad):
+def lip_energy(x, corners, shares, triangles, open_edges, facing, near, moved, allowed, stiffness, gaps, grad):
     """Add up half stiffness times depth squared of samples of one lip near or in the other. Adds to grad.
 
     A sample outside is pushed off every triangle that is too near, one inside towards the nearest. Both lips have moved
@@ -306,7 +306,7 @@ def lip_energy(x, corners, shares, triangles, open_edges, near, moved, allowed, 
             continue
         at_sample(x, corners, shares, s, p)
         these = candidates[offsets[s] : offsets[s + 1]]
-        gaps[s], t = lip_gap(x, p, triangles, open_edges, these, bary, normal)
+        gaps[s], t = lip_gap(x, p, triangles, open_edges, facing[s], these, bary, normal)
         depth = allowed[s] - gaps[s]
         if depth <= 0.0:
             continue
@@ -323,7 +323,9 @@ def lip_energy(x, corners, shares, triangles, open_edges, near, moved, allowed, 
 
 
 @njit(cache=True)
-def lip_rows(x, ahead, far, corners, shares, triangles, open_edges, near, allowed, stiffness, gaps, rows, first):
+def lip_rows(
+    x, ahead, far, corners, shares, triangles, open_edges, facing, near, allowed, stiffness, gaps, rows, first
+):
     """Write rows of samples and triangles that are too near each other now or after `ahead`, which nowhere exceeds
     `far`; see `solid_rows`. `gaps` is what `lip_energy` has written at x.
     """
@@ -334,7 +336,7 @@ def lip_rows(x, ahead, far, corners, shares, triangles, open_edges, near, allowe
             continue
         at_sample(x, corners, shares, s, p)
         these = candidates[offsets[s] : offsets[s + 1]]
-        gap, t = lip_gap(x, p, triangles, open_edges, these, bary, normal)
+        gap, t = lip_gap(x, p, triangles, open_edges, facing[s], these, bary, normal)
         if t < 0:
             continue
         if gap <= 0.0:

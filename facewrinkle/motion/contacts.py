@@ -139,7 +139,7 @@ class Contacts:
         energy = kernels.solid_energy(x, self._near_solids, *self._placed, self.solids.stiffness, gradient)
         for lip, near, gaps in zip(self.lips, self._near_lips, self._gaps, strict=True):
             energy += kernels.lip_energy(
-                x, lip.corners, lip.shares, lip.triangles, lip.open_edges, near, self._lips_moved,
+                x, lip.corners, lip.shares, lip.triangles, lip.open_edges, lip.facing, near, self._lips_moved,
                 lip.allowed, lip.stiffness, gaps, gradient,
             )  # fmt: skip
         f = self.flats
@@ -158,7 +158,7 @@ class Contacts:
         far = kernels.farthest_moved(ahead, np.zeros_like(ahead), self._meeting_lips)
         for lip, near, gaps in zip(self.lips, self._near_lips, self._gaps, strict=True):
             m = kernels.lip_rows(
-                x, ahead, far, lip.corners, lip.shares, lip.triangles, lip.open_edges, near, lip.allowed,
+                x, ahead, far, lip.corners, lip.shares, lip.triangles, lip.open_edges, lip.facing, near, lip.allowed,
                 lip.stiffness, gaps, rows, m,
             )  # fmt: skip
         f = self.flats
@@ -174,7 +174,7 @@ class Contacts:
         if not self.lips:
             return 1.0
         far = kernels.farthest_moved(ahead, np.zeros_like(ahead), self._meeting_lips)
-        room = 0.4 * max(min(gaps.min() for gaps in self._gaps), 0.0) + 0.25 * kernels.DEEPEST
+        room = 0.4 * max(min(gaps.min() for gaps in self._gaps), 0.0) + 0.5 * kernels.DEEPEST
         return 1.0 if far <= room else float(room / far)
 
 

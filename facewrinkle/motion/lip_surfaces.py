@@ -50,7 +50,7 @@ class LipSurfaces:
     open_edges : ndarray of int, shape (m,)
         A bit for each side of a triangle at which the surface ends: 1, 2, 4.
     facing : ndarray of bool, shape (k, m)
-        True where a sample and a triangle face each other at rest: only these meet, so that lips cannot hook.
+        True where a sample and a triangle face each other at rest: only through such can a sample enter.
     allowed : ndarray, shape (k,)
         Distance below which samples are pushed off the surface.
     stiffness : ndarray, shape (k,)
@@ -80,7 +80,9 @@ class LipSurfaces:
 
     def gaps(self, x: Array, near: Near) -> Array:
         """Return the signed distances (k,) of samples from the surface; inf where they are far from it."""
-        return np.asarray(kernels.lip_gaps(x, self.corners, self.shares, self.triangles, self.open_edges, near[:2]))
+        return np.asarray(
+            kernels.lip_gaps(x, self.corners, self.shares, self.triangles, self.open_edges, self.facing, near[:2])
+        )
 
 
 def lip_surfaces(face: Face, area: Array, share_of_jaw: Array) -> list[LipSurfaces]:
@@ -137,7 +139,7 @@ def _surfaces(face: Face, samples: BoolArray, triangles: IntArray, area: Array, 
     of_samples = np.einsum("kc,kci->ki", shares, normals[corners])
     facing = of_samples @ normals[triangles].sum(axis=1).T < FACING
     out = LipSurfaces(corners, shares, triangles, _open_edges(triangles), facing, np.zeros(len(corners)), stiffness)
-    gaps = out.gaps(points, out.near(points, kernels.DEEPEST + LIP_DISTANCE))
+    gaps = out.gaps(points, out.near(points, 2.0 * LIP_DISTANCE))
     return replace(out, allowed=np.minimum(gaps - SLACK, LIP_DISTANCE))
 
 

@@ -39,10 +39,10 @@ def test_teeth_show_behind_an_open_mouth_and_go_with_the_jaw(face):
     parts = mouth.inside(base, float(opened.field_data["jaw_angle"][0]))
     with Scene(face, Style((240, 240), "mouth")) as scene:
         images = [scene.picture(frame).astype(int) for frame in (opened, face.mesh)]
-        # The edges of the lower incisors, where the lip does not hide them.
-        tips = parts["lower_teeth"].points
+        # The edges of the upper incisors, which the lip does not hide.
+        tips = parts["upper_teeth"].points
         tips = tips[(np.abs(tips[:, 0]) < 6.0) & (tips[:, 2] > tips[:, 2].max() - 8.0)]
-        rows, columns = on_screen(scene, tips[tips[:, 1] > tips[:, 1].max() - 1.0]).astype(int).T
+        rows, columns = on_screen(scene, tips[tips[:, 1] < tips[:, 1].min() + 2.0]).astype(int).T
         assert not any(scene.plotter.actors[name].visibility for name in Mouth.INSIDE)
     white = [(np.ptp(image, axis=2) < 50) & (image.min(axis=2) > 90) for image in images]
     assert white[0][rows, columns].mean() > 0.25

@@ -186,10 +186,11 @@ def lip():
     return bumpy(np.random.default_rng(4))
 
 
-def gap_of(lip, p, points=None):
+def gap_of(lip, p, facing=True, points=None):
     points, (_, triangles, open_edges) = lip[0] if points is None else points, lip
     bary, normal = np.empty(3), np.empty(3)
-    gap, t = kernels.lip_gap(points, p, triangles, open_edges, np.arange(len(triangles)), bary, normal)
+    each = np.full(len(triangles), facing)
+    gap, t = kernels.lip_gap(points, p, triangles, open_edges, each, np.arange(len(triangles)), bary, normal)
     return gap, t, bary.copy(), normal.copy()
 
 
@@ -212,12 +213,13 @@ def test_beside_the_surface_is_outside(lip):
     assert min(gap_of(lip, p)[0] for p in places) > 0.2
     for z, inside in ((-0.9 * kernels.DEEPEST, True), (-1.6 * kernels.DEEPEST, False)):
         assert (gap_of(lip, np.array([0.0, 0.0, z]))[0] < 0.0) == inside
+    assert gap_of(lip, np.array([0.0, 0.0, -0.5]), facing=False)[0] > 0.0, "skin that does not face it cannot enter it"
 
 
 def test_nothing_is_far_from_no_surface(lip):
     points, triangles, open_edges = lip
-    none = np.empty(0, np.int64)
-    gap, t = kernels.lip_gap(points, np.zeros(3), triangles, open_edges, none, np.empty(3), np.empty(3))
+    none, facing = np.empty(0, np.int64), np.ones(len(triangles), bool)
+    gap, t = kernels.lip_gap(points, np.zeros(3), triangles, open_edges, facing, none, np.empty(3), np.empty(3))
     assert (gap, t) == (np.inf, -1)
 
 
@@ -265,7 +267,7 @@ def test_no_near_triangle_is_lost(lip, reach):
         many += len(these) > 8
     assert offsets[-1] == len(found)
     assert (many > 20) == (reach > 0.5), "more than fit in the first place that was set aside for them"
-    again = kernels.lip_gaps(x, corners, shares, triangles, open_edges, (offsets, found))
+    again = kernels.lip_gaps(x, corners, shares, triangles, open_edges, facing, (offsets, found))
     assert np.array_equal(gaps, again)
 
 

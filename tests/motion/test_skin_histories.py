@@ -61,7 +61,6 @@ def test_every_release_ends_at_rest(face, name):
 @pytest.mark.parametrize(
     ("stem", "what"),
     [
-        ("makehuman_head_male", "anger"),
         ("makehuman_head_male", "AU24"),
         ("mediapipe_canonical_face_model", "anger"),
         ("mediapipe_canonical_face_model", "surprise"),
