@@ -9,6 +9,7 @@ stiff contacts cost no iterations, and steps end at what they meet.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -94,7 +95,9 @@ class Contacts:
         self._gaps = [np.empty(len(lip.corners)) for lip in self.lips]
         of_lips = [lip.vertices for lip in self.lips]
         self._meeting_lips = np.unique(np.concatenate([np.empty(0, np.int64), *of_lips]))
-        self.place(0.0, self.flats.facing)
+        self._facing: Array = self.flats.facing
+        self._placed: Any = ()
+        self.place(0.0, self._facing)
 
     def reset(self) -> None:
         """Forget where contacts were looked for."""
