@@ -9,7 +9,6 @@ stiff contacts cost no iterations, and steps end at what they meet.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -96,7 +95,6 @@ class Contacts:
         of_lips = [lip.vertices for lip in self.lips]
         self._meeting_lips = np.unique(np.concatenate([np.empty(0, np.int64), *of_lips]))
         self._facing: Array = self.flats.facing
-        self._placed: Any = ()
         self.place(0.0, self._facing)
 
     def reset(self) -> None:
