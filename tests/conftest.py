@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import subprocess
 import warnings
 from functools import lru_cache
 from pathlib import Path
@@ -29,6 +30,19 @@ def fingerprint(mesh):
 @pytest.fixture(scope="session", name="fingerprint")
 def _fingerprint():
     return fingerprint
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A folder on a disk of 8 MB; skips where none may be mounted."""
+    folder = tmp_path / "small_disk"
+    folder.mkdir()
+    try:
+        subprocess.run(["mount", "-t", "tmpfs", "-o", "size=8m", "tmpfs", folder], check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("no small disk may be mounted here")
+    yield folder
+    subprocess.run(["umount", folder], check=True)
 
 
 @pytest.fixture(scope="session")

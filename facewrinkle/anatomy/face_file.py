@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import MeshError, OutputError
+from ..errors import MeshError
 from ..mesh import to_polydata
 from ..mesh.arrays import CORNERS, PART
-from ..mesh.files import replaced
+from ..mesh.files import written
 from .atlas import Atlas
 from .face import Face
 from .parts import eyes_of, follower
@@ -59,11 +59,8 @@ def write_face(face: Face, path: str | Path) -> Path:
     for name, part in face.parts.items():
         arrays |= _stored(f"{_PARTS}/{name}/", part.mesh, part.texture)
     target = Path(os.path.expanduser(path))
-    try:
-        with replaced(target) as whole, whole.open("wb") as file:
-            np.savez_compressed(file, **arrays)
-    except OSError as problem:
-        raise OutputError(f"{str(target)!r} cannot be written: {problem.strerror or problem}.") from None
+    with written(target) as whole, whole.open("wb") as file:
+        np.savez_compressed(file, **arrays)
     return target
 
 

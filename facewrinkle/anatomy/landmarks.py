@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import LARGEST, LandmarkError, OutputError, unknown_name, warn
-from ..mesh.files import replaced
+from ..errors import LARGEST, LandmarkError, unknown_name, warn
+from ..mesh.files import written
 
 Array = npt.NDArray[np.float64]
 
@@ -455,8 +455,5 @@ def write_landmarks(
     }
     for name in known.keys() & entries.keys():
         entries[name]["confidence"] = round(known[name], 3)
-    try:
-        with replaced(path) as whole:
-            whole.write_text(json.dumps({"landmarks": entries}, indent=1) + "\n", encoding="utf-8")
-    except OSError as problem:
-        raise OutputError(f"{str(path)!r} cannot be written: {problem.strerror or problem}.") from None
+    with written(path) as whole:
+        whole.write_text(json.dumps({"landmarks": entries}, indent=1) + "\n", encoding="utf-8")

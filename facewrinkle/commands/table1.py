@@ -16,7 +16,7 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..errors import check_range
 from ..export import output_folder
-from ..mesh.files import replaced
+from ..mesh.files import written
 from ..plotting import Scene
 from ..plotting.views import Style
 from ..simulation import Simulation
@@ -115,7 +115,7 @@ def tabulate(face: Face, report: Report, folder: Path | None, iterations: int, d
             "paper": [dataclasses.asdict(row) for row in PAPER],
         }
         for name, whole in (("table1.txt", text), ("table1.json", json.dumps(content, indent=2))):
-            with replaced(folder / name) as file:
+            with written(folder / name) as file:
                 file.write_text(whole + "\n", encoding="utf-8")
 
 

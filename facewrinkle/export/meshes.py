@@ -12,9 +12,8 @@ from scipy.optimize import linear_sum_assignment
 
 from ..anatomy.face import Face
 from ..appearance.companion_meshes import companion_meshes
-from ..errors import OutputError
 from ..mesh import UNIT
-from ..mesh.files import output_file, replaced
+from ..mesh.files import output_file, written
 from .gltf import gltf
 from .model import Model, part_model, skin_model, tears_model
 from .obj import obj_files
@@ -101,11 +100,8 @@ def write_mesh(
             unit, rotation = _millimetres_per_unit(frame, face), _upright_rotation(face)
             files = {path: gltf(models, unit, rotation, binary=suffix == ".glb")}
     for name, content in files.items():
-        try:
-            with replaced(name) as whole:
-                whole.write_bytes(content)
-        except OSError as problem:
-            raise OutputError(f"{str(name)!r} cannot be written: {problem.strerror}. Name another file.") from None
+        with written(name) as whole:
+            whole.write_bytes(content)
     return path
 
 

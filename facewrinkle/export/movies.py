@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
+import struct
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
+from io import BytesIO
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from ..errors import MissingPackageError, OutputError, ParameterError, check_range
-from ..mesh.files import output_file, replaced
+from ..errors import MissingPackageError, ParameterError, check_range
+from ..mesh.files import not_written, output_file, replaced
 
 
 def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.0) -> Path:
@@ -37,7 +40,7 @@ def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.
     Raises
     ------
     MissingPackageError
-        Without imageio and its ffmpeg (extra `export`).
+        For .mp4 without imageio and its ffmpeg (extra `export`).
     ParameterError
         If there are no pictures, or one has another shape or type.
     OutputError
@@ -71,12 +74,7 @@ def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.n
     path = output_file(path, (".mp4", ".gif"))
     fps = check_range("fps", fps, 1.0, 100.0)
     movie = path.suffix.lower() == ".mp4"
-    imageio = _imageio(movie)
-    settings: dict[str, Any] = (
-        {"fps": fps, "codec": "libx264", "quality": 8, "macro_block_size": 1, "ffmpeg_log_level": "error"}
-        if movie
-        else {"duration": 1000.0 / fps, "loop": 0}
-    )
+    opened = partial(_Film, _imageio(), fps=fps) if movie else partial(_Gif, fps=fps)
     writer: Any = None
     shapes: list[tuple[int, ...]] = []
 
@@ -84,25 +82,94 @@ def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.n
         nonlocal writer
         image = _checked(image, shapes)
         if writer is None:  # opened with the first picture, so that an error before it leaves no file
-            writer = imageio.get_writer(stack.enter_context(replaced(path)), mode="I", **settings)
-            stack.callback(writer.close)
-        writer.append_data(_even(image) if movie else image)
+            writer = stack.enter_context(_closed(opened, stack.enter_context(replaced(path)), path))
+        try:
+            writer.append(image)
+        except OSError as problem:
+            raise not_written(path, _reason(problem)) from None
 
-    try:
-        with ExitStack() as stack:
-            yield append
-    except OSError as problem:
-        raise OutputError(f"{str(path)!r} cannot be written: {problem}.") from None
+    with ExitStack() as stack:
+        yield append
     if writer is None:
         raise ParameterError("a movie needs at least one picture, received none.")
 
 
-def _imageio(movie: bool) -> ModuleType:
+@contextmanager
+def _closed(opened: Callable[[Path], _Film | _Gif], whole: Path, path: Path) -> Iterator[_Film | _Gif]:
+    """Yield a writer of the file `whole`, which becomes `path`; at the end it is closed, and the file checked."""
+    writer = opened(whole)
+    try:
+        yield writer
+    except BaseException:
+        with suppress(OSError):  # the first error matters more
+            writer.close(done=False)
+        raise
+    try:
+        writer.close(done=True)
+    except OSError as problem:
+        raise not_written(path, _reason(problem)) from None
+    if isinstance(writer, _Film) and not _is_whole(whole):  # ffmpeg does not tell
+        raise not_written(path, "ffmpeg could not finish it")
+
+
+class _Film:
+    """An MP4 file, written by ffmpeg."""
+
+    def __init__(self, imageio: ModuleType, path: Path, fps: float) -> None:
+        self._writer = imageio.get_writer(
+            path, mode="I", fps=fps, codec="libx264", quality=8, macro_block_size=1, ffmpeg_log_level="quiet"
+        )
+
+    def append(self, image: np.ndarray) -> None:
+        self._writer.append_data(_even(image))
+
+    def close(self, *, done: bool) -> None:
+        self._writer.close()
+
+
+class _Gif:
+    """A GIF file, written by Pillow when all pictures are there."""
+
+    def __init__(self, path: Path, fps: float) -> None:
+        self._path, self._milliseconds = path, 1000.0 / fps
+        self._images: list[Any] = []
+
+    def append(self, image: np.ndarray) -> None:
+        from PIL import Image as Pillow
+
+        self._images.append(Pillow.fromarray(np.ascontiguousarray(image)))
+
+    def close(self, *, done: bool) -> None:
+        first, *others = self._images
+        if done:
+            first.save(
+                self._path, format="GIF", save_all=True, append_images=others, duration=self._milliseconds, loop=0
+            )
+
+
+def _reason(problem: OSError) -> OSError | str:
+    """Return the error, or its first line if it has no number, as those of imageio, which quote ffmpeg at length."""
+    return problem if problem.errno is not None else (str(problem).strip().splitlines() or ["ffmpeg failed"])[0]
+
+
+def _is_whole(path: Path) -> bool:
+    """Return True if the boxes of an MP4 file fill it, and the one with the places of the pictures is there."""
+    kinds, at, size = set(), 0, path.stat().st_size if path.exists() else 0
+    with path.open("rb") if size else BytesIO() as file:
+        while at + 8 <= size:
+            file.seek(at)
+            length, kind = struct.unpack(">I4s", file.read(8))
+            if length == 1:  # the length follows in 64 bits
+                (length,) = struct.unpack(">Q", file.read(8).rjust(8, b"\0"))
+            kinds.add(kind)
+            at += max(length, 8)
+    return at == size > 0 and {b"ftyp", b"moov", b"mdat"} <= kinds
+
+
+def _imageio() -> ModuleType:
     try:
         import imageio.v2 as imageio
-
-        if movie:
-            import imageio_ffmpeg  # noqa: F401
+        import imageio_ffmpeg  # noqa: F401
     except ImportError as missing:
         raise MissingPackageError(
             f"movies need the package {missing.name}, which is not installed. pip install 'facewrinkle[export]'"

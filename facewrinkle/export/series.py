@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -14,16 +15,22 @@ from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkCollection, vtkInformation
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkDemandDrivenPipeline, vtkStreamingDemandDrivenPipeline
-from vtkmodules.vtkIOHDF import vtkHDFWriter
+from vtkmodules.vtkIOHDF import vtkHDFReader, vtkHDFWriter
 
-from ..errors import OutputError, ParameterError, check_range
-from ..mesh.files import output_file, replaced
+from ..errors import ParameterError, check_range
+from ..mesh.files import not_written, output_file, replaced, reserve
 
 LATEST = float(np.finfo(np.float32).max)
 """The latest time that a file can hold, in single precision."""
 
 COMPRESSION = 1
 """Level of compression of the HDF5 data, 0 to 9."""
+
+CHUNK = 25_000
+"""Rows of the arrays in the file that are packed together."""
+
+OVERHEAD, ARRAYS_OF_VTK = 2**18, 6
+"""Bytes that the file takes for an array besides its rows, and the number of arrays that VTK adds by itself."""
 
 
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
@@ -70,31 +77,81 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     if not steps or not np.isfinite(stored).all() or not (np.diff(stored) > 0).all():
         raise ParameterError(f"times must be finite and increase (as float32), received {steps[:8]}.")
     with replaced(path) as whole:
-        if not _written(iter(frames), steps, whole):
-            raise OutputError(f"VTK could not write {str(path)!r}. Is the disk full?")
+        problem = _problem(iter(frames), steps, whole)
+        if problem is not None:
+            raise not_written(path, problem)
     return path
 
 
-def _written(frames: Iterator[pv.PolyData], times: list[float], path: Path) -> bool:
-    """Return True if VTK wrote the file.
+def _problem(frames: Iterator[pv.PolyData], times: list[float], path: Path) -> OSError | str | None:
+    """Write the file, and return what went wrong; None if it is whole.
 
     VTK works in a thread of its own and asks for the frames, which are made in the calling thread: an interrupt by the
-    user arrives here, and never inside VTK, which would drop it.
+    user arrives here, and never inside VTK, which would drop it. Room for each frame is reserved before VTK has it, as
+    HDF5 does not get over a full disk.
     """
-    source, frame = _FrameSource(times), None
+    source, frame, room = _FrameSource(times), None, _Room(path)
     thread = threading.Thread(target=source.write, args=(path,), daemon=True)
     with pv.vtk_verbosity("off"):  # what goes wrong is raised, once
         thread.start()
         try:
             for number in iter(source.requests.get, None):
                 frame = _checked(next(frames, None), frame, number, len(times))
+                try:
+                    room.reserve(frame)
+                except OSError as problem:
+                    return problem
                 source.answers.put(frame)
             if source.taken == len(times) and next(frames, None) is not None:
                 raise ParameterError(f"every frame needs a time, received {len(times)} times and more frames.")
         finally:
             source.answers.put(None)  # whatever else the writer asks for
             thread.join()
-    return source.written and path.exists()
+        if source.failed or not source.written or _count(path) != len(times):
+            return "VTK failed"
+    room.give_back()
+    return None
+
+
+class _Room:
+    """The room on the disk for a file that VTK writes.
+
+    VTK keeps the end of each array in memory, up to a chunk, until the file is closed, and packs it again into another
+    place whenever rows are added to it.
+
+    Parameters
+    ----------
+    path : Path
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._given = 0
+
+    def reserve(self, frame: pv.PolyData) -> None:
+        """Reserve room for one more frame; raise an OSError if there is none."""
+        if not self.path.exists():  # VTK makes it after the first frame
+            self.path.touch()
+        own = 1024 * frame.GetActualMemorySize()
+        rows = max(frame.n_points, frame.n_cells, 1)
+        self._given += own
+        pending = min(self._given, own + own * CHUNK // rows)
+        arrays = ARRAYS_OF_VTK + sum(len(data) for data in (frame.point_data, frame.cell_data, frame.field_data))
+        reserve(self.path, self.path.stat().st_size + 2 * pending + OVERHEAD * arrays)
+
+    def give_back(self) -> None:
+        """Give back what was not needed."""
+        os.truncate(self.path, self.path.stat().st_size)
+
+
+def _count(path: Path) -> int:
+    """Return the number of times in a file; 0 if it cannot be read."""
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    if not reader.CanReadFile(str(path)):
+        return 0
+    reader.UpdateInformation()
+    return max(int(reader.GetNumberOfSteps()), 1)
 
 
 def _checked(frame: pv.PolyData | None, before: pv.PolyData | None, number: int, count: int) -> pv.PolyData:
@@ -124,8 +181,8 @@ class _FrameSource(VTKPythonAlgorithmBase):
         The frames, and None when there are no more.
     taken : int
         Number of frames that the writer has been given.
-    written : bool
-        True if the writer ended without an error.
+    written, failed : bool
+        True if the writer ended; True if it complained.
     """
 
     def __init__(self, times: list[float]) -> None:
@@ -135,11 +192,15 @@ class _FrameSource(VTKPythonAlgorithmBase):
         self.answers: SimpleQueue[pv.PolyData | None] = SimpleQueue()
         self.frame: pv.PolyData | None = None
         self.taken = 0
-        self.written = False
+        self.written = self.failed = False
+        self.request: Any = None
         self.writer = vtkHDFWriter()
+        for complaining in (self.writer, self.writer.GetExecutive()):
+            complaining.AddObserver("ErrorEvent", self._stop)
         self.writer.SetInputConnection(self.GetOutputPort())
         self.writer.SetWriteAllTimeSteps(True)
         self.writer.SetCompressionLevel(COMPRESSION)
+        self.writer.SetChunkSize(CHUNK)
 
     def write(self, path: Path) -> None:
         """Write the file, with all frames that arrive."""
@@ -156,6 +217,7 @@ class _FrameSource(VTKPythonAlgorithmBase):
         return 1
 
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
+        self.request = request
         time = outputs.GetInformationObject(0).Get(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP())
         while self.taken <= self.times.index(time):
             self.requests.put(self.taken)
@@ -167,6 +229,12 @@ class _FrameSource(VTKPythonAlgorithmBase):
             self.taken += 1
         vtkPolyData.GetData(outputs).ShallowCopy(self.frame or pv.PolyData())
         return 1  # also after the last, or the writer would ask for the same step for ever
+
+    def _stop(self, *_: object) -> None:
+        """End the loop over the steps after an error of the writer: VTK would go round in it for ever."""
+        self.failed = True
+        if self.request is not None:
+            self.request.Remove(vtkStreamingDemandDrivenPipeline.CONTINUE_EXECUTING())
 
     def _end(self) -> None:
         """Tell the writer that there are no more steps: it would go through all of them, even when it is aborted."""

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
+import errno
 import os
+import shutil
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -11,8 +15,17 @@ from tempfile import TemporaryFile
 
 from ..errors import OutputError
 
+NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Errors of a disk, or of a share of it, that is full."""
+
+SCARCE = 2**20
+"""With fewer free bytes than this, what could not be written is taken to have found no room."""
+
 _made: set[Path] = set()
 """Folders made by `replaced`, which are removed again if they stay empty."""
+
+_unfinished: set[Path] = set()
+"""Files that `replaced` has not put into their place yet."""
 
 
 def text_of(path: Path) -> str:
@@ -32,22 +45,116 @@ def replaced(path: str | Path) -> Iterator[Path]:
     stayed empty are removed.
     """
     path = Path(os.path.expanduser(path)).absolute()
-    parents = path.parents
-    _made.update(folder for folder in parents if not folder.exists())
-    path.parent.mkdir(parents=True, exist_ok=True)
+    _made.update(folder for folder in path.parents if not folder.exists())
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise not_written(path, problem) from None
     temporary = path.with_name(f".{os.getpid()}.{path.name[-100:]}")
+    _unfinished.add(temporary)
     try:
         yield temporary
-        temporary.replace(path)
+        try:
+            _synchronise(temporary)
+            temporary.replace(path)
+        except OSError as problem:
+            raise not_written(path, problem) from None
     except BaseException:
-        with suppress(OSError):  # the first error matters more
-            temporary.unlink(missing_ok=True)
-        with suppress(OSError):  # it is no longer empty
-            for folder in parents:
-                if folder not in _made:
-                    break
-                folder.rmdir()
+        _remove(temporary)
         raise
+    finally:
+        _unfinished.discard(temporary)
+
+
+@contextmanager
+def written(path: str | Path) -> Iterator[Path]:
+    """Do what `replaced` does, with an OutputError also for errors of the disk while the file is written."""
+    try:
+        with replaced(path) as whole:
+            yield whole
+    except OSError as problem:
+        raise not_written(path, problem) from None
+
+
+def not_written(path: str | Path, problem: OSError | str) -> OutputError:
+    """Return the error for a file that could not be written, which says so if there is no room for it."""
+    path = Path(os.path.expanduser(path)).absolute()
+    reason = problem if isinstance(problem, str) else problem.strerror or str(problem)
+    free = _free(path)
+    if (isinstance(problem, OSError) and problem.errno in NO_SPACE) or (free is not None and free < SCARCE):
+        left = "" if free is None else f" ({free / 1e6:.1f} MB are free)"
+        return OutputError(
+            f"{str(path)!r} cannot be written: no space left on its disk{left}. What was there before is untouched. "
+            "Free some space, or write to another disk."
+        )
+    return OutputError(f"{str(path)!r} cannot be written: {reason.rstrip('.')}. Name a file that you may write.")
+
+
+def drop_unfinished() -> None:
+    """Remove all files that are being written, and the folders made for them: the process is about to end."""
+    for temporary in list(_unfinished):
+        _remove(temporary)
+
+
+def reserve(path: Path, size: int) -> None:
+    """Make sure that a file, which exists, can grow to this many bytes; its length stays as it is.
+
+    `os.truncate` to its length gives back what was not used. Where the system cannot reserve room, the free space of
+    the disk is looked at.
+
+    Raises
+    ------
+    OSError
+        If there is not so much room.
+    """
+    length = path.stat().st_size
+    if length >= size:
+        return
+    if sys.platform.startswith("linux"):
+        system = ctypes.CDLL(None, use_errno=True)
+        with path.open("r+b") as file:
+            kept_length = 1  # FALLOC_FL_KEEP_SIZE
+            offsets = (ctypes.c_int64(0), ctypes.c_int64(size))
+            if system.fallocate64(ctypes.c_int(file.fileno()), ctypes.c_int(kept_length), *offsets) == 0:
+                return
+        number = ctypes.get_errno()
+        if number in NO_SPACE:
+            raise OSError(number, os.strerror(number), str(path))
+    if (free := _free(path)) is not None and free < size - length:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+
+def _free(path: Path) -> int | None:
+    """Return the free bytes where a file is, or is to be; None if the system does not tell."""
+    for folder in path.parents:
+        with suppress(OSError):
+            return shutil.disk_usage(folder).free
+    return None
+
+
+def _synchronise(path: Path) -> None:
+    """Bring a file onto the disk: some systems tell only now that it did not fit."""
+    if os.name == "nt":  # where only files opened for writing can be
+        return
+    file = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(file)
+    except OSError as problem:
+        if problem.errno not in (errno.EINVAL, errno.ENOTSUP, errno.EROFS):  # it cannot be asked for here
+            raise
+    finally:
+        os.close(file)
+
+
+def _remove(temporary: Path) -> None:
+    """Remove an unfinished file, and the folders that were made for it."""
+    with suppress(OSError):  # the first error matters more
+        temporary.unlink(missing_ok=True)
+    with suppress(OSError):  # it is no longer empty
+        for folder in temporary.parents:
+            if folder not in _made:
+                break
+            folder.rmdir()
 
 
 def output_folder(path: str | Path, make: bool = True) -> Path:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import OutputError, check_whole
-from ..mesh.files import replaced
+from ..mesh.files import not_written, written
 
 Image = npt.NDArray[np.uint8]
 
@@ -83,10 +83,10 @@ def save_picture(image: Image, path: str | Path, colours: int | None = None) -> 
     if colours is not None:
         picture = picture.quantize(check_whole("colours", colours, 1, 256))
     try:
-        with replaced(path) as whole:
+        with written(path) as whole:
             picture.save(whole, format="PNG", optimize=colours is not None)
-    except (OSError, ValueError) as problem:
-        raise OutputError(f"{str(path)!r} cannot be written: {problem}. Name a file that you may write.") from None
+    except ValueError as problem:
+        raise problem if isinstance(problem, OutputError) else not_written(path, str(problem)) from None
     return Path(path)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from facewrinkle.errors import MissingPackageError, ParameterError
+from facewrinkle.errors import MissingPackageError, OutputError, ParameterError
 from facewrinkle.export import write_movie
 
 
@@ -81,8 +81,8 @@ def test_movie_checks_its_pictures(tmp_path, images, message):
         write_movie(images, tmp_path / "movie.gif", fps=0)
 
 
-@pytest.mark.parametrize(("missing", "ending"), [("imageio", ".gif"), ("imageio_ffmpeg", ".mp4")])
-def test_movie_without_its_packages(tmp_path, monkeypatch, missing, ending):
+@pytest.mark.parametrize("missing", ["imageio", "imageio_ffmpeg"])
+def test_movie_without_its_packages(tmp_path, monkeypatch, missing):
     original = builtins.__import__
 
     def without(name, *args, **kwargs):
@@ -94,7 +94,8 @@ def test_movie_without_its_packages(tmp_path, monkeypatch, missing, ending):
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(MissingPackageError, match=rf"{missing}.*pip install 'facewrinkle\[export\]'"):
-        write_movie(pictures(2, 4, 4), tmp_path / f"movie{ending}")
+        write_movie(pictures(2, 4, 4), tmp_path / "movie.mp4")
+    assert write_movie(pictures(2, 4, 4), tmp_path / "movie.gif").exists()
 
 
 @pytest.mark.parametrize("problem", [KeyboardInterrupt, RuntimeError])
@@ -108,4 +109,36 @@ def test_half_a_movie_is_not_left_behind(tmp_path, problem):
     for ending in ("mp4", "gif"):
         with pytest.raises(problem):
             write_movie(images(), tmp_path / f"movie.{ending}")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("ending", ["mp4", "gif"])
+@pytest.mark.parametrize("side", [90, 120])
+def test_a_full_disk_keeps_the_old_film(small_disk, ending, side, capfd):
+    """ffmpeg tells nobody that it could not finish."""
+    pytest.importorskip("imageio_ffmpeg")
+    (small_disk / "rest").write_bytes(bytes(7_900_000))
+    path = write_movie(pictures(3, 16, 16), small_disk / f"movie.{ending}")
+    before = path.read_bytes()
+    generator = np.random.default_rng(0)
+    noise = (generator.integers(0, 256, (side, side, 3), dtype=np.uint8) for _ in range(70))
+    with pytest.raises(OutputError, match=r"no space left on its disk \(.* MB are free\). What was there before is"):
+        write_movie(noise, path)
+    assert path.read_bytes() == before
+    assert sorted(file.name for file in small_disk.iterdir()) == [path.name, "rest"]
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_film_that_ffmpeg_did_not_finish(tmp_path, monkeypatch):
+    import imageio.plugins.ffmpeg as plugin
+
+    def cut_off(writer):
+        original(writer)
+        with open(writer.request.get_local_filename(), "r+b") as file:
+            file.truncate(600)
+
+    original = plugin.FfmpegFormat.Writer._close
+    monkeypatch.setattr(plugin.FfmpegFormat.Writer, "_close", cut_off)
+    with pytest.raises(OutputError, match="ffmpeg could not finish it. Name a file that you may write"):
+        write_movie(pictures(12, 48, 64), tmp_path / "movie.mp4")
     assert not list(tmp_path.iterdir())

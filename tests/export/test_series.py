@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -168,4 +170,69 @@ def test_an_interrupt_stops_the_writer(tmp_path, when):
     with pytest.raises(KeyboardInterrupt):
         write_series(frames(), range(100_000), tmp_path / "new" / "series.vtkhdf")
     assert taken == list(range(when + 1))
+    assert not list(tmp_path.iterdir())
+
+
+def noisy(count: int, size: int = 100, arrays: int = 1):
+    """Frames that no compression makes smaller: about half a megabyte each."""
+    ball = pv.Sphere(theta_resolution=size, phi_resolution=size)
+    generator = np.random.default_rng(0)
+    for _ in range(count):
+        points = ball.points + generator.normal(size=ball.points.shape)
+        data = {f"W{number}": generator.normal(size=ball.n_points) for number in range(arrays)}
+        yield to_polydata(points, ball.regular_faces, data)
+
+
+@pytest.mark.parametrize("count", [9, 12, 13, 14, 40])
+def test_a_full_disk_keeps_the_old_series(small_disk, count, capfd):
+    """VTK's writer would go round for ever with the interpreter's lock, or leave a file that nobody can read."""
+    path = write_series(noisy(1, 10), [0], small_disk / "series.vtkhdf")
+    before = path.read_bytes()
+    with pytest.raises(OutputError, match=r"no space left on its disk \(.* MB are free\). What was there before is"):
+        write_series(noisy(count), range(count), path)
+    assert path.read_bytes() == before
+    assert [file.name for file in small_disk.iterdir()] == ["series.vtkhdf"]
+    assert capfd.readouterr() == ("", "")
+    write_series(noisy(2, 10), [0, 1], path)  # there is room for this one
+    assert len(read_series(path)[0]) == 2
+
+
+def test_a_disk_that_fills_up_behind_our_back(small_disk):
+    """Room that was reserved, and is not there: VTK's writer fails, and must end. HDF5 is lost to that process."""
+    program = (
+        "import sys; sys.path.insert(0, 'tests')\n"
+        "import facewrinkle.export.series as series\n"
+        "from export.test_series import noisy\n"
+        "series.reserve = lambda *_: None\n"
+        f"try: series.write_series(noisy(16), range(16), {str(small_disk / 'series.vtkhdf')!r})\n"
+        "except ValueError as error: print(error)\n"
+    )
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60.0, check=False)
+    assert "no space left on its disk" in run.stdout
+    assert not list(small_disk.iterdir())
+
+
+@pytest.mark.parametrize(("size", "arrays"), [(10, 1), (10, 30), (100, 1), (300, 1), (100, 12)])
+def test_the_room_reserved_suffices_and_is_given_back(tmp_path, monkeypatch, size, arrays):
+    reserved = []
+
+    def reserve(path, room):
+        reserved.append((path.stat().st_size, room))
+
+    monkeypatch.setattr("facewrinkle.export.series.reserve", reserve)
+    path = write_series(noisy(8, size, arrays), range(8), tmp_path / "series.vtkhdf")
+    sizes = [length for length, _ in reserved[1:]] + [path.stat().st_size]
+    assert all(after <= room for (_, room), after in zip(reserved, sizes, strict=True))
+    monkeypatch.undo()
+    again = write_series(noisy(8, size, arrays), range(8), tmp_path / "series.vtkhdf")
+    assert 512 * again.stat().st_blocks <= again.stat().st_size + 2**16
+
+
+def test_an_error_of_the_disk_in_the_frames_is_not_ours(tmp_path):
+    def frames():
+        yield frame(0)
+        raise FileNotFoundError(2, "no such texture", "skin.png")
+
+    with pytest.raises(FileNotFoundError, match="no such texture"):
+        write_series(frames(), range(4), tmp_path / "series.vtkhdf")
     assert not list(tmp_path.iterdir())

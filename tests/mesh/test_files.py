@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from facewrinkle.anatomy.face_file import write_face
 from facewrinkle.errors import OutputError
-from facewrinkle.export import output_folder, write_movie, write_series
-from facewrinkle.mesh.files import replaced
+from facewrinkle.export import output_folder, write_mesh, write_movie, write_series
+from facewrinkle.mesh.files import drop_unfinished, replaced, reserve
+from facewrinkle.plotting import save_picture
 
 
 def test_output_folder(tmp_path, monkeypatch):
@@ -103,3 +106,38 @@ def test_the_last_of_several_removes_the_folder(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         both()
     assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_keeps_what_was_there(small_disk, face):
+    (small_disk / "head.glb").write_bytes(b"an older head")
+    (small_disk / "rest").write_bytes(bytes(8_300_000))
+    calls = [
+        lambda: write_mesh(face.mesh, small_disk / "head.glb", face, parts=True),
+        lambda: write_face(face, small_disk / "head.face"),
+        lambda: save_picture(np.random.default_rng(0).integers(0, 256, (300, 300, 3), np.uint8), small_disk / "a.png"),
+    ]
+    for call in calls:
+        with pytest.raises(OutputError, match="no space left on its disk"):
+            call()
+    assert (small_disk / "head.glb").read_bytes() == b"an older head"
+    assert sorted(file.name for file in small_disk.iterdir()) == ["head.glb", "rest"]
+
+
+def test_room_can_be_reserved(tmp_path, small_disk):
+    for folder in (tmp_path, small_disk):
+        (folder / "file").write_bytes(b"content")
+        reserve(folder / "file", 1_000_000)
+        assert (folder / "file").read_bytes() == b"content"
+    with pytest.raises(OSError, match="No space left"):
+        reserve(small_disk / "file", 10_000_000)
+    assert (small_disk / "file").read_bytes() == b"content"
+
+
+def test_unfinished_files_can_be_dropped(tmp_path):
+    with replaced(tmp_path / "new" / "deep" / "file.txt") as whole:
+        whole.write_text("half of")
+        drop_unfinished()
+        assert not list(tmp_path.iterdir())
+        whole.parent.mkdir(parents=True)
+        whole.write_text("all")
+    assert (tmp_path / "new" / "deep" / "file.txt").read_text() == "all"
