@@ -23,6 +23,7 @@ from .layers.patterns_on_skin.layer import PatternLayer
 from .layers.patterns_on_skin.presets import names, table
 from .layers.patterns_on_skin.strength import Compression
 from .mesh import add_seams, corner_texture, read_surface, to_polydata, with_data
+from .mesh.arrays import use_texture
 from .motion.base import Still
 from .simulation import FINEST, Refinement, Simulation
 from .tears.options import grouped
@@ -199,7 +200,7 @@ def _combined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
     triangles = np.concatenate([mesh.regular_faces, np.add(rest.regular_faces, mesh.n_points)])
     whole = to_polydata(np.concatenate([mesh.points, rest.points]), triangles, data)
     whole.point_data.active_normals_name = "Normals"
-    whole.point_data.active_texture_coordinates_name = mesh.point_data.active_texture_coordinates_name
+    use_texture(whole, mesh.point_data.active_texture_coordinates_name)
     corners = [of_part for part in (mesh, rest) if (of_part := corner_texture(part)) is not None]
     if len(corners) == 2:
         add_seams(whole, np.concatenate(corners))

@@ -14,7 +14,7 @@ from ..geometry.normals import vertex_normals
 from ..geometry.rigid_alignment import RigidAlignment, closest_rotations
 from ..geometry.topology import vertex_rings
 from ..mesh import to_polydata
-from ..mesh.arrays import COLORS, OF_PART, PART
+from ..mesh.arrays import COLORS, OF_PART, PART, use_texture
 from .eyeball import Eyeball
 from .jaw import Mandible
 from .parts import Part
@@ -220,8 +220,6 @@ def combined_mesh(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.Pol
     )
     whole.field_data.update({key: value for key, value in skin.field_data.items() if not key.startswith(OF_PART)})
     whole.field_data["parts"] = ["skin", *parts]
-    texture = skin.point_data.active_texture_coordinates_name
-    if texture is not None:
-        whole.point_data.active_texture_coordinates_name = texture
+    use_texture(whole, skin.point_data.active_texture_coordinates_name)
     whole.point_data.active_normals_name = "Normals" if "Normals" in data else None
     return whole

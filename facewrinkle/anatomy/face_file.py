@@ -14,7 +14,7 @@ import pyvista as pv
 
 from ..errors import MeshError
 from ..mesh import to_polydata
-from ..mesh.arrays import CORNERS, PART
+from ..mesh.arrays import CORNERS, PART, use_texture
 from ..mesh.files import written
 from .atlas import Atlas
 from .face import Face
@@ -86,7 +86,7 @@ def _restored(data: dict[str, Any], key: str) -> tuple[pv.PolyData, npt.NDArray[
     point_data = {name.removeprefix(_DATA): values for name, values in data.items() if name.startswith(_DATA)}
     mesh = to_polydata(data["points"], data["triangles"], point_data)
     if texture := str(data["texture_coordinates"]):
-        mesh.point_data.active_texture_coordinates_name = texture
+        use_texture(mesh, texture)
     for name in (CORNERS, PART):
         if name in data:
             mesh.cell_data[name] = data[name]

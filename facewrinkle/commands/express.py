@@ -75,10 +75,10 @@ def express(
     ends
         Wrinkles that begin and end at height 0, or in a furrow as in the paper. Default: what the atlas says.
     """
-    begin, output = time.perf_counter(), output or OutputOptions()
+    begin, output, source = time.perf_counter(), output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)
-    face = (source or FaceOptions()).load(report)
+    face = source.load(report)
     rates = face.atlas.contractions(parse_mixture(name, face.atlas), intensity)
     performance = Performance(
         face=_with_folds(face, rates, _given(alpha=alpha, count=count, ends=ends)),
@@ -90,7 +90,7 @@ def express(
         view=output.view,
     )
     stem = re.sub(r"[^\w.=-]+", "_", name)[:100]  # the names of files must not become too long
-    record(performance, output.folder(stem), stem, report, output)
+    record(performance, output.folder(stem, source.label), stem, report, output)
     report.say(f"{time.perf_counter() - begin:.1f} s")
 
 

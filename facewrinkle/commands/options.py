@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -47,6 +48,13 @@ class FaceOptions:
     atlas: Path | None = None
     texture: Path | None = None
 
+    @property
+    def label(self) -> str:
+        """Name of the face for folders; "" for the built-in head."""
+        if self.face is not None:
+            return self.face.stem
+        return "" if self.identity is None else re.sub(r"[^\w.=-]+", "_", self.identity)[:100]
+
     def load(self, report: Report | None = None) -> Face:
         """Return the face; an error for options that do not go together. `report` shows the progress of the search."""
         atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
@@ -87,7 +95,7 @@ class OutputOptions:
         Also write the wrinkled mesh with its texture and tears: as glb or gltf (with eyes and teeth), obj, or ply
         (tears in a second file).
     out
-        Folder to write to. Default: output/NAME.
+        Folder to write to. Default: output/NAME, or output/FACE/NAME for --face and --identity.
     quiet
         Print only errors.
     """
@@ -106,6 +114,6 @@ class OutputOptions:
         """Width and height of a picture."""
         return parse_size(self.size)
 
-    def folder(self, name: str) -> Path:
-        """Return the folder that was asked for, or else output/NAME."""
-        return self.out or Path("output") / name
+    def folder(self, name: str, face: str = "") -> Path:
+        """Return the folder that was asked for, or else output/FACE/NAME; without FACE for the built-in head."""
+        return self.out or Path("output") / face / name

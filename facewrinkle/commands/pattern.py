@@ -81,7 +81,7 @@ def pattern(
     max_level
         How often a triangle may be split; 0 turns refinement off. Default: what the pattern needs.
     """
-    output = output or OutputOptions()
+    output, source = output or OutputOptions(), source or FaceOptions()
     report, fps = Report(output.quiet), check_range("fps", output.fps, 1.0, 100.0)
     Style(output.pixels, output.view or "front")  # refuses an unknown one
     check_whole("the number of frames", frames, 2, 1e6)
@@ -96,7 +96,7 @@ def pattern(
         options["strength"] = _Swell(strength, frames, fps)
     elif centre is None:
         options["strength"] = "skin"
-    face, layers = _placed(name, source or FaceOptions(), parse_numbers("centre", centre, (3,)), options, report)
+    face, layers = _placed(name, source, parse_numbers("centre", centre, (3,)), options, report)
     rates = {} if expression is None else face.atlas.contractions(parse_mixture(expression, face.atlas), strength)
     motion = Still(face, 1.0 / fps) if expression is None else None
     refinement = Refinement() if max_level is None else Refinement(max_level=max_level)
@@ -104,7 +104,7 @@ def pattern(
         simulation = Simulation(face, refinement, layers, motion=motion)
     stem = f"pattern_{name}"
     clip = Clip(face, _there_and_back(simulation, rates, frames), (1.0 + np.arange(2 * frames + 1)) / fps)
-    _record(clip, simulation, Recorder(output.folder(stem), stem, output, report))
+    _record(clip, simulation, Recorder(output.folder(stem, source.label), stem, output, report))
 
 
 @dataclass(frozen=True)

@@ -66,9 +66,11 @@ def tear(
         Draw the movie without refraction, which is quicker.
     """
     begin, output, stem = time.perf_counter(), output or OutputOptions(), f"tear_{kind}"
+    source = source or FaceOptions()
+    folder = output.folder(stem, source.label)
     report = Report(output.quiet)
-    output_folder(output.folder(stem), make=False)  # to be refused before the face is made
-    face = (source or FaceOptions()).load(report)
+    output_folder(folder, make=False)  # to be refused before the face is made
+    face = source.load(report)
     rates = face.atlas.contractions(parse_mixture(expression or PRESETS[kind].expression, face.atlas), intensity)
     given = {name: value for name, value in (("c", speed), ("roughness", roughness)) if value is not None}
     if given and kind == "dripping":
@@ -80,7 +82,7 @@ def tear(
     style = Style(output.pixels, output.view or "cheeks")
     with report.waiting("Letting tears run"):
         crying = Crying(face, rates, preset(kind, face, seed, **given), np.arange(frames) / fps)
-    recorder = Recorder(output.folder(stem), stem, output, report)
+    recorder = Recorder(folder, stem, output, report)
     _record(crying, recorder, style, plain=plain)
     recorder.tabulate(
         stem,

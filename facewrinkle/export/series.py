@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
-from vtkmodules.vtkCommonCore import vtkCollection, vtkInformation
+from vtkmodules.vtkCommonCore import vtkCollection, vtkCommand, vtkInformation
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkDemandDrivenPipeline, vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader, vtkHDFWriter
@@ -196,7 +196,7 @@ class _FrameSource(VTKPythonAlgorithmBase):
         self.request: Any = None
         self.writer = vtkHDFWriter()
         for complaining in (self.writer, self.writer.GetExecutive()):
-            complaining.AddObserver("ErrorEvent", self._stop)
+            complaining.AddObserver(vtkCommand.ErrorEvent, self._stop)
         self.writer.SetInputConnection(self.GetOutputPort())
         self.writer.SetWriteAllTimeSteps(True)
         self.writer.SetCompressionLevel(COMPRESSION)

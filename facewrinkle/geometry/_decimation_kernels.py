@@ -5,7 +5,8 @@ from __future__ import annotations
 from heapq import heappop, heappush
 
 import numpy as np
-from numba import njit
+
+from .compilation import njit
 
 FREE, ON_LINE, FIXED = 0, 1, 2
 """Kinds of vertices: free, on a line that it may only leave along the line, and never removed."""

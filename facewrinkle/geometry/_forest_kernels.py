@@ -11,7 +11,8 @@ triangles can meet there. Every column is paid for a million times, so a row hol
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from .compilation import njit
 
 # Columns of a node. FACE links the list of its edge (three sides each). CHILD of a leaf is NONE, or links the worklist:
 # LAST_QUEUED, or NEXT_QUEUED - y before leaf y. FLAGS holds the level from bit LEVEL on, and bit s is set if side s has

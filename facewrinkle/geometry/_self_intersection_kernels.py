@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from .compilation import njit
 
 NEGLIGIBLE = 1e-12
 """Volumes below this share of the product of their sides are rounding errors."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from heapq import heappop, heappush
 
 import numpy as np
-from numba import njit
+
+from .compilation import njit
 
 SINGULAR = 0.05
 """Distance from a node, relative to its radius, within which its weight grows no further."""

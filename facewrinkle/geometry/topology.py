@@ -7,12 +7,12 @@ A mesh here is its triangles (m, 3), all integers; no function looks at coordina
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ..errors import MeshError
+from .compilation import njit
 
 IntArray = NDArray[np.int32]
 BoolArray = NDArray[np.bool_]

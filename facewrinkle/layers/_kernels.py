@@ -10,7 +10,9 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
+
+from ..geometry.compilation import njit
 
 LARGE = 100_000
 """From this many vertices on, the parallel build is the faster one."""

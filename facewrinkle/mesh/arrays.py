@@ -157,6 +157,26 @@ def to_polydata(
     return mesh
 
 
+def use_texture(mesh: pv.PolyData, name: str | None) -> None:
+    """Make a point-data array the texture coordinates of its mesh, in single precision: at others, VTK's writer of PLY
+    files crashes. None is ignored.
+
+    Examples
+    --------
+    >>> sheet = pv.Plane()
+    >>> sheet.point_data["uv"] = np.zeros((sheet.n_points, 2))
+    >>> use_texture(sheet, "uv")
+    >>> sheet.active_texture_coordinates.dtype.name
+    'float32'
+    """
+    if name is None or name not in mesh.point_data:
+        return
+    values = np.asarray(mesh.point_data[name])
+    if values.dtype != np.float32:
+        mesh.point_data[name] = values.astype(np.float32)
+    mesh.point_data.active_texture_coordinates_name = name
+
+
 def blended(shapes: np.ndarray) -> np.ndarray:
     """Several displacements (k, n, 3) as one (n, 3), each with a weight of its own; see `MOVED`."""
     return np.asarray(np.tensordot(np.linspace(1.0, 2.0, len(shapes)) / max(len(shapes), 1), shapes, axes=1))
@@ -277,7 +297,7 @@ def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> p
     )
     texture, scalars = source.point_data.active_texture_coordinates_name, source.point_data.active_scalars_name
     if texture in names:
-        mesh.point_data.active_texture_coordinates_name = texture
+        use_texture(mesh, texture)
     if scalars in names and scalars != texture:  # PyVista makes the first array both, and VTK's filters drop it
         mesh.point_data.active_scalars_name = scalars
     mesh.field_data.update(source.field_data)

@@ -8,7 +8,7 @@ import pyvista as pv
 from ..errors import MeshError
 from ..geometry.interpolation import interpolated
 from ..geometry.refinement import RedGreenForest
-from .arrays import interpolated_point_data, to_polydata
+from .arrays import interpolated_point_data, to_polydata, use_texture
 from .formats.reading import read_surface
 from .seams import refine_seams
 
@@ -48,6 +48,6 @@ def refine(mesh: pv.PolyData, marked: np.ndarray) -> pv.PolyData:
     points = interpolated(np.asarray(source.points, dtype=np.float64), forest.corners, forest.barycentric)
     data = interpolated_point_data(dict(source.point_data), forest.corners, forest.barycentric)
     fine = to_polydata(points, forest.triangles, data)
-    fine.point_data.active_texture_coordinates_name = source.point_data.active_texture_coordinates_name
+    use_texture(fine, source.point_data.active_texture_coordinates_name)
     refine_seams(source, fine, forest)
     return fine

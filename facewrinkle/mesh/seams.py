@@ -7,7 +7,7 @@ import pyvista as pv
 
 from ..geometry.refinement import RedGreenForest
 from ..geometry.seams import refined_values, split_vertices
-from .arrays import CORNERS, TEXTURE, to_polydata
+from .arrays import CORNERS, TEXTURE, to_polydata, use_texture
 
 
 def corner_texture(mesh: pv.PolyData) -> np.ndarray | None:
@@ -61,7 +61,7 @@ def split_at_seams(mesh: pv.PolyData) -> pv.PolyData:
     data = {name: np.asarray(values)[parts.origin] for name, values in mesh.point_data.items()}
     name = mesh.point_data.active_texture_coordinates_name or TEXTURE
     apart = to_polydata(np.asarray(mesh.points)[parts.origin], parts.triangles, data | {name: parts.values})
-    apart.point_data.active_texture_coordinates_name = name
+    use_texture(apart, name)
     apart.point_data.active_normals_name = mesh.point_data.active_normals_name
     apart.field_data.update(mesh.field_data)
     return apart

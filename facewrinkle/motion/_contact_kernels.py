@@ -7,7 +7,8 @@ A row is a contact that the model of a step knows: gap(x + d) ~ gap + sum of slo
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from ..geometry.compilation import njit
 
 DEEPEST = 1.0
 """No sample that is deeper in the other lip than this, mm, has come there through its surface."""

@@ -15,7 +15,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from ..errors import MeshError
 from ..geometry.normals import vertex_normals
 from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
-from ..mesh.arrays import MOVED, PART, blended, with_data
+from ..mesh.arrays import MOVED, PART, blended, use_texture, with_data
 from ..mesh.formats.merging import merged_surfaces
 from ..mesh.formats.reading import GLTF, check_file
 from .gltf import read_gltf
@@ -182,7 +182,7 @@ def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData
     names = [key for key in plain.point_data if key not in {*ARRAYS, "Normals"}]
     rest = to_polydata(plain["rest"], triangles, {key: np.asarray(plain.point_data[key]) for key in names})
     if (texture := plain.point_data.active_texture_coordinates_name) in names:
-        rest.point_data.active_texture_coordinates_name = texture
+        use_texture(rest, texture)
     if (corners := corner_texture(plain)) is not None:
         add_seams(rest, corners)
     positions = []

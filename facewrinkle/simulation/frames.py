@@ -12,7 +12,7 @@ from ..anatomy.face import Face
 from ..geometry.refinement import RedGreenForest
 from ..layers.base import SurfacePoints
 from ..mesh import MUSCLES, POSE, UNIT, interpolated_point_data, refilled, refine_seams, to_polydata
-from ..mesh.arrays import GAZE, JAW, OF_PART
+from ..mesh.arrays import GAZE, JAW, OF_PART, use_texture
 from ..motion.base import Motion
 
 Array = npt.NDArray[np.float64]
@@ -97,8 +97,7 @@ class FrameMaker:
         all_data = {**given, **blank, **data, "rest": vertices.points, "level": forest.vertex_level}
         frame = to_polydata(vertices.points, forest.triangles, all_data)
         frame.SetFieldData(self._common.GetFieldData())
-        if source.active_texture_coordinates_name is not None:
-            frame.point_data.active_texture_coordinates_name = source.active_texture_coordinates_name
+        use_texture(frame, source.active_texture_coordinates_name)
         frame.point_data.active_normals_name = "Normals"
         refine_seams(self._face.mesh, frame, forest)
         return frame

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ..geometry._closest_point_kernels import closest_in_triangle
+from ..geometry.compilation import njit
 from ._subdivision_kernels import distance, overlapping
 
 REACH = 2.5

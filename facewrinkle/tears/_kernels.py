@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ..geometry._closest_point_kernels import closest_in_triangle
 from ..geometry._mesh_kernels import normalise
+from ..geometry.compilation import njit
 from ._subdivision_kernels import put
 
 

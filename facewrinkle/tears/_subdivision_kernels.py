@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+
+from ..geometry.compilation import njit
 
 BALL = 8
 """Consecutive points of a polyline that share a bounding ball."""

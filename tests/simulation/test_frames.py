@@ -10,9 +10,11 @@ frames over time        their fingerprints, later; a second simulation
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
@@ -151,3 +153,21 @@ def test_writing_into_frames_does_not_disturb_the_simulation(face):
     assert np.array_equal(ends[0].points, ends[1].points)
     for array in ends[0].point_data:
         assert np.array_equal(ends[0][array], ends[1][array])
+
+
+def test_frames_with_any_texture_coordinates_can_be_saved(tmp_path):
+    """VTK's writer of PLY files reads texture coordinates in single precision, whatever they are."""
+    sheet = pv.Plane(i_resolution=4, j_resolution=4).triangulate()
+    sheet.active_texture_coordinates = np.random.default_rng(0).uniform(size=(sheet.n_points, 2))
+    trimesh = SimpleNamespace(
+        vertices=sheet.points, faces=sheet.regular_faces, visual=SimpleNamespace(uv=sheet.active_texture_coordinates)
+    )
+    face = fw.surface(sheet)
+    path = fw.write_mesh(face.mesh, tmp_path / "sheet.obj", fw.surface(sheet, texture=np.zeros((4, 4, 3), np.uint8)))
+    frame = fw.Simulation(face).step()
+    fine = fw.refine(face.mesh, np.ones(face.mesh.n_cells, bool))
+    for mesh in (frame, face.mesh, fine, *map(fw.read_surface, (sheet, path, trimesh))):
+        assert mesh.active_texture_coordinates.dtype == np.float32
+        mesh.save(tmp_path / "saved.ply")
+        saved = pv.read(tmp_path / "saved.ply")
+        np.testing.assert_array_equal(saved.active_texture_coordinates, mesh.active_texture_coordinates)

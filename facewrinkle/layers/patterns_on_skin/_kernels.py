@@ -9,7 +9,8 @@ from __future__ import annotations
 from math import factorial
 
 import numpy as np
-from numba import njit
+
+from ...geometry.compilation import njit
 
 _SINE = tuple((-1.0) ** k / factorial(2 * k + 1) for k in range(14))
 _EXPONENTIAL = tuple(1.0 / factorial(k) for k in range(12))  # up to 1/4 all further terms are below 2e-16

@@ -11,7 +11,7 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from ...errors import MeshError
-from ..arrays import COLORS, IMAGE, TEXTURE, with_data
+from ..arrays import COLORS, IMAGE, TEXTURE, use_texture, with_data
 from ..seams import add_seams
 from .materials import sibling_file
 from .merging import merged_surfaces, set_images
@@ -26,7 +26,7 @@ def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> 
     mesh.faces = np.array(padded, dtype=np.int64)
     if polygons.texture is not None:
         mesh.point_data[TEXTURE] = polygons.texture
-        mesh.point_data.active_texture_coordinates_name = TEXTURE
+        use_texture(mesh, TEXTURE)
     if polygons.colors is not None:
         mesh.point_data[COLORS] = _colours(polygons.colors)
     surface = from_dataset(mesh, name)

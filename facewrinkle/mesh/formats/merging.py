@@ -8,7 +8,7 @@ import numpy as np
 import pyvista as pv
 
 from ...errors import MeshError
-from ..arrays import COLORS, IMAGE, MOVED, TEXTURE, blended, images_of, name_images, to_polydata
+from ..arrays import COLORS, IMAGE, MOVED, TEXTURE, blended, images_of, name_images, to_polydata, use_texture
 from ..seams import add_seams, corner_texture
 from .obj_off import Primitive
 
@@ -75,7 +75,7 @@ def set_texture(mesh: pv.PolyData, at_corners: np.ndarray) -> None:
     texture = np.zeros((mesh.n_points, 2))
     texture[triangles.ravel()[::-1]] = at_corners.reshape(-1, 2)[::-1]  # the first is written last
     mesh.point_data[TEXTURE] = texture
-    mesh.point_data.active_texture_coordinates_name = TEXTURE
+    use_texture(mesh, TEXTURE)
     add_seams(mesh, at_corners)
 
 

@@ -16,7 +16,7 @@ import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from ...errors import MeshError
-from ..arrays import COLORS, TEXTURE, numbers, to_polydata
+from ..arrays import COLORS, TEXTURE, numbers, to_polydata, use_texture
 from .datasets import from_dataset, from_polygons
 from .gltf import read_gltf_file
 from .merging import from_primitives
@@ -198,8 +198,8 @@ def _from_trimesh(source: Any) -> pv.PolyData:
     visual = getattr(source, "visual", None)
     texture = getattr(visual, "uv", None)
     if texture is not None and len(texture) == mesh.n_points:
-        mesh.point_data[TEXTURE] = np.array(texture, dtype=np.float64)
-        mesh.point_data.active_texture_coordinates_name = TEXTURE
+        mesh.point_data[TEXTURE] = np.array(texture, dtype=np.float32)
+        use_texture(mesh, TEXTURE)
     if visual is not None and getattr(visual, "kind", None) == "vertex":
         mesh.point_data[COLORS] = np.array(visual.vertex_colors)
     return mesh

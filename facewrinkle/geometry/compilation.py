@@ -1,0 +1,100 @@
+"""Compiling loops to machine code, which is kept for the next start wherever a folder can be written."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numba
+
+from ..errors import warn
+
+settings: Any = numba.config
+
+_told: set[str] = set()
+
+
+def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function as `numba.njit` does, also where neither the package nor the home can be written.
+
+    There, as in containers and on clusters, the machine code is kept in a folder of the user's own among the temporary
+    ones, or not at all. A disk that is full keeps nothing either.
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        Once, if the code is kept among temporary files, or not at all.
+
+    Examples
+    --------
+    >>> @njit()
+    ... def doubled(number):
+    ...     return 2 * number
+    >>> doubled(4)
+    8
+    """
+
+    def decorated(function: Callable[..., Any]) -> Any:
+        try:
+            return _forgiving(numba.njit(**options)(function))
+        except RuntimeError:  # no folder for the cache
+            if not options.get("cache"):
+                raise
+        folder = _temporary_folder()
+        if folder is not None:
+            before, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)
+            try:
+                compiled = _forgiving(numba.njit(**options)(function))
+                _tell(f"in {str(folder)!r}")
+                return compiled
+            except (RuntimeError, OSError):
+                pass
+            finally:
+                settings.CACHE_DIR = before
+        _tell("nowhere, so that every start takes half a minute more")
+        return numba.njit(**{**options, "cache": False})(function)
+
+    return decorated
+
+
+def _temporary_folder() -> Path | None:
+    """Return a folder among the temporary ones that only this user can write to; None if there is none."""
+    user = os.getuid() if hasattr(os, "getuid") else None
+    folder = Path(tempfile.gettempdir()) / f"facewrinkle-{'cache' if user is None else user}"
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return None
+    if user is not None and (folder.is_symlink() or status.st_uid != user or status.st_mode & 0o077):
+        return None  # others could put code of theirs there
+    return folder
+
+
+def _forgiving(compiled: Any) -> Any:
+    """Return a compiled function that runs even if its machine code cannot be kept, as on a full disk."""
+    cache: Any = getattr(compiled, "_cache", None)
+    save = getattr(cache, "save_overload", None)
+    if save is None:
+        return compiled
+
+    def save_if_possible(*arguments: Any) -> None:
+        with suppress(OSError):
+            save(*arguments)
+
+    cache.save_overload = save_if_possible
+    return compiled
+
+
+def _tell(where: str) -> None:
+    """Say once where machine code is kept."""
+    if not _told:
+        _told.add(where)
+        warn(
+            "machine code can be kept neither beside the package nor in your home folder, which cannot be written; it "
+            f"is kept {where}. Set the environment variable NUMBA_CACHE_DIR to a folder that you may write to."
+        )
