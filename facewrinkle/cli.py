@@ -8,22 +8,27 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import traceback
 import warnings
 from collections.abc import Sequence
-from typing import NoReturn
+from contextlib import AbstractContextManager, nullcontext
 
 from cyclopts import App, CycloptsError
 
 from . import __version__
-from .commands.interrupts import interrupts
 from .errors import FaceWrinkleError, FaceWrinkleWarning
 
 USAGE, FAILED = 2, 1
 """Exit codes."""
 
+VERBOSE, ALLOW_OUTSIDE = "--verbose", "--allow-outside"
+"""Options that all commands take."""
+
 app = App(
     name="facewrinkle",
-    help="Wrinkles that muscles fold into faces: pictures, movies, time series, and Table 1 of the paper.",
+    help="Wrinkles that muscles fold into faces: pictures, movies, time series, and Table 1 of the paper.\n\nWith "
+    f"{VERBOSE}, every command shows the warnings of libraries, and where an error arose; with {ALLOW_OUTSIDE}, it "
+    "reads images and other files that a mesh file names outside its own folder.",
     version=__version__,
     suppress_keyboard_interrupt=False,
 )
@@ -51,18 +56,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        Default: those of the process.
+        Default: those of the process. With ``--verbose`` among them, warnings of libraries are shown, and an error with
+        its traceback.
 
     Returns
     -------
     int
-        0 after success, 1 after an error, 2 after wrong usage, 130 after Ctrl-C, 143 after SIGTERM. An error is one
-        line on stderr.
+        0 after success, 1 after an error, 2 after wrong usage, 130 after Ctrl-C. An error is one line on stderr.
     """
     if sys.platform.startswith("linux"):  # else VTK would look for a display
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     tokens = list(sys.argv[1:] if arguments is None else arguments)
-    with warnings.catch_warnings(), interrupts() as seen:
+    verbose = VERBOSE in tokens
+    outside: AbstractContextManager[None] = nullcontext()
+    if ALLOW_OUTSIDE in tokens:
+        from .mesh.outside import outside_allowed  # which is not quick to import
+
+        outside = outside_allowed()
+    tokens = [token for token in tokens if token not in (VERBOSE, ALLOW_OUTSIDE)]
+    with warnings.catch_warnings(), outside:
+        if not verbose:
+            warnings.simplefilter("ignore")
         warnings.simplefilter("always", FaceWrinkleWarning)
         warnings.showwarning = _notice
         try:
@@ -71,31 +85,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
             hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
             return _complain(f"{_one_line(error)} Try: {hint} --help", USAGE)
         except KeyboardInterrupt:
-            return _complain("interrupted.", _code(seen))
+            return _complain("interrupted.", 128 + signal.SIGINT)
         except BrokenPipeError:  # the reader, such as head, has gone
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return FAILED
         except Exception as error:
-            if seen:  # VTK drops an interrupt inside its callbacks, and something else fails
-                return _complain("interrupted.", _code(seen))
-            if isinstance(error, FaceWrinkleError):
-                return _complain(_one_line(error), FAILED)
-            raise
+            if verbose:
+                traceback.print_exc()
+            return _complain(_failure(error), FAILED)
     return 0
 
 
-def program() -> NoReturn:
-    """Run the command line and end the process with its code."""
-    code = main()
-    if code > 128:  # a second signal would break the tidying up
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
-    sys.exit(code)
-
-
-def _code(seen: list[int]) -> int:
-    """Return the exit code after a signal."""
-    return 128 + (seen[0] if seen else signal.SIGINT)
+def _failure(error: Exception) -> str:
+    """Return a line about an error, whether it is foreseen or not."""
+    if isinstance(error, FaceWrinkleError):
+        return _one_line(error)
+    if isinstance(error, MemoryError):
+        return "there is not enough memory. Take a mesh with fewer triangles, or a machine with more memory."
+    if isinstance(error, OSError) and error.errno is not None:
+        where = f" {error.filename!r}" if error.filename else ""
+        return f"the system refused{where}: {error.strerror}. Check the disk and your rights."
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    return f"an error in facewrinkle itself, which should not happen: {what[:300]}. Please report what {VERBOSE} shows."
 
 
 def _one_line(error: Exception) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -158,11 +158,11 @@ def read_atlas(path: str | Path) -> Atlas:
         content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise FaceWrinkleError(f"cannot read the atlas {str(path)!r}: {error.strerror or error}.") from None
-    except ValueError as error:  # not UTF-8, or not TOML
+    except (ValueError, RecursionError) as error:  # not UTF-8, or not TOML
         raise FaceWrinkleError(f"the atlas {str(path)!r} is not valid TOML: {error}.") from None
     try:
         return _expanded_atlas(content)
-    except (KeyError, TypeError, AttributeError) as error:
+    except (KeyError, TypeError, AttributeError, RecursionError, IndexError) as error:
         what = f"the atlas {str(path)!r} does not have the form of an atlas"
         raise FaceWrinkleError(f"{what}: {_reason(error)}") from None
 
@@ -230,6 +230,13 @@ def _direction(local: npt.ArrayLike, side: str, frame: FaceFrame) -> Array:
     return np.array([outwards if side == "l" else -outwards, up, forward]) @ frame.axes
 
 
+def _wrinkles(entry: Mapping[str, Any]) -> Wrinkles:
+    known = [field.name for field in fields(Wrinkles)]
+    for key in set(entry) - set(known):
+        raise unknown_name("key of wrinkles", key, known)
+    return Wrinkles(**entry)
+
+
 def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: FaceFrame) -> Muscle:
     side, size = entry["side"], frame.pupil_distance
     if entry["kind"] not in KEYS:
@@ -237,7 +244,7 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
     for key in set(entry) - COMMON - KEYS[entry["kind"]]:
         raise unknown_name("key", key, sorted(COMMON | KEYS[entry["kind"]]))
     common: dict[str, Any] = {
-        "wrinkles": Wrinkles(**entry.get("wrinkles", {})),
+        "wrinkles": _wrinkles(entry.get("wrinkles", {})),
         "strength": entry.get("strength", 1.0),
         "normal_share": entry.get("normal_share", 1.0),
         "swell": entry.get("swell", 0.0),

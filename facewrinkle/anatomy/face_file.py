@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import MeshError
+from ..errors import FaceWrinkleError, MeshError
 from ..mesh import to_polydata
 from ..mesh.arrays import CORNERS, PART, use_texture
 from ..mesh.files import written
+from ..mesh.formats.reading import check_file
 from .atlas import Atlas
 from .face import Face
 from .parts import eyes_of, follower
@@ -24,6 +25,12 @@ VERSION = 1
 SUFFIX = ".face"
 _DATA = "point_data/"
 _PARTS = "parts"
+_OF_MESH = ("points", "triangles", "texture_coordinates", "texture", CORNERS, PART)
+_OF_FACE = ("version", "unit", "landmark_names", "landmarks", "confidences", "estimated", "report", "likeness")
+_NAMES = {*_OF_MESH, *_OF_FACE}
+
+LARGEST_FILE = 2**31
+"""The most bytes that the arrays of a face may take."""
 
 
 def write_face(face: Face, path: str | Path) -> Path:
@@ -117,25 +124,50 @@ def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
     (1.0, 33)
     """
     source = Path(os.path.expanduser(path))
+    check_file(source)
     try:
-        with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-            data = {name: stored[name] for name in stored.files}
-        return _face(data, source.name, atlas)
+        return _face(_arrays(source), source.name, atlas)
+    except FaceWrinkleError:
+        raise
     except OSError as problem:
-        raise MeshError(f"{str(source)!r} cannot be read: {problem.strerror or problem}.") from None
-    except (KeyError, TypeError, AttributeError, ValueError, EOFError, zipfile.BadZipFile) as problem:
-        if isinstance(problem, MeshError):
-            raise
+        raise MeshError(f"{str(source)!r} cannot be read: {problem.strerror or problem}.") from problem
+    except Exception as problem:  # zip files and arrays can be damaged in many ways
+        missing = f", {problem} is missing" if isinstance(problem, KeyError) else ""
         raise MeshError(
-            f"{source.name} is no face that facewrinkle wrote, or it is damaged ({problem}). Make it anew: "
+            f"{source.name} is no face that facewrinkle wrote, or it is damaged{missing}. Make it anew: "
             "facewrinkle fit MESH."
-        ) from None
+        ) from problem
+
+
+def _arrays(source: Path) -> dict[str, Any]:
+    """The arrays of a file that mean something here."""
+    with zipfile.ZipFile(source) as archive:
+        size = sum(entry.file_size for entry in archive.infolist() if _is_known(entry.filename.removesuffix(".npy")))
+    if size > LARGEST_FILE:
+        raise MeshError(
+            f"{source.name} would take {size / 2**30:.1f} GB of memory, and a face takes {LARGEST_FILE / 2**30:.0f} GB "
+            "at most. Make it anew: facewrinkle fit MESH."
+        )
+    with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+        return {name: stored[name] for name in stored.files if _is_known(name)}
+
+
+def _is_known(name: str) -> bool:
+    return name in _NAMES or name.startswith((_DATA, f"{_PARTS}/"))
 
 
 def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
     if int(data["version"]) > VERSION:
         raise MeshError(f"{name} was written by a later facewrinkle (format {data['version']}, known is {VERSION}).")
     mesh, texture = _restored(data, "")
+    for name in ("landmark_names", "estimated", "report"):
+        if data[name].dtype.kind != "U" and data[name].size:
+            raise MeshError(f"{name} must be text, received {data[name].dtype}. The file is damaged: make it anew.")
+    for name in ("points", "landmarks"):
+        if data[name].dtype.kind != "f" or not np.isfinite(data[name]).all():
+            raise MeshError(f"{name} must be finite numbers. The file is damaged: make it anew.")
+    if not 0.0 < float(data["unit"]) < np.inf:
+        raise MeshError(f"unit must be a finite number greater than 0, received {data['unit']}. Make the file anew.")
     names = data["landmark_names"].tolist()
     landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}

@@ -1,72 +1,64 @@
-"""Ctrl-C and SIGTERM, which take effect even where Python or a library drops the exception that they raise."""
+"""Ctrl-C, SIGTERM and SIGHUP: the process ends at once, and leaves no unfinished files.
+
+A KeyboardInterrupt would be raised anywhere: inside imports, in callbacks of VTK, which drop it, and in finalizers.
+"""
 
 from __future__ import annotations
 
-import _thread
-import logging
+import os
 import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import TypeVar
+from contextlib import suppress
+from pathlib import Path
+from types import FrameType
 
-T = TypeVar("T")
+SIGNALS = tuple(int(getattr(signal, name)) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals that end the process; Windows has no SIGHUP."""
 
-_seen: list[int] = []
-
-
-@contextmanager
-def interrupts() -> Iterator[list[int]]:
-    """Yield the list of signals (Ctrl-C and SIGTERM, by number) that have come meanwhile.
-
-    Each raises KeyboardInterrupt, as Ctrl-C always does, and raises it again where Python had to drop it.
-    """
-    dropping, raised = False, True
-    _seen.clear()
-
-    def interrupted(number: int, _: object) -> None:
-        nonlocal raised
-        _seen.append(number)
-        if dropping:  # the hook below is at work: the thread that it starts raises it again
-            return
-        raised = True
-        logging.disable()  # VTK would log at length that it was interrupted
-        raise KeyboardInterrupt
-
-    def insist() -> None:
-        while not raised:
-            _thread.interrupt_main()
-            time.sleep(0.02)
-
-    def dropped(unraisable: sys.UnraisableHookArgs) -> None:
-        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
-            show(unraisable)
-            return
-        nonlocal dropping, raised
-        dropping, raised = True, False
-        threading.Thread(target=insist, daemon=True).start()  # it came inside a finalizer: once more, outside of it
-        dropping = False
-
-    if threading.current_thread() is not threading.main_thread():
-        yield _seen
-        return
-    before = {number: signal.signal(number, interrupted) for number in (signal.SIGINT, signal.SIGTERM)}
-    show, sys.unraisablehook = sys.unraisablehook, dropped
-    try:
-        yield _seen
-    finally:
-        raised = True
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        sys.unraisablehook = show
-        logging.disable(logging.NOTSET)
+PATIENCE = 1.0
+"""Seconds until a signal takes effect from another thread, if a long computation keeps the main thread from it."""
 
 
-def interruptible(items: Iterator[T]) -> Iterator[T]:
-    """Yield the items, up to an interrupt that a callback of a library dropped while one was made or used."""
-    for item in items:
-        yield item
-        if _seen:
-            raise KeyboardInterrupt
+def end_at_signals() -> None:
+    """Let signals end this process; those that it was told to ignore, as by nohup, stay ignored."""
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _ended)
+    signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    threading.Thread(target=_watch, args=(reading,), daemon=True).start()
+
+
+def _ended(number: int, frame: FrameType | None = None) -> None:
+    """End the process: no object is destroyed, as VTK may be at work."""
+    if threading.current_thread() is threading.main_thread():
+        for other in SIGNALS:
+            signal.signal(other, signal.SIG_IGN)
+    _end_children()
+    files = sys.modules.get("facewrinkle.mesh.files")
+    if files is not None and hasattr(files, "drop_unfinished"):
+        files.drop_unfinished()
+    with suppress(OSError):
+        os.write(2, b"facewrinkle: interrupted.\n")
+    os._exit(128 + number)
+
+
+def _end_children() -> None:
+    """End the processes that this one has started, such as ffmpeg, which would go on to write its file."""
+    with suppress(OSError):
+        for children in Path("/proc/self/task").glob("*/children"):
+            for child in children.read_text().split():
+                with suppress(OSError):
+                    os.kill(int(child), signal.SIGKILL)
+
+
+def _watch(reading: int) -> None:
+    """Wait for a signal, and see to it that it takes effect."""
+    while received := os.read(reading, 1):
+        number: int = received[0]
+        if number in SIGNALS:
+            time.sleep(PATIENCE)
+            _ended(number)

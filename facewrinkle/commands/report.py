@@ -12,7 +12,6 @@ from rich.progress import track
 from rich.table import Table
 
 from ..anatomy.face import Face
-from .interrupts import interruptible
 
 T = TypeVar("T")
 
@@ -50,8 +49,8 @@ class Report:
         """Yield the items, with a bar on a terminal."""
         console = Console(stderr=True)
         if self.quiet or not console.is_terminal:
-            return interruptible(items)
-        return interruptible(iter(track(items, what, total, console=console, transient=True)))
+            return items
+        return iter(track(items, what, total, console=console, transient=True))
 
 
 def face_facts(face: Face) -> dict[str, str]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from stat import S_ISDIR
 from tempfile import TemporaryFile
 
-from ..errors import OutputError
+from ..errors import FaceWrinkleError, MeshError, OutputError
 
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of a disk, or of a share of it, that is full."""
@@ -35,6 +35,27 @@ def text_of(path: Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return data.decode("latin-1")
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turn whatever goes wrong while a file is read into a MeshError: every format can be damaged in its own ways."""
+    try:
+        yield
+    except FaceWrinkleError:
+        raise
+    except MemoryError as problem:
+        raise MeshError(
+            f"{path.name} cannot be read: there is not enough memory for what it announces. If the file is whole, use "
+            "a machine with more memory, or a mesh with fewer triangles."
+        ) from problem
+    except OSError as problem:
+        raise MeshError(f"{str(path)!r} cannot be read: {problem.strerror or problem}. Check the file.") from problem
+    except Exception as problem:
+        raise MeshError(
+            f"{path.name} cannot be read: its content makes no sense ({type(problem).__name__}). The file is damaged "
+            "or of another format: export it again."
+        ) from problem
 
 
 @contextmanager

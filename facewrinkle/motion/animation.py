@@ -16,6 +16,7 @@ from ..errors import MeshError
 from ..geometry.normals import vertex_normals
 from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
 from ..mesh.arrays import MOVED, PART, blended, use_texture, with_data
+from ..mesh.files import reading
 from ..mesh.formats.merging import merged_surfaces
 from ..mesh.formats.reading import GLTF, check_file
 from .gltf import read_gltf
@@ -96,12 +97,13 @@ def read_animation(
     """
     path = Path(os.path.expanduser(path))
     check_file(path)
-    if path.suffix.lower() in GLTF:
-        return read_gltf(path, mesh, animation)
-    if path.suffix.lower() in SERIES_SUFFIXES:
-        return _read_series(path)
-    if path.suffix.lower() in USD_SUFFIXES:
-        return read_usd(path, mesh)
+    with reading(path):
+        if path.suffix.lower() in GLTF:
+            return read_gltf(path, mesh, animation)
+        if path.suffix.lower() in SERIES_SUFFIXES:
+            return _read_series(path)
+        if path.suffix.lower() in USD_SUFFIXES:
+            return read_usd(path, mesh)
     raise MeshError(
         f"{path.name}: animations are read from .glb, .gltf, .vtkhdf, .usd, .usda, .usdc and .usdz files, received "
         f"{path.suffix!r}."

@@ -38,9 +38,12 @@ def test_a_face_comes_back(face, tmp_path):
 
 def test_other_files_are_refused(face, tmp_path):
     path = tmp_path / "bad.face"
-    with pytest.raises(MeshError, match="cannot be read: No such file"):
+    with pytest.raises(MeshError, match="there is no file"):
         fw.read_face(path)
-    for content in (b"", b"not a zip", b"PK\x03\x04 broken"):
+    path.write_bytes(b"")
+    with pytest.raises(MeshError, match="is empty"):
+        fw.read_face(path)
+    for content in (b"not a zip", b"PK\x03\x04 broken"):
         path.write_bytes(content)
         with pytest.raises(MeshError, match=r"bad\.face is no face that facewrinkle wrote.*facewrinkle fit"):
             fw.read_face(path)
@@ -53,6 +56,13 @@ def test_other_files_are_refused(face, tmp_path):
     for change, message in (
         ({"version": 99}, "later facewrinkle"),
         ({"triangles": np.array([[0, 1, 99999]])}, "must use"),
+        ({"unit": np.nan}, "unit must be a finite number greater than 0"),
+        ({"unit": -1.0}, "unit must be a finite number greater than 0"),
+        ({"report": np.array([1.0, 2.0])}, "report must be text, received float64"),
+        ({"landmarks": np.full_like(arrays["landmarks"], np.nan)}, "landmarks must be finite numbers"),
+        ({"landmarks": arrays["landmarks"][:, :2]}, "is no face"),
+        ({"confidences": arrays["confidences"][:3]}, "is no face"),
+        ({"points": np.array(["x"])}, "points must be finite numbers"),
     ):
         with path.open("wb") as file:
             np.savez(file, **{**arrays, **change})
@@ -64,3 +74,27 @@ def test_other_files_are_refused(face, tmp_path):
         fw.read_face(path)
     with pytest.raises(OutputError, match="cannot be written"):
         fw.write_face(face, good / "a.face")
+
+
+def test_what_is_not_ours_in_a_face_file_is_not_read(face, tmp_path, monkeypatch):
+    good = fw.write_face(face, tmp_path / "good.face")
+    with np.load(good) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    with (tmp_path / "large.face").open("wb") as file:
+        np.savez_compressed(file, **arrays, unused=np.zeros(10_000_000))
+    monkeypatch.setattr("facewrinkle.anatomy.face_file.LARGEST_FILE", 60_000_000)
+    assert fw.read_face(tmp_path / "large.face").mesh.n_cells == face.mesh.n_cells
+    with (tmp_path / "bomb.face").open("wb") as file:
+        np.savez_compressed(file, **{**arrays, "point_data/x": np.zeros(10_000_000)})
+    with pytest.raises(MeshError, match=r"would take .* GB of memory, and a face takes .* at most"):
+        fw.read_face(tmp_path / "bomb.face")
+
+
+@pytest.mark.parametrize("place", [0.02, 0.3, 0.5, 0.9, 0.999])
+def test_flipped_bytes(face, tmp_path, place):
+    good = bytearray(fw.write_face(face, tmp_path / "good.face").read_bytes())
+    at = int(place * len(good))
+    good[at : at + 12] = b"\xff" * 12
+    (tmp_path / "bad.face").write_bytes(good)
+    with pytest.raises(MeshError, match=r"bad\.face is no face that facewrinkle wrote"):
+        fw.read_face(tmp_path / "bad.face")

@@ -10,7 +10,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from ...errors import MeshError
+from ...errors import MeshError, warn
 from ..arrays import COLORS, IMAGE, TEXTURE, use_texture, with_data
 from ..seams import add_seams
 from .materials import sibling_file
@@ -33,13 +33,20 @@ def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> 
     if polygons.corners is not None:
         add_seams(surface, _at_triangles(polygons.corners, polygons.faces, mesh))
     if folder is not None and polygons.images and polygons.texture is not None:
-        places = {
-            name: str((sibling_file(folder, name) or folder / name).absolute()) for name in set(polygons.images) - {""}
-        }
+        places = {name: _place(folder, name) for name in sorted(set(polygons.images) - {""})}
         images = np.array([places.get(name, "") for name in polygons.images])
         face = np.repeat(np.arange(len(images)), [len(face) for face in polygons.faces])[:, None]
         set_images(surface, images[_at_triangles(face, polygons.faces, mesh)[:, 0, 0]])
     return surface
+
+
+def _place(folder: Path, name: str) -> str:
+    """The path of an image, "" with a warning if it may not be read."""
+    try:
+        return str((sibling_file(folder, name) or folder / Path(name).name).absolute())
+    except MeshError as problem:
+        warn(f"the texture is left out: {problem}")
+        return ""
 
 
 def _colours(values: np.ndarray) -> np.ndarray:

@@ -7,7 +7,12 @@ from collections.abc import Iterable
 from io import StringIO
 from pathlib import Path
 
+from ...errors import MeshError, warn
 from ..files import text_of
+from ..outside import is_outside, refused
+
+LIBRARIES = 64
+"""The most material libraries of one line that are looked for."""
 
 _COMMENT = re.compile(r"(?:^|(?<=\s))#.*", re.DOTALL)
 _OPTION = re.compile(
@@ -16,16 +21,28 @@ _OPTION = re.compile(
 
 
 def sibling_file(folder: Path, name: str) -> Path | None:
-    """Find a file by the name that another one gives it, even with folders of another machine or in another case."""
+    """Find a file by the name that another one gives it, even with folders of another machine or in another case.
+
+    Raises
+    ------
+    MeshError
+        If it is found only outside the folder.
+    """
     name = name.replace("\\", "/")
+    outside = False
     for candidate in (folder / name, folder / Path(name).name):
         try:
             if candidate.is_file():
-                return candidate
+                if not is_outside(folder, candidate):
+                    return candidate
+                outside = True
         except (OSError, ValueError):  # a name that no file can have
             continue
     wanted = Path(name).name.casefold()
-    return next((file for file in sorted(folder.iterdir()) if file.name.casefold() == wanted), None)
+    found = (file for file in sorted(folder.iterdir()) if file.name.casefold() == wanted and file.is_file())
+    if (file := next(found, None)) is None and outside:
+        raise refused("it", name)
+    return file
 
 
 def uncommented(line: str) -> str:
@@ -39,12 +56,21 @@ def uncommented(line: str) -> str:
     return _COMMENT.sub("", line) if "#" in line else line
 
 
+def _library_files(folder: Path, library: str) -> list[Path | None]:
+    """Files of a line `mtllib`: a name with blanks, or several names; None for those that cannot be had."""
+    try:
+        whole = sibling_file(folder, library)
+        return [whole] if whole else [sibling_file(folder, name) for name in dict.fromkeys(library.split()[:LIBRARIES])]
+    except MeshError as problem:
+        warn(f"materials are left out: {problem}")
+        return []
+
+
 def images_of_materials(folder: Path, libraries: Iterable[str]) -> dict[str, str]:
     """Names of the images (`map_Kd`) of the materials in MTL files of a folder; missing files are ignored."""
     images: dict[str, str] = {}
-    for library in libraries:
-        whole = sibling_file(folder, library)  # a name with blanks, or several names
-        for file in [whole] if whole else [sibling_file(folder, name) for name in library.split()]:
+    for library in dict.fromkeys(libraries):
+        for file in dict.fromkeys(_library_files(folder, library)):
             current = ""
             for line in () if file is None else StringIO(text_of(file), newline=None):
                 word, *rest = line.strip().split(None, 1) or [""]

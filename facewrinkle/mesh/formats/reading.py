@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import html
 import logging
 import os
+import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,12 +18,15 @@ import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from ...errors import MeshError
-from ..arrays import COLORS, TEXTURE, numbers, to_polydata, use_texture
+from ..arrays import COLORS, IMAGE, IMAGES, TEXTURE, numbers, to_polydata, use_texture
+from ..files import reading, text_of
+from ..outside import is_outside, refused
 from .datasets import from_dataset, from_polygons
 from .gltf import read_gltf_file
 from .merging import from_primitives
 from .obj_off import read_obj, read_off
 from .ply import read_ply
+from .probing import probe
 from .usd import read_usd_file
 
 OF_VTK = (".stl", ".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".hdf")
@@ -93,7 +98,8 @@ def read_surface(source: object) -> pv.PolyData:
 def _read_file(path: Path) -> pv.PolyData:
     check_file(path)
     try:
-        return _read_by_ending(path)
+        with reading(path):
+            return _read_by_ending(path)
     except MeshError as problem:
         kind = _kind_of(path)
         if kind is None or path.suffix.lower() in kind[1]:
@@ -121,7 +127,7 @@ def _read_by_ending(path: Path) -> pv.PolyData:
         case ending if ending in USD:
             return from_primitives(read_usd_file(path), path)
         case ending if ending in OF_VTK:
-            return from_dataset(_read_with_vtk(path), path.name)
+            return _without_images(from_dataset(_read_with_vtk(path), path.name))
     if path.suffix == ".face":
         raise MeshError(f"{path.name} holds a face that has been fitted: facewrinkle.read_face(path), or --face PATH.")
     ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
@@ -168,6 +174,9 @@ def _vtk_messages() -> Iterator[list[str]]:
 
 
 def _read_with_vtk(path: Path) -> Any:
+    if path.suffix.lower() == ".vtm":
+        _check_pieces(path)
+    probe(path)
     data = None
     with _vtk_messages() as messages:
         try:
@@ -182,6 +191,22 @@ def _read_with_vtk(path: Path) -> Any:
             "export it again, or as OBJ or PLY."
         )
     return data
+
+
+def _without_images(mesh: pv.PolyData) -> pv.PolyData:
+    """Return a mesh without the images that it names: its file may have come from anywhere."""
+    mesh.cell_data.pop(IMAGE, None)
+    mesh.field_data.pop(IMAGES, None)
+    return mesh
+
+
+def _check_pieces(path: Path) -> None:
+    """Raise a MeshError if a multi-block file names pieces outside its folder, or what is no ordinary file."""
+    for name in re.findall(r"""\bfile\s*=\s*["']([^"']*)["']""", text_of(path)):
+        piece = path.parent / html.unescape(name)
+        if is_outside(path.parent, piece):
+            raise refused(path.name, name)
+        check_file(piece)
 
 
 def _is_empty(data: Any) -> bool:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...errors import MeshError, MissingPackageError
+from ...errors import FaceWrinkleError, MeshError, MissingPackageError, warn
+from ..outside import is_outside, refused
 from .gltf import srgb
 from .obj_off import Primitive, polygon_triangles
 
@@ -36,10 +39,11 @@ def read_usd_file(path: Path) -> list[Primitive]:
 
     first = Usd.TimeCode.EarliestTime()
     places = UsdGeom.XformCache(first)
-    found = [
-        primitive_of(path, UsdGeom.Mesh(prim), np.array(places.GetLocalToWorldTransform(prim)).T, first)
-        for prim in shown(stage)
-    ]
+    with checked(path):
+        found = [
+            primitive_of(path, UsdGeom.Mesh(prim), np.array(places.GetLocalToWorldTransform(prim)).T, first)
+            for prim in shown(stage)
+        ]
     return [primitive for primitive in found if primitive is not None]
 
 
@@ -61,17 +65,36 @@ def shown(stage: Any) -> list[Any]:
 def opened(path: Path) -> Any:
     """Open the stage of a USD file."""
     try:
-        from pxr import Tf, Usd
+        from pxr import Usd
     except ImportError:
         raise MissingPackageError(
             f"{path.name}: USD files need the package usd-core, which is not installed. "
             "pip install 'facewrinkle[export]', or export the mesh as OBJ, PLY or glTF."
         ) from None
+    with checked(path):
+        stage = Usd.Stage.Open(str(path))
+        for layer in stage.GetUsedLayers():
+            name = layer.realPath
+            if name and is_outside(path.absolute().parent, Path(name)):
+                raise refused(path.name, name)
+        return stage
+
+
+@contextmanager
+def checked(path: Path) -> Iterator[None]:
+    """Turn the errors of USD about a file into a MeshError."""
     try:
-        return Usd.Stage.Open(str(path))
-    except Tf.ErrorException as problem:
-        reason = str(problem).strip().splitlines()[-1].strip()
-        raise MeshError(f"{path.name} cannot be read: {reason[:200]}. Export it again.") from None
+        from pxr import Tf
+    except ImportError:  # which `opened` tells
+        yield
+        return
+    try:
+        yield
+    except FaceWrinkleError:
+        raise
+    except (Tf.ErrorException, RuntimeError, ValueError, TypeError, IndexError, LookupError, AttributeError) as problem:
+        lines = str(problem).strip().splitlines() or [type(problem).__name__]
+        raise MeshError(f"{path.name} cannot be read: {lines[-1].strip()[:200]}. Export it again.") from None
 
 
 def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primitive | None:
@@ -100,7 +123,7 @@ def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primit
         split = split[:, [0, 2, 1]]
     texture = _texture(mesh, split, vertices, time, UsdGeom)
     face = np.repeat(np.arange(len(sizes)), sizes)[split[:, 0]]
-    images = "" if texture is None else _images(mesh, len(sizes))[face]
+    images = "" if texture is None else _inside(path, _images(mesh, len(sizes)))[face]
     colors = _colors(mesh, len(points), time)
     return Primitive(name, placed, vertices[split].astype(np.int64), texture, colors, image=images)
 
@@ -112,6 +135,16 @@ def _colors(mesh: Any, count: int, time: Any) -> np.ndarray | None:
     if values is None or primvar.GetInterpolation() not in ("vertex", "varying") or len(values) != count:
         return None
     return srgb(np.array(values))
+
+
+def _inside(path: Path, images: np.ndarray) -> np.ndarray:
+    """The images without those outside the folder of the file, with a warning for each."""
+    folder = path.absolute().parent
+    for name in {str(name) for name in images} - {""}:
+        if is_outside(folder, Path(name.partition("[")[0])):
+            warn(f"the texture is left out: {refused(path.name, name)}")
+            images = np.where(images == name, "", images)
+    return images
 
 
 def _images(mesh: Any, count: int) -> np.ndarray:

@@ -1,0 +1,202 @@
+"""Mutated files for all readers: each must be refused with an error of this package, or read as a good mesh.
+
+    python -m analysis.fuzzing .obj --minutes 60
+
+Every file is read in a process of its own, with 2 GB of memory and ten seconds. The seeds are small files that
+the package and its libraries write; what fails is kept in ``output/fuzzing``. A run goes on where the last one stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import tempfile
+import time
+import warnings
+from collections import Counter
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleError
+
+MEMORY, SECONDS = 2 * 2**30, 10
+
+READERS = {
+    **dict.fromkeys((".obj", ".off", ".ply", ".stl", ".glb", ".gltf", ".usda", ".usdc"), fw.read_surface),
+    **dict.fromkeys((".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf"), fw.read_surface),
+    ".face": fw.read_face,
+    ".toml": fw.read_atlas,
+}
+"""What reads the files with each ending."""
+
+WORDS = (b"0", b"-1", b"nan", b"inf", b"1e309", b"99999999999", b"2147483648", b"4294967295", b"\0", b"\xff\xff\xff\xff")
+
+
+@lru_cache(maxsize=1)
+def _ball() -> pv.PolyData:
+    ball = pv.Icosphere(nsub=1)
+    ball.point_data["W"] = np.linspace(0.0, 1.0, ball.n_points)
+    return ball
+
+
+def seeds(folder: Path, ending: str) -> list[bytes]:
+    """Return small good files with an ending; `folder` is for temporary ones."""
+    ball, path = _ball(), folder / f"seed{ending}"
+    match ending:
+        case ".obj" | ".ply" | ".glb" | ".gltf":
+            return [fw.write_mesh(ball, path).read_bytes()]
+        case ".stl":
+            return [_saved(ball, path, binary=binary) for binary in (True, False)]
+        case ".vtk":
+            return [_saved(ball, path, binary=binary) for binary in (True, False)]
+        case ".vtp":
+            return [_saved(ball, path)]
+        case ".vtu":
+            return [_saved(ball.cast_to_unstructured_grid(), path)]
+        case ".vtm":
+            return [_saved(pv.MultiBlock([ball]), path)]
+        case ".vtkhdf":
+            return [fw.export.write_series([ball, ball], [0.0, 1.0], path).read_bytes()]
+        case ".off":
+            rows = [" ".join(map(str, row)) for row in ball.points.tolist()]
+            rows += [f"3 {a} {b} {c}" for a, b, c in ball.regular_faces.tolist()]
+            return [f"OFF\n{ball.n_points} {ball.n_cells} 0\n".encode() + "\n".join(rows).encode()]
+        case ".usda" | ".usdc":
+            return [_usd(ball, path)]
+        case ".face":
+            return [fw.write_face(fw.default_face(), path).read_bytes()]
+        case ".toml":
+            from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
+
+            return [DEFAULT_ATLAS.read_bytes()]
+    raise ValueError(ending)
+
+
+def _saved(mesh: pv.DataObject, path: Path, **options: bool) -> bytes:
+    mesh.save(path, **options)
+    return path.read_bytes()
+
+
+def _usd(ball: pv.PolyData, path: Path) -> bytes:
+    from pxr import Usd, UsdGeom
+
+    path.unlink(missing_ok=True)
+    stage = Usd.Stage.CreateNew(str(path))
+    mesh = UsdGeom.Mesh.Define(stage, "/ball")
+    mesh.CreatePointsAttr(ball.points.tolist())
+    mesh.CreateFaceVertexCountsAttr([3] * ball.n_cells)
+    mesh.CreateFaceVertexIndicesAttr(ball.regular_faces.ravel().tolist())
+    stage.GetRootLayer().Save()
+    return path.read_bytes()
+
+
+def mutated(seed: bytes, generator: np.random.Generator) -> bytes:
+    """Return a file with a few changes: bits, bytes, numbers, pieces cut out, doubled or moved, and ends cut off."""
+    data = bytearray(seed)
+    for _ in range(int(generator.integers(1, 6))):
+        n = max(len(data), 1)
+        at = int(generator.integers(min(n, 400) if generator.random() < 0.5 else n))  # headers are short
+        length = int(generator.integers(1, 1 + min(64, n)))
+        match int(generator.integers(7)):
+            case 0:
+                data[at : at + 1] = bytes([int(generator.integers(256))])
+            case 1:
+                data[at : at + 4] = generator.bytes(4)
+            case 2:
+                data[at : at + length] = WORDS[int(generator.integers(len(WORDS)))]
+            case 3:
+                del data[at : at + length]
+            case 4:
+                data[at:at] = data[at : at + length]
+            case 5:
+                other = int(generator.integers(n))
+                data[at : at + length] = data[other : other + length]
+            case _:
+                if generator.random() < 0.3:
+                    del data[at:]
+    return bytes(data)
+
+
+def outcome(path: Path) -> str:
+    """Read a file in a process of its own: "read", "refused", or else what is wrong with the reader."""
+    if not hasattr(os, "fork"):
+        return _read(path)
+    with tempfile.TemporaryFile() as said:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # the child only reads
+            child = os.fork()
+        if child == 0:
+            _be_read(path, said.fileno())
+        _, status = os.waitpid(child, 0)
+        if os.WIFSIGNALED(status):
+            number = os.WTERMSIG(status)
+            return "took too long" if number in (signal.SIGALRM, signal.SIGXCPU) else f"died of signal {number}"
+        said.seek(0)
+        return said.read().decode()
+
+
+def _be_read(path: Path, said: int) -> None:
+    import resource
+
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.alarm(3 * SECONDS)  # a busy machine is slower; the processor's time is what counts
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
+    for stream in (1, 2):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    os.write(said, _read(path).encode())
+    os._exit(0)
+
+
+def _read(path: Path) -> str:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            found = READERS[path.suffix](path)
+        except FaceWrinkleError:
+            return "refused"
+        except BaseException as error:
+            return f"raised {type(error).__name__}: {error}"
+    if isinstance(found, pv.PolyData) and (found.n_cells == 0 or not found.is_all_triangles):
+        return "read a mesh without triangles"
+    return "read"
+
+
+def main() -> None:
+    """Mutate files for some minutes, and tell what came of it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("ending", choices=sorted(READERS))
+    parser.add_argument("--minutes", type=float, default=60.0)
+    options = parser.parse_args()
+    folder = Path("output") / "fuzzing" / options.ending[1:]
+    folder.mkdir(parents=True, exist_ok=True)
+    table = folder / "counts.json"
+    counts = Counter(json.loads(table.read_text()) if table.exists() else {})
+    end = time.monotonic() + 60.0 * options.minutes
+    with tempfile.TemporaryDirectory() as scratch:
+        found = seeds(Path(scratch), options.ending)
+        while time.monotonic() < end:
+            number = counts["files"]
+            path = Path(scratch) / f"mutant{options.ending}"
+            path.write_bytes(mutated(found[number % len(found)], np.random.default_rng(number)))
+            came = outcome(path)
+            counts["files"] += 1
+            counts[came if came in ("read", "refused") else "failed"] += 1
+            if came not in ("read", "refused"):
+                path.rename(folder / f"{number}{options.ending}")
+                print(number, came, flush=True)
+            table.write_text(json.dumps(counts))
+    print(options.ending, dict(counts), file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

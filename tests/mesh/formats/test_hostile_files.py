@@ -1,0 +1,177 @@
+"""Damaged and boobytrapped files: an error of ours, soon, or a good mesh; never a crash or a hang."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from PIL import Image
+
+import facewrinkle as fw
+from analysis.fuzzing import READERS, mutated, outcome, seeds
+from facewrinkle.errors import MeshError
+from facewrinkle.mesh import outside_allowed
+
+PER_READER = 25
+"""Mutants of each seed; `python -m analysis.fuzzing` makes more."""
+
+
+@pytest.mark.parametrize("ending", sorted(READERS))
+def test_mutants(tmp_path, ending):
+    found = seeds(tmp_path, ending)
+    generator = np.random.default_rng(7)
+    for number in range(PER_READER):
+        path = tmp_path / f"mutant{ending}"
+        path.write_bytes(mutated(found[number % len(found)], generator))
+        assert outcome(path) in ("read", "refused"), number
+
+
+@pytest.fixture
+def secret(tmp_path):
+    """A picture beside the folder in which a mesh is to be."""
+    (tmp_path / "mesh").mkdir()
+    path = tmp_path / "secret.png"
+    Image.fromarray(np.full((4, 4, 3), 77, np.uint8)).save(path)
+    return path
+
+
+NAMES = ("../secret.png", "{absolute}", "maps/../../secret.png", "..\\secret.png")
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("kind", ["obj", "library", "ply", "gltf"])
+def test_pictures_outside_the_folder_are_not_read(secret, kind, name):
+    folder, name = secret.parent / "mesh", name.format(absolute=secret)
+    (folder / "maps").mkdir()
+    path = folder / f"mesh.{'obj' if kind == 'library' else kind}"
+    obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3\n"
+    if kind == "obj":
+        path.write_text("mtllib m.mtl\n" + obj)
+        (folder / "m.mtl").write_text(f"newmtl skin\nmap_Kd {name}\n")
+    elif kind == "library":
+        (secret.parent / "m.mtl").write_text("newmtl skin\nmap_Kd secret.png\n")
+        path.write_text(f"mtllib {name.replace('secret.png', 'm.mtl')}\n" + obj)
+    elif kind == "ply":
+        numbers = "0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n"
+        properties = "".join(f"property float {name}\n" for name in "xyzst")
+        path.write_text(
+            f"ply\nformat ascii 1.0\ncomment TextureFile {name}\nelement vertex 3\n{properties}element face 1\n"
+            f"property list uchar int vertex_indices\nend_header\n{numbers}"
+        )
+    else:
+        _write_gltf(path, name.replace("..", "%2E%2E").replace("/", "%2F"))
+    with pytest.warns(fw.FaceWrinkleWarning, match=r"outside its folder and is not read.*--allow-outside"):
+        assert fw.surface(path).texture is None
+    if kind == "library":
+        return
+    with outside_allowed():
+        assert (fw.surface(path).texture == 77).all()
+
+
+def _write_gltf(path: Path, image: str) -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4").tobytes()
+    (path.parent / "data.bin").write_bytes(points + np.array([[0, 0], [1, 0], [0, 1]], "<f4").tobytes())
+    content = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "data.bin", "byteLength": 60}],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 36},
+            {"buffer": 0, "byteOffset": 36, "byteLength": 24},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"},
+        ],
+        "images": [{"uri": image}],
+        "textures": [{"source": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
+        "nodes": [{"mesh": 0}],
+    }
+    path.write_text(json.dumps(content))
+
+
+def test_buffers_and_pieces_outside_the_folder_are_refused(secret):
+    folder = secret.parent / "mesh"
+    _write_gltf(folder / "mesh.gltf", "none.png")
+    (folder / "data.bin").rename(secret.parent / "data.bin")
+    text = (folder / "mesh.gltf").read_text()
+    (folder / "mesh.gltf").write_text(text.replace('"data.bin"', '"..%2Fdata.bin"'))
+    with pytest.raises(MeshError, match="outside its folder and is not read"):
+        fw.read_surface(folder / "mesh.gltf")
+    pv.Sphere().save(secret.parent / "piece.vtp")
+    (folder / "blocks.vtm").write_text(
+        '<VTKFile type="vtkMultiBlockDataSet" version="1.0"><vtkMultiBlockDataSet>'
+        '<DataSet index="0" file="..&#47;piece.vtp"/></vtkMultiBlockDataSet></VTKFile>'
+    )
+    with pytest.raises(MeshError, match="outside its folder and is not read"):
+        fw.read_surface(folder / "blocks.vtm")
+    with outside_allowed():
+        assert fw.read_surface(folder / "blocks.vtm").n_cells == pv.Sphere().n_cells
+
+
+def test_usd_layers_and_pictures_outside_the_folder(secret):
+    pytest.importorskip("pxr")
+    folder = secret.parent / "mesh"
+    (secret.parent / "other.usda").write_text(
+        '#usda 1.0\ndef Mesh "m" {\n int[] faceVertexCounts = [3]\n int[] faceVertexIndices = [0, 1, 2]\n'
+        " point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n}\n"
+    )
+    (folder / "scene.usda").write_text("#usda 1.0\n(\n subLayers = [@../other.usda@]\n)\n")
+    with pytest.raises(MeshError, match="outside its folder and is not read"):
+        fw.read_surface(folder / "scene.usda")
+    with outside_allowed():
+        assert fw.read_surface(folder / "scene.usda").n_cells == 1
+
+
+def test_a_data_set_does_not_name_pictures(secret):
+    sheet = pv.Plane().triangulate()
+    sheet.cell_data["image"] = np.zeros(sheet.n_cells, np.int64)
+    sheet.field_data["images"] = [str(secret)]
+    sheet.save(secret.parent / "mesh" / "sheet.vtp")
+    assert fw.surface(secret.parent / "mesh" / "sheet.vtp").texture is None
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+@pytest.mark.parametrize("place", ["library", "picture", "buffer", "case"])
+def test_named_pipes_are_not_waited_for(tmp_path, place):
+    name = {"library": "m.mtl", "picture": "skin.png", "buffer": "data.bin", "case": "M.MTL"}[place]
+    if place == "buffer":
+        _write_gltf(tmp_path / "mesh.gltf", "none.png")
+        (tmp_path / "data.bin").unlink()
+        os.mkfifo(tmp_path / name)
+        with pytest.raises(MeshError, match=r"needs the file 'data\.bin' beside it, which is not there"):
+            fw.read_surface(tmp_path / "mesh.gltf")
+        return
+    (tmp_path / "mesh.obj").write_text(
+        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3\n"
+    )
+    if place == "picture":
+        (tmp_path / "m.mtl").write_text("newmtl skin\nmap_Kd skin.png\n")
+    os.mkfifo(tmp_path / name)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
+        assert fw.surface(tmp_path / "mesh.obj").texture is None
+
+
+def test_a_library_that_is_named_a_hundred_thousand_times(tmp_path):
+    (tmp_path / "m.mtl").write_text("newmtl skin\nmap_Kd skin.png\n" * 1000)
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    (tmp_path / "mesh.obj").write_text("mtllib m.mtl\n" * 100_000 + "mtllib " + "m.mtl " * 100_000 + "\n" + corners)
+    assert fw.read_surface(tmp_path / "mesh.obj").n_cells == 1
+
+
+def test_counts_that_crash_vtk(tmp_path):
+    """Each of these ends a process that reads it with VTK."""
+    header = "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET POLYDATA\n"
+    (tmp_path / "mesh.vtk").write_bytes(
+        f"{header}POINTS 3 float\n".encode() + struct.pack(">9f", *range(9)) + b"\nPOLYGONS 99999999 4\n\0"
+    )
+    with pytest.raises(MeshError, match=r"mesh\.vtk cannot be read"):
+        fw.read_surface(tmp_path / "mesh.vtk")
