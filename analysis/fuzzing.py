@@ -36,7 +36,18 @@ READERS = {
 }
 """What reads the files with each ending."""
 
-WORDS = (b"0", b"-1", b"nan", b"inf", b"1e309", b"99999999999", b"2147483648", b"4294967295", b"\0", b"\xff\xff\xff\xff")
+WORDS = (
+    b"0",
+    b"-1",
+    b"nan",
+    b"inf",
+    b"1e309",
+    b"99999999999",
+    b"2147483648",
+    b"4294967295",
+    b"\0",
+    b"\xff\xff\xff\xff",
+)
 
 
 @lru_cache(maxsize=1)

@@ -18,6 +18,7 @@ PACKAGE = Path(__file__).parents[1] / "facewrinkle"
 
 FLOORS = (
     ("errors",),
+    ("arguments",),
     ("geometry",),
     ("mesh",),
     ("anatomy",),
@@ -96,4 +97,4 @@ def test_no_import_circle():
 
 def test_the_top_level_holds_what_users_name():
     top = {path.name.removesuffix(".py") for path in PACKAGE.iterdir() if path.name != "__pycache__"}
-    assert top - {"py.typed", "__init__"} == set(FLOOR)
+    assert top - {"py.typed", "__init__", "__init__.pyi"} == set(FLOOR)

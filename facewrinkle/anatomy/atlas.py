@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import checked
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
 from .landmarks import FaceFrame, of_side
 from .muscles import EyeMuscle, JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
@@ -139,6 +140,7 @@ def load_atlas() -> Atlas:
     return read_atlas(DEFAULT_ATLAS)
 
 
+@checked
 def read_atlas(path: str | Path) -> Atlas:
     """Read an atlas from a TOML file in the form of the package's own (``anatomy/data/atlas.toml``).
 

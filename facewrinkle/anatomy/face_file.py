@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from ..arguments import checked
 from ..errors import FaceWrinkleError, MeshError
 from ..mesh import to_polydata
 from ..mesh.arrays import CORNERS, PART, use_texture
@@ -33,6 +34,7 @@ LARGEST_FILE = 2**31
 """The most bytes that the arrays of a face may take."""
 
 
+@checked
 def write_face(face: Face, path: str | Path) -> Path:
     """Write a face, such as :func:`facewrinkle.fit_face` gives, to a file (a zip of NumPy arrays).
 
@@ -100,6 +102,7 @@ def _restored(data: dict[str, Any], key: str) -> tuple[pv.PolyData, npt.NDArray[
     return mesh, data.get("texture")
 
 
+@checked
 def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
     """Read a face that :func:`write_face` wrote.
 

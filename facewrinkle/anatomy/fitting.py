@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from ..arguments import checked
 from ..errors import LandmarkError, MeshError, ParameterError, warn
 from ..geometry.interpolation import barycentric
 from ..mesh import CleanSurface, as_texture, merged_texture, prepare, read_surface, read_texture, to_polydata
@@ -70,6 +71,7 @@ UNSURE = 0.5
 """Any of these is to be checked if it has a lower confidence."""
 
 
+@checked
 def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
     """The built-in head: 4,517 triangles, in mm, +y up, looking along +z, the subject's left at +x.
 
@@ -102,6 +104,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     return dataclasses.replace(face, texture=head.texture, brows=head.brows)
 
 
+@checked
 def fit_face(
     mesh: pv.DataSet | str | Path,
     landmarks: Mapping[str, npt.ArrayLike] | str | Path | None = None,
@@ -284,6 +287,7 @@ def _warped_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, s
     return {name: point + size * field(point[None] / size)[0] for name, point in landmarks.items()}
 
 
+@checked
 def surface(
     mesh: pv.DataSet | str | Path,
     units: str | float = "mm",

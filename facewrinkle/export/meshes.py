@@ -12,6 +12,7 @@ from scipy.optimize import linear_sum_assignment
 
 from ..anatomy.face import Face
 from ..appearance.companion_meshes import companion_meshes
+from ..arguments import checked
 from ..mesh import UNIT
 from ..mesh.files import output_file, written
 from .gltf import gltf
@@ -24,6 +25,7 @@ Array = npt.NDArray[np.float64]
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
 
 
+@checked
 def write_mesh(
     frame: pv.PolyData,
     path: str | Path,

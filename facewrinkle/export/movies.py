@@ -14,10 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..errors import MissingPackageError, ParameterError, check_range
 from ..mesh.files import not_written, output_file, replaced
 
 
+@checked
 def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.0) -> Path:
     """Write pictures one by one as an .mp4 (H.264) or an endless .gif.
 

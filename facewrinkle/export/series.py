@@ -17,6 +17,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkDemandDrivenPipeline, vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader, vtkHDFWriter
 
+from ..arguments import checked
 from ..errors import ParameterError, check_range
 from ..mesh.files import not_written, output_file, replaced, reserve
 
@@ -33,6 +34,7 @@ OVERHEAD, ARRAYS_OF_VTK = 2**18, 6
 """Bytes that the file takes for an array besides its rows, and the number of arrays that VTK adds by itself."""
 
 
+@checked
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
     """Write frames as one VTKHDF file, which ParaView plays and `pyvista.read` opens at the first time.
 

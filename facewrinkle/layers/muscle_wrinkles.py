@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from ..anatomy.face import Face
+from ..arguments import checked
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.orientation import unfolded_shares
 from ..geometry.profile import anisotropy
@@ -72,6 +73,7 @@ class MuscleWrinkles:
     True
     """
 
+    @checked
     def __init__(
         self,
         compression: CompressionMethod = "gradient",

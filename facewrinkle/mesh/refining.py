@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 
+from ..arguments import checked
 from ..errors import MeshError
 from ..geometry.interpolation import interpolated
 from ..geometry.refinement import RedGreenForest
@@ -13,6 +14,7 @@ from .formats.reading import read_surface
 from .seams import refine_seams
 
 
+@checked
 def refine(mesh: pv.PolyData, marked: np.ndarray) -> pv.PolyData:
     """Split the marked triangles of a mesh in four and close the mesh around them, in one step of red-green refinement.
 

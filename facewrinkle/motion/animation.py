@@ -12,6 +12,7 @@ import pyvista as pv
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
+from ..arguments import checked
 from ..errors import MeshError
 from ..geometry.normals import vertex_normals
 from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
@@ -34,6 +35,7 @@ the edges of the mesh are long.
 """
 
 
+@checked
 def read_animation(
     path: str | Path, mesh: str | None = None, animation: str | None = None
 ) -> tuple[pv.PolyData, Recorded]:

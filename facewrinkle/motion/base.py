@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
+from ..arguments import checked
 from ..errors import ParameterError, check_range
 
 Array = npt.NDArray[np.float64]
@@ -188,6 +189,7 @@ class Still(Undriven):
     True
     """
 
+    @checked
     def __init__(self, face: Face, time_step: float = 0.02) -> None:
         self.points = face.points * face.unit
         self.time_step = check_range("time_step", time_step, 1e-9, 1e9)

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face
+from ..arguments import checked
 from ..errors import ParameterError, check_range, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas
@@ -93,6 +94,7 @@ class Skin:
     gazes: Mapping[str, Array] = NONE_BY_NAME
     parts: Mapping[str, Array] = NONE_BY_NAME
 
+    @checked
     def __init__(
         self,
         face: Face,

@@ -18,6 +18,7 @@ from ..appearance.mouth import Mouth
 from ..appearance.own_parts import has_colours, is_drawn, own_parts
 from ..appearance.skin_paint import SkinPainter
 from ..appearance.visible_skin import VisibleSkin
+from ..arguments import checked
 from ..mesh import split_at_seams, with_normals
 from .fields import field_colouring
 from .images import Image, reduced
@@ -238,6 +239,7 @@ class Scene:
             material.apply(actor, len(LIGHTS), "texture" in options)
 
 
+@checked
 def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image:
     """Return a picture of a frame.
 

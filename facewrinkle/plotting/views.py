@@ -11,6 +11,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.landmarks import NAMES, mirrored_name
+from ..arguments import checked
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.normals import vertex_areas
 
@@ -186,6 +187,7 @@ def aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
         plotter.add_light(pv.Light(position=where, focal_point=focus, color=colour, intensity=intensity))
 
 
+@checked
 def closeup(frame: pv.PolyData, face: Face) -> str:
     """Return the name of the view in :data:`CLOSE` that shows most of a frame's wrinkles; "front" if it has none.
 

@@ -19,6 +19,7 @@ from ..anatomy.eyeball import gaze_of
 from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..anatomy.muscles import EyeMuscle
+from ..arguments import checked
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
@@ -103,6 +104,7 @@ class Simulation:
     True
     """
 
+    @checked
     def __init__(
         self,
         face: Face | pv.DataSet | str | Path,

@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..arguments import checked
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
@@ -114,6 +115,7 @@ class DrippingTear:
     (0, True)
     """
 
+    @checked
     def __init__(
         self,
         surface: Face | pv.PolyData | None = None,

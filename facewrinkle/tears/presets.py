@@ -11,6 +11,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..arguments import checked
 from ..errors import ParameterError, check_whole, unknown_name
 from .drop import DrippingTear, Fall
 from .drop_shape import DropShape
@@ -99,6 +100,7 @@ PRESETS: Mapping[str, Preset] = MappingProxyType(
 """Tears of joy, weeping, one tear; and the paper's two kinds, from both eyes."""
 
 
+@checked
 def preset(name: str, face: Face, seed: int = 0, **options: Any) -> list[Tear]:
     """Return the tears of a preset on a face, a little different for each seed.
 
@@ -159,6 +161,7 @@ def _shed_tear(face: Face, start: Any, options: Mapping[str, Any], before: Seque
     return tear
 
 
+@checked
 def surfaces(tears: Iterable[Tear], t: float, on: pv.PolyData | None = None) -> list[pv.PolyData]:
     """Return the surfaces of the tears that there are at time t.
 

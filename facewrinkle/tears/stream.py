@@ -15,6 +15,7 @@ import pyvista as pv
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
+from ..arguments import checked
 from ..errors import MeshError, ParameterError, check_range, check_whole
 from ..geometry.normals import detail_normals
 from ..geometry.topology import boundary_loops, euler_characteristic
@@ -206,6 +207,7 @@ class SheddingTear:
     (0, True)
     """
 
+    @checked
     def __init__(
         self,
         surface: Face | pv.PolyData,

@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pyvista as pv
 from threadpoolctl import ThreadpoolController
 
+from ...arguments import checked
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...mesh import read_surface
 from ..landmarks import NAMES
@@ -62,6 +63,7 @@ class Found:
     pose: Pose
 
 
+@checked
 def find_landmarks(
     mesh: pv.DataSet | str | Path,
     progress: Progress | None = None,

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from ...arguments import checked
 from ...errors import MeshError, ParameterError, warn
 from .gltf import Document
 from .materials import sibling_file
@@ -67,6 +68,7 @@ def as_texture(image: object) -> Image:
     return np.ascontiguousarray(pixels[:, :, :3])
 
 
+@checked
 def read_texture(source: object, mesh: str | None = None) -> Image | None:
     """Return the image of a mesh file or a trimesh-like object.
 

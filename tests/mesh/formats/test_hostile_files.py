@@ -17,6 +17,7 @@ import facewrinkle as fw
 from analysis.fuzzing import READERS, mutated, outcome, seeds
 from facewrinkle.errors import MeshError
 from facewrinkle.mesh import outside_allowed
+from facewrinkle.mesh.formats import probing
 
 PER_READER = 25
 """Mutants of each seed; `python -m analysis.fuzzing` makes more."""
@@ -167,11 +168,30 @@ def test_a_library_that_is_named_a_hundred_thousand_times(tmp_path):
     assert fw.read_surface(tmp_path / "mesh.obj").n_cells == 1
 
 
-def test_counts_that_crash_vtk(tmp_path):
-    """Each of these ends a process that reads it with VTK."""
-    header = "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET POLYDATA\n"
-    (tmp_path / "mesh.vtk").write_bytes(
-        f"{header}POINTS 3 float\n".encode() + struct.pack(">9f", *range(9)) + b"\nPOLYGONS 99999999 4\n\0"
-    )
-    with pytest.raises(MeshError, match=r"mesh\.vtk cannot be read"):
-        fw.read_surface(tmp_path / "mesh.vtk")
+def test_an_offset_that_crashes_vtk(tmp_path):
+    """VTK allocates nothing for a negative number of corners, and writes there."""
+    (seed, _) = seeds(tmp_path, ".vtk")
+    at = seed.index(b"OFFSETS vtktypeint64\n") + len(b"OFFSETS vtktypeint64\n")
+    for place in (at, at + 8 * 40, at + 8 * 80):
+        for number in (-1, 2**62, -(2**62)):
+            (tmp_path / "mesh.vtk").write_bytes(seed[:place] + struct.pack(">q", number) + seed[place + 8 :])
+            assert outcome(tmp_path / "mesh.vtk") == "refused"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="only where a process can die of a signal")
+@pytest.mark.parametrize("harm", ["os.abort()", "os.kill(os.getpid(), 11)", "bytearray(10**11)", "while True: pass"])
+def test_whatever_vtk_does_is_an_error(tmp_path, monkeypatch, harm):
+    pv.Sphere().save(tmp_path / "mesh.vtp")
+    harmful = probing._PROGRAM.replace("reader.UpdateInformation()", f"import os\n{harm}")
+    monkeypatch.setattr(probing, "_PROGRAM", harmful)
+    monkeypatch.setattr(probing, "SECONDS", 1)
+    with pytest.raises(MeshError, match=r"mesh\.vtp cannot be read: VTK does not get through it\. The file is damaged"):
+        fw.read_surface(tmp_path / "mesh.vtp")
+
+
+def test_without_a_python_of_its_own_the_file_is_read_at_once(tmp_path, monkeypatch):
+    pv.Sphere().save(tmp_path / "mesh.vtp")
+    monkeypatch.setattr("sys.executable", "")
+    assert fw.read_surface(tmp_path / "mesh.vtp").n_cells == pv.Sphere().n_cells
+    monkeypatch.setattr("sys.executable", "/no/such/python")
+    assert fw.read_surface(tmp_path / "mesh.vtp").n_cells == pv.Sphere().n_cells

@@ -1,0 +1,139 @@
+"""The check at the door of public functions: arguments of other types than the annotations allow."""
+
+from __future__ import annotations
+
+import collections.abc
+import functools
+import inspect
+import os
+import reprlib
+import types
+import typing
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from .errors import ParameterError, unknown_name
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+ORIGINS = (collections.abc.Mapping, collections.abc.Iterable, collections.abc.Iterator, dict, list, tuple)
+"""Generic types whose kind is checked, and not what they hold."""
+
+
+def checked(function: F) -> F:
+    """Check the arguments of a function against its annotations whenever it is called.
+
+    Classes, their unions, None, numbers, text, paths, mappings, iterables, functions and literals are checked; whatever
+    else an annotation says is let pass.
+
+    Raises
+    ------
+    ParameterError
+        For an argument of another type.
+    UnknownNameError
+        For a keyword that the function does not have.
+
+    Examples
+    --------
+    >>> @checked
+    ... def pictures(count: int = 1, name: str | None = None): ...
+    >>> pictures(name=3)
+    Traceback (most recent call last):
+        ...
+    facewrinkle.errors.ParameterError: name of pictures must be text or None, received the int 3. See help(pictures).
+    >>> pictures(counts=2)
+    Traceback (most recent call last):
+        ...
+    facewrinkle.errors.UnknownNameError: unknown argument of pictures 'counts'. Did you mean 'count'?
+    """
+    signature = inspect.signature(function)
+    owner = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+    hints: dict[str, Any] = {}
+
+    @functools.wraps(function)
+    def door(*arguments: Any, **words: Any) -> Any:
+        if not hints:
+            hints.update(_hints(function))
+        try:
+            bound = signature.bind(*arguments, **words)
+        except TypeError:
+            known = [name for name, p in signature.parameters.items() if p.kind is not p.VAR_KEYWORD and name != "self"]
+            if any(p.kind is p.VAR_KEYWORD for p in signature.parameters.values()) or set(words) <= set(known):
+                raise
+            raise unknown_name(f"argument of {owner}", next(w for w in words if w not in known), known) from None
+        for name, value in bound.arguments.items():
+            hint = hints.get(name, Any)
+            if signature.parameters[name].kind in (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL):
+                continue
+            if not _fits(value, hint):
+                raise ParameterError(
+                    f"{name} of {owner} must be {_words(hint)}, received the {type(value).__name__} "
+                    f"{reprlib.repr(value)}. See help({owner})."
+                )
+        return function(*arguments, **words)
+
+    return typing.cast(F, door)
+
+
+def _hints(function: Callable[..., Any]) -> dict[str, Any]:
+    try:
+        return typing.get_type_hints(function)
+    except NameError:  # names that only type checkers import
+        return {"return": Any}
+
+
+def _fits(value: object, hint: Any) -> bool:
+    origin = typing.get_origin(hint)
+    if hint is Any:
+        return True
+    if origin in (typing.Union, types.UnionType):
+        return any(_fits(value, part) for part in typing.get_args(hint))
+    if hint is None or hint is type(None):
+        return value is None
+    if origin is typing.Literal:
+        return True  # the function knows which are meant instead
+    if origin is collections.abc.Callable:
+        return callable(value)
+    if origin is collections.abc.Sequence:
+        return hasattr(value, "__getitem__") and hasattr(value, "__len__") and not isinstance(value, str | bytes)
+    if isinstance(origin, type):
+        return isinstance(value, origin) if issubclass(origin, ORIGINS) else True
+    if hint in (float, int):
+        return _is_number(value)
+    if hint is bool:
+        return isinstance(value, bool) or type(value).__name__ in ("bool", "bool_")
+    if hint in (str, Path):
+        return isinstance(value, str if hint is str else os.PathLike)
+    if isinstance(hint, type) and not getattr(hint, "_is_protocol", False):
+        return isinstance(value, hint)
+    return True
+
+
+def _is_number(value: object) -> bool:
+    if isinstance(value, str | bytes) or value is None:
+        return False
+    try:
+        float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return False
+    except OverflowError:
+        pass
+    return True
+
+
+def _words(hint: Any) -> str:
+    """Say what an annotation allows."""
+    origin = typing.get_origin(hint)
+    if origin in (typing.Union, types.UnionType):
+        said = list(dict.fromkeys(_words(part) for part in typing.get_args(hint)))
+        return f"{', '.join(said[:-1])} or {said[-1]}" if len(said) > 1 else said[0]
+    plain = {float: "a number", int: "a whole number", str: "text", bool: "True or False", Path: "a path"}
+    plain |= {type(None): "None"}
+    if hint in plain:
+        return plain[hint]
+    if origin is collections.abc.Callable:
+        return "a function"
+    named = origin if isinstance(origin, type) else hint
+    name = getattr(named, "__name__", str(named))
+    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
