@@ -1,4 +1,4 @@
-"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``fit``, ``table1``, ``info`` and ``demo``.
+"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``fit``, ``atlas``, ``table1``, ``info``, ``demo``.
 
 The commands live in :mod:`facewrinkle.commands` and are imported when they are called, so that ``--help`` is quick.
 """
@@ -6,6 +6,7 @@ The commands live in :mod:`facewrinkle.commands` and are imported when they are 
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
 import traceback
@@ -23,6 +24,9 @@ USAGE, FAILED = 2, 1
 
 VERBOSE, ALLOW_OUTSIDE = "--verbose", "--allow-outside"
 """Options that all commands take."""
+
+NEGATIVE = re.compile(r"-\.?\d")
+"""The beginning of a negative number."""
 
 app = App(
     name="facewrinkle",
@@ -45,6 +49,8 @@ app.command(
     "facewrinkle.commands.info:info",
     help="List muscles, action units and expressions, or describe a mesh or a .face file.",
 )
+app.command("facewrinkle.commands.atlas:atlas", help="Print muscles, action units and expressions, as a file to edit.")
+app.command("facewrinkle.commands.completion:completion", help="Print what completes commands and options in a shell.")
 app.command(
     "facewrinkle.commands.demo:demo", help="Write pictures and movies of the paper's five expressions, and Table 1."
 )
@@ -80,7 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         warnings.simplefilter("always", FaceWrinkleWarning)
         warnings.showwarning = _notice
         try:
-            app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+            app(_joined(tokens), exit_on_error=False, print_error=False, result_action="return_value")
         except CycloptsError as error:
             hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
             return _complain(f"{_one_line(error)} Try: {hint} --help", USAGE)
@@ -94,6 +100,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 traceback.print_exc()
             return _complain(_failure(error), FAILED)
     return 0
+
+
+def _joined(tokens: Sequence[str]) -> list[str]:
+    """Return the tokens with values that begin with a minus, such as -10,0,49, joined to their option."""
+    found: list[str] = []
+    for token in tokens:
+        if NEGATIVE.match(token) and found and found[-1].startswith("--") and "=" not in found[-1]:
+            found[-1] += f"={token}"
+        else:
+            found.append(token)
+    return found
 
 
 def _failure(error: Exception) -> str:

@@ -161,7 +161,10 @@ def warn(message: str, category: type[FaceWrinkleWarning] = FaceWrinkleWarning) 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameError:
     """Return the error for an unknown `name`, with the nearest known names as suggestions."""
     known = list(dict.fromkeys(known))
-    close = get_close_matches(str(name), known, n=3, cutoff=0.5)
+    folded: dict[str, list[str]] = {}  # au1 is like AU1
+    for each in known:
+        folded.setdefault(each.casefold(), []).append(each)
+    close = [each for key in get_close_matches(str(name).casefold(), folded, n=3, cutoff=0.5) for each in folded[key]]
     if not known:
         return UnknownNameError(f"unknown {kind} {name!r}. There is none here.")
     rest = f" and {len(known) - LISTED} more" if len(known) > LISTED else ""

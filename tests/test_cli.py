@@ -5,13 +5,16 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.cli import main
+from facewrinkle.commands.options import FaceOptions, OutputOptions
 
 
 @pytest.mark.parametrize(
@@ -245,3 +248,47 @@ def test_bad_input_is_one_line_that_helps(tmp_path, monkeypatch, capsys, command
         assert err.startswith("facewrinkle: "), options
         assert (err.count("\n"), "Traceback" in err, len(err) > 40) == (1, False, True), (options, err)
         assert sorted(tmp_path.iterdir()) == there, options
+
+
+def test_vectors_may_begin_with_a_minus(tmp_path, capsys):
+    pv.Icosphere(radius=40.0, nsub=4).save(tmp_path / "ball.ply")
+    arguments = ["--centre", "-10,0,38.7", "--extent", "20", "--frames", "2", "--size", "60", "--no-movie", "--quiet"]
+    arguments += ["--face", str(tmp_path / "ball.ply"), "--out", str(tmp_path / "out")]
+    assert main(["pattern", "dimple", *arguments]) == 0, capsys.readouterr().err
+    assert (tmp_path / "out" / "pattern_dimple.png").is_file()
+
+
+@pytest.mark.parametrize("options", [["express", "AU1", "--frames", "2.5"], ["table1", "--iterations", "1.5"]])
+def test_fractions_of_whole_numbers_are_refused(options, capsys):
+    assert main(options) == 2
+    assert "2.5" in (err := capsys.readouterr().err) or "1.5" in err
+
+
+def test_errors_of_our_own_are_one_line(monkeypatch, capsys):
+    def work(*_: object, **__: object) -> None:
+        warnings.warn("a library mumbles", RuntimeWarning, stacklevel=1)
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("facewrinkle.cli.app", work)
+    assert main(["info"]) == 1
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "ZeroDivisionError: division by zero. Please report what --verbose shows." in err
+    assert main(["info", "--verbose"]) == 1
+    err = capsys.readouterr().err
+    assert "Traceback" in err
+    for error, said in ((MemoryError(), "not enough memory"), (OSError(5, "Input/output error"), "the system refused")):
+        monkeypatch.setattr("facewrinkle.cli.app", Mock(side_effect=error))
+        assert main(["info"]) == 1
+        assert said in capsys.readouterr().err
+
+
+def test_faces_have_folders_of_their_own():
+    mine, hers = FaceOptions(face=Path("scans/anna.obj")), FaceOptions(identity="jaw=0.5, age=1")
+    folders = [OutputOptions().folder("happiness", source.label) for source in (FaceOptions(), mine, hers)]
+    assert folders == [
+        Path("output/happiness"),
+        Path("output/anna/happiness"),
+        Path("output/jaw=0.5_age=1/happiness"),
+    ]
+    assert OutputOptions(out=Path("x")).folder("happiness", "anna") == Path("x")

@@ -18,6 +18,9 @@ from .landmarks import FaceFrame, of_side
 from .muscles import EyeMuscle, JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
 
 Array = npt.NDArray[np.float64]
+BASE = "facewrinkle"
+"""What an atlas names that only changes the package's own."""
+
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
 
 COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "closing", "wrinkles", "folds"}
@@ -142,7 +145,10 @@ def load_atlas() -> Atlas:
 
 @checked
 def read_atlas(path: str | Path) -> Atlas:
-    """Read an atlas from a TOML file in the form of the package's own (``anatomy/data/atlas.toml``).
+    """Read an atlas from a TOML file in the form of the package's own, which ``facewrinkle atlas`` prints.
+
+    A file that begins with ``base = "facewrinkle"`` holds changes of the package's own atlas: other keys of its muscles,
+    and other or further muscles, action units and expressions.
 
     Raises
     ------
@@ -163,10 +169,26 @@ def read_atlas(path: str | Path) -> Atlas:
     except (ValueError, RecursionError) as error:  # not UTF-8, or not TOML
         raise FaceWrinkleError(f"the atlas {str(path)!r} is not valid TOML: {error}.") from None
     try:
-        return _expanded_atlas(content)
+        return _expanded_atlas(_completed(content) if "base" in content else content)
     except (KeyError, TypeError, AttributeError, RecursionError, IndexError) as error:
         what = f"the atlas {str(path)!r} does not have the form of an atlas"
         raise FaceWrinkleError(f"{what}: {_reason(error)}") from None
+
+
+def _completed(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The content of the package's own atlas with changes: entries of muscles key by key, all others as a whole."""
+    content = tomllib.loads(DEFAULT_ATLAS.read_text(encoding="utf-8"))
+    if changes["base"] != BASE:
+        raise unknown_name("base of an atlas", changes["base"], [BASE])
+    for table, entries in changes.items():
+        if table == "base":
+            continue
+        if table not in content or not isinstance(entries, dict):
+            raise unknown_name("table", table, content)
+        for name, entry in entries.items():
+            old = content[table].get(name)
+            content[table][name] = {**old, **entry} if table == "muscles" and isinstance(old, dict) else entry
+    return content
 
 
 def _reason(error: Exception) -> str:

@@ -20,7 +20,7 @@ from ..plotting import Image, closeup, picture, side_by_side
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
 from .options import FaceOptions, OutputOptions
-from .parsing import parse_mixture
+from .parsing import Whole, WholeOrNone, parse_mixture
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
 
@@ -37,13 +37,13 @@ def express(
     *,
     source: FaceOptions | None = None,
     intensity: float = 1.0,
-    frames: int = 100,
-    max_level: int | None = None,
+    frames: Whole = 100,
+    max_level: WholeOrNone = None,
     gamma_c: float | None = None,
     samples: float | None = None,
     depth: float = 1.0,
     alpha: float | None = None,
-    count: int | None = None,
+    count: WholeOrNone = None,
     compression: Literal["gradient", "edges"] = "gradient",
     ends: Literal["continuous", "paper"] | None = None,
     output: OutputOptions | None = None,

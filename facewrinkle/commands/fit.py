@@ -11,6 +11,7 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
+from ..anatomy.atlas import read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, write_face
 from ..anatomy.fitting import fit_face
@@ -38,6 +39,7 @@ def fit(
     landmarks: Path | None = None,
     units: str | None = None,
     texture: Path | None = None,
+    atlas: Path | None = None,
     resolve_self_intersections: bool = False,
     out: Path | None = None,
     quiet: bool = False,
@@ -57,6 +59,8 @@ def fit(
         Unit of the mesh: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
     texture
         Photo to draw on the mesh. Default: the image that the file names or holds.
+    atlas
+        TOML file with your own muscles, action units and expressions; see `facewrinkle atlas`.
     resolve_self_intersections
         Smooth small places where the mesh runs through itself until it no longer does.
     out
@@ -72,6 +76,7 @@ def fit(
         file,
         landmarks,
         parse_units(units),
+        None if atlas is None else read_atlas(atlas),
         progress=report.search,
         texture=texture,
         resolve_self_intersections=resolve_self_intersections,

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
 from ..anatomy.atlas import Atlas
 from ..errors import ParameterError, UnknownNameError, unknown_name
 
@@ -46,7 +51,7 @@ def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:
     UnknownNameError
         For a name that is no expression, action unit, muscle or pair of muscles.
     ParameterError
-        For a weight that is no number.
+        For a weight that is no number, and for a name that comes twice.
 
     Examples
     --------
@@ -57,6 +62,8 @@ def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:
     weights: dict[str, float] = {}
     for part in text.split(","):
         name, equals, weight = (piece.strip() for piece in part.partition("="))
+        if name in weights:
+            raise ParameterError(f"{name} is named twice in {text!r}. Give one weight for each name.")
         try:
             weights[name] = float(weight) if equals else 1.0
         except ValueError:
@@ -69,6 +76,29 @@ def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:
             problem = unknown_name("expression, action unit or muscle", name, known)
             raise UnknownNameError(f"{problem} All of them: facewrinkle info.") from None
     return weights
+
+
+def whole_number(kind: Any, tokens: Sequence[Any]) -> int:
+    """Return a whole number; 2.5 is refused, and not rounded.
+
+    Examples
+    --------
+    >>> whole_number(int, ["100"]), whole_number(int, ["1e3"])
+    (100, 1000)
+    """
+    text = str(getattr(tokens[0], "value", tokens[0]))
+    try:
+        number = float(text)
+        if number == int(number):
+            return int(text) if text.lstrip("+-").isdigit() else int(number)
+    except (ValueError, OverflowError):
+        pass
+    raise ValueError(f"a whole number is needed, received {text!r}.")
+
+
+WHOLE = Parameter(converter=whole_number)
+Whole = Annotated[int, WHOLE]
+WholeOrNone = Annotated[int | None, WHOLE]
 
 
 def parse_size(text: str) -> tuple[int, int]:

@@ -19,7 +19,7 @@ from ..plotting import closeup, picture, side_by_side
 from ..plotting.views import Style, View
 from ..simulation import Refinement, Simulation
 from .options import FaceOptions, OutputOptions
-from .parsing import parse_mixture, parse_numbers, parse_units
+from .parsing import Whole, WholeOrNone, parse_mixture, parse_numbers, parse_units
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
 
@@ -38,11 +38,11 @@ def pattern(
     sharpness: float | None = None,
     style: str | None = None,
     variation: float | None = None,
-    seed: int | None = None,
+    seed: WholeOrNone = None,
     strength: float = 1.0,
     expression: str | None = None,
-    frames: int = 60,
-    max_level: int | None = None,
+    frames: Whole = 60,
+    max_level: WholeOrNone = None,
     output: OutputOptions | None = None,
 ) -> None:
     """Write pictures, a movie and a time series of a pattern.

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pyvista as pv
 
+from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.fitting import fit_face
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..layers.muscle_wrinkles import MuscleWrinkles
@@ -18,7 +19,7 @@ from ..plotting import closeup, side_by_side, stacked
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
 from .options import OutputOptions
-from .parsing import parse_units
+from .parsing import Whole, WholeOrNone, parse_units
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
 
@@ -36,12 +37,13 @@ def play(
     landmarks: Path | None = None,
     units: str | None = None,
     texture: Path | None = None,
+    atlas: Path | None = None,
     mesh: str | None = None,
     animation: str | None = None,
     speed: float = 1.0,
-    max_level: int | None = None,
+    max_level: WholeOrNone = None,
     depth: float = 1.0,
-    moments: int = 5,
+    moments: Whole = 5,
     follow: bool = False,
     output: OutputOptions | None = None,
 ) -> None:
@@ -57,6 +59,8 @@ def play(
         Unit of the file: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
     texture
         Photo to draw on the face. Default: the image that the file names or holds.
+    atlas
+        TOML file with your own muscles, action units and expressions; see `facewrinkle atlas`.
     mesh
         Name of the mesh in the file that is the face.
     animation
@@ -79,7 +83,7 @@ def play(
     styles = [Style(output.pixels, view, follow=follow) for view in ("front", output.view or "cheeks")]
     rest, recorded = read_animation(file, mesh, animation)
     recorded = recorded.played(speed)
-    face = fit_face(rest, landmarks, parse_units(units), progress=report.search, texture=texture)
+    face = fit_face(rest, landmarks, parse_units(units), _atlas(atlas), progress=report.search, texture=texture)
     with report.waiting("Preparing the skin"):
         layers = [MuscleWrinkles(depth=depth)]
         simulation = Simulation(face, Refinement(max_level=max_level), layers, step, motion=recorded)
@@ -109,6 +113,10 @@ def play(
         },
     )
     report.say(f"{time.perf_counter() - begin:.1f} s")
+
+
+def _atlas(path: Path | None) -> Atlas | None:
+    return None if path is None else read_atlas(path)
 
 
 class Moment(NamedTuple):

@@ -21,6 +21,7 @@ from ..plotting import Scene
 from ..plotting.views import Style
 from ..simulation import Simulation
 from .options import FaceOptions
+from .parsing import Whole
 from .report import Report
 
 SIZE = (800, 800)
@@ -74,8 +75,8 @@ PAPER = (
 def table1(
     *,
     source: FaceOptions | None = None,
-    iterations: int = 250,
-    drawings: int = 50,
+    iterations: Whole = 250,
+    drawings: Whole = 50,
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:

@@ -20,7 +20,7 @@ from ..plotting.wet import TearScene
 from ..simulation import Simulation
 from ..tears.presets import PRESETS, Tear, preset, surfaces
 from .options import FaceOptions, OutputOptions
-from .parsing import parse_mixture
+from .parsing import Whole, parse_mixture
 from .recorder import Clip, Recorder
 from .report import Report
 
@@ -39,7 +39,7 @@ def tear(
     intensity: float = 0.8,
     speed: float | None = None,
     roughness: float | None = None,
-    seed: int = 0,
+    seed: Whole = 0,
     seconds: float = 4.0,
     plain: bool = False,
     output: OutputOptions | None = None,
