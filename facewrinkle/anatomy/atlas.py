@@ -147,8 +147,8 @@ def load_atlas() -> Atlas:
 def read_atlas(path: str | Path) -> Atlas:
     """Read an atlas from a TOML file in the form of the package's own, which ``facewrinkle atlas`` prints.
 
-    A file that begins with ``base = "facewrinkle"`` holds changes of the package's own atlas: other keys of its muscles,
-    and other or further muscles, action units and expressions.
+    A file that begins with ``base = "facewrinkle"`` holds changes of the package's own atlas: other keys of its
+    muscles, and other or further muscles, action units and expressions.
 
     Raises
     ------
