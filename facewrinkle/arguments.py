@@ -41,7 +41,7 @@ def checked(function: F) -> F:
     >>> pictures(name=3)
     Traceback (most recent call last):
         ...
-    facewrinkle.errors.ParameterError: name of pictures must be text or None, received the int 3. See help(pictures).
+    facewrinkle.errors.ParameterError: name must be text or None, received 3. See help(pictures).
     >>> pictures(counts=2)
     Traceback (most recent call last):
         ...
@@ -67,10 +67,7 @@ def checked(function: F) -> F:
             if signature.parameters[name].kind in (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL):
                 continue
             if not _fits(value, hint):
-                raise ParameterError(
-                    f"{name} of {owner} must be {_words(hint)}, received the {type(value).__name__} "
-                    f"{reprlib.repr(value)}. See help({owner})."
-                )
+                raise ParameterError(f"{name} must be {_words(hint)}, received {_shown(value)}. See help({owner}).")
         return function(*arguments, **words)
 
     return typing.cast(F, door)
@@ -120,6 +117,12 @@ def _is_number(value: object) -> bool:
     except OverflowError:
         pass
     return True
+
+
+def _shown(value: object) -> str:
+    """Show a plain value, and name the type of any other."""
+    plain = value is None or isinstance(value, str | bytes | int | float | list | tuple | dict | set)
+    return reprlib.repr(value) if plain else f"a {type(value).__name__}"
 
 
 def _words(hint: Any) -> str:

@@ -55,16 +55,16 @@ def test_what_is_allowed_passes(words):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ({"number": "3"}, r"number of door must be a number, received the str '3'. See help\(door\)"),
-        ({"whole": [1]}, "whole of door must be a whole number, received the list"),
-        ({"flag": "no"}, "flag of door must be True or False, received the str 'no'"),
-        ({"name": 3}, "name of door must be text or None, received the int 3"),
-        ({"path": None}, "path of door must be text or a path, received the NoneType None"),
-        ({"mesh": "head.obj"}, "mesh of door must be a DataSet or None"),
-        ({"table": [1]}, "table of door must be a Mapping or None"),
-        ({"things": 3}, "things of door must be an Iterable"),
-        ({"rows": "abc"}, "rows of door must be a Sequence"),
-        ({"call": 3}, "call of door must be a function or None"),
+        ({"number": "3"}, r"number must be a number, received '3'. See help\(door\)"),
+        ({"whole": [1]}, "whole must be a whole number"),
+        ({"flag": "no"}, "flag must be True or False, received 'no'"),
+        ({"name": 3}, "name must be text or None, received 3"),
+        ({"path": None}, "path must be text or a path, received None"),
+        ({"mesh": "head.obj"}, "mesh must be a DataSet or None"),
+        ({"table": [1]}, "table must be a Mapping or None"),
+        ({"things": 3}, "things must be an Iterable"),
+        ({"rows": "abc"}, "rows must be a Sequence"),
+        ({"call": 3}, "call must be a function or None"),
     ],
 )
 def test_what_is_not_allowed_is_refused(words, message):
