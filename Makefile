@@ -39,6 +39,9 @@ docs: $(READY)  ## build the site into docs/_build/html
 analysis: $(READY)  ## redo every table and plot, with a page of them all, in output/analysis
 	$(BIN)/python -m analysis --out output/analysis
 
+package: $(READY)  ## build source distribution and wheel, and run the wheel without the repository
+	$(BIN)/python -m tools.check_package
+
 mutants: $(READY)  ## do the tests notice changed formulas? (20 minutes)
 	$(BIN)/python tools/mutants.py
 
@@ -55,6 +58,6 @@ clean:  ## remove the set-up, caches and output
 $(READY): pyproject.toml tools/check_opengl.py
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed, and neither python3.11 nor python3 was found." >&2; exit 1; }
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all,dev]"
 	$(BIN)/python tools/check_opengl.py
 	@touch $@

@@ -34,7 +34,7 @@ READERS = {
     ".face": fw.read_face,
     ".toml": fw.read_atlas,
 }
-"""What reads the files with each ending."""
+"""Readers of the files with each ending."""
 
 WORDS = (
     b"0",

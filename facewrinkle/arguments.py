@@ -24,8 +24,8 @@ ORIGINS = (collections.abc.Mapping, collections.abc.Iterable, collections.abc.It
 def checked(function: F) -> F:
     """Check the arguments of a function against its annotations whenever it is called.
 
-    Classes, their unions, None, numbers, text, paths, mappings, iterables, functions and literals are checked; whatever
-    else an annotation says is let pass.
+    Classes, their unions, None, numbers, text, paths, mappings, iterables and functions are checked; whatever else an
+    annotation says is let pass: the functions themselves tell best which sequences and names they take.
 
     Raises
     ------
@@ -88,12 +88,10 @@ def _fits(value: object, hint: Any) -> bool:
         return any(_fits(value, part) for part in typing.get_args(hint))
     if hint is None or hint is type(None):
         return value is None
-    if origin is typing.Literal:
-        return True  # the function knows which are meant instead
+    if origin in (typing.Literal, collections.abc.Sequence):
+        return True  # the function itself says best what is meant
     if origin is collections.abc.Callable:
         return callable(value)
-    if origin is collections.abc.Sequence:
-        return hasattr(value, "__getitem__") and hasattr(value, "__len__") and not isinstance(value, str | bytes)
     if isinstance(origin, type):
         return isinstance(value, origin) if issubclass(origin, ORIGINS) else True
     if hint in (float, int):

@@ -19,7 +19,7 @@ from .muscles import EyeMuscle, JawMuscle, LidMuscle, LinearMuscle, Muscle, Shee
 
 Array = npt.NDArray[np.float64]
 BASE = "facewrinkle"
-"""What an atlas names that only changes the package's own."""
+"""The base that an atlas names which only changes the package's own."""
 
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
 

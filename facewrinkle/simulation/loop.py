@@ -20,7 +20,7 @@ from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..anatomy.muscles import EyeMuscle
 from ..arguments import checked
-from ..errors import ParameterError, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_range, check_whole, unknown_name, warn
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
 from ..geometry.normals import detail_normals, vertex_normals
@@ -49,6 +49,9 @@ from .refinement import (
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
+
+RAMP = 10
+"""Steps in which muscles contract where only the face at rest matters."""
 
 LAYER_METHODS = ("attach", "follow", "displacement", "fields")
 """Methods of a :class:`facewrinkle.layers.base.Layer`."""
@@ -300,6 +303,47 @@ class Simulation:
         for i in range(frames):
             t = float(smoothstep((i + 1) / max(ramp * frames, 1.0)))
             yield self._advanced(target if t == 1.0 else (1.0 - t) * start + t * target)
+
+    def settle(self, within: float = 0.01, most: int = 300) -> pv.PolyData:
+        """Go straight to the face that has come to rest with the muscles as asked for: all that a still picture needs.
+
+        Parameters
+        ----------
+        within : float
+            The face is at rest once no point of the base mesh moves further than this in a step, in mm.
+        most : int
+            The most steps that are taken.
+
+        Returns
+        -------
+        PolyData
+            The frame at rest; see :meth:`step`.
+
+        Warns
+        -----
+        FaceWrinkleWarning
+            If the face still moves after `most` steps.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> sim = Simulation(fw.default_face())
+        >>> sim.express("surprise")
+        >>> frame = sim.settle()
+        >>> still = sim.step()
+        >>> float(np.abs(still.points[:2000] - frame.points[:2000]).max()) < 0.01
+        True
+        """
+        within, most = check_range("within", within, 1e-6, 1e3, "Lengths are in mm."), check_whole("most", most, 2, 1e6)
+        count, before = len(self.face.points), np.full((0, 3), np.nan)
+        for number, frame in enumerate(self.run(most, min(RAMP / most, 1.0))):
+            points = np.asarray(frame.points)[:count] * self.face.unit
+            refined = self._marks is not None and self._marks[0].any()
+            if number > RAMP and not refined and np.abs(points - before).max() <= within:
+                return frame
+            before = points
+        warn(f"the face still moves after {most} steps. Allow more of them with most=, or more motion with within=.")
+        return frame
 
     # --- one frame -----------------------------------------------------------------------------
 

@@ -253,3 +253,25 @@ def test_eyes_turn_no_farther_than_they_can(face):
             sim.look(**what)
     sim.step()
     assert not sim.skin.rates.any()
+
+
+@pytest.mark.parametrize("expression", ["surprise", "happiness", "kiss"])
+def test_settling_ends_where_many_steps_end(face, expression):
+    straight, long = fw.Simulation(face), fw.Simulation(face)
+    for sim in (straight, long):
+        sim.express(expression)
+    settled = straight.settle(within=0.001)
+    *_, last = long.run(250)
+    n = len(face.points)
+    assert np.abs(settled.points[:n] - last.points[:n]).max() < 0.05
+    assert straight.time < 0.3 * long.time
+    assert settled["W"].min() == pytest.approx(last["W"].min(), rel=0.02)
+
+
+def test_a_face_that_does_not_settle(face):
+    sim = fw.Simulation(face)
+    sim.express("happiness")
+    with pytest.warns(fw.FaceWrinkleWarning, match="still moves after 3 steps. Allow more of them with most="):
+        sim.settle(most=3)
+    with pytest.raises(ParameterError, match="within must lie in"):
+        sim.settle(within=0.0)

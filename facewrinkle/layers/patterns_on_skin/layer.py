@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ...anatomy.face import Face
-from ...arguments import checked
 from ...errors import ParameterError, check_range
 from ...geometry.refinement import Change
 from ..base import Array, BoolArray, Displacement, SurfacePoints, SurfaceState
@@ -77,7 +76,6 @@ class PatternLayer:
     True
     """
 
-    @checked
     def __init__(
         self,
         pattern: str | Pattern | PatternFunction | Sequence[str | Pattern | PatternFunction],
