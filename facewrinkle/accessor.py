@@ -21,6 +21,7 @@ from .geometry.closest_point import closest_point
 from .geometry.topology import components
 from .layers.patterns_on_skin.layer import PatternLayer
 from .layers.patterns_on_skin.presets import names, table
+from .layers.patterns_on_skin.region import given_centre
 from .layers.patterns_on_skin.strength import Compression
 from .mesh import add_seams, corner_texture, read_surface, to_polydata, with_data
 from .mesh.arrays import use_texture
@@ -72,8 +73,8 @@ class FaceWrinkleAccessor:
             See :class:`facewrinkle.PatternLayer`. With `landmarks`, the name of a preset
             (:func:`facewrinkle.layers.patterns_on_skin.presets.names`), on both sides if the name has no side.
         centre, up, size :
-            See :class:`facewrinkle.Region`; in the coordinates and unit of the mesh. If the mesh has several connected
-            parts, the pattern is laid on the one nearest to the centre.
+            See :class:`facewrinkle.Region`; in the coordinates and unit of the mesh. `center` is understood, too. If the
+            mesh has several connected parts, the pattern is laid on the one nearest to the centre.
         landmarks : mapping or path, optional
             Landmarks of a face; see :func:`facewrinkle.fit_face`.
         time : float
@@ -101,6 +102,7 @@ class FaceWrinkleAccessor:
         FaceWrinkleWarning
             If the mesh is refined, or too coarse with `max_level`.
         """
+        centre = given_centre(centre, words)
         check_range("time", time, -1e9, 1e9)
         check_whole("max_level", max_level, 0, FINEST, "Each level has four times as many triangles.")
         if isinstance(words.get("strength"), Compression | str):

@@ -200,6 +200,8 @@ def _track(document: Document, sampler: Mapping[str, Any], width: int) -> Track:
         raise unknown_name("interpolation", kind, INTERPOLATION)
     times = document.numbers(sampler["input"])[:, 0].astype(np.float64)
     values = document.numbers(sampler["output"]).astype(np.float64)
+    if not (np.isfinite(times).all() and np.isfinite(values).all()):
+        raise document.broken("an animation has numbers that are not finite")
     if values.size != len(times) * (3 if kind == "CUBICSPLINE" else 1) * width:
         raise document.broken(f"an animation has {len(times)} times and {values.size} numbers for {width} at each")
     if kind == "CUBICSPLINE":

@@ -76,6 +76,9 @@ class Recorded:
     speed: float = 1.0
     loop: bool = False
 
+    def __repr__(self) -> str:
+        return f"Recorded({len(self.names)} shapes, {self.duration:g} s)"
+
     @classmethod
     def of_shapes(
         cls,

@@ -107,6 +107,9 @@ class Simulation:
     True
     """
 
+    def __repr__(self) -> str:
+        return f"Simulation({self.face!r}, {type(self.motion).__name__}, {len(self.layers)} layers, {self.time:g} s)"
+
     @checked
     def __init__(
         self,

@@ -17,7 +17,7 @@ from ..patterns import PatternFunction
 from . import presets
 from .base import Pattern, ReliefAdder
 from .kinds import pattern_of
-from .region import LaidRegion, Region
+from .region import LaidRegion, Region, given_centre
 from .strength import Compression, RegionCompression
 
 TimeFunction = Callable[[float], float]
@@ -76,6 +76,9 @@ class PatternLayer:
     True
     """
 
+    def __repr__(self) -> str:
+        return f"PatternLayer({self.name!r}, depth={self.depth:g})"
+
     def __init__(
         self,
         pattern: str | Pattern | PatternFunction | Sequence[str | Pattern | PatternFunction],
@@ -94,6 +97,7 @@ class PatternLayer:
         parts: list[Any] = list(pattern) if isinstance(pattern, list | tuple) else [pattern]
         if not parts:
             raise ParameterError("a layer needs a pattern, received none.")
+        centre = given_centre(centre, parameters)
         where = {key: parameters.pop(key) for key in list(parameters) if key in Region.__dataclass_fields__}
         self.patterns = tuple(pattern_of(part, parameters, where.get("seed")) for part in parts)
         self.name = name or " + ".join(part if isinstance(part, str) else type(part).__name__ for part in parts)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +30,16 @@ SMOOTH = 0.15
 
 SHORTCUT = 0.8
 """No path along a surface is shorter than the straight line: coordinates below this share of it lie beyond a fold."""
+
+
+def given_centre(centre: npt.ArrayLike | None, words: dict[str, Any]) -> npt.ArrayLike | None:
+    """Return the centre, which may be among the words as "center", as PyVista spells it, and is taken from them."""
+    if "center" not in words:
+        return centre
+    if centre is not None:
+        raise ParameterError("centre and center are the same: give one of them.")
+    given: npt.ArrayLike = words.pop("center")
+    return given
 
 
 @dataclass(frozen=True, eq=False)

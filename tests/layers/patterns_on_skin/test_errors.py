@@ -253,3 +253,13 @@ def test_a_mesh_that_stays_too_coarse_is_reported_the_same_way_everywhere(files,
 def test_both_sides_take_what_one_takes(face):
     left, right = fw.PatternLayer.presets("dimple", face, depth=0.7, name="mine")
     assert (left.name, right.name, left.depth, right.depth) == ("mine", "mine", 0.7, 0.7)
+
+
+def test_center_is_understood_too():
+    ball = pv.Icosphere(radius=40.0, nsub=5)
+    ours = ball.facewrinkle.pattern("dimple", centre=(0, 0, 40), size=30.0)
+    theirs = ball.facewrinkle.pattern("dimple", center=(0, 0, 40), size=30.0)
+    assert np.array_equal(ours.points, theirs.points)
+    assert fw.PatternLayer("dimple", center=(0, 0, 40), size=30.0).region.centre == (0, 0, 40)
+    with pytest.raises(ParameterError, match="centre and center are the same: give one of them"):
+        fw.PatternLayer("dimple", (0, 0, 40), center=(0, 0, 40), size=30.0)
