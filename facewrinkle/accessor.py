@@ -73,7 +73,7 @@ class FaceWrinkleAccessor:
             See :class:`facewrinkle.PatternLayer`. With `landmarks`, the name of a preset
             (:func:`facewrinkle.layers.patterns_on_skin.presets.names`), on both sides if the name has no side.
         centre, up, size :
-            See :class:`facewrinkle.Region`; in the coordinates and unit of the mesh. `center` is understood, too. If the
+            See :class:`facewrinkle.Region`; in the coordinates and unit of the mesh. (Or `center`.) If the
             mesh has several connected parts, the pattern is laid on the one nearest to the centre.
         landmarks : mapping or path, optional
             Landmarks of a face; see :func:`facewrinkle.fit_face`.

@@ -13,6 +13,7 @@ import traceback
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
+from typing import Literal
 
 from cyclopts import App, CycloptsError
 
@@ -50,10 +51,21 @@ app.command(
     help="List muscles, action units and expressions, or describe a mesh or a .face file.",
 )
 app.command("facewrinkle.commands.atlas:atlas", help="Print muscles, action units and expressions, as a file to edit.")
-app.command("facewrinkle.commands.completion:completion", help="Print what completes commands and options in a shell.")
 app.command(
     "facewrinkle.commands.demo:demo", help="Write pictures and movies of the paper's five expressions, and Table 1."
 )
+
+
+@app.command(help="Print what completes commands and options in a shell.")
+def completion(shell: Literal["bash", "zsh", "fish"], /) -> None:
+    """Print what completes commands and options in a shell.
+
+    Parameters
+    ----------
+    shell
+        For bash: facewrinkle completion bash > ~/.local/share/bash-completion/completions/facewrinkle
+    """
+    sys.stdout.write(app.generate_completion(prog_name="facewrinkle", shell=shell))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -292,3 +292,11 @@ def test_faces_have_folders_of_their_own():
         Path("output/jaw=0.5_age=1/happiness"),
     ]
     assert OutputOptions(out=Path("x")).folder("happiness", "anna") == Path("x")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_commands_and_options_are_completed(shell, capsys):
+    assert main(["completion", shell]) == 0
+    script = capsys.readouterr().out
+    for word in ("express", "pattern", "intensity", "landmarks"):
+        assert word in script

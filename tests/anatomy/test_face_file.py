@@ -62,7 +62,7 @@ def test_other_files_are_refused(face, tmp_path):
         ({"landmarks": np.full_like(arrays["landmarks"], np.nan)}, "landmarks must be finite numbers"),
         ({"landmarks": arrays["landmarks"][:, :2]}, "is no face"),
         ({"confidences": arrays["confidences"][:3]}, "is no face"),
-        ({"points": np.array(["x"])}, "points must be finite numbers"),
+        ({"points": np.array(["x"])}, "points must be an array of real numbers"),
     ):
         with path.open("wb") as file:
             np.savez(file, **{**arrays, **change})
