@@ -120,7 +120,7 @@ class MissingPackageError(FaceWrinkleError):
 
     >>> from unittest import mock
     >>> from facewrinkle.export import write_movie
-    >>> with mock.patch.dict("sys.modules", imageio=None):
+    >>> with mock.patch.dict("sys.modules", {"imageio": None, "imageio.v2": None}):
     ...     try:
     ...         write_movie([], "head.mp4")
     ...     except MissingPackageError as error:

@@ -174,7 +174,7 @@ def _imageio() -> ModuleType:
         import imageio_ffmpeg  # noqa: F401
     except ImportError as missing:
         raise MissingPackageError(
-            f"movies need the package {missing.name}, which is not installed. pip install 'facewrinkle[export]'"
+            f"movies need the package {(missing.name or 'imageio').partition('.')[0]}, which is not installed. pip install 'facewrinkle[export]'"
         ) from None
     return imageio
 
