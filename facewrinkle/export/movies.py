@@ -173,8 +173,9 @@ def _imageio() -> ModuleType:
         import imageio.v2 as imageio
         import imageio_ffmpeg  # noqa: F401
     except ImportError as missing:
+        package = (missing.name or "imageio").partition(".")[0]
         raise MissingPackageError(
-            f"movies need the package {(missing.name or 'imageio').partition('.')[0]}, which is not installed. pip install 'facewrinkle[export]'"
+            f"movies need the package {package}, which is not installed. pip install 'facewrinkle[export]'"
         ) from None
     return imageio
 
