@@ -19,9 +19,11 @@ from ..appearance.own_parts import has_colours, is_drawn, own_parts
 from ..appearance.skin_paint import SkinPainter
 from ..appearance.visible_skin import VisibleSkin
 from ..mesh import split_at_seams, with_normals
+from ..mesh.seams import corner_texture
 from .fields import field_colouring
 from .images import Image, reduced
 from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, cavity_shading
+from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, aim, height_of
 
 Array = npt.NDArray[np.float64]
@@ -78,7 +80,8 @@ class Scene:
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         aim(self.plotter, face, self.style)
         self._parts: dict[str, pv.PolyData] = {}
-        self._texture = _texture(face.texture)
+        pixel = height_of(face, self.style) / self._window[1]
+        self._texture = _texture_of(face.mesh, face.texture, pixel)
         self._painter = None
         if face.landmarks and face.texture is None and not has_colours(face.mesh):
             self._painter = SkinPainter(face)
@@ -86,18 +89,18 @@ class Scene:
         self._mouth = Mouth(face)
         plain = not self.style.wireframe and self.style.scalars is None
         self._visible = VisibleSkin(face, self._mouth.bag) if plain else None
-        self._own_textures = {name: _texture(part.texture) for name, part in face.parts.items() if is_drawn(name, part)}
+        drawn = {name: part for name, part in face.parts.items() if is_drawn(name, part)}
+        self._own_textures = {name: _texture_of(part.mesh, part.texture, pixel) for name, part in drawn.items()}
         balls = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
         self._eyes = [ball for ball in balls if ball.open and f"eye_{ball.eye.side}" not in self._own_textures]
         margins = [LidMargin(ball.eye, face) for ball in balls if ball.open]
         self._lid_margins = [margin for margin in margins if len(margin.loop)]
-        self._lashes, self._brows = self._hair(balls)
+        self._lashes, self._brows = self._hair(balls, pixel)
 
-    def _hair(self, balls: Sequence[PaintedEye]) -> tuple[list[Lashes], Brows | None]:
+    def _hair(self, balls: Sequence[PaintedEye], pixel: float) -> tuple[list[Lashes], Brows | None]:
         """Lashes, if none came with the face, and brows."""
         if not self.style.brows or self.style.scalars is not None:
             return [], None
-        pixel = height_of(self.face, self.style) / self._window[1]
         lashes = [
             Lashes(ball.eye, self.face, pixel)
             for ball in balls
@@ -280,10 +283,9 @@ def pictures(frames: Iterable[pv.PolyData], face: Face, style: Style | None = No
             yield scene.picture(frame)
 
 
-def _texture(image: Image | None) -> pv.Texture | None:
+def _texture_of(mesh: pv.PolyData, image: Image | None, pixel: float) -> pv.Texture | None:
+    """The texture of a mesh as it is seen where a pixel is so wide, in the unit of the mesh; None without an image."""
     if image is None:
         return None
-    texture = pv.Texture(np.array(image))
-    texture.interpolate = True
-    texture.mipmap = True
-    return texture
+    corners = corner_texture(mesh)
+    return texture(image, 1.0 if corners is None else texels_per_pixel(mesh, corners, image, pixel))
