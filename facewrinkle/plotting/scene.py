@@ -21,10 +21,11 @@ from ..appearance.visible_skin import VisibleSkin
 from ..mesh import split_at_seams, with_normals
 from ..mesh.seams import corner_texture
 from .fields import field_colouring
-from .images import Image, reduced
+from .images import Image
 from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, cavity_shading
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, aim, height_of
+from .window import rendered, window_of
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -60,6 +61,7 @@ class Scene:
     Attributes
     ----------
     plotter : pyvista.Plotter
+        :meth:`draw` leaves in its window what :meth:`picture` returns, :meth:`picture` leaves nothing of use.
 
     Examples
     --------
@@ -190,17 +192,12 @@ class Scene:
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
         self.show(frame)
-        self.plotter.render()
+        window_of(self.plotter).Render()
 
     def picture(self, frame: pv.PolyData) -> Image:
         """Return the picture of a frame: ndarray of uint8, shape (height, width, 3)."""
-        self.draw(frame)
-        return self._image()
-
-    def _image(self) -> Image:
-        """The picture that was rendered last, in the size of the style."""
-        image = np.array(self.plotter.screenshot(None, return_img=True))
-        return image if self._samples == 1 else reduced(image, self._samples)
+        self.show(frame)
+        return rendered(self.plotter, self._samples)
 
     def close(self) -> None:
         """Free the window and all that is drawn in it."""
