@@ -25,7 +25,15 @@ def cavity_shading(skin: pv.PolyData) -> npt.NDArray[np.uint8]:
     dark = -FURROW_SHADE * np.expm1(np.minimum(height, 0.0) / FURROW_DEPTH)
     if dark.any():
         rest = np.asarray(skin.point_data.get("rest", skin.points), dtype=np.float64)  # the skin without its furrows
-        dark *= _coherence(rest, np.asarray(skin.regular_faces), height)
+        triangles = np.asarray(skin.regular_faces)
+        around, reached = dark > 0.0, np.zeros(len(triangles), bool)
+        for _ in range(FURROW_RINGS):
+            reached = around[triangles].any(axis=1)
+            around[triangles[reached]] = True
+        used = np.flatnonzero(around)
+        number = np.empty(len(dark), np.int64)
+        number[used] = np.arange(len(used))
+        dark[used] *= _coherence(rest[used], number[triangles[reached]], height[used])
     return np.rint(255.0 * (1.0 - dark[:, None] * [0.75, 1.0, 1.0])).astype(np.uint8)
 
 
@@ -47,7 +55,8 @@ def _coherence(points: Array, triangles: npt.NDArray[np.integer], height: Array)
     area = np.maximum(spread.sum(axis=1), 1e-300)[:, None]
     around = spread @ tensor / area
     for _ in range(FURROW_RINGS - 1):
-        around = spread @ (around[triangles].mean(axis=1)) / area
+        a, b, c = (around[triangles[:, k]] for k in range(3))
+        around = spread @ ((a + b + c) / 3.0) / area
     trace = around[:, :3].sum(axis=1)
     squares = (around[:, :3] ** 2).sum(axis=1) + 2.0 * (around[:, 3:] ** 2).sum(axis=1)
     coherence = 2.0 * squares / np.maximum(trace**2, 1e-300) - 1.0

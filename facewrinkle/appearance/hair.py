@@ -16,6 +16,7 @@ from ..geometry.interpolation import height_above
 from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
+from ..mesh.arrays import reshaped
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -61,17 +62,16 @@ class HairCards:
         paint[..., 3] = 255.0 * (half / self.half[..., 0])[..., None]
         first = 2 * knots * np.arange(count)[:, None, None]
         quads = (first + ring_quads(2, knots, closed=False)).reshape(-1, 4)
-        self._blank = pv.PolyData.from_regular_faces(np.zeros((2 * count * knots, 3)), quads)
-        self._blank.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8).reshape(-1, 4)
+        blank = pv.PolyData.from_regular_faces(np.zeros((2 * count * knots, 3)), quads)
+        blank.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8).reshape(-1, 4)
+        self._blank = blank
 
     def along(self, lines: HairLines) -> pv.PolyData:
         """Return the ribbons, with `paint` (rgba), along lines."""
         aside = self.half * lines.side
         ribbons = np.stack([lines.points - aside, lines.points + aside], axis=2)
-        mesh = self._blank.copy(deep=False)
-        mesh.points = ribbons.reshape(-1, 3)
-        mesh.point_data["Normals"] = np.broadcast_to(lines.up[:, :, None], ribbons.shape).reshape(-1, 3)
-        return mesh
+        up = np.repeat(lines.up, 2, axis=1)
+        return reshaped(self._blank, ribbons.reshape(-1, 3), up.reshape(-1, 3))
 
 
 class Brows:
@@ -154,11 +154,13 @@ class Brows:
     def _lift(self, lines: Array, up: Array, points: Array, triangles: IntArray) -> Array:
         """Distances (k, p) that hairs have to rise, where they came to lie under a surface."""
         low, high = lines.min(axis=(0, 1)) - self._deepest, lines.max(axis=(0, 1)) + self._deepest
-        middle = points[triangles].mean(axis=1)
+        a, b, c = (points[triangles[:, k]] for k in range(3))
+        middle = (a + b + c) / 3.0
         near = np.flatnonzero(((middle > low) & (middle < high)).all(axis=1))
         if len(near) < CANDIDATES:
             return np.zeros(lines.shape[:2])
-        around = near[cKDTree(middle[near]).query(lines.reshape(-1, 3), k=CANDIDATES)[1]]
+        tree = cKDTree(middle[near], balanced_tree=False, compact_nodes=False)  # made for one frame
+        around = near[tree.query(lines.reshape(-1, 3), k=CANDIDATES)[1]]
         height = height_above(lines.reshape(-1, 3), up.reshape(-1, 3), (points, triangles), around, self._deepest)
         return np.asarray(np.maximum(height.reshape(lines.shape[:2]) + self.hairs.heights, 0.0))
 

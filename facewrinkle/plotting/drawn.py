@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 Array = npt.NDArray[np.float64]
 
@@ -51,10 +54,16 @@ def same(first: pv.PolyData, second: pv.PolyData) -> bool:
     >>> same(pv.Sphere(), pv.Sphere()), same(pv.Sphere(), pv.Sphere(radius=0.6))
     (True, False)
     """
-    if first.n_points != second.n_points or first.n_cells != second.n_cells:
+    if first.GetNumberOfPoints() != second.GetNumberOfPoints() or first.GetNumberOfCells() != second.GetNumberOfCells():
         return False
-    if not np.array_equal(first.points, second.points):
+    if not np.array_equal(_values(first.GetPoints().GetData()), _values(second.GetPoints().GetData())):
         return False
-    if set(first.point_data) != set(second.point_data):
+    one, other = first.GetPointData(), second.GetPointData()
+    if one.GetNumberOfArrays() != other.GetNumberOfArrays():
         return False
-    return all(np.array_equal(values, second.point_data[name]) for name, values in first.point_data.items())
+    arrays = [(one.GetArray(k), other.GetArray(one.GetArrayName(k))) for k in range(one.GetNumberOfArrays())]
+    return all(b is not None and np.array_equal(_values(a), _values(b)) for a, b in arrays)
+
+
+def _values(array: Any) -> npt.NDArray[Any]:
+    return np.asarray(vtk_to_numpy(array))

@@ -82,6 +82,8 @@ class Scene:
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         aim(self.plotter, face, self.style)
         self._parts: dict[str, pv.PolyData] = {}
+        self._actors: dict[str, pv.Actor] = {}
+        self._posed: Array | None = None
         self._shown: tuple[pv.PolyData, Any] | None = None
         pixel = height_of(face, self.style) / self._window[1]
         self._appearance = appearance = Appearance.of(face)
@@ -121,11 +123,14 @@ class Scene:
 
     def _pose(self, pose: Array) -> None:
         """Move what was made on the head at rest along with the head, or the rest to it."""
+        if self._posed is not None and np.array_equal(pose, self._posed):
+            return
         back, stay = np.linalg.inv(pose), np.eye(4)
-        for name in ("skin", *self._parts):
+        for name, actor in self._actors.items():
             posed = name == "skin" or name.startswith(OWN_PREFIX)  # as the frame has them
             followed, seen = (back, stay) if posed else (stay, pose)
-            self.plotter.actors[name].user_matrix = followed if self.style.follow else seen
+            actor.user_matrix = followed if self.style.follow else seen
+        self._posed = pose
 
     def _show_skin(self, seen: Seen) -> None:
         skin, options = seen.skin.copy(deep=False), dict(SKIN_LIGHTING)
@@ -144,14 +149,14 @@ class Scene:
             skin = split_at_seams(skin)
         drawn = self._order.applied(skin, viewpoint)
         if self._colouring == (textured, paint is None):
-            self.plotter.actors["skin"].mapper.SetInputData(drawn)
+            self._actors["skin"].mapper.SetInputData(drawn)
             return
         self._colouring = textured, paint is None
         options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOUR}
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
         self._add(drawn, "skin", SKIN_MATERIAL, **options)
-        mapper = self.plotter.actors["skin"].mapper
+        mapper = self._actors["skin"].mapper
         mapper.SetInputData(drawn)
         if paint is not None:
             mapper.scalar_visibility, mapper.color_mode, mapper.scalar_map_mode = True, "direct", "point_field"
@@ -172,7 +177,7 @@ class Scene:
             self._put(part, name, TEETH_MATERIAL)
         for name in Mouth.INSIDE:
             if name in self._parts:
-                self.plotter.actors[name].visibility = name in seen.inside_mouth
+                self._actors[name].visibility = name in seen.inside_mouth
 
     def _show_eyes(self, seen: Seen) -> None:
         for side in self._eyes:
@@ -235,6 +240,7 @@ class Scene:
             options |= {"ambient": 1.0, "diffuse": 1.0}
         actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
         actor.prop.interpolation = "phong"
+        self._actors[name], self._posed = actor, None
         if material is not None and not self.style.quick:
             material.apply(actor, len(LIGHTS), "texture" in options)
 
