@@ -25,6 +25,10 @@ LATEST = float(np.finfo(np.float32).max)
 COMPRESSION = 1
 """Level of compression of the HDF5 data, 0 to 9."""
 
+CHUNK = 2000
+"""Rows that are compressed together. Those of VTK, 25,000, hold several frames: each would be compressed again with
+every frame that is added."""
+
 
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
     """Write frames as one VTKHDF file, which ParaView plays and `pyvista.read` opens at the first time.
@@ -140,6 +144,7 @@ class _FrameSource(VTKPythonAlgorithmBase):
         self.writer.SetInputConnection(self.GetOutputPort())
         self.writer.SetWriteAllTimeSteps(True)
         self.writer.SetCompressionLevel(COMPRESSION)
+        self.writer.SetChunkSize(CHUNK)
 
     def write(self, path: Path) -> None:
         """Write the file, with all frames that arrive."""
