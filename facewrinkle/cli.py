@@ -15,11 +15,15 @@ from typing import NoReturn
 from cyclopts import App, CycloptsError
 
 from . import __version__
+from .commands import loading
 from .commands.interrupts import interrupts
 from .errors import FaceWrinkleError, FaceWrinkleWarning
 
 USAGE, FAILED = 2, 1
 """Exit codes."""
+
+QUIET = {"--quiet", "--help", "-h", "--version"}
+"""Words with which nothing is shown but what was asked for."""
 
 app = App(
     name="facewrinkle",
@@ -65,6 +69,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with warnings.catch_warnings(), interrupts() as seen:
         warnings.simplefilter("always", FaceWrinkleWarning)
         warnings.showwarning = _notice
+        if tokens and tokens[0] in app and not QUIET.intersection(tokens):
+            loading.begin()
         try:
             app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
         except CycloptsError as error:
@@ -81,6 +87,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if isinstance(error, FaceWrinkleError):
                 return _complain(_one_line(error), FAILED)
             raise
+        finally:
+            loading.end()
     return 0
 
 
@@ -103,6 +111,7 @@ def _one_line(error: Exception) -> str:
 
 
 def _complain(message: str, code: int) -> int:
+    loading.end()
     print(f"facewrinkle: {message}", file=sys.stderr)
     return code
 
@@ -112,6 +121,7 @@ _show = warnings.showwarning
 
 def _notice(message: Warning | str, category: type[Warning], *where: object, **rest: object) -> None:
     """Show the warnings of this package as notices of one line, and others as usual."""
+    loading.end()
     if issubclass(category, FaceWrinkleWarning):
         print(f"facewrinkle: note: {' '.join(str(message).split())}", file=sys.stderr)
     else:
