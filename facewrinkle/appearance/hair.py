@@ -160,7 +160,7 @@ class Brows:
         if len(near) < CANDIDATES:
             return np.zeros(lines.shape[:2])
         tree = cKDTree(middle[near], balanced_tree=False, compact_nodes=False)  # made for one frame
-        around = near[tree.query(lines.reshape(-1, 3), k=CANDIDATES)[1]]
+        around = near[tree.query(lines.reshape(-1, 3), k=CANDIDATES, workers=-1)[1]]
         height = height_above(lines.reshape(-1, 3), up.reshape(-1, 3), (points, triangles), around, self._deepest)
         return np.asarray(np.maximum(height.reshape(lines.shape[:2]) + self.hairs.heights, 0.0))
 

@@ -107,7 +107,8 @@ class Scene:
 
         The same frame is not sent to the graphics card again, unless it was modified as VTK counts it.
         """
-        now = frame.GetMTime(), tuple(self.plotter.camera.position)
+        by_view = self._visible is not None and self._visible.by_view
+        now = frame.GetMTime(), tuple(self.plotter.camera.position) if by_view else None
         if self._shown is not None and self._shown[0] is frame and self._shown[1] == now:
             return
         seen = self._appearance.at(frame)
