@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with warnings.catch_warnings(), interrupts() as seen:
         warnings.simplefilter("always", FaceWrinkleWarning)
         warnings.showwarning = _notice
-        if tokens and tokens[0] in app and not QUIET.intersection(tokens):
+        if tokens and not QUIET.intersection(tokens):
             loading.begin()
         try:
             app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
