@@ -112,7 +112,7 @@ class Appearance:
 
 
 class Seen:
-    """What is seen of a face in one frame; each thing is worked out when it is first asked for.
+    """The sight of a face in one frame; each thing is worked out when it is first asked for.
 
     Eyes, mouth and hair are on the head in its place at rest: :attr:`pose` takes them along. Nothing of it may be
     changed.

@@ -1,4 +1,4 @@
-"""What a window shows, as a picture: read with its opacity, laid over the background, and reduced.
+"""The contents of a window as a picture: read with its opacity, laid over the background, and reduced.
 
 A background with a gradient that OpenGL draws costs more than the face before it: it covers every pixel. So nothing is
 drawn behind the face, and both are combined as the pixels are read.
