@@ -5,12 +5,19 @@ The reference does what a good numpy user would do: whatever does not depend on 
 and a sine. Both are checked against each other before they are timed. The 8 thousand triangles are those of the
 surprised built-in head; the million are the head with every triangle refined four times, and ("dense") the same as a
 mesh of its own, which has its strain at every vertex. Every muscle contracts.
+
+The same formulas in plain C, in floats and on one thread, are the second reference (amplitudes.c); without a compiler
+that comparison is skipped.
 """
 
 from __future__ import annotations
 
+import ctypes
+import shutil
+import subprocess
 import tracemalloc
 from functools import lru_cache
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -84,7 +91,7 @@ class Reference:
     def __init__(self, face, compression, state):
         muscles, n = [muscle.fold_pattern for muscle in face.muscles.values()], len(state.bare)
         metric = StrainField(face.points * face.unit, face.triangles).metric
-        folds = Folds.at(state.vertices, muscles, face.zones, metric, face.unit)
+        self.folds = folds = Folds.at(state.vertices, muscles, face.zones, metric, face.unit)
         self.owner = np.repeat(np.arange(n), np.diff(folds.starts))
         entries = np.arange(len(self.owner))
         depth = np.array([muscle.wrinkles.depth for muscle in muscles]) * state.rates
@@ -149,6 +156,39 @@ class Reference:
         return state.bare + (self.heights @ share / np.maximum(asked, 1.0))[:, None] * smooth
 
 
+class PlainC:
+    """The same in C, from the arrays of the reference in single precision."""
+
+    def __init__(self, library, face, state, folds, reference):
+        shares = reference.share.tocsr()
+        points, n = len(state.bare), len(shares.indptr) - 1
+        self.strain = np.empty((len(reference.sides), 6), np.float32)
+        self.metric, self.out = np.empty((n, 6), np.float32), np.empty((points, 3), np.float32)
+        self.fixed = [
+            len(reference.sides), reference.sides, reference.products, reference.tensors,
+            n, shares.indptr, shares.indices, shares.data,
+            points, state.vertices.corners, state.vertices.barycentric,
+            folds.starts, folds.products, reference.heights.data, reference.steep.data,
+        ]  # fmt: skip
+        self.fixed = [array if isinstance(array, int) else self.plain(array) for array in self.fixed]
+        self.function = ctypes.CDLL(str(library)).displace
+        self.function.restype = None
+
+    @staticmethod
+    def plain(array):
+        array = np.asarray(array)
+        return np.ascontiguousarray(array, np.int32 if array.dtype.kind in "iu" else np.float32)
+
+    def moving(self, base, bare, smooth):
+        """What a frame brings, in floats: not part of what is timed."""
+        return [self.plain(array) for array in (base, bare, smooth)]
+
+    def displaced(self, moving):
+        arrays = [*self.fixed, *moving, self.strain, self.metric, self.out]
+        self.function(*(a if isinstance(a, int) else a.ctypes.data_as(ctypes.c_void_p) for a in arrays))
+        return self.out
+
+
 def pairs(u, v):
     """Products (xx, yy, zz, yz, xz, xy) of two vectors."""
     return u[:, [0, 1, 2, 1, 0, 0]] * v[:, [0, 1, 2, 2, 2, 1]]
@@ -174,6 +214,36 @@ def test_amplitude(versus, compression, size):
         lambda: ours(layer, state, smooth),
         lambda: reference.displaced(state, smooth),
         4.0,
+        ROUNDS[size],
+        2,
+    )
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """The shared library of amplitudes.c."""
+    compiler = shutil.which("gcc") or shutil.which("cc")
+    if compiler is None:
+        pytest.skip("no C compiler")
+    out, source = tmp_path_factory.mktemp("c") / "amplitudes.so", Path(__file__).with_name("amplitudes.c")
+    flags = ["-O3", "-march=native", "-fPIC", "-shared"]
+    subprocess.run([compiler, *flags, str(source), "-lm", "-o", str(out)], check=True)
+    return out
+
+
+@pytest.mark.parametrize("size, goal", [("8k", 1.0), ("1M", 1.0 / 0.6)])
+def test_amplitude_in_c(versus, library, size, goal):
+    """Plain C in floats, one thread, gcc -O3 -march=native."""
+    face, layer, state, smooth = scene(size, "gradient")
+    reference = Reference(face, "gradient", state)
+    plain = PlainC(library, face, state, reference.folds, reference)
+    moving = plain.moving(state.base * face.unit, state.bare, smooth)
+    np.testing.assert_allclose(plain.displaced(moving), reference.displaced(state, smooth), rtol=0.0, atol=2e-3)
+    versus(
+        f"amplitudes, {size} triangles: facewrinkle, C in floats",
+        lambda: ours(layer, state, smooth),
+        lambda: plain.displaced(moving),
+        goal,
         ROUNDS[size],
         2,
     )

@@ -18,6 +18,7 @@ from typing import Literal
 from cyclopts import App, CycloptsError
 
 from . import __version__
+from .commands import loading
 from .errors import FaceWrinkleError, FaceWrinkleWarning
 
 USAGE, FAILED = 2, 1
@@ -28,6 +29,9 @@ VERBOSE, ALLOW_OUTSIDE = "--verbose", "--allow-outside"
 
 NEGATIVE = re.compile(r"-\.?\d")
 """The beginning of a negative number."""
+
+QUIET = {"--quiet", "--help", "-h", "--version"}
+"""Words with which nothing is shown but what was asked for."""
 
 app = App(
     name="facewrinkle",
@@ -65,6 +69,7 @@ def completion(shell: Literal["bash", "zsh", "fish"], /) -> None:
     shell
         For bash: facewrinkle completion bash > ~/.local/share/bash-completion/completions/facewrinkle
     """
+    loading.end()
     sys.stdout.write(app.generate_completion(prog_name="facewrinkle", shell=shell))
 
 
@@ -97,6 +102,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.simplefilter("ignore")
         warnings.simplefilter("always", FaceWrinkleWarning)
         warnings.showwarning = _notice
+        if tokens and not QUIET.intersection(tokens):
+            loading.begin()
         try:
             app(_joined(tokens), exit_on_error=False, print_error=False, result_action="return_value")
         except CycloptsError as error:
@@ -108,9 +115,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return FAILED
         except Exception as error:
+            loading.end()
             if verbose:
                 traceback.print_exc()
             return _complain(_failure(error), FAILED)
+        finally:
+            loading.end()
     return 0
 
 
@@ -143,6 +153,7 @@ def _one_line(error: Exception) -> str:
 
 
 def _complain(message: str, code: int) -> int:
+    loading.end()
     print(f"facewrinkle: {message}", file=sys.stderr)
     return code
 
@@ -152,6 +163,7 @@ _show = warnings.showwarning
 
 def _notice(message: Warning | str, category: type[Warning], *where: object, **rest: object) -> None:
     """Show the warnings of this package as notices of one line, and others as usual."""
+    loading.end()
     if issubclass(category, FaceWrinkleWarning):
         print(f"facewrinkle: note: {' '.join(str(message).split())}", file=sys.stderr)
     else:

@@ -11,7 +11,6 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import LinearNDInterpolator
 
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.closest_point import closest_point
@@ -210,6 +209,8 @@ def _tinted(colour: NDArray[np.uint8], hair: Array, identity: Identity) -> NDArr
 @cache
 def _hair() -> tuple[Array, Array]:
     """Share (0 to 1) of hair in the mean head's colours (n,) and in its texture (s, s)."""
+    from scipy.interpolate import LinearNDInterpolator  # takes a fifth of a second to import
+
     mean = load_head()
     cover = hair_cover(mean.points, mean.landmarks, frame_of(mean.landmarks))
     size = len(mean.texture)

@@ -10,10 +10,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from .eye import PaintedEye
-from .lid_margins import LidMargin
-from .mouth import Mouth
-from .own_parts import own_parts
+from .seen import Appearance
 
 Array = npt.NDArray[np.float64]
 
@@ -31,20 +28,13 @@ def companion_meshes(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
     >>> sorted(companion_meshes(face, face.mesh))
     ['eye_l', 'eye_r']
     """
-    own = own_parts(face, frame)
-    state = face.state_of(frame)
-    points = state.to_rest(state.points)
-    parts = {}
-    for eye in face.eyes:
-        ball, rim = PaintedEye(eye, face), LidMargin(eye, face)
-        if f"eye_{eye.side}" not in own:
-            parts[f"eye_{eye.side}"] = ball.at(points, state.gazes.get(eye.side))
-        if ball.open and len(rim.loop):
-            parts[f"rim_{eye.side}"] = rim.at(points)
-    mouth = Mouth(face)
-    if mouth.parted(points):
-        inside = {name: part for name, part in mouth.inside(points, state.jaw_angle).items() if name not in own}
-        parts |= inside if mouth.bag else {"mouth": mouth.pocket(points)} | inside
+    seen, state = Appearance.of(face).at(frame), face.state_of(frame)
+    own = {name: part.copy(deep=False) for name, part in seen.own.items()}
+    parts = {f"eye_{side}": eye for side, eye in seen.eyes.items() if f"eye_{side}" not in own}
+    parts |= {f"rim_{side}": rim for side, rim in seen.lid_margins.items()}
+    if seen.parted:
+        parts |= ({"mouth": seen.pocket} if seen.pocket is not None else {}) | seen.inside_mouth
+    parts = {name: part.copy() for name, part in parts.items()}
     for part in parts.values():
         part.points = state.from_rest(np.asarray(part.points, dtype=np.float64))
         if "Normals" in part.point_data:

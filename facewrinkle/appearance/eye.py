@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
@@ -58,11 +60,15 @@ class PaintedEye:
         opening = face.eyelid_openings.get(eye.side)
         self._margins = None if opening is None else (opening.upper, opening.lower)
         self._corners = [face.landmarks[f"eye_{eye.side}_{end}"] for end in ("inner", "outer")]
-        self._angle, self._spoke = (
+        angle, spoke = (
             grid.ravel() for grid in np.meshgrid(ANGLES, np.arange(SPOKES) * (2.0 * np.pi / SPOKES), indexing="ij")
         )
         adult = RADIUS * face.frame.pupil_distance  # irises are as large in larger eyes
-        self._paint = _eye_paint(self._angle * eye.radius / adult, self._spoke)
+        self._paint = _eye_paint(angle * eye.radius / adult, spoke)
+        self._sphere = _directions(angle, spoke)
+        bulge = 1.0 - smoothstep((angle - 25.0) / 9.0)
+        self._cornea = _directions(angle * (1.0 + 0.5 * bulge), spoke)
+        self._turned: _TurnedEye | None = None
         self._quads = ring_quads(SPOKES, len(ANGLES))[:, [0, 3, 2, 1]].astype(int)
 
     @property
@@ -75,43 +81,64 @@ class PaintedEye:
 
         Its normals are those of the cornea, which is more curved than the ball.
         """
-        eye = self.eye
-        gaze = eye.gaze if gaze is None else gaze
-        side = np.cross(eye.up, gaze)
-        side /= np.linalg.norm(side)
-        axes = np.stack([side, np.cross(gaze, side), gaze])
-        cornea = 1.0 - smoothstep((self._angle - 25.0) / 9.0)
-        directions = _directions(self._angle, self._spoke) @ axes
-        ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * directions, self._quads)
-        ball.point_data["Normals"] = _directions(self._angle * (1.0 + 0.5 * cornea), self._spoke) @ axes
-        paint = self._between_lids(directions, points)
+        gaze = self.eye.gaze if gaze is None else gaze
+        if self._turned is None or not np.array_equal(self._turned.gaze, gaze):
+            self._turned = self._turn(gaze)
+        ball = self._turned.ball.copy(deep=False)
+        paint = self._between_lids(self._turned, points)
         ball.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8)
         return ball
 
-    def _between_lids(self, directions: Array, points: Array) -> Array:
-        """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
-        inner, outer = (corner - self.eye.centre for corner in self._corners)
+    def _turn(self, gaze: Array) -> _TurnedEye:
+        """All that depends on the gaze alone."""
+        eye = self.eye
+        side = np.cross(eye.up, gaze)
+        side /= np.linalg.norm(side)
+        axes = np.stack([side, np.cross(gaze, side), gaze])
+        directions = self._sphere @ axes
+        ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * directions, self._quads)
+        ball.point_data["Normals"] = self._cornea @ axes
+        inner, outer = (corner - eye.centre for corner in self._corners)
         from_corner = np.degrees(np.arccos(np.clip(directions @ inner / np.linalg.norm(inner), -1.0, 1.0)))
         paint = _mixed(self._paint, COLOURS["caruncle"], 1.25 - from_corner / 11.0)
-        if self._margins is None:
-            return paint
         lateral = (outer - inner) / np.linalg.norm(outer - inner)
-        up = self.eye.up - (self.eye.up @ lateral) * lateral
+        up = eye.up - (eye.up @ lateral) * lateral
         up /= np.linalg.norm(up)
-        forward = self.eye.gaze - (self.eye.gaze @ lateral) * lateral
-        place = directions @ lateral
+        forward = eye.gaze - (eye.gaze @ lateral) * lateral
         height = np.degrees(np.arctan2(directions @ up, directions @ forward))
+        return _TurnedEye(np.array(gaze), ball, paint, np.stack([lateral, up, forward]), directions @ lateral, height)
+
+    def _between_lids(self, turned: _TurnedEye, points: Array) -> Array:
+        """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
+        if self._margins is None:
+            return turned.paint
         margins = []
         for margin in self._margins:
-            offset = (points[margin] - self.eye.centre) / self.eye.radius
-            order = np.argsort(offset @ lateral, kind="stable")
-            elevation = np.degrees(np.arctan2(offset @ up, offset @ forward))
-            margins.append(np.interp(place, (offset @ lateral)[order], elevation[order]))
-        below, above = margins[0] - height, height - margins[1]
+            across, upward, ahead = turned.axes @ (points[margin] - self.eye.centre).T
+            order = np.argsort(across, kind="stable")
+            elevation = np.degrees(np.arctan2(upward, ahead))
+            margins.append(np.interp(turned.place, across[order] / self.eye.radius, elevation[order]))
+        below, above = margins[0] - turned.height, turned.height - margins[1]
         wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))[:, None]
-        paint = paint + wet * (COLOURS["tears"] - paint)
+        paint = turned.paint + wet * (COLOURS["tears"] - turned.paint)
         shade = 0.62 * np.exp(-np.maximum(below, 0.0) / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
         return np.asarray(paint * (1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]))
+
+
+@dataclass(frozen=True, eq=False)
+class _TurnedEye:
+    """An eye with one gaze: the ball, its paint without the lids, and where its k points are between these.
+
+    The rows of `axes` point along the lids, up and forward; `place` is along the first, in radii, and `height` the
+    angle above the last, degrees.
+    """
+
+    gaze: Array
+    ball: pv.PolyData
+    paint: Array
+    axes: Array
+    place: Array
+    height: Array
 
 
 def _directions(angle: Array, spoke: Array) -> Array:

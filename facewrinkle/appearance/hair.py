@@ -16,12 +16,29 @@ from ..geometry.interpolation import height_above
 from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
+from ..mesh.arrays import reshaped
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 CANDIDATES = 5
 """Number of nearest triangles that are searched for the one under a point of a hair."""
+
+
+@dataclass(frozen=True, eq=False)
+class HairLines:
+    """Hairs as lines on a face.
+
+    Attributes
+    ----------
+    points : ndarray, shape (count, knots, 3)
+    side, up : ndarray, shape (count, knots, 3)
+        Unit vectors across the hairs, on the skin, and away from the skin.
+    """
+
+    points: Array
+    side: Array
+    up: Array
 
 
 class HairCards:
@@ -43,20 +60,18 @@ class HairCards:
         paint = np.empty((count, knots, 2, 4))
         paint[..., :3] = tint[:, None, None]
         paint[..., 3] = 255.0 * (half / self.half[..., 0])[..., None]
-        self._paint = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8).reshape(-1, 4)
         first = 2 * knots * np.arange(count)[:, None, None]
-        self._quads = (first + ring_quads(2, knots, closed=False)).reshape(-1, 4)
+        quads = (first + ring_quads(2, knots, closed=False)).reshape(-1, 4)
+        blank = pv.PolyData.from_regular_faces(np.zeros((2 * count * knots, 3)), quads)
+        blank.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8).reshape(-1, 4)
+        self._blank = blank
 
-    def along(self, lines: Array, side: Array, normals: Array) -> pv.PolyData:
-        """Return the ribbons, with `paint` (rgba), along lines (count, knots, 3).
-
-        The unit vectors `side`, of the same shape, point across the ribbons.
-        """
-        ribbons = np.stack([lines - self.half * side, lines + self.half * side], axis=2)
-        mesh = pv.PolyData.from_regular_faces(ribbons.reshape(-1, 3), self._quads)
-        mesh.point_data["Normals"] = np.broadcast_to(normals[:, :, None], ribbons.shape).reshape(-1, 3)
-        mesh.point_data["paint"] = self._paint
-        return mesh
+    def along(self, lines: HairLines) -> pv.PolyData:
+        """Return the ribbons, with `paint` (rgba), along lines."""
+        aside = self.half * lines.side
+        ribbons = np.stack([lines.points - aside, lines.points + aside], axis=2)
+        up = np.repeat(lines.up, 2, axis=1)
+        return reshaped(self._blank, ribbons.reshape(-1, 3), up.reshape(-1, 3))
 
 
 class Brows:
@@ -69,7 +84,7 @@ class Brows:
     hairs : BrowHairs
     face : Face
     pixel : float
-        Width of a pixel, in the unit of the mesh.
+        Width of a pixel for :meth:`at`, in the unit of the mesh.
 
     Examples
     --------
@@ -86,8 +101,8 @@ class Brows:
     STIFF, FINE = 0.5, 0.05
     """Shares of a brow's length: bends shorter than the first and longer than the second are straightened."""
 
-    def __init__(self, hairs: BrowHairs, face: Face, pixel: float) -> None:
-        self.hairs = hairs
+    def __init__(self, hairs: BrowHairs, face: Face, pixel: float = 0.0) -> None:
+        self.hairs, self._pixel = hairs, pixel
         self._rest = hairs.polylines(face.points, face.triangles, vertex_normals(face.points, face.triangles))
         left = (self._rest[:, 0] - face.frame.origin) @ face.frame.axes[0] > 0.0
         self._sides = [_Stiffness(self._rest, np.flatnonzero(side), self.STIFF, self.FINE) for side in (left, ~left)]
@@ -101,14 +116,23 @@ class Brows:
         self._aside = width * (
             random.uniform(-8.0, 8.0, shape) * (1.0 - 0.5 * share) + random.normal(0.0, 3.5, shape) * share**2
         )
-        half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share[:, 0] ** 2), (k * self.STRANDS, p))
-        tint = np.array([78.0, 56.0, 47.0]) * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
-        self._cards = HairCards(half, tint, pixel)
+        self._half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share[:, 0] ** 2), (k * self.STRANDS, p))
+        self._tint = np.array([78.0, 56.0, 47.0]) * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
+
+    def cards(self, pixel: float) -> HairCards:
+        """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh."""
+        return HairCards(self._half, self._tint, pixel)
 
     def at(
         self, points: Array, triangles: IntArray, normals: Array, surface: tuple[Array, IntArray] | None = None
     ) -> pv.PolyData:
-        """Return the hairs, with `paint` (rgba), on skin with vertices at `points` (n, 3), and its vertex normals.
+        """Return the hairs as ribbons, with `paint` (rgba); for the arguments see :meth:`lines`."""
+        return self.cards(self._pixel).along(self.lines(points, triangles, normals, surface))
+
+    def lines(
+        self, points: Array, triangles: IntArray, normals: Array, surface: tuple[Array, IntArray] | None = None
+    ) -> HairLines:
+        """Return the hairs on skin with vertices at `points` (n, 3), and its vertex normals.
 
         Hairs are lifted out of the folds of the `surface`, the points and triangles of the refined skin.
         """
@@ -125,16 +149,18 @@ class Brows:
         strands = strands.reshape(shape)
         if surface is not None:
             strands += self._lift(strands, up, *surface)[..., None] * up
-        return self._cards.along(strands, side, up)
+        return HairLines(strands, side, up)
 
     def _lift(self, lines: Array, up: Array, points: Array, triangles: IntArray) -> Array:
         """Distances (k, p) that hairs have to rise, where they came to lie under a surface."""
         low, high = lines.min(axis=(0, 1)) - self._deepest, lines.max(axis=(0, 1)) + self._deepest
-        middle = points[triangles].mean(axis=1)
+        a, b, c = (points[triangles[:, k]] for k in range(3))
+        middle = (a + b + c) / 3.0
         near = np.flatnonzero(((middle > low) & (middle < high)).all(axis=1))
         if len(near) < CANDIDATES:
             return np.zeros(lines.shape[:2])
-        around = near[cKDTree(middle[near]).query(lines.reshape(-1, 3), k=CANDIDATES)[1]]
+        tree = cKDTree(middle[near], balanced_tree=False, compact_nodes=False)  # made for one frame
+        around = near[tree.query(lines.reshape(-1, 3), k=CANDIDATES, workers=-1)[1]]
         height = height_above(lines.reshape(-1, 3), up.reshape(-1, 3), (points, triangles), around, self._deepest)
         return np.asarray(np.maximum(height.reshape(lines.shape[:2]) + self.hairs.heights, 0.0))
 
@@ -210,7 +236,7 @@ class Lashes:
     eye : Eyeball
     face : Face
     pixel : float
-        Width of a pixel, in the unit of the mesh.
+        Width of a pixel for :meth:`at`, in the unit of the mesh.
 
     Attributes
     ----------
@@ -228,8 +254,8 @@ class Lashes:
 
     KNOTS = 5
 
-    def __init__(self, eye: Eyeball, face: Face, pixel: float) -> None:
-        self.eye = eye
+    def __init__(self, eye: Eyeball, face: Face, pixel: float = 0.0) -> None:
+        self.eye, self._pixel = eye, pixel
         self.roots: list[tuple[IntArray, Array]] = []
         self._paths: list[Array] = []
         self._droops: list[Array] = []
@@ -249,7 +275,7 @@ class Lashes:
             half.append(np.broadcast_to(row.half * size * (1.0 - 0.9 * t**1.5), (row.count, self.KNOTS)))
             tint.append(np.tile(row.colour, (row.count, 1)))
         if self.roots:
-            self._cards = HairCards(np.concatenate(half), np.concatenate(tint), pixel)
+            self._half, self._tint = np.concatenate(half), np.concatenate(tint)
             self._open_gap = self._gap(face.points)
 
     def _gap(self, points: Array) -> float:
@@ -257,8 +283,16 @@ class Lashes:
         heights = [(weights @ points[chain]).mean(axis=0) @ self.eye.up for chain, weights in self.roots]
         return float(heights[0] - heights[-1])
 
+    def cards(self, pixel: float) -> HairCards:
+        """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh."""
+        return HairCards(self._half, self._tint, pixel)
+
     def at(self, points: Array) -> pv.PolyData:
-        """Return the lashes, with `paint` (rgba), on the lids of a face with vertices at `points` (n, 3)."""
+        """Return the lashes as ribbons, with `paint` (rgba), on the lids of a face with vertices at `points` (n, 3)."""
+        return self.cards(self._pixel).along(self.lines(points))
+
+    def lines(self, points: Array) -> HairLines:
+        """Return the lashes on the lids of a face with vertices at `points` (n, 3)."""
         lines, sides, outs = [], [], []
         shut = float(smoothstep(1.0 - self._gap(points) / self._open_gap)) if len(self.roots) == 2 else 0.0
         for (chain, weights), path, droop in zip(self.roots, self._paths, self._droops, strict=True):
@@ -273,7 +307,7 @@ class Lashes:
             lines.append(line)
             sides.append(side)
             outs.append(np.broadcast_to(out[:, None], line.shape))
-        return self._cards.along(*(np.concatenate(part) for part in (lines, sides, outs)))
+        return HairLines(*(np.concatenate(part) for part in (lines, sides, outs)))
 
 
 def _lash_lines(eye: Eyeball, face: Face) -> list[tuple[LashRow, IntArray, Array]]:

@@ -51,6 +51,11 @@ class VisibleSkin:
         self._lining = face.lining if bag else None
         self._sockets = _sockets(face)
 
+    @property
+    def by_view(self) -> bool:
+        """True if what is drawn depends on the viewpoint: where the skin goes on behind lips or lids."""
+        return self._lining is not None or bool(self._sockets)
+
     def of(self, skin: pv.PolyData, viewpoint: Array) -> pv.PolyData:
         """Return the skin of a frame as drawn from a viewpoint; the frame itself if that is no different."""
         triangles = np.asarray(skin.regular_faces)

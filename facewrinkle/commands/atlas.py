@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..anatomy.atlas import DEFAULT_ATLAS
 from ..mesh.files import output_file, written
+from . import loading
 
 
 def atlas(*, out: Path | None = None) -> None:
@@ -21,6 +22,7 @@ def atlas(*, out: Path | None = None) -> None:
     """
     text = DEFAULT_ATLAS.read_text(encoding="utf-8")
     if out is None:
+        loading.end()
         sys.stdout.write(text)
         return
     with written(output_file(out, (".toml",))) as whole:

@@ -12,6 +12,7 @@ from rich.progress import track
 from rich.table import Table
 
 from ..anatomy.face import Face
+from . import loading
 
 T = TypeVar("T")
 
@@ -27,10 +28,12 @@ class Report:
 
     def say(self, *what: Any) -> None:
         """Print a line, or a table."""
+        loading.end()
         self.console.print(*what, soft_wrap=True)
 
     def table(self, title: str, rows: Mapping[str, str]) -> None:
         """Print names and values."""
+        loading.end()
         table = Table(title=title, show_header=False, title_justify="left", title_style="bold", box=None)
         for name, value in rows.items():
             table.add_row(name, value)
@@ -38,6 +41,7 @@ class Report:
 
     def waiting(self, what: str) -> AbstractContextManager[object]:
         """Show on a terminal what takes a while, until it is done."""
+        loading.end()
         console = Console(stderr=True)
         return nullcontext() if self.quiet or not console.is_terminal else console.status(f"{what} ...")
 
@@ -47,6 +51,7 @@ class Report:
 
     def progress(self, items: Iterator[T], what: str, total: int) -> Iterator[T]:
         """Yield the items, with a bar on a terminal."""
+        loading.end()
         console = Console(stderr=True)
         if self.quiet or not console.is_terminal:
             return items

@@ -27,8 +27,10 @@ LATEST = float(np.finfo(np.float32).max)
 COMPRESSION = 1
 """Level of compression of the HDF5 data, 0 to 9."""
 
-CHUNK = 25_000
-"""Rows of the arrays in the file that are packed together."""
+CHUNK = 2000
+"""Rows that are compressed together. Those of VTK, 25,000, hold several frames: each would be compressed again with
+every frame that is added."""
+
 
 OVERHEAD, ARRAYS_OF_VTK = 2**18, 6
 """Bytes that the file takes for an array besides its rows, and the number of arrays that VTK adds by itself."""

@@ -248,6 +248,29 @@ def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str,
     return mesh
 
 
+def reshaped(blank: pv.PolyData, points: np.ndarray, normals: np.ndarray) -> pv.PolyData:
+    """Return a mesh with points (n, 3) and normals (n, 3), and the triangles and point data of another, not copied.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> flat = to_polydata(np.eye(3), np.array([[0, 1, 2]]), {"W": np.zeros(3)})
+    >>> moved = reshaped(flat, 2.0 * np.eye(3), np.eye(3))
+    >>> moved.array_names, float(moved.points.max()), float(flat.points.max())
+    (['W', 'Normals'], 2.0, 1.0)
+    """
+    mesh, places = pv.PolyData(), vtkPoints()
+    places.SetData(numpy_to_vtk(np.ascontiguousarray(points)))
+    mesh.SetPoints(places)
+    mesh.SetPolys(blank.GetPolys())
+    data = mesh.GetPointData()
+    data.ShallowCopy(blank.GetPointData())
+    array = numpy_to_vtk(np.ascontiguousarray(normals))
+    array.SetName("Normals")
+    data.AddArray(array)
+    return mesh
+
+
 def interpolated_point_data(
     point_data: Mapping[str, np.ndarray], corners: np.ndarray, barycentric: np.ndarray
 ) -> dict[str, np.ndarray]:

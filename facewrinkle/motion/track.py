@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import BPoly
 
 from ..errors import LARGEST, ParameterError, unknown_name
 
@@ -78,8 +77,10 @@ class Track:
         return i, (time - float(times[i])) / float(times[i + 1] - times[i])
 
     @cached_property
-    def _spline(self) -> BPoly:
+    def _spline(self) -> Any:
         """Hermite cubics between the times as Bezier curves: SciPy's CubicHermiteSpline has one slope at each time."""
+        from scipy.interpolate import BPoly  # takes a fifth of a second to import
+
         arriving, leaving = np.asarray(self.slopes)
         third = np.diff(self.times).reshape(-1, *[1] * (self.values.ndim - 1)) / 3.0
         start, end = self.values[:-1], self.values[1:]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Any, Self
 
 import numpy as np
@@ -10,23 +10,23 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..anatomy.fitting import fitted_brows
-from ..appearance.eye import PaintedEye
-from ..appearance.hair import Brows, Lashes
-from ..appearance.lid_margins import LidMargin
 from ..appearance.mouth import Mouth
-from ..appearance.own_parts import has_colours, is_drawn, own_parts
-from ..appearance.skin_paint import SkinPainter
+from ..appearance.own_parts import has_colours
+from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
 from ..arguments import checked
-from ..mesh import split_at_seams, with_normals
+from ..mesh import split_at_seams
+from ..mesh.arrays import COLORS
+from ..mesh.seams import corner_texture
+from .drawn import FrontFirst, same
 from .fields import field_colouring
-from .images import Image, reduced
-from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, cavity_shading
+from .images import Image
+from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material
+from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, aim, height_of
+from .window import rendered, window_of
 
 Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 OWN_PREFIX = "own "
 """Prefix of the names of actors that show parts that came with the face."""
@@ -38,6 +38,9 @@ SKIN_LIGHTING: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.
 EYE_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR_LIGHTING: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
 """Options of `add_mesh` for VTK's own shading: always of hair, in quick pictures also of surfaces with a material."""
+
+PAINT = "paint"
+"""Array of a drawn skin with the colours of its points, or factors of those of its texture."""
 
 PLAIN_COLOUR = (0.87, 0.67, 0.56)
 """Colour of skin for meshes that the face's texture does not fit."""
@@ -59,6 +62,7 @@ class Scene:
     Attributes
     ----------
     plotter : pyvista.Plotter
+        :meth:`draw` leaves in its window what :meth:`picture` returns, :meth:`picture` leaves nothing of use.
 
     Examples
     --------
@@ -79,126 +83,125 @@ class Scene:
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         aim(self.plotter, face, self.style)
         self._parts: dict[str, pv.PolyData] = {}
-        self._texture = _texture(face.texture)
-        self._painter = None
-        if face.landmarks and face.texture is None and not has_colours(face.mesh):
-            self._painter = SkinPainter(face)
-            self._base_paint = self._painter(face.points)
-        self._mouth = Mouth(face)
+        self._actors: dict[str, pv.Actor] = {}
+        self._posed: Array | None = None
+        self._shown: tuple[pv.PolyData, Any] | None = None
+        pixel = height_of(face, self.style) / self._window[1]
+        self._appearance = appearance = Appearance.of(face)
         plain = not self.style.wireframe and self.style.scalars is None
-        self._visible = VisibleSkin(face, self._mouth.bag) if plain else None
-        self._own_textures = {name: _texture(part.texture) for name, part in face.parts.items() if is_drawn(name, part)}
-        balls = [PaintedEye(eye, face) for eye in face.eyes] if self.style.eyes else []
-        self._eyes = [ball for ball in balls if ball.open and f"eye_{ball.eye.side}" not in self._own_textures]
-        margins = [LidMargin(ball.eye, face) for ball in balls if ball.open]
-        self._lid_margins = [margin for margin in margins if len(margin.loop)]
-        self._lashes, self._brows = self._hair(balls)
-
-    def _hair(self, balls: Sequence[PaintedEye]) -> tuple[list[Lashes], Brows | None]:
-        """Lashes, if none came with the face, and brows."""
-        if not self.style.brows or self.style.scalars is not None:
-            return [], None
-        pixel = height_of(self.face, self.style) / self._window[1]
-        lashes = [
-            Lashes(ball.eye, self.face, pixel)
-            for ball in balls
-            if f"lashes_{ball.eye.side}" not in self._own_textures and (ball.open or self._painter is not None)
-        ]
-        hairs = self.face.brows
-        if hairs is None and self._painter is not None:
-            hairs = fitted_brows(self.face)
-        brows = None if hairs is None else Brows(hairs, self.face, pixel)
-        return [row for row in lashes if row.roots], brows
+        self._visible = VisibleSkin(face, appearance.mouth.bag) if plain else None
+        self._order = FrontFirst()
+        self._colouring: tuple[bool, bool] | None = None
+        self._texture = _texture_of(face.mesh, face.texture, pixel)
+        self._own_textures = {
+            name: _texture_of(face.parts[name].mesh, face.parts[name].texture, pixel) for name in appearance.own
+        }
+        balls = appearance.balls if self.style.eyes else []
+        self._eyes = [b.eye.side for b in balls if b.open and f"eye_{b.eye.side}" not in appearance.own]
+        hairy = self.style.brows and self.style.scalars is None
+        lashes = appearance.lashes if hairy and self.style.eyes else []
+        self._lashes = {row.eye.side: row.cards(pixel) for row in lashes}
+        self._brows = appearance.brows.cards(pixel) if hairy and appearance.brows is not None else None
 
     def show(self, frame: pv.PolyData) -> None:
-        """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in place of the one before."""
-        state = self.face.state_of(frame)
-        skin, n, pose = with_normals(frame), len(state.points), state.head
-        # Eyes, mouth and hair are placed on the head in its place at rest; their actors then move with it.
-        unposed = state.to_rest(np.asarray(skin.points))
-        normals = np.asarray(skin.point_data["Normals"])[:n] @ pose[:3, :3]
-        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        points, refined = unposed[:n], (unposed, np.asarray(skin.regular_faces))
-        self._show_skin(skin, pose)
-        self._show_mouth(points, state.jaw_angle)
-        self._show_eyes(points, state.gazes)
-        self._show_hair(points, normals, refined)
-        for name, part in own_parts(self.face, frame).items():
+        """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in place of the one before.
+
+        The same frame is not sent to the graphics card again, unless it was modified as VTK counts it.
+        """
+        by_view = self._visible is not None and self._visible.by_view
+        now = frame.GetMTime(), tuple(self.plotter.camera.position) if by_view else None
+        if self._shown is not None and self._shown[0] is frame and self._shown[1] == now:
+            return
+        seen = self._appearance.at(frame)
+        self._show_skin(seen)
+        self._show_mouth(seen)
+        self._show_eyes(seen)
+        self._show_hair(seen)
+        for name, part in seen.own.items():
             lighting = EYE_LIGHTING if name.startswith("eye") else HAIR_LIGHTING
             self._put(part, f"{OWN_PREFIX}{name}", texture=self._own_textures[name], **lighting)
-        for name in ("skin", *self._parts):
-            posed = name == "skin" or name.startswith(OWN_PREFIX)  # as the frame has them
-            followed, seen = (np.linalg.inv(pose), np.eye(4)) if posed else (np.eye(4), pose)
-            self.plotter.actors[name].user_matrix = followed if self.style.follow else seen
+        self._pose(seen.pose)
+        self._shown = frame, now
 
-    def _show_skin(self, skin: pv.PolyData, pose: Array) -> None:
+    def _pose(self, pose: Array) -> None:
+        """Move what was made on the head at rest along with the head, or the rest to it."""
+        if self._posed is not None and np.array_equal(pose, self._posed):
+            return
+        back, stay = np.linalg.inv(pose), np.eye(4)
+        for name, actor in self._actors.items():
+            posed = name == "skin" or name.startswith(OWN_PREFIX)  # as the frame has them
+            followed, seen = (back, stay) if posed else (stay, pose)
+            actor.user_matrix = followed if self.style.follow else seen
+        self._posed = pose
+
+    def _show_skin(self, seen: Seen) -> None:
+        skin, options = seen.skin.copy(deep=False), dict(SKIN_LIGHTING)
+        viewpoint = np.append(self.plotter.camera.position, 1.0)
+        viewpoint = (seen.pose @ viewpoint if self.style.follow else viewpoint)[:3]
+        textured = self._texture is not None and skin.active_texture_coordinates is not None
+        paint = None if self.style.scalars is not None else self._paint(seen, textured)
+        if paint is not None:
+            skin.point_data[PAINT] = paint
         if self._visible is not None:
-            viewpoint = np.append(self.plotter.camera.position, 1.0)
-            skin = self._visible.of(skin, (pose @ viewpoint if self.style.follow else viewpoint)[:3])
-        if self._texture is not None and self.style.scalars is None:
+            skin = self._visible.of(skin, viewpoint)
+        if self.style.scalars is not None:
+            self._add(skin, "skin", **(options | field_colouring(skin, self.style.scalars, self._window[1])))
+            return
+        if textured:
             skin = split_at_seams(skin)
-            skin.active_scalars_name = None  # VTK's normals drop texture coordinates that are scalars, too
-        options = SKIN_LIGHTING | self._colouring(skin)
+        drawn = self._order.applied(skin, viewpoint)
+        if self._colouring == (textured, paint is None):
+            self._actors["skin"].mapper.SetInputData(drawn)
+            return
+        self._colouring = textured, paint is None
+        options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOUR}
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
-        self._add(skin, "skin", None if self.style.scalars else SKIN_MATERIAL, **options)
-        if "texture" in options and "W" in skin.point_data:
-            skin.point_data["shade"] = cavity_shading(skin)
-            mapper = self.plotter.actors["skin"].mapper
+        self._add(drawn, "skin", SKIN_MATERIAL, **options)
+        mapper = self._actors["skin"].mapper
+        mapper.SetInputData(drawn)
+        if paint is not None:
             mapper.scalar_visibility, mapper.color_mode, mapper.scalar_map_mode = True, "direct", "point_field"
-            mapper.SelectColorArray("shade")
+            mapper.SelectColorArray(PAINT)
 
-    def _colouring(self, skin: pv.PolyData) -> dict[str, Any]:
-        """Options of `add_mesh` that colour the skin: by a field, the face's texture, its colours, or plainly."""
-        if self.style.scalars is not None:
-            return field_colouring(skin, self.style.scalars, self._window[1])
-        if self._texture is not None and skin.active_texture_coordinates is not None:
-            return {"texture": self._texture}
-        if has_colours(skin):
-            return {"scalars": "Colors", "rgb": True}
-        if self._painter is not None:
-            new = np.asarray(skin.point_data.get("rest", skin.points))[len(self._base_paint) :]
-            return {"scalars": np.concatenate([self._base_paint, self._painter(new)]), "rgb": True}
-        return {"color": PLAIN_COLOUR}
+    def _paint(self, seen: Seen, textured: bool) -> npt.NDArray[Any] | None:
+        """Colours of the vertices, or factors of those of the texture; None if there are none."""
+        if textured:
+            return seen.shade
+        if has_colours(seen.skin):
+            return np.asarray(seen.skin.point_data[COLORS])
+        return seen.paint if self._appearance.painter is not None else None
 
-    def _show_mouth(self, points: Array, jaw_angle: float | None) -> None:
-        if len(self._mouth.loop):
-            self._put(self._mouth.pocket(points), "mouth", lighting=False)
-        inside = self._mouth.inside(points, jaw_angle) if self._mouth.parted(points) else {}
-        inside = {name: part for name, part in inside.items() if name not in self._own_textures}
-        for name, part in inside.items():
+    def _show_mouth(self, seen: Seen) -> None:
+        if seen.pocket is not None:
+            self._put(seen.pocket, "mouth", lighting=False)
+        for name, part in seen.inside_mouth.items():
             self._put(part, name, TEETH_MATERIAL)
         for name in Mouth.INSIDE:
             if name in self._parts:
-                self.plotter.actors[name].visibility = name in inside
+                self._actors[name].visibility = name in seen.inside_mouth
 
-    def _show_eyes(self, points: Array, gazes: Mapping[str, Array]) -> None:
-        for ball in self._eyes:
-            side = ball.eye.side
-            self._put(ball.at(points, gazes.get(side)), f"eye_{side}", EYE_MATERIAL, **EYE_LIGHTING)
-        for margin in self._lid_margins:
-            self._put(margin.at(points), f"rim_{margin.eye.side}", SKIN_MATERIAL, **SKIN_LIGHTING)
+    def _show_eyes(self, seen: Seen) -> None:
+        for side in self._eyes:
+            self._put(seen.eyes[side], f"eye_{side}", EYE_MATERIAL, **EYE_LIGHTING)
+        for side, margin in seen.lid_margins.items() if self.style.eyes else ():
+            self._put(margin, f"rim_{side}", SKIN_MATERIAL, **SKIN_LIGHTING)
 
-    def _show_hair(self, points: Array, normals: Array, refined: tuple[Array, IntArray]) -> None:
-        for lashes in self._lashes:
-            self._put(lashes.at(points), f"lashes_{lashes.eye.side}", **HAIR_LIGHTING)
-        if self._brows is not None:
-            self._put(self._brows.at(points, self.face.triangles, normals, refined), "brows", **HAIR_LIGHTING)
+    def _show_hair(self, seen: Seen) -> None:
+        for side, cards in self._lashes.items():
+            self._put(cards.along(seen.lashes[side]), f"lashes_{side}", **HAIR_LIGHTING)
+        if self._brows is not None and seen.brows is not None:
+            self._put(self._brows.along(seen.brows), "brows", **HAIR_LIGHTING)
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
         self.show(frame)
-        self.plotter.render()
+        window_of(self.plotter).Render()
 
     def picture(self, frame: pv.PolyData) -> Image:
         """Return the picture of a frame: ndarray of uint8, shape (height, width, 3)."""
-        self.draw(frame)
-        return self._image()
-
-    def _image(self) -> Image:
-        """The picture that was rendered last, in the size of the style."""
-        image = np.array(self.plotter.screenshot(None, return_img=True))
-        return image if self._samples == 1 else reduced(image, self._samples)
+        self.show(frame)
+        return rendered(self.plotter, self._samples)
 
     def close(self) -> None:
         """Free the window and all that is drawn in it."""
@@ -219,22 +222,27 @@ class Scene:
         **options: Any,
     ) -> None:
         """Add a part that has `paint` or a texture, in place of the one that had this name before."""
+        known = self._parts.get(name)
+        if known is not None and same(part, known):
+            return
+        part = part.copy(deep=False)
         if "Normals" in part.point_data:
             part.point_data.active_normals_name = "Normals"
-        if name in self._parts:
-            part.active_scalars_name = "paint" if texture is None else None
-            self._parts[name].shallow_copy(part)
-        else:
+        if known is None:
             self._parts[name] = part
             colours: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
-            self._add(part, name, material, smooth_shading=False, **colours, **options)
-            self.plotter.actors[name].prop.interpolation = "phong"
+            self._add(part, name, material, **colours, **options)
+        else:
+            part.active_scalars_name = "paint" if texture is None else None
+            known.shallow_copy(part)
 
     def _add(self, mesh: pv.PolyData, name: str, material: Material | None = None, **options: Any) -> None:
-        defaults = {"smooth_shading": True, "show_scalar_bar": False, "reset_camera": False, "render": False}
+        defaults = {"smooth_shading": False, "show_scalar_bar": False, "reset_camera": False, "render": False}
         if material is not None and not self.style.quick:
             options |= {"ambient": 1.0, "diffuse": 1.0}
         actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
+        actor.prop.interpolation = "phong"
+        self._actors[name], self._posed = actor, None
         if material is not None and not self.style.quick:
             material.apply(actor, len(LIGHTS), "texture" in options)
 
@@ -282,10 +290,9 @@ def pictures(frames: Iterable[pv.PolyData], face: Face, style: Style | None = No
             yield scene.picture(frame)
 
 
-def _texture(image: Image | None) -> pv.Texture | None:
+def _texture_of(mesh: pv.PolyData, image: Image | None, pixel: float) -> pv.Texture | None:
+    """The texture of a mesh as it is seen where a pixel is so wide, in the unit of the mesh; None without an image."""
     if image is None:
         return None
-    texture = pv.Texture(np.array(image))
-    texture.interpolate = True
-    texture.mipmap = True
-    return texture
+    corners = corner_texture(mesh)
+    return texture(image, 1.0 if corners is None else texels_per_pixel(mesh, corners, image, pixel))

@@ -19,6 +19,7 @@ from ..anatomy.face import Face
 from .images import Image
 from .scene import Scene
 from .views import LIGHTS, VIEW_ANGLE, Style
+from .window import rendered, window_of
 
 PLAIN_TEAR: dict[str, Any] = {
     "color": "#f4f1ec",
@@ -112,6 +113,16 @@ class TearScene(Scene):
 
     def draw(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> None:
         """Show a frame and tears, and render (twice, with refraction)."""
+        self._show_all(frame, tears)
+        window_of(self.plotter).Render()
+
+    def picture(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> Image:
+        """Return the picture of a frame with tears: ndarray of uint8, shape (height, width, 3)."""
+        self._show_all(frame, tears)
+        return rendered(self.plotter, self._samples)
+
+    def _show_all(self, frame: pv.PolyData, tears: Iterable[pv.PolyData]) -> None:
+        """Show a frame and tears; with refraction, the frame is rendered before."""
         for actor in self._tears:
             self.plotter.renderer.RemoveActor(actor)
         self._tears = []
@@ -119,17 +130,10 @@ class TearScene(Scene):
         tears = list(tears)
         behind = None
         if tears and self.refraction:
-            self.plotter.render()
-            behind = pv.Texture(np.array(self.plotter.screenshot(None, return_img=True)))
+            behind = pv.Texture(rendered(self.plotter))
             behind.interpolate = True
         for tear in tears:
             self._tears.append(self._wet(tear, behind) if behind is not None else self._plain(tear))
-        self.plotter.render()
-
-    def picture(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> Image:
-        """Return the picture of a frame with tears: ndarray of uint8, shape (height, width, 3)."""
-        self.draw(frame, tears)
-        return self._image()
 
     def _plain(self, tear: pv.PolyData) -> Any:
         options: dict[str, Any] = {"smooth_shading": True, "culling": "back", "reset_camera": False, "render": False}

@@ -6,7 +6,7 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial.transform import Rotation
 
-from facewrinkle.plotting.shaders import cavity_shading
+from facewrinkle.appearance.furrows import cavity_shading
 
 
 def test_furrows_are_dark_and_dimples_are_not():

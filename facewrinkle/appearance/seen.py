@@ -1,0 +1,202 @@
+"""All that is seen of a face: made once for the face, worked out once for each frame, whatever draws or writes it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..anatomy.fitting import fitted_brows
+from ..mesh import with_normals
+from .eye import PaintedEye
+from .furrows import cavity_shading
+from .hair import Brows, HairLines, Lashes
+from .lid_margins import LidMargin
+from .mouth import Mouth
+from .own_parts import has_colours, is_drawn, own_parts
+from .skin_paint import SkinPainter
+
+Array = npt.NDArray[np.float64]
+
+STORED = "_appearance"
+"""The attribute under which a face keeps its appearance, as it keeps what else is derived from it."""
+
+
+class Appearance:
+    """Paint, eyes, mouth and hair of a face.
+
+    Parameters
+    ----------
+    face : Face
+
+    Examples
+    --------
+    Two scenes of one frame ask for the same, and get the same meshes:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> appearance = Appearance.of(face)
+    >>> appearance.at(face.mesh).eyes["l"] is Appearance.of(face).at(face.mesh).eyes["l"]
+    True
+    """
+
+    def __init__(self, face: Face) -> None:
+        self.face = face
+        self._last: tuple[pv.PolyData, int, Seen] | None = None
+
+    @classmethod
+    def of(cls, face: Face) -> Self:
+        """Return the appearance of a face, made at the first call."""
+        kept: Self = vars(face).setdefault(STORED, cls(face))
+        return kept
+
+    def at(self, frame: pv.PolyData) -> Seen:
+        """Return what is seen in a frame of :meth:`facewrinkle.Simulation.step`, or in ``face.mesh``."""
+        time = frame.GetMTime()
+        if self._last is None or self._last[0] is not frame or self._last[1] != time:
+            self._last = frame, time, Seen(self, frame)
+        return self._last[2]
+
+    @cached_property
+    def own(self) -> frozenset[str]:
+        """Names of the parts that came with the face and are drawn as they are."""
+        return frozenset(name for name, part in self.face.parts.items() if is_drawn(name, part))
+
+    @cached_property
+    def painter(self) -> SkinPainter | None:
+        """Paints the skin, if it has landmarks but neither a texture nor colours."""
+        face = self.face
+        painted = face.landmarks and face.texture is None and not has_colours(face.mesh)
+        return SkinPainter(face) if painted else None
+
+    @cached_property
+    def base_paint(self) -> npt.NDArray[np.uint8]:
+        """Colours (n0, 3) of the vertices of the face; for faces with a painter."""
+        assert self.painter is not None
+        return self.painter(self.face.points)
+
+    @cached_property
+    def balls(self) -> list[PaintedEye]:
+        """Painted eyes of both sides, seen or not."""
+        return [PaintedEye(eye, self.face) for eye in self.face.eyes]
+
+    @cached_property
+    def lid_margins(self) -> list[LidMargin]:
+        """The flesh before eyes that the lids leave open, where there is any."""
+        margins = [LidMargin(ball.eye, self.face) for ball in self.balls if ball.open]
+        return [margin for margin in margins if len(margin.loop)]
+
+    @cached_property
+    def mouth(self) -> Mouth:
+        """Pocket, teeth and tongue."""
+        return Mouth(self.face)
+
+    @cached_property
+    def lashes(self) -> list[Lashes]:
+        """Painted lashes, where none came with the face."""
+        growing = [ball for ball in self.balls if ball.open or self.painter is not None]
+        rows = [Lashes(ball.eye, self.face) for ball in growing if f"lashes_{ball.eye.side}" not in self.own]
+        return [row for row in rows if row.roots]
+
+    @cached_property
+    def brows(self) -> Brows | None:
+        """Painted brows."""
+        hairs = self.face.brows
+        if hairs is None and self.painter is not None:
+            hairs = fitted_brows(self.face)
+        return None if hairs is None else Brows(hairs, self.face)
+
+
+class Seen:
+    """The sight of a face in one frame; each thing is worked out when it is first asked for.
+
+    Eyes, mouth and hair are on the head in its place at rest: :attr:`pose` takes them along. Nothing of it may be
+    changed.
+
+    Attributes
+    ----------
+    skin : PolyData
+        The frame with up-to-date normals.
+    pose : ndarray, shape (4, 4)
+        Motion of the head as a whole.
+    """
+
+    def __init__(self, appearance: Appearance, frame: pv.PolyData) -> None:
+        self._of, self._frame = appearance, frame
+        self._state = appearance.face.state_of(frame)
+        self.skin, self.pose = with_normals(frame), self._state.head
+
+    @cached_property
+    def _refined(self) -> Array:
+        """Points (n, 3) of the skin on the head at rest; base vertices first."""
+        return self._state.to_rest(np.asarray(self.skin.points))
+
+    @cached_property
+    def _points(self) -> Array:
+        return self._refined[: len(self._state.points)]
+
+    @cached_property
+    def eyes(self) -> dict[str, pv.PolyData]:
+        """Painted eyes by side, seen or not."""
+        return {ball.eye.side: ball.at(self._points, self._state.gazes.get(ball.eye.side)) for ball in self._of.balls}
+
+    @cached_property
+    def lid_margins(self) -> dict[str, pv.PolyData]:
+        """Flesh between lids and eyeballs, by side."""
+        return {margin.eye.side: margin.at(self._points) for margin in self._of.lid_margins}
+
+    @cached_property
+    def pocket(self) -> pv.PolyData | None:
+        """The dark behind lips that are a hole of the mesh."""
+        mouth = self._of.mouth
+        return mouth.pocket(self._points) if len(mouth.loop) else None
+
+    @cached_property
+    def parted(self) -> bool:
+        """True if the lips are farther apart than at rest."""
+        return self._of.mouth.parted(self._points)
+
+    @cached_property
+    def inside_mouth(self) -> dict[str, pv.PolyData]:
+        """Teeth and tongue by name, if they can be seen and none came with the face."""
+        parts = self._of.mouth.inside(self._points, self._state.jaw_angle) if self.parted else {}
+        return {name: part for name, part in parts.items() if name not in self._of.own}
+
+    @cached_property
+    def lashes(self) -> dict[str, HairLines]:
+        """Lashes by side."""
+        return {row.eye.side: row.lines(self._points) for row in self._of.lashes}
+
+    @cached_property
+    def brows(self) -> HairLines | None:
+        """Brows, lifted out of the folds of the skin."""
+        brows, n = self._of.brows, len(self._state.points)
+        if brows is None:
+            return None
+        normals = np.asarray(self.skin.point_data["Normals"])[:n] @ self.pose[:3, :3]
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        refined = self._refined, np.asarray(self.skin.regular_faces)
+        return brows.lines(self._points, self._of.face.triangles, normals, refined)
+
+    @cached_property
+    def own(self) -> dict[str, pv.PolyData]:
+        """Parts that came with the face, by name, where they are in the frame."""
+        return own_parts(self._of.face, self._frame)
+
+    @cached_property
+    def paint(self) -> npt.NDArray[np.uint8]:
+        """Colours (n, 3) of the skin; for faces with a painter."""
+        painter, base = self._of.painter, self._of.base_paint
+        assert painter is not None
+        return np.concatenate(
+            [base, painter(np.asarray(self.skin.point_data.get("rest", self.skin.points))[len(base) :])]
+        )
+
+    @cached_property
+    def shade(self) -> npt.NDArray[np.uint8] | None:
+        """Factors (n, 3) of the skin's colours in furrows, as bytes; None for a frame without heights."""
+        return cavity_shading(self.skin) if "W" in self.skin.point_data else None

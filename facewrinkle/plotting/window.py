@@ -1,0 +1,102 @@
+"""The contents of a window as a picture: read with its opacity, laid over the background, and reduced.
+
+A background with a gradient that OpenGL draws costs more than the face before it: it covers every pixel. So nothing is
+drawn behind the face, and both are combined as the pixels are read.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+
+from . import _pixel_kernels as kernels
+from .images import Image, reduced
+
+
+def rendered(plotter: pv.Plotter, factor: int = 1) -> Image:
+    """Render what a plotter shows, and return the picture, reduced by a factor (1 or 2) to means of pixels.
+
+    The window must be a whole multiple of the factor wide and high. What is left in it has no background.
+
+    Examples
+    --------
+    >>> plotter = pv.Plotter(off_screen=True, window_size=(60, 40))
+    >>> plotter.set_background((0, 0, 0), top=(0, 100, 200))
+    >>> rendered(plotter, 2)[[0, 19], 0].tolist()
+    [[0, 98, 195], [0, 3, 5]]
+    >>> plotter.close()
+    """
+    renderer, window = plotter.renderer, window_of(plotter)
+    if not renderer.GetGradientBackground() or renderer.GetTexturedBackground():
+        window.Render()
+        pixels = np.ascontiguousarray(_pixels(plotter)[::-1, :, :3])
+        return pixels if factor == 1 else reduced(pixels, factor)
+    bottom, alpha = renderer.GetBackground(), renderer.GetBackgroundAlpha()
+    top = renderer.GetBackground2()
+    renderer.GradientBackgroundOff()
+    renderer.SetBackground(0.0, 0.0, 0.0)
+    renderer.SetBackgroundAlpha(0.0)
+    try:
+        window.SetAlphaBitPlanes(1)
+        window.Render()
+        pixels = _pixels(plotter)
+    finally:
+        renderer.SetBackground(bottom)
+        renderer.SetBackgroundAlpha(alpha)
+        renderer.GradientBackgroundOn()
+    return composed(pixels, bottom, top, factor)
+
+
+def window_of(plotter: pv.Plotter) -> Any:
+    """Return the window of a plotter, which renders at once: a plotter does not before its first screenshot.
+
+    Examples
+    --------
+    >>> plotter = pv.Plotter(off_screen=True, window_size=(60, 40))
+    >>> window_of(plotter).GetSize()
+    (60, 40)
+    >>> plotter.close()
+    """
+    window = plotter.render_window
+    if window is None:
+        raise RuntimeError("this plotter has been closed, and shows nothing.")
+    return window
+
+
+def _pixels(plotter: pv.Plotter) -> Image:
+    """Red, green, blue and opacity (h, w, 4) of what was rendered last, bottom row first."""
+    window = window_of(plotter)
+    width, height = window.GetSize()
+    data = vtkUnsignedCharArray()
+    window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, data, 0)
+    return np.asarray(vtk_to_numpy(data)).reshape(height, width, 4)
+
+
+def composed(
+    pixels: Image, bottom: tuple[float, float, float], top: tuple[float, float, float], factor: int = 1
+) -> Image:
+    """Return premultiplied pixels (f h, f w, 4), bottom row first, reduced and over a gradient: (h, w, 3).
+
+    Examples
+    --------
+    White that covers half of red:
+
+    >>> veil = np.full((2, 2, 4), 127, np.uint8)
+    >>> composed(veil, bottom=(1.0, 0.0, 0.0), top=(1.0, 0.0, 0.0), factor=2).tolist()
+    [[[255, 127, 127]]]
+    """
+    height, width = (side // factor for side in pixels.shape[:2])
+    up = 1.0 - (np.arange(height) + 0.5)[:, None] / height
+    background = np.rint(65536.0 * np.clip(np.add((1.0 - up) * bottom, up * top), 0.0, 1.0)).astype(np.uint32)
+    out = np.empty((height, width, 3), np.uint8)
+    if factor == 1:
+        kernels.over(pixels.view(np.uint32)[..., 0], background, out)
+    elif factor == 2:
+        kernels.halved_over(pixels.reshape(2 * height, width, 8).view(np.uint64)[..., 0], background, out)
+    else:
+        raise NotImplementedError(f"reduction by {factor}")
+    return out
