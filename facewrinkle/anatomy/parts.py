@@ -99,6 +99,9 @@ HAIR_BEHIND = 1.2
 FRINGE = 1.0
 """A fringe begins this far above the nasion, at the hairline (0.94), however far it hangs down."""
 
+OPAQUE = 0.95
+"""Parts whose points all have a larger alpha are opaque: scanners and exporters leave a 254 here and there."""
+
 # --- Lashes are cards --------------------------------------------------------------------------------------
 
 CARD = 0.04
@@ -226,8 +229,12 @@ def _part(name: str, others: pv.PolyData, cells: IntArray) -> Part:
     mesh = with_data(others, renumbered.reshape(-1, 3), kept)
     for array in others.cell_data:
         mesh.cell_data[array] = np.asarray(others.cell_data[array])[cells]
-    if COLORS in mesh.point_data and np.asarray(mesh.point_data[COLORS]).min() == 255:
-        del mesh.point_data[COLORS]  # other parts have colours, this one has none
+    if COLORS in mesh.point_data:
+        colours = np.asarray(mesh.point_data[COLORS])
+        if colours.min() == 255:
+            del mesh.point_data[COLORS]  # other parts have colours, this one has none
+        elif colours.shape[1] == 4 and colours[:, 3].min() > OPAQUE * (255 if colours.dtype == np.uint8 else 1.0):
+            mesh.point_data[COLORS] = colours[:, :3].copy()
     return follower(name, mesh, merged_texture(mesh))
 
 

@@ -199,3 +199,27 @@ def test_a_ball_is_found_in_its_front():
     centre, radius = ball_of(points)
     np.testing.assert_allclose(centre, [7.0, 8.0, 9.0], atol=1e-9)
     assert radius == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(("alpha", "channels"), [(254, 3), (100, 4)])
+def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
+    """Scanners and exporters leave an alpha of 254 here and there; glass and cards of hair are much clearer."""
+    centre = face.landmarks["nasion"] + [0.0, 90.0, -60.0]
+    hat = pv.Icosphere(radius=30.0, center=centre, nsub=2)
+    whole = pv.PolyData.from_regular_faces(
+        np.vstack([face.points, hat.points]), np.vstack([face.triangles, hat.regular_faces + len(face.points)])
+    )
+    colours = np.tile(np.array([90, 80, 70, 255], np.uint8), (whole.n_points, 1))
+    colours[:: len(colours) // 7] = [120, 60, 50, alpha]
+    colours[-1, 3] = alpha
+    whole.point_data["Colors"] = colours
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        fitted = fw.fit_face(whole, face.landmarks, "mm")
+    assert fitted.mesh.point_data["Colors"].shape[1] == 3
+    (part,) = fitted.parts.values()
+    assert part.mesh.point_data["Colors"].shape[1] == channels
+    both = np.asarray(fitted.with_parts(fitted.mesh).point_data["Colors"])
+    np.testing.assert_array_equal(both[: fitted.mesh.n_points, :3], fitted.mesh.point_data["Colors"])
+    np.testing.assert_array_equal(both[fitted.mesh.n_points :, :channels], part.mesh.point_data["Colors"])
+    assert (both[: fitted.mesh.n_points, 3:] == 255).all()

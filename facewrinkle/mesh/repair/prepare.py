@@ -140,8 +140,10 @@ def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None
     kept = skin.origin[used]
     clean = with_data(source, triangles, kept)
     clean.points = skin.points[used]
-    if COLORS in clean.point_data and not np.ptp(clean.point_data[COLORS], axis=0).any():
-        del clean.point_data[COLORS]  # a single colour is that of the material, and of no use
+    if COLORS in clean.point_data:
+        clean.point_data[COLORS] = np.array(clean.point_data[COLORS][:, :3])  # skin is opaque
+        if not np.ptp(clean.point_data[COLORS], axis=0).any():
+            del clean.point_data[COLORS]  # a single colour is that of the material, and of no use
     if IMAGE in source.cell_data:
         clean.cell_data[IMAGE] = np.asarray(source.cell_data[IMAGE])[skin.corners[:, 0] // 3]
     faces = np.asarray(source.regular_faces)
