@@ -63,6 +63,9 @@ INSIDE_DEPTH = 3.0
 BACKWARD = -0.5
 """Skin whose normal points forward less than this (a cosine) is not seen from the front, however thin the lips are."""
 
+IN_MOUTH = 14.0
+"""Skin that lies deeper than this behind the lips lines a mouth: the furrow between closed lips is half as deep."""
+
 OUTER_LANDMARKS = ("glabella", "zygion_l", "zygion_r")
 """Skin that is connected with these is the outer skin of the face."""
 
