@@ -440,6 +440,24 @@ def test_persons_far_from_the_mean(real_face, person):
     assert min(found.confidences[name] for name in CENTRAL) > UNSURE
 
 
+@pytest.mark.parametrize("shift", [-9.0, 7.0])
+def test_brows_lie_on_the_ridge_above_the_orbits(face, shift):
+    """The head with its ridge moved down or up, which a warp by the curvature of the whole face does not follow."""
+    marks = face.landmarks
+    middle = {side: 0.5 * (marks[f"brow_{side}_inner"] + marks[f"brow_{side}_mid"]) for side in "lr"}
+
+    def moved(points):
+        share = sum(
+            np.exp(-((((points - at) / [20.0, 14.0, 40.0]) ** 2).sum(axis=-1, keepdims=True) ** 2))
+            for at in middle.values()
+        )
+        return points + shift * np.minimum(share, 1.0) * [0.0, 1.0, 0.0]
+
+    found = find_landmarks(to_polydata(moved(face.points), face.triangles))
+    names = [f"brow_{side}_{part}" for side in "lr" for part in ("inner", "mid")]
+    assert errors(found.landmarks, {name: moved(place) for name, place in marks.items()}, names).max() < 8.0
+
+
 # --- what is no face ----------------------------------------------------------------------------
 
 

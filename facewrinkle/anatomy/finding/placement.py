@@ -12,6 +12,7 @@ from scipy.ndimage import grey_dilation, map_coordinates
 from ...mesh import to_polydata
 from ..landmarks import NAMES, complete
 from .alignment import FINE
+from .brows import rise_of_brows
 from .depth import peak
 from .matching import UNCERTAIN_SHIFT, Match
 from .mouth import MOUTH, below_furrow, furrow, lower_lip, menton
@@ -79,6 +80,7 @@ def placed_landmarks(
         lip_seen, measured = _close_mouth(points, triangles, match, places)
         lowest = menton(points, triangles, match.pose, match.pose.local(places["menton"]))
         places["menton"] = match.pose.world(lowest)
+    _raise_brows(points, triangles, match, places)
     for name, place in places.items():
         others = place[None] if name in measured else rivals[name]
         scatter = np.sqrt(((others - place) ** 2).sum(axis=1).mean()) / match.pose.size
@@ -156,6 +158,15 @@ def _close_mouth(
     lip, _ = below
     places["lower_lip_mid"] = _raised(match, np.array([[lips[1, 0], lip]]), match.surface.depth)[0]
     return True, (*MOUTH[:2], "lower_lip_mid")
+
+
+def _raise_brows(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> None:
+    """Move the landmarks of the brows to the ridge above the orbits."""
+    names = [name for name in NAMES if name.startswith("brow_")]
+    flat = match.pose.local(np.array([places[name] for name in names]))[:, :2]
+    rise = rise_of_brows(points, triangles, match.pose, dict(zip(names, flat, strict=True)))
+    flat[:, 1] += _certain(np.array([[0.0, rise]]))[0, 1]
+    places |= dict(zip(names, _raised(match, flat, match.surface.depth), strict=True))
 
 
 def _certain(shift: Array) -> Array:

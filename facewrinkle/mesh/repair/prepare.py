@@ -52,7 +52,7 @@ class CleanSurface:
     >>> surface.triangles.shape, surface.others.n_cells
     ((200, 3), 1680)
     >>> surface.report
-    ('Kept one of 2 separate parts, the largest, with 200 triangles; set apart parts of 1680 triangles.',)
+    ('Kept one of 2 separate parts, the one with the largest area, with 200 triangles; set apart parts of 1680 ...',)
     """
 
     mesh: pv.PolyData
@@ -182,7 +182,7 @@ def _votes(whole: RepairedMesh, label: np.ndarray, near: np.ndarray | None) -> t
     """Votes for each sheet (the number of landmarks nearest to it, or its area), and the reason for the choice."""
     count = int(label.max()) + 1
     if near is None:
-        return np.bincount(label, areas_doubled(whole.points, whole.triangles), count), "the largest"
+        return np.bincount(label, areas_doubled(whole.points, whole.triangles), count), "the one with the largest area"
     used, first = np.unique(whole.triangles, return_index=True)
     nearest = cKDTree(whole.points[used]).query(near)[1]
     votes = np.bincount(label[first[nearest] // 3], minlength=count)
