@@ -223,3 +223,32 @@ def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
     np.testing.assert_array_equal(both[: fitted.mesh.n_points, :3], fitted.mesh.point_data["Colors"])
     np.testing.assert_array_equal(both[fitted.mesh.n_points :, :channels], part.mesh.point_data["Colors"])
     assert (both[: fitted.mesh.n_points, 3:] == 255).all()
+
+
+@pytest.mark.parametrize(
+    ("radii", "where", "name"),
+    [((0.25, 0.15, 0.75), (0.0, -1.0, -0.6), "tongue"), ((0.72, 0.3, 0.5), (0.0, -0.95, -0.6), "teeth")],
+)
+def test_gums_and_tongues_that_reach_far_back_are_no_hair(face, radii, where, name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        fitted = together(face, [ellipsoid(face, where, radii)])
+    assert [part.removeprefix("lower_").removeprefix("upper_") for part in fitted.parts] == [name]
+
+
+def test_shells_over_the_eyes_and_lashes_do_not_move_their_corners(face):
+    """Wet lines, occlusion shells and lashes cover the corners, and close the openings as the template's are closed."""
+    pieces = []
+    for eye in face.eyes:
+        shell = pv.Sphere(radius=1.08 * eye.radius, center=eye.centre, theta_resolution=40, phi_resolution=40)
+        pieces += [(np.asarray(shell.points, float), np.asarray(shell.regular_faces)), lash(face, eye)]
+    plain = fw.find_landmarks(face.mesh).landmarks
+    meshes = [(face.points, face.triangles), *pieces]
+    starts = np.cumsum([0, *(len(points) for points, _ in meshes[:-1])])
+    both = pv.PolyData.from_regular_faces(
+        np.vstack([points for points, _ in meshes]),
+        np.vstack([triangles + start for (_, triangles), start in zip(meshes, starts, strict=True)]),
+    )
+    found = fw.find_landmarks(both).landmarks
+    for name in ("eye_l_inner", "eye_l_outer", "eye_r_inner", "eye_r_outer"):
+        assert np.linalg.norm(found[name] - plain[name]) < 0.01 * face.frame.pupil_distance
