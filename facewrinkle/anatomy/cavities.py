@@ -41,8 +41,11 @@ the other side of the head.
 NOSTRIL_WIDTH, MOUTH_WIDTH = 9.0, 13.0
 """Hollows narrower than these are nostrils and the mouth."""
 
-BESIDE_NOSE, BESIDE_MOUTH, BELOW_MOUTH = 1.0, 4.0, 4.0
-"""Cavities reach this far beside the wings of the nose and the corners of the mouth, and below the lower lip."""
+BESIDE_NOSE, BESIDE_MOUTH = 1.0, 4.0
+"""Cavities reach this far beside the wings of the nose and the corners of the mouth."""
+
+IN_LOWER_LIP = 0.5
+"""Below, the mouth fades out over this share of the lower lip: the fold under a full lip is as narrow and deep."""
 
 GROOVES, GROOVES_DEEP = 7.5, 12.75
 """Heights above the base of the nose: up to the first, nostrils may be anywhere; up to the second, only where the skin
@@ -114,7 +117,8 @@ class Cavities:
         wing = np.abs([marks["ala_l"][0], marks["ala_r"][0]]).max()
         within = smoothstep((wing + BESIDE_NOSE - across) / BLEND_BESIDE)  # beyond the wings, skin lies as deep
         near = upper * within + (1.0 - upper) * smoothstep((corner + BESIDE_MOUTH - across) / BLEND)
-        near = near * smoothstep((y - lower_lip + BELOW_MOUTH) / BLEND)[None, :]
+        lip = max(0.5 * (marks["upper_lip_mid"][1] - lower_lip), 1.0)
+        near = near * smoothstep((y - lower_lip) / (IN_LOWER_LIP * lip))[None, :]
         nostrils, mouth = _closed(front, NOSTRIL_WIDTH), _closed(front, MOUTH_WIDTH)
         self._cover = front + near * (upper * nostrils + (1.0 - upper) * mouth - front)
         self._within = 1.0 - upper * (1.0 - within)
