@@ -108,6 +108,8 @@ class EyelidOpening:
         Vertices of the margins, from the inner canthus outwards.
     rims : tuple of ndarray, shape (3, k)
         :meth:`polar` coordinates of these vertices at rest.
+    brow : ndarray, shape (3, 3)
+        :meth:`polar` coordinates of the landmarks of the brow.
 
     Examples
     --------
@@ -129,6 +131,7 @@ class EyelidOpening:
     upper: IntArray
     lower: IntArray
     rims: tuple[Array, Array]
+    brow: Array
 
     def polar(self, points: Array) -> Array:
         """Polar coordinates (3, n) of points (n, 3): place from the inner (0) to the outer canthus (1), elevation as
@@ -196,7 +199,12 @@ def eyelid_opening(
     thick = hole is None or not _is_seen(hole, local, lids)
     upper, lower = _margins(lids, local, triangles) if hole is None or thick else hole
     canthi = _polar(np.stack([inner, outer]), eye.centre, inner, axes, width)[1]
-    return EyelidOpening(eye, inner, axes, width, canthi, thick, upper, lower, (polar[:, upper], polar[:, lower]))
+    over = _polar(
+        np.array([landmarks[f"brow_{eye.side}_{part}"] for part in ("inner", "mid", "outer")]),
+        eye.centre, inner, axes, width,
+    )  # fmt: skip
+    rims = polar[:, upper], polar[:, lower]
+    return EyelidOpening(eye, inner, axes, width, canthi, thick, upper, lower, rims, over[:, np.argsort(over[0])])
 
 
 def lid_rim(eye: Eyeball, points: Array, triangles: IntArray) -> IntArray | None:
