@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -208,7 +209,7 @@ def combined_mesh(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.Pol
         values = max(known, key=lambda a: a.shape[1:]) if name == COLORS else known[0]
         rows = []
         for mesh in meshes:
-            own = mesh.point_data.get(name)
+            own: Any = mesh.point_data.get(name)
             if name == COLORS and own is not None and own.ndim == 2 and own.shape[1] + 1 == values.shape[1] == 4:
                 own = np.column_stack([own, np.full(len(own), 255, values.dtype)])  # opaque skin, translucent parts
             fits = own is not None and own.shape[1:] == values.shape[1:]

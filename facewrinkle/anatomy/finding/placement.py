@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -75,7 +75,7 @@ def placed_landmarks(
     correlations = dict(zip(NAMES, np.transpose(around), strict=True))
     mouth, similar = _mouth_variants(matches, variants, correlations)
     places, certainty, rivals = _consensus(matches, variants, correlations, mouth, similar)
-    lip_seen, measured = True, ()
+    lip_seen, measured = True, cast(tuple[str, ...], ())
     if not matches[mouth].mouth_open:
         lip_seen, measured = _close_mouth(points, triangles, match, places)
         lowest = menton(points, triangles, match.pose, match.pose.local(places["menton"]))
