@@ -1,5 +1,6 @@
 """The search for faces, measured: ``python -m analysis.finding [POSES]`` finds faces in many poses, ``python -m
-analysis.finding likeness`` tells faces from other things. Both print as they go and end in a verdict on their targets;
+analysis.finding likeness`` tells faces from other things, ``python -m analysis.finding persons`` finds the exactly known
+landmarks of twenty-eight persons. All print as they go and end in a verdict on their targets;
 exit status 1 if one is missed.
 
 The built-in head and the real faces next to the repository are turned, scaled (1e-3 to 1e3) and shifted at random, and
@@ -197,9 +198,7 @@ def labelled_persons() -> Iterator[tuple[str, pv.PolyData, Marks]]:
 def persons() -> bool:
     """Print the errors on persons whose landmarks are exactly known; return True if the targets are met."""
     brows = tuple(f"brow_{side}_{part}" for side in "lr" for part in ("inner", "mid", "outer"))
-    print(
-        f"{'person':24s} {'like':>5s} {'central':>8s} {'worst':>6s} {'more':>6s} {'worst':>6s} {'brows':>6s}  off, doubted"
-    )
+    print(f"{'person':24s}  like  central  worst   more  worst  brows  farther off; doubted")
     rows = []
     for name, mesh, marks in labelled_persons():
         size, found = frame_of(marks).pupil_distance, fw.find_landmarks(mesh)
