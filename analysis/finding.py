@@ -1,7 +1,7 @@
-"""The search for faces, measured: ``python -m analysis.finding [POSES]`` finds faces in many poses, ``python -m
-analysis.finding likeness`` tells faces from other things, ``python -m analysis.finding persons`` finds the exactly known
-landmarks of twenty-eight persons. All print as they go and end in a verdict on their targets;
-exit status 1 if one is missed.
+"""The search for faces, measured; each command prints as it goes, ends in a verdict, and fails if a target is missed.
+
+``python -m analysis.finding [POSES]`` finds faces in many poses, ``... likeness`` tells faces from other things, and
+``... persons`` finds the exactly known landmarks of twenty-eight persons.
 
 The built-in head and the real faces next to the repository are turned, scaled (1e-3 to 1e3) and shifted at random, and
 searched both as they are and spoiled. Errors are in % of the distance between the pupils. For the likeness, other
