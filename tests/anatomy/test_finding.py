@@ -324,8 +324,8 @@ def test_the_head_finds_itself_the_same_every_time(face, found, fingerprint, cap
     assert capsys.readouterr() == ("", "")  # no bar where there is no terminal
     assert found.confidences == fitted.confidences
     assert fitted.likeness == found.confidence > 0.9
-    for name in MORE:
-        assert np.array_equal(found.landmarks[name], fitted.landmarks[name]), name
+    for name in MORE:  # estimates are moved to the skin once more
+        np.testing.assert_allclose(found.landmarks[name], fitted.landmarks[name], rtol=1e-12, atol=1e-9)
 
 
 @pytest.mark.parametrize(
