@@ -197,9 +197,10 @@ class Face:
         """True if there is a hole of the mesh or a hollow behind the lips; without, the jaw cannot part them."""
         if not self.landmarks:
             return False
-        away = np.abs(self.frame.local(self.points) - self.frame.local(lips_middle(self.landmarks)))
-        bag = (away[:, :2] < MOUTH[:2]).all(axis=1) & (self.cavities.depth(self.points) > IN_MOUTH)
-        return bool(bag.any() or any((away[loop] < MOUTH).all(axis=1).any() for loop in self.boundary_loops))
+        away = self.frame.local(self.points) - self.frame.local(lips_middle(self.landmarks))
+        bag = (np.abs(away[:, :2]) < MOUTH[:2]).all(axis=1) & (self.cavities.depth(self.points) > IN_MOUTH)
+        rims = (np.vstack([away[loop], away[loop].mean(axis=0)]) for loop in self.boundary_loops)
+        return bool(bag.any() or any((np.abs(rim) < MOUTH).all(axis=1).any() for rim in rims))
 
     @cached_property
     def cavities(self) -> Cavities:
