@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -202,12 +203,15 @@ def combined_mesh(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.Pol
     starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
     data = {}
     for name in (*skin.point_data, *({COLORS} - set(skin.point_data))):
-        values = next((mesh.point_data[name] for mesh in meshes if name in mesh.point_data), None)
-        if values is None:
+        known = [np.asarray(mesh.point_data[name]) for mesh in meshes if name in mesh.point_data]
+        if not known:
             continue
+        values = max(known, key=lambda a: a.shape[1:]) if name == COLORS else known[0]
         rows = []
         for mesh in meshes:
-            own = mesh.point_data.get(name)
+            own: Any = mesh.point_data.get(name)
+            if name == COLORS and own is not None and own.ndim == 2 and own.shape[1] + 1 == values.shape[1] == 4:
+                own = np.column_stack([own, np.full(len(own), 255, values.dtype)])  # opaque skin, translucent parts
             fits = own is not None and own.shape[1:] == values.shape[1:]
             nothing = np.full((mesh.n_points, *values.shape[1:]), 255 if name == COLORS else 0, values.dtype)
             rows.append(np.asarray(own, values.dtype) if fits else nothing)

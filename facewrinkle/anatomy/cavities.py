@@ -41,8 +41,11 @@ the other side of the head.
 NOSTRIL_WIDTH, MOUTH_WIDTH = 9.0, 13.0
 """Hollows narrower than these are nostrils and the mouth."""
 
-BESIDE_NOSE, BESIDE_MOUTH, BELOW_MOUTH = 1.0, 4.0, 4.0
-"""Cavities reach this far beside the wings of the nose and the corners of the mouth, and below the lower lip."""
+BESIDE_NOSE, BESIDE_MOUTH = 1.0, 4.0
+"""Cavities reach this far beside the wings of the nose and the corners of the mouth."""
+
+IN_LOWER_LIP = 0.5
+"""Below, the mouth fades out over this share of the lower lip: the fold under a full lip is as narrow and deep."""
 
 GROOVES, GROOVES_DEEP = 7.5, 12.75
 """Heights above the base of the nose: up to the first, nostrils may be anywhere; up to the second, only where the skin
@@ -62,6 +65,9 @@ INSIDE_DEPTH = 3.0
 
 BACKWARD = -0.5
 """Skin whose normal points forward less than this (a cosine) is not seen from the front, however thin the lips are."""
+
+IN_MOUTH = 14.0
+"""Skin that lies deeper than this behind the lips lines a mouth: the furrow between closed lips is half as deep."""
 
 OUTER_LANDMARKS = ("glabella", "zygion_l", "zygion_r")
 """Skin that is connected with these is the outer skin of the face."""
@@ -111,7 +117,8 @@ class Cavities:
         wing = np.abs([marks["ala_l"][0], marks["ala_r"][0]]).max()
         within = smoothstep((wing + BESIDE_NOSE - across) / BLEND_BESIDE)  # beyond the wings, skin lies as deep
         near = upper * within + (1.0 - upper) * smoothstep((corner + BESIDE_MOUTH - across) / BLEND)
-        near = near * smoothstep((y - lower_lip + BELOW_MOUTH) / BLEND)[None, :]
+        lip = max(0.5 * (marks["upper_lip_mid"][1] - lower_lip), 1.0)
+        near = near * smoothstep((y - lower_lip) / (IN_LOWER_LIP * lip))[None, :]
         nostrils, mouth = _closed(front, NOSTRIL_WIDTH), _closed(front, MOUTH_WIDTH)
         self._cover = front + near * (upper * nostrils + (1.0 - upper) * mouth - front)
         self._within = 1.0 - upper * (1.0 - within)

@@ -38,6 +38,11 @@ HEIGHTS = np.linspace(-HIGHEST, HIGHEST, 81)
 SOCKET = 0.08
 """Lids are open where no skin is seen, or only skin farther than this behind the line between the canthi."""
 
+LEAST_DEPTH = 0.3
+"""Skin seen in a gap reaches farther back than this, behind the middle of the ball (-0.84 to -0.62; the middle of the
+ball is at -0.2). Otherwise the eye is one piece with the skin, as those of statues are, and nothing opens or closes.
+"""
+
 NARROWEST = 2
 """Gaps in the skin of no more than this many heights do not count. Lids are closed if fewer than half of the meridians
 have gaps.
@@ -103,6 +108,8 @@ class EyelidOpening:
         Vertices of the margins, from the inner canthus outwards.
     rims : tuple of ndarray, shape (3, k)
         :meth:`polar` coordinates of these vertices at rest.
+    brow : ndarray, shape (3, 3)
+        :meth:`polar` coordinates of the landmarks of the brow.
 
     Examples
     --------
@@ -124,6 +131,7 @@ class EyelidOpening:
     upper: IntArray
     lower: IntArray
     rims: tuple[Array, Array]
+    brow: Array
 
     def polar(self, points: Array) -> Array:
         """Polar coordinates (3, n) of points (n, 3): place from the inner (0) to the outer canthus (1), elevation as
@@ -191,7 +199,12 @@ def eyelid_opening(
     thick = hole is None or not _is_seen(hole, local, lids)
     upper, lower = _margins(lids, local, triangles) if hole is None or thick else hole
     canthi = _polar(np.stack([inner, outer]), eye.centre, inner, axes, width)[1]
-    return EyelidOpening(eye, inner, axes, width, canthi, thick, upper, lower, (polar[:, upper], polar[:, lower]))
+    over = _polar(
+        np.array([landmarks[f"brow_{eye.side}_{part}"] for part in ("inner", "mid", "outer")]),
+        eye.centre, inner, axes, width,
+    )  # fmt: skip
+    rims = polar[:, upper], polar[:, lower]
+    return EyelidOpening(eye, inner, axes, width, canthi, thick, upper, lower, rims, over[:, np.argsort(over[0])])
 
 
 def lid_rim(eye: Eyeball, points: Array, triangles: IntArray) -> IntArray | None:
@@ -275,20 +288,22 @@ def _section(corners: Array, meridian: float) -> Array:
 def _gap(section: Array) -> tuple[float, float] | None:
     """Lowest and highest height of the widest gap in a section; None where the lids are closed.
 
-    From the front, a gap shows either no skin or skin deep behind the line between the canthi.
+    From the front, a gap shows either no skin or skin deep behind the line between the canthi, such as a socket.
     """
     start, end = section[:, 0], section[:, 1]
     rise = end[:, :1] - start[:, :1]
     t = (HEIGHTS - start[:, :1]) / np.where(rise == 0.0, 1.0, rise)
     depth = np.where((t >= 0.0) & (t <= 1.0), start[:, 1:] + t * (end[:, 1:] - start[:, 1:]), -np.inf)
-    deep = depth.max(axis=0, initial=-np.inf) < -SOCKET
+    front = depth.max(axis=0, initial=-np.inf)
+    deep = front < -SOCKET
     steps = np.flatnonzero(np.diff(np.concatenate([[False], deep, [False]]).astype(np.int8)))
     first, last = steps[::2], steps[1::2]
     inside = (first > 0) & (last < len(HEIGHTS))
     if not inside.any():
         return None
     widest = np.argmax(np.where(inside, last - first, 0))
-    if last[widest] - first[widest] <= NARROWEST:
+    gap = front[first[widest] : last[widest]]
+    if len(gap) <= NARROWEST or gap.min() > -LEAST_DEPTH:
         return None
     return float(HEIGHTS[first[widest] - 1]), float(HEIGHTS[last[widest]])
 

@@ -32,6 +32,11 @@ MARGIN_FADE = np.deg2rad(20.0)
 blinks).
 """
 
+BELOW_BROW, LEAST_FADE = 0.6, 0.25
+"""It fades within the first share of the angle to the brow, but not within less than the second of `MARGIN_FADE`:
+above the large eyes of drawn figures the brow is near, and stays.
+"""
+
 LOWER_FADE, INNER_FADE = 0.6, 2.5
 """The same below the lower margin, and on the insides of lids: relative to `MARGIN_FADE`. The inside goes with the
 margin; only skin far back in the socket stays.
@@ -176,7 +181,9 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
 def _fade(opening: EyelidOpening, along: Array, distance: Array, beyond: Array, is_upper: BoolArray) -> Array:
     """Share (n,) of the margin's motion that skin takes, by its angle `beyond` the margin."""
     outside = smoothstep((distance - opening.rim(along, is_upper)) / (EDGE * opening.eye.radius) + 0.5)
-    reach = np.where(is_upper, MARGIN_FADE, LOWER_FADE * MARGIN_FADE)
+    to_brow = np.interp(along, *opening.brow[:2]) - opening.lines(along)[0]
+    upper = np.clip(BELOW_BROW * to_brow, LEAST_FADE * MARGIN_FADE, MARGIN_FADE)
+    reach = np.where(is_upper, upper, LOWER_FADE * MARGIN_FADE)
     return np.asarray(1.0 - smoothstep(beyond / (outside * reach + (1.0 - outside) * INNER_FADE * MARGIN_FADE)))
 
 

@@ -20,20 +20,28 @@ from ..mesh.frame_state import FrameState
 from .atlas import Atlas, load_atlas
 from .attachments import Attachments, combined_mesh
 from .brow_hairs import BrowHairs
-from .cavities import Cavities, Lining
+from .cavities import IN_MOUTH, Cavities, Lining
 from .eye_placement import place_eyeballs
 from .eyeball import Eyeball
 from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim
 from .eyelids import LidWeights, lid_weights
 from .jaw import Mandible, jaw_weights
 from .joint_weights import JointWeights
-from .landmarks import NOT_ON_SKIN, FaceFrame, frame_of
+from .landmarks import NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
 from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle, zones
 from .parts import Part
 from .skull import Tissue, tissue_of
 
 Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
+
+LID_MUSCLES = ("orbicularis_oculi_{}", "orbicularis_oculi_palpebral_{}")
+"""Muscles that close an eye and tighten its lower lid."""
+
+MOUTH = np.array([0.3, 0.25, 0.6])
+"""The opening of a mouth reaches within these [left, up, forward] of the middle of the lips, in distances between the
+pupils.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,6 +186,23 @@ class Face:
         return {side: rim for side, rim in found.items() if rim is not None}
 
     @cached_property
+    def eyes_without_lids(self) -> dict[str, Eyeball]:
+        """Eyes before which the skin has no opening, by the muscles of their lids: these lids do not move."""
+        without = [eye for eye in self.eyes if eye.side not in self.eyelid_openings]
+        names = [(name.format(eye.side), eye) for eye in without for name in LID_MUSCLES]
+        return {name: eye for name, eye in names if name in self.muscles}
+
+    @cached_property
+    def mouth_opens(self) -> bool:
+        """True if there is a hole of the mesh or a hollow behind the lips; without, the jaw cannot part them."""
+        if not self.landmarks:
+            return False
+        away = self.frame.local(self.points) - self.frame.local(lips_middle(self.landmarks))
+        bag = (np.abs(away[:, :2]) < MOUTH[:2]).all(axis=1) & (self.cavities.depth(self.points) > IN_MOUTH)
+        rims = (np.vstack([away[loop], away[loop].mean(axis=0)]) for loop in self.boundary_loops)
+        return bool(bag.any() or any((np.abs(rim) < MOUTH).all(axis=1).any() for rim in rims))
+
+    @cached_property
     def cavities(self) -> Cavities:
         """The mouth and the nostrils. Landmarks are needed."""
         return Cavities(self.points, self.triangles, self.landmarks, self.frame)
@@ -196,27 +221,26 @@ class Face:
 
     @cached_property
     def joint_weights(self) -> dict[str, JointWeights]:
-        """Turns of the skin with lids and jaw, by muscle; eyes without an opening have no lids."""
+        """Turns of the skin with lids and jaw, by muscle; without an opening there are no lids, and no jaw."""
         found: dict[str, JointWeights] = {}
         for eye in self.eyes:
             opening = self.eyelid_openings.get(eye.side)
             lids = None if opening is None else lid_weights(opening, self.points, self.triangles)
             found |= {} if lids is None else self._weights_of_lids(eye.side, lids)
         for name, muscle in self.muscles.items():
-            if isinstance(muscle, JawMuscle):
+            if isinstance(muscle, JawMuscle) and self.mouth_opens:
                 found[name] = jaw_weights(muscle, self.points, self.triangles, self.landmarks, self.frame)
         return {name: weights for name, weights in found.items() if name in self.muscles}
 
     def _weights_of_lids(self, side: str, lids: LidWeights) -> dict[str, JointWeights]:
         """Turns with the lids of one eye, by muscle; where several contract, closing comes first, then the gaze."""
-        closing = f"orbicularis_oculi_{side}"
+        closing, tightening = (name.format(side) for name in LID_MUSCLES)
         following = {
             name: (muscle.angle, lids.up if muscle.turn == "up" else lids.down)
             for name, muscle in self.muscles.items()
             if isinstance(muscle, EyeMuscle) and muscle.side == side and muscle.turn in ("up", "down")
         }
         upper = np.maximum(lids.close.angles, 0.0)
-        tightening = f"orbicularis_oculi_palpebral_{side}"
         found = {closing: lids.close, tightening: dataclasses.replace(lids.tighten, yields=(closing,))}
         for name, muscle in self.muscles.items():
             if isinstance(muscle, LidMuscle) and muscle.side == side:

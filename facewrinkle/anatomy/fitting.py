@@ -197,7 +197,22 @@ def fit_face(
         report=clean.report,
         texture=_image(mesh, texture, clean.mesh),
     )
+    for sentence in _left_out(face):
+        warn(sentence)
+        face = dataclasses.replace(face, report=(*face.report, sentence))
     return face if clean.others is None else _with_parts(face, clean.others)
+
+
+def _left_out(face: Face) -> list[str]:
+    """Sentences on the actions that the skin of a face does not allow."""
+    sides = sorted({eye.side for eye in face.eyes_without_lids.values()})
+    said = []
+    if sides:
+        which = {"l": "the left eye", "r": "the right eye", "lr": "both eyes"}["".join(sides)]
+        said.append(f"The skin has no opening before {which}, closed or one piece with it: such lids do not move.")
+    if face.muscles and not face.mouth_opens:
+        said.append("The skin has no opening between the lips: the jaw stays, and the mouth does not open.")
+    return said
 
 
 def _with_parts(face: Face, others: pv.PolyData) -> Face:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.spatial import cKDTree
 
+from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from ..mesh import merged_texture
 from ..mesh.arrays import COLORS, PART, SOURCE, with_data
@@ -70,6 +71,11 @@ MOUTH_FOREMOST = 0.25
 MOUTH_EXTENT = 1.4
 """Its largest extent is smaller than this (0.96: the upper gum)."""
 
+INSIDE, MOUTH_ASIDE = 0.6, 0.2
+"""So does a piece of any size of which more than this share lies inside the head, its middle below the nasion and no
+farther aside than half of the second: gums and tongues may reach far back.
+"""
+
 TONGUE_WIDTH, TONGUE_LENGTH, TONGUE_ASIDE = 0.2, 1.2, 0.1
 """A tongue is wider than this (0.6; a molar is 0.17 wide), at least this long relative to its width (1.4; gums are
 0.7), and its middle is no farther aside.
@@ -98,6 +104,9 @@ HAIR_BEHIND = 1.2
 
 FRINGE = 1.0
 """A fringe begins this far above the nasion, at the hairline (0.94), however far it hangs down."""
+
+OPAQUE = 0.95
+"""Parts whose points all have a larger alpha are opaque: scanners and exporters leave a 254 here and there."""
 
 # --- Lashes are cards --------------------------------------------------------------------------------------
 
@@ -204,7 +213,7 @@ def named_parts(
     triangles, label = np.asarray(others.regular_faces), np.asarray(others.cell_data[PART])
     local = frame.local(np.asarray(others.points))
     marks = {name: frame.local(place) for name, place in landmarks.items()}
-    away = cKDTree(np.asarray(skin.points)).query(others.points)[0] / frame.pupil_distance
+    away = _height(np.asarray(others.points), skin) / frame.pupil_distance
     order = np.argsort(label, kind="stable")
     ends = np.flatnonzero(np.diff(label[order], prepend=-1, append=label.max() + 1))
     pieces = [(piece, np.unique(triangles[piece])) for piece in (order[begin:end] for begin, end in pairwise(ends))]
@@ -220,14 +229,26 @@ def named_parts(
     return {name: _part(name, others, np.sort(np.concatenate(chosen[name]))) for name in sorted(chosen)}, specks
 
 
+def _height(points: Array, skin: pv.PolyData) -> Array:
+    """Distance (n,) of points from the nearest vertices of the skin, negative inside the head."""
+    at = np.asarray(skin.points, dtype=np.float64)
+    distance, nearest = cKDTree(at).query(points)
+    outside = ((points - at[nearest]) * vertex_normals(at, np.asarray(skin.regular_faces))[nearest]).sum(axis=1) >= 0.0
+    return np.asarray(np.where(outside, distance, -distance))
+
+
 def _part(name: str, others: pv.PolyData, cells: IntArray) -> Part:
     """The part of a name that some cells of a mesh make up."""
     kept, renumbered = np.unique(np.asarray(others.regular_faces)[cells], return_inverse=True)
     mesh = with_data(others, renumbered.reshape(-1, 3), kept)
     for array in others.cell_data:
         mesh.cell_data[array] = np.asarray(others.cell_data[array])[cells]
-    if COLORS in mesh.point_data and np.asarray(mesh.point_data[COLORS]).min() == 255:
-        del mesh.point_data[COLORS]  # other parts have colours, this one has none
+    if COLORS in mesh.point_data:
+        colours = np.asarray(mesh.point_data[COLORS])
+        if colours.min() == 255:
+            del mesh.point_data[COLORS]  # other parts have colours, this one has none
+        elif colours.shape[1] == 4 and colours[:, 3].min() > OPAQUE * (255 if colours.dtype == np.uint8 else 1.0):
+            mesh.point_data[COLORS] = colours[:, :3].copy()
     return follower(name, mesh, merged_texture(mesh))
 
 
@@ -239,18 +260,19 @@ def _socket(pieces: list[Array], centre: Array) -> tuple[Array, float]:
 
 def _kind(points: Array, away: Array, marks: Mapping[str, Array], eyes: Mapping[str, tuple[Array, float]]) -> str:
     """Name of a piece by the sections above, from its points [left, up, forward] (n, 3) and their distances (n,) from
-    the skin; "teeth" for those of either jaw.
+    the skin, negative inside the head; "teeth" for those of either jaw.
     """
     for side, (centre, radius) in eyes.items():
         if np.linalg.norm(points - centre, axis=1).max() <= EYE_RADII * radius + EYE_MARGIN:
             return f"eye_{side}" if _is_of_eyeball(points, centre, radius) else f"lashes_{side}"
     low, high = points.min(axis=0), points.max(axis=0)
     mouth, bridge = mouth_middle(marks), marks["nasion"]
-    if _is_in_mouth(low, high, mouth):
+    within = np.mean(away < 0.0) > INSIDE and 0.5 * (low + high)[1] < bridge[1] and abs(low[0] + high[0]) < MOUTH_ASIDE
+    if _is_in_mouth(low, high, mouth) or (within and high[2] < mouth[2] + MOUTH_FOREMOST):
         return "tongue" if _is_tongue(low, high, mouth) else "teeth"
     if (high - low).max() < SPECK:
         return "speck"
-    if away.max() < ON_SKIN:
+    if np.abs(away).max() < ON_SKIN:
         return "fuzz"
     if _is_glasses(low, high, bridge):
         return "glasses"

@@ -82,6 +82,11 @@ class ReducedFace(Face):
         return dataclasses.replace(opening, upper=upper, lower=lower, rims=(rims[0], rims[1]))
 
     @cached_property
+    def mouth_opens(self) -> bool:
+        """See :class:`Face`."""
+        return self.whole.mouth_opens
+
+    @cached_property
     def lid_rims(self) -> dict[str, npt.NDArray[np.int32]]:
         """See :class:`Face`."""
         rims = {side: self._numbers[rim].astype(np.int32) for side, rim in self.whole.lid_rims.items()}

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from ..anatomy.cavities import IN_MOUTH
 from ..anatomy.face import Face
 from ..anatomy.landmarks import lips_middle
 from ..anatomy.teeth import teeth_of
@@ -19,9 +20,6 @@ from .own_parts import PART_COLOURS
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
-
-IN_MOUTH = 14.0
-"""Skin that lies deeper than this behind the lips lines a mouth, mm on a face of average size."""
 
 PARTED = 0.012
 """Lips are parted if they are farther apart than at rest by more than this, in distances between the pupils."""

@@ -47,6 +47,11 @@ BEARD_COLOUR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
 
 HAIR_COLOUR = (50.0, 38.0, 31.0)
 
+SHAVED, SIDEBURN_HEIGHT, SIDEBURN_BEHIND = 0.7, 34.0, 4.0
+"""Loss of colour at the lower ends of the sideburns, the height over which it grows, and how far behind the zygion they
+reach.
+"""
+
 WHOLE_HEAD = 25.0
 """A mesh is a whole head if it reaches this far above the hairline, and twice as far behind the ears."""
 
@@ -112,7 +117,7 @@ class SkinPainter:
         red = np.maximum(lips(points, landmarks, frame), creased)
         colour += 0.7 * red[:, None] * (np.array(LIP_COLOUR) - colour)
         if self._hair:
-            hair = 0.93 * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
+            hair = 0.93 * (smoothstep(hair_cover(points, landmarks, frame) / 14.0) * self._fading(points))[:, None]
             colour += hair * (np.array(HAIR_COLOUR) - colour)
         depth[self._lining.holds(points) & (depth < INSIDE_DEPTH)] = HIDDEN_DEPTH  # farther than is seen from the front
         rims = self._cavities.at_nostrils(points)
@@ -125,6 +130,13 @@ class SkinPainter:
             strength = smoothstep(behind / 0.3) * (LID_STRENGTH + (1.0 - LID_STRENGTH) * behind)
             colour += strength[:, None] * (flesh(behind) - colour)
         return np.asarray(np.rint(colour), dtype=np.uint8)
+
+    def _fading(self, points: Array) -> Array:
+        """Share (n,) of the hair's colour: it is shaved shorter before the ears, where it would be a dark line."""
+        where, ear = (self._face.frame.local_mm(place) for place in (points, self._face.landmarks["zygion_l"]))
+        before = smoothstep((where[:, 2] - ear[2] + SIDEBURN_BEHIND) / 8.0)
+        low = 1.0 - smoothstep((where[:, 1] - ear[1] + 4.0) / SIDEBURN_HEIGHT)
+        return np.asarray(1.0 - SHAVED * before * low)
 
     def _by_corners(self, points: Array) -> Array:
         """Nearness (0 to 1) of points to the corners of the mouth, where the lips end in a crease."""

@@ -15,7 +15,9 @@ from ..errors import FaceWrinkleWarning, unknown_name
 from ..geometry.topology import boundary_loops
 from ..mesh import merged_texture, prepare, read_surface, read_texture
 from ..mesh.arrays import IMAGE
+from ..mesh.formats.reading import GLTF
 from ..mesh.repair.self_intersections import self_intersection_report
+from ..motion.gltf import shapes_of_gltf
 from .report import Report, face_facts
 
 Array = npt.NDArray[np.float64]
@@ -67,6 +69,11 @@ def _of_mesh(path: Path) -> dict[str, str]:
     if has_uv:
         texture = merged_texture(clean.mesh) if IMAGE in clean.mesh.cell_data else read_texture(path)
     rows["texture coordinates"] = "yes" if has_uv else "no"
+    if path.suffix.lower() in GLTF:
+        shapes, animations = shapes_of_gltf(path)
+        for label, names in shapes.items():
+            rows[f"shapes of {label} ({len(names)})"] = ", ".join(names)
+        rows["animations"] = ", ".join(animations) or "none"
     return rows | _surface(clean.points, clean.triangles, texture is not None, clean.report)
 
 

@@ -43,6 +43,24 @@ def parse_identity(text: str) -> dict[str, float]:
     return found
 
 
+def parse_shapes(text: str) -> dict[str, float]:
+    """Return the weights of shapes by name, from "mouthSmile=0.8, jawOpen"; without a number the weight is 1.
+
+    Examples
+    --------
+    >>> parse_shapes("mouthSmile=0.8, jawOpen")
+    {'mouthSmile': 0.8, 'jawOpen': 1.0}
+    """
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        name, equals, weight = (piece.strip() for piece in part.partition("="))
+        try:
+            found[name] = float(weight) if equals else 1.0
+        except ValueError:
+            raise ParameterError(f"the weight of {name} must be a number, received {weight!r}.") from None
+    return found
+
+
 def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:
     """Return weights by name, from "surprise", "AU12" or "AU1=0.7,AU4".
 

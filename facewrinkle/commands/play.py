@@ -19,7 +19,7 @@ from ..plotting import closeup, side_by_side, stacked
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
 from .options import OutputOptions
-from .parsing import Whole, WholeOrNone, parse_units
+from .parsing import Whole, WholeOrNone, parse_shapes, parse_units
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
 
@@ -40,6 +40,7 @@ def play(
     atlas: Path | None = None,
     mesh: str | None = None,
     animation: str | None = None,
+    shapes: str | None = None,
     speed: float = 1.0,
     max_level: WholeOrNone = None,
     depth: float = 1.0,
@@ -65,6 +66,8 @@ def play(
         Name of the mesh in the file that is the face.
     animation
         Name of the animation in the file. Default: the first that moves the mesh.
+    shapes
+        Shapes of a glTF file and their weights, such as mouthSmile=0.8,jawOpen=0.3, in place of an animation.
     speed
         Factor of the speed: 0.5 plays at half speed.
     max_level
@@ -81,7 +84,7 @@ def play(
     count = check_whole("moments", moments, 1, 100)
     step = 1.0 / check_range("fps", output.fps, 1.0, 100.0)
     styles = [Style(output.pixels, view, follow=follow) for view in ("front", output.view or "cheeks")]
-    rest, recorded = read_animation(file, mesh, animation)
+    rest, recorded = read_animation(file, mesh, animation, None if shapes is None else parse_shapes(shapes))
     recorded = recorded.played(speed)
     face = fit_face(rest, landmarks, parse_units(units), _atlas(atlas), progress=report.search, texture=texture)
     with report.waiting("Preparing the skin"):

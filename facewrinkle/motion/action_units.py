@@ -8,7 +8,7 @@ few that ICT-FaceKit adds. The units follow from what the names' documentation a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Literal
 
@@ -111,6 +111,32 @@ def _sided(shape: str) -> tuple[str, str | None]:
         if (match := _SIDE.fullmatch(plain)) and match[1] in _STEMS:
             return _STEMS[match[1]].removesuffix("_l").removesuffix("_r"), match[2][0]
     return shape, None
+
+
+def named_shapes(asked: str, names: Sequence[str]) -> list[str]:
+    """Return the shapes that a name means: the one of that name in any spelling, or both sides of a pair.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none; the nearest names are suggested.
+
+    Examples
+    --------
+    >>> named_shapes("mouth_smile", ["jawOpen", "mouthSmile_L", "mouthSmile_R"])
+    ['mouthSmile_L', 'mouthSmile_R']
+    """
+    if asked in names:
+        return [asked]
+    plain = {name: {_plain(name), _plain(_PREFIX.sub("", name))} for name in names}
+    same = [name for name in names if _plain(asked) in plain[name]]
+    sides = [name for name in names if any((m := _SIDE.fullmatch(p)) and m[1] == _plain(asked) for p in plain[name])]
+    if not same and not sides:
+        stem = _sided(asked)
+        sides = [name for name in names if _sided(name) == stem or (stem[1] is None and _sided(name)[0] == stem[0])]
+    if not same and not sides:
+        raise unknown_name("shape", asked, names)
+    return same or sides
 
 
 def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None) -> dict[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from ..arguments import checked
-from ..errors import MeshError
+from ..errors import MeshError, ParameterError
 from ..geometry.normals import vertex_normals
 from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
 from ..mesh.arrays import MOVED, PART, blended, use_texture, with_data
@@ -37,7 +38,10 @@ the edges of the mesh are long.
 
 @checked
 def read_animation(
-    path: str | Path, mesh: str | None = None, animation: str | None = None
+    path: str | Path,
+    mesh: str | None = None,
+    animation: str | None = None,
+    shapes: Mapping[str, float] | None = None,
 ) -> tuple[pv.PolyData, Recorded]:
     """Read an animated file: its mesh at rest, and the recording that moves it.
 
@@ -64,6 +68,9 @@ def read_animation(
     animation : str, optional
         Name of an animation of a glTF file, which is then played alone. Default: the first that moves the mesh, and
         with it those that move other things: exporters write one for each object.
+    shapes : dict of str to float, optional
+        Shapes (morph targets) of a glTF file and their weights from 0 to 1, in place of an animation: the face takes
+        them in one second and holds them. Names in any spelling; one without a side means both.
 
     Returns
     -------
@@ -77,7 +84,9 @@ def read_animation(
         If the file cannot be read, or nothing in it moves; for glTF that is compressed (Draco, meshopt); for a series
         whose triangles change.
     UnknownNameError
-        For a mesh or animation that the file does not have.
+        For a mesh, an animation or a shape that the file does not have.
+    ParameterError
+        For a weight outside [0, 1], or shapes of another file than glTF.
     MissingPackageError
         For USD without usd-core (extra `export`).
 
@@ -99,9 +108,11 @@ def read_animation(
     """
     path = Path(os.path.expanduser(path))
     check_file(path)
+    if shapes is not None and path.suffix.lower() not in GLTF:
+        raise ParameterError(f"shapes can be asked for in .glb and .gltf files, received {path.name}.")
     with reading(path):
         if path.suffix.lower() in GLTF:
-            return read_gltf(path, mesh, animation)
+            return read_gltf(path, mesh, animation, shapes)
         if path.suffix.lower() in SERIES_SUFFIXES:
             return _read_series(path)
         if path.suffix.lower() in USD_SUFFIXES:

@@ -14,15 +14,16 @@ import pyvista as pv
 from scipy.sparse import csr_array, vstack
 from scipy.spatial.transform import Rotation
 
-from ..errors import MeshError, unknown_name, warn
+from ..errors import MeshError, check_range, unknown_name, warn
 from ..mesh.formats.gltf import Document, rotations
 from ..mesh.formats.merging import merged_primitives, merged_surfaces
 from ..mesh.formats.obj_off import Primitive
+from .action_units import named_shapes
 from .recorded import Recorded
 from .skinning import Bones
 from .track import Interpolation, Track
 
-__all__ = ["read_gltf"]
+__all__ = ["read_gltf", "shapes_of_gltf"]
 
 Array = npt.NDArray[np.float64]
 
@@ -36,7 +37,16 @@ Key = tuple[int, str]
 """A node, and the property of it that moves: "translation", "rotation", "scale" or "weights"."""
 
 
-def read_gltf(path: Path, mesh: str | None = None, animation: str | None = None) -> tuple[pv.PolyData, Recorded]:
+POSED = (0.0, 1.0, 1.5)
+"""Times at which shapes that are asked for begin to be taken, are taken, and have been held, s."""
+
+
+def read_gltf(
+    path: Path,
+    mesh: str | None = None,
+    animation: str | None = None,
+    shapes: Mapping[str, float] | None = None,
+) -> tuple[pv.PolyData, Recorded]:
     """Read the meshes of a glTF file at rest, and their recording; see :func:`facewrinkle.read_animation`."""
     document = Document(path)
     with document.checked():
@@ -45,7 +55,8 @@ def read_gltf(path: Path, mesh: str | None = None, animation: str | None = None)
         models = [model for model in models if model.primitives]
         clips = _clips(document)
         skin = _chosen(document, models, clips, mesh)
-        scene = _Scene(document, world, _tracks(document, models, skin, clips, animation))
+        tracks = _tracks(document, models, skin, clips, animation) if shapes is None else _posed(path, skin, shapes)
+        scene = _Scene(document, world, tracks)
         surface, recorded = _animated(scene, skin)
         if recorded is None:
             raise MeshError(
@@ -174,9 +185,14 @@ def _tracks(
     Others are added if they move nothing that is moved already: exporters write one animation for each object.
     """
     if not clips:
-        raise MeshError(
-            f"{document.path.name} holds no animation. fit_face and read_surface read meshes that keep still."
-        )
+        said = "fit_face and read_surface read meshes that keep still."
+        if skin.names:
+            few = ", ".join(skin.names[:5]) + (", ..." if len(skin.names) > 5 else "")
+            said = (
+                f"{skin.label} has {len(skin.names)} shapes ({few}): ask for some with shapes={{name: weight}}, or "
+                + said
+            )
+        raise MeshError(f"{document.path.name} holds no animation. {said}")
     if name is not None and name not in clips:
         raise unknown_name("animation", name, clips)
     own = clips if name is None else {name: clips[name]}
@@ -191,6 +207,27 @@ def _tracks(
         (node, path): _track(document, chosen[node, path], counts[node] if path == "weights" else WIDTHS[path])
         for node, path in sorted(needed)
     }
+
+
+def shapes_of_gltf(path: Path) -> tuple[dict[str, tuple[str, ...]], tuple[str, ...]]:
+    """Return the names of the shapes of each mesh of a glTF file that has some, and those of its animations."""
+    document = Document(path)
+    with document.checked():
+        world = document.world()
+        models = [_Model.of(document, node, world) for node in document.shown]
+        return {model.label: model.names for model in models if model.names}, tuple(_clips(document))
+
+
+def _posed(path: Path, skin: _Model, shapes: Mapping[str, float]) -> dict[Key, Track]:
+    """Return the track that takes the shapes of a mesh that are asked for, and holds them."""
+    if not skin.names:
+        raise MeshError(f"{path.name}: {skin.label} has no shapes. Name another mesh with mesh=.")
+    asked = np.zeros(len(skin.names))
+    for name, weight in shapes.items():
+        check_range(f"the weight of the shape {name}", weight, 0.0, 1.0)
+        for own in named_shapes(name, skin.names):
+            asked[skin.names.index(own)] = weight
+    return {(skin.node, "weights"): Track(np.array(POSED), np.stack([np.zeros_like(asked), asked, asked]))}
 
 
 def _track(document: Document, sampler: Mapping[str, Any], width: int) -> Track:

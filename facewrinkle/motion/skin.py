@@ -15,11 +15,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 
+from ..anatomy.eyeball import Eyeball
+from ..anatomy.eyelids import PLATE, SHELL
 from ..anatomy.face import Face
 from ..arguments import checked
 from ..errors import ParameterError, check_range, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas
+from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
 from . import _skin_kernels as kernels
 from .base import NONE_BY_NAME
@@ -187,6 +190,8 @@ class Skin:
         for k, name in enumerate(self.names):
             if (free := self._joints.free_share(name)) is not None:
                 pull[k][free[0]] *= free[1][:, None]
+            elif (eye := face.eyes_without_lids.get(name)) is not None:
+                pull[k] *= _beyond_ball(eye, face.points)[:, None]
         closing = np.array([muscle.closing * muscle.strength for muscle in face.muscles.values()])
         some = np.flatnonzero(closing)
         pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * closing_forces(face, self._area)
@@ -354,3 +359,9 @@ class Skin:
             u, self._shift, self._normals, self._along, self._across, bending.indptr, self._bent, bending.data, gradient
         )
         return float(energy)
+
+
+def _beyond_ball(eye: Eyeball, points: Array) -> Array:
+    """0 for skin (n,) on the ball of an eye, where lids would be, rising to 1 where no lid reaches."""
+    away = np.linalg.norm(points - eye.centre, axis=1) / eye.radius
+    return smoothstep((away - PLATE) / (SHELL - PLATE))

@@ -38,7 +38,8 @@ class Refinement:
         for about three vertices per half cycle, and at least 1: 2 on the built-in head, 3 on one with twice its edges
         and on surfaces without muscles.
     samples : float
-        Vertices per half cycle that a wrinkle needs across its folds (the paper's criterion is blind at 1 and 2).
+        Vertices per half cycle that a wrinkle needs across its folds (the paper's criterion is blind at 1 and 2); 0
+        for the paper's alone, Eq. 19.
     hysteresis : float
         In (0, 1): triangles are taken back when the bend of their edges is below this share of the threshold, and edges
         twice as long would still be short enough, with this share to spare.
@@ -61,7 +62,8 @@ class Refinement:
         check_range("gamma_c", self.gamma_c, 1e-9, 2.0)
         if self.max_level is not None:
             check_whole("max_level", self.max_level, 0, FINEST, "Each level has four times as many triangles.")
-        check_range("samples", self.samples, 1.0, 64.0)
+        if self.samples != 0.0:
+            check_range("samples", self.samples, 1.0, 64.0, "Or give 0 for Eq. 19 alone.")
         check_range("hysteresis", self.hysteresis, 1e-9, 1.0 - 1e-9)
 
 
@@ -184,9 +186,10 @@ def mark(
     triangles = forest.triangles
     n, m = len(normals), len(triangles)
     spacing, across, active = _finest(displacements, n)
+    spacing = spacing / refinement.samples if refinement.samples else np.full(n, np.inf)
     split, fine, largest = np.empty(m, bool), np.empty(m, bool), np.zeros(n)
     kernels.mark_triangles(
-        triangles, levels, forest.max_level, normals, vertices.normals, vertices.points, spacing / refinement.samples,
+        triangles, levels, forest.max_level, normals, vertices.normals, vertices.points, spacing,
         across, active, refinement.gamma_c, refinement.hysteresis, split, fine, largest,
     )  # fmt: skip
     return split, fine, largest

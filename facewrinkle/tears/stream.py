@@ -7,7 +7,8 @@ moving least squares (:func:`.shape.rough_film`); and the part that is covered a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +17,10 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..arguments import checked
-from ..errors import MeshError, ParameterError, check_range, check_whole
+from ..errors import MeshError, ParameterError, check_range, check_whole, unknown_name
+from ..geometry.laplacian import neighbour_mean
 from ..geometry.normals import detail_normals
-from ..geometry.topology import boundary_loops, euler_characteristic
+from ..geometry.topology import boundary_loops, euler_characteristic, unique_edges
 from ..mesh import array_of, of_own_arrays
 from . import _height_kernels as kernels
 from . import path as paths
@@ -90,6 +92,9 @@ class Flow:
         Speed, mm/s.
     hold : float
         Seconds for which the tear stays when it has arrived.
+    by : {"length", "height"}
+        What h is: a length along the path, so that the tear runs evenly, or, as in the paper, the height that is
+        covered: on a slope that is less steep the tear runs faster.
 
     Examples
     --------
@@ -102,12 +107,15 @@ class Flow:
     s: float | None = None
     c: float = 30.0
     hold: float = 1.0
+    by: Literal["length", "height"] = "length"
 
     def __post_init__(self) -> None:
         if self.s is not None:
             check_range("s", self.s, 0.0, 1e9)
         check_range("c", self.c, 1e-6, 1e9)
         check_range("hold", self.hold, 0.0, 1e9)
+        if self.by not in ("length", "height"):
+            raise unknown_name("measure of the flow", self.by, ("length", "height"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +182,9 @@ class SheddingTear:
         The speed of the tear, and the time for which it stays.
     route : Route, optional
         The length of the path, its branches, another stream that it joins.
+    head : {"round", "extruded"}
+        A head by a formula, round in front and narrowing into the trail; or, as in the paper (Fig. 9 d and e), the end
+        of the tear is extruded to its height and then smoothed.
     detail : float
         Length of the edges of the mesh, as a share of the width.
     down : array_like, shape (3,), optional
@@ -222,6 +233,7 @@ class SheddingTear:
         film: Film | None = None,
         flow: Flow | None = None,
         route: Route | None = None,
+        head: Literal["round", "extruded"] = "round",
         detail: float = 0.28,
         down: npt.ArrayLike | None = None,
         unit: float = 1.0,
@@ -229,6 +241,9 @@ class SheddingTear:
         film, flow, route = film or Film(), flow or Flow(), route or Route()
         if sum(choice is not None for choice in (path, start, weight)) != 1:
             raise ParameterError("give one of path, start and weight: it says where the tear runs.")
+        if head not in ("round", "extruded"):
+            raise unknown_name("head", head, ("round", "extruded"))
+        self._extruded = head == "extruded"
         self._support = support_surface(surface, down, unit)
         self.shape = self._checked_shape(width, height, film.trail)
         half, unit = self.shape.half, self._support.unit
@@ -247,7 +262,14 @@ class SheddingTear:
         self.c = flow.c / unit
         self.s = min(2.2 * half, self.length) if flow.s is None else flow.s / unit
         self.s = max(self.s, 1.2 * (half + self.shape.trail))
-        self.end = self.begin + max(self.length - self.s, 0.0) / self.c + flow.hold
+        main = self.paths[0]
+        self._heights: tuple[Array, Array] | None = None
+        if flow.by == "height":
+            drop = np.maximum.accumulate((main.points - main.points[0]) @ self._support.down)
+            rest = max(self.length - float(main.lengths[-1]), 0.0)  # of branches that are longer
+            self._heights = np.append(drop, drop[-1] + rest), np.append(main.lengths, main.lengths[-1] + rest)
+        farthest = self.length if self._heights is None else float(self._heights[0][-1])
+        self.end = self.begin + max(farthest - self.s, 0.0) / self.c + flow.hold
         reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
         self._subdivision = LocalSubdivision([path.points for path in self.paths], reach, self._detail)
         self._footprint: Footprint | None = None
@@ -318,7 +340,7 @@ class SheddingTear:
     def covered(self, t: float) -> float:
         """Return the length of the path that is covered at time t: the paper's ``h = s + c t``.
 
-        It is a length along the path, in the unit of the surface, and not a height; it never decreases.
+        It is in the unit of the surface, and never decreases. Unless the flow goes by height, h is this length itself.
 
         Raises
         ------
@@ -326,7 +348,12 @@ class SheddingTear:
             For t outside [begin, end].
         """
         t = check_range("t", t, self.begin, self.end, "There is no tear at other times.")
-        return min(self.s + self.c * (t - self.begin), max(self.length, self.s))
+        h = self.s + self.c * (t - self.begin)
+        if self._heights is not None:
+            heights, lengths = self._heights
+            last = min(int(np.searchsorted(heights, h, side="right")), len(heights) - 1)
+            h = max(float(np.interp(h, heights[last - 1 : last + 1], lengths[last - 1 : last + 1])), self.s)
+        return min(h, max(self.length, self.s))
 
     def surface(self, t: float, on: pv.PolyData | None = None) -> pv.PolyData:
         """Return the tear at time t.
@@ -360,7 +387,10 @@ class SheddingTear:
         if part is None:
             raise MeshError("nothing of the surface is under the tear. Is it a frame of another surface?")
         bottom, up, bottom_rest = part.at(frame.points, _normals(frame, on))
-        height = np.maximum(thick[part.first] * (part.share == 0.0), EDGE / frame.unit)
+        height = thick[part.first] * (part.share == 0.0)
+        if self._extruded:
+            height = self._smoothed(height, part.triangles)
+        height = np.maximum(height, EDGE / frame.unit)
         skin = frame.points, rest, frame.triangles
         kernels.limit_heights(bottom, bottom_rest, up, height, part.under, skin, 2.0 * self.shape.half)
         top = bottom + height[:, None] * up
@@ -390,8 +420,22 @@ class SheddingTear:
             head = Shape(shape.half * (0.7 + 0.3 * grown), shape.height * (0.6 + 0.4 * grown), shape.trail, shape.film)
             coordinates = footprint.s[k], footprint.w[k]
             one, thick = thickness(*coordinates, run, head, footprint.wobble[k], BUMP * footprint.noise[k])
+            if self._extruded:
+                film = replace(head, height=head.film)
+                one, thick = thickness(*coordinates, run, film, footprint.wobble[k], BUMP * footprint.noise[k])
+                thick[(one > 0.0) & (footprint.s[k] > run - 2.0 * head.half)] = head.height
             level, height = (np.maximum(level, one), np.maximum(height, thick)) if k else (one, thick)
         return level, height
+
+    def _smoothed(self, height: Array, triangles: IntArray) -> Array:
+        """Heights (n,) after smoothing: over half of the head, means of neighbours; the outline stays on the skin."""
+        edges, sides = unique_edges(triangles)
+        inner = np.ones(len(height), bool)
+        inner[edges[np.bincount(sides.ravel()) == 1]] = False
+        mean = neighbour_mean(edges, len(height))
+        for _ in range(int(np.ceil((0.5 * self.shape.half / self._detail) ** 2)) + 2):
+            height = np.where(inner, 0.5 * (height + mean @ height), 0.0)
+        return height
 
 
 def _normals(frame: SupportSurface, on: pv.PolyData | None) -> Array:

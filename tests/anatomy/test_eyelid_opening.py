@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from eyelids_of_faces import margins_of
+from eyelids_of_faces import filled, margins_of
 from synthetic_faces import BACK_EDGE, head_with, ring
 
+import facewrinkle as fw
 from facewrinkle.anatomy.eyelid_opening import EYE_WIDTH, LINING_DEPTH
+from facewrinkle.geometry.topology import unique_edges
+from facewrinkle.mesh import to_polydata
 
 
 def assert_margins_keep_to_one_edge(face):
@@ -92,3 +95,28 @@ def test_skin_behind_thick_lids_is_deep():
         assert len(lining) > 10
         np.testing.assert_array_equal(depth[lining], LINING_DEPTH)
         assert depth[face.mesh.find_closest_point(face.landmarks[f"malar_{eye.side}"])] == 0.0
+
+
+@pytest.mark.parametrize("rings", [((0.8, 3.0), (0.4, 5.0)), ((0.9, -1.0), (0.5, -3.0)), ((0.7, 6.5), (0.3, 7.5))])
+def test_eyes_that_are_one_piece_with_the_skin_have_no_lids(face, rings):
+    """Hollow ones such as statues have, and bulging ones: nothing opens, and nothing is drawn together to a spike."""
+    with pytest.warns(fw.FaceWrinkleWarning, match="no opening before both eyes") as said:
+        statue = fw.fit_face(to_polydata(*filled(face, *rings)), face.landmarks, "mm")
+    assert len(said) == 1
+    assert not statue.eyelid_openings
+    assert set(statue.joint_weights) == {"jaw"}
+    skin = fw.Skin(statue)
+    closing = [name for name in statue.muscles if name.startswith("orbicularis_oculi_") and len(name) == 19]
+    assert len(closing) == 2
+    skin.contract(dict.fromkeys(closing, 1.0))
+    for _ in range(20):
+        skin.step()
+    edges, _ = unique_edges(statue.triangles)
+    near = np.zeros(len(statue.points), bool)
+    for eye in statue.eyes:
+        near |= np.linalg.norm(statue.points - eye.centre, axis=1) < 1.2 * eye.radius
+    edges = edges[near[edges].all(axis=1)]
+    moved = statue.points + skin.displacement
+    before, after = (np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (statue.points, moved))
+    assert (after / before).min() > 0.8
+    assert (after / before).max() < 1.25

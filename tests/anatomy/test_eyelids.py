@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from eyelids_of_faces import filled, margins_of
@@ -70,3 +72,21 @@ def test_deep_sockets_have_lids(real_face, stem):
             heights.append(high - low)
         assert heights[0].min() > 4.0
         assert heights[1].max() < 1.0
+
+
+def test_a_brow_that_is_near_stays_as_the_eye_closes(face):
+    """As over the large eyes of drawn figures, where a share of the eye's own size would reach beyond the brow."""
+    opening = face.eyelid_openings["l"]
+    usual = lid_weights(opening, face.points, face.triangles).close
+    brow = opening.brow.copy()
+    brow[1] = opening.lines(brow[0])[0] + np.radians(8.0)
+    near = lid_weights(dataclasses.replace(opening, brow=brow), face.points, face.triangles).close
+    along, elevation, _ = opening.polar(face.points)
+    above = elevation - opening.lines(along)[0]
+    for weights, moves in ((usual, True), (near, False)):
+        turns = np.zeros(len(face.points))
+        turns[weights.vertices] = weights.angles
+        at_brow = (above > np.radians(6.0)) & (above < np.radians(18.0)) & (np.abs(along - 0.5) < 0.4)
+        assert at_brow.sum() == 3
+        assert (turns[at_brow] > 0.02).any() == moves
+        assert turns[opening.upper].max() == pytest.approx(usual.angles.max(), rel=1e-6)

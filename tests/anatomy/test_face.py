@@ -20,9 +20,11 @@ from scipy.spatial import cKDTree
 import facewrinkle as fw
 from facewrinkle.anatomy.eye_placement import place_eyeballs
 from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE
+from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.errors import MeshError
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import boundary_loops
+from facewrinkle.mesh import to_polydata
 
 
 def middle(muscle, part):
@@ -206,6 +208,22 @@ def test_the_jaw_takes_the_chin_along_and_leaves_the_nose(face):
 
 def test_no_lids_where_the_eyes_are_closed(real_face):
     assert not [name for name in real_face("mediapipe_canonical_face_model").joint_weights if "oculi" in name]
+
+
+def test_no_jaw_where_the_mouth_is_closed_by_skin(face):
+    """Lips that are one piece, as those of many scans, would be drawn out to a skin between them."""
+    loop = Mouth(face).loop
+    lips = face.points[loop]
+    last = np.append(np.arange(len(loop)), 0)
+    fan = [[loop[last[k + 1]], loop[k], len(face.points)] for k in range(len(loop))]
+    sewn = np.vstack([face.points, lips.mean(axis=0)])
+    mesh = to_polydata(sewn, np.vstack([face.triangles, fan]))
+    whole = fw.Face.from_landmarks(mesh, face.landmarks, 1.0)
+    assert face.mouth_opens
+    assert not whole.mouth_opens
+    assert "jaw" not in whole.joint_weights
+    with pytest.warns(fw.FaceWrinkleWarning, match="no opening between the lips"):
+        fw.fit_face(mesh, face.landmarks, "mm")
 
 
 def test_eyes_turn_with_the_face(face):

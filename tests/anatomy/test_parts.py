@@ -199,3 +199,56 @@ def test_a_ball_is_found_in_its_front():
     centre, radius = ball_of(points)
     np.testing.assert_allclose(centre, [7.0, 8.0, 9.0], atol=1e-9)
     assert radius == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(("alpha", "channels"), [(254, 3), (100, 4)])
+def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
+    """Scanners and exporters leave an alpha of 254 here and there; glass and cards of hair are much clearer."""
+    centre = face.landmarks["nasion"] + [0.0, 90.0, -60.0]
+    hat = pv.Icosphere(radius=30.0, center=centre, nsub=2)
+    whole = pv.PolyData.from_regular_faces(
+        np.vstack([face.points, hat.points]), np.vstack([face.triangles, hat.regular_faces + len(face.points)])
+    )
+    colours = np.tile(np.array([90, 80, 70, 255], np.uint8), (whole.n_points, 1))
+    colours[:: len(colours) // 7] = [120, 60, 50, alpha]
+    colours[-1, 3] = alpha
+    whole.point_data["Colors"] = colours
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        fitted = fw.fit_face(whole, face.landmarks, "mm")
+    assert fitted.mesh.point_data["Colors"].shape[1] == 3
+    (part,) = fitted.parts.values()
+    assert part.mesh.point_data["Colors"].shape[1] == channels
+    both = np.asarray(fitted.with_parts(fitted.mesh).point_data["Colors"])
+    np.testing.assert_array_equal(both[: fitted.mesh.n_points, :3], fitted.mesh.point_data["Colors"])
+    np.testing.assert_array_equal(both[fitted.mesh.n_points :, :channels], part.mesh.point_data["Colors"])
+    assert (both[: fitted.mesh.n_points, 3:] == 255).all()
+
+
+@pytest.mark.parametrize(
+    ("radii", "where", "name"),
+    [((0.25, 0.15, 0.75), (0.0, -1.0, -0.6), "tongue"), ((0.72, 0.3, 0.5), (0.0, -0.95, -0.6), "teeth")],
+)
+def test_gums_and_tongues_that_reach_far_back_are_no_hair(face, radii, where, name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        fitted = together(face, [ellipsoid(face, where, radii)])
+    assert [part.removeprefix("lower_").removeprefix("upper_") for part in fitted.parts] == [name]
+
+
+def test_shells_over_the_eyes_and_lashes_do_not_move_their_corners(face):
+    """Wet lines, occlusion shells and lashes cover the corners, and close the openings as the template's are closed."""
+    pieces = []
+    for eye in face.eyes:
+        shell = pv.Sphere(radius=1.08 * eye.radius, center=eye.centre, theta_resolution=40, phi_resolution=40)
+        pieces += [(np.asarray(shell.points, float), np.asarray(shell.regular_faces)), lash(face, eye)]
+    plain = fw.find_landmarks(face.mesh).landmarks
+    meshes = [(face.points, face.triangles), *pieces]
+    starts = np.cumsum([0, *(len(points) for points, _ in meshes[:-1])])
+    both = pv.PolyData.from_regular_faces(
+        np.vstack([points for points, _ in meshes]),
+        np.vstack([triangles + start for (_, triangles), start in zip(meshes, starts, strict=True)]),
+    )
+    found = fw.find_landmarks(both).landmarks
+    for name in ("eye_l_inner", "eye_l_outer", "eye_r_inner", "eye_r_outer"):
+        assert np.linalg.norm(found[name] - plain[name]) < 0.01 * face.frame.pupil_distance

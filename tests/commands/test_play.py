@@ -172,3 +172,16 @@ def test_moments_are_those_of_the_deepest_wrinkles(depths, count, times):
     found = moments.found()
     assert [moment.time for moment in found] == times
     assert [moment.depth for moment in found] == [depths[time - 1] for time in times]
+
+
+def test_shapes_in_place_of_an_animation(clip, tmp_path, capsys):
+    file, landmarks = map(str, clip)
+    play = ["play", file, "--landmarks", landmarks, "--out", str(tmp_path), *SMALL, "--fps", "4"]
+    assert main([*play, "--shapes", "browsUp=0.5"]) == 0
+    assert "1.50 s" in capsys.readouterr().out
+    assert main([*play, "--shapes", "brosUp=0.5"]) == 1
+    assert "Did you mean 'browsUp'" in capsys.readouterr().err
+    assert main(["info", file]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "(1) browsUp" in told
+    assert "animations 0" in told

@@ -23,7 +23,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleWarning, MeshError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError, UnknownNameError
 
 KINDS = {"f4": 5126, "u2": 5123, "u4": 5125, "u1": 5121, "i1": 5120, "i2": 5122}
 TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
@@ -691,3 +691,52 @@ def test_other_files_are_refused(simple, tmp_path):
     (tmp_path / "c.glb").write_bytes(b"")
     with pytest.raises(MeshError, match="empty"):
         fw.read_animation(tmp_path / "c.glb")
+
+
+AVATAR = ["jawOpen", "mouthSmile_L", "mouthSmileRight", "head.browInnerUp"]
+
+
+def avatar(tmp_path):
+    """A mesh with four shapes, teeth that have one of them, and no animation."""
+    points, triangles, _ = sheet()
+    deltas = np.random.default_rng(1).integers(-64, 64, (4, len(points), 3)) / 128.0
+    file = File()
+    file.content["scenes"] = [{"nodes": [0, 1]}]
+    file.node(mesh=file.mesh(points, triangles, deltas, AVATAR))
+    file.node(mesh=file.mesh(points[:4] - [0, 0, 9], [[0, 1, 2], [1, 3, 2]], deltas[:1, :4], AVATAR[:1]))
+    return file.glb(tmp_path / "avatar.glb"), points, deltas
+
+
+@pytest.mark.parametrize(
+    ("asked", "weights"),
+    [
+        ({"mouthSmile": 0.75}, (0.0, 0.75, 0.75, 0.0)),
+        ({"mouth_smile_left": 0.5, "jawOpen": 1.0}, (1.0, 0.5, 0.0, 0.0)),
+        ({"browInnerUp": 0.25}, (0.0, 0.0, 0.0, 0.25)),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*meshes that may be meant")
+def test_shapes_without_an_animation_are_taken_and_held(tmp_path, asked, weights):
+    path, points, deltas = avatar(tmp_path)
+    recorded = fw.read_animation(path, shapes=asked)[1]
+    np.testing.assert_array_equal(recorded.positions_at(0.0, points), points)
+    for time in (1.0, recorded.duration):
+        there = points + np.tensordot(weights, deltas, 1)
+        np.testing.assert_allclose(recorded.positions_at(time, points), there, atol=1e-12)
+    if weights[0]:  # the jaw takes the teeth along
+        (teeth,) = recorded.companions.values()
+        assert teeth.weights(1.0) == {"jawOpen": 1.0}
+
+
+@pytest.mark.filterwarnings("ignore:.*meshes that may be meant")
+def test_shapes_that_are_not_there_are_refused(tmp_path):
+    path, *_ = avatar(tmp_path)
+    with pytest.raises(MeshError, match="no animation.* has 4 shapes .jawOpen, .*shapes="):
+        fw.read_animation(path)
+    with pytest.raises(UnknownNameError, match="'mouthSmil'.*mouthSmile_L"):
+        fw.read_animation(path, shapes={"mouthSmil": 1.0})
+    with pytest.raises(ParameterError, match="weight of the shape jawOpen must lie in"):
+        fw.read_animation(path, shapes={"jawOpen": 3.0})
+    (tmp_path / "head.usda").write_text("#usda 1.0")
+    with pytest.raises(ParameterError, match="glb and .gltf"):
+        fw.read_animation(tmp_path / "head.usda", shapes={"jawOpen": 1.0})

@@ -9,6 +9,8 @@ what is too fine        the errors that name it, and their remedies
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -16,7 +18,10 @@ from scipy.spatial import cKDTree
 import facewrinkle as fw
 from analysis.surfaces import settled, wrinkled_surface
 from facewrinkle.errors import ParameterError
+from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.geometry.topology import unique_edges
+from facewrinkle.layers.base import SurfacePoints
+from facewrinkle.simulation.refinement import Refinement, mark
 
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
 
@@ -157,7 +162,8 @@ def test_what_no_muscle_moves_has_its_triangles_at_once(face, played):
 
 def test_regions_between_the_vertices_of_a_coarse_mesh_still_fold(face):
     coarse = face.mesh.decimate(0.92)  # not every share leaves a manifold around lids and lips
-    coarse_face = fw.fit_face(coarse, face.landmarks, units="mm")
+    with pytest.warns(fw.FaceWrinkleWarning, match="no opening"):  # too few triangles for lids and lips
+        coarse_face = fw.fit_face(coarse, face.landmarks, units="mm")
     sim = fw.Simulation(coarse_face, fw.Refinement(max_level=4))
     sim.express("frowning")
     *_, frame = sim.run(60)
@@ -189,3 +195,25 @@ def test_wrinkles_too_fine_for_the_level_cap_are_refused(face):
     finest = face.with_muscles({"corrugator_l": face.muscles["corrugator_l"].replaced(folds=None, count=60_000)})
     with pytest.raises(ParameterError, match=r"Ask for fewer wrinkles\.$"):  # no level is enough
         fw.Simulation(finest).express("frowning")
+
+
+def test_without_samples_the_papers_criterion_splits_alone():
+    """Eq. 19 sees normals only: where it is satisfied, however coarse the mesh, nothing is split."""
+    normals = np.tile([0.0, 0.0, 1.0], (9, 1))
+    points, triangles = np.c_[np.mgrid[:3, :3].reshape(2, -1).T, np.zeros(9)].astype(float), None
+    corner = np.array([0, 1, 3, 4])
+    triangles = np.r_[np.c_[corner, corner + 3, corner + 4], np.c_[corner, corner + 4, corner + 1]].astype(np.int32)
+    forest = RedGreenForest(triangles, 2, 9)
+    vertices = SurfacePoints.of_forest(forest, points, normals)
+    needed = np.full(9, 0.5)
+    layer = SimpleNamespace(spacing=needed, across=np.tile([1.0, 0.0, 0.0], (9, 1)), active=np.ones(9, bool))
+    for samples, split_all in ((4.0, True), (0.0, False)):
+        split, *_ = mark(Refinement(samples=samples), forest, forest.level, vertices, normals, [layer])
+        assert split.all() == split_all
+        assert split.any() == split_all
+    bent = normals.copy()
+    bent[4] = [0.6, 0.0, 0.8]
+    split, _, _ = mark(Refinement(samples=0), forest, forest.level, vertices, bent, [layer])
+    assert split[(triangles == 4).any(axis=1)].all()
+    with pytest.raises(ParameterError, match="samples must lie in .1, 64..*0 for Eq. 19 alone"):
+        Refinement(samples=0.5)

@@ -351,3 +351,58 @@ def test_a_tear_fills_a_shallow_crease_and_runs_on(out, goes_on):
     stuck = paths.descent(support_surface(sheet, down), np.array([0.0, 20.0, 0.0]), 0.3, 60.0)
     assert stuck[-1, 1] > 0.0
     assert (tear.paths[0].points[-1, 1] < -10.0) == goes_on
+
+
+def slope():
+    """A sheet that is steep above and leans back below: 60 and 20 degrees against the horizontal."""
+    rows = np.linspace(-30.0, 30.0, 61)
+    steep, flat = np.radians(60.0), np.radians(20.0)
+    x, along = np.meshgrid(np.linspace(-8.0, 8.0, 17), rows, indexing="ij")
+    angle = np.where(along > 0.0, steep, flat)
+    y, z = along * np.sin(angle), -along * np.cos(angle)
+    grid = pv.StructuredGrid(x, y, z).extract_surface(algorithm="dataset_surface").triangulate()
+    return pv.PolyData.from_regular_faces(np.asarray(grid.points, float), grid.regular_faces), (steep, flat)
+
+
+def test_a_tear_that_goes_by_height_falls_evenly():
+    """On the steep part h = s + c t is covered in a length h / sin 60, below it in one of h / sin 20."""
+    sheet, (steep, flat) = slope()
+    path = [
+        [0.0, 25.0 * np.sin(steep), -25.0 * np.cos(steep)],
+        [0.0, 0.0, 0.0],
+        [0.0, -25.0 * np.sin(flat), 25.0 * np.cos(flat)],
+    ]
+    by_height = fw.SheddingTear(sheet, path, width=2.0, height=0.5, flow=Flow(c=5.0, by="height"))
+    by_length = fw.SheddingTear(sheet, path, width=2.0, height=0.5, flow=Flow(c=5.0))
+    times = np.linspace(0.0, 4.0, 9)
+    speeds = np.diff([by_length.covered(t) for t in times[2:]]) / 0.5
+    np.testing.assert_allclose(speeds, 5.0, rtol=1e-9)
+    faster = np.diff([by_height.covered(t) for t in times]) / 0.5
+    assert faster[2] == pytest.approx(5.0 / np.sin(steep), rel=0.02)
+    late = by_height.begin + (25.0 * np.sin(steep) - by_height.s + 2.0) / 5.0
+    assert by_height.covered(late + 0.4) - by_height.covered(late) == pytest.approx(2.0 / np.sin(flat), rel=0.02)
+    with pytest.raises(UnknownNameError, match="measure of the flow 'depth'"):
+        Flow(by="depth")
+
+
+def test_an_extruded_head_is_smoothed_and_as_high():
+    """The end of the tear is raised to one height; smoothing rounds its edges and leaves the trail a film."""
+    sheet = pv.Plane(i_size=30, j_size=60, i_resolution=30, j_resolution=60).triangulate()
+    path = [[0.0, 25.0, 0.0], [0.0, -25.0, 0.0]]
+    tears = {
+        head: fw.SheddingTear(sheet, path, width=4.0, height=1.0, head=head, film=Film(roughness=0.0))
+        for head in ("round", "extruded")
+    }
+    blunt = []  # thickness of the very front, beside the path
+    for head, tear in tears.items():
+        mesh = tear.surface(1.0)
+        assert mesh.n_open_edges == 0
+        top = mesh.point_data["thickness"]
+        along = 25.0 - np.asarray(mesh.points)[:, 1]
+        front = along.max()
+        assert 0.75 < top.max() <= 1.0 + 1e-9, head
+        assert top[along < front - 12.0].max() < 0.2
+        blunt.append(top[(along > front - 0.7) & (np.abs(mesh.points[:, 0]) > 0.9)].max())
+    assert blunt[1] > 2.0 * blunt[0]
+    with pytest.raises(UnknownNameError, match="head 'square'"):
+        fw.SheddingTear(sheet, path, head="square")

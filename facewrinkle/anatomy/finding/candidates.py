@@ -80,10 +80,15 @@ def candidates(points: Array) -> Iterator[list[tuple[float, Pose]]]:
         Spread evenly over the surface.
     """
     middle = points.mean(axis=0)
-    along = np.linalg.svd(points - middle, full_matrices=False)[2]  # the axes of a box that turns with the points
-    for size in SIZES * float(np.linalg.norm(np.ptp(points @ along.T, axis=0))):
-        found = _at_size(points - middle, size)
-        yield [(cost, Pose(pose.axes, pose.origin + middle, pose.size, pose.stretch)) for cost, pose in found]
+    along = np.linalg.svd(points - middle, full_matrices=False)[2]
+    along[2] *= np.linalg.det(along)
+    # Along their own axes, points are thinned alike however they are turned.
+    points = (points - middle) @ along.T
+    for size in SIZES * float(np.linalg.norm(np.ptp(points, axis=0))):
+        yield [
+            (cost, Pose(pose.axes @ along, pose.origin @ along + middle, pose.size, pose.stretch))
+            for cost, pose in _at_size(points, size)
+        ]
 
 
 def distinct(found: list[tuple[float, Pose]], n: int) -> list[tuple[float, Pose]]:

@@ -42,8 +42,10 @@ CORRELATION = (0.5, 1.0)
 """Mean correlation of curvature: spheres and other things have 0.57 to 0.92, faces 0.82 and more."""
 NOSE_CORRELATION, NOSE_RADIUS = (0.80, 0.94), 0.25
 """The same about the tip of the nose: other things have 0.93 and less, faces more."""
-SHOWN = (0.0, 0.5)
-"""Share that is seen of the quarter of the face that shows least: half a face is refused, a torn one is not."""
+SHOWN = (0.0, 0.35)
+"""Share that is seen of the quarter of the face that shows least: half a face is refused, a torn or a narrow one is
+not.
+"""
 DEPTH_PENALTY = 3.0
 """Loss of the first share per median difference of depth of one distance between the pupils."""
 USUAL_STRETCH, UNUSUAL_STRETCH = 0.2, 0.3

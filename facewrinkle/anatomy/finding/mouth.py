@@ -61,8 +61,29 @@ FLAT = -0.08
 """No bulge is stronger than this where a lip is rolled in: it is not seen."""
 
 
-def corners(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> Array | None:
-    """Return the ends of the furrow between the lips, seen from the front; None where there is no clear one.
+LIP_BORDER = 0.37
+"""The border of the lower lip lies this share of the way from the top of its bulge to the fold above the chin (0.17 to
+0.54 on thirty-two labelled faces, a share of 0.12 of the distance between the pupils on average).
+"""
+MEETING_ERROR, LIP_HEIGHT = 0.05, 0.3
+"""Error of the height at which the lips meet; distance from there to the bulge, and from the bulge to the fold, at
+most.
+"""
+
+# The lowest place of the chin.
+CHIN_GRID = Grid(0.015, (-0.3, -2.5), (0.3, -0.45))
+CHIN_SIZE = 0.05
+"""Size of the bends of the profile that count."""
+UNDER = np.radians([50.0, 80.0])
+"""Angles by which the profile leans back there (49 to 80 degrees on thirty labelled faces)."""
+CHIN_ERROR = 0.3
+"""Error of the expected place, at most."""
+
+
+def furrow(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, float] | None:
+    """Return the corners of a closed mouth, and the height at which the lips meet in the middle.
+
+    The corners are the ends of the furrow between the lips, seen from the front; None where there is no clear one.
 
     Parameters
     ----------
@@ -75,11 +96,12 @@ def corners(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> 
 
     Returns
     -------
-    ndarray, shape (2, 2), or None
-        The left and the right corner.
+    corners : ndarray, shape (2, 2)
+        The left and the right one.
+    height : float
     """
-    ends = _ends(pose.local(points), triangles, expected)
-    return None if ends is None else ends - _beyond_corners()
+    found = _ends(pose.local(points), triangles, expected)
+    return None if found is None else (found[0] - _beyond_corners(), found[1])
 
 
 @cache
@@ -87,9 +109,63 @@ def _beyond_corners() -> Array:
     """Offset (2, 2) of the ends of the template's furrow from the corners of its mouth."""
     face = template()
     expected = np.array([face.landmarks[name][:2] for name in MOUTH])
-    ends = _ends(face.points, face.triangles, expected)
-    assert ends is not None
-    return np.asarray(ends - expected[:2])
+    found = _ends(face.points, face.triangles, expected)
+    assert found is not None
+    return np.asarray(found[0] - expected[:2])
+
+
+def below_furrow(
+    points: Array, triangles: IntArray, pose: Pose, x: float, meeting: float
+) -> tuple[float, float] | None:
+    """Return the heights of the lower lip and of the fold above the chin, by the profile below the furrow of a mouth.
+
+    The border of the lower lip lies between the top of its bulge and the fold. None where either is missing.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    pose : Pose
+    x : float
+        The place of the profile.
+    meeting : float
+        The height at which the lips meet.
+    """
+    found = _bulge_and_fold(_concavity(pose.local(points), triangles, x), meeting)
+    if found is None:
+        return None
+    bulge, fold = found
+    return bulge - LIP_BORDER * (bulge - fold), fold
+
+
+def menton(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> Array:
+    """Return the lowest place of the chin (3,), in the face's coordinates: where its profile turns under.
+
+    That is the `expected` place (3,), or else the nearest above or below it that leans back as chins do there. Where a
+    mask ends above, it is the expected place.
+    """
+    depth, known = openings_closed(depth_map(pose.local(points), triangles, CHIN_GRID), CHIN_GRID)
+    strip, up = np.abs(CHIN_GRID.x - expected[0]) < LIP_BREADTH, CHIN_GRID.y
+    profile = depth[:, strip].mean(axis=1)
+    lean = np.arctan(gaussian_filter1d(profile, CHIN_SIZE / CHIN_GRID.step, order=1) / CHIN_GRID.step)
+    seen = np.flatnonzero(known[:, strip].all(axis=1) & (np.abs(up - expected[1]) < CHIN_ERROR))
+    if not len(seen):
+        return expected
+    under = [seen[lean[seen] > angle] for angle in UNDER]
+    low, high = (float(up[rows[-1]]) if len(rows) else float(up[seen[0]]) for rows in under[::-1])
+    height = float(np.clip(expected[1], low, high))
+    return np.array([expected[0], height, np.interp(height, up[seen], profile[seen])])
+
+
+def _bulge_and_fold(concavity: Array, meeting: float) -> tuple[float, float] | None:
+    """Heights of the first bulge below the meeting of the lips, and of the first fold below that."""
+    up, inner = MOUTH_GRID.y[1:-1], concavity[1:-1]
+    meeting = float(up[np.argmax(np.where(np.abs(up - meeting) < MEETING_ERROR, inner, -np.inf))])
+    bulges = up[(inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < FLAT) & (up < meeting)]
+    if not len(bulges) or meeting - bulges[-1] > LIP_HEIGHT:
+        return None
+    folds = up[(inner > concavity[:-2]) & (inner >= concavity[2:]) & (inner > -FLAT) & (up < bulges[-1])]
+    return (float(bulges[-1]), float(folds[-1])) if len(folds) and bulges[-1] - folds[-1] < LIP_HEIGHT else None
 
 
 def lower_lip(points: Array, triangles: IntArray, pose: Pose, upper: Array, lower: Array) -> tuple[float, bool]:
@@ -129,8 +205,8 @@ def _below_top() -> float:
     return float(MOUTH_GRID.y[near][np.argmin(_concavity(face.points, face.triangles, float(x))[near])] - y)
 
 
-def _ends(local: Array, triangles: IntArray, expected: Array) -> Array | None:
-    """The ends (2, 2) of the longest and deepest furrow near the middle of the lips."""
+def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, float] | None:
+    """The ends (2, 2) of the longest and deepest furrow near the middle of the lips, and its height there."""
     depth, known = openings_closed(depth_map(local, triangles, MOUTH_GRID), MOUTH_GRID)
     strength, middle = np.where(known, furrows(depth, MOUTH_GRID), 0.0), expected.mean(axis=0)
     columns = np.abs(MOUTH_GRID.x - middle[0]) < START[0]
@@ -147,7 +223,8 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> Array | None:
             gain = np.clip(strength / full, -0.2, STRONGEST) - FAINT
             sides = [_end(gain, rows, start, side, place) for side, place in zip((1, -1), expected[:2], strict=True)]
             if sum(value for value, _ in sides) > best:
-                best, ends = sum(value for value, _ in sides), np.array([end for _, end in sides])
+                best = sum(value for value, _ in sides)
+                ends = np.array([end for _, end in sides]), float(MOUTH_GRID.y[row])
     return ends
 
 

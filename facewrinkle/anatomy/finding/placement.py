@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -12,9 +12,10 @@ from scipy.ndimage import grey_dilation, map_coordinates
 from ...mesh import to_polydata
 from ..landmarks import NAMES, complete
 from .alignment import FINE
+from .brows import rise_of_brows
 from .depth import peak
 from .matching import UNCERTAIN_SHIFT, Match
-from .mouth import MOUTH, corners, lower_lip
+from .mouth import MOUTH, below_furrow, furrow, lower_lip, menton
 from .template import AT_REST, UNMEASURED, template
 
 Array = npt.NDArray[np.float64]
@@ -27,6 +28,9 @@ OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_
 
 WITH_MOUTH = (*MOUTH, "subnasale", "pogonion", "menton")
 """Landmarks that move with the mouth, all of which come from one variant if its mouth is open or drawn aside."""
+
+CHIN = ("pogonion", "menton")
+"""Landmarks of the chin, which goes along with the mouth."""
 
 # The face's mouth is that of the variant with the highest mean correlation around the landmarks of the mouth.
 SIMILAR = 0.02
@@ -71,12 +75,15 @@ def placed_landmarks(
     correlations = dict(zip(NAMES, np.transpose(around), strict=True))
     mouth, similar = _mouth_variants(matches, variants, correlations)
     places, certainty, rivals = _consensus(matches, variants, correlations, mouth, similar)
-    lip_seen = True
+    lip_seen, measured = True, cast(tuple[str, ...], ())
     if not matches[mouth].mouth_open:
-        places |= _closed_mouth(points, triangles, match, places)
-        places["lower_lip_mid"], lip_seen = _lower_lip(points, triangles, match, places)
+        lip_seen, measured = _close_mouth(points, triangles, match, places)
+        lowest = menton(points, triangles, match.pose, match.pose.local(places["menton"]))
+        places["menton"] = match.pose.world(lowest)
+    _raise_brows(points, triangles, match, places)
     for name, place in places.items():
-        scatter = np.sqrt(((rivals[name] - place) ** 2).sum(axis=1).mean()) / match.pose.size
+        others = place[None] if name in measured else rivals[name]
+        scatter = np.sqrt(((others - place) ** 2).sum(axis=1).mean()) / match.pose.size
         certainty[name] = _share(certainty[name]) / (1.0 + (scatter / DISAGREEMENT) ** 2)
     certainty["lower_lip_mid"] *= 1.0 if lip_seen else UNSEEN_LIP
     tip = peak(match.surface.depth, FINE, match.pose.local(places["nose_tip"])[:2])
@@ -123,18 +130,49 @@ def _consensus(
     return places, certainty, rivals
 
 
-def _closed_mouth(points: Array, triangles: IntArray, match: Match, places: Landmarks) -> dict[str, Array]:
-    """The corners of a closed mouth at the ends of its furrow, and the lips, shifted as far as both; else empty."""
+def _close_mouth(
+    points: Array, triangles: IntArray, match: Match, places: dict[str, Array]
+) -> tuple[bool, tuple[str, ...]]:
+    """Move the landmarks of a closed mouth and of the chin to where its furrow is.
+
+    Return True if a lower lip is seen, and the names of those that were measured on the furrow and below it.
+    """
     expected = match.pose.local(np.array([places[name] for name in MOUTH]))[:, :2]
-    ends = corners(points, triangles, match.pose, expected)
-    if ends is None:
-        return {}
-    square = ((ends - expected[:2]) ** 2).sum(axis=1, keepdims=True)
-    ends = expected[:2] + (ends - expected[:2]) * square / (square + UNCERTAIN_SHIFT**2)
+    found = furrow(points, triangles, match.pose, expected)
+    if found is None:
+        places["lower_lip_mid"], lip_seen = _lower_lip(points, triangles, match, places)
+        return lip_seen, ()
+    ends, meeting = found
+    ends = expected[:2] + _certain(ends - expected[:2])
     left, right = ends[:, 0] - expected[:2, 0]
     sideways = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
-    flat = np.concatenate([ends, expected[2:] + np.array([sideways, 0.0])])
-    return dict(zip(MOUTH, _raised(match, flat, match.surface.depth), strict=True))
+    raised = _certain(np.array([[0.0, meeting - expected[2:, 1].mean()]]))[0, 1]
+    lips = expected[2:] + np.array([sideways, raised])
+    places |= dict(zip(MOUTH, _raised(match, np.concatenate([ends, lips]), match.surface.depth), strict=True))
+    chin = match.pose.local(np.array([places[name] for name in CHIN]))[:, :2] + [0.0, raised]
+    places |= dict(zip(CHIN, _raised(match, chin, match.surface.depth), strict=True))
+    below = below_furrow(points, triangles, match.pose, float(lips[1, 0]), meeting)
+    if below is None:
+        places["lower_lip_mid"], lip_seen = _lower_lip(points, triangles, match, places)
+        return lip_seen, MOUTH[:2]
+    lip, _ = below
+    places["lower_lip_mid"] = _raised(match, np.array([[lips[1, 0], lip]]), match.surface.depth)[0]
+    return True, (*MOUTH[:2], "lower_lip_mid")
+
+
+def _raise_brows(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> None:
+    """Move the landmarks of the brows to the ridge above the orbits."""
+    names = [name for name in NAMES if name.startswith("brow_")]
+    flat = match.pose.local(np.array([places[name] for name in names]))[:, :2]
+    rise = rise_of_brows(points, triangles, match.pose, dict(zip(names, flat, strict=True)))
+    flat[:, 1] += _certain(np.array([[0.0, rise]]))[0, 1]
+    places |= dict(zip(names, _raised(match, flat, match.surface.depth), strict=True))
+
+
+def _certain(shift: Array) -> Array:
+    """Shifts (k, 2), the small ones reduced: see :data:`UNCERTAIN_SHIFT`."""
+    square = (shift**2).sum(axis=1, keepdims=True)
+    return np.asarray(shift * square / (square + UNCERTAIN_SHIFT**2))
 
 
 def _lower_lip(points: Array, triangles: IntArray, match: Match, places: Landmarks) -> tuple[Array, bool]:

@@ -60,6 +60,11 @@ MOST_OF_THE_FACE = 0.6
 """A part that makes up more than this share of what is seen is the face: the others are left out."""
 
 
+PART_LOSS = 0.1
+"""It may be less like a face than with the others, which fill its eyes: lashes and the shells of eyes are no landmarks.
+"""
+
+
 class FaceSearch:
     """The search of triangles for a face.
 
@@ -100,7 +105,8 @@ class FaceSearch:
         part = _face_part(self.points, self.triangles, best)
         if len(part) < len(self.triangles):
             alone = self._aligned_match(part, best.pose)
-            best, self.triangles = max((alone, part), (best, self.triangles), key=lambda pair: pair[0].confidence)
+            if alone.confidence > best.confidence - PART_LOSS:
+                best, self.triangles = alone, part
         self.matches.append(best)
         yield
         for variant in range(1, len(VARIANTS) if best.confidence > HOPELESS else 1):

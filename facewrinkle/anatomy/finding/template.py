@@ -26,8 +26,9 @@ UNMEASURED = (
     *(f"{name}_{side}" for name in ("malar", "zygion", "gonion") for side in "lr"),
     "eye_l_centre",
     "eye_r_centre",
+    "menton",
 )
-"""Landmarks that the shape does not show: always estimates."""
+"""Landmarks that the shape does not show, or not from the front: always estimates."""
 
 MEAN = Identity()
 

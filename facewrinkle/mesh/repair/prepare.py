@@ -52,7 +52,7 @@ class CleanSurface:
     >>> surface.triangles.shape, surface.others.n_cells
     ((200, 3), 1680)
     >>> surface.report
-    ('Kept one of 2 separate parts, the largest, with 200 triangles; set apart parts of 1680 triangles.',)
+    ('Kept one of 2 separate parts, the one with the largest area, with 200 triangles; set apart parts of 1680 ...',)
     """
 
     mesh: pv.PolyData
@@ -140,8 +140,10 @@ def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None
     kept = skin.origin[used]
     clean = with_data(source, triangles, kept)
     clean.points = skin.points[used]
-    if COLORS in clean.point_data and not np.ptp(clean.point_data[COLORS], axis=0).any():
-        del clean.point_data[COLORS]  # a single colour is that of the material, and of no use
+    if COLORS in clean.point_data:
+        clean.point_data[COLORS] = np.array(clean.point_data[COLORS][:, :3])  # skin is opaque
+        if not np.ptp(clean.point_data[COLORS], axis=0).any():
+            del clean.point_data[COLORS]  # a single colour is that of the material, and of no use
     if IMAGE in source.cell_data:
         clean.cell_data[IMAGE] = np.asarray(source.cell_data[IMAGE])[skin.corners[:, 0] // 3]
     faces = np.asarray(source.regular_faces)
@@ -180,7 +182,7 @@ def _votes(whole: RepairedMesh, label: np.ndarray, near: np.ndarray | None) -> t
     """Votes for each sheet (the number of landmarks nearest to it, or its area), and the reason for the choice."""
     count = int(label.max()) + 1
     if near is None:
-        return np.bincount(label, areas_doubled(whole.points, whole.triangles), count), "the largest"
+        return np.bincount(label, areas_doubled(whole.points, whole.triangles), count), "the one with the largest area"
     used, first = np.unique(whole.triangles, return_index=True)
     nearest = cKDTree(whole.points[used]).query(near)[1]
     votes = np.bincount(label[first[nearest] // 3], minlength=count)

@@ -347,7 +347,10 @@ def turned_over(points: Array, triangles: NDArray[np.integer]) -> BoolArray:
 
 
 def unfolded(mesh: RepairedMesh, rounds: int = 8) -> RepairedMesh:
-    """Lay triangles that are turned over flat: their points move to the mean of their neighbours."""
+    """Lay triangles that are turned over flat: their points move to the mean of their neighbours.
+
+    Points on borders stay where they are; so do triangles that have no others.
+    """
     over = turned_over(mesh.points, mesh.triangles)
     if not over.any():
         return mesh
@@ -359,10 +362,11 @@ def unfolded(mesh: RepairedMesh, rounds: int = 8) -> RepairedMesh:
     for _ in range(rounds):
         moved = np.unique(mesh.triangles[over])
         moved = moved[~border[moved]]
+        if not len(moved):
+            break
         points[moved] = [points[ring[start[v] : start[v + 1]]].mean(axis=0) for v in moved]
         over = turned_over(points, mesh.triangles)
-        if not over.any() or not len(moved):
-            break
-    if degenerate(points, mesh.triangles).any():
+    laid = count - int(over.sum())
+    if laid <= 0 or degenerate(points, mesh.triangles).any():
         return mesh
-    return replace(mesh, points=points).reported(f"Laid triangles flat that were turned over: {count}.")
+    return replace(mesh, points=points).reported(f"Laid triangles flat that were turned over: {laid} of {count}.")

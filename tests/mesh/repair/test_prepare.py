@@ -247,3 +247,14 @@ def test_bad_landmarks(near):
 def test_bad_direction(forward):
     with pytest.raises(ParameterError, match="forward must be"):
         prepare(cap(), forward=forward)
+
+
+@pytest.mark.parametrize(("dtype", "one"), [(np.uint8, 255), (np.float64, 1.0)])
+def test_skin_is_opaque_whatever_its_alpha(dtype, one):
+    sheet = pv.Plane(i_resolution=3, j_resolution=3).triangulate()
+    colours = np.tile(np.array([0.2, 0.4, 0.6, 0.996]) * one, (sheet.n_points, 1)).astype(dtype)
+    colours[0, 0] = 0
+    sheet.point_data["Colors"] = colours
+    kept = prepare(sheet)
+    np.testing.assert_array_equal(kept.mesh.point_data["Colors"], colours[kept.source_points, :3])
+    assert sheet.point_data["Colors"].shape[1] == 4

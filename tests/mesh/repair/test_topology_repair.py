@@ -205,6 +205,37 @@ def test_a_point_that_was_pulled_through_the_skin_goes_back():
     assert np.abs(mesh.points[:, 2]).max() == 0.0
 
 
+def scrap(points, triangles, tip):
+    """The sheet with three triangles more on an edge of its rim: they hang on each other, back to back."""
+    edges, sides = topology.unique_edges(triangles)
+    a, b = edges[np.flatnonzero(np.bincount(sides.ravel()) == 1)[0]].astype(np.int64)
+    n = len(points)
+    more = np.vstack([points, points[[a, b]].mean(axis=0) + tip])
+    return more, np.vstack([triangles, [[a, b, n], [b, n + 1, n], [a, n, n + 1]]])
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=60, deadline=None)
+def test_ragged_rims_with_scraps_are_repaired(seed):
+    """A triangle whose points all lie on the rim can be turned over, and has no point that may move."""
+    random = np.random.default_rng(seed)
+    points, triangles = sheet(4)
+    kept = random.random(len(triangles)) > 0.2
+    ragged = scrap(points, triangles[kept], 0.1 * random.normal(size=(2, 3)) * [1.0, 1.0, seed % 2])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FaceWrinkleWarning)
+        whole = prepare(pv.PolyData.from_regular_faces(*ragged))
+    assert is_sound(whole)
+
+
+def test_a_triangle_that_is_turned_over_on_the_rim_stays():
+    triangles = np.array([[0, 1, 2], [1, 0, 3], [2, 1, 4]])
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 0.5, 0.01], [0.3, 0.3, 0.01]])
+    assert turned_over(points, triangles).any()
+    spoiled = RepairedMesh.of(points, triangles)
+    assert unfolded(spoiled) is spoiled
+
+
 def test_faces_have_no_triangles_turned_over(face, real_face):
     assert not turned_over(face.points, face.triangles).any()
     for stem in ("ict_face_narrow", "makehuman_head_male", "mediapipe_canonical_face_model"):
