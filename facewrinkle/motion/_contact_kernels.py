@@ -1,4 +1,4 @@
-"""Inner loops of contacts: distances from solids and between lips, energies, and the forces that keep them apart.
+"""Inner loops of contacts: distances from solids, energies, and the forces that keep them apart.
 
 Positions x (n, 3) are in mm. A sample is a point of the skin with fixed barycentric coordinates `shares` in `corners`.
 A row is a contact that the model of a step knows: gap(x + d) ~ gap + sum of slopes . d[vertices].
@@ -10,8 +10,11 @@ import numpy as np
 
 from ..geometry.compilation import njit
 
-DEEPEST = 1.0
-"""No sample that is deeper in the other lip than this, mm, has come there through its surface."""
+END_RADIUS = 5.0
+"""Radius with which dental arches end, mm."""
+
+SWEEPS = 8
+"""Sweeps of projected Gauss-Seidel between direct solutions."""
 
 
 @njit(cache=True)
@@ -27,9 +30,10 @@ def at_sample(x, corners, shares, s, out):
 def solid_gap(p, origin, axes, half, normal):
     """Return the distance of p (3,) from a ball, or from half of an elliptic cylinder; write its gradient (3,).
 
-    The half cylinder ends at its origin, towards its third axis; its distance is that from the flank, scaled by the
-    depth of the ellipse, or that from the end if this is larger. A negative first half axis stands for a ball, the
-    second one is then its radius. Both distances are convex.
+    The half cylinder ends at its origin, towards its third axis: there its flank rounds off as a parabola, so slowly
+    that nothing has two places of rest at its end. Its distance is that from the flank, scaled by the depth of the
+    ellipse, plus what the flank has receded. A negative first half axis stands for a ball, the second one is then its
+    radius. Both distances are convex.
     """
     if half[0] < 0.0:
         square = 0.0
@@ -49,13 +53,11 @@ def solid_gap(p, origin, axes, half, normal):
     a /= half[0]
     b /= half[1]
     r = np.sqrt(a * a + b * b)
-    gap = half[1] * (r - 1.0)
-    if beyond > gap:
-        normal[:] = axes[2]
-        return beyond
+    beyond = max(beyond, 0.0)
     for k in range(3):
         normal[k] = half[1] * (a / half[0] * axes[0, k] + b / half[1] * axes[1, k]) / r if r > 0.0 else 0.0
-    return gap
+        normal[k] += beyond / END_RADIUS * axes[2, k]
+    return half[1] * (r - 1.0) + 0.5 * beyond * beyond / END_RADIUS
 
 
 @njit(cache=True)
@@ -116,277 +118,6 @@ def solid_rows(x, ahead, near, corners, shares, origins, axes, halves, allowed, 
         depths[first], stiff[first] = after, stiffness[s]
         first += 1
     return first
-
-
-@njit(cache=True)
-def closest_on_triangle(p, x, i, j, l, bary):
-    """Return the squared distance of p from the triangle of points i, j, l of x; write barycentric coordinates (3,).
-
-    Regions of Voronoi as in Ericson, Real-Time Collision Detection (2005), section 5.1.5.
-    """
-    d1 = d2 = d3 = d4 = d5 = d6 = 0.0
-    for k in range(3):
-        a, b, c = x[i, k], x[j, k], x[l, k]
-        ab, ac = b - a, c - a
-        d1 += ab * (p[k] - a)
-        d2 += ac * (p[k] - a)
-        d3 += ab * (p[k] - b)
-        d4 += ac * (p[k] - b)
-        d5 += ab * (p[k] - c)
-        d6 += ac * (p[k] - c)
-    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
-    if d1 <= 0.0 and d2 <= 0.0:
-        v, w = 0.0, 0.0
-    elif d3 >= 0.0 and d4 <= d3:
-        v, w = 1.0, 0.0
-    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        v, w = d1 / (d1 - d3), 0.0
-    elif d6 >= 0.0 and d5 <= d6:
-        v, w = 0.0, 1.0
-    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        v, w = 0.0, d2 / (d2 - d6)
-    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
-        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        v = 1.0 - w
-    else:
-        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
-    bary[0], bary[1], bary[2] = 1.0 - v - w, v, w
-    square = 0.0
-    for k in range(3):
-        square += (p[k] - bary[0] * x[i, k] - v * x[j, k] - w * x[l, k]) ** 2
-    return square
-
-
-@njit(cache=True)
-def lip_gap(x, p, triangles, open_edges, facing, candidates, bary, normal):
-    """Return the signed distance of p from a surface of `triangles`, and the closest triangle.
-
-    Writes the barycentric coordinates (3,) of the closest point, and the gradient (3,) of the distance. A point whose
-    closest one lies on an open edge of the surface is beside it, and outside, as is one whose skin does not face the
-    closest triangle at rest (`facing`, (m,)), or that is deeper than `DEEPEST`. `open_edges` (m,) holds a bit
-    for each side of a triangle: 1 for that from corner 0 to 1, 2 for 1 to 2, 4 for 2 to 0.
-    """
-    best, which, steepest = np.inf, -1, 0.0
-    own, face = np.empty(3), np.empty(3)
-    for t in candidates:
-        i, j, l = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        square = closest_on_triangle(p, x, i, j, l, own)
-        if square > best * (1.0 + 1e-9) + 1e-12:
-            continue
-        a, b, c = x[i], x[j], x[l]
-        face[0] = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
-        face[1] = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
-        face[2] = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-        length = np.sqrt(face[0] ** 2 + face[1] ** 2 + face[2] ** 2)
-        if length == 0.0:
-            continue
-        # Of triangles that share the closest point, the one that looks most towards p tells its side.
-        up = 0.0
-        for k in range(3):
-            up += face[k] / length * (p[k] - own[0] * a[k] - own[1] * b[k] - own[2] * c[k])
-        if square >= best * (1.0 - 1e-9) - 1e-12 and abs(up) <= abs(steepest):
-            continue
-        best, which, steepest = square, t, up
-        for k in range(3):
-            bary[k], normal[k] = own[k], face[k] / length
-    if which < 0:
-        return np.inf, -1
-    sides = open_edges[which]
-    on = (sides & 1 and bary[2] < 1e-9) or (sides & 2 and bary[0] < 1e-9) or (sides & 4 and bary[1] < 1e-9)
-    d = np.sqrt(best)
-    sign = 1.0 if steepest >= 0.0 or on or d > DEEPEST or not facing[which] else -1.0
-    if d > 1e-9:
-        for k in range(3):
-            q = 0.0
-            for c in range(3):
-                q += bary[c] * x[triangles[which, c], k]
-            normal[k] = sign * (p[k] - q) / d
-    return sign * d, which
-
-
-@njit(cache=True)
-def near_triangles(x, corners, shares, triangles, open_edges, facing, order, starts, reach):
-    """Return the triangles within `reach` of each sample, as offsets (k + 1,) and indices, and the gaps (k,).
-
-    `order` holds the triangles sorted by their least first coordinate, and `starts` these coordinates. The gap is that
-    of `lip_gap`.
-    """
-    n = corners.shape[0]
-    gaps = np.full(n, np.inf)
-    widest = 0.0
-    for t in range(triangles.shape[0]):
-        low, high = x[triangles[t, 0], 0], x[triangles[t, 0], 0]
-        for c in range(1, 3):
-            low, high = min(low, x[triangles[t, c], 0]), max(high, x[triangles[t, c], 0])
-        widest = max(widest, high - low)
-    offsets, found = np.zeros(n + 1, np.int64), np.empty(8 * n + 8, np.int64)
-    p, own, normal = np.empty(3), np.empty(3), np.empty(3)
-    count = 0
-    for s in range(n):
-        at_sample(x, corners, shares, s, p)
-        i = np.searchsorted(starts, p[0] - reach - widest)
-        while i < starts.shape[0] and starts[i] <= p[0] + reach:
-            t = order[i]
-            i += 1
-            near = True
-            for k in range(3):
-                a, b, c = x[triangles[t, 0], k], x[triangles[t, 1], k], x[triangles[t, 2], k]
-                if min(a, min(b, c)) > p[k] + reach or max(a, max(b, c)) < p[k] - reach:
-                    near = False
-                    break
-            if not near or closest_on_triangle(p, x, triangles[t, 0], triangles[t, 1], triangles[t, 2], own) > reach**2:
-                continue
-            if count == found.shape[0]:
-                longer = np.empty(2 * count, np.int64)
-                longer[:count] = found
-                found = longer
-            found[count] = t
-            count += 1
-        if count > offsets[s]:
-            near_this = found[offsets[s] : count]
-            gaps[s] = lip_gap(x, p, triangles, open_edges, facing[s], near_this, own, normal)[0]
-        offsets[s + 1] = count
-    return offsets, found[:count], gaps
-
-
-@njit(cache=True)
-def lip_gaps(x, corners, shares, triangles, open_edges, facing, near):
-    """Return the signed distances (k,) of samples from a surface; inf where there is nothing near."""
-    p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
-    offsets, candidates = near
-    gaps = np.empty(corners.shape[0])
-    for s in range(corners.shape[0]):
-        at_sample(x, corners, shares, s, p)
-        gaps[s] = lip_gap(
-            x, p, triangles, open_edges, facing[s], candidates[offsets[s] : offsets[s + 1]], bary, normal
-        )[0]
-    return gaps
-
-
-@njit(cache=True)
-def away_from(x, p, i, j, l, bary, normal):
-    """Return the distance of p from the triangle of points i, j, l; write its closest point and gradient (3,).
-
-    The distance is infinite if p is on the inner side: skin that was flung through the other lip may come back.
-    """
-    d = np.sqrt(closest_on_triangle(p, x, i, j, l, bary))
-    if d == 0.0:
-        return np.inf
-    for k in range(3):
-        normal[k] = (p[k] - bary[0] * x[i, k] - bary[1] * x[j, k] - bary[2] * x[l, k]) / d
-    side = 0.0
-    for k in range(3):
-        e, f = (k + 1) % 3, (k + 2) % 3
-        ae, af, be, bf = x[j, e] - x[i, e], x[j, f] - x[i, f], x[l, e] - x[i, e], x[l, f] - x[i, f]
-        side += normal[k] * (ae * bf - af * be)
-    return d if side > 0.0 else np.inf
-
-
-@njit(cache=True)
-def pushed_apart(force, corners, shares, triangle, bary, normal, grad):
-    """Add the gradient of a sample and a triangle that a force pushes apart."""
-    for c in range(3):
-        for k in range(3):
-            grad[corners[c], k] -= force * shares[c] * normal[k]
-            grad[triangle[c], k] += force * bary[c] * normal[k]
-
-
-@njit(cache=True)
-def lip_energy(x, corners, shares, triangles, open_edges, facing, near, moved, allowed, stiffness, gaps, grad):
-    """Add up half stiffness times depth squared of samples of one lip near or in the other. Adds to grad.
-
-    A sample outside is pushed off every triangle that is too near, one inside towards the nearest. Both lips have moved
-    by `moved` at most since `near` was found. Writes the gaps (k,), or lower bounds of large ones.
-    """
-    p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
-    offsets, candidates, at_first = near
-    energy = 0.0
-    for s in range(corners.shape[0]):
-        gaps[s] = at_first[s] - 2.0 * moved
-        if gaps[s] > allowed[s]:
-            continue
-        at_sample(x, corners, shares, s, p)
-        these = candidates[offsets[s] : offsets[s + 1]]
-        gaps[s], t = lip_gap(x, p, triangles, open_edges, facing[s], these, bary, normal)
-        depth = allowed[s] - gaps[s]
-        if depth <= 0.0:
-            continue
-        if gaps[s] <= 0.0:
-            energy += 0.5 * stiffness[s] * depth * depth
-            pushed_apart(stiffness[s] * depth, corners[s], shares[s], triangles[t], bary, normal, grad)
-            continue
-        for t in these:
-            depth = allowed[s] - away_from(x, p, triangles[t, 0], triangles[t, 1], triangles[t, 2], bary, normal)
-            if depth > 0.0:
-                energy += 0.5 * stiffness[s] * depth * depth
-                pushed_apart(stiffness[s] * depth, corners[s], shares[s], triangles[t], bary, normal, grad)
-    return energy
-
-
-@njit(cache=True)
-def lip_rows(
-    x, ahead, far, corners, shares, triangles, open_edges, facing, near, allowed, stiffness, gaps, rows, first
-):
-    """Write rows of samples and triangles that are too near each other now or after `ahead`, which nowhere exceeds
-    `far`; see `solid_rows`. `gaps` is what `lip_energy` has written at x.
-    """
-    p, bary, normal = np.empty(3), np.empty(3), np.empty(3)
-    offsets, candidates, _ = near
-    for s in range(corners.shape[0]):
-        if gaps[s] - 2.0 * far > allowed[s]:
-            continue
-        at_sample(x, corners, shares, s, p)
-        these = candidates[offsets[s] : offsets[s + 1]]
-        gap, t = lip_gap(x, p, triangles, open_edges, facing[s], these, bary, normal)
-        if t < 0:
-            continue
-        if gap <= 0.0:
-            after = allowed[s] - gap - approach(ahead, corners[s], shares[s], triangles[t], bary, normal)
-            first = lip_row(after, s, t, corners, shares, triangles, bary, normal, stiffness, rows, first)
-            continue
-        # Of the triangles that it does not touch yet, the one that it would enter deepest.
-        deepest, which = 0.0, -1
-        for t in these:
-            d = away_from(x, p, triangles[t, 0], triangles[t, 1], triangles[t, 2], bary, normal)
-            after = allowed[s] - d - approach(ahead, corners[s], shares[s], triangles[t], bary, normal)
-            if d < allowed[s]:
-                first = lip_row(after, s, t, corners, shares, triangles, bary, normal, stiffness, rows, first)
-            elif after > deepest:
-                deepest, which = after, t
-        if which >= 0:
-            away_from(x, p, triangles[which, 0], triangles[which, 1], triangles[which, 2], bary, normal)
-            first = lip_row(deepest, s, which, corners, shares, triangles, bary, normal, stiffness, rows, first)
-    return first
-
-
-@njit(cache=True)
-def approach(ahead, corners, shares, triangle, bary, normal):
-    """Return the change of the distance between a sample and a point of a triangle by displacements `ahead`."""
-    change = 0.0
-    for c in range(3):
-        for k in range(3):
-            change += normal[k] * (shares[c] * ahead[corners[c], k] - bary[c] * ahead[triangle[c], k])
-    return change
-
-
-@njit(cache=True)
-def lip_row(after, s, t, corners, shares, triangles, bary, normal, stiffness, rows, first):
-    """Write the row of a sample and a triangle; see `solid_rows`."""
-    vertices, slopes, depths, stiff = rows
-    if first == depths.shape[0]:
-        return first
-    place = 0
-    slopes[first] = 0.0
-    for c in range(6):
-        own, share = (corners[s, c], shares[s, c]) if c < 3 else (triangles[t, c - 3], -bary[c - 3])
-        if share != 0.0:
-            vertices[first, place] = own
-            for k in range(3):
-                slopes[first, place, k] = share * normal[k]
-            place += 1
-    vertices[first, place:] = vertices[first, 0]
-    depths[first], stiff[first] = after, stiffness[s]
-    return first + 1
 
 
 @njit(cache=True)
@@ -493,25 +224,77 @@ def compliance(vertices, slopes, involved, slots, columns):
 
 
 @njit(cache=True)
-def contact_forces(response, depths, stiffness, sweeps, tolerance):
-    """Return the forces f >= 0 (m,) with f = stiffness * max(depths - response f, 0) (projected Gauss-Seidel)."""
+def contact_forces(response, depths, stiffness, rounds, tolerance):
+    """Return the forces f >= 0 (m,) with f = stiffness * max(depths - response f, 0).
+
+    Sweeps of projected Gauss-Seidel find which contacts press, and a direct solution how much these do (Dostal, Optimal
+    Quadratic Programming Algorithms, 2009, section 5.8).
+    """
     m = depths.shape[0]
     forces, pushed = np.zeros(m), np.zeros(m)
-    for _ in range(sweeps):
-        largest = 0.0
-        for r in range(m):
-            give = 1.0 / stiffness[r]
-            change = (depths[r] - pushed[r] - give * forces[r]) / (response[r, r] + give)
-            change = max(forces[r] + change, 0.0) - forces[r]
-            if change == 0.0:
-                continue
+    for _ in range(rounds):
+        for _ in range(SWEEPS):
+            largest = swept(response, depths, stiffness, forces, pushed)
+            if largest < tolerance:
+                return forces
+        pressing = np.flatnonzero(forces > 0.0)
+        to_solve = np.empty((len(pressing), len(pressing)))
+        for i in range(len(pressing)):
+            for j in range(i + 1):
+                to_solve[i, j] = response[pressing[i], pressing[j]]
+            to_solve[i, i] += 1.0 / stiffness[pressing[i]]
+        wanted = cholesky_solution(to_solve, depths[pressing])
+        share = 1.0
+        for i in range(len(pressing)):
+            now = forces[pressing[i]]
+            if wanted[i] < 0.0:
+                share = min(share, now / (now - wanted[i]))
+        for i in range(len(pressing)):
+            r = pressing[i]
+            change = max(forces[r] + share * (wanted[i] - forces[r]), 0.0) - forces[r]
             forces[r] += change
             for q in range(m):
                 pushed[q] += response[r, q] * change
-            largest = max(largest, abs(change) * response[r, r])
-        if largest < tolerance:
-            break
     return forces
+
+
+@njit(cache=True)
+def swept(response, depths, stiffness, forces, pushed):
+    """Make a sweep of projected Gauss-Seidel; return the largest change that it has made, mm."""
+    largest = 0.0
+    for r in range(depths.shape[0]):
+        give = 1.0 / stiffness[r]
+        change = (depths[r] - pushed[r] - give * forces[r]) / (response[r, r] + give)
+        change = max(forces[r] + change, 0.0) - forces[r]
+        if change == 0.0:
+            continue
+        forces[r] += change
+        for q in range(depths.shape[0]):
+            pushed[q] += response[r, q] * change
+        largest = max(largest, abs(change) * response[r, r])
+    return largest
+
+
+@njit(cache=True)
+def cholesky_solution(matrix, right):
+    """Return the solution (m,) with a symmetric positive definite matrix (m, m), whose lower half is overwritten."""
+    m = right.shape[0]
+    out = right.copy()
+    for i in range(m):
+        for j in range(i + 1):
+            total = matrix[i, j]
+            for k in range(j):
+                total -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] = total / matrix[j, j] if i > j else np.sqrt(max(total, 1e-300))
+    for i in range(m):
+        for k in range(i):
+            out[i] -= matrix[i, k] * out[k]
+        out[i] /= matrix[i, i]
+    for i in range(m - 1, -1, -1):
+        for k in range(i + 1, m):
+            out[i] -= matrix[k, i] * out[k]
+        out[i] /= matrix[i, i]
+    return out
 
 
 @njit(cache=True)

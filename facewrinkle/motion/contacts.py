@@ -16,8 +16,9 @@ import numpy.typing as npt
 from ..anatomy.face import Face
 from ..anatomy.joint_weights import JointWeights
 from . import _contact_kernels as kernels
+from . import _lip_kernels
 from .flat_triangles import LEAST_AREA, flat_triangles
-from .lip_surfaces import LipSurfaces, Near, lip_surfaces
+from .lip_surfaces import facing_lips
 from .solids import bone_below, dental_arches, eyeballs, joined
 
 Array = npt.NDArray[np.float64]
@@ -27,7 +28,6 @@ Rows = tuple[IntArray, Array, Array, Array]
 
 REACH, STALE = 3.0, 1.0
 """Contacts are looked for within the first distance, and anew when the skin has moved by the second, mm."""
-
 
 FAR_AWAY = 1e9
 """Coordinates at which contacts have never been looked for, mm."""
@@ -50,7 +50,7 @@ class Contacts:
     ----------
     solids : Solids
         Eyeballs, dental arches and bone.
-    lips : list of LipSurfaces
+    lips : FacingLips
 
     Examples
     --------
@@ -80,27 +80,24 @@ class Contacts:
             bone_below(face, area, angles),
         ]
         self.solids = joined(solids)
-        self.lips: list[LipSurfaces] = lip_surfaces(face, area, share) if angles.any() else []
+        self.lips = facing_lips(face, area, share)
         self.flats = flat_triangles(face, resistance)
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))
-        most = len(self.solids.corners) + sum(4 * len(lip.corners) for lip in self.lips) + len(face.triangles)
+        most = len(self.solids.corners) + len(self.lips.corners) + len(face.triangles)
         self._rows: Rows = (
             np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip
-        self._near_lips: list[Near] = []
         self._known: tuple[Array, float, Array] | None = None
-        self._rate, self._lips_looked_at = np.nan, np.full_like(self._points, FAR_AWAY)
+        self._rate = np.nan
         self._meeting_solids = np.unique(self.solids.corners)
-        self._gaps = [np.empty(len(lip.corners)) for lip in self.lips]
-        of_lips = [lip.vertices for lip in self.lips]
-        self._meeting_lips = np.unique(np.concatenate([np.empty(0, np.int64), *of_lips]))
+        self._gaps = np.empty(len(self.lips.corners))
         self._facing: Array = self.flats.facing
         self.place(0.0, self._facing)
 
     def reset(self) -> None:
         """Forget where contacts were looked for."""
         self._known = None
-        self._looked_at = self._lips_looked_at = np.full_like(self._points, FAR_AWAY)
+        self._looked_at = np.full_like(self._points, FAR_AWAY)
 
     def place(self, rate: float, facing: Array) -> None:
         """Let teeth and bone go along with the mandible at its contraction rate, and triangles face (m, 3)."""
@@ -121,10 +118,6 @@ class Contacts:
         if not kernels.farthest_moved(x, self._looked_at, self._meeting_solids) <= STALE:
             self._looked_at = x
             self._near_solids = kernels.near_solids(x, *self._placed, REACH)
-        self._lips_moved = kernels.farthest_moved(x, self._lips_looked_at, self._meeting_lips)
-        if not self._lips_moved <= STALE:
-            self._lips_looked_at, self._lips_moved = x, 0.0
-            self._near_lips = [lip.near(x, REACH) for lip in self.lips]
         return x
 
     def energy(self, u: Array, gradient: Array) -> float:
@@ -138,11 +131,10 @@ class Contacts:
     def _energy(self, u: Array, gradient: Array) -> float:
         x = self._x = self._look(u)
         energy = kernels.solid_energy(x, self._near_solids, *self._placed, self.solids.stiffness, gradient)
-        for lip, near, gaps in zip(self.lips, self._near_lips, self._gaps, strict=True):
-            energy += kernels.lip_energy(
-                x, lip.corners, lip.shares, lip.triangles, lip.open_edges, lip.facing, near, self._lips_moved,
-                lip.allowed, lip.stiffness, gaps, gradient,
-            )  # fmt: skip
+        lips = self.lips
+        energy += _lip_kernels.lip_energy(
+            x, lips.corners, lips.shares, lips.triangles, lips.allowed, lips.stiffness, self._gaps, gradient
+        )
         f = self.flats
         kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
         energy += kernels.flat_energy(
@@ -156,12 +148,10 @@ class Contacts:
         """
         x, rows = self._x, self._rows
         m = kernels.solid_rows(x, ahead, self._near_solids, *self._placed, self.solids.stiffness, rows, 0)
-        far = kernels.farthest_moved(ahead, np.zeros_like(ahead), self._meeting_lips)
-        for lip, near, gaps in zip(self.lips, self._near_lips, self._gaps, strict=True):
-            m = kernels.lip_rows(
-                x, ahead, far, lip.corners, lip.shares, lip.triangles, lip.open_edges, lip.facing, near, lip.allowed,
-                lip.stiffness, gaps, rows, m,
-            )  # fmt: skip
+        lips = self.lips
+        m = _lip_kernels.lip_rows(
+            x, ahead, lips.corners, lips.shares, lips.triangles, lips.allowed, lips.stiffness, self._gaps, rows, m
+        )
         f = self.flats
         kernels.shares_of_area(x + ahead, f.triangles, self._facing, f.double_area, self._ahead)
         m = kernels.flat_rows(
@@ -169,14 +159,6 @@ class Contacts:
             f.stiffness, rows, m,
         )  # fmt: skip
         return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m]
-
-    def longest(self, ahead: Array) -> float:
-        """Return the largest share, up to 1, of a displacement by which no lip can pass through the other unnoticed."""
-        if not self.lips:
-            return 1.0
-        far = kernels.farthest_moved(ahead, np.zeros_like(ahead), self._meeting_lips)
-        room = 0.4 * max(min(gaps.min() for gaps in self._gaps), 0.0) + 0.5 * kernels.DEEPEST
-        return 1.0 if far <= room else float(room / far)
 
 
 class Compliance:
@@ -201,7 +183,7 @@ class Compliance:
     [[0.4, 0.0, 0.0], [0.0, 0.0, 0.0]]
     """
 
-    SWEEPS, TOLERANCE, FEW = 60, 1e-7, 40
+    ROUNDS, TOLERANCE, FEW = 12, 1e-8, 40
 
     def __init__(self, solved: Callable[[Array], Array], n: int) -> None:
         self._solved, self._n = solved, n
@@ -215,7 +197,7 @@ class Compliance:
         involved = np.unique(vertices)
         self._solve_for(involved)
         response = kernels.compliance(vertices, slopes, involved, self._slots, self._columns)
-        forces = kernels.contact_forces(response, depths, stiffness, self.SWEEPS, self.TOLERANCE)
+        forces = kernels.contact_forces(response, depths, stiffness, self.ROUNDS, self.TOLERANCE)
         out = np.zeros((self._n, 3))
         kernels.add_forces(vertices, slopes, forces, out)
         return out

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import chain
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..geometry.normals import vertex_normals
 from .constraints import from_lips
+from .lip_surfaces import columns, nearest
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -77,40 +76,8 @@ def _seen(
 
     The result is vertices, corners, barycentric coordinates, distances and signs; `local` is [left, up, forward].
     """
-    flat = local[:, [0, 2]]
-    i, k = _candidates(flat, own, triangles)
-    a, b, c = (flat[triangles[k, side]] - flat[i] for side in range(3))
-    parts = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], axis=1)
-    total = parts.sum(axis=1)
-    shares = parts / np.where(total == 0.0, 1.0, total)[:, None]
-    gaps = sign * (local[i, 1] - (shares * local[triangles[k], 1]).sum(axis=1))
-    over = (shares.min(axis=1) >= 0.0) & (total != 0.0) & (gaps >= 0.0) & (gaps < far)
-    over = np.flatnonzero(over & ~(triangles[k] == i[:, None]).any(axis=1))
-    over = over[np.lexsort((k[over], gaps[over], i[over]))]
-    over = over[np.unique(i[over], return_index=True)[1]]
+    i, k, shares, gaps = columns(local[own], local, triangles, sign)
+    over = np.flatnonzero((gaps >= 0.0) & (gaps < far) & ~(triangles[k] == own[i][:, None]).any(axis=1))
+    over = over[nearest(i[over], gaps[over], k[over])]
     corners = triangles[k[over]].astype(np.int64)
-    return i[over], corners, shares[over], gaps[over], np.full(len(over), sign)
-
-
-def _candidates(flat: Array, own: IntArray, triangles: npt.NDArray[np.int32]) -> tuple[IntArray, IntArray]:
-    """Return pairs (p,) of vertices and triangles that are no farther apart than the triangle reaches from its centre.
-
-    Triangles are searched by size, so that a few large ones do not make all reach far.
-    """
-    corners = flat[triangles]
-    centres = corners.mean(axis=1)
-    reach = (1.0 + 1e-9) * np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1, initial=0.0))
-    pairs = [(np.empty(0, np.int64), np.empty(0, np.int64))]
-    octave = np.frexp(reach)[1]
-    for size in np.unique(octave):
-        similar = np.flatnonzero(octave == size)
-        found = cKDTree(centres[similar]).query_ball_point(flat[own], reach[similar].max()) if len(own) else []
-        pairs.append(
-            (np.repeat(own, [len(f) for f in found]), similar[np.fromiter(chain.from_iterable(found), np.int64)])
-        )
-    vertices, hits = (np.concatenate(column) for column in zip(*pairs, strict=True))
-    return vertices, hits
-
-
-def _cross(p: Array, q: Array) -> Array:
-    return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+    return own[i[over]], corners, shares[over], gaps[over], np.full(len(over), sign)

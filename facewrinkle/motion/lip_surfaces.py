@@ -1,25 +1,31 @@
-"""The surfaces of the lips that can meet each other."""
+"""The points of the lips that can meet the other lip, and what of it they face.
+
+A point of a lip and the triangle of the other lip straight below (or above) it at rest stay a pair: the point is kept
+above the plane of its triangle, wherever both go. So the energy of this contact is a smooth function of the place of
+the skin; which side is the right one never depends on the past, and lips that were flung through each other part
+again. Where lips are rounded, the plane lies outside them, so that lips that slide over each other do not enter.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..anatomy.teeth import BEHIND_LIPS
 from ..geometry.normals import vertex_normals
-from . import _contact_kernels as kernels
+from . import _lip_kernels as kernels
 from .constraints import from_lips
 from .solids import SLACK, samples_of
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
-Near = tuple[IntArray, IntArray, Array]
-"""Triangles near each sample, as offsets and indices, and its gap; inf where there is none."""
 
 LIP_DISTANCE = 0.1
 """Lips that are farther apart at rest than this touch at this distance, mm."""
@@ -30,14 +36,16 @@ LIP_ROUNDING = 5.0
 FACES_AWAY = 0.3
 """Skin belongs to the surface of a lip that can meet the other unless it looks away from it by more than this share."""
 
+STEEPEST = 0.1
+"""Cosine of the slope of triangles that are steeper than what lips meet with."""
 
-FACING = -0.5
-"""Sum of the cosines between a sample's normal and those of a triangle's corners below which they face each other."""
+FACING = -0.3
+"""Cosine between the normals of a sample and a triangle below which they face each other."""
 
 
 @dataclass(frozen=True, eq=False)
-class LipSurfaces:
-    """Samples of one lip and the surface of the other; mm.
+class FacingLips:
+    """Samples of both lips, each with the triangle of the other lip that it faces at rest; mm.
 
     Attributes
     ----------
@@ -45,48 +53,31 @@ class LipSurfaces:
         Vertices of each sample.
     shares : ndarray, shape (k, 3)
         Its barycentric coordinates.
-    triangles : ndarray of int, shape (m, 3)
-        Surface of the other lip, counter-clockwise seen from outside.
-    open_edges : ndarray of int, shape (m,)
-        A bit for each side of a triangle at which the surface ends: 1, 2, 4.
-    facing : ndarray of bool, shape (k, m)
-        True where a sample and a triangle face each other at rest: only through such can a sample enter.
+    triangles : ndarray of int, shape (k, 3)
+        Corners of its triangle, counter-clockwise seen from outside.
     allowed : ndarray, shape (k,)
-        Distance below which samples are pushed off the surface.
+        Distance from the plane of the triangle below which a sample is pushed off it.
     stiffness : ndarray, shape (k,)
-    vertices : ndarray of int
-        All vertices of samples and surface.
     """
 
     corners: IntArray
     shares: Array
     triangles: IntArray
-    open_edges: IntArray
-    facing: BoolArray
     allowed: Array
     stiffness: Array
 
     @cached_property
     def vertices(self) -> IntArray:
+        """All vertices of samples and triangles."""
         return np.unique(np.concatenate([self.corners.ravel(), self.triangles.ravel()]))
 
-    def near(self, x: Array, reach: float) -> Near:
-        """Return the triangles within `reach` of each sample, for positions (n, 3), and the gaps (k,) there."""
-        least = x[self.triangles, 0].min(axis=1, initial=np.inf)
-        order = np.argsort(least, kind="stable")
-        return kernels.near_triangles(
-            x, self.corners, self.shares, self.triangles, self.open_edges, self.facing, order, least[order], reach
-        )
-
-    def gaps(self, x: Array, near: Near) -> Array:
-        """Return the signed distances (k,) of samples from the surface; inf where they are far from it."""
-        return np.asarray(
-            kernels.lip_gaps(x, self.corners, self.shares, self.triangles, self.open_edges, self.facing, near[:2])
-        )
+    def gaps(self, x: Array) -> Array:
+        """Return the heights (k,) of the samples above the planes of their triangles, for positions (n, 3)."""
+        return np.asarray(kernels.lip_gaps(x, self.corners, self.shares, self.triangles))
 
 
-def lip_surfaces(face: Face, area: Array, share_of_jaw: Array) -> list[LipSurfaces]:
-    """Return the samples of the upper lip with the surface of the lower one, and the other way round.
+def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> FacingLips:
+    """Return the samples of each lip that face the other one.
 
     Parameters
     ----------
@@ -104,21 +95,92 @@ def lip_surfaces(face: Face, area: Array, share_of_jaw: Array) -> list[LipSurfac
     >>> face = fw.default_face()
     >>> weights, share = face.joint_weights["jaw"], np.zeros(len(face.points))
     >>> share[weights.vertices] = weights.angles / weights.angles.max()
-    >>> for lip in lip_surfaces(face, np.ones(len(face.points)), share):
-    ...     print(bool((lip.gaps(face.points, lip.near(face.points, 3.0)) > lip.allowed).all()))
-    True
-    True
+    >>> lips = facing_lips(face, np.ones(len(face.points)), share)
+    >>> len(lips.allowed) > 100, bool((lips.gaps(face.points) > lips.allowed).all())
+    (True, True)
     """
     points, up = face.points * face.unit, face.frame.axes[1]
     near, lower = _around_mouth(face), share_of_jaw > 0.5
     looks_up = vertex_normals(points, face.triangles) @ up
-    found = []
-    for own, other, sign in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
-        samples = near & own & (sign * looks_up < FACES_AWAY)
-        triangles = face.triangles[(near & other & (sign * looks_up > -FACES_AWAY))[face.triangles].all(axis=1)]
-        if samples.any() and len(triangles):
-            found.append(_surfaces(face, samples, triangles.astype(np.int64), area, points))
-    return found
+    found = [(np.empty((0, 3), np.int64), np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0))]
+    for own, other, side in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
+        samples = near & own & (side * looks_up < FACES_AWAY)
+        surface = (near & other & (side * looks_up > -FACES_AWAY))[face.triangles].all(axis=1)
+        corners, shares, stiffness = samples_of(face, samples, area, LIP_ROUNDING)
+        which, triangles = _faced(face, corners, shares, face.triangles[surface].astype(np.int64), side)
+        found.append((corners[which], shares[which], triangles, stiffness[which]))
+    corners, shares, triangles, stiffness = (np.concatenate(each) for each in zip(*found, strict=True))
+    gaps = kernels.lip_gaps(points, corners, shares, triangles)
+    return FacingLips(corners, shares, triangles, np.minimum(gaps - SLACK, LIP_DISTANCE), stiffness)
+
+
+def _faced(face: Face, corners: IntArray, shares: Array, triangles: IntArray, side: float) -> tuple[IntArray, IntArray]:
+    """Return the samples (p,) that face one of some triangles, and the nearest one's corners (p, 3)."""
+    points = face.points * face.unit
+    normals, local = vertex_normals(points, face.triangles), points @ face.frame.axes.T
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    facing = np.cross(b - a, c - a)
+    facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
+    flat = side * (facing @ face.frame.axes[1]) > STEEPEST
+    triangles, facing = triangles[flat], facing[flat]
+    samples, of_samples = (np.einsum("kc,kci->ki", shares, each[corners]) for each in (local, normals))
+    i, k, _, gaps = columns(samples, local, triangles, side)
+    faced = np.flatnonzero((of_samples[i] * facing[k]).sum(axis=1) < FACING)
+    faced = faced[nearest(i[faced], gaps[faced], k[faced])]
+    return i[faced], triangles[k[faced]]
+
+
+def columns(
+    samples: Array, local: Array, triangles: npt.NDArray[np.integer], side: float
+) -> tuple[IntArray, IntArray, Array, Array]:
+    """Return all pairs of samples and triangles that are straight above (side 1) or below each other.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (k, 3)
+        Places as [left, up, forward], mm.
+    local : ndarray, shape (n, 3)
+        Vertices of the triangles, likewise.
+    triangles : ndarray of int, shape (m, 3)
+    side : float
+        1 or -1.
+
+    Returns
+    -------
+    samples, triangles : ndarray of int, shape (p,)
+    shares : ndarray, shape (p, 3)
+        Barycentric coordinates of the point of the triangle.
+    gaps : ndarray, shape (p,)
+        Its distance from the sample, negative on the other side.
+
+    Examples
+    --------
+    >>> triangle = np.array([[0.0, 0, 0], [3, 0, 0], [0, 0, 3]])
+    >>> sample, _, shares, gaps = columns(np.array([[1.0, 2, 1], [5, 2, 1]]), triangle, np.array([[0, 1, 2]]), 1.0)
+    >>> sample.tolist(), shares.round(3).tolist(), gaps.tolist()
+    ([0], [[0.333, 0.333, 0.333]], [2.0])
+    """
+    flat, places = local[:, [0, 2]], samples[:, [0, 2]]
+    i, k = _candidates(places, flat, triangles)
+    a, b, c = (flat[triangles[k, corner]] - places[i] for corner in range(3))
+    parts = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], axis=1)
+    total = parts.sum(axis=1)
+    shares = parts / np.where(total == 0.0, 1.0, total)[:, None]
+    gaps = side * (samples[i, 1] - (shares * local[triangles[k], 1]).sum(axis=1))
+    over = np.flatnonzero((shares.min(axis=1, initial=np.inf) >= 0.0) & (total != 0.0))
+    return i[over], k[over], shares[over], gaps[over]
+
+
+def nearest(samples: IntArray, gaps: Array, triangles: IntArray) -> IntArray:
+    """Return the index of the pair with the least gap for each sample; of equal ones, that with the first triangle.
+
+    Examples
+    --------
+    >>> nearest(np.array([4, 4, 7]), np.array([2.0, 1.0, 3.0]), np.array([0, 1, 0])).tolist()
+    [1, 2]
+    """
+    order = np.lexsort((triangles, gaps, samples))
+    return np.asarray(order[np.unique(samples[order], return_index=True)[1]])
 
 
 def _around_mouth(face: Face) -> BoolArray:
@@ -132,19 +194,29 @@ def _around_mouth(face: Face) -> BoolArray:
     return np.asarray(near & (depth > -BEHIND_LIPS * face.frame.scale - (side / reach) ** 2 * reach))
 
 
-def _surfaces(face: Face, samples: BoolArray, triangles: IntArray, area: Array, points: Array) -> LipSurfaces:
-    """The samples of one lip and the surface of the other."""
-    corners, shares, stiffness = samples_of(face, samples, area, LIP_ROUNDING)
-    normals = vertex_normals(points, face.triangles)
-    of_samples = np.einsum("kc,kci->ki", shares, normals[corners])
-    facing = of_samples @ normals[triangles].sum(axis=1).T < FACING
-    out = LipSurfaces(corners, shares, triangles, _open_edges(triangles), facing, np.zeros(len(corners)), stiffness)
-    gaps = out.gaps(points, out.near(points, 2.0 * LIP_DISTANCE))
-    return replace(out, allowed=np.minimum(gaps - SLACK, LIP_DISTANCE))
+def _candidates(places: Array, flat: Array, triangles: npt.NDArray[np.integer]) -> tuple[IntArray, IntArray]:
+    """Return pairs (p,) of places (k, 2) and triangles that are no farther apart than the triangle reaches from its
+    centre.
+
+    Triangles are searched by size, so that a few large ones do not make all reach far.
+    """
+    corners = flat[triangles]
+    centres = corners.mean(axis=1)
+    reach = (1.0 + 1e-9) * np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1, initial=0.0))
+    pairs = [(np.empty(0, np.int64), np.empty(0, np.int64))]
+    octave = np.frexp(reach)[1]
+    for size in np.unique(octave):
+        similar = np.flatnonzero(octave == size)
+        found = cKDTree(centres[similar]).query_ball_point(places, reach[similar].max()) if len(places) else []
+        pairs.append(
+            (
+                np.repeat(np.arange(len(places)), [len(f) for f in found]),
+                similar[np.fromiter(chain.from_iterable(found), np.int64)],
+            )
+        )
+    those, hits = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    return those, hits
 
 
-def _open_edges(triangles: IntArray) -> IntArray:
-    """Bits (m,) for the sides of triangles that no other triangle shares."""
-    sides = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, inverse, counts = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
-    return np.asarray((counts[inverse.ravel()].reshape(-1, 3) == 1) @ np.array([1, 2, 4]))
+def _cross(p: Array, q: Array) -> Array:
+    return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])

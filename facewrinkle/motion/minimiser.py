@@ -124,8 +124,7 @@ class Minimiser:
             direction, slope = self._direction(here)
             if -slope <= CONVERGED * self._total_area:
                 return Minimum(u, before, value, True, iteration)
-            longest = 1.0 if self._contacts is None else self._contacts.longest(direction)
-            found = self._line_search(objective, u, value, direction, slope, min(2.0 * length, longest), there)
+            found = self._line_search(objective, u, value, direction, slope, min(2.0 * length, 1.0), there)
             if found is None:  # not even the shortest step lowers the energy: it is at its rounding, or the memory errs
                 if not self._memory:
                     return Minimum(u, before, value, -slope <= 1e-9 * abs(value), iteration)

@@ -48,7 +48,7 @@ def contacts_of(face, *kinds):
     if "solids" not in kinds:
         contacts.solids = replace(contacts.solids, stiffness=1e-30 * contacts.solids.stiffness)
     if "lips" not in kinds:
-        contacts.lips = [replace(lip, stiffness=1e-30 * lip.stiffness) for lip in contacts.lips]
+        contacts.lips = replace(contacts.lips, stiffness=1e-30 * contacts.lips.stiffness)
     if "flats" not in kinds:
         contacts.flats = replace(contacts.flats, stiffness=1e-30 * contacts.flats.stiffness)
     return contacts
@@ -75,11 +75,6 @@ def held(skin, rates, steps=30):
     for _ in range(steps):
         x = skin.step()
     return x
-
-
-def gaps_of_lips(contacts, x):
-    """Signed distances of the samples of both lips, looked for anew; inf where nothing is near."""
-    return np.concatenate([lip.gaps(x, lip.near(x, REACH)) for lip in contacts.lips])
 
 
 # --- energies -----------------------------------------------------------------------------------
@@ -237,12 +232,12 @@ PRESSED = dict.fromkeys(("mentalis_l", "mentalis_r", "depressor_anguli_oris_l", 
 def test_lips_that_are_pressed_together_stop_each_other(face):
     """The chin pushes the lower lip up: free, it would pass far through the upper one."""
     free, stopped = Skin(face), Skin(face)
-    free.contacts.lips, oracle = [], Oracle(face)
-    free.contacts._near_lips = free.contacts._gaps = []
+    lips, oracle = free.contacts.lips, Oracle(face)
+    free.contacts.lips = replace(lips, stiffness=1e-30 * lips.stiffness)
     assert oracle.findings(held(free, PRESSED)).lips > 1.0
     x = held(stopped, PRESSED)
     assert oracle.findings(x).lips < DEEPEST
-    gaps = gaps_of_lips(stopped.contacts, x)
+    gaps = stopped.contacts.lips.gaps(x)
     assert -0.02 < gaps.min() < 1.1 * LIP_DISTANCE  # they do touch
 
 
@@ -272,8 +267,8 @@ def test_lips_stay_before_the_teeth(face, real_face, stem):
 def test_parted_lips_do_not_feel_each_other(face):
     skin = Skin(face)
     x = held(skin, fw.ACTION_UNITS["AU27"])
-    allowed = np.concatenate([lip.allowed for lip in skin.contacts.lips])
-    assert (gaps_of_lips(skin.contacts, x) < allowed).mean() < 0.05
+    lips = skin.contacts.lips
+    assert (lips.gaps(x) < lips.allowed).mean() < 0.05
 
 
 @pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
@@ -335,5 +330,5 @@ def test_compliance_is_that_of_direct_solves():
 def test_contacts_of_a_face_without_a_mandible_have_no_lips(face):
     each = np.ones(len(face.points))
     contacts = Contacts(face, each, each)
-    assert contacts.lips == []
+    assert len(contacts.lips.corners) == 0
     assert contacts.energy(-2.0 * face.frame.axes[2] + np.zeros_like(face.points), np.zeros_like(face.points)) > 0.0
