@@ -32,6 +32,7 @@ _HOME = {
     "SkinMaterial": "motion.skin",
     "SphincterMuscle": "anatomy.muscles",
     "Still": "motion.base",
+    "WaveFolds": "layers.wave_folds",
     "Wrinkles": "anatomy.muscles",
     "default_face": "anatomy.fitting",
     "find_landmarks": "anatomy.finding",

@@ -93,13 +93,14 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     >>> bool(default_face({"width": 1.0}).mesh.bounds[1] > face.mesh.bounds[1])
     True
     """
-    head = head_of(Identity.of(identity))
+    person = Identity.of(identity)
+    head = head_of(person)
     mesh = to_polydata(head.points, head.triangles)
     mesh.active_texture_coordinates = head.uv.astype(np.float32)  # type: ignore[assignment]
     mesh.point_data["Colors"] = head.colour.copy()
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas)
-    return dataclasses.replace(face, texture=head.texture, brows=head.brows)
+    return dataclasses.replace(face, texture=head.texture, brows=head.brows, age=max(person.age, 0.0))
 
 
 def fit_face(
