@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -100,7 +101,18 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     mesh.point_data["Colors"] = head.colour.copy()
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas)
-    return dataclasses.replace(face, texture=head.texture, brows=head.brows, age=max(person.age, 0.0))
+    face = dataclasses.replace(face, texture=head.texture, brows=head.brows, age=max(person.age, 0.0))
+    return face if head.points is load_head().points else dataclasses.replace(face, template=_mean_face(face.atlas))
+
+
+_MEAN_FACES: WeakKeyDictionary[Atlas, Face] = WeakKeyDictionary()
+
+
+def _mean_face(atlas: Atlas) -> Face:
+    """Return the mean head with the muscles of an atlas, made once."""
+    if atlas not in _MEAN_FACES:
+        _MEAN_FACES[atlas] = default_face(atlas=atlas)
+    return _MEAN_FACES[atlas]
 
 
 def fit_face(

@@ -72,10 +72,11 @@ def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> 
             "WaveFolds finds its lines from the motions of a face: from its muscles, or from a recording that moves "
             "it. This surface has neither. Fit a face with landmarks, or give a recording or families of positions."
         )
-    known, material = _KNOWN.setdefault(face, {}), _material(motion)
+    home, material = face.template or face, _material(motion)
+    known = _KNOWN.setdefault(home, {})
     if material not in known:
-        known[material] = _of_muscles(face, material)
-    return known[material]
+        known[material] = _of_muscles(home, material)
+    return FoldShapes(known[material].families, home)
 
 
 def _material(motion: Motion) -> SkinMaterial:

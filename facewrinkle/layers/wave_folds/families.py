@@ -52,6 +52,9 @@ class FoldShapes:
     ----------
     families : mapping of str to list of ndarray, shape (n0, 3)
         Positions of the base vertices, mm.
+    face : Face, optional
+        The face whose shapes they are. Default: the one on which they are used. Lines of the mean head are carried to
+        its variations.
 
     Examples
     --------
@@ -65,6 +68,7 @@ class FoldShapes:
     """
 
     families: Mapping[str, Sequence[Array]]
+    face: Face | None = None
 
     @classmethod
     def grouped(cls, face: Face, shapes: Sequence[Array]) -> FoldShapes:

@@ -105,7 +105,7 @@ class WaveFolds:
                 "WaveFolds finds its lines from motions of the face, and has none. Give it to a Simulation of a face "
                 "with muscles or with a recording, or set its `shapes`."
             )
-        return WaveField.of(face, self.shapes, self.density, self.style)
+        return WaveField(face, self.shapes, self.density, self.style)
 
     # --- the layer protocol ----------------------------------------------------------------------
 
@@ -121,7 +121,7 @@ class WaveFolds:
         self._age = face.age if self.age is None else self.age
         self._amounts = amounts(self.amount, face)
         self._field = self._found(face)
-        if self.families is not None and (lacking := [k for k in self.families if k not in self._field.names]):
+        if self.families is not None and (lacking := [k for k in self.families if k not in self._field.lines.names]):
             raise ParameterError(
                 f"the motions of the family {lacking[0]!r} compress the skin by less than {FAINT:.0%} everywhere. Name "
                 "motions that fold it, or leave the family out."

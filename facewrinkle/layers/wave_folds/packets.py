@@ -63,7 +63,7 @@ SWIRLING, ORDERED = 0.45, 0.75
 no lines, and from which there are all.
 """
 
-FAINTEST = 0.3
+FAINTEST = 0.42
 """Strength of the weakest lines, relative to the strongest."""
 
 ALIKE = 1.4
@@ -197,7 +197,7 @@ class Packets:
     # --- places ----------------------------------------------------------------------------------
 
     def _place(self, points: Array, triangles: npt.NDArray[np.int32], length: Array) -> tuple[IntArray, Array]:
-        """Choose places; return the corners (p, 3) of their triangles and their weights (p, 3)."""
+        """Choose places on points (n0, 3); return the corners (p, 3) of their triangles and their weights (p, 3)."""
         chosen = np.flatnonzero(self.zone)
         arguments = points, triangles, chosen, APART * length
         none = np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.int64)
