@@ -44,7 +44,9 @@ def fold_layers(face: Face, folds: Folds, recorded: bool = False, depth: float =
     """
     if folds not in FOLDS:
         raise unknown_name("kind of folds", folds, FOLDS)
-    if folds == "paper":
+    if folds == "paper" or not (
+        recorded or face.landmarks
+    ):  # without landmarks, no skin moves from which to find waves
         return [MuscleWrinkles(depth=depth)] if face.muscles else []
     layers: list[Layer] = [MuscleWrinkles(depth=depth, anatomical=True)] if face.muscles else []
     return [*layers, WaveFolds(depth, **waves)] if face.muscles or recorded else []

@@ -86,7 +86,8 @@ def _material(motion: Motion) -> SkinMaterial:
 def _of_muscles(face: Face, material: SkinMaterial) -> FoldShapes:
     """Shapes of the action units that the atlas of a face has, in their groups."""
     pulled = Pulled(face, material)
-    units = face.atlas.action_units
+    own = set(face.muscles)
+    units = {name: rates for name, rates in face.atlas.action_units.items() if own.issuperset(rates)}
     groups = {name: _different(units, group) for name, group in GROUPS.items()}
     return FoldShapes({name: [pulled.at(units[unit]) for unit in group] for name, group in groups.items()})
 

@@ -397,6 +397,11 @@ class Simulation:
         index = self.muscles.index(muscle)
         for layer in self.layers:
             if isinstance(layer, MuscleWrinkles):
+                if layer.anatomical and self.face.muscles[muscle].fold_pattern.wrinkles.waves:
+                    raise ParameterError(
+                        f"the lines over {muscle} are drawn as waves, which belong to no muscle. For the papers' folds, "
+                        'make the simulation with folds="paper".'
+                    )
                 return layer.fields_of(index, float(layer.rates[index]))
         raise ParameterError("this simulation has no layer of muscle wrinkles; add a MuscleWrinkles() to its layers.")
 
