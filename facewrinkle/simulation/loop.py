@@ -399,8 +399,8 @@ class Simulation:
             if isinstance(layer, MuscleWrinkles):
                 if layer.anatomical and self.face.muscles[muscle].fold_pattern.wrinkles.waves:
                     raise ParameterError(
-                        f"the lines over {muscle} are drawn as waves, which belong to no muscle. For the papers' folds, "
-                        'make the simulation with folds="paper".'
+                        f"the lines over {muscle} are drawn as waves, which belong to no muscle. Make the simulation "
+                        "with folds='paper'."
                     )
                 return layer.fields_of(index, float(layer.rates[index]))
         raise ParameterError("this simulation has no layer of muscle wrinkles; add a MuscleWrinkles() to its layers.")
