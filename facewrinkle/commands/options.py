@@ -94,7 +94,7 @@ class FoldOptions:
     seed: int = 0
     age: float | None = None
 
-    def layers(self, face: Face, recorded: bool = False, compression: CompressionMethod = "gradient") -> list[Layer]:
+    def layers(self, face: Face, compression: CompressionMethod = "gradient") -> list[Layer]:
         """Return the layers of folds of a face; an error for options that do not go together."""
         waves = {"density": self.density, "seed": self.seed, "age": self.age}
         if self.folds == "paper":
@@ -107,7 +107,7 @@ class FoldOptions:
             return [MuscleWrinkles(compression, self.depth)] if face.muscles else []
         if compression != "gradient":
             raise ParameterError("--compression belongs to the papers' folds: add --folds paper, or leave it out.")
-        return fold_layers(face, self.folds, recorded, self.depth, **waves)
+        return fold_layers(face, self.folds, self.depth, **waves)
 
 
 @Parameter(name="*")

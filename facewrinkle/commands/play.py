@@ -78,7 +78,7 @@ def play(
     recorded = recorded.played(speed)
     face = fit_face(rest, landmarks, parse_units(units), progress=report.search, texture=texture)
     with report.waiting("Preparing the skin"):
-        layers = (folds or FoldOptions()).layers(face, recorded=True)
+        layers = (folds or FoldOptions()).layers(face)
         simulation = Simulation(face, Refinement(max_level=max_level), layers, step, motion=recorded)
     steps = max(int(np.ceil(recorded.duration / step - 1e-6)), 1)
     if steps > MAX_STEPS:

@@ -15,8 +15,8 @@ Folds = Literal["wave", "paper"]
 FOLDS: tuple[Folds, ...] = get_args(Folds)
 
 
-def fold_layers(face: Face, folds: Folds, recorded: bool = False, depth: float = 1.0, **waves: Any) -> list[Layer]:
-    """Return the layers of folds of a face.
+def fold_layers(face: Face, folds: Folds, depth: float = 1.0, **waves: Any) -> list[Layer]:
+    """Return the layers of folds of a face; none on a surface without muscles.
 
     Parameters
     ----------
@@ -24,8 +24,6 @@ def fold_layers(face: Face, folds: Folds, recorded: bool = False, depth: float =
     folds : {"wave", "paper"}
         "wave": :class:`facewrinkle.WaveFolds` with the anatomical folds, which all people have at the same places, by
         formula. "paper": all lines by the papers' formula, :class:`facewrinkle.MuscleWrinkles`.
-    recorded : bool
-        True if a recording moves the face, from which wave folds can be found without muscles.
     depth : float
         Multiplies the depth of all folds.
     **waves
@@ -44,9 +42,8 @@ def fold_layers(face: Face, folds: Folds, recorded: bool = False, depth: float =
     """
     if folds not in FOLDS:
         raise unknown_name("kind of folds", folds, FOLDS)
-    if folds == "paper" or not (
-        recorded or face.landmarks
-    ):  # without landmarks, no skin moves from which to find waves
-        return [MuscleWrinkles(depth=depth)] if face.muscles else []
-    layers: list[Layer] = [MuscleWrinkles(depth=depth, anatomical=True)] if face.muscles else []
-    return [*layers, WaveFolds(depth, **waves)] if face.muscles or recorded else []
+    if not face.muscles:
+        return []
+    if folds == "paper" or not face.landmarks:  # a surface without landmarks has no skin from which waves are found
+        return [MuscleWrinkles(depth=depth)]
+    return [MuscleWrinkles(depth=depth, anatomical=True), WaveFolds(depth, **waves)]

@@ -74,7 +74,7 @@ class Simulation:
     motion : Motion or Recorded, optional
         Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without anatomy gets
         :class:`facewrinkle.Still`.
-    folds : {"paper", "wave"}
+    folds : {"wave", "paper"}
         The default layers: see :func:`facewrinkle.simulation.fold_layers.fold_layers`.
 
     Warns
@@ -122,7 +122,7 @@ class Simulation:
         self.face = face = face if isinstance(face, Face) else surface(face)
         self.refinement = refinement or Refinement()
         if layers is None:
-            layers = fold_layers(face, folds, isinstance(motion, Recorded | Playback))
+            layers = fold_layers(face, folds)
         if not isinstance(layers, Sequence) or not all(
             hasattr(each, name) for each in layers for name in LAYER_METHODS
         ):

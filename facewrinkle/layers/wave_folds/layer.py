@@ -16,7 +16,7 @@ from . import _height_kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
 from .field import WaveField
-from .packets import Style
+from .packets import Packets, Style
 from .waves import Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
@@ -94,6 +94,11 @@ class WaveFolds:
                 f"received {families!r}."
             )
         self.families = families
+
+    @property
+    def lines(self) -> dict[str, Packets]:
+        """The wave packets of each family, once the layer is on a face."""
+        return dict(zip(self._field.lines.names, self._field.lines.packets, strict=True))
 
     def level_needed(self, face: Face) -> int:
         """Return how often triangles have to be split, at most, to carry the folds on a face."""
