@@ -288,7 +288,7 @@ def split_mesh(examples):
 
 OWNERS = {
     "Face": face,
-    "Simulation": lambda: fw.Simulation(face()),
+    "Simulation": lambda: fw.Simulation(face(), folds="paper"),
     "LinearMuscle": lambda: fw.LinearMuscle(np.zeros(3), np.array([0.0, 9.0, 0.0]), 0.6, 12.0),
     "SheetMuscle": lambda: fw.SheetMuscle(*SHEET),
     "SphincterMuscle": lambda: fw.SphincterMuscle(np.zeros(3), 9.0, 6.0, *np.eye(3)[[2, 0]]),

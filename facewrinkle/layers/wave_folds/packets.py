@@ -48,7 +48,7 @@ REACH, SUPPORT = 2.9, 1.7
 EVEN = 1.0
 """Standard deviation of the weights with which directions and random numbers are averaged, in wavelengths."""
 
-WANDER, UNEVEN = 0.11, 0.14
+WANDER, UNEVEN = 0.06, 0.27
 """At irregularity 1: standard deviations of the angle by which lines leave the direction of the compression, radians,
 and of the logarithm of the wavelength.
 """
@@ -66,7 +66,7 @@ no lines, and from which there are all.
 FAINTEST = 0.42
 """Strength of the weakest lines, relative to the strongest."""
 
-ALIKE = 1.4
+ALIKE = 1.1
 """Weight of the other side of the face at symmetry 1, relative to that of the own side, in the alignment."""
 
 
