@@ -88,7 +88,7 @@ class FoldOptions:
         Lines that stay at rest, from 0 (none) to 1, for waves.
     """
 
-    folds: Folds = "paper"
+    folds: Folds = "wave"
     depth: float = 1.0
     density: float = 1.0
     seed: int = 0

@@ -116,7 +116,7 @@ class Simulation:
         time_step: float | None = None,
         material: SkinMaterial | None = None,
         motion: Motion | Recorded | None = None,
-        folds: Folds = "paper",
+        folds: Folds = "wave",
     ) -> None:
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         self.face = face = face if isinstance(face, Face) else surface(face)
