@@ -60,7 +60,11 @@ figure(side_by_side([picture(played("surprise", layers=[layer]), face, forehead)
 
 # %%
 # Age leaves lines at rest, where the face folds in life. They deepen as the skin is compressed, and vanish where it is
-# stretched.
+# stretched. Without age, a face at rest has none, to the last bit.
+
+young, old = (fw.Simulation(face, layers=[fw.WaveFolds(age=age)]).step() for age in (0.0, 1.0))
+assert not young["W"].any()
+assert old["W"].min() < -0.1
 
 ages = [
     [picture(played(name, layers=[fw.WaveFolds(age=age)]), face, style) for name, style in views.items()]

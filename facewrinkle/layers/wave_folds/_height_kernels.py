@@ -32,6 +32,9 @@ ROUNDED = 0.18
 FINE = 0.11
 """Half width of the lines of old skin, in wavelengths (a standard deviation)."""
 
+NARROW = 4.2
+"""Curvature in the bottom of such a line, relative to that of a wave of the same depth: ``2 / (2 pi 0.11)^2``."""
+
 TAUT = 0.15
 """Stretch across the lines that smooths out the lines of old skin."""
 
@@ -103,8 +106,9 @@ def heights(
     for t in range(count):
         i = where[t]
         first, last = starts[i], starts[i + 1]
-        asked = 0.0
+        asked, furrowed = 0.0, 0.0
         for p in range(first, last):
+            furrowed += old[p]
             e = share_of(p, first, last, excess, wave) if excess[p] > 0.0 else 0.0
             deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
             if deep[p] > 0.0:
@@ -117,8 +121,8 @@ def heights(
         total, mild, finest, lead = 0.0, 0.0, np.inf, -1
         for p in range(first, last):
             big, rest = allowed * deep[p], 0.0
-            if age > 0.0:
-                rest = age * old[p] * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
+            if age > 0.0 and old[p] > 0.0:
+                rest = age * old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
             if big + rest <= 0.0:
                 continue
             s = theta[p] / np.pi
@@ -135,8 +139,9 @@ def heights(
                 cut = rest * (np.exp(-0.5 * w * w) - FINE * np.sqrt(2.0 * np.pi))
                 total -= cut
                 mild -= cut
-            if big + rest >= LEAST:
-                wide = 2.0 / np.pi * length[p] * np.sqrt(8.0 * TOLERANCE / (big + rest))
+            curved = big + NARROW * rest
+            if curved >= LEAST:
+                wide = 2.0 / np.pi * length[p] * np.sqrt(8.0 * TOLERANCE / curved)
                 wide = max(wide, NARROWEST * length[p])
                 if wide < finest:
                     finest, lead = wide, p

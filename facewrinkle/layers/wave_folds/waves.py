@@ -22,7 +22,7 @@ vector.
 GONE, WHOLE = 0.12, 0.67
 """Strength of the sum of packets below which there is no line, and from which it is whole."""
 
-AGED = 0.11
+AGED = 0.2
 """Depth of the lines of old skin over wavelength times the root of the compression that a family has in full motion."""
 
 
