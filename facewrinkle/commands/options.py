@@ -91,7 +91,7 @@ class FoldOptions:
     folds: Folds = "wave"
     depth: float = 1.0
     density: float = 1.0
-    seed: int = 0
+    seed: float = 0  # a whole number; as an int, 1.5 would be rounded without a word
     age: float | None = None
 
     def layers(self, face: Face, compression: CompressionMethod = "gradient") -> list[Layer]:

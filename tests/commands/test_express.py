@@ -105,6 +105,7 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
         (["--count=3"], "--count belongs to the papers' folds: add --folds paper, or leave it out."),
         (["--compression=edges"], "--compression belongs to the papers' folds: add --folds paper, or leave it out."),
         (["--folds=paper", "--seed=3"], "--seed belongs to folds that are waves: add --folds wave, or leave it out."),
+        (["--seed=1.5"], "seed must be a whole number, received 1.5."),
         (["--age=2"], "age must lie in [0, 1], received 2. 0 has no lines at rest."),
         (["--density=9"], "density must lie in [0.25, 4], received 9. 1 is as on people."),
     ],
