@@ -14,16 +14,17 @@ import numpy.typing as npt
 
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
 from .landmarks import FaceFrame, of_side
-from .muscles import EyeMuscle, JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
+from .muscles import Crease, EyeMuscle, JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
 
 Array = npt.NDArray[np.float64]
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
 
 COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "closing", "wrinkles", "folds"}
 KEYS = {
-    "linear": {"attachment", "insertion", "radius", "max_angle"},
+    "linear": {"attachment", "insertion", "radius", "max_angle", "sliding"},
     "sheet": {"attachment", "insertion", "length", "width"},
     "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
+    "crease": {"path", "crest", "width"},
     "jaw": {"hinge", "angle"},
     "lid": {"share"},
     "eye": {"turn", "angle"},
@@ -252,10 +253,13 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
     if entry["kind"] == "linear":
         a, i = point(entry["attachment"]), point(entry["insertion"])
         radius = max(entry["radius"] * size, float(np.linalg.norm(i - a)))
-        return LinearMuscle(a, i, np.deg2rad(entry["max_angle"]), radius, **common)
+        return LinearMuscle(a, i, np.deg2rad(entry["max_angle"]), radius, entry.get("sliding", 0.0), **common)
     if entry["kind"] == "sheet":
         a, i = (np.array([point(end) for end in entry[part]]) for part in ("attachment", "insertion"))
         return SheetMuscle(a, i, length=entry["length"] * size, width=entry["width"] * size, **common)
+    if entry["kind"] == "crease":
+        crest, path = _direction(entry["crest"], side, frame), np.array([point(part) for part in entry["path"]])
+        return Crease(path, crest, entry["width"] * size, **common)
     if entry["kind"] == "jaw":
         return JawMuscle(point(entry["hinge"]), frame.axes[0], np.deg2rad(entry["angle"]), **common)
     if entry["kind"] == "lid":

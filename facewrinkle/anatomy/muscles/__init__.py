@@ -5,6 +5,7 @@ once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear
 """
 
 from .base import FRONTS, Fronts, Muscle, Wrinkles
+from .crease import Crease
 from .joint_muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle
 from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle
 from .zones import zones
@@ -12,6 +13,7 @@ from .zones import zones
 __all__ = [
     "FRONTS",
     "TURNS",
+    "Crease",
     "EyeMuscle",
     "Fronts",
     "JawMuscle",

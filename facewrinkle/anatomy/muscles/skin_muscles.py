@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ...errors import ParameterError, check_range
 from ...geometry import profile
 from .base import Array, BoolArray, Muscle, checked_points, unit, vector
+from .crease import Crease
 
 BELLY = (0.38, 0.7)
 """Place along a linear muscle at which flesh is bunched up most, and its extent about this, relative to R; captured
@@ -46,6 +47,10 @@ class LinearMuscle(Muscle):
         phi, half the opening angle of the cone, in (0, pi/2).
     radius : float
         R, the length of the cone, at least the distance from mA to mI.
+    sliding : float
+        Share of the pull that the skin beyond the furrow of `folds` lacks, if that is a crease: the fibres insert in the
+        skin up to there, and slide beneath the skin that rolls over the furrow. 0 as in the paper: they pull all skin
+        over them.
 
     Raises
     ------
@@ -64,9 +69,11 @@ class LinearMuscle(Muscle):
     insertion: Array
     max_angle: float
     radius: float
+    sliding: float = 0.0
 
     def __post_init__(self) -> None:
         self._check_common()
+        check_range("sliding", self.sliding, 0.0, 1.0)
         for name in ("attachment", "insertion"):
             object.__setattr__(self, name, vector(name, getattr(self, name)))
         if not 0.0 < self.max_angle < 0.5 * np.pi:
@@ -133,9 +140,11 @@ class LinearMuscle(Muscle):
         return -unit(self._polar(points)[2])
 
     def force(self, points: npt.ArrayLike) -> Array:
-        """``Theta1(lambda) Theta2(gamma)`` towards the attachment."""
+        """``Theta1(lambda) Theta2(gamma)`` towards the attachment; less on skin beneath which the fibres slide."""
         lam, gamma = self.coordinates(points)
         size = _longitudinal(lam, min(self.length / self.radius, 1.0)) * _lateral(gamma)
+        if self.sliding and isinstance(self.folds, Crease):
+            size = size * (1.0 - self.sliding * self.folds.loose_share(points))
         return size[:, None] * self.fold_direction(points)
 
     def bunched(self, points: npt.ArrayLike) -> Array:
