@@ -24,7 +24,7 @@ KEYS = {
     "linear": {"attachment", "insertion", "radius", "max_angle", "sliding"},
     "sheet": {"attachment", "insertion", "length", "width"},
     "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
-    "crease": {"path", "crest", "width"},
+    "crease": {"path", "crest", "width", "span"},
     "jaw": {"hinge", "angle"},
     "lid": {"share"},
     "eye": {"turn", "angle"},
@@ -259,7 +259,7 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         return SheetMuscle(a, i, length=entry["length"] * size, width=entry["width"] * size, **common)
     if entry["kind"] == "crease":
         crest, path = _direction(entry["crest"], side, frame), np.array([point(part) for part in entry["path"]])
-        return Crease(path, crest, entry["width"] * size, **common)
+        return Crease(path, crest, entry["width"] * size, entry.get("span", (0.0, 1.0)), **common)
     if entry["kind"] == "jaw":
         return JawMuscle(point(entry["hinge"]), frame.axes[0], np.deg2rad(entry["angle"]), **common)
     if entry["kind"] == "lid":

@@ -29,6 +29,8 @@ class Crease(Muscle):
         Direction from the furrow towards the crest of the fold; the side on which the skin bulges.
     width : float
         Width of the region across the furrow, > 0.
+    span : pair of float
+        The part of the path, between 0 and 1, along which the skin folds: several muscles may fold parts of one line.
     thickness : float, optional
         How far in front of and behind the plane of chord and `crest` it reaches; by default half the chord's length.
 
@@ -59,6 +61,7 @@ class Crease(Muscle):
     path: Array
     crest: Array
     width: float
+    span: tuple[float, float] = (0.0, 1.0)
     thickness: float = 0.0
 
     def __post_init__(self) -> None:
@@ -75,11 +78,22 @@ class Crease(Muscle):
             raise ParameterError("crest must cross the line from the start to the end of the path.")
         if not 0.0 < (path[1] - path[0]) @ chord < length**2:
             raise ParameterError("the second point of the path must lie between the first and the third.")
+        first, last = self._checked_span()
+        object.__setattr__(self, "span", (first, last))
         object.__setattr__(self, "width", check_range("width", self.width, 0.0, np.inf))
         thickness = check_range("thickness", self.thickness, 0.0, np.inf)
         object.__setattr__(self, "thickness", thickness or 0.5 * length)
         if not self.width > 0.0:
             raise ParameterError(f"width must be positive, received {self.width!r}.")
+
+    def _checked_span(self) -> tuple[float, float]:
+        try:
+            first, last = self.span
+            if 0.0 <= first < last <= 1.0:
+                return float(first), float(last)
+        except (TypeError, ValueError):
+            pass
+        raise ParameterError(f"span must be two numbers that rise between 0 and 1, received {self.span!r}.")
 
     @cached_property
     def _axes(self) -> tuple[float, Array, Array, Array]:
@@ -120,10 +134,11 @@ class Crease(Muscle):
         return x / self._axes[0], q / self.width
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
-        """0 <= lambda <= 1, and within the width and the thickness."""
+        """lambda within the span, and within the width and the thickness."""
         x, q, _, away = self._plane(points)
         across = (q <= self._border) & (q >= self._border - self.width)
-        return np.asarray((x >= 0.0) & (x <= self._axes[0]) & across & (away <= self.thickness))
+        place = x / self._axes[0]
+        return np.asarray((place >= self.span[0]) & (place <= self.span[1]) & across & (away <= self.thickness))
 
     @property
     def reach(self) -> tuple[Array, float]:
@@ -140,7 +155,8 @@ class Crease(Muscle):
         style, half = self.wrinkles, 0.5 * self.width
         away = np.abs(self._border - half - q)
         fade = profile.attenuation(profile.band(away, style.core * half, half), style.falloff)
-        return np.where(self.wrinkling_region(points), fade * self._tapered(x / self._axes[0]), 0.0)
+        place = (x / self._axes[0] - self.span[0]) / (self.span[1] - self.span[0])
+        return np.where(self.wrinkling_region(points), fade * self._tapered(place), 0.0)
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H (Eqs. 4-6) of the distance from the border of the crest."""
