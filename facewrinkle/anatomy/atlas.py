@@ -22,7 +22,7 @@ DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
 COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "closing", "wrinkles", "folds"}
 KEYS = {
     "linear": {"attachment", "insertion", "radius", "max_angle", "sliding"},
-    "sheet": {"attachment", "insertion", "length", "width"},
+    "sheet": {"attachment", "insertion", "length", "width", "recoil"},
     "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
     "crease": {"path", "crest", "width", "span"},
     "jaw": {"hinge", "angle"},
@@ -256,7 +256,8 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         return LinearMuscle(a, i, np.deg2rad(entry["max_angle"]), radius, entry.get("sliding", 0.0), **common)
     if entry["kind"] == "sheet":
         a, i = (np.array([point(end) for end in entry[part]]) for part in ("attachment", "insertion"))
-        return SheetMuscle(a, i, length=entry["length"] * size, width=entry["width"] * size, **common)
+        lengths = entry["length"] * size, entry["width"] * size
+        return SheetMuscle(a, i, *lengths, recoil=entry.get("recoil", 0.0), **common)
     if entry["kind"] == "crease":
         crest, path = _direction(entry["crest"], side, frame), np.array([point(part) for part in entry["path"]])
         return Crease(path, crest, entry["width"] * size, entry.get("span", (0.0, 1.0)), **common)

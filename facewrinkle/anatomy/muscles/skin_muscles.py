@@ -185,6 +185,9 @@ class SheetMuscle(Muscle):
     thickness : float, optional
         How far in front of and behind the sheet's plane it reaches; by default the larger of length and width, so that
         a forehead's muscle does not act on the back of the head.
+    recoil : float
+        Pull towards the attachment line from behind it, relative to that in front: for a muscle that is attached not to
+        bone but to a sheet of tendon, which gives way (frontalis, to the galea). 0 as in the paper.
 
     Raises
     ------
@@ -204,9 +207,11 @@ class SheetMuscle(Muscle):
     length: float = 0.0
     width: float = 0.0
     thickness: float = 0.0
+    recoil: float = 0.0
 
     def __post_init__(self) -> None:
         self._check_common()
+        check_range("recoil", self.recoil, 0.0, 10.0)
         for name in ("attachment", "insertion"):
             pair = np.array([vector(name, p) for p in np.atleast_1d(np.asarray(getattr(self, name), dtype=object))])
             if pair.shape != (2, 3):
@@ -274,12 +279,15 @@ class SheetMuscle(Muscle):
         return np.tile(-self._axes[1], (len(checked_points(points)), 1))
 
     def force(self, points: npt.ArrayLike) -> Array:
-        """``Theta1(lambda) Theta2(gamma)`` along the fibres."""
+        """``Theta1(lambda) Theta2(gamma)`` along the fibres; behind the attachment the recoil, with -lambda."""
         lam, gamma = self.coordinates(points)
         a, i = np.asarray(self.attachment), np.asarray(self.insertion)
         inserted = min(float(np.linalg.norm(i.mean(0) - a.mean(0))) / self.length, 1.0)
         near = self._plane(points)[2] <= self.thickness
-        size = np.where(near, _longitudinal(lam, inserted) * _lateral(gamma), 0.0)
+        size = _longitudinal(lam, inserted)
+        if self.recoil:
+            size = size - self.recoil * _longitudinal(-lam, inserted)
+        size = np.where(near, size * _lateral(gamma), 0.0)
         return size[:, None] * self.fold_direction(points)
 
     @property
