@@ -14,7 +14,18 @@ import numpy.typing as npt
 
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
 from .landmarks import FaceFrame, of_side
-from .muscles import Crease, EyeMuscle, JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
+from .muscles import (
+    Crease,
+    EyeMuscle,
+    JawMuscle,
+    LidMuscle,
+    LinearMuscle,
+    Muscle,
+    SheetMuscle,
+    SphincterMuscle,
+    TriangularMuscle,
+    Wrinkles,
+)
 
 Array = npt.NDArray[np.float64]
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
@@ -23,6 +34,7 @@ COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "closin
 KEYS = {
     "linear": {"attachment", "insertion", "radius", "max_angle", "sliding"},
     "sheet": {"attachment", "insertion", "length", "width", "recoil"},
+    "triangular": {"attachment", "insertion", "length", "recoil"},
     "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
     "crease": {"path", "crest", "width", "span"},
     "jaw": {"hinge", "angle"},
@@ -254,10 +266,12 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         a, i = point(entry["attachment"]), point(entry["insertion"])
         radius = max(entry["radius"] * size, float(np.linalg.norm(i - a)))
         return LinearMuscle(a, i, np.deg2rad(entry["max_angle"]), radius, entry.get("sliding", 0.0), **common)
-    if entry["kind"] == "sheet":
+    if entry["kind"] in ("sheet", "triangular"):
         a, i = (np.array([point(end) for end in entry[part]]) for part in ("attachment", "insertion"))
-        lengths = entry["length"] * size, entry["width"] * size
-        return SheetMuscle(a, i, *lengths, recoil=entry.get("recoil", 0.0), **common)
+        length, recoil = entry["length"] * size, entry.get("recoil", 0.0)
+        if entry["kind"] == "triangular":
+            return TriangularMuscle(a, i, length, recoil=recoil, **common)
+        return SheetMuscle(a, i, length, entry["width"] * size, recoil=recoil, **common)
     if entry["kind"] == "crease":
         crest, path = _direction(entry["crest"], side, frame), np.array([point(part) for part in entry["path"]])
         return Crease(path, crest, entry["width"] * size, entry.get("span", (0.0, 1.0)), **common)

@@ -8,6 +8,7 @@ from .base import FRONTS, Fronts, Muscle, Wrinkles
 from .crease import Crease
 from .joint_muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle
 from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle
+from .triangular import TriangularMuscle
 from .zones import zones
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "Muscle",
     "SheetMuscle",
     "SphincterMuscle",
+    "TriangularMuscle",
     "Wrinkles",
     "zones",
 ]

@@ -32,7 +32,7 @@ class Crease(Muscle):
     span : pair of float
         The part of the path, between 0 and 1, along which the skin folds: several muscles may fold parts of one line.
     thickness : float, optional
-        How far in front of and behind the plane of chord and `crest` it reaches; by default half the chord's length.
+        How far in front of and behind the plane of chord and `crest` it reaches; by default 0.3 of the chord.
 
     Raises
     ------
@@ -82,7 +82,7 @@ class Crease(Muscle):
         object.__setattr__(self, "span", (first, last))
         object.__setattr__(self, "width", check_range("width", self.width, 0.0, np.inf))
         thickness = check_range("thickness", self.thickness, 0.0, np.inf)
-        object.__setattr__(self, "thickness", thickness or 0.5 * length)
+        object.__setattr__(self, "thickness", thickness or 0.3 * length)
         if not self.width > 0.0:
             raise ParameterError(f"width must be positive, received {self.width!r}.")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -202,6 +202,8 @@ class SheetMuscle(Muscle):
     (0.75, 0.5)
     """
 
+    LENGTHS: ClassVar[tuple[str, ...]] = ("length", "width", "thickness")
+
     attachment: Array
     insertion: Array
     length: float = 0.0
@@ -246,7 +248,11 @@ class SheetMuscle(Muscle):
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """lambda = l / Ls and gamma = 2 h / Ws (Eq. 12) of (n, 3) points."""
         along, across, _ = self._plane(points)
-        return along / self.length, 2.0 * across / self.width
+        return along / self.length, across / self._half_width(along)
+
+    def _half_width(self, along: Array) -> Array:
+        """Ws / 2 at each distance from the attachment line."""
+        return np.full_like(along, 0.5 * self.width)
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """lambda_w <= lambda <= 1 and gamma <= 1, within the sheet's thickness."""
@@ -263,10 +269,9 @@ class SheetMuscle(Muscle):
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 13)."""
-        along, across, _ = self._plane(points)
-        style, half = self.wrinkles, 0.5 * self.width
-        fade = profile.attenuation(profile.band(across, style.core * half, half), style.falloff)
-        fade = fade * self._tapered((along / self.length - style.start) / (1.0 - style.start))
+        style, (lam, gamma) = self.wrinkles, self.coordinates(points)
+        fade = profile.attenuation(profile.band(gamma, style.core, 1.0), style.falloff)
+        fade = fade * self._tapered((lam - style.start) / (1.0 - style.start))
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
@@ -303,9 +308,7 @@ class SheetMuscle(Muscle):
             folds=self.folds and self.folds.transformed(rotation, scale, translation),
             attachment=np.asarray(self.attachment) @ matrix.T + shift,
             insertion=np.asarray(self.insertion) @ matrix.T + shift,
-            length=self.length * scale,
-            width=self.width * scale,
-            thickness=self.thickness * scale,
+            **{name: getattr(self, name) * scale for name in self.LENGTHS},
         )
 
 
