@@ -48,9 +48,9 @@ class LinearMuscle(Muscle):
     radius : float
         R, the length of the cone, at least the distance from mA to mI.
     sliding : float
-        Share of the pull that the skin beyond the furrow of `folds` lacks, if that is a crease: the fibres insert in the
-        skin up to there, and slide beneath the skin that rolls over the furrow. 0 as in the paper: they pull all skin
-        over them.
+        Share of the pull that the skin beyond the furrow of `folds` lacks, if that is a crease: the fibres insert in
+        the skin up to there, and slide beneath the skin that rolls over the furrow. 0 as in the paper: they pull all
+        skin over them.
 
     Raises
     ------

@@ -33,10 +33,10 @@ class TriangularMuscle(SheetMuscle):
 
     Notes
     -----
-    At the distance l from the attachment line the fan is ``W(l) = Wa + (Wi - Wa) l / li`` wide, li being the distance of
-    the lines; ``lambda = l / Ls`` and ``gamma = 2 h / W(l)``, which is constant along a fibre. Lengthened, all fibres run
-    through the focus at ``l = li Wa / (Wa - Wi)``; the pull is along them. With equal widths this is a sheet, with
-    ``Wa = 0`` the plane section of a linear muscle. Paper A names triangular muscles as future work.
+    At the distance l from the attachment line the fan is ``W(l) = Wa + (Wi - Wa) l / li`` wide, li being the distance
+    of the lines; ``lambda = l / Ls`` and ``gamma = 2 h / W(l)``, which is constant along a fibre. Lengthened, all
+    fibres run through the focus at ``l = li Wa / (Wa - Wi)``; the pull is along them. With equal widths this is a
+    sheet, with ``Wa = 0`` the plane section of a linear muscle. Paper A names triangular muscles as future work.
 
     Examples
     --------
