@@ -71,7 +71,7 @@ def costs(face: fw.Face, levels: range, skin_up_to: int, repeats: int = 5) -> It
         muscles = {name: face.muscles[name] for name in rates_of(sim)}
         same = dataclasses.replace(face, mesh=fine, muscles=muscles)
         refinement = fw.Refinement(max_level=max(2 - level, 0))
-        driven = fw.Simulation(same, refinement, motion=Given(same, moved))
+        driven = fw.Simulation(same, refinement, motion=Given(same, moved), folds="paper")
         driven.contract(rates_of(sim))
         spent, frame = _stages(driven, repeats)
         fitted, whole = fw.fit_face(fine, face.landmarks, units=face.unit), np.nan

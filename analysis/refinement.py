@@ -42,7 +42,7 @@ STAGES = ("skin", "refinement", "wrinkles", "frame")
 
 def counts(face: fw.Face, expression: str, frames: int) -> tuple[Array, dict[str, float]]:
     """Return the triangles per level (frames, levels) while an expression comes and goes, and ms per frame by stage."""
-    sim = fw.Simulation(face)
+    sim = fw.Simulation(face, folds="paper")
     levels = int(sim.refinement.max_level or 0) + 1
     sim.express(expression)
     for _ in sim.run(4):

@@ -68,8 +68,8 @@ class WrinkledSurface:
 
 
 def settled(face: fw.Face, expression: str, frames: int = 50, **options: object) -> fw.Simulation:
-    """Return a simulation that has played an expression to full strength."""
-    sim = fw.Simulation(face, **options)  # type: ignore[arg-type]
+    """Return a simulation that has played an expression to full strength, by default with the papers' folds."""
+    sim = fw.Simulation(face, **{"folds": "paper", **options})  # type: ignore[arg-type]
     sim.express(expression)
     for _ in sim.run(frames):
         pass

@@ -12,6 +12,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Compression": "layers.patterns_on_skin.strength",
+    "Crease": "anatomy.muscles",
     "DrippingTear": "tears.drop",
     "Face": "anatomy.face",
     "FaceWrinkleError": "errors",
@@ -32,6 +33,8 @@ _HOME = {
     "SkinMaterial": "motion.skin",
     "SphincterMuscle": "anatomy.muscles",
     "Still": "motion.base",
+    "TriangularMuscle": "anatomy.muscles",
+    "WaveFolds": "layers.wave_folds",
     "Wrinkles": "anatomy.muscles",
     "default_face": "anatomy.fitting",
     "find_landmarks": "anatomy.finding",

@@ -23,9 +23,11 @@ from .anatomy.fitting import default_face as default_face
 from .anatomy.fitting import fit_face as fit_face
 from .anatomy.fitting import surface as surface
 from .anatomy.identity import Identity as Identity
+from .anatomy.muscles import Crease as Crease
 from .anatomy.muscles import LinearMuscle as LinearMuscle
 from .anatomy.muscles import SheetMuscle as SheetMuscle
 from .anatomy.muscles import SphincterMuscle as SphincterMuscle
+from .anatomy.muscles import TriangularMuscle as TriangularMuscle
 from .anatomy.muscles import Wrinkles as Wrinkles
 from .errors import FaceWrinkleError as FaceWrinkleError
 from .errors import FaceWrinkleWarning as FaceWrinkleWarning
@@ -34,6 +36,7 @@ from .layers.muscle_wrinkles import MuscleWrinkles as MuscleWrinkles
 from .layers.patterns_on_skin.layer import PatternLayer as PatternLayer
 from .layers.patterns_on_skin.region import Region as Region
 from .layers.patterns_on_skin.strength import Compression as Compression
+from .layers.wave_folds import WaveFolds as WaveFolds
 from .mesh import read_surface as read_surface
 from .mesh import read_texture as read_texture
 from .mesh import refine as refine

@@ -55,7 +55,7 @@ plt.tight_layout()
 # On a face: a smile compresses the cheek, which folds beside the mouth, and stretches the lips, which do not.
 
 face = fw.default_face()
-sim = fw.Simulation(face)
+sim = fw.Simulation(face, folds="paper")
 sim.express("stretching_mouth")
 *_, frame = sim.run(60)
 styles = [Style(size=(460, 420), view="right_mouth", scalars=name) for name in (None, "epsilon", "W")]

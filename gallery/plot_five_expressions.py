@@ -18,7 +18,7 @@ from facewrinkle.plotting import Style, closeup, figure, picture, side_by_side, 
 face = fw.default_face()
 frames = {}
 for row in PAPER:
-    sim = fw.Simulation(face)
+    sim = fw.Simulation(face, folds="paper")
     sim.express(row.expression)
     *_, frames[row.expression] = sim.run(60)
 

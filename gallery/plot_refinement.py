@@ -23,7 +23,7 @@ from facewrinkle.plotting import Style, figure, picture, side_by_side
 face = fw.default_face()
 counts, images, depths = [], [], []
 for level in (0, 1, 2):
-    sim = fw.Simulation(face, fw.Refinement(max_level=level))
+    sim = fw.Simulation(face, fw.Refinement(max_level=level), folds="paper")
     sim.express("frowning")
     *_, frame = sim.run(50)
     counts.append(frame.n_cells)
@@ -35,7 +35,7 @@ print(f"{counts} triangles; from furrow to bulge {np.round(depths, 2)} mm")
 # %%
 # The number of triangles as the frown comes and goes.
 
-sim = fw.Simulation(face)
+sim = fw.Simulation(face, folds="paper")
 sim.express("frowning")
 cells = [frame.n_cells for frame in sim.run(50)]
 sim.relax()

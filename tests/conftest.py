@@ -91,12 +91,12 @@ def clip():
 
 @pytest.fixture(scope="session")
 def played(face):
-    """Expressions of the built-in face: 70 frames to full strength and hold, then 160 after release."""
+    """Expressions of the built-in face, with the papers' folds: 70 frames to full strength, then 160 after release."""
     import facewrinkle as fw
 
     @lru_cache(maxsize=8)
     def play(name):
-        sim = fw.Simulation(face)
+        sim = fw.Simulation(face, folds="paper")
         sim.express(name)
         frames = list(sim.run(70))
         held = SimpleNamespace(

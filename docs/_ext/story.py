@@ -12,6 +12,7 @@ ORDER = (
     "animation",
     "muscles",
     "skin",
+    "wave_folds",
     "wrinkle_shape",
     "compression",
     "refinement",

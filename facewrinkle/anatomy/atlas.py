@@ -15,7 +15,18 @@ import numpy.typing as npt
 from ..arguments import checked
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
 from .landmarks import FaceFrame, of_side
-from .muscles import EyeMuscle, JawMuscle, LidMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, Wrinkles
+from .muscles import (
+    Crease,
+    EyeMuscle,
+    JawMuscle,
+    LidMuscle,
+    LinearMuscle,
+    Muscle,
+    SheetMuscle,
+    SphincterMuscle,
+    TriangularMuscle,
+    Wrinkles,
+)
 
 Array = npt.NDArray[np.float64]
 BASE = "facewrinkle"
@@ -25,9 +36,11 @@ DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
 
 COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "closing", "wrinkles", "folds"}
 KEYS = {
-    "linear": {"attachment", "insertion", "radius", "max_angle"},
-    "sheet": {"attachment", "insertion", "length", "width"},
+    "linear": {"attachment", "insertion", "radius", "max_angle", "sliding"},
+    "sheet": {"attachment", "insertion", "length", "width", "recoil"},
+    "triangular": {"attachment", "insertion", "length", "recoil"},
     "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
+    "crease": {"path", "crest", "width", "span"},
     "jaw": {"hinge", "angle"},
     "lid": {"share"},
     "eye": {"turn", "angle"},
@@ -283,10 +296,16 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
     if entry["kind"] == "linear":
         a, i = point(entry["attachment"]), point(entry["insertion"])
         radius = max(entry["radius"] * size, float(np.linalg.norm(i - a)))
-        return LinearMuscle(a, i, np.deg2rad(entry["max_angle"]), radius, **common)
-    if entry["kind"] == "sheet":
+        return LinearMuscle(a, i, np.deg2rad(entry["max_angle"]), radius, entry.get("sliding", 0.0), **common)
+    if entry["kind"] in ("sheet", "triangular"):
         a, i = (np.array([point(end) for end in entry[part]]) for part in ("attachment", "insertion"))
-        return SheetMuscle(a, i, length=entry["length"] * size, width=entry["width"] * size, **common)
+        length, recoil = entry["length"] * size, entry.get("recoil", 0.0)
+        if entry["kind"] == "triangular":
+            return TriangularMuscle(a, i, length, recoil=recoil, **common)
+        return SheetMuscle(a, i, length, entry["width"] * size, recoil=recoil, **common)
+    if entry["kind"] == "crease":
+        crest, path = _direction(entry["crest"], side, frame), np.array([point(part) for part in entry["path"]])
+        return Crease(path, crest, entry["width"] * size, entry.get("span", (0.0, 1.0)), **common)
     if entry["kind"] == "jaw":
         return JawMuscle(point(entry["hinge"]), frame.axes[0], np.deg2rad(entry["angle"]), **common)
     if entry["kind"] == "lid":

@@ -74,6 +74,10 @@ class Face:
         Confidence, 0 to 1, in landmarks that were found by the shape of the mesh.
     likeness : float, optional
         Likeness of the shape to a face, at most 1, if landmarks were found by the shape.
+    age : float
+        In [0, 1]: depth of the lines that :class:`facewrinkle.WaveFolds` draws at rest.
+    template : Face, optional
+        The mean head, if this is a variation of it: the same vertices, and muscles of the same names.
     source_points : ndarray of int, shape (n,), optional
         Index of each vertex in the mesh that was given. Default: the same.
     parts : dict of str to Part
@@ -108,6 +112,8 @@ class Face:
     parts: dict[str, Part] = field(default_factory=dict)
     report: tuple[str, ...] = ()
     likeness: float | None = None
+    age: float = 0.0
+    template: Face | None = None
 
     @classmethod
     def from_landmarks(

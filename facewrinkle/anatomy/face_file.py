@@ -56,6 +56,7 @@ def write_face(face: Face, path: str | Path) -> Path:
     arrays: dict[str, Any] = {
         "version": VERSION,
         "unit": face.unit,
+        "age": face.age,
         "landmark_names": np.array(names),
         "landmarks": np.array([face.landmarks[name] for name in names]),
         "confidences": np.array([face.confidences.get(name, np.nan) for name in names]),
@@ -184,5 +185,6 @@ def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
     report = tuple(data["report"].tolist())
     likeness = float(data["likeness"]) if "likeness" in data else None
     return dataclasses.replace(
-        face, confidences=known, texture=texture, parts=parts, eyes=eyes, report=report, likeness=likeness
-    )
+        face, confidences=known, texture=texture, parts=parts, eyes=eyes, report=report, likeness=likeness,
+        age=float(data.get("age", 0.0)),
+    )  # fmt: skip

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -95,13 +96,25 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     >>> bool(default_face({"width": 1.0}).mesh.bounds[1] > face.mesh.bounds[1])
     True
     """
-    head = head_of(Identity.of(identity))
+    person = Identity.of(identity)
+    head = head_of(person)
     mesh = to_polydata(head.points, head.triangles)
     mesh.active_texture_coordinates = head.uv.astype(np.float32)  # type: ignore[assignment]
     mesh.point_data["Colors"] = head.colour.copy()
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas)
-    return dataclasses.replace(face, texture=head.texture, brows=head.brows)
+    face = dataclasses.replace(face, texture=head.texture, brows=head.brows, age=max(person.age, 0.0))
+    return face if head.points is load_head().points else dataclasses.replace(face, template=_mean_face(face.atlas))
+
+
+_MEAN_FACES: WeakKeyDictionary[Atlas, Face] = WeakKeyDictionary()
+
+
+def _mean_face(atlas: Atlas) -> Face:
+    """Return the mean head with the muscles of an atlas, made once."""
+    if atlas not in _MEAN_FACES:
+        _MEAN_FACES[atlas] = default_face(atlas=atlas)
+    return _MEAN_FACES[atlas]
 
 
 @checked

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -13,13 +13,13 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import check_range, check_whole
-from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..errors import ParameterError, check_range, check_whole
+from ..layers.base import Layer
 from ..motion.base import Motion
 from ..plotting import Image, closeup, picture, side_by_side
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
-from .options import FaceOptions, OutputOptions
+from .options import FaceOptions, FoldOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_mixture
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
@@ -41,11 +41,11 @@ def express(
     max_level: WholeOrNone = None,
     gamma_c: float | None = None,
     samples: float | None = None,
-    depth: float = 1.0,
     alpha: float | None = None,
     count: WholeOrNone = None,
     compression: Literal["gradient", "edges"] = "gradient",
     ends: Literal["continuous", "paper"] | None = None,
+    folds: FoldOptions | None = None,
     output: OutputOptions | None = None,
 ) -> None:
     """Write pictures, a movie and a time series of an expression.
@@ -64,28 +64,32 @@ def express(
         Threshold of the split criterion (Eq. 19): smaller means more triangles. Default: 0.03.
     samples
         Least number of vertices from bulge to furrow. Default: 4.
-    depth
-        Factor of the depth of all wrinkles.
     alpha
-        Sharpness of the furrows of the contracted muscles.
+        Sharpness of the furrows of the contracted muscles, with --folds paper.
     count
-        Number of furrows of each contracted muscle.
+        Number of furrows of each contracted muscle, with --folds paper.
     compression
-        Measure compression by the deformation gradient, or by edges as in the paper.
+        Measure compression by the deformation gradient, or by edges as in the paper, with --folds paper.
     ends
-        Wrinkles that begin and end at height 0, or in a furrow as in the paper. Default: what the atlas says.
+        Wrinkles that begin and end at height 0, or in a furrow as in the paper, with --folds paper. Default: what the
+        atlas says.
     """
     begin, output, source = time.perf_counter(), output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)
+    folds, changes = folds or FoldOptions(), _given(alpha=alpha, count=count, ends=ends)
+    if changes and folds.folds != "paper":
+        raise ParameterError(
+            f"--{next(iter(changes))} belongs to the papers' folds: add --folds paper, or leave it out."
+        )
     face = source.load(report)
     rates = face.atlas.contractions(parse_mixture(name, face.atlas), intensity)
     performance = Performance(
-        face=_with_folds(face, rates, _given(alpha=alpha, count=count, ends=ends)),
+        face=_with_folds(face, rates, changes),
         rates=rates,
         frames=frames,
         refinement=Refinement(**_given(max_level=max_level, gamma_c=gamma_c, samples=samples)),
-        layer=MuscleWrinkles(compression, depth),
+        layers=folds.layers(face, compression=compression),
         size=output.pixels,
         view=output.view,
     )
@@ -106,7 +110,8 @@ class Performance:
     frames : int
         Steps from the relaxed face to the held expression; half as many lead back.
     refinement : Refinement
-    layer : MuscleWrinkles
+    layers : sequence of Layer, optional
+        Default: those of a :class:`facewrinkle.Simulation`.
     size : tuple of int
         Of a picture, pixels.
     view : str, optional
@@ -117,7 +122,7 @@ class Performance:
     rates: Mapping[str, float]
     frames: int = 100
     refinement: Refinement = field(default_factory=Refinement)
-    layer: MuscleWrinkles = field(default_factory=MuscleWrinkles)
+    layers: Sequence[Layer] | None = None
     size: tuple[int, int] = (800, 800)
     view: str | None = None
 
@@ -135,7 +140,7 @@ class Performance:
 
         With the motion of a simulation that is over, its skin is not made again.
         """
-        simulation = Simulation(self.face, self.refinement, [self.layer], motion=motion)
+        simulation = Simulation(self.face, self.refinement, self.layers, motion=motion)
         simulation.contract(self.rates)
         return simulation
 

@@ -14,6 +14,9 @@ from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..anatomy.fitting import default_face, fit_face
 from ..errors import ParameterError
+from ..layers.base import Layer
+from ..layers.muscle_wrinkles import CompressionMethod, MuscleWrinkles
+from ..simulation.fold_layers import Folds, fold_layers
 from .parsing import parse_identity, parse_size, parse_units
 from .report import Report
 
@@ -72,6 +75,47 @@ class FaceOptions:
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
         return default_face(parse_identity(self.identity) if self.identity is not None else None, atlas=atlas)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class FoldOptions:
+    """The folds of the skin.
+
+    Parameters
+    ----------
+    folds
+        Waves that grow where the skin is compressed, or lines by the papers' formula.
+    depth
+        Factor of the depth of all folds.
+    density
+        Factor of the number of lines, for waves.
+    seed
+        Another whole number is another person's lines, for waves.
+    age
+        Lines that stay at rest, from 0 (none) to 1, for waves.
+    """
+
+    folds: Folds = "wave"
+    depth: float = 1.0
+    density: float = 1.0
+    seed: float = 0  # a whole number; as an int, 1.5 would be rounded without a word
+    age: float | None = None
+
+    def layers(self, face: Face, compression: CompressionMethod = "gradient") -> list[Layer]:
+        """Return the layers of folds of a face; an error for options that do not go together."""
+        waves = {"density": self.density, "seed": self.seed, "age": self.age}
+        if self.folds == "paper":
+            usual = FoldOptions()
+            for name, value in waves.items():
+                if value != getattr(usual, name):
+                    raise ParameterError(
+                        f"--{name} belongs to folds that are waves: add --folds wave, or leave it out."
+                    )
+            return [MuscleWrinkles(compression, self.depth)] if face.muscles else []
+        if compression != "gradient":
+            raise ParameterError("--compression belongs to the papers' folds: add --folds paper, or leave it out.")
+        return fold_layers(face, self.folds, self.depth, **waves)
 
 
 @Parameter(name="*")

@@ -13,12 +13,11 @@ import pyvista as pv
 from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.fitting import fit_face
 from ..errors import ParameterError, check_range, check_whole, warn
-from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..motion.animation import read_animation
 from ..plotting import closeup, side_by_side, stacked
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
-from .options import OutputOptions
+from .options import FoldOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_shapes, parse_units
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
@@ -43,9 +42,9 @@ def play(
     shapes: str | None = None,
     speed: float = 1.0,
     max_level: WholeOrNone = None,
-    depth: float = 1.0,
     moments: Whole = 5,
     follow: bool = False,
+    folds: FoldOptions | None = None,
     output: OutputOptions | None = None,
 ) -> None:
     """Write pictures, a movie and a time series of a recorded animation.
@@ -72,8 +71,6 @@ def play(
         Factor of the speed: 0.5 plays at half speed.
     max_level
         How often a triangle may be split; 0 turns refinement off. Default: what most wrinkles need.
-    depth
-        Factor of the depth of all wrinkles.
     moments
         Largest number of pictures, which show the moments when wrinkles are deepest.
     follow
@@ -88,7 +85,7 @@ def play(
     recorded = recorded.played(speed)
     face = fit_face(rest, landmarks, parse_units(units), _atlas(atlas), progress=report.search, texture=texture)
     with report.waiting("Preparing the skin"):
-        layers = [MuscleWrinkles(depth=depth)]
+        layers = (folds or FoldOptions()).layers(face)
         simulation = Simulation(face, Refinement(max_level=max_level), layers, step, motion=recorded)
     steps = max(int(np.ceil(recorded.duration / step - 1e-6)), 1)
     if steps > MAX_STEPS:

@@ -162,7 +162,7 @@ def measure(face: Face, iterations: int = 250, drawings: int = 50) -> Iterator[R
 
 
 def _measured(face: Face, expression: str, iterations: int, drawings: int) -> Row:
-    simulation = Simulation(face)
+    simulation = Simulation(face, folds="paper")
     simulation.express(expression)
     every, drawn, drawing = iterations // drawings, 0, 0.0
     frame: pv.PolyData

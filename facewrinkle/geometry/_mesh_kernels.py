@@ -67,13 +67,13 @@ def displace(points, heights, directions, out):
 
 @njit(cache=True)
 def mark_triangles(
-    triangles, level, max_level, normals, rest_normals, points, need, across, active, gamma_c, hysteresis,
+    triangles, level, max_level, normals, rest_normals, points, need, across, active, bends, gamma_c, hysteresis,
     split, fine, largest,
 ):  # fmt: skip
     """Mark the triangles to split, and those that are finer than they have to be.
 
     Triangles are split where Eq. 19 (its denominator bounded, for rest normals that are nearly orthogonal) exceeds
-    `gamma_c`, and where a half cycle of a wrinkle would have too few vertices.
+    `gamma_c` at vertices that count bends, and where a half cycle of a wrinkle would have too few vertices.
     """
     for f in range(triangles.shape[0]):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -91,15 +91,16 @@ def mark_triangles(
             gamma = (rest - now) / max(abs(rest), 0.1)
             largest[i] = max(largest[i], gamma)
             largest[j] = max(largest[j], gamma)
+            bend = gamma if bends[i] or bends[j] else 0.0
             excess = 0.0
             for v in (i, j):
                 if need[v] < np.inf:
                     span = (points[j, 0] - points[i, 0]) * across[v, 0] + (points[j, 1] - points[i, 1]) * across[v, 1]
                     span += (points[j, 2] - points[i, 2]) * across[v, 2]
                     excess = max(excess, abs(span) / need[v])
-            if level[f] < max_level and (gamma > gamma_c or excess > 1.0):
+            if level[f] < max_level and (bend > gamma_c or excess > 1.0):
                 split[f] = True
-            if gamma > hysteresis * gamma_c or 2.0 * excess > 1.0 - hysteresis:
+            if bend > hysteresis * gamma_c or 2.0 * excess > 1.0 - hysteresis:
                 fine[f] = False
 
 

@@ -155,6 +155,8 @@ class Displacement:
         Added to `height`, mm, only for the shading normals: those that a frame is drawn with. The points do not move.
         A layer whose details are sharper than the mesh gives the difference to its heights averaged over the distance
         of the vertices (prefiltered); the normals of the heights themselves would be uneven along a sharp furrow.
+    bends : bool
+        True if triangles are to be split where the surface bends, too (Eq. 19); False if `spacing` is all that counts.
 
     Examples
     --------
@@ -171,6 +173,7 @@ class Displacement:
     across: Array
     active: BoolArray
     shading_offset: Array | None = None
+    bends: bool = True
 
 
 class Layer(Protocol):

@@ -57,6 +57,9 @@ class MuscleWrinkles:
         If True, the bulges of each muscle hold exactly as much volume as its furrows lack, on the mesh of each frame.
         Bulges are lowered and furrows deepened by the same share, up to a fifth, to make up for attenuation, uneven
         compression and the triangles; H alone keeps the volume (Eq. 7).
+    anatomical : bool
+        If True, lines that :class:`facewrinkle.WaveFolds` draws are left out (``waves = true`` in the atlas). The
+        folds that all people have at the same places stay: beside the nose, around the mouth, and between the brows.
 
     Attributes
     ----------
@@ -81,6 +84,7 @@ class MuscleWrinkles:
         accumulate: int = 0,
         inextensible: bool = True,
         balance: bool = False,
+        anatomical: bool = False,
     ) -> None:
         if compression not in COMPRESSION_METHODS:
             allowed = ", ".join(COMPRESSION_METHODS)
@@ -90,6 +94,7 @@ class MuscleWrinkles:
         self.accumulate = check_whole("accumulate", accumulate, 0, 1e9)
         self.inextensible = bool(inextensible)
         self.balance = bool(balance)
+        self.anatomical = bool(anatomical)
 
     # --- the layer protocol ----------------------------------------------------------------------
 
@@ -98,7 +103,8 @@ class MuscleWrinkles:
         self._face, self._unit = face, face.unit
         self._muscles = [muscle.fold_pattern for muscle in face.muscles.values()]
         self._k0 = self.depth * np.array([m.wrinkles.depth for m in self._muscles])
-        self._zones = face.zones
+        drawn = np.array([not (self.anatomical and muscle.wrinkles.waves) for muscle in self._muscles], bool)
+        self._zones = face.zones & drawn[:, None]
         self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]
         self._folding = np.array([len(vertices) > 0 for vertices in self._zone_vertices], bool)
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.

@@ -21,6 +21,8 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
         "lambda": "position along the dominant muscle",
         "gamma": "position across the dominant muscle",
         "epsilon": "compression along the dominant muscle",
+        "theta": "phase of the waves of folds, 0 on a bulge and pi in a furrow",
+        "family": "number of the family of waves, -1 for none",
         "W": "height of the wrinkles (mm)",
         "split_gamma": "largest split criterion over the vertex's edges",
         "muscle": "index of the dominant muscle, -1 for none",

@@ -19,14 +19,18 @@ FIELD_COLOURS: dict[str, tuple[str, tuple[float, float] | None]] = {
     "epsilon": ("RdBu_r", None),
     "lambda": ("viridis", (0.0, 1.0)),
     "gamma": ("viridis", None),
+    "theta": ("twilight", (-3.15, 3.15)),
     "split_gamma": ("YlOrRd", None),
     "muscle": ("Paired", None),
     "level": ("YlGnBu", None),
 }
 """Colour maps of fields, and their ranges; None stands for the range of the values."""
 
-OF_MUSCLES = ("lambda", "gamma", "epsilon", "muscle")
-"""Fields that mean nothing where no muscle wrinkles the skin."""
+FOLDED = {
+    "lambda": ("muscle",), "gamma": ("muscle",), "muscle": ("muscle",), "epsilon": ("muscle", "family"),
+    "theta": ("family",), "family": ("family",),
+}  # fmt: skip
+"""Fields that mean nothing where no muscle, or no family of waves, folds the skin: the arrays that tell by -1."""
 
 MEANINGLESS_COLOUR = "#8d8580"
 """Colour of skin where a field means nothing."""
@@ -47,8 +51,9 @@ def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]
     values = np.array(skin.point_data[name], dtype=np.float64)
     if values.ndim > 1:
         raise ParameterError(f"the picture is coloured by one number per vertex; {name!r} has {values.shape[1]}.")
-    if name in OF_MUSCLES and "muscle" in skin.point_data:
-        values[np.asarray(skin.point_data["muscle"]) < 0] = np.nan
+    folded = [np.asarray(skin.point_data[own]) >= 0 for own in FOLDED.get(name, ()) if own in skin.point_data]
+    if folded:
+        values[~np.any(folded, axis=0)] = np.nan
     colours, limits = FIELD_COLOURS.get(name, ("viridis", None))
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     title = f"{name} (mm)\n" if name == "W" else f"{name}\n"

@@ -30,11 +30,14 @@ from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField
 from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..layers.wave_folds import WaveFolds
 from ..motion.base import Motion, Still, check_motion
 from ..motion.material import SkinMaterial
 from ..motion.playback import Playback
 from ..motion.recorded import Recorded
 from ..motion.skin import Skin
+from .fold_layers import Folds, fold_layers
+from .fold_shapes import give_shapes
 from .frames import FrameMaker
 from .refinement import (
     Refinement,
@@ -66,8 +69,8 @@ class Simulation:
         A mesh or a file becomes a :func:`facewrinkle.surface` in mm, which has no muscles.
     refinement : Refinement, optional
     layers : sequence of Layer, optional
-        Default: one :class:`facewrinkle.MuscleWrinkles` where there are muscles. An empty list leaves the skin bare.
-        Layers keep state, so the simulation works with copies of its own; they are in `layers`.
+        Default: the folds of `folds`. An empty list leaves the skin bare. Layers keep state, so the simulation works
+        with copies of its own; they are in `layers`.
     time_step : float, optional
         Seconds per step. Default: 0.02, or the time step of `motion`.
     material : SkinMaterial, optional
@@ -75,6 +78,8 @@ class Simulation:
     motion : Motion or Recorded, optional
         Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without anatomy gets
         :class:`facewrinkle.Still`.
+    folds : {"wave", "paper"}
+        The default layers: see :func:`facewrinkle.simulation.fold_layers.fold_layers`.
 
     Warns
     -----
@@ -119,12 +124,13 @@ class Simulation:
         time_step: float | None = None,
         material: SkinMaterial | None = None,
         motion: Motion | Recorded | None = None,
+        folds: Folds = "wave",
     ) -> None:
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         self.face = face = face if isinstance(face, Face) else surface(face)
         self.refinement = refinement or Refinement()
         if layers is None:
-            layers = [MuscleWrinkles()] if face.muscles else []
+            layers = fold_layers(face, folds)
         if not isinstance(layers, Sequence) or not all(
             hasattr(each, name) for each in layers for name in LAYER_METHODS
         ):
@@ -135,9 +141,13 @@ class Simulation:
         self.layers: list[Layer] = [copy(layer) for layer in layers]
         with self._timed("precompute"):
             self.motion = _motion(face, time_step, material, motion)
+            give_shapes(self.layers, face, self.motion)
             self._edges, needed = typical_edges(face), levels_of_patterns(self.layers, face)
             if self.refinement.max_level is None:
                 level = default_level(face, self._edges, max((level for _, level in needed), default=0))
+                level = max(
+                    level, *(layer.level_needed(face) for layer in self.layers if isinstance(layer, WaveFolds)), 0
+                )
                 self.refinement = replace(self.refinement, max_level=level)
             self._level = int(self.refinement.max_level or 0)
             check_patterns(needed, self._level)
@@ -416,7 +426,10 @@ class Simulation:
     def _frame(self, points: Array, normals: Array, height: Array, split_gamma: Array) -> pv.PolyData:
         data: dict[str, np.ndarray] = {"Normals": normals, "split_gamma": split_gamma}
         for layer in self.layers:
-            data.update(layer.fields())
+            fields = layer.fields()
+            if "epsilon" in fields and "epsilon" in data:
+                fields["epsilon"] = np.where(fields["epsilon"] != 0.0, fields["epsilon"], data["epsilon"])
+            data.update(fields)
         data["W"] = height  # of all layers together
         return self._frames.frame(points, data, self.vertices, self.forest)
 
@@ -433,6 +446,11 @@ class Simulation:
         index = self.muscles.index(muscle)
         for layer in self.layers:
             if isinstance(layer, MuscleWrinkles):
+                if layer.anatomical and self.face.muscles[muscle].fold_pattern.wrinkles.waves:
+                    raise ParameterError(
+                        f"the lines over {muscle} are drawn as waves, which belong to no muscle. Make the simulation "
+                        "with folds='paper'."
+                    )
                 return layer.fields_of(index, float(layer.rates[index]))
         raise ParameterError("this simulation has no layer of muscle wrinkles; add a MuscleWrinkles() to its layers.")
 

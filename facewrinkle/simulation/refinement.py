@@ -185,23 +185,29 @@ def mark(
     """
     triangles = forest.triangles
     n, m = len(normals), len(triangles)
-    spacing, across, active = _finest(displacements, n)
+    spacing, across, active, bends = _finest(displacements, n)
     spacing = spacing / refinement.samples if refinement.samples else np.full(n, np.inf)
     split, fine, largest = np.empty(m, bool), np.empty(m, bool), np.zeros(n)
     kernels.mark_triangles(
         triangles, levels, forest.max_level, normals, vertices.normals, vertices.points, spacing,
-        across, active, refinement.gamma_c, refinement.hysteresis, split, fine, largest,
+        across, active, bends, refinement.gamma_c, refinement.hysteresis, split, fine, largest,
     )  # fmt: skip
     return split, fine, largest
 
 
-def _finest(displacements: Sequence[Displacement], n: int) -> tuple[Array, Array, BoolArray]:
-    """Return the finest spacing that any layer needs at each vertex, its direction, and where any layer is active."""
-    if len(displacements) == 1:
-        return displacements[0].spacing, displacements[0].across, displacements[0].active
-    spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
+def _finest(displacements: Sequence[Displacement], n: int) -> tuple[Array, Array, BoolArray, BoolArray]:
+    """Return the finest spacing that any layer needs at each vertex, its direction, and where any layer is active, and
+    any that counts bends.
+    """
+    if len(displacements) == 1 and displacements[0].bends:
+        own = displacements[0]
+        return own.spacing, own.across, own.active, own.active
+    spacing, across = np.full(n, np.inf), np.zeros((n, 3))
+    active, bends = np.zeros(n, bool), np.zeros(n, bool)
     for own in displacements:
         finer = own.spacing < spacing
         spacing[finer], across[finer] = own.spacing[finer], own.across[finer]
         active |= own.active
-    return spacing, across, active
+        if own.bends:
+            bends |= own.active
+    return spacing, across, active, bends

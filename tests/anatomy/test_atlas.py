@@ -45,6 +45,7 @@ def test_the_23_muscles_and_their_kinds(face):
     assert list(face.muscles) == list(fw.MUSCLES)
     for name in NAMES:
         kind = fw.SphincterMuscle if name in SPHINCTERS else fw.SheetMuscle if "frontalis" in name else fw.LinearMuscle
+        kind = fw.TriangularMuscle if "depressor_anguli" in name else kind  # which the paper leaves to the future
         assert type(face.muscles[name]) is kind
 
 

@@ -78,7 +78,8 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     seen: list[tuple[Performance, OutputOptions]] = []
     monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given: seen.append((given[0], given[-1])))
     options = ["--intensity=0.5", "--frames=7", "--max-level=3", "--gamma-c=0.1", "--samples=3", "--depth=2"]
-    options += ["--alpha=1.5", "--count=3", "--ends=paper", "--compression=edges", "--size=64x48", "--view=nose"]
+    options += ["--alpha=1.5", "--count=3", "--ends=paper", "--compression=edges", "--folds=paper"]
+    options += ["--size=64x48", "--view=nose"]
     assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0
     ((performance, output),) = seen
     frown = {"corrugator_l": 0.5, "corrugator_r": 0.5, "procerus_l": 0.15, "procerus_r": 0.15}
@@ -86,7 +87,8 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     assert (performance.frames, performance.size, performance.view, output.fps) == (7, (64, 48), "nose", 10.0)
     refinement = performance.refinement
     assert (refinement.max_level, refinement.gamma_c, refinement.samples) == (3, 0.1, 3.0)
-    assert (performance.layer.depth, performance.layer.compression) == (2.0, "edges")
+    (layer,) = performance.layers
+    assert (layer.depth, layer.compression) == (2.0, "edges")
     for name, muscle in performance.face.muscles.items():
         original = fw.default_face().muscles[name].fold_pattern.wrinkles
         wrinkles = muscle.fold_pattern.wrinkles
@@ -95,6 +97,32 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
             assert wrinkles.depth == original.depth
         else:
             assert dataclasses.astuple(wrinkles) == dataclasses.astuple(original)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--count=3"], "--count belongs to the papers' folds: add --folds paper, or leave it out."),
+        (["--compression=edges"], "--compression belongs to the papers' folds: add --folds paper, or leave it out."),
+        (["--folds=paper", "--seed=3"], "--seed belongs to folds that are waves: add --folds wave, or leave it out."),
+        (["--seed=1.5"], "seed must be a whole number, received 1.5."),
+        (["--age=2"], "age must lie in [0, 1], received 2. 0 has no lines at rest."),
+        (["--density=9"], "density must lie in [0.25, 4], received 9. 1 is as on people."),
+    ],
+)
+def test_express_refuses_options_of_other_folds(options, message, tmp_path, capsys):
+    assert main(["express", "AU4", *options, "--out", str(tmp_path)]) == 1
+    assert message in " ".join(capsys.readouterr().err.split())
+    assert not list(tmp_path.iterdir())
+
+
+def test_express_draws_waves_of_a_seed(tmp_path, monkeypatch):
+    seen: list[Performance] = []
+    monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given: seen.append(given[0]))
+    assert main(["express", "AU4", "--seed=5", "--age=0.5", "--depth=2", "--out", str(tmp_path)]) == 0
+    formula, waves = seen[0].layers
+    assert (formula.anatomical, formula.depth) == (True, 2.0)
+    assert (waves.style.seed, waves.age, waves.depth) == (5, 0.5, 2.0)
 
 
 def test_express_on_another_mesh(tmp_path, capsys):

@@ -101,7 +101,7 @@ def deepest_share(sim, frame):
 
 
 def test_no_wrinkle_of_any_expression_is_deeper_than_skin_of_fixed_length_folds(face):
-    sim, measured = fw.Simulation(face), 0
+    sim, measured = fw.Simulation(face, folds="paper"), 0
     for expression in fw.EXPRESSIONS:
         sim.reset()
         sim.express(expression)
@@ -123,7 +123,7 @@ def test_however_deep_wrinkles_are_asked_for_skin_sets_the_bound(face, name):
 def test_the_bound_can_be_left_out(face):
     frames = []
     for inextensible in (True, False):
-        sim = fw.Simulation(face, layers=[MuscleWrinkles(depth=4.0, inextensible=inextensible)])
+        sim = fw.Simulation(face, layers=[MuscleWrinkles(depth=2.5, inextensible=inextensible)])
         sim.express("surprise")
         frames.append((list(sim.run(25))[-1], {m: sim.fields(m) for m in sim.muscles}))
     (held, _), (free, fields) = frames
@@ -132,7 +132,7 @@ def test_the_bound_can_be_left_out(face):
         wrinkles, epsilon = muscle.fold_pattern.wrinkles, fields[name]["epsilon"]
         share = np.sin(0.5 * np.pi * np.clip(epsilon, 0.0, 1.0))
         rate = fw.EXPRESSIONS["surprise"].get(name, 0.0)
-        paper += 4.0 * wrinkles.depth * rate * muscle.fold_pattern.unit_amplitude(free["rest"]) * share
+        paper += 2.5 * wrinkles.depth * rate * muscle.fold_pattern.unit_amplitude(free["rest"]) * share
     np.testing.assert_allclose(free["W"], paper, rtol=0, atol=1e-9)
     assert np.ptp(free["W"]) > 1.5 * np.ptp(held["W"])
 
@@ -161,7 +161,7 @@ def test_w_is_exactly_zero_after_release(played, name):
 
 
 def test_w_is_exactly_zero_at_rest(face):
-    sim = fw.Simulation(face)
+    sim = fw.Simulation(face, folds="paper")
     for _ in range(3):
         assert not sim.step()["W"].any()
 
@@ -294,7 +294,7 @@ def test_folds_of_every_kind_of_muscle_can_be_laid_on_a_face(face):
         "linear": LinearMuscle(where - 25.0 * up, where + 10.0 * up, 0.5, 40.0, wrinkles=style, strength=2.0),
         "ring": SphincterMuscle(where, 30.0, 25.0, out, face.frame.axes[0], wrinkles=style, inner=0.2, strength=2.0),
     }
-    sim = fw.Simulation(face.with_muscles(muscles))
+    sim = fw.Simulation(face.with_muscles(muscles), folds="paper")
     for name in muscles:
         sim.reset()
         sim.contract({name: 1.0})

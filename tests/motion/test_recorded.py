@@ -156,7 +156,7 @@ def test_a_pose_moves_everything_and_compresses_nothing(face):
         return matrix
 
     recorded = Recorded.of_shapes(np.zeros((1, len(face.points), 3)), [[0.0], [0.0]], times=[0.0, 1.0], pose=pose)
-    sim = fw.Simulation(face, motion=recorded, time_step=0.2)
+    sim = fw.Simulation(face, motion=recorded, time_step=0.2, folds="paper")
     for frame in sim.run(6):
         at = pose(min(sim.time, 1.0))
         np.testing.assert_allclose(frame.points, face.points @ at[:3, :3].T + at[:3, 3], atol=1e-10)
@@ -230,8 +230,8 @@ def test_refined_frames_are_the_morph_sum_at_every_key_time(clip):
 @pytest.fixture(scope="module")
 def wrinkled(clip):
     """Frames of the clip at eleven moments and the activation of the muscles at each."""
-    sim = fw.Simulation(clip.face, motion=clip.recorded, time_step=0.125)
-    out = {0.0: (fw.Simulation(clip.face, motion=clip.recorded, time_step=4.0).step(), {})}
+    sim = fw.Simulation(clip.face, motion=clip.recorded, time_step=0.125, folds="paper")
+    out = {0.0: (fw.Simulation(clip.face, motion=clip.recorded, time_step=4.0, folds="paper").step(), {})}
     for frame in sim.run(32):
         out[sim.time] = frame, dict(zip(sim.muscles, sim.layers[0].rates, strict=True))
     return out

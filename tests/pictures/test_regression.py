@@ -111,17 +111,17 @@ def _forget():
 
 @lru_cache(maxsize=4)
 def frame(kind, name, factor=1.0):
-    """A frame with an expression held, or a pattern, with wrinkles higher by a factor."""
+    """A frame with an expression held, with folds as waves or the papers', or a pattern; heights times a factor."""
     face = fw.default_face()
     if kind == "pattern":
         simulation = fw.Simulation(face, layers=fw.PatternLayer.presets(name, face), motion=fw.Still(face))
     else:
-        simulation = fw.Simulation(face)
+        simulation = fw.Simulation(face, folds="paper" if kind == "paper" else "wave")
     for layer in simulation.layers:
         layer.displacement = lambda state, of=layer.displacement: replace(d := of(state), height=factor * d.height)
-    if kind == "expression" and name is not None:
+    if kind != "pattern" and name is not None:
         simulation.express(name)
-    *_, last = simulation.run(15 if kind == "expression" else 5)
+    *_, last = simulation.run(5 if kind == "pattern" else 15)
     return last
 
 
@@ -188,7 +188,7 @@ def test_looks(name, verify):
 @pytest.mark.parametrize("name", FIELDS)
 def test_fields(name, verify):
     with Scene(fw.default_face(), style("forehead", scalars=name)) as scene:
-        scene.show(frame("expression", "surprise"))
+        scene.show(frame("paper", "surprise"))
         for bar in list(scene.plotter.scalar_bars.keys()):  # text depends on the fonts of a machine
             scene.plotter.remove_scalar_bar(bar, render=False)
         scene.plotter.render()

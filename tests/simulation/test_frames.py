@@ -26,7 +26,18 @@ PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
 @pytest.mark.parametrize("name", PAPER)
 def test_frames_carry_what_they_promise(face, played, name):
     frame, n = played(name).top, played(name).top.n_points
-    assert set(ARRAYS) == {"lambda", "gamma", "epsilon", "W", "split_gamma", "muscle", "level", "rest"}
+    assert set(ARRAYS) == {
+        "lambda",
+        "gamma",
+        "epsilon",
+        "W",
+        "split_gamma",
+        "muscle",
+        "level",
+        "rest",
+        "theta",
+        "family",
+    }
     for array in ("lambda", "gamma", "epsilon", "W", "split_gamma"):
         assert frame[array].shape == (n,)
         assert frame[array].dtype == np.float64

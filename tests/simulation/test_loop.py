@@ -102,7 +102,7 @@ def test_express_takes_names_units_and_mixtures(face):
 
 
 def test_fields_of_a_muscle_that_does_nothing(face):
-    sim = fw.Simulation(face)
+    sim = fw.Simulation(face, folds="paper")
     sim.express("frowning")
     frame = list(sim.run(10))[-1]
     fields = sim.fields("frontalis_major_l")
@@ -182,7 +182,7 @@ class Raised:
 
 
 def test_heights_of_layers_add_up(face):
-    alone, both = fw.Simulation(face), fw.Simulation(face, layers=[fw.MuscleWrinkles(), Raised(1.5)])
+    alone, both = fw.Simulation(face, folds="paper"), fw.Simulation(face, layers=[fw.MuscleWrinkles(), Raised(1.5)])
     for sim in (alone, both):
         sim.express("frowning")
     for one, two in zip(alone.run(20), both.run(20), strict=True):

@@ -5,13 +5,16 @@ once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear
 """
 
 from .base import FRONTS, Fronts, Muscle, Wrinkles
+from .crease import Crease
 from .joint_muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle
 from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle
+from .triangular import TriangularMuscle
 from .zones import zones
 
 __all__ = [
     "FRONTS",
     "TURNS",
+    "Crease",
     "EyeMuscle",
     "Fronts",
     "JawMuscle",
@@ -20,6 +23,7 @@ __all__ = [
     "Muscle",
     "SheetMuscle",
     "SphincterMuscle",
+    "TriangularMuscle",
     "Wrinkles",
     "zones",
 ]

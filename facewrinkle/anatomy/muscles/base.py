@@ -73,6 +73,8 @@ class Wrinkles:
     taper : float or tuple of float
         In [0, 2], one number, or two for start and end: the distance from the ends of the region over which furrows
         grow shallower towards them, in halves of its length. 0 as in the paper: all are alike.
+    waves : bool
+        True for lines that differ from person to person, which :class:`facewrinkle.WaveFolds` draws as waves.
 
     Examples
     --------
@@ -89,6 +91,7 @@ class Wrinkles:
     falloff: profile.Falloff = "paper"
     fronts: Fronts = "straight"
     taper: float | tuple[float, float] = 0.0
+    waves: bool = False
 
     def __post_init__(self) -> None:
         profile.half_cycle(1.0, self.start, self.count)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ...errors import ParameterError, check_range
 from ...geometry import profile
 from .base import Array, BoolArray, Muscle, checked_points, unit, vector
+from .crease import Crease
 
 BELLY = (0.38, 0.7)
 """Place along a linear muscle at which flesh is bunched up most, and its extent about this, relative to R; captured
@@ -46,6 +47,10 @@ class LinearMuscle(Muscle):
         phi, half the opening angle of the cone, in (0, pi/2).
     radius : float
         R, the length of the cone, at least the distance from mA to mI.
+    sliding : float
+        Share of the pull that the skin beyond the furrow of `folds` lacks, if that is a crease: the fibres insert in
+        the skin up to there, and slide beneath the skin that rolls over the furrow. 0 as in the paper: they pull all
+        skin over them.
 
     Raises
     ------
@@ -64,9 +69,11 @@ class LinearMuscle(Muscle):
     insertion: Array
     max_angle: float
     radius: float
+    sliding: float = 0.0
 
     def __post_init__(self) -> None:
         self._check_common()
+        check_range("sliding", self.sliding, 0.0, 1.0)
         for name in ("attachment", "insertion"):
             object.__setattr__(self, name, vector(name, getattr(self, name)))
         if not 0.0 < self.max_angle < 0.5 * np.pi:
@@ -133,9 +140,11 @@ class LinearMuscle(Muscle):
         return -unit(self._polar(points)[2])
 
     def force(self, points: npt.ArrayLike) -> Array:
-        """``Theta1(lambda) Theta2(gamma)`` towards the attachment."""
+        """``Theta1(lambda) Theta2(gamma)`` towards the attachment; less on skin beneath which the fibres slide."""
         lam, gamma = self.coordinates(points)
         size = _longitudinal(lam, min(self.length / self.radius, 1.0)) * _lateral(gamma)
+        if self.sliding and isinstance(self.folds, Crease):
+            size = size * (1.0 - self.sliding * self.folds.loose_share(points))
         return size[:, None] * self.fold_direction(points)
 
     def bunched(self, points: npt.ArrayLike) -> Array:
@@ -176,6 +185,9 @@ class SheetMuscle(Muscle):
     thickness : float, optional
         How far in front of and behind the sheet's plane it reaches; by default the larger of length and width, so that
         a forehead's muscle does not act on the back of the head.
+    recoil : float
+        Pull towards the attachment line from behind it, relative to that in front: for a muscle that is attached not to
+        bone but to a sheet of tendon, which gives way (frontalis, to the galea). 0 as in the paper.
 
     Raises
     ------
@@ -190,14 +202,18 @@ class SheetMuscle(Muscle):
     (0.75, 0.5)
     """
 
+    LENGTHS: ClassVar[tuple[str, ...]] = ("length", "width", "thickness")
+
     attachment: Array
     insertion: Array
     length: float = 0.0
     width: float = 0.0
     thickness: float = 0.0
+    recoil: float = 0.0
 
     def __post_init__(self) -> None:
         self._check_common()
+        check_range("recoil", self.recoil, 0.0, 10.0)
         for name in ("attachment", "insertion"):
             pair = np.array([vector(name, p) for p in np.atleast_1d(np.asarray(getattr(self, name), dtype=object))])
             if pair.shape != (2, 3):
@@ -232,7 +248,11 @@ class SheetMuscle(Muscle):
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """lambda = l / Ls and gamma = 2 h / Ws (Eq. 12) of (n, 3) points."""
         along, across, _ = self._plane(points)
-        return along / self.length, 2.0 * across / self.width
+        return along / self.length, across / self._half_width(along)
+
+    def _half_width(self, along: Array) -> Array:
+        """Ws / 2 at each distance from the attachment line."""
+        return np.full_like(along, 0.5 * self.width)
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """lambda_w <= lambda <= 1 and gamma <= 1, within the sheet's thickness."""
@@ -249,10 +269,9 @@ class SheetMuscle(Muscle):
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 13)."""
-        along, across, _ = self._plane(points)
-        style, half = self.wrinkles, 0.5 * self.width
-        fade = profile.attenuation(profile.band(across, style.core * half, half), style.falloff)
-        fade = fade * self._tapered((along / self.length - style.start) / (1.0 - style.start))
+        style, (lam, gamma) = self.wrinkles, self.coordinates(points)
+        fade = profile.attenuation(profile.band(gamma, style.core, 1.0), style.falloff)
+        fade = fade * self._tapered((lam - style.start) / (1.0 - style.start))
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
@@ -265,12 +284,15 @@ class SheetMuscle(Muscle):
         return np.tile(-self._axes[1], (len(checked_points(points)), 1))
 
     def force(self, points: npt.ArrayLike) -> Array:
-        """``Theta1(lambda) Theta2(gamma)`` along the fibres."""
+        """``Theta1(lambda) Theta2(gamma)`` along the fibres; behind the attachment the recoil, with -lambda."""
         lam, gamma = self.coordinates(points)
         a, i = np.asarray(self.attachment), np.asarray(self.insertion)
         inserted = min(float(np.linalg.norm(i.mean(0) - a.mean(0))) / self.length, 1.0)
         near = self._plane(points)[2] <= self.thickness
-        size = np.where(near, _longitudinal(lam, inserted) * _lateral(gamma), 0.0)
+        size = _longitudinal(lam, inserted)
+        if self.recoil:
+            size = size - self.recoil * _longitudinal(-lam, inserted)
+        size = np.where(near, size * _lateral(gamma), 0.0)
         return size[:, None] * self.fold_direction(points)
 
     @property
@@ -286,9 +308,7 @@ class SheetMuscle(Muscle):
             folds=self.folds and self.folds.transformed(rotation, scale, translation),
             attachment=np.asarray(self.attachment) @ matrix.T + shift,
             insertion=np.asarray(self.insertion) @ matrix.T + shift,
-            length=self.length * scale,
-            width=self.width * scale,
-            thickness=self.thickness * scale,
+            **{name: getattr(self, name) * scale for name in self.LENGTHS},
         )
 
 

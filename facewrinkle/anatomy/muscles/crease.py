@@ -1,0 +1,195 @@
+"""Creases: furrows along a curve through given points, with the crest of the fold on one side."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError, check_range
+from ...geometry import profile
+from ...geometry.smoothstep import smoothstep
+from .base import Array, BoolArray, Muscle, checked_points, unit, vector
+
+
+@dataclass(frozen=True, eq=False)
+class Crease(Muscle):
+    """A region of folds along a curve, such as the nasolabial fold: the furrow lies where the skin is bound to what is
+    below it, and the loose skin on one side of it rolls over it. It does not pull.
+
+    Parameters
+    ----------
+    path : (3, 3) array_like
+        Start of the furrow, a point that it runs through, and its end.
+    crest : (3,) array_like
+        Direction from the furrow towards the crest of the fold; the side on which the skin bulges.
+    width : float
+        Width of the region across the furrow, > 0.
+    span : pair of float
+        The part of the path, between 0 and 1, along which the skin folds: several muscles may fold parts of one line.
+    thickness : float, optional
+        How far in front of and behind the plane of chord and `crest` it reaches; by default 0.3 of the chord.
+
+    Raises
+    ------
+    ParameterError
+        If the points do not make a path, or a length is not positive.
+
+    Notes
+    -----
+    In the plane of the chord from start to end (length c) and the direction to the crest, the furrow is the parabola
+    ``f(x) = h x (c - x)`` through the three points. Points (x, y) have the coordinates ``lambda = x / c`` and, across,
+    ``q = (y - f) / sqrt(1 + f'^2)``, the distance from the furrow up to the second order of f'. H is a function of the
+    distance from the border of the crest. Of one cycle with continuous ends (``count=1``) the crest has the share
+    ``(1 + s0) / 2`` of the width, s0 as in :func:`facewrinkle.geometry.profile.zero_crossing`; on the other side the
+    furrow rises to the surface and no higher. `taper` acts along the furrow, `core` across it; `start` is not used.
+
+    Examples
+    --------
+    A straight furrow whose crest is on the right:
+
+    >>> crease = Crease([(0, 40, 0), (0, 20, 0), (0, 0, 0)], crest=(1, 0, 0), width=16.0)
+    >>> along, across = crease.coordinates([[0.0, 10.0, 0.0], [4.0, 10.0, 0.0]])
+    >>> along.tolist(), across.tolist()
+    ([0.75, 0.75], [0.0, 0.25])
+    """
+
+    path: Array
+    crest: Array
+    width: float
+    span: tuple[float, float] = (0.0, 1.0)
+    thickness: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._check_common()
+        path = np.array([vector("path", point) for point in np.atleast_1d(np.asarray(self.path, dtype=object))])
+        if path.shape != (3, 3):
+            raise ParameterError(f"path must be three points, received an array of shape {path.shape}.")
+        path.setflags(write=False)
+        object.__setattr__(self, "path", path)
+        crest, chord = vector("crest", self.crest), path[2] - path[0]
+        object.__setattr__(self, "crest", crest)
+        length = float(np.linalg.norm(chord))
+        if not np.linalg.norm(np.cross(chord, crest)) > 1e-6 * length * np.linalg.norm(crest):
+            raise ParameterError("crest must cross the line from the start to the end of the path.")
+        if not 0.0 < (path[1] - path[0]) @ chord < length**2:
+            raise ParameterError("the second point of the path must lie between the first and the third.")
+        first, last = self._checked_span()
+        object.__setattr__(self, "span", (first, last))
+        object.__setattr__(self, "width", check_range("width", self.width, 0.0, np.inf))
+        thickness = check_range("thickness", self.thickness, 0.0, np.inf)
+        object.__setattr__(self, "thickness", thickness or 0.3 * length)
+        if not self.width > 0.0:
+            raise ParameterError(f"width must be positive, received {self.width!r}.")
+
+    def _checked_span(self) -> tuple[float, float]:
+        try:
+            first, last = self.span
+            if 0.0 <= first < last <= 1.0:
+                return float(first), float(last)
+        except (TypeError, ValueError):
+            pass
+        raise ParameterError(f"span must be two numbers that rise between 0 and 1, received {self.span!r}.")
+
+    @cached_property
+    def _axes(self) -> tuple[float, Array, Array, Array]:
+        """Length of the chord, its direction, the one towards the crest, and the plane's normal."""
+        chord = self.path[2] - self.path[0]
+        along = unit(chord)
+        aside = unit(self.crest - (self.crest @ along) * along)
+        return float(np.linalg.norm(chord)), along, aside, np.cross(along, aside)
+
+    @cached_property
+    def _bow(self) -> float:
+        """h of the parabola."""
+        length, along, aside, _ = self._axes
+        middle = self.path[1] - self.path[0]
+        x = float(middle @ along)
+        return float(middle @ aside) / (x * (length - x))
+
+    def _plane(self, points: npt.ArrayLike) -> tuple[Array, Array, Array, Array]:
+        """x, q, the slope f' and the distance from the plane."""
+        length, along, aside, normal = self._axes
+        offset = checked_points(points) - self.path[0]
+        x = offset @ along
+        slope = self._bow * (length - 2.0 * x)
+        q = (offset @ aside - self._bow * x * (length - x)) / np.sqrt(1.0 + slope**2)
+        return x, q, slope, np.abs(offset @ normal)
+
+    @property
+    def _border(self) -> float:
+        """q at the outer border of the crest; a furrow lies at q = 0."""
+        style, u = self.wrinkles, self.half_wavelength
+        # profile.phase starts the cycle here.
+        skipped = 0.0 if style.ends == "paper" else u * (1.0 - profile.zero_crossing(style.alpha))
+        return self.width - skipped
+
+    def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
+        """lambda, the place along the furrow, and q over the width, positive towards the crest, of (n, 3) points."""
+        x, q, _, _ = self._plane(points)
+        return x / self._axes[0], q / self.width
+
+    def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
+        """lambda within the span, and within the width and the thickness."""
+        x, q, _, away = self._plane(points)
+        across = (q <= self._border) & (q >= self._border - self.width)
+        place = x / self._axes[0]
+        return np.asarray((place >= self.span[0]) & (place <= self.span[1]) & across & (away <= self.thickness))
+
+    @property
+    def reach(self) -> tuple[Array, float]:
+        """About the middle of the chord, up to the corners of the box that holds the region."""
+        length, along, _, _ = self._axes
+        rise = abs(self._bow) * (0.5 * length) ** 2
+        steep = np.hypot(1.0, self._bow * length)
+        half = 0.5 * length, rise + steep * self.width, self.thickness
+        return self.path[0] + 0.5 * length * along, float(np.linalg.norm(half))
+
+    def envelope(self, points: npt.ArrayLike) -> Array:
+        """At: the falloff towards both borders, and the taper towards both ends."""
+        x, q, _, _ = self._plane(points)
+        style, half = self.wrinkles, 0.5 * self.width
+        away = np.abs(self._border - half - q)
+        fade = profile.attenuation(profile.band(away, style.core * half, half), style.falloff)
+        place = (x / self._axes[0] - self.span[0]) / (self.span[1] - self.span[0])
+        return np.where(self.wrinkling_region(points), fade * self._tapered(place), 0.0)
+
+    def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
+        """H (Eqs. 4-6) of the distance from the border of the crest."""
+        return self._profile(self._border - self._plane(points)[1], 0.0, self.half_wavelength, blunt)
+
+    def loose_share(self, points: npt.ArrayLike) -> Array:
+        """Share (n,) in which points lie on the side of the crest, where skin is loose: 0 up to an eighth of the width
+        before the furrow, 1 from three eighths of it beyond.
+        """
+        return smoothstep(2.0 * self._plane(points)[1] / self.width + 0.25)
+
+    def fold_direction(self, points: npt.ArrayLike) -> Array:
+        """Unit directions across the furrow, towards the crest: those of the gradient of q."""
+        _, along, aside, _ = self._axes
+        _, q, slope, _ = self._plane(points)
+        # q = (y - f) / S with S^2 = 1 + f'^2: S dq/dx = -f' - q f' f'' / S, S dq/dy = 1.
+        bend = -2.0 * self._bow
+        down = -slope * (1.0 + q * bend / np.sqrt(1.0 + slope**2))
+        return unit(down[:, None] * along + aside)
+
+    @property
+    def half_wavelength(self) -> float:
+        """Half cycle u (Eq. 5 with the width for R)."""
+        return profile.half_cycle(self.width, 0.0, self.wrinkles.count)
+
+    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
+        """The crease after ``x -> scale * rotation @ x + translation``."""
+        turn = np.asarray(rotation, dtype=np.float64)
+        return dataclasses.replace(
+            self,
+            folds=self.folds and self.folds.transformed(rotation, scale, translation),
+            path=scale * np.asarray(self.path) @ turn.T + np.asarray(translation),
+            crest=turn @ self.crest,
+            width=self.width * scale,
+            thickness=self.thickness * scale,
+        )

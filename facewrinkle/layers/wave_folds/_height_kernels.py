@@ -1,0 +1,153 @@
+"""Inner loop of the wave folds: heights of a moment from the compression along each family's waves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...geometry.compilation import njit
+
+ONSET, SOFT = 0.025, 0.02
+"""Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
+
+ALONG = 0.5
+"""Share of the stretch along the lines that is taken from the compression across them: it is no fold but Poisson's."""
+
+SPENT = 0.75
+"""Depth of folds relative to the deepest that skin of fixed length allows; the rest of it shortens or thickens."""
+
+STEEPEST = 0.22
+"""Greatest depth of a fold in wavelengths: from there on its walls touch."""
+
+CROSSING = 0.3
+"""Share of each other's compression that families take whose lines cross at right angles; parallel ones take all."""
+
+BLUNT_ALPHA, SHARP_ALPHA, SHARP_DEPTH = 0.9, 2.4, 0.15
+"""Shape exponents of the faintest and of deep folds, and the depth, in wavelengths, from which folds are sharp."""
+
+LONGER = 1.4
+"""Arc length, beyond the chord, of the sharpest profile relative to that of a sine of the same depth: 1.39."""
+
+ROUNDED = 0.18
+"""Normals are those of heights averaged over this many half cycles to either side."""
+
+FINE = 0.11
+"""Half width of the lines of old skin, in wavelengths (a standard deviation)."""
+
+NARROW = 4.2
+"""Curvature in the bottom of such a line, relative to that of a wave of the same depth: ``2 / (2 pi 0.11)^2``."""
+
+TAUT = 0.15
+"""Stretch across the lines that smooths out the lines of old skin."""
+
+LEAST = 0.15
+"""Folds less deep than this, mm, ask for no triangles."""
+
+TOLERANCE = 0.2
+"""Distance of triangles from the waves that is allowed, mm."""
+
+NARROWEST = 0.6
+"""Least spacing asked for, in wavelengths."""
+
+
+@njit(cache=True, inline="always")
+def risen(s, alpha):
+    """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, repeated from [-1, 1] with the period 2."""
+    cycles = np.round(0.5 * s)
+    within = s - 2.0 * cycles
+    full = (2.0 ** (alpha + 1.0) - 1.0) / (alpha + 1.0)
+    part = ((1.0 + within * within) ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
+    return cycles * full + (part if within >= 0.0 else -part)
+
+
+@njit(cache=True)
+def excesses(starts, window, epsilon, pull, excess, folding):
+    """Compression beyond the onset (p,), smoothly from 0; list the vertices (n,) that have any, and return how many."""
+    count = 0
+    for i in range(len(starts) - 1):
+        some = False
+        for p in range(starts[i], starts[i + 1]):
+            e = epsilon[p] + ALONG * min(pull[p], 0.0) - ONSET
+            if e > SOFT:
+                excess[p] = window[p] * e
+            elif e > -SOFT:
+                excess[p] = window[p] * (e + SOFT) ** 2 / (4.0 * SOFT)
+            else:
+                excess[p] = 0.0
+            some |= excess[p] > 0.0
+        if some:
+            folding[count] = i
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def share_of(p, first, last, excess, wave):
+    """The compression that is left to family p when it competes with those that cross it."""
+    e = excess[p]
+    for q in range(first, last):
+        if q != p and excess[q] > 0.0:
+            ours = wave[p, 0] ** 2 + wave[p, 1] ** 2 + wave[p, 2] ** 2
+            theirs = wave[q, 0] ** 2 + wave[q, 1] ** 2 + wave[q, 2] ** 2
+            both = wave[p, 0] * wave[q, 0] + wave[p, 1] * wave[q, 1] + wave[p, 2] * wave[q, 2]
+            taken = CROSSING + (1.0 - CROSSING) * both * both / (ours * theirs)
+            e -= taken * excess[q] * excess[q] / (excess[p] + excess[q])
+    return max(e, 0.0)
+
+
+@njit(cache=True)
+def heights(
+    where, count, starts, theta, strength, length, wave, epsilon, excess, old, depth, age,
+    height, shown, spacing, across, active, deep, leading,
+):  # fmt: skip
+    """Heights at the first `count` vertices of `where`, the same with blunt furrows (`shown`), and the spacing needed.
+
+    From bulge to furrow a fold is ``D = S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep; all folds of a vertex together
+    are no longer than the skin that the compression frees.
+    """
+    for t in range(count):
+        i = where[t]
+        first, last = starts[i], starts[i + 1]
+        asked, furrowed = 0.0, 0.0
+        for p in range(first, last):
+            furrowed += old[p]
+            e = share_of(p, first, last, excess, wave) if excess[p] > 0.0 else 0.0
+            deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
+            if deep[p] > 0.0:
+                asked += LONGER * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
+        leading[i] = first
+        for p in range(first + 1, last):
+            if deep[p] > deep[leading[i]]:
+                leading[i] = p
+        allowed = 1.0 / np.sqrt(max(asked, 1.0))
+        total, mild, finest, lead = 0.0, 0.0, np.inf, -1
+        for p in range(first, last):
+            big, rest = allowed * deep[p], 0.0
+            if age > 0.0 and old[p] > 0.0:
+                rest = age * old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
+            if big + rest <= 0.0:
+                continue
+            s = theta[p] / np.pi
+            if big > 0.0:
+                steep = min((big + rest) / (SHARP_DEPTH * length[p]), 1.0)
+                alpha = BLUNT_ALPHA + (SHARP_ALPHA - BLUNT_ALPHA) * steep
+                top = 2.0**alpha
+                bulge = 0.5 * (2.0 * top - 1.0) / (alpha + 1.0)
+                total += big * (bulge - abs(s) * (1.0 + s * s) ** alpha) / top
+                mean = (risen(s + ROUNDED, alpha) - risen(s - ROUNDED, alpha)) / (2.0 * ROUNDED)
+                mild += big * (bulge - mean) / top
+            if rest > 0.0:
+                w = 0.5 * (1.0 - abs(s)) / FINE
+                cut = rest * (np.exp(-0.5 * w * w) - FINE * np.sqrt(2.0 * np.pi))
+                total -= cut
+                mild -= cut
+            curved = big + NARROW * rest
+            if curved >= LEAST:
+                wide = 2.0 / np.pi * length[p] * np.sqrt(8.0 * TOLERANCE / curved)
+                wide = max(wide, NARROWEST * length[p])
+                if wide < finest:
+                    finest, lead = wide, p
+        height[i], shown[i], spacing[i], active[i] = total, mild, finest, lead >= 0
+        if lead >= 0:
+            norm = np.sqrt(wave[lead, 0] ** 2 + wave[lead, 1] ** 2 + wave[lead, 2] ** 2)
+            for c in range(3):
+                across[i, c] = wave[lead, c] / norm

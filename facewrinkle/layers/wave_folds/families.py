@@ -1,0 +1,160 @@
+"""Families of folds: motions of a face that compress its skin in the same directions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from ...anatomy.face import Face
+from ...errors import ParameterError
+from ...geometry.normals import vertex_areas, vertex_normals
+from ...geometry.smoothstep import smoothstep
+from ..base import Array
+from ..compression import StrainField, principal_compression, products
+
+GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "forehead": ("AU1", "AU2"),
+        "brows": ("AU4",),
+        "eyes": ("AU6", "AU7", "AU43", "AU45"),
+        "cheeks": ("AU9", "AU10", "AU12"),
+        "chin": ("AU15", "AU17"),
+    }
+)
+"""Action units whose compressions agree, by the name of their family: within a family their directions differ by 20 to
+30 degrees where both are strong, between AU1 and AU4 by 65.
+"""
+
+FIRST = 0.02
+"""Compression that leaves no line, whatever the skin."""
+
+FAINT, FULL = 0.03, 0.10
+"""Compression at full motion below which a family has no lines, and from which it has all."""
+
+ASKEW = 0.35
+"""Motions that come without names share a family if the mean sin^2 of the angle between their compressions, where both
+are strong, is less than this (36 degrees).
+"""
+
+MOST = 6
+"""Most families that are made of motions without names."""
+
+
+@dataclass(frozen=True, eq=False)
+class FoldShapes:
+    """The shapes of a face in full motion, by family: what wave folds are found from.
+
+    Attributes
+    ----------
+    families : mapping of str to list of ndarray, shape (n0, 3)
+        Positions of the base vertices, mm.
+    face : Face, optional
+        The face whose shapes they are. Default: the one on which they are used. Lines of the mean head are carried to
+        its variations.
+
+    Examples
+    --------
+    A face that is pressed together from above, and one from the sides, without names:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> pressed = [face.points * squeeze for squeeze in ([1, 0.8, 1], [0.8, 1, 1], [1, 0.9, 1])]
+    >>> {name: len(shapes) for name, shapes in FoldShapes.grouped(face, pressed).families.items()}
+    {'motion 1': 2, 'motion 2': 1}
+    """
+
+    families: Mapping[str, Sequence[Array]]
+    face: Face | None = None
+
+    @classmethod
+    def grouped(cls, face: Face, shapes: Sequence[Array]) -> FoldShapes:
+        """Group shapes (n0, 3) by the directions in which they compress the skin, the strongest first."""
+        strain = StrainField(face.points * face.unit, face.triangles)
+        area = vertex_areas(face.points, face.triangles)
+        found = [_compressions(face, strain, shape) for shape in shapes]
+        power = [float((area * squared).sum()) for squared, _ in found]
+        families: list[list[int]] = []
+        for k in sorted(range(len(shapes)), key=lambda k: -power[k]):
+            if power[k] <= 1e-6 * area.sum():
+                continue
+            asked = [max(_askew(area, found[k], found[other]) for other in family) for family in families]
+            if asked and (min(asked) < ASKEW or len(families) == MOST):
+                families[int(np.argmin(asked))].append(k)
+            else:
+                families.append([k])
+        return cls({f"motion {i + 1}": [shapes[k] for k in family] for i, family in enumerate(families)})
+
+
+def _compressions(face: Face, strain: StrainField, positions: Array) -> tuple[Array, Array]:
+    """Return the squared compression beyond the `FIRST` (n0,) and its direction (n0, 3)."""
+    normals = vertex_normals(face.points, face.triangles)
+    most, where = principal_compression(strain.strain(np.ascontiguousarray(positions)), strain.metric, normals)
+    return np.maximum(most - FIRST, 0.0) ** 2, where
+
+
+def _askew(area: Array, one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
+    """Mean sin^2 of the angle between two compressions where both are strong; 0 where they never are."""
+    weight = area * np.sqrt(one[0] * other[0])
+    if weight.sum() < 1e-3 * area @ np.maximum(one[0], other[0]):
+        return 0.0
+    aligned = (one[1] * other[1]).sum(axis=1) ** 2
+    return float((weight * (1.0 - aligned)).sum() / weight.sum())
+
+
+def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
+    """Return the tensor (n0, 6) of each family that compresses the skin at all: ``sum (eps - 0.02)^2 m m^T``.
+
+    The sum runs over the shapes of the family; eps is the principal compression, m its direction. Averaged with the
+    neighbours three times, which evens out what single triangles show.
+
+    Raises
+    ------
+    ParameterError
+        If a shape does not have the vertices of the face.
+    """
+    strain = StrainField(face.points * face.unit, face.triangles)
+    found = {}
+    for name, positions in shapes.families.items():
+        total = np.zeros_like(strain.metric)
+        for moved in positions:
+            array = np.asarray(moved, np.float64)
+            if array.shape != face.points.shape:
+                raise ParameterError(
+                    f"a shape of the family {name!r} has the shape {array.shape}, the face has {len(face.points)} "
+                    f"vertices: {face.points.shape}. Give positions of all vertices of face.mesh."
+                )
+            if not np.isfinite(array).all():
+                raise ParameterError(f"a shape of the family {name!r} has positions that are not finite.")
+            squared, where = _compressions(face, strain, array)
+            total += squared[:, None] * products(where) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+        total = evened(total, face.triangles)
+        if window_of(total).any():
+            found[name] = total
+    return found
+
+
+def evened(values: Array, triangles: npt.NDArray[np.int32], rounds: int = 3) -> Array:
+    """Return values (n, d), each replaced by the mean of itself and its neighbours' mean, some times over."""
+    n = len(values)
+    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    count = np.maximum(np.bincount(ends.ravel(), minlength=n), 1)
+    for _ in range(rounds):
+        around = np.stack(
+            [np.bincount(ends.ravel(), column[ends[:, ::-1]].ravel(), n) / count for column in values.T], axis=1
+        )
+        values = 0.5 * (values + around)
+    return values
+
+
+def strength_of(tensor: Array) -> Array:
+    """Return the compression (n,) that a tensor (n, 6) stands for: the root of its trace."""
+    return np.sqrt(np.maximum(tensor[:, :3].sum(axis=1), 0.0))
+
+
+def window_of(tensor: Array) -> Array:
+    """Return the window (n,) of a family, 1 where its motions compress the skin well and 0 where they hardly do."""
+    return smoothstep((strength_of(tensor) - FAINT) / (FULL - FAINT))

@@ -1,0 +1,136 @@
+"""The lines of a face: the packets of all its families, and their waves at given points."""
+
+from __future__ import annotations
+
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from ...anatomy.face import Face
+from ...geometry import _mesh_kernels as mesh_kernels
+from ...geometry.interpolation import interpolated
+from ...geometry.normals import vertex_normals
+from ..base import Array, SurfacePoints
+from ..compression import StrainField
+from .families import FoldShapes, strength_of, tensors_of
+from .packets import Packets, Style
+from .tissue import anatomical, firmness, grain, wavelengths
+from .waves import AGED, GONE, LONGEST, WHOLE, Waves, directed
+
+ENOUGH, MOST = 0.2, 4
+"""Length of edges that suffices for the default level, in wavelengths, and the highest default level."""
+
+
+class Lines:
+    """The lines of a face, found from its motions.
+
+    Parameters
+    ----------
+    face : Face
+    shapes : FoldShapes
+    density : float
+        Lines per millimetre, relative to what the thickness of the skin suggests.
+    style : Style
+
+    Attributes
+    ----------
+    names : tuple of str
+        Families that compress the skin somewhere.
+    packets : list of Packets
+        Of these families.
+    compression : list of ndarray, shape (n0,)
+        The compression of each family in full motion.
+    """
+
+    def __init__(self, face: Face, shapes: FoldShapes, density: float, style: Style) -> None:
+        tensors = tensors_of(face, shapes)
+        self.names = tuple(tensors)
+        length, under = wavelengths(face) / density, (grain(face), anatomical(face))
+        self.packets = [Packets(face, name, tensor, length, style, *under) for name, tensor in tensors.items()]
+        self.compression = [strength_of(tensor) for tensor in tensors.values()]
+
+    @staticmethod
+    def of(face: Face, shapes: FoldShapes, density: float, style: Style) -> Lines:
+        """Return the lines of a face; those found before are not found anew."""
+        parts = tuple(id(shape) for own in shapes.families.values() for shape in own)
+        known, key = _FOUND.setdefault(face, {}), (tuple(shapes.families), parts, density, style)
+        if key not in known:
+            known[key] = Lines(face, shapes, density, style), shapes  # keeps the shapes, whose ids are in the key
+        return known[key][0]
+
+
+_FOUND: WeakKeyDictionary[Face, dict[tuple[object, ...], tuple[Lines, FoldShapes]]] = WeakKeyDictionary()
+"""Lines that were found before, by the face that they are on."""
+
+
+class WaveField:
+    """The waves of all lines at points of a face.
+
+    Parameters
+    ----------
+    face : Face
+    shapes : FoldShapes
+    density : float
+    style : Style
+        See :class:`Lines`.
+
+    Attributes
+    ----------
+    lines : Lines
+        Found on this face, or on the one that the shapes are of.
+    """
+
+    def __init__(self, face: Face, shapes: FoldShapes, density: float = 1.0, style: Style | None = None) -> None:
+        self._home = shapes.face or face
+        self.lines = Lines.of(self._home, shapes, density, style or Style())
+        self._unit = face.unit
+        self._metric = StrainField(face.points * face.unit, face.triangles).metric
+        self._length, self._firm = wavelengths(face) / density, firmness(face)
+        self._places: tuple[Array, Array] | None = None
+        if self._home is not face:
+            self._places = self._home.points * self._home.unit, vertex_normals(self._home.points, face.triangles)
+
+    def level_needed(self, face: Face) -> int:
+        """Return the level at which nine in ten triangles with lines have five edges or more in each wavelength."""
+        zones = [packets.zone for packets in self.lines.packets]
+        inside = face.triangles[np.any(zones, axis=0)] if zones else face.triangles[:0]
+        if not len(inside):
+            return 0
+        corners = face.points[inside] * self._unit
+        edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
+        levels = np.log2(edges / (ENOUGH * self._length[inside].mean(axis=1)))
+        return int(np.clip(np.ceil(np.quantile(levels, 0.9)), 1, MOST))
+
+    def at(self, vertices: SurfacePoints, amounts: Array | None = None) -> Waves:
+        """Return the waves at points of the surface; their strength is multiplied by amounts (n0,)."""
+        firm = self._firm if amounts is None else self._firm * amounts
+        parts = []
+        for number, packets in enumerate(self.lines.packets):
+            near = np.flatnonzero(packets.zone[vertices.host])
+            corners, weights = vertices.corners[near], vertices.barycentric[near]
+            window, firmly, length, most = (
+                (values[corners] * weights).sum(axis=1)
+                for values in (packets.window, firm, self._length, self.lines.compression[number])
+            )
+            theta, strength, wave = packets.at(*self._where(vertices, near))
+            size = np.linalg.norm(wave, axis=1)
+            some = (window > 0.0) & (strength > GONE) & (firmly > 0.0) & (size > 1e-6)
+            near, window, firmly, length, most, theta, strength, wave, size = (
+                v[some] for v in (near, window, firmly, length, most, theta, strength, wave, size)
+            )
+            strength = firmly * np.clip((strength - GONE) / (WHOLE - GONE), 0.0, 1.0)
+            own = np.minimum(2.0 * np.pi / size, LONGEST * length)
+            old = AGED * own * np.sqrt(most) * strength**2 * window
+            family = np.full(len(near), number, np.int32)
+            products = directed(wave, vertices, near, self._metric)
+            parts.append((near, family, theta, strength, window, own, old, wave, *products))
+        return Waves.of(parts, len(vertices.points))
+
+    def _where(self, vertices: SurfacePoints, near: np.ndarray) -> tuple[Array, Array]:
+        """Return places, mm, and normals of some vertices on the face that the lines were found on."""
+        if self._places is None:
+            return np.ascontiguousarray(vertices.points[near] * self._unit), vertices.normals[near]
+        at = vertices.corners[near], vertices.barycentric[near]
+        places, normals = (interpolated(values, *at) for values in self._places)
+        mesh_kernels.normalise(normals)
+        return places, normals

@@ -1,0 +1,187 @@
+"""The layer of wave folds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ...anatomy.face import Face
+from ...errors import ParameterError, check_range, check_whole
+from ...geometry.refinement import Change
+from .. import _kernels as strain_kernels
+from ..base import Displacement, SurfacePoints, SurfaceState
+from . import _height_kernels as kernels
+from .amount import Amount, amounts
+from .families import FAINT, FoldShapes
+from .field import WaveField
+from .packets import Packets, Style
+from .waves import Waves
+
+Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
+
+
+class WaveFolds:
+    """The layer of folds that grow where the skin is compressed.
+
+    Lines are waves on the skin, solved once per face: across the directions in which the face's own motions compress
+    it, as far apart as its thickness suggests, wandering, branching and ending as on people. In each frame they are as
+    deep as the skin is compressed across them now, whatever moves it. Not computed buckling: see :ref:`theory_folds`.
+
+    Parameters
+    ----------
+    depth : float
+        Multiplies the depth of all folds, which stays within what skin of fixed length can fold.
+    density : float
+        Multiplies the number of lines per millimetre.
+    irregularity : float
+        0: as parallel and even as the compression lets them be; 1: as on people.
+    symmetry : float
+        In [0, 1]. 0: left and right are drawn independently of each other; 1: nearly mirrored.
+    seed : int
+        Another seed is another person's lines; another identity of the head keeps them.
+    age : float
+        In [0, 1]: lines that stay at rest, where the face folds in life. At 0 there are none. Default: the age of the
+        face.
+    amount : array_like, str or mapping, optional
+        More folds here, none there: factors (n0,) of the depth at the vertices of the mesh; the name of point data that
+        holds them; or a mapping from landmarks ("glabella") or :class:`facewrinkle.Region` to factors.
+    families : mapping, optional
+        Motions by the name of their family; folds of a family lie across their common compression. A motion is the name
+        of an action unit or expression, a mixture of them, or positions (n0, 3) of the vertices of the mesh. Default:
+        the action units of the face in six groups; for a recording, its shapes, or what its frames have in common.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> sim = fw.Simulation(fw.default_face(), layers=[WaveFolds()])
+    >>> sim.express("surprise")
+    >>> *_, frame = sim.run(20)
+    >>> bool(np.ptp(frame["W"]) > 1.0)
+    True
+    >>> WaveFolds(seed=1.5)
+    Traceback (most recent call last):
+    facewrinkle.errors.ParameterError: seed must be a whole number, received 1.5.
+    """
+
+    shapes: FoldShapes | None = None
+    """The motions that the lines are found from; a :class:`facewrinkle.Simulation` sets them."""
+
+    def __init__(
+        self,
+        depth: float = 1.0,
+        density: float = 1.0,
+        irregularity: float = 1.0,
+        symmetry: float = 0.5,
+        seed: int = 0,
+        age: float | None = None,
+        amount: Amount | None = None,
+        families: Motions | None = None,
+    ) -> None:
+        self.depth = check_range("depth", depth, 0.0, 1e6)
+        self.density = check_range("density", density, 0.25, 4.0, "1 is as on people.")
+        self.style = Style(
+            check_whole("seed", seed, 0, 2**63),
+            check_range("irregularity", irregularity, 0.0, 3.0),
+            check_range("symmetry", symmetry, 0.0, 1.0),
+        )
+        self.age = None if age is None else check_range("age", age, 0.0, 1.0, "0 has no lines at rest.")
+        self.amount = amount
+        if families is not None and not (isinstance(families, Mapping) and families):
+            raise ParameterError(
+                "families must be a dictionary of names and lists of motions, such as {'brows': ['AU1', 'AU2']}, "
+                f"received {families!r}."
+            )
+        self.families = families
+
+    @property
+    def lines(self) -> dict[str, Packets]:
+        """The wave packets of each family, once the layer is on a face."""
+        return dict(zip(self._field.lines.names, self._field.lines.packets, strict=True))
+
+    def level_needed(self, face: Face) -> int:
+        """Return how often triangles have to be split, at most, to carry the folds on a face."""
+        return self._found(face).level_needed(face)
+
+    def _found(self, face: Face) -> WaveField:
+        if self.shapes is None:
+            raise ParameterError(
+                "WaveFolds finds its lines from motions of the face, and has none. Give it to a Simulation of a face "
+                "with muscles or with a recording, or set its `shapes`."
+            )
+        return WaveField(face, self.shapes, self.density, self.style)
+
+    # --- the layer protocol ----------------------------------------------------------------------
+
+    def attach(self, face: Face) -> None:
+        """See :class:`facewrinkle.layers.base.Layer`.
+
+        Raises
+        ------
+        ParameterError
+            If there are no motions that the lines could be found from, or a family compresses the skin nowhere.
+        """
+        self._face = face
+        self._age = face.age if self.age is None else self.age
+        self._amounts = amounts(self.amount, face)
+        self._field = self._found(face)
+        if self.families is not None and (lacking := [k for k in self.families if k not in self._field.lines.names]):
+            raise ParameterError(
+                f"the motions of the family {lacking[0]!r} compress the skin by less than {FAINT:.0%} everywhere. Name "
+                "motions that fold it, or leave the family out."
+            )
+        self._waves = Waves.none(0)
+        self._resize(0)
+
+    def follow(self, change: Change, created: SurfacePoints) -> None:
+        """See :class:`facewrinkle.layers.base.Layer`."""
+        self._waves = self._waves.followed(change.kept, self._field.at(created, self._amounts))
+        self._resize(len(self._waves.starts) - 1)
+
+    def _resize(self, n: int) -> None:
+        p = len(self._waves.theta)
+        self._epsilon, self._pull, self._excess, self._deep = (np.zeros(p) for _ in range(4))
+        self._height, self._shown, self._spacing = np.zeros(n), np.zeros(n), np.full(n, np.inf)
+        self._across, self._active = np.zeros((n, 3)), np.zeros(n, bool)
+        self._folding, self._count = np.zeros(n, np.int64), 0
+        starts = self._waves.starts
+        self._leading = np.where(np.diff(starts) > 0, starts[:-1], -1)
+        self._aged = np.flatnonzero(np.diff(self._waves.starts)) if self._age > 0.0 else None
+
+    def displacement(self, state: SurfaceState) -> Displacement:
+        """See :class:`facewrinkle.layers.base.Layer`."""
+        waves, at = self._waves, (state.vertices.corners, state.vertices.barycentric)
+        for products, out in ((waves.across, self._epsilon), (waves.along, self._pull)):
+            strain_kernels.strain_epsilon(waves.starts, *at, state.strain, products, out)
+        before = self._folding[: self._count]
+        self._height[before], self._shown[before] = 0.0, 0.0
+        self._spacing[before], self._active[before] = np.inf, False
+        self._count = kernels.excesses(
+            waves.starts, waves.window, self._epsilon, self._pull, self._excess, self._folding
+        )
+        if self._aged is not None:
+            self._count = len(self._aged)
+            self._folding[: self._count] = self._aged
+        kernels.heights(
+            self._folding, self._count, waves.starts, waves.theta, waves.strength, waves.length, waves.wave,
+            self._epsilon, self._excess, waves.old, self.depth, self._age, self._height, self._shown, self._spacing,
+            self._across, self._active, self._deep, self._leading,
+        )  # fmt: skip
+        spacing = self._spacing / self._face.unit
+        offset = self._shown - self._height
+        return Displacement(self._height, spacing, self._across, self._active, offset, bends=False)
+
+    def fields(self) -> dict[str, np.ndarray]:
+        """Return "theta", "epsilon" and number ("family", -1 for none) of the family that is deepest at each vertex."""
+        some = self._leading >= 0
+        lead = self._leading[some]
+        columns: list[tuple[str, np.ndarray, float]] = [
+            ("theta", self._waves.theta, 0.0),
+            ("epsilon", self._epsilon, 0.0),
+            ("family", self._waves.family, -1),
+        ]
+        out = {name: np.full(len(some), none, values.dtype) for name, values, none in columns}
+        for name, values, _ in columns:
+            out[name][some] = values[lead]
+        return out

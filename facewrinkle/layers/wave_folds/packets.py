@@ -1,0 +1,338 @@
+"""Wave packets: the lines of a family, found once on the surface at rest.
+
+A packet is a short train of waves on the skin: place, direction across the lines, wavelength, phase and strength. Their
+phases are aligned by lowering the stripe energy of Knoeppel et al., "Stripe Patterns on Surfaces" (ACM Trans. Graph.
+34, 2015), on the graph of packets; waves at a point are the weighted sum of the packets around it (phasor noise:
+Tricard et al., ACM Trans. Graph. 38, 2019). Lines branch and end where the phases of neighbours cannot agree.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
+
+from ...anatomy.face import Face
+from ...geometry.normals import vertex_normals
+from ...geometry.smoothstep import smoothstep
+from ..base import Array, BoolArray
+from ..compression import along
+from . import _packet_kernels as kernels
+from .families import window_of
+from .tissue import OTHERS, OWN
+
+IntArray = npt.NDArray[np.int64]
+
+APART = 0.45
+"""Distance of packets, in wavelengths."""
+
+SWEEPS = 40
+"""Gauss-Seidel sweeps in which phases are aligned."""
+
+ALIGNED = (0.55, 1.3)
+"""Standard deviations across and along the lines of the weights with which packets align, in wavelengths."""
+
+SUMMED = (0.42, 1.3)
+"""The same of the weights with which packets add up."""
+
+STRIATED = (0.40, 2.6)
+"""The same of the weights with which the strengths of packets are averaged, so that each line has its own."""
+
+REACH, SUPPORT = 2.9, 1.7
+"""Distances within which packets align, and add up, in wavelengths."""
+
+EVEN = 1.0
+"""Standard deviation of the weights with which directions and random numbers are averaged, in wavelengths."""
+
+WANDER, UNEVEN = 0.06, 0.27
+"""At irregularity 1: standard deviations of the angle by which lines leave the direction of the compression, radians,
+and of the logarithm of the wavelength.
+"""
+
+UNDIRECTED, DIRECTED = 0.05, 0.35
+"""Difference of the principal values of a family's tensor over their sum, below which skin that is compressed in all
+directions has no lines, and from which it has all.
+"""
+
+SWIRLING, ORDERED = 0.45, 0.75
+"""Order of the directions within a wavelength (1 where all are parallel, 0 where they turn round) below which there are
+no lines, and from which there are all.
+"""
+
+FAINTEST = 0.42
+"""Strength of the weakest lines, relative to the strongest."""
+
+ALIKE = 1.1
+"""Weight of the other side of the face at symmetry 1, relative to that of the own side, in the alignment."""
+
+
+@dataclass(frozen=True)
+class Style:
+    """Choices that the lines of a face depend on.
+
+    Attributes
+    ----------
+    seed : int
+    irregularity : float
+        0: lines as parallel and alike as the compression lets them; 1: as on faces.
+    symmetry : float
+        0: left and right are drawn independently of each other; 1: nearly mirrored.
+    """
+
+    seed: int = 0
+    irregularity: float = 1.0
+    symmetry: float = 0.5
+
+
+class Grid:
+    """Points sorted into cubes of a grid, for the loops.
+
+    Examples
+    --------
+    >>> grid = Grid(np.array([[0.0, 0, 0], [9, 0, 0], [1, 0, 0]]), cell=2.0)
+    >>> grid.dims.tolist(), grid.items[: grid.start[1]].tolist()
+    ([5, 1, 1], [0, 2])
+    """
+
+    def __init__(self, points: Array, cell: float) -> None:
+        self.cell = float(cell)
+        self.low = points.min(axis=0) if len(points) else np.zeros(3)
+        index = np.floor((points - self.low) / self.cell).astype(np.int64)
+        self.dims: IntArray = index.max(axis=0, initial=0) + 1
+        number = (index[:, 0] * self.dims[1] + index[:, 1]) * self.dims[2] + index[:, 2]
+        self.items: IntArray = np.argsort(number, kind="stable")
+        self.start: IntArray = np.searchsorted(number[self.items], np.arange(int(self.dims.prod()) + 1))
+
+    @property
+    def cells(self) -> tuple[Array, float, IntArray, IntArray, IntArray]:
+        """Arguments of the loops."""
+        return self.low, self.cell, self.dims, self.start, self.items
+
+
+def drawn(host: IntArray, code: IntArray, key: int) -> Array:
+    """Return random numbers (p,) in [0, 1) that depend on a triangle, a place in it and a key alone.
+
+    Examples
+    --------
+    >>> some = drawn(np.arange(10000), np.zeros(10000, int), key=7)
+    >>> bool(abs(some.mean() - 0.5) < 0.01), bool((some == drawn(np.arange(10000), np.zeros(10000, int), 7)).all())
+    (True, True)
+    """
+    mixed = host.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15) + code.astype(np.uint64)
+    mixed = mixed * np.uint64(0xD1B54A32D192ED03) + np.uint64(key & 0xFFFFFFFFFFFFFFFF)
+    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):  # the finaliser of SplitMix64
+        mixed = (mixed ^ (mixed >> np.uint64(shift))) * np.uint64(factor)
+    mixed ^= mixed >> np.uint64(31)
+    return np.asarray((mixed >> np.uint64(11)).astype(np.float64) / 2.0**53)
+
+
+class Packets:
+    """The wave packets of one family on a face.
+
+    Parameters
+    ----------
+    face : Face
+    name : str
+        Name of the family, on which its random numbers depend.
+    tensor : ndarray, shape (n0, 6)
+        See :func:`facewrinkle.layers.wave_folds.families.tensors_of`.
+    length : ndarray, shape (n0,)
+        Wavelength at the base vertices, mm.
+    style : Style
+    grain, anatomical : ndarray, shape (n0, 6)
+        See :func:`facewrinkle.layers.wave_folds.tissue.grain` and ``anatomical`` there.
+
+    Attributes
+    ----------
+    zone : ndarray of bool, shape (m0,)
+        Base triangles on which the family has lines.
+    window : ndarray, shape (n0,)
+    x, n, d : ndarray, shape (p, 3)
+        Places, mm; normals; unit directions across the lines.
+    k, phase, share : ndarray, shape (p,)
+        Wave number, 1/mm; phase; strength in [0, 1].
+    """
+
+    def __init__(
+        self, face: Face, name: str, tensor: Array, length: Array, style: Style, grain: Array, anatomical: Array
+    ) -> None:
+        points, triangles = np.ascontiguousarray(face.points * face.unit), face.triangles
+        self.window = window_of(tensor)
+        self.zone: BoolArray = np.asarray((self.window > 0.0)[triangles].any(axis=1))
+        self._key = zlib.crc32(f"{name} {style.seed}".encode())
+        self._style = style
+        corners, weights = self._place(points, triangles, length)
+        upright = vertex_normals(face.points, triangles)
+
+        def at(values: Array) -> Array:
+            return np.asarray(np.einsum("pc,pc...->p...", weights, values[corners]))
+
+        self.x, self.n = at(points), at(upright)
+        self.n /= np.linalg.norm(self.n, axis=1, keepdims=True)
+        local = at(length)
+        self._find_neighbours(face, REACH * local)
+        self._turn(at(tensor), local)
+        self._share *= self._along_grain(at(grain)) * self._beside(at(anatomical))
+        self.k = 2.0 * np.pi / (local * np.exp(UNEVEN * style.irregularity * self._noise(2)))
+        self._align()
+        self.share = self._share * self._strengths()
+        del self._rows, self._face, self._local, self._host, self._code
+        lengths = 2.0 * np.pi / self.k
+        self._sigma = np.outer(lengths, SUMMED)
+        self._grid = Grid(self.x, SUPPORT * float(lengths.mean()) if len(self.x) else 1.0)
+
+    def at(self, places: Array, normals: Array) -> tuple[Array, Array, Array]:
+        """Return phase (n,), strength (n,) and wave vector (n, 3) of the family at places (n, 3), mm."""
+        theta, strength, wave = np.empty(len(places)), np.empty(len(places)), np.empty((len(places), 3))
+        kernels.waves_at(
+            places, normals, self.x, self.n, self.d, self.k, self.share, self._sigma, self.phase, *self._grid.cells,
+            theta, strength, wave,
+        )  # fmt: skip
+        return theta, strength, wave
+
+    # --- places ----------------------------------------------------------------------------------
+
+    def _place(self, points: Array, triangles: npt.NDArray[np.int32], length: Array) -> tuple[IntArray, Array]:
+        """Choose places on points (n0, 3); return the corners (p, 3) of their triangles and their weights (p, 3)."""
+        chosen = np.flatnonzero(self.zone)
+        arguments = points, triangles, chosen, APART * length
+        none = np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.int64)
+        count = kernels.lattice(*arguments, True, *none)
+        host, weights, code = np.empty(count, np.int64), np.empty((count, 3)), np.empty(count, np.int64)
+        kernels.lattice(*arguments, False, host, weights, code)
+        corners = triangles[host]
+        where = np.einsum("pc,pck->pk", weights, points[corners])
+        radius = APART * (weights * length[corners]).sum(axis=1)
+        # Coarse places first: where a lattice is finer on another face, what it adds only fills gaps.
+        level = code // (kernels.FINEST + 1) ** 2
+        order = np.lexsort((drawn(host, code, self._key + 1), level))
+        grid = Grid(where, float(radius.max(initial=1e-9)))
+        taken = kernels.thinned(where, radius, order, *grid.cells)
+        self._host, self._code = host[taken], code[taken] % (kernels.FINEST + 1) ** 2
+        return corners[taken].astype(np.int64), weights[taken]
+
+    def _draw(self, number: int) -> Array:
+        return drawn(self._host, self._code, self._key + number)
+
+    def _find_neighbours(self, face: Face, reach: Array) -> None:
+        """Find the packets around each, and those around the mirror image of each."""
+        self._rows: list[tuple[IntArray, IntArray, Array, Array]] = []
+        for mirrored in (False, True) if face.landmarks and self._style.symmetry else (False,):
+            x, n = (self._mirrored(v, face, v is self.x) for v in (self.x, self.n)) if mirrored else (self.x, self.n)
+            grid = Grid(x, float(reach.max(initial=1e-9)))
+            arguments = self.x, self.n, reach, not mirrored, *grid.cells, x, n
+            none = np.empty(0, np.int64)
+            first = np.zeros(len(self.x) + 1, np.int64)
+            second = np.empty(kernels.neighbours(*arguments, True, none, none), np.int64)
+            kernels.neighbours(*arguments, False, first, second)
+            self._rows.append((first, second, x, n))
+        self._face = face
+
+    def _mirrored(self, vectors: Array, face: Face, places: bool) -> Array:
+        """Vectors (p, 3), or places in mm, mirrored at the median plane of the face."""
+        across = face.frame.axes[0]
+        origin = face.frame.origin * face.unit if places else np.zeros(3)
+        return np.ascontiguousarray(vectors - 2.0 * np.outer((vectors - origin) @ across, across))
+
+    # --- directions and random numbers -----------------------------------------------------------
+
+    def _averaged(self, values: Array, sign: float = 1.0, mirrored: bool = True) -> tuple[Array, Array]:
+        """Gaussian sums of values (p, d) over the neighbours, and the root of the sum of the squared weights."""
+        total, squares = values.copy(), np.ones(len(values))
+        for side, (first, second, x, _) in enumerate(self._rows[: 2 if mirrored else 1]):
+            factor = sign * self._style.symmetry if side else 1.0
+            owner = np.repeat(np.arange(len(values)), np.diff(first))
+            away = ((self.x[owner] - x[second]) ** 2).sum(axis=1) / (EVEN * self._local[owner]) ** 2
+            weights = csr_array((factor * np.exp(-0.5 * away), second, first), shape=(len(values),) * 2)
+            total = total + weights @ values
+            squares = squares + weights.power(2).sum(axis=1)
+        return total, np.sqrt(squares)
+
+    def _noise(self, number: int, sign: float = 1.0) -> Array:
+        """Return random numbers (p,) that vary smoothly, of mean 0 and deviation 1, `sign` times those mirrored."""
+        total, size = self._averaged(np.sqrt(12.0) * (self._draw(number)[:, None] - 0.5), sign)
+        return np.clip(total[:, 0] / np.maximum(size, 1e-9), -2.0, 2.0)
+
+    def _turn(self, tensor: Array, local: Array) -> None:
+        """Find the directions across the lines, and how strong these can be."""
+        self._local = local
+        even, _ = self._averaged(tensor, mirrored=False)
+        across = _principal(even, self.n)
+        values = across[1]
+        single = smoothstep(((values[:, 1] - values[:, 0]) / np.maximum(values.sum(axis=1), 1e-30) - UNDIRECTED)
+                            / (DIRECTED - UNDIRECTED))  # fmt: skip
+        d = across[0]
+        squares = np.stack([d[:, a] * d[:, b] for a, b in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))], axis=1)
+        order = _principal(self._averaged(squares, mirrored=False)[0], self.n)[1]
+        order = (order[:, 1] - order[:, 0]) / np.maximum(order.sum(axis=1), 1e-30)
+        self._share = single * smoothstep((order - SWIRLING) / (ORDERED - SWIRLING))
+        turn = WANDER * self._style.irregularity * self._noise(1, -1.0)[:, None]
+        self.d = np.ascontiguousarray(np.cos(turn) * d + np.sin(turn) * np.cross(self.n, d))
+
+    def _along_grain(self, grain: Array) -> Array:
+        """Return the share (p,) of the lines that muscles under the skin let be: all of those across their fibres."""
+        even, _ = self._averaged(np.column_stack([grain, np.ones(len(grain))]), mirrored=False)
+        even = even[:, :6] / even[:, 6:]
+        across = along(even, self.d)
+        return np.asarray((1.0 - even[:, :3].sum(axis=1) + across) ** 2)
+
+    def _beside(self, anatomical: Array) -> Array:
+        """Return the share (p,) of the lines that anatomical folds leave, which are drawn once."""
+        taken = OTHERS * anatomical[:, :3].sum(axis=1) + (OWN - OTHERS) * along(anatomical, self.d)
+        return np.asarray(1.0 - np.clip(taken, 0.0, 1.0))
+
+    # --- phases and strengths --------------------------------------------------------------------
+
+    def _edges(self, spread: tuple[float, float]) -> tuple[Any, ...]:
+        """Neighbours of all packets on both sides as rows of CSR: first, second, weights, turns, flips."""
+        lengths = 2.0 * np.pi / self.k
+        sigma = np.outer(lengths, spread)
+        columns = []
+        for side, (first, second, x, _) in enumerate(self._rows):
+            directions = self._mirrored(self.d, self._face, False) if side else self.d
+            weight, turn, flip = (np.empty(len(second)) for _ in range(3))
+            kernels.turns(self.x, self.d, self.k, sigma, first, second, x, directions, weight, turn, flip)
+            weight *= ALIKE * self._style.symmetry if side else 1.0
+            columns.append((np.repeat(np.arange(len(self.x)), np.diff(first)), second, weight, turn, flip))
+        joined = [np.concatenate(column) for column in zip(*columns, strict=True)]
+        some = joined[2] > 0.01
+        order = np.argsort(joined[0][some], kind="stable")
+        owner, second, weight, turn, flip = (column[some][order] for column in joined)
+        first = np.searchsorted(owner, np.arange(len(self.x) + 1))
+        return first, second, weight, turn, flip
+
+    def _align(self) -> None:
+        self.phase = 2.0 * np.pi * self._draw(3)
+        first, second, weight, turn, flip = self._edges(ALIGNED)
+        kernels.align(self.phase, first, second, weight, turn, flip, SWEEPS)
+
+    def _strengths(self) -> Array:
+        """Return the strength (p,) of each line: random numbers, averaged along the lines twice."""
+        m = len(self.x)
+        first, second, weight, *_ = self._edges(STRIATED)
+        weights = csr_array((weight, second, first), shape=(m, m))
+        total = 1.0 + weights.sum(axis=1)
+        values = self._draw(4)
+        for _ in range(2):
+            values = (values + weights @ values) / total
+        rank = np.argsort(np.argsort(values, kind="stable")) / max(m - 1, 1)
+        lowest = 1.0 + (FAINTEST - 1.0) * min(self._style.irregularity, 1.0)
+        return np.asarray(lowest + (1.0 - lowest) * rank**0.8)
+
+
+def _principal(tensors: Array, normals: Array) -> tuple[Array, Array]:
+    """Return the tangents (p, 3) of the largest principal value of tensors (p, 6), and both values (p, 2)."""
+    full = tensors[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
+    first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    first = first - (first * normals).sum(axis=1, keepdims=True) * normals
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(normals, first)
+    a, b, c = (np.einsum("pi,pij,pj->p", u, full, v) for u, v in ((first, first), (second, second), (first, second)))
+    mean, spread = 0.5 * (a + b), np.hypot(0.5 * (a - b), c)
+    angle = 0.5 * np.arctan2(2.0 * c, a - b)
+    tangents = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    return tangents, np.stack([mean - spread, mean + spread], axis=1)

@@ -1,0 +1,152 @@
+"""The skin that folds: wavelengths by its thickness, and how far the tissue under it lets it fold."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...anatomy.face import Face
+from ...anatomy.landmarks import of_side
+from ...anatomy.muscles import LidMuscle, SheetMuscle
+from ..base import Array
+from ..compression import products
+
+THICKNESS = {
+    "forehead_mid": 1.22,
+    "glabella": 1.22,
+    "brow_mid": 1.22,
+    "brow_outer": 1.11,
+    "eye_outer": 0.80,
+    "eye_inner": 0.80,
+    "sellion": 1.17,
+    "nose_tip": 1.17,
+    "malar": 1.20,
+    "zygion": 1.11,
+    "menton": 1.16,
+    "gonion": 1.16,
+}
+"""Thickness of epidermis and dermis at landmarks, mm: high-frequency ultrasound (PMC9205051), mean of both sexes, of
+the forehead, temple, eyelid, back of the nose, cheek bone and below the jaw; each landmark has the value of its region.
+"""
+
+MEAN_THICKNESS = 1.15
+"""Thickness where there are no landmarks, mm."""
+
+WAVELENGTH = 6.6
+"""Wavelength of folds in thicknesses of the skin, chosen by eye: 8.1 mm on the forehead, 5.4 mm beside the eye."""
+
+NEAR = 0.02
+"""Squared distance, in distances between the pupils, within which a landmark's own thickness rules."""
+
+DEEP, SUDDEN = 7.2, 6
+"""Depth h of soft tissue, mm on a face of average size, over which folds are half as deep as over bone, and the
+exponent with which they fade: over the cheek bone they are whole, over the fat of the cheeks there are none.
+"""
+
+OWN, OTHERS = 1.0, 0.5
+"""Share of their depth that lines along an anatomical fold, and lines across it, lose where that fold is deepest."""
+
+ROLLING = 0.9
+"""Share of the lines that an upper lid lacks: it rolls in as one fold."""
+
+
+def wavelengths(face: Face) -> Array:
+    """Return the wavelength (n0,) of folds at the base vertices, mm: thickness times `WAVELENGTH`.
+
+    The thickness is interpolated from the landmarks by the inverse fourth power of the distance.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("forehead_mid", "eye_l_outer")]
+    >>> wavelengths(face)[at].round(1).tolist()
+    [8.1, 5.4]
+    """
+    where, thickness = _samples(face)
+    if not len(where):
+        return np.full(len(face.points), WAVELENGTH * MEAN_THICKNESS)
+    size = face.frame.pupil_distance
+    # Sums over the landmarks one by one: scans have many vertices.
+    total, weighted = np.zeros(len(face.points)), np.zeros(len(face.points))
+    for place, value in zip(where, thickness, strict=True):
+        weight = (((face.points - place) ** 2).sum(axis=1) / size**2 + NEAR) ** -2
+        total += weight
+        weighted += weight * value
+    return WAVELENGTH * scale_of(face) * weighted / total
+
+
+def _samples(face: Face) -> tuple[Array, Array]:
+    names = {of_side(stem, side): value for stem, value in THICKNESS.items() for side in "lr"}
+    known = {name: value for name, value in names.items() if name in face.landmarks}
+    places = np.array([face.landmarks[name] for name in known]).reshape(-1, 3)
+    return places, np.array(list(known.values()))
+
+
+def scale_of(face: Face) -> float:
+    """Return the size of a face relative to one of average size; 1 without landmarks."""
+    return face.frame.scale * face.unit if face.landmarks else 1.0
+
+
+def firmness(face: Face, deep: float = DEEP) -> Array:
+    """Return the share (n0,) of its depth that a fold keeps over soft tissue and on the upper lids.
+
+    ``1 / (1 + (h / deep)^6)``, with h the depth of the tissue: thick cheeks bulge as a whole and stay smooth.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("forehead_mid", "mouth_l")]
+    >>> firmness(face)[at].round(1).tolist()
+    [0.9, 0.0]
+    """
+    depth = face.tissue.depth * face.unit / scale_of(face)
+    firm = np.asarray(1.0 / (1.0 + (depth / deep) ** SUDDEN))
+    for name, muscle in face.muscles.items():
+        if isinstance(muscle, LidMuscle) and (lid := face.joint_weights.get(name)) is not None:
+            rolls = np.clip(np.abs(lid.angles) / max(np.abs(lid.angles).max(initial=0.0), 1e-9), 0.0, 1.0)
+            firm[lid.vertices] *= 1.0 - ROLLING * np.sqrt(rolls)
+    return firm
+
+
+def grain(face: Face) -> Array:
+    """Return the tensor (n0, 6) of the fibres under the skin: ``m m^T`` over a muscle with fibres m, less between.
+
+    Skin that is bound to a sheet of muscle folds across its fibres only: the forehead has no upright lines, whatever
+    compresses it. These are the sheets whose lines are drawn as waves (``waves = true`` in the atlas).
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> at = np.linalg.norm(face.points - face.landmarks["forehead_mid"], axis=1).argmin()
+    >>> up, sideways = grain(face)[at, [1, 0]]
+    >>> bool(up > 0.7), bool(sideways < 0.1)
+    (True, True)
+    """
+    total = np.zeros((len(face.points), 6))
+    for muscle in face.muscles.values():
+        pattern = muscle.fold_pattern
+        if not (isinstance(pattern, SheetMuscle) and pattern.wrinkles.waves):
+            continue
+        inside = np.flatnonzero(pattern.wrinkling_region(face.points))
+        fibres = pattern.fold_direction(face.points[inside])
+        total[inside] += products(fibres) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+    return np.asarray(total / np.maximum(total[:, :3].sum(axis=1, keepdims=True), 1.0))
+
+
+def anatomical(face: Face) -> Array:
+    """Return the tensor (n0, 6) of the folds that are drawn by formula: ``At m m^T`` with m across the fold.
+
+    They are those of all muscles whose lines are not drawn as waves; where several overlap, the strongest counts.
+    """
+    total = np.zeros((len(face.points), 6))
+    for muscle in face.muscles.values():
+        pattern = muscle.fold_pattern
+        if pattern.wrinkles.waves:
+            continue
+        share = pattern.envelope(face.points)
+        better = np.flatnonzero(share > total[:, :3].sum(axis=1))
+        across = pattern.fold_direction(face.points[better])
+        total[better] = share[better, None] * products(across) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+    return total

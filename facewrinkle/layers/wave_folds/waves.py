@@ -1,0 +1,110 @@
+"""Waves of all families at the vertices of a refined mesh, in columns with an entry per vertex and family."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from ..base import Array, IntArray, SurfacePoints
+from ..compression import along, products
+
+COLUMNS = ("family", "theta", "strength", "window", "length", "old", "wave", "across", "along")
+"""Columns with a row per entry."""
+
+LONGEST = 1.7
+"""Greatest wavelength of an entry, relative to that of the skin: where packets disagree, their sum has too small a wave
+vector.
+"""
+
+GONE, WHOLE = 0.12, 0.67
+"""Strength of the sum of packets below which there is no line, and from which it is whole."""
+
+AGED = 0.2
+"""Depth of the lines of old skin over wavelength times the root of the compression that a family has in full motion."""
+
+
+@dataclass(frozen=True, eq=False)
+class Waves:
+    """The waves at n vertices: for each family that has lines there an entry, p in all.
+
+    Attributes
+    ----------
+    starts : ndarray of int32, shape (n + 1,)
+        Entries of vertex i are ``starts[i] <= p < starts[i + 1]``.
+    family : ndarray of int32, shape (p,)
+    theta : ndarray, shape (p,)
+        Phase: 0 on a bulge, pi in a furrow. Its sign means nothing.
+    strength, window : ndarray, shape (p,)
+        Share of the depth, and of the compression, in [0, 1] (times what was asked for here).
+    length : ndarray, shape (p,)
+        Wavelength, mm.
+    old : ndarray, shape (p,)
+        Depth of the lines at rest at age 1, mm.
+    wave : ndarray, shape (p, 3)
+        Wave vector, 1/mm.
+    across, along : ndarray, shape (p, 6)
+        Products of the directions across and along the lines over their squared lengths in the rest metric.
+    """
+
+    starts: IntArray
+    family: IntArray
+    theta: Array
+    strength: Array
+    window: Array
+    length: Array
+    old: Array
+    wave: Array
+    across: Array
+    along: Array
+
+    @classmethod
+    def none(cls, n: int) -> Self:
+        """Return no waves at n vertices.
+
+        Examples
+        --------
+        >>> Waves.none(2).starts.tolist()
+        [0, 0, 0]
+        """
+        e, six = np.empty(0), np.empty((0, 6))
+        starts, family = np.zeros(n + 1, np.int32), np.empty(0, np.int32)
+        return cls(starts, family, e, e, e, e, e, np.empty((0, 3)), six, six)
+
+    @classmethod
+    def of(cls, parts: Sequence[tuple[np.ndarray, ...]], n: int) -> Self:
+        """Join the entries of several families: for each, the vertices (p,) and then the columns."""
+        if not parts:
+            return cls.none(n)
+        where, *columns = (np.concatenate(column) for column in zip(*parts, strict=True))
+        order = np.argsort(where, kind="stable")
+        starts = np.searchsorted(where[order], np.arange(n + 1)).astype(np.int32)
+        return cls(starts, *(column[order] for column in columns))
+
+    def followed(self, kept: slice | np.ndarray, new: Waves) -> Waves:
+        """Return the entries of the vertices that live on, then those of the new ones."""
+        old = self if isinstance(kept, slice) else self.taken(kept)
+        if len(new.starts) == 1:
+            return old
+        columns = {c: np.concatenate([getattr(old, c), getattr(new, c)]) for c in COLUMNS}
+        return Waves(np.concatenate([old.starts, new.starts[1:] + old.starts[-1]]), **columns)
+
+    def taken(self, vertices: np.ndarray) -> Waves:
+        """Return the entries of some vertices (numbers, in any order)."""
+        counts = np.diff(self.starts)[vertices]
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        entries = np.repeat(self.starts[:-1][vertices] - starts[:-1], counts) + np.arange(starts[-1])
+        return Waves(starts, **{c: getattr(self, c)[entries] for c in COLUMNS})
+
+
+def directed(wave: Array, vertices: SurfacePoints, near: np.ndarray, metric: Array) -> tuple[Array, Array]:
+    """Return the products (p, 6) of the unit tangents across and along waves (p, 3) at the vertices `near`."""
+    normal = vertices.normals[near]
+    across = wave - (wave * normal).sum(axis=1, keepdims=True) * normal
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
+    tensors = np.einsum("pc,pck->pk", vertices.barycentric[near], metric[vertices.corners[near]])
+    pair = (across, np.cross(normal, across))
+    first, second = (products(m) / np.maximum(along(tensors, m), 1e-6)[:, None] for m in pair)
+    return first, second

@@ -1,0 +1,174 @@
+"""Shapes of a face in full motion, from which wave folds are found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import numpy.typing as npt
+
+from ..anatomy.face import Face
+from ..errors import ParameterError
+from ..layers.wave_folds import GROUPS, FoldShapes, WaveFolds
+from ..layers.wave_folds.layer import Motions
+from ..motion.action_units import units_of
+from ..motion.base import Motion
+from ..motion.material import SkinMaterial
+from ..motion.playback import Playback
+from ..motion.recorded import Recorded
+from ..motion.skin import Skin
+
+Array = npt.NDArray[np.float64]
+
+STEP, STEPS = 1.0, 3
+"""Skin comes to rest within 0.1 mm in this many steps of this many seconds."""
+
+FRAMES = 48
+"""Frames of a recording without shapes that are looked at."""
+
+_KNOWN: WeakKeyDictionary[Face, dict[SkinMaterial, FoldShapes]] = WeakKeyDictionary()
+"""Shapes of the action units of faces, by the material of their skin."""
+
+
+def give_shapes(layers: Iterable[object], face: Face, motion: Motion) -> None:
+    """Give all wave folds among the layers, unless they have them, the motions from which they find their lines."""
+    for layer in layers:
+        if isinstance(layer, WaveFolds) and layer.shapes is None:
+            layer.shapes = fold_shapes(face, motion, layer.families)
+
+
+def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> FoldShapes:
+    """Return the shapes of a face in full motion, by family.
+
+    Parameters
+    ----------
+    face : Face
+    motion : Motion
+        What moves the face: a recording is asked for its shapes or frames, anything else leaves it to the muscles.
+    families : mapping, optional
+        As in :class:`facewrinkle.WaveFolds`.
+
+    Raises
+    ------
+    ParameterError
+        If the face has neither muscles nor a recording, and families were not given as positions.
+    UnknownNameError
+        For the name of a motion that the atlas of the face does not have.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> list(fold_shapes(face, fw.Skin(face), {"brows": ["AU1", {"AU1": 0.5, "AU2": 1.0}]}).families)
+    ['brows']
+    """
+    if families is not None:
+        return FoldShapes({name: _named(face, motion, name, motions) for name, motions in families.items()})
+    if isinstance(motion, Playback):
+        return _of_recording(motion.recorded, face)
+    if not face.muscles:
+        raise ParameterError(
+            "WaveFolds finds its lines from the motions of a face: from its muscles, or from a recording that moves "
+            "it. This surface has neither. Fit a face with landmarks, or give a recording or families of positions."
+        )
+    home, material = face.template or face, _material(motion)
+    known = _KNOWN.setdefault(home, {})
+    if material not in known:
+        known[material] = _of_muscles(home, material)
+    return FoldShapes(known[material].families, home)
+
+
+def _material(motion: Motion) -> SkinMaterial:
+    return motion.material if isinstance(motion, Skin) else SkinMaterial()
+
+
+def _of_muscles(face: Face, material: SkinMaterial) -> FoldShapes:
+    """Shapes of the action units that the atlas of a face has, in their groups."""
+    pulled = Pulled(face, material)
+    own = set(face.muscles)
+    units = {name: rates for name, rates in face.atlas.action_units.items() if own.issuperset(rates)}
+    groups = {name: _different(units, group) for name, group in GROUPS.items()}
+    return FoldShapes({name: [pulled.at(units[unit]) for unit in group] for name, group in groups.items()})
+
+
+def _different(units: Mapping[str, dict[str, float]], group: Iterable[str]) -> list[str]:
+    """Units of a group that the atlas has, each contraction once."""
+    found: list[str] = []
+    for unit in group:
+        if unit in units and all(units[unit] != units[other] for other in found):
+            found.append(unit)
+    return found
+
+
+class Pulled:
+    """Shapes of a face whose muscles have contracted and whose skin has come to rest."""
+
+    def __init__(self, face: Face, material: SkinMaterial) -> None:
+        self._skin = Skin(face, STEP, material)
+
+    def at(self, rates: Mapping[str, float]) -> Array:
+        """Return positions (n0, 3), mm, at contraction rates by muscle."""
+        self._skin.reset()
+        self._skin.contract(rates)
+        for _ in range(STEPS):
+            moved = self._skin.step()
+        return moved.copy()
+
+
+def _named(face: Face, motion: Motion, name: str, motions: object) -> list[Array]:
+    """Shapes of a family that a user named."""
+    if isinstance(motions, str | Mapping | np.ndarray) or not isinstance(motions, Iterable):
+        raise ParameterError(f"the family {name!r} must be a list of motions, received {type(motions).__name__}.")
+    out, pulled = [], None
+    for each in motions:
+        if isinstance(each, str | Mapping):
+            if not face.muscles:
+                raise ParameterError(
+                    f"the family {name!r} names motions of muscles, and this face has none. Give positions of all "
+                    f"{len(face.points)} vertices in their place."
+                )
+            pulled = pulled or Pulled(face, _material(motion))
+            out.append(pulled.at(face.atlas.contractions(each)))
+        else:
+            out.append(_positions(each, face, name))
+    if not out:
+        raise ParameterError(f"the family {name!r} has no motions. Name one at least, or leave the family out.")
+    return out
+
+
+def _positions(given: object, face: Face, name: str) -> Array:
+    try:
+        moved = np.array(given, np.float64)
+    except (TypeError, ValueError):
+        moved = np.empty(0)
+    if moved.shape != face.points.shape or not np.isfinite(moved).all():
+        raise ParameterError(
+            f"a motion of the family {name!r} must be the name of an action unit or expression, a mixture of them, or "
+            f"finite positions of the {len(face.points)} vertices of face.mesh, received an array of the shape "
+            f"{moved.shape}."
+        )
+    return moved * face.unit
+
+
+def _of_recording(recorded: Recorded, face: Face) -> FoldShapes:
+    """Shapes of a recording by the action units that their names stand for; otherwise by what they have in common."""
+    rest, numbers = face.points, recorded.points_of(face)
+    if recorded.deltas is None or recorded.bones is not None:
+        times = np.linspace(recorded.track.times[0], recorded.track.times[-1], FRAMES)
+        frames = (recorded.positions_at(float(time), rest, numbers) for time in times)
+        return FoldShapes.grouped(face, [frame * face.unit for frame in frames])
+    shapes = {
+        name: (rest + delta[numbers]) * face.unit for name, delta in zip(recorded.names, recorded.deltas, strict=True)
+    }
+    units = {name: next(iter(units_of({name: 1.0})), None) for name in shapes}
+    families = {
+        family: [shapes[name] for name, unit in units.items() if unit in group] for family, group in GROUPS.items()
+    }
+    if any(families.values()):
+        return FoldShapes({name: own for name, own in families.items() if own})
+    largest = np.abs(recorded.track.values).max(axis=0)
+    start = rest * face.unit
+    return FoldShapes.grouped(
+        face, [start + w * (moved - start) for w, moved in zip(largest, shapes.values(), strict=True)]
+    )

@@ -1,0 +1,74 @@
+"""
+.. _wave_folds:
+
+Folds that grow where the skin is compressed
+============================================
+
+Lines on foreheads wander, branch and end. :class:`facewrinkle.WaveFolds` finds them once per face, as waves across the
+directions in which the face's own motions compress it, and makes them as deep as the skin is compressed now. How they
+are found: :ref:`theory_folds`.
+"""
+
+import numpy as np
+
+import facewrinkle as fw
+from facewrinkle.plotting import Style, figure, picture, side_by_side, stacked
+
+face = fw.default_face()
+forehead = Style((330, 300), "forehead")
+
+
+def played(name, **options):
+    """The last frame of an expression, held until it has settled."""
+    sim = fw.Simulation(face, **options)
+    sim.express(name)
+    *_, frame = sim.run(30)
+    return frame
+
+
+# %%
+# Waves beside the papers' formula, in surprise and with raised cheeks. The folds that everybody has at the same places,
+# beside the nose or between the brows, stay formulas; ``folds="paper"`` draws all lines by formula.
+
+views = {"surprise": forehead, "happiness": Style((330, 300), "left_eye")}
+frames = {folds: [played(name, folds=folds) for name in views] for folds in ("paper", "wave")}
+rows = [
+    [picture(frame, face, style) for frame, style in zip(own, views.values(), strict=True)] for own in frames.values()
+]
+figure(side_by_side([image for row in rows for image in row]))
+
+# %%
+# The lines are the face's own, found before anything moves: phases and strengths of five families. In a frame, the
+# array "theta" holds the phase of the family that is deepest, 0 on a bulge and pi in a furrow.
+
+layer = fw.Simulation(face, layers=[fw.WaveFolds()]).layers[0]
+print("\n".join(f"{name}: {np.mean(p.zone):.0%} of all triangles" for name, p in layer.lines.items()))
+
+# %%
+# Another seed is another person's lines; `density`, `depth`, `irregularity` and `symmetry` are what an artist would
+# change next.
+
+settings = [{"seed": 1}, {"seed": 2}, {"density": 1.4, "seed": 1}, {"irregularity": 0.0, "symmetry": 1.0}]
+figure(side_by_side([picture(played("surprise", layers=[fw.WaveFolds(**s)]), face, forehead) for s in settings]))
+
+# %%
+# None here, more there: factors for landmarks, for regions, or for every vertex.
+
+smooth = fw.WaveFolds(amount={"forehead_mid": 0.0})
+left = fw.WaveFolds(amount=np.where(face.points[:, 0] > 0.0, 1.5, 0.3))
+figure(side_by_side([picture(played("surprise", layers=[layer]), face, forehead) for layer in (smooth, left)]))
+
+# %%
+# Age leaves lines at rest, where the face folds in life. They deepen as the skin is compressed, and vanish where it is
+# stretched. Without age, a face at rest has none, to the last bit.
+
+young, old = (fw.Simulation(face, layers=[fw.WaveFolds(age=age)]).step() for age in (0.0, 1.0))
+assert not young["W"].any()
+assert old["W"].min() < -0.1
+
+ages = [
+    [picture(played(name, layers=[fw.WaveFolds(age=age)]), face, style) for name, style in views.items()]
+    + [picture(played({"AU1": 0.0}, layers=[fw.WaveFolds(age=age)]), face, Style((330, 300), "cheeks"))]
+    for age in (0.0, 1.0)
+]
+figure(stacked([side_by_side(row) for row in ages]))

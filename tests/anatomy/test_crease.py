@@ -1,0 +1,221 @@
+"""Creases: folds along a curve.
+
+coordinates        a straight and a bowed path in closed form; distances to a finely sampled parabola
+amplitude          H of the paper, one cycle; its volume; both borders and both ends
+direction          the gradient of q by differences
+on faces           where the skin of captured faces creases; beside the corner of a mouth, wherever it moves
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import trapezoid
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+import facewrinkle as fw
+from facewrinkle.anatomy.muscles import Crease, LinearMuscle, Wrinkles
+from facewrinkle.errors import ParameterError
+from facewrinkle.geometry import profile
+
+FACES = Path(__file__).parents[3] / "shared" / "faces"
+STYLE = Wrinkles(count=1, depth=2.0, alpha=1.3, core=1.0, falloff="smoothstep")
+BOWED = [(0.0, 40.0, 0.0), (6.0, 18.0, 0.0), (0.0, 0.0, 0.0)]
+
+
+def bowed(**changes):
+    return Crease(BOWED, (1, 0, 0), 12.0, wrinkles=STYLE).replaced(**changes)
+
+
+def curve(n=20001):
+    """The parabola through the three points, as a function of y: x = h y (40 - y)."""
+    y = np.linspace(0.0, 40.0, n)
+    return np.stack([6.0 / (18.0 * 22.0) * y * (40.0 - y), y, 0.0 * y], axis=1)
+
+
+def test_the_furrow_runs_through_the_three_points():
+    along, across = bowed().coordinates(BOWED)
+    np.testing.assert_allclose(along, [0.0, 0.55, 1.0], atol=1e-15)
+    np.testing.assert_allclose(across, 0.0, atol=1e-15)
+    height = bowed().height(BOWED)
+    np.testing.assert_allclose(height, profile.bulge_height(1.0, 1.3) - 2.0**1.3, atol=1e-12)
+
+
+def test_q_is_the_distance_from_the_furrow():
+    """To the third order of the distance from a parabola this flat; exactly so from a straight furrow."""
+    rng = np.random.default_rng(0)
+    feet = curve()[4000:16000:400]
+    tangent = np.gradient(curve(), axis=0)[4000:16000:400]
+    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) / np.linalg.norm(tangent, axis=1)[:, None]
+    away = rng.uniform(-2.0, 2.0, len(feet))
+    points = feet + np.c_[np.sign(normal[:, :1]) * normal * away[:, None], 0.0 * away]
+    distance = cKDTree(curve()).query(points)[0] * np.sign(away)
+    q = 12.0 * bowed().coordinates(points)[1]
+    np.testing.assert_allclose(q, distance, atol=0.02)
+    straight = Crease([(0, 40, 0), (0, 13, 0), (0, 0, 0)], (1, 0, 0), 12.0)
+    x = rng.uniform(-20.0, 20.0, (50, 3))
+    np.testing.assert_allclose(12.0 * straight.coordinates(x)[1], x[:, 0], atol=1e-13)
+
+
+@pytest.mark.parametrize("alpha", [1.0, 1.3, 3.0])
+def test_one_cycle_is_a_crest_then_a_furrow_without_net_volume(alpha):
+    crease = Crease([(0, 40, 0), (0, 13, 0), (0, 0, 0)], (1, 0, 0), 12.0, wrinkles=STYLE).replaced(alpha=alpha)
+    s0 = profile.zero_crossing(alpha)
+    x = np.linspace(-8.0, 14.0, 400_001)
+    height = crease.unit_amplitude(np.c_[x, np.full_like(x, 20.0), 0.0 * x])
+    inside = crease.wrinkling_region(np.c_[x, np.full_like(x, 20.0), 0.0 * x])
+    assert x[inside][0] == pytest.approx(-6.0 * (1.0 - s0), abs=1e-4)
+    assert x[inside][-1] == pytest.approx(6.0 * (1.0 + s0), abs=1e-4)
+    assert x[np.argmin(height)] == pytest.approx(0.0, abs=1e-4)
+    assert x[np.argmax(height)] == pytest.approx(6.0, abs=1e-2)  # the crest, on its side
+    assert (height[x < -1e-9] <= 1e-9).all()  # and none on the other
+    assert abs(trapezoid(height, x)) < 1e-4 * trapezoid(np.abs(height), x)
+    assert abs(height[inside][[0, -1]]).max() < 1e-3
+
+
+@pytest.mark.parametrize("ends", ["continuous", "paper"])
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_furrows_are_counted_and_one_lies_on_the_path(count, ends):
+    crease = bowed(count=count, ends=ends)
+    assert crease.half_wavelength == pytest.approx(6.0 / count)
+    np.testing.assert_allclose(crease.height(curve(7)), profile.bulge_height(1.0, 1.3) - 2.0**1.3, atol=1e-9)
+    x = np.linspace(-20.0, 30.0, 50_001)
+    points = np.c_[x, np.full_like(x, 18.0), 0.0 * x]
+    assert crease.wrinkling_region(points).sum() == pytest.approx(1000 * 12.0, rel=0.02)
+
+
+def test_taper_and_span_act_along_the_furrow():
+    places = curve(41)
+    share = bowed(taper=(0.5, 1.0)).envelope(places)
+    at = places[::-1, 1] / 40.0
+    expected = np.minimum(np.clip((1.0 - places[:, 1] / 40.0) / 0.25, 0, 1), np.clip(at[::-1] / 0.5, 0, 1))
+    np.testing.assert_allclose(share, expected**2 * (3.0 - 2.0 * expected), atol=1e-12)
+    part = bowed(span=(0.5, 1.0))
+    assert part.wrinkling_region(places).tolist() == (places[:, 1] <= 20.0).tolist()
+    whole = bowed().unit_amplitude(places)
+    np.testing.assert_array_equal(part.unit_amplitude(places), np.where(places[:, 1] <= 20.0, whole, 0.0))
+
+
+def test_the_direction_is_the_gradient_of_q():
+    crease = bowed()
+    x = np.random.default_rng(1).uniform((-10, -5, -9), (20, 45, 9), (500, 3))
+    h = 1e-6
+    gradient = [crease.coordinates(x + h * e)[1] - crease.coordinates(x - h * e)[1] for e in np.eye(3)]
+    gradient = np.stack(gradient, axis=1)
+    gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)
+    np.testing.assert_allclose(crease.fold_direction(x), gradient, atol=1e-6)
+
+
+def test_a_crease_moves_with_the_face():
+    rotation = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix() @ np.diag([-1.0, 1.0, 1.0])
+    crease, shift = bowed(taper=0.4, core=0.5, span=(0.1, 0.9)), np.array([3.0, -70.0, 11.0])
+    moved = crease.transformed(rotation, 25.4, shift)
+    x = np.random.default_rng(2).uniform((-10, -5, -25), (20, 45, 25), (2000, 3))
+    y = 25.4 * x @ rotation.T + shift
+    assert crease.wrinkling_region(x).sum() > 100
+    np.testing.assert_allclose(moved.unit_amplitude(y), crease.unit_amplitude(x), atol=1e-9)
+    np.testing.assert_allclose(moved.fold_direction(y), crease.fold_direction(x) @ rotation.T, atol=1e-9)
+    centre, radius = moved.reach
+    assert (np.linalg.norm(y[moved.wrinkling_region(y)] - centre, axis=1) <= radius).all()
+    assert not crease.force(x).any()
+
+
+BAD = {
+    "two points": (lambda: Crease(BOWED[:2], (1, 0, 0), 9.0), "path must be three points"),
+    "words": (lambda: Crease("abc", (1, 0, 0), 9.0), "path"),
+    "crest along the chord": (lambda: Crease(BOWED, (0, 3, 0), 9.0), "crest must cross"),
+    "one point thrice": (lambda: Crease(BOWED[:1] * 3, (1, 0, 0), 9.0), "crest must cross"),
+    "middle beyond the end": (lambda: Crease([BOWED[0], (3, -2, 0), BOWED[2]], (1, 0, 0), 9.0), "second point"),
+    "no width": (lambda: Crease(BOWED, (1, 0, 0), 0.0), "width must be positive"),
+    "width nan": (lambda: Crease(BOWED, (1, 0, 0), np.nan), "width"),
+    "span falls": (lambda: Crease(BOWED, (1, 0, 0), 9.0, span=(0.5, 0.2)), "span"),
+    "span of one": (lambda: Crease(BOWED, (1, 0, 0), 9.0, span=(0.5,)), "span"),
+    "span beyond the path": (lambda: Crease(BOWED, (1, 0, 0), 9.0, span=(0.5, 1.2)), "span"),
+    "sliding": (lambda: LinearMuscle((0, 0, 0), (0, 9, 0), 0.5, 9.0, sliding=1.5), "sliding"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_parameters_are_refused(case):
+    call, message = BAD[case]
+    with pytest.raises(ParameterError, match=message):
+        call()
+
+
+def test_fibres_that_slide_do_not_pull_the_loose_skin():
+    crease = Crease([(-20, 10, 0), (0, 10, 0), (20, 10, 0)], (0, 1, 0), 8.0)
+    plain = LinearMuscle((0, 30, 0), (0, 8, 0), 0.5, 30.0, folds=crease)
+    y = np.linspace(0.0, 29.0, 200)
+    x = np.c_[0.0 * y, y, 0.0 * y]
+    for sliding in (0.4, 1.0):
+        share = np.linalg.norm(plain.replaced(sliding=sliding).force(x), axis=1) / np.linalg.norm(
+            plain.force(x), axis=1
+        )
+        s = np.clip((y - 9.0) / 4.0, 0.0, 1.0)  # from 1 below the furrow at 10 to 3 above it
+        np.testing.assert_allclose(share, 1.0 - sliding * s**2 * (3.0 - 2.0 * s), atol=1e-12)
+    np.testing.assert_array_equal(plain.replaced(folds=None, sliding=1.0).force(x), plain.force(x))
+
+
+# --- the nasolabial fold on faces ------------------------------------------------------------------
+
+
+@pytest.fixture(params=(None, "ict_face_narrow", "makehuman_head_male"), ids=lambda stem: stem or "head")
+def any_face(request, face, real_face):
+    return face if request.param is None else real_face(request.param)
+
+
+@pytest.mark.parametrize("what", ["AU12", "AU10", "happiness"])
+def test_the_nasolabial_fold_ends_beside_the_moved_corner(any_face, what):
+    """Its deepest line starts beside the wing, goes outwards and down, and stays outside of the corner all the way."""
+    sim = fw.Simulation(any_face)
+    sim.express(what)
+    *_, frame = sim.run(20)
+    axes, unit = any_face.frame.axes, any_face.unit
+    w, moved = np.asarray(frame["W"]), np.asarray(frame.points) @ axes.T * unit
+    rest = np.asarray(frame["rest"])
+    crease = any_face.muscles["zygomaticus_major_l"].fold_pattern
+    lam, q = crease.coordinates(rest)
+    outside = np.asarray(frame["Normals"]) @ axes[2] > 0.2  # not the lining of the mouth
+    furrow = outside & crease.wrinkling_region(rest) & (np.abs(q * crease.width) < 0.04 * crease.width) & (w < -0.15)
+    assert furrow.sum() > 8
+    line = np.array([moved[furrow & (np.abs(lam - l) < 0.1)].mean(axis=0) for l in (0.3, 0.5, 0.7)])
+    assert (np.diff(line[:, 1]) < 0.0).all()  # down
+    assert line[2, 0] - line[0, 0] > 0.2 * (line[0, 1] - line[2, 1])  # and outwards: oblique, not upright
+    assert line[2, 0] > line[:, 0].max() - 1.5  # it does not turn back
+    corner = moved[np.linalg.norm(any_face.points - any_face.landmarks["mouth_l"], axis=1).argmin()]
+    low = furrow & (moved[:, 1] < corner[1] + 6.0)
+    assert low.any() or what == "AU10"
+    assert (moved[low, 0] > corner[0] + 3.0).all()  # never over the corner
+    assert moved[furrow, 1].min() > corner[1] - 12.0  # nor around it
+    across = [w[crease.wrinkling_region(rest) & (np.abs(lam - l) < 0.08)] for l in (0.1, 0.5, 0.95)]
+    assert np.ptp(across[1]) > 1.5 * max(np.ptp(across[0]), np.ptp(across[2]))  # it fades at both ends
+
+
+@pytest.mark.skipif(not (FACES / "ict_face_expressions.npz").exists(), reason="the captured face is not there")
+@pytest.mark.parametrize("shape", ["mouthSmile", "mouthUpperUp", "noseSneer"])
+def test_the_nasolabial_fold_lies_where_captured_skin_creases(real_face, shape):
+    """Where the mean curvature of the captured surface falls most, that is a hollow, is the same line in all shapes."""
+    import pyvista as pv
+
+    face = real_face("ict_face_narrow")
+    with np.load(FACES / "ict_face_expressions.npz") as content:
+        shapes = dict(zip(content["names"].tolist(), content["deltas"], strict=True))
+    scale = np.linalg.norm(shapes["jawOpen"], axis=1).max() * 10.0  # mm: the shapes are in cm
+    assert 20.0 < scale < 80.0
+    moved = face.points * face.unit + 10.0 * shapes[f"{shape}_L"]
+    surfaces = [pv.PolyData.from_regular_faces(p, face.triangles) for p in (face.points * face.unit, moved)]
+    hollow = -np.subtract(*(np.asarray(s.curvature("mean")) for s in surfaces[::-1]))
+    crease = face.muscles["zygomaticus_major_l"].fold_pattern
+    lam, q = crease.coordinates(face.points)
+    q = q * crease.width * face.unit
+    near = (np.abs(q) < 8.0) & (face.tissue.normals @ face.frame.axes[2] > 0.0)
+    places = []
+    for l in np.arange(0.25, 0.7, 0.05):
+        here = np.flatnonzero(near & (np.abs(lam - l) < 0.05))
+        deepest = here[np.argsort(-hollow[here])[:3]]
+        places.append(np.average(q[deepest], weights=np.maximum(hollow[deepest], 1e-9)))
+    assert np.abs(np.median(places)) < 1.5
+    assert np.mean(np.abs(places)) < 2.5

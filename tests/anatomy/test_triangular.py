@@ -1,0 +1,145 @@
+"""Triangular muscles.
+
+equal widths              the sheet, number by number
+no width at the start     the plane section of a linear muscle: angles and directions
+any widths                the fibre through a point, intersected line by line
+recoil                    the pull mirrored behind the attachment; with 1 it adds up to nothing
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import facewrinkle as fw
+from facewrinkle.anatomy.muscles import LinearMuscle, SheetMuscle, TriangularMuscle, Wrinkles
+from facewrinkle.errors import FaceWrinkleError, ParameterError
+
+LINES = ([(-10, 40, 0), (10, 40, 0)], [(-4, 0, 0), (4, 0, 0)])
+STYLE = Wrinkles(count=3, start=0.2, alpha=1.3, core=0.4, taper=0.3)
+
+
+def around(n=3000, seed=4):
+    return np.random.default_rng(seed).uniform((-20, -20, -30), (20, 60, 30), (n, 3))
+
+
+def test_with_equal_widths_it_is_a_sheet():
+    lines = LINES[0], [(-10, 0, 0), (10, 0, 0)]
+    fan = TriangularMuscle(*lines, length=48.0, recoil=0.3, wrinkles=STYLE)
+    sheet = SheetMuscle(*lines, length=48.0, recoil=0.3, wrinkles=STYLE)
+    x = around()
+    for name in ("coordinates", "force", "envelope", "unit_amplitude", "fold_direction", "wrinkling_region"):
+        np.testing.assert_allclose(getattr(fan, name)(x), getattr(sheet, name)(x), rtol=0, atol=1e-13)
+    assert fan.reach[1] == sheet.reach[1]
+
+
+def test_with_a_point_for_its_start_it_is_a_section_of_a_cone():
+    fan = TriangularMuscle([(-1e-9, 40, 0), (1e-9, 40, 0)], LINES[1], length=50.0)
+    cone = LinearMuscle((0, 40, 0), (0, 0, 0), np.arctan2(4.0, 40.0), 50.0)
+    x = around() * (0.2, 1.0, 0.0)
+    inside = (cone.coordinates(x)[1] < 1.0) & (cone.coordinates(x)[0] < 1.0) & (x[:, 1] < 39.0)
+    assert inside.sum() > 100
+    np.testing.assert_allclose(fan.fold_direction(x[inside]), cone.fold_direction(x[inside]), atol=1e-7)
+    expected = np.tan(cone.coordinates(x[inside])[1] * cone.max_angle) / 0.1
+    np.testing.assert_allclose(fan.coordinates(x[inside])[1], expected, atol=1e-7)
+
+
+def test_the_fibre_through_a_point_runs_between_equal_shares_of_both_lines():
+    turn = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
+    ends = [np.asarray(line) @ turn.T for line in LINES]
+    fan = TriangularMuscle(*ends, length=48.0)
+    rng = np.random.default_rng(0)
+    share, way = rng.uniform(-1, 1, 200), rng.uniform(0.0, 1.2, 200)
+    start, end = (line.mean(0) + 0.5 * share[:, None] * (line[1] - line[0]) for line in ends)
+    x = start + way[:, None] * (end - start)
+    lam, gamma = fan.coordinates(x)
+    np.testing.assert_allclose(lam, way * 40.0 / 48.0, atol=1e-12)
+    np.testing.assert_allclose(gamma, np.abs(share), atol=1e-12)
+    along = (start - end) / np.linalg.norm(start - end, axis=1)[:, None]
+    np.testing.assert_allclose(fan.fold_direction(x), along, atol=1e-12)
+    size = np.where(way <= 1, np.sin(way * np.pi / 2), np.cos((lam - 5 / 6) * 6 * np.pi / 2))
+    np.testing.assert_allclose(fan.force(x), (size * np.cos(share * np.pi / 2))[:, None] * along, atol=1e-12)
+
+
+def test_a_fan_moves_with_the_face():
+    rotation = Rotation.from_rotvec([0.9, 0.2, -0.4]).as_matrix() @ np.diag([-1.0, 1.0, 1.0])
+    fan, shift = TriangularMuscle(*LINES, length=48.0, wrinkles=STYLE), np.array([1.0, 2.0, -9.0])
+    x = around()
+    for scale in (1e-3, 1.0, 1e3):
+        moved, y = fan.transformed(rotation, scale, shift), scale * x @ rotation.T + shift
+        np.testing.assert_allclose(moved.unit_amplitude(y), fan.unit_amplitude(x), atol=1e-9)
+        np.testing.assert_allclose(moved.force(y), fan.force(x) @ rotation.T, atol=1e-9)
+        centre, radius = moved.reach
+        assert (np.linalg.norm(y[moved.wrinkling_region(y)] - centre, axis=1) <= radius * (1 + 1e-12)).all()
+
+
+@pytest.mark.parametrize("kind", [SheetMuscle, TriangularMuscle])
+def test_recoil_is_the_pull_mirrored_at_the_attachment(kind):
+    lines = LINES if kind is SheetMuscle else (LINES[0], [(-10, 0, 0), (10, 0, 0)])
+    plain, both = kind(*lines, length=48.0), kind(*lines, length=48.0, recoil=1.0)
+    x = around()
+    mirrored = x * (1, -1, 1) + (0, 80.0, 0)
+    front = x[:, 1] < 40.0
+    np.testing.assert_array_equal(both.force(x)[front], plain.force(x)[front])
+    np.testing.assert_allclose(both.force(mirrored)[front], -plain.force(x)[front], atol=1e-12)
+    assert not plain.force(mirrored)[front].any()
+
+
+BAD = {
+    "fibres that meet": (lambda: TriangularMuscle(*LINES, length=70.0), "the fibres meet 66.6667 from"),
+    "negative width": (lambda: TriangularMuscle(*LINES, insertion_width=-1.0), "insertion_width"),
+    "recoil": (lambda: SheetMuscle(*LINES, recoil=-0.1), "recoil"),
+    "three points": (lambda: TriangularMuscle([*LINES[0], (0, 0, 0)], LINES[1]), "pair"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_parameters_are_refused(case):
+    call, message = BAD[case]
+    with pytest.raises(ParameterError, match=message):
+        call()
+
+
+ATLAS = """[muscles.m]
+kind = "triangular"
+attachment = [{ mouth = 1.0, offset = [-0.1, -0.4, 0] }, { mouth = 1.0, offset = [0.3, -0.4, 0] }]
+insertion = [{ mouth = 1.0, offset = [-0.05, 0, 0] }, { mouth = 1.0, offset = [0.05, 0, 0] }]
+length = 0.5
+"""
+
+
+def test_an_atlas_may_have_triangular_muscles(tmp_path, face):
+    path = tmp_path / "atlas.toml"
+    path.write_text(ATLAS, encoding="utf-8")
+    placed = fw.read_atlas(path).place(face.landmarks, face.frame)
+    size = face.frame.pupil_distance
+    for side in "lr":
+        muscle = placed[f"m_{side}"]
+        assert (muscle.width, muscle.insertion_width, muscle.length) == pytest.approx(
+            (0.4 * size, 0.1 * size, 0.5 * size)
+        )
+    path.write_text(ATLAS + "width = 0.4\n", encoding="utf-8")  # given by its lines
+    with pytest.raises(FaceWrinkleError, match="unknown key 'width'"):
+        fw.read_atlas(path).place(face.landmarks, face.frame)
+
+
+def test_the_brows_are_raised_by_skin_that_converges_from_below_and_above(face):
+    """At three fifths of its height or a little above (61 %, Cotofana et al.), in the middle and over the brow."""
+    skin = fw.Skin(face, time_step=1.0)
+    skin.contract(face.atlas.contractions({"AU1": 1.0, "AU2": 1.0}))
+    for _ in range(15):
+        skin.step()
+    axes, unit = face.frame.axes, face.unit
+    up, local = skin.displacement @ axes[1], face.points @ axes.T * unit
+    front = face.tissue.normals @ axes[2] > 0.1
+    marks = {name: point @ axes.T * unit for name, point in face.landmarks.items()}
+    top = marks["trichion"][1]
+    for place, brow in ((marks["glabella"][0], "brow_l_inner"), (marks["brow_l_mid"][0], "brow_l_mid")):
+        heights = marks[brow][1] + np.linspace(0.0, 1.2, 61) * (top - marks[brow][1])
+        weights = np.exp(-(((local[:, 0] - place) / 5.0) ** 2) - ((local[:, 1] - heights[:, None]) / 3.0) ** 2) * front
+        way = (weights * up).sum(axis=1) / weights.sum(axis=1)
+        level = np.linspace(0.0, 1.2, 61)[np.argmax(way < 0.0)]
+        assert way[0] > 4.0
+        assert way.min() < -1.0
+        assert 0.55 < level < 0.8

@@ -1,0 +1,81 @@
+"""Layers of folds by name, and the motions that wave folds are found from.
+
+layers    the kinds, by name; a surface without landmarks or muscles
+shapes    groups by the names of a recording's shapes; motions without names, by direction; faces that lack muscles
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.anatomy.muscles import SheetMuscle
+from facewrinkle.errors import UnknownNameError
+from facewrinkle.layers.wave_folds import FoldShapes, WaveFolds
+from facewrinkle.layers.wave_folds.families import tensors_of, window_of
+from facewrinkle.motion.playback import Playback
+from facewrinkle.simulation.fold_layers import fold_layers
+from facewrinkle.simulation.fold_shapes import fold_shapes
+
+
+def test_the_kinds_of_folds(face):
+    (paper,) = fold_layers(face, "paper", depth=2.0)
+    assert (paper.depth, paper.anatomical) == (2.0, False)
+    formula, waves = fold_layers(face, "wave", depth=2.0, seed=4)
+    assert (formula.depth, formula.anatomical, waves.depth, waves.style.seed) == (2.0, True, 2.0, 4)
+    with pytest.raises(UnknownNameError, match=r"unknown kind of folds 'waves'. Did you mean 'wave'"):
+        fw.Simulation(face, folds="waves")
+
+
+def test_surfaces_without_landmarks_have_the_folds_of_their_muscles_or_none(face):
+    cloth = fw.surface(face.mesh)
+    assert fold_layers(cloth, "wave") == []
+    plate = cloth.with_muscles({"muscle": SheetMuscle([(-9, 9, 0), (9, 9, 0)], [(-9, -9, 0), (9, -9, 0)])})
+    assert [layer.anatomical for layer in fold_layers(plate, "wave")] == [False]
+
+
+def test_shapes_of_a_recording_are_grouped_by_their_names(face):
+    pressed = [face.points * (squeeze - 1.0) for squeeze in np.array([[1, 0.8, 1], [0.8, 1, 1], [1, 0.9, 1]])]
+    clip = fw.Recorded.of_shapes(pressed, [[0.0] * 3], fps=1, names=["browInnerUp", "browDown_L", "browOuterUpRight"])
+    found = fold_shapes(face, Playback(clip, face)).families
+    assert {name: len(shapes) for name, shapes in found.items()} == {"forehead": 2, "brows": 1}
+    np.testing.assert_allclose(found["brows"][0], face.points * [0.8, 1.0, 1.0], atol=1e-9)
+
+
+def test_motions_without_names_are_grouped_by_their_directions(face):
+    squeezes = np.array([[1, 0.8, 1], [0.8, 1, 1], [1, 0.9, 1], [1, 1, 1]])
+    clip = fw.Recorded.of_positions(face.points * squeezes[:, None], fps=10)
+    found = FoldShapes.grouped(face, [face.points * squeeze for squeeze in squeezes]).families
+    assert {name: len(shapes) for name, shapes in found.items()} == {"motion 1": 2, "motion 2": 1}
+    front = face.tissue.normals[:, 2] > 0.98
+    for name, axis in (("motion 1", 1), ("motion 2", 0)):
+        tensor = tensors_of(face, FoldShapes(found))[name][front]
+        assert (tensor[:, axis] > 0.9 * tensor[:, :3].sum(axis=1)).mean() > 0.95
+    assert set(fold_shapes(face, Playback(clip, face)).families) == {"motion 1", "motion 2"}
+
+
+def test_recordings_of_surfaces_without_anatomy_fold_them_when_asked(face):
+    cloth = fw.surface(face.mesh)
+    clip = fw.Recorded.of_positions(cloth.points * np.array([[[1, 1, 1]], [[1, 0.75, 1]]]), fps=2)
+    assert fw.Simulation(cloth, motion=clip).layers == []
+    sim = fw.Simulation(cloth, fw.Refinement(max_level=1), [WaveFolds()], motion=clip)
+    *_, frame = sim.run(30)
+    assert np.ptp(frame["W"]) > 0.5
+
+
+def test_action_units_whose_muscles_a_face_lacks_are_left_out(face):
+    kept = {name: muscle for name, muscle in face.muscles.items() if not name.startswith("corrugator")}
+    found = fold_shapes(lacking := dataclasses.replace(face, muscles=kept), fw.Skin(lacking)).families
+    assert len(found["brows"]) == 0
+    assert len(found["forehead"]) == 2
+    assert window_of(tensors_of(lacking, FoldShapes(found))["forehead"]).max() == 1.0
+
+
+def test_variations_of_the_head_share_the_lines_of_the_mean_head():
+    one, other = (fw.default_face(identity) for identity in ({"width": 0.5}, {"age": 1.0}))
+    shapes = [fold_shapes(face, fw.Skin(face)) for face in (one, other)]
+    assert shapes[0].face is shapes[1].face is one.template
+    assert fw.default_face().template is None
