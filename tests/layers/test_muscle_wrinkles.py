@@ -193,7 +193,7 @@ def test_compression_by_edges_is_that_of_the_refined_mesh(face):
     bare = np.einsum(
         "nc,nck->nk", sim.forest.barycentric, (sim.skin.points + sim.skin.displacement)[sim.forest.corners]
     )
-    muscle = face.muscles["frontalis_major_l"]
+    muscle = face.muscles["frontalis_major_l"].fold_pattern
     fields = sim.fields("frontalis_major_l")
     rest, normal = frame["rest"], sim.vertices.normals
     m = muscle.fold_direction(rest)
