@@ -91,7 +91,9 @@ def mark_triangles(
             gamma = (rest - now) / max(abs(rest), 0.1)
             largest[i] = max(largest[i], gamma)
             largest[j] = max(largest[j], gamma)
-            bend = gamma if bends[i] or bends[j] else 0.0
+            # Where one end counts bends and the other is active without, the bend is of a layer that does not count it.
+            counts = (bends[i] and (bends[j] or not active[j])) or (bends[j] and not active[i])
+            bend = gamma if counts else 0.0
             excess = 0.0
             for v in (i, j):
                 if need[v] < np.inf:

@@ -196,7 +196,7 @@ def test_compression_by_edges_is_that_of_the_refined_mesh(face):
     muscle = face.muscles["frontalis_major_l"].fold_pattern
     fields = sim.fields("frontalis_major_l")
     rest, normal = frame["rest"], sim.vertices.normals
-    m = muscle.fold_direction(rest)
+    m = muscle.fold_pattern.fold_direction(rest)
     m = m - (m * normal).sum(1, keepdims=True) * normal
     m /= np.linalg.norm(m, axis=1, keepdims=True)
     expected = edge_compression(rest, bare, vertex_rings(frame.regular_faces, frame.n_points), m)

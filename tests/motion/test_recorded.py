@@ -301,7 +301,7 @@ def test_a_turning_head_wrinkles_as_a_still_one(clip, wrinkled):
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = Rotation.from_rotvec([0.5, 1.9, -0.4]).as_matrix(), [30.0, 2.0, -8.0]
     turned = dataclasses.replace(clip.recorded, pose=lambda time: matrix)
-    sim = fw.Simulation(clip.face, motion=turned, time_step=0.125)
+    sim = fw.Simulation(clip.face, motion=turned, time_step=0.125, folds="paper")
     for _ in range(6):
         frame = sim.step()
     still, _ = wrinkled[0.75]
@@ -312,7 +312,7 @@ def test_a_turning_head_wrinkles_as_a_still_one(clip, wrinkled):
 
 
 def test_fields_of_one_muscle_follow_the_compression(clip):
-    sim = fw.Simulation(clip.face, motion=clip.recorded, time_step=0.25)
+    sim = fw.Simulation(clip.face, motion=clip.recorded, time_step=0.25, folds="paper")
     for _ in range(7):
         frame = sim.step()
     own = sim.fields("frontalis_inner_l")
