@@ -133,8 +133,6 @@ def test_the_largest_part_is_chosen():
     others = f"{speck.n_cells}, {eye.n_cells}"
     chosen = f"one of 3 .*, the one with the largest area, with 242 .*parts of {others} triangles"
     assert re.search(chosen, surface.report[0])
-        f"one of 3 .*, the one with the largest area, with 242 .*parts of {others} triangles", surface.report[0]
-    )
     np.testing.assert_array_equal(surface.triangles, face.regular_faces)
     np.testing.assert_array_equal(surface.source_points, speck.n_points + np.arange(face.n_points))
 
