@@ -135,6 +135,8 @@ def _words(hint: Any) -> str:
         return plain[hint]
     if origin is collections.abc.Callable:
         return "a function"
+    if origin is collections.abc.Mapping:
+        return "a dictionary"
     named = origin if isinstance(origin, type) else hint
     name = getattr(named, "__name__", str(named))
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"

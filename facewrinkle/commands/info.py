@@ -15,6 +15,7 @@ from ..errors import FaceWrinkleWarning, unknown_name
 from ..geometry.topology import boundary_loops
 from ..mesh import merged_texture, prepare, read_surface, read_texture
 from ..mesh.arrays import IMAGE
+from ..mesh.files import reading
 from ..mesh.formats.reading import GLTF
 from ..mesh.repair.self_intersections import self_intersection_report
 from ..motion.gltf import shapes_of_gltf
@@ -70,7 +71,8 @@ def _of_mesh(path: Path) -> dict[str, str]:
         texture = merged_texture(clean.mesh) if IMAGE in clean.mesh.cell_data else read_texture(path)
     rows["texture coordinates"] = "yes" if has_uv else "no"
     if path.suffix.lower() in GLTF:
-        shapes, animations = shapes_of_gltf(path)
+        with reading(path):
+            shapes, animations = shapes_of_gltf(path)
         for label, names in shapes.items():
             rows[f"shapes of {label} ({len(names)})"] = ", ".join(names)
         rows["animations"] = ", ".join(animations) or "none"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import pyvista as pv
 
 from ..arguments import checked
@@ -15,7 +16,7 @@ from .seams import refine_seams
 
 
 @checked
-def refine(mesh: pv.PolyData, marked: np.ndarray) -> pv.PolyData:
+def refine(mesh: pv.PolyData, marked: npt.ArrayLike) -> pv.PolyData:
     """Split the marked triangles of a mesh in four and close the mesh around them, in one step of red-green refinement.
 
     Parameters

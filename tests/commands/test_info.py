@@ -58,8 +58,8 @@ def test_info_tells_what_a_file_holds(tmp_path, capsys):
     assert "likeness to a face 0.93 landmarks 33, estimated: none" in told
     for name, message in (
         ("bones", "muscles, action-units, expressions"),
-        ("no.obj", "no file"),
-        ("no.face", "No such"),
+        ("no.obj", "there is no file 'no.obj'. Check the path"),
+        ("no.face", "there is no file 'no.face'. Check the path"),
     ):
         assert main(["info", name]) == 1
         assert message in capsys.readouterr().err

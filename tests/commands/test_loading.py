@@ -49,6 +49,18 @@ def test_nothing_is_shown_where_nothing_is_asked_for(monkeypatch, arguments):
     assert loading.MESSAGE not in terminal.getvalue()
 
 
+@pytest.mark.parametrize("arguments", [["atlas"], ["completion", "bash"]])
+def test_it_is_gone_before_text_is_printed(monkeypatch, arguments):
+    terminal = on_terminal(monkeypatch)
+    monkeypatch.setattr(sys, "stdout", terminal)
+    assert main(arguments) == 0
+    before = f"{loading.MESSAGE}\r{' ' * len(loading.MESSAGE)}\r"
+    shown = terminal.getvalue()
+    assert shown.startswith(before)
+    assert len(shown) > len(before)
+    assert "\r" not in shown[len(before) :]
+
+
 def test_files_get_none_of_it(capsys):
     main(["info", "nothing.obj"])
     assert loading.MESSAGE not in capsys.readouterr().err

@@ -13,7 +13,7 @@ import pyvista as pv
 from glb_files import read_glb
 
 import facewrinkle as fw
-from facewrinkle.errors import MeshError, OutputError
+from facewrinkle.errors import MeshError, OutputError, ParameterError
 from facewrinkle.mesh import corner_texture, split_at_seams, to_polydata
 
 trimesh = pytest.importorskip("trimesh")
@@ -249,8 +249,11 @@ def test_what_cannot_be_written_says_so(moment, tmp_path):
     bare = to_polydata(frame.points, frame.regular_faces)
     with pytest.raises(MeshError, match="no texture coordinates.*Is it a frame of this face"):
         fw.write_mesh(bare, tmp_path / "b.obj", face)
-    for other in (pv.PolyData(), pv.Plane(), pv.PolyData(np.eye(3)), pv.ImageData(dimensions=(2, 2, 2)), "mesh"):
+    for other in (pv.PolyData(), pv.Plane(), pv.PolyData(np.eye(3))):
         with pytest.raises(MeshError, match="a mesh of triangles is needed"):
+            fw.write_mesh(other, tmp_path / "b.obj")
+    for other in (pv.ImageData(dimensions=(2, 2, 2)), "mesh"):
+        with pytest.raises(ParameterError, match=r"frame must be a PolyData, received .*(ImageData|'mesh')"):
             fw.write_mesh(other, tmp_path / "b.obj")
     assert not list(tmp_path.glob("b*"))
 
