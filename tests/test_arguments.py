@@ -61,7 +61,7 @@ def test_what_is_allowed_passes(words):
         ({"name": 3}, "name must be text or None, received 3"),
         ({"path": None}, "path must be text or a path, received None"),
         ({"mesh": "head.obj"}, "mesh must be a DataSet or None"),
-        ({"table": [1]}, "table must be a Mapping or None"),
+        ({"table": [1]}, "table must be a dictionary or None"),
         ({"things": 3}, "things must be an Iterable"),
         ({"call": 3}, "call must be a function or None"),
     ],
