@@ -169,6 +169,7 @@ def report(quick: bool = False) -> Report:
         gap = float(np.abs(own.at(fine.along) - truth).mean())
         heads[name] = (which, own, fine, truth)
         numbers[name] = {"order": order(0.5 ** np.arange(len(runs))[1:], [r[0] for r in runs][1:]), "mean": gap}
+        numbers[name]["share"] = gap / exact.amplitude
         rows.append(
             (name, which, found.amplitude, exact.amplitude, found.wavelength, exact.wavelength, found.narrow,
              exact.narrow, gap, 100.0 * gap / exact.amplitude, numbers[name]["order"])

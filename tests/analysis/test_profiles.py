@@ -44,8 +44,8 @@ def test_a_known_wave_is_measured():
 
 
 def test_cuts_are_made_across_folds_of_every_kind(face):
-    """Between the vertices of a fine mesh the closed form of every muscle is met."""
-    for name in ("closing_eye", "stretching_mouth"):
+    """Between the vertices of a fine mesh the closed form of rings and of straight fibres is met."""
+    for name in ("closing_eye", "surprise"):
         sim = settled(face, name, 30)
         fine = wrinkled_surface(sim, wrinkling(face, rates_of(sim), 4))
         which = max(rates_of(sim), key=lambda n: rates_of(sim)[n])
@@ -81,7 +81,7 @@ def test_heights_converge_to_the_closed_form(report):
 def test_heights_on_the_head_converge_too(report):
     for row in report("profiles").numbers["head"].values():
         assert row["order"] > 1.5
-        assert row["mean"] < 0.04  # mm
+        assert row["share"] < 0.02  # of the amplitude
 
 
 def test_the_plate_is_compressed_as_it_should_be():
