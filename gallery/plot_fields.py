@@ -22,10 +22,11 @@ sim.express("fear")
 *_, frame = sim.run(60)
 
 # %%
-# The arrays and what they hold.
+# The arrays and what they hold. Those of waves are only there with :class:`facewrinkle.WaveFolds`.
 
 for name, meaning in ARRAYS.items():
-    print(f"{name:12s} {frame[name].dtype!s:8s} {meaning}")
+    if name in frame.array_names:
+        print(f"{name:12s} {frame[name].dtype!s:8s} {meaning}")
 
 # %%
 # Each one in colour. Fields of a muscle are grey where no muscle wrinkles the skin.
