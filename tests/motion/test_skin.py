@@ -245,7 +245,7 @@ def test_time_steps_reach_the_same_steady_state(face, steady, time_step):
         expected = steady[name]
         skin.reset()
         skin.contract(fw.EXPRESSIONS[name])
-        for _ in range(30):
+        for _ in range(50):
             skin.step()
         difference = np.abs(skin.displacement - expected).max()
         assert difference < 1e-4, name

@@ -222,4 +222,4 @@ def test_every_baseline_is_compared_and_small(pytestconfig):
     files = list(BASELINES.glob("*.png"))
     assert len(names) <= 40
     assert {file.stem for file in files} == names
-    assert sum(file.stat().st_size for file in files) < 3e6
+    assert sum(file.stat().st_size for file in files) < 3.2e6

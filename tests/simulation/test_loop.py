@@ -282,6 +282,6 @@ def test_what_simulates_prints_itself_in_a_line(face):
     sim.step()
     recorded = fw.Recorded.of_positions([face.points, face.points], fps=25)
     layer = fw.PatternLayer("dimple", (0, 0, 1), size=3.0)
-    assert repr(sim) == f"Simulation({face!r}, Skin, 1 layers, 0.02 s)"
+    assert repr(sim) == f"Simulation({face!r}, Skin, 2 layers, 0.02 s)"
     assert repr(recorded) == "Recorded(0 shapes, 0.04 s)"
     assert repr(layer) == "PatternLayer('dimple', depth=1)"

@@ -206,7 +206,9 @@ def test_without_samples_the_papers_criterion_splits_alone():
     forest = RedGreenForest(triangles, 2, 9)
     vertices = SurfacePoints.of_forest(forest, points, normals)
     needed = np.full(9, 0.5)
-    layer = SimpleNamespace(spacing=needed, across=np.tile([1.0, 0.0, 0.0], (9, 1)), active=np.ones(9, bool))
+    layer = SimpleNamespace(
+        spacing=needed, across=np.tile([1.0, 0.0, 0.0], (9, 1)), active=np.ones(9, bool), bends=True
+    )
     for samples, split_all in ((4.0, True), (0.0, False)):
         split, *_ = mark(Refinement(samples=samples), forest, forest.level, vertices, normals, [layer])
         assert split.all() == split_all
