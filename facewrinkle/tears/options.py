@@ -20,7 +20,7 @@ def grouped(options: Mapping[str, Any], **groups: type) -> dict[str, Any]:
     --------
     >>> from facewrinkle.tears import Film, Flow
     >>> grouped({"width": 2.0, "c": 25.0, "roughness": 0.1, "trail": 0.5}, film=Film, flow=Flow)
-    {'width': 2.0, 'film': Film(trail=0.5, roughness=0.1, degree=1), 'flow': Flow(s=None, c=25.0, hold=1.0)}
+    {'width': 2.0, 'film': Film(trail=0.5, roughness=0.1, degree=1), 'flow': Flow(s=None, c=25.0, hold=1.0, by='length')}
     """
     keywords = dict(options)
     for group, kind in groups.items():

@@ -44,7 +44,7 @@ class TriangularMuscle(SheetMuscle):
 
     >>> fan = TriangularMuscle([(-5, 40, 0), (5, 40, 0)], [(-10, 0, 0), (10, 0, 0)])
     >>> along, across = fan.coordinates([[10.0, 0.0, 0.0], [7.5, 20.0, 0.0]])
-    >>> along.tolist(), across.tolist(), fan.fold_direction([[10.0, 0.0, 0.0]]).round(3).tolist()
+    >>> along.tolist(), across.tolist(), (fan.fold_direction([[10.0, 0.0, 0.0]]).round(3) + 0.0).tolist()
     ([1.0, 0.5], [1.0, 1.0], [[-0.124, 0.992, 0.0]])
     """
 
