@@ -19,8 +19,9 @@ def grouped(options: Mapping[str, Any], **groups: type) -> dict[str, Any]:
     Examples
     --------
     >>> from facewrinkle.tears import Film, Flow
-    >>> grouped({"width": 2.0, "c": 25.0, "roughness": 0.1, "trail": 0.5}, film=Film, flow=Flow)
-    {'width': 2.0, 'film': Film(trail=0.5, roughness=0.1, degree=1), 'flow': Flow(s=None, c=25.0, hold=1.0, by='length')}
+    >>> found = grouped({"width": 2.0, "c": 25.0, "roughness": 0.1, "trail": 0.5}, film=Film, flow=Flow)
+    >>> found["width"], found["film"].roughness, found["film"].trail, found["flow"].c
+    (2.0, 0.1, 0.5, 25.0)
     """
     keywords = dict(options)
     for group, kind in groups.items():
