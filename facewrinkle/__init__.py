@@ -53,6 +53,7 @@ _TABLES = {"MUSCLES": "muscles", "ACTION_UNITS": "action_units", "EXPRESSIONS": 
 _SUBPACKAGES = (
     "anatomy",
     "appearance",
+    "dataset",
     "errors",
     "export",
     "geometry",

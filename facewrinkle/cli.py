@@ -1,4 +1,5 @@
-"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``fit``, ``atlas``, ``table1``, ``info``, ``demo``.
+"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``fit``, ``atlas``, ``table1``, ``info``,
+``dataset``, ``demo``.
 
 The commands live in :mod:`facewrinkle.commands` and are imported when they are called, so that ``--help`` is quick.
 """
@@ -55,6 +56,7 @@ app.command(
     help="List muscles, action units and expressions, or describe a mesh or a .face file.",
 )
 app.command("facewrinkle.commands.atlas:atlas", help="Print muscles, action units and expressions, as a file to edit.")
+app.command("facewrinkle.commands.dataset:dataset", help="Make pictures of faces with labels, as training data.")
 app.command(
     "facewrinkle.commands.demo:demo", help="Write pictures and movies of the paper's five expressions, and Table 1."
 )

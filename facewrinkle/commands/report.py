@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any, TypeVar
 
 from rich.console import Console
-from rich.progress import track
+from rich.progress import MofNCompleteColumn, Progress, track
 from rich.table import Table
 
 from ..anatomy.face import Face
@@ -56,6 +56,21 @@ class Report:
         if self.quiet or not console.is_terminal:
             return items
         return iter(track(items, what, total, console=console, transient=True))
+
+    @contextmanager
+    def counting(self, what: str, total: int) -> Iterator[Callable[[int], None]]:
+        """Yield a function to be told how many more are done, with a bar and an estimate on a terminal."""
+        loading.end()
+        console = Console(stderr=True)
+        with Progress(
+            *Progress.get_default_columns(),
+            MofNCompleteColumn(),
+            console=console,
+            transient=True,
+            disable=self.quiet or not console.is_terminal,
+        ) as progress:
+            task = progress.add_task(what, total=total)
+            yield lambda more: progress.advance(task, more)
 
 
 def face_facts(face: Face) -> dict[str, str]:

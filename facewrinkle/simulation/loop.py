@@ -348,15 +348,28 @@ class Simulation:
         True
         """
         within, most = check_range("within", within, 1e-6, 1e3, "Lengths are in mm."), check_whole("most", most, 2, 1e6)
-        count, before = len(self.face.points), np.full((0, 3), np.nan)
-        for number, frame in enumerate(self.run(most, min(RAMP / most, 1.0))):
-            points = np.asarray(frame.points)[:count] * self.face.unit
-            refined = self._marks is not None and self._marks[0].any()
-            if number > RAMP and not refined and np.abs(points - before).max() <= within:
-                return frame
-            before = points
-        warn(f"the face still moves after {most} steps. Allow more of them with most=, or more motion with within=.")
-        return frame
+        start, target = self.motion.rates.copy(), self._asked
+        base = np.full_like(self.face.points, np.nan)
+        for number in range(most):
+            t = float(smoothstep((number + 1) / RAMP))
+            before = base
+            with self._timed("skin"):
+                self.motion.set_rates(target if t == 1.0 else (1.0 - t) * start + t * target)
+                base = self.motion.step().copy()
+            self._steps += 1
+            if number > RAMP and np.abs(base - before).max() * self.face.unit <= within:
+                break
+        else:
+            warn(
+                f"the face still moves after {most} steps. Allow more of them with most=, or more motion with within=."
+            )
+        shape = self._shape(base)
+        for _ in range(most):  # only now: no triangle is split on the way that the held face does not need
+            if not self._refine():
+                break
+            shape = self._shape(base)
+        with self._timed("frame"):
+            return self._frame(*shape)
 
     # --- one frame -----------------------------------------------------------------------------
 

@@ -1,0 +1,96 @@
+"""``facewrinkle dataset``: labelled pictures of faces by the hundred thousand."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from ..dataset.generation import generate, preview
+from ..dataset.spec import DEFAULT, Spec
+from ..dataset.verification import check
+from ..errors import OutputError, ParameterError
+from ..plotting.images import save_picture, side_by_side, stacked
+from . import loading
+from .parsing import Whole
+from .report import Report
+
+SHEET = (4, 6)
+"""Rows and columns of a preview."""
+
+
+def dataset(
+    what: str | None = None,
+    folder: Path | None = None,
+    /,
+    *,
+    out: Path | None = None,
+    count: Whole = 1000,
+    workers: Whole = 1,
+    scheduler: str | None = None,
+    preview: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Make pictures of faces with labels, or what is missing of a set that was interrupted.
+
+    Parameters
+    ----------
+    what
+        A specification, a TOML file (default: the default one); or "spec" to print the default one, as a file to edit;
+        or "check" to check the set in a folder.
+    folder
+        With check: the folder of the set.
+    out
+        Folder of the set: new, or one that holds a part of it. Default: dataset.
+    count
+        Number of samples.
+    workers
+        Number of processes.
+    scheduler
+        Address of a Dask scheduler whose workers see the same folder, such as tcp://10.0.0.1:8786.
+    preview
+        Only draw 24 people into OUT.png, to look at before anyone waits.
+    quiet
+        Print nothing.
+    """
+    report = Report(quiet)
+    if what == "spec":
+        loading.end()
+        sys.stdout.write(DEFAULT.read_text(encoding="utf-8"))
+        return
+    if what == "check":
+        _check(folder, report)
+        return
+    if folder is not None:
+        raise ParameterError(f"a folder is named with check only, or by --out; received {str(folder)!r}.")
+    spec = Spec.of() if what is None else Spec.read(what)
+    where = Path("dataset") if out is None else out
+    if preview:
+        report.say(f"{_preview(spec, where.with_name(where.name + '.png'), report)}")
+        return
+    with report.counting("Making samples", count) as done:
+        generate(spec, where, count, workers, scheduler, done)
+    report.say(f"{where}: {count} samples asked for; see README.md there.")
+
+
+def _preview(spec: Spec, path: Path, report: Report) -> Path:
+    rows, columns = SHEET
+    samples = report.progress(preview(spec, rows * columns), "Drawing", rows * columns)
+    images = [sample.image for sample in samples]
+    return save_picture(stacked([side_by_side(images[k * columns : (k + 1) * columns]) for k in range(rows)]), path)
+
+
+def _check(folder: Path | None, report: Report) -> None:
+    """Print what is wrong with a set; raise an error if anything is."""
+    if folder is None:
+        raise ParameterError("name the folder of the set: facewrinkle dataset check FOLDER.")
+    problems = []
+    with report.waiting("Checking"):
+        for name, found in check(folder):
+            problems += [f"{name}: {problem}" for problem in found]
+    for problem in problems:
+        report.say(problem)
+    if problems:
+        raise OutputError(
+            f"{str(folder)!r} has {len(problems)} problems. Remove the shards and their tables, and run the same again."
+        )
+    report.say(f"{folder}: all is well.")

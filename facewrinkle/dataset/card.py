@@ -1,0 +1,125 @@
+"""The data card: a README of a set with its specification, the licences of its faces, and what is in it."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..mesh.files import written
+from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP
+from .shards import FAILED, arrow
+from .spec import Spec
+
+SHOWN = (
+    "identity_age", "identity_skin", "camera_yaw", "camera_pitch",
+    "furrows", "deepest", "light_key", "visible_landmarks",
+)  # fmt: skip
+"""Columns of the table that the card shows as histograms."""
+
+BIASES = """\
+- All people with the built-in head have its haircut, its eyes and its topology; they differ in shape, age and colour.
+- The ranges are those of the specification, not of any population: ages and complexions are even, not as in a country.
+- Pictures are rasterised: nothing casts a shadow, and no light scatters under the skin.
+- Heads do not turn on their necks; the camera moves around them. There are no bodies, clothes and glasses, and the
+  background is a gradient.
+- Wrinkles follow a model of compressed skin. They are plausible, not measured on these people.
+"""
+
+
+def write_card(folder: Path, spec: Spec, count: int) -> Path:
+    """Write README.md and a picture of distributions, and return the path of the first."""
+    table = read_table(folder)
+    lists = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob(f"*{FAILED}"))]
+    failed = sum(map(len, lists))
+    redrawn = float(np.mean(np.asarray(table["attempt"]) > 0)) if len(table["index"]) else 0.0
+    with written(folder / "distributions.png") as partial:
+        Path(partial).write_bytes(_histograms(table))
+    with written(folder / "README.md") as partial:
+        Path(partial).write_text(_text(spec, count, table, failed, redrawn), encoding="utf-8")
+    return folder / "README.md"
+
+
+def read_table(folder: Path) -> dict[str, list[Any]]:
+    """Return the columns of the tables of all shards of a set, in order of the samples."""
+    pyarrow, parquet = arrow()
+    tables = [parquet.read_table(path) for path in sorted((folder / "index").glob("*.parquet"))]
+    tables = [table for table in tables if table.num_rows]
+    if not tables:
+        return {name: [] for name in ("index", "attempt", *SHOWN)}
+    whole: dict[str, list[Any]] = pyarrow.concat_tables(tables, promote_options="permissive").to_pydict()
+    return whole
+
+
+def _text(spec: Spec, count: int, table: dict[str, list[Any]], failed: int, redrawn: float) -> str:
+    scans = "".join(f"- {scan.path.name}: {scan.licence}\n" for scan in spec.scans)
+    parts = ", ".join(f"{number} {name}" for number, name in enumerate(PARTS))
+    faces = spec.written["faces"]
+    named = [entry | {"path": scan.path.name} for entry, scan in zip(faces["scans"], spec.scans, strict=True)]
+    specification = json.dumps(spec.written | {"faces": {**faces, "scans": named}}, indent=1)
+    return f"""\
+---
+task_categories: [image-segmentation, depth-estimation, keypoint-detection]
+tags: [synthetic, faces, wrinkles, webdataset]
+---
+
+# Faces with labelled wrinkles
+
+{len(table["index"])} of {count} samples of {spec.size[0]} x {spec.size[1]} pixels, made by facewrinkle {__version__};
+{failed} could not be made. {redrawn:.1%} were drawn again because the face was not in the picture or did not come to
+rest.
+
+![Distributions](distributions.png)
+
+## Files
+
+`shard-NNNNNN.tar` are WebDataset shards of {spec.shard} samples; `index/` has Parquet tables with a row for each. A
+sample has
+
+- `png`: the picture, 8 bits of red, green and blue;
+- `npz`: arrays of its pixels, without anti-aliasing:
+  - `part` (uint8): {parts}.
+    The others are about the skin, also where brows, lashes and tears cover it;
+  - `depth` (uint16): distance along the camera's axis, in {DEPTH_STEP} mm; 0 for no skin;
+  - `normal` (int8 x 3): 127 times the normal; x to the right, y down, z away from the camera;
+  - `height` (int16): height of wrinkles above the smooth skin, in {HEIGHT_STEP} mm; furrows are negative;
+  - `furrow` (uint8): number of the furrow, 0 for none; `furrows` in the JSON tells the muscle or family of each;
+  - `place` (int16 x 3): where the same point of the skin is on the face at rest, in {PLACE_STEP} mm; -32768 for none;
+- `json`: landmarks in 3D and in pixels with their visibility, contractions of all muscles, action units, identity,
+  camera matrices (OpenCV's convention), lamps, background, furrows.
+
+A sample depends on the specification and its number alone; `facewrinkle dataset check` makes some again and compares.
+
+## Faces and licences
+
+- The built-in head and people made from it: MIT, as the package.
+{scans}
+## Known biases and limits
+
+{BIASES}
+## Specification
+
+```json
+{specification}
+```
+"""
+
+
+def _histograms(table: dict[str, list[Any]]) -> bytes:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 4.2), dpi=100, layout="constrained")
+    canvas = FigureCanvasAgg(figure)
+    for axes, name in zip(figure.subplots(2, 4).flat, SHOWN, strict=True):
+        values = [value for value in table.get(name, []) if value is not None]
+        axes.hist(values, bins=20, color="#4a6fa5")
+        axes.set_title(name.replace("_", " "), fontsize=9)
+        axes.tick_params(labelsize=7)
+    file = io.BytesIO()
+    canvas.print_png(file, metadata={"Software": None})
+    return file.getvalue()

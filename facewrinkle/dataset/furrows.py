@@ -1,0 +1,106 @@
+"""Furrows of a frame, one by one: connected regions of skin that lie below the smooth surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from ..mesh import MUSCLES
+from ..mesh.arrays import points_and_triangles
+
+Array = npt.NDArray[np.float64]
+
+DEEP = 0.05
+"""Skin this far below the smooth surface is part of a furrow, mm."""
+
+LONG = 3.0
+"""Shorter furrows are not counted, mm."""
+
+
+@dataclass(frozen=True)
+class Furrow:
+    """A furrow.
+
+    Attributes
+    ----------
+    number : int
+        From 1, the deepest first.
+    source : str
+        The muscle or the family of waves that makes most of it.
+    depth : float
+        Greatest depth below the smooth surface, mm.
+    length : float
+        Distance between its ends at rest, mm.
+    """
+
+    number: int
+    source: str
+    depth: float
+    length: float
+
+
+def furrows_of(
+    frame: pv.PolyData, families: tuple[str, ...] = (), unit: float = 1.0
+) -> tuple[npt.NDArray[Any], list[Furrow]]:
+    """Return the number of the furrow at each vertex (n,), 0 for none, and the furrows.
+
+    Parameters
+    ----------
+    frame : PolyData
+        Of :meth:`facewrinkle.Simulation.step`.
+    families : tuple of str
+        Names of the families of waves, in the order of their numbers.
+    unit : float
+        The unit of the mesh in mm.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> sim = fw.Simulation(fw.default_face(), folds="paper")
+    >>> sim.express("surprise")
+    >>> number, furrows = furrows_of(sim.settle())
+    >>> len(furrows) >= 2, {furrow.source.split("_")[0] for furrow in furrows}, int(number.max()) == len(furrows)
+    (True, {'frontalis'}, True)
+    """
+    height = np.asarray(frame.point_data["W"])
+    triangles = points_and_triangles(frame)[1]
+    deep = height <= -DEEP
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    edges = edges[deep[edges].all(axis=1)]
+    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=2 * (len(height),))
+    component = np.where(deep, connected_components(graph, directed=False)[1], -1)
+    rest = unit * np.asarray(frame.point_data.get("rest", frame.points))
+    found = []
+    for own in np.unique(component[deep]):
+        vertices = np.flatnonzero(component == own)
+        length = float(np.ptp(rest[vertices] @ _direction(rest[vertices])))
+        if length >= LONG:
+            found.append((float(-height[vertices].min()), length, vertices))
+    found.sort(key=lambda entry: (-entry[0], int(entry[2][0])))
+    number = np.zeros(len(height), np.int64)
+    furrows = []
+    for k, (depth, length, vertices) in enumerate(found, start=1):
+        number[vertices] = k
+        furrows.append(Furrow(k, _source(frame, vertices, families), depth, length))
+    return number, furrows
+
+
+def _direction(points: Array) -> Array:
+    """The unit vector along which points spread most."""
+    centred = points - points.mean(axis=0)
+    return np.asarray(np.linalg.eigh(centred.T @ centred)[1][:, -1])
+
+
+def _source(frame: pv.PolyData, vertices: npt.NDArray[Any], families: tuple[str, ...]) -> str:
+    names: list[str] = []
+    muscles = [str(name) for name in frame.field_data[MUSCLES]] if MUSCLES in frame.field_data else []
+    for array, known in (("muscle", muscles), ("family", list(families))):
+        if array in frame.point_data:
+            names += [known[k] for k in np.asarray(frame.point_data[array])[vertices].tolist() if 0 <= k < len(known)]
+    return max(sorted(set(names)), key=names.count) if names else "skin"

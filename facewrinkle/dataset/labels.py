@@ -1,0 +1,193 @@
+"""Labels of a picture: what each pixel shows, from the geometry that was drawn, and where landmarks are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from scipy.ndimage import find_objects
+
+from ..anatomy.face import Face
+from ..appearance.seen import Seen
+from .furrows import DEEP, furrows_of
+from .visible import Camera, Hits, TriangleBuffer, hits_of, parts_of
+
+Array = npt.NDArray[np.float64]
+
+PARTS = ("background", "skin", "eye", "mouth", "teeth", "tongue", "brows", "lashes", "hair", "glasses", "other", "tear")
+"""Names of the numbers in the label ``part``."""
+
+TRANSPARENT = ("brows", "lashes", "tear")
+"""Parts that hide nothing from the other labels."""
+
+DEPTH_STEP, HEIGHT_STEP, PLACE_STEP = 0.02, 0.001, 0.01
+"""What a step of the whole numbers in the labels of depth, height and place stands for, mm."""
+
+NO_PLACE = -(2**15)
+"""The place of pixels that show no skin."""
+
+
+class Labeller:
+    """Makes the labels of pictures of one size.
+
+    Parameters
+    ----------
+    size : tuple of int
+        Width and height, pixels.
+    """
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        self._buffer, self._size = TriangleBuffer(size), size
+
+    def close(self) -> None:
+        """Free the window."""
+        self._buffer.close()
+
+    def __call__(
+        self,
+        face: Face,
+        seen: Seen,
+        frame: pv.PolyData,
+        camera: pv.Camera,
+        tears: Iterable[pv.PolyData] = (),
+        families: tuple[str, ...] = (),
+    ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Any]]:
+        """Return arrays of pixels by name, and facts for which a row of a table has room.
+
+        Parameters
+        ----------
+        face : Face
+        seen : Seen
+            What is drawn in the frame.
+        frame : PolyData
+        camera : pyvista.Camera
+            Of the picture.
+        tears : iterable of PolyData
+        families : tuple of str
+            Names of the families of waves.
+        """
+        own = Camera.of(camera, self._size)
+        solid = solid_parts(seen)
+        hits = hits_of(self._buffer.drawn(solid, camera), solid, "skin", own)
+        everything = (
+            solid | {f"tear {k}": tear for k, tear in enumerate(tears)} | hair_parts(seen, self._pixel(face, own))
+        )
+        part = hits.part
+        if len(everything) > len(solid):
+            part = parts_of(self._buffer.drawn(everything, camera), everything)
+        number, furrows = furrows_of(frame, families, face.unit)
+        arrays = skin_labels(frame, hits, own, number, face.unit)
+        arrays["part"] = np.array([0, *(class_of(name) for name in everything)], np.uint8)[part + 1]
+        facts: dict[str, Any] = {"landmarks": landmark_labels(face, frame, hits, own), "furrows": []}
+        pixels = np.bincount(arrays["furrow"].ravel(), minlength=len(furrows) + 1)
+        boxes = find_objects(arrays["furrow"], len(furrows))
+        for furrow, box in zip(furrows, boxes, strict=True):
+            corners = None if box is None else [box[1].start, box[0].start, box[1].stop, box[0].stop]
+            facts["furrows"].append(asdict(furrow) | {"pixels": int(pixels[furrow.number]), "box": corners})
+        facts["camera"] = {"intrinsic": own.intrinsic.tolist(), "extrinsic": own.extrinsic.tolist()}
+        return arrays, facts
+
+    def _pixel(self, face: Face, camera: Camera) -> float:
+        """Width of a pixel at the face, in the unit of the mesh."""
+        return float(camera.project(face.frame.origin[None])[1][0] / camera.intrinsic[0, 0])
+
+
+def solid_parts(seen: Seen) -> dict[str, pv.PolyData]:
+    """Return the meshes that hide what is behind them, the skin first, where they are in the frame."""
+    on_head = {f"eye {side}": mesh for side, mesh in seen.eyes.items() if f"eye_{side}" not in seen.own}
+    on_head |= {f"skin at eye {side}": mesh for side, mesh in seen.lid_margins.items()}
+    on_head |= {"mouth": seen.pocket} if seen.pocket is not None else {}
+    on_head |= seen.inside_mouth
+    posed = {"skin": seen.skin} | {name: mesh for name, mesh in on_head.items() if mesh.n_cells}
+    if not np.array_equal(seen.pose, np.eye(4)):
+        posed |= {name: mesh.transform(seen.pose, inplace=False) for name, mesh in posed.items() if name != "skin"}
+    posed |= {name: mesh for name, mesh in seen.own.items() if mesh.n_cells}
+    return {name: mesh if mesh.is_all_triangles else mesh.triangulate() for name, mesh in posed.items()}
+
+
+def hair_parts(seen: Seen, pixel: float) -> dict[str, pv.PolyData]:
+    """Return painted brows and lashes as ribbons that are at least a pixel wide."""
+    lines = {f"lashes {side}": hair for side, hair in seen.lashes.items()}
+    lines |= {"brows": seen.brows} if seen.brows is not None else {}
+    found = {}
+    for name, hair in lines.items():
+        aside = 0.5 * pixel * hair.side
+        ends = np.stack([hair.points - aside, hair.points + aside], axis=2)
+        count, knots = hair.points.shape[:2]
+        first = 2 * (knots * np.arange(count)[:, None] + np.arange(knots - 1)).ravel()[:, None]
+        triangles = np.concatenate([first + np.array(corners) for corners in ([0, 1, 2], [1, 3, 2])])
+        mesh = pv.PolyData.from_regular_faces(ends.reshape(-1, 3), triangles)
+        found[name] = mesh.transform(seen.pose, inplace=False)
+    return found
+
+
+def class_of(name: str) -> int:
+    """Return the number in :data:`PARTS` of a mesh, by its name.
+
+    Examples
+    --------
+    >>> [PARTS[class_of(name)] for name in ("skin at eye l", "upper_teeth", "eye_r", "fuzz", "tear 2")]
+    ['skin', 'teeth', 'eye', 'hair', 'tear']
+    """
+    words = ("skin", "lashes", "brows", "eye", "teeth", "tongue", "mouth", "glasses", "hair", "fuzz", "beard", "tear")
+    word = next((word for word in words if word in name), "other")
+    return PARTS.index({"fuzz": "hair", "beard": "hair"}.get(word, word))
+
+
+def skin_labels(frame: pv.PolyData, hits: Hits, camera: Camera, furrow: Array, unit: float) -> dict[str, Any]:
+    """Return depth, normals, heights, places at rest and furrows, of the pixels that show skin.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (h, w) or (h, w, 3)
+        ``depth``, uint16, in :data:`DEPTH_STEP` from the camera along its axis, 0 for no skin; ``normal``, int8,
+        127 times the normal in the camera's coordinates; ``height``, int16, of wrinkles, in :data:`HEIGHT_STEP`;
+        ``place``, int16, of the same point of the face at rest, in :data:`PLACE_STEP`; ``furrow``, uint8, the number of
+        the furrow, 0 for none.
+    """
+    at, shape = (hits.rows, hits.columns), hits.part.shape
+    depth, height = np.zeros(shape, np.uint16), np.zeros(shape, np.int16)
+    normal, place = np.zeros((*shape, 3), np.int8), np.full((*shape, 3), NO_PLACE, np.int16)
+    instance = np.zeros(shape, np.uint8)
+    depth[at] = _whole(hits.depth * unit / DEPTH_STEP, np.uint16)
+    turned = hits.interpolated(np.asarray(frame.point_data["Normals"], dtype=np.float64)) @ camera.extrinsic[:3, :3].T
+    normal[at] = _whole(127.0 * turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12), np.int8)
+    height[at] = _whole(hits.interpolated(np.asarray(frame.point_data["W"])) / HEIGHT_STEP, np.int16)
+    rest = np.asarray(frame.point_data.get("rest", frame.points), dtype=np.float64)
+    place[at] = _whole(hits.interpolated(rest) * unit / PLACE_STEP, np.int16)
+    own = furrow[hits.corners]
+    nearest = np.where(own > 0, hits.barycentric, -1.0).argmax(axis=1)
+    deep = hits.interpolated(np.asarray(frame.point_data["W"])) <= -DEEP
+    instance[at] = np.where(deep, np.minimum(own[np.arange(len(own)), nearest], 255), 0)
+    return {"depth": depth, "normal": normal, "height": height, "place": place, "furrow": instance}
+
+
+def _whole(values: Array, kind: Any) -> npt.NDArray[Any]:
+    limits = np.iinfo(kind)
+    return np.clip(np.rint(values), limits.min, limits.max).astype(kind)
+
+
+def landmark_labels(face: Face, frame: pv.PolyData, hits: Hits, camera: Camera) -> dict[str, Any]:
+    """Return each landmark's place in 3D (unit of the mesh), in pixels, and if it is seen.
+
+    A landmark is seen if it lies in the picture and not behind the skin; half a percent of the distance between the
+    pupils is allowed for the slope of the skin within a pixel.
+    """
+    places = face.landmarks_on(frame)
+    pixels, distance = camera.project(np.array(list(places.values())))
+    surface = np.full(hits.part.shape, np.inf)
+    surface[hits.part >= 0] = -np.inf  # other parts hide
+    surface[hits.rows, hits.columns] = hits.depth
+    found = {}
+    for name, pixel, away in zip(places, pixels, distance, strict=True):
+        column, row = np.floor(pixel).astype(int)
+        inside = 0 <= row < camera.size[1] and 0 <= column < camera.size[0]
+        around = surface[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
+        hidden = not inside or away > np.max(around, initial=-np.inf) + 0.005 * face.frame.pupil_distance
+        hidden = hidden or name.endswith("_centre")
+        found[name] = {"point": places[name].tolist(), "pixel": pixel.tolist(), "visible": not hidden}
+    return found

@@ -1,0 +1,150 @@
+"""What is to be seen on a sample, drawn from a specification: numbers and words, without a mesh."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ..anatomy.atlas import load_atlas
+from .spec import Expressions, Spec
+
+
+@dataclass(frozen=True)
+class Person:
+    """Who is seen on consecutive samples.
+
+    Attributes
+    ----------
+    number : int
+    scan : int or None
+        Number of the scan; None is the built-in head.
+    identity : dict of str to float
+        Of the built-in head, see :class:`facewrinkle.Identity`; for a scan only its age.
+    folds : dict of str to float
+        Parameters of :class:`facewrinkle.WaveFolds`.
+    """
+
+    number: int
+    scan: int | None
+    identity: dict[str, float]
+    folds: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is seen on a sample.
+
+    Attributes
+    ----------
+    index, person : int
+    attempt : int
+        How many draws before this one were no good.
+    expression : dict of str to float
+        Action units or expressions, and how much of each.
+    gaze, camera, lights, background : dict of str to float
+        As in the specification.
+    tears : float or None
+        Seconds since the tears began; None for dry eyes.
+    """
+
+    index: int
+    person: int
+    attempt: int
+    expression: dict[str, float]
+    gaze: dict[str, float]
+    camera: dict[str, float]
+    lights: dict[str, float]
+    background: dict[str, float]
+    tears: float | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all values by name."""
+        return asdict(self)
+
+
+def person_of(spec: Spec, number: int) -> Person:
+    """Draw a person.
+
+    Examples
+    --------
+    >>> person_of(Spec.of(), 3) == person_of(Spec.of(), 3)
+    True
+    """
+    random = spec.random(number, "face")
+    weights = np.array([spec.built_in, *(scan.weight for scan in spec.scans)])
+    chosen = int(random.choice(len(weights), p=weights / weights.sum()))
+    identity = spec.drawn("identity", spec.random(number, "identity"))
+    if identity["hair"] < identity["skin"]:  # as in Identity.random
+        identity["hair"] = identity["skin"]
+    if chosen:
+        identity = {"age": identity["age"]}
+    folds = spec.drawn("folds", spec.random(number, "folds"))
+    folds["seed"] = int(folds["seed"])
+    return Person(number, chosen - 1 if chosen else None, dict(identity), folds)
+
+
+def plan_of(spec: Spec, index: int, attempt: int = 0) -> Plan:
+    """Draw what is seen on a sample; another attempt is another draw.
+
+    Examples
+    --------
+    >>> plan = plan_of(Spec.of(), 11)
+    >>> plan.person, plan == plan_of(Spec.of(), 11), plan == plan_of(Spec.of(), 11, attempt=1)
+    (1, True, False)
+    """
+
+    def random(what: str) -> np.random.Generator:
+        return spec.random(index, what, attempt)
+
+    crying = random("crying")
+    cries = crying.uniform() < spec.crying
+    time = spec.drawn("tears", crying)["time"]
+    return Plan(
+        index=index,
+        person=index // spec.per_person,
+        attempt=attempt,
+        expression=expression_of(spec.expressions, random("expression")),
+        gaze=spec.drawn("gaze", random("gaze")),
+        camera=spec.drawn("camera", random("camera")),
+        lights=spec.drawn("lights", random("lights")),
+        background=spec.drawn("background", random("background")),
+        tears=time if cries else None,
+    )
+
+
+def expression_of(expressions: Expressions, random: np.random.Generator) -> dict[str, float]:
+    """Draw an expression: none, a named one, or action units with those that come with them.
+
+    Examples
+    --------
+    >>> drawn = [expression_of(Spec.of().expressions, np.random.default_rng(k)) for k in range(200)]
+    >>> any({"AU2", "AU4"} <= set(units) for units in drawn), max(map(len, drawn)) > 3
+    (False, True)
+    """
+    kind = random.uniform()
+    if kind < expressions.neutral:
+        return {}
+    if kind < expressions.neutral + expressions.named:
+        return {expressions.names.draw(random): expressions.intensity.draw(random)}
+    units: list[str] = []
+    for unit in random.permutation(expressions.units).tolist():
+        if len(units) >= round(expressions.count.draw(random)):
+            break
+        _join(units, unit, expressions)
+    for first, second, share in expressions.together:
+        if first in units and random.uniform() < share:
+            _join(units, second, expressions)
+    atlas, found = load_atlas(), {}
+    for unit in units:
+        aside = random.uniform() < expressions.one_sided and f"{unit}L" in atlas.action_units
+        side = ("L", "R")[int(random.integers(2))] if aside else ""
+        found[unit + side] = expressions.contraction.draw(random)
+    return found
+
+
+def _join(units: list[str], unit: str, expressions: Expressions) -> None:
+    """Add an action unit to others, unless it is there or does not go with one of them."""
+    if unit not in units and not any(frozenset((unit, other)) in expressions.apart for other in units):
+        units.append(unit)

@@ -1,0 +1,231 @@
+"""One sample: a picture with its labels, made from the specification and a number alone."""
+
+from __future__ import annotations
+
+import io
+import json
+import warnings
+from dataclasses import asdict, dataclass
+from typing import Any, Self, cast
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from .. import __version__
+from ..anatomy.face import Face
+from ..anatomy.face_file import read_face
+from ..anatomy.fitting import default_face, fit_face
+from ..anatomy.identity import Identity
+from ..appearance.seen import Appearance
+from ..errors import FaceWrinkleError, FaceWrinkleWarning
+from ..layers.wave_folds import WaveFolds
+from ..plotting.images import Image
+from ..plotting.scene import Scene
+from ..plotting.views import LIGHTS, Style, View
+from ..plotting.wet import TearScene
+from ..simulation import Simulation
+from ..simulation.fold_layers import fold_layers
+from ..tears.presets import preset, surfaces
+from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, Labeller
+from .plan import Person, Plan, person_of, plan_of
+from .spec import Spec
+
+ATTEMPTS = 5
+"""So many draws of a sample are tried before it counts as failed."""
+
+IN_PICTURE = ("nose_tip", "glabella", "pogonion", "eye_l_outer", "eye_r_outer")
+"""At least three of these landmarks must lie in the picture, or another one is drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A picture with its labels.
+
+    Attributes
+    ----------
+    index : int
+    image : ndarray of uint8, shape (h, w, 3)
+    labels : dict of str to ndarray
+        Arrays of pixels; see :func:`facewrinkle.dataset.labels.skin_labels` and, for ``part``,
+        :data:`facewrinkle.dataset.labels.PARTS`.
+    facts : dict
+        All else that is known: person, expression, contractions, landmarks, camera, furrows.
+    """
+
+    index: int
+    image: Image
+    labels: dict[str, npt.NDArray[Any]]
+    facts: dict[str, Any]
+
+    @property
+    def key(self) -> str:
+        """The name of the sample in its shard."""
+        return f"{self.index:09d}"
+
+    def files(self) -> dict[str, bytes]:
+        """Return the contents of the sample's files by ending; the same bytes for the same sample."""
+        from PIL import Image as Pillow
+
+        picture, arrays = io.BytesIO(), io.BytesIO()
+        Pillow.fromarray(self.image).save(picture, format="PNG", compress_level=3)
+        np.savez_compressed(arrays, **cast(dict[str, Any], self.labels))
+        text = json.dumps(self.facts, sort_keys=True, separators=(",", ":"))
+        return {"png": picture.getvalue(), "npz": arrays.getvalue(), "json": text.encode()}
+
+
+class BadDraw(Exception):
+    """A draw that would be a bad sample; its message says why."""
+
+
+class SampleMaker:
+    """Makes the samples of a specification; it keeps the last person, as consecutive samples show the same one.
+
+    Close it after use, or use it in a `with` statement.
+
+    Parameters
+    ----------
+    spec : Spec
+
+    Examples
+    --------
+    >>> with SampleMaker(Spec.of({"size": [48, 48]})) as maker:
+    ...     sample = maker.sample(0)
+    >>> sample.image.shape, sorted(sample.labels), sample.facts["person"]["number"]
+    ((48, 48, 3), ['depth', 'furrow', 'height', 'normal', 'part', 'place'], 0)
+    """
+
+    def __init__(self, spec: Spec) -> None:
+        self.spec = spec
+        self._labeller = Labeller(spec.size)
+        self._person: Person | None = None
+        self._simulation: Simulation | None = None
+
+    def close(self) -> None:
+        """Free the window."""
+        self._labeller.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def sample(self, index: int) -> Sample:
+        """Make a sample; bad draws are replaced by others.
+
+        Raises
+        ------
+        FaceWrinkleError
+            If no draw was good.
+        """
+        refused: list[str] = []
+        for attempt in range(ATTEMPTS):
+            plan = plan_of(self.spec, index, attempt)
+            try:
+                return self._made(plan, refused)
+            except BadDraw as problem:
+                refused.append(str(problem))
+        raise FaceWrinkleError(f"sample {index}: no draw of {ATTEMPTS} was good ({'; '.join(refused)}).")
+
+    def simulation_of(self, number: int) -> tuple[Person, Simulation]:
+        """Return a person with a simulation of the relaxed face."""
+        if self._person is None or self._simulation is None or self._person.number != number:
+            self._person = person = person_of(self.spec, number)
+            face = face_of(self.spec, person)
+            options = person.folds | {"seed": int(person.folds["seed"])}
+            if person.scan is not None:
+                options["age"] = max(person.identity["age"], 0.0)
+            self._simulation = Simulation(face, layers=fold_layers(face, "wave", **options))
+        self._simulation.reset()
+        return self._person, self._simulation
+
+    def _made(self, plan: Plan, refused: list[str]) -> Sample:
+        person, simulation = self.simulation_of(plan.person)
+        face = simulation.face
+        frame = self._settled(simulation, plan)
+        tears: list[pv.PolyData] = []
+        if plan.tears is not None and face.eyes:
+            smiling = plan.expression.keys() & {"happiness", "laughter", "AU12"}
+            tears = surfaces(preset("joy" if smiling else "weeping", face, plan.index), plan.tears, frame)
+        with stage(face, plan, self.spec, wet=bool(tears)) as scene:
+            image = scene.picture(frame, tears) if isinstance(scene, TearScene) else scene.picture(frame)
+            camera = scene.plotter.camera.copy()
+        families = next((tuple(layer.lines) for layer in simulation.layers if isinstance(layer, WaveFolds)), ())
+        seen = Appearance.of(face).at(frame)
+        labels, facts = self._labeller(face, seen, frame, camera, tears, families)
+        width, height = self.spec.size
+        pixels = [facts["landmarks"][name]["pixel"] for name in IN_PICTURE if name in facts["landmarks"]]
+        if pixels and sum(0 <= x < width and 0 <= y < height for x, y in pixels) < 3:
+            raise BadDraw("the face is not in the picture")
+        rates = face.atlas.contractions(plan.expression) if plan.expression else {}
+        facts |= {"plan": plan.as_dict(), "person": asdict(person), "refused": refused, "contractions": rates}
+        facts |= {"size": list(self.spec.size), "unit": face.unit, "spec": self.spec.digest, "version": __version__}
+        facts |= {"steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP}, "parts": list(PARTS)}
+        return Sample(plan.index, image, labels, facts)
+
+    def _settled(self, simulation: Simulation, plan: Plan) -> pv.PolyData:
+        if simulation.face.eyes:
+            simulation.look(plan.gaze["yaw"], plan.gaze["pitch"])
+        if plan.expression:
+            simulation.express(plan.expression)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", FaceWrinkleWarning)
+            try:
+                return simulation.settle(most=150)
+            except FaceWrinkleWarning:
+                raise BadDraw("the face does not come to rest") from None
+
+
+def face_of(spec: Spec, person: Person) -> Face:
+    """Return the face of a person."""
+    if person.scan is None:
+        return default_face(Identity.of(person.identity))
+    path = spec.scans[person.scan].path
+    return read_face(path) if path.suffix == ".face" else fit_face(path)
+
+
+def view_of(camera: dict[str, float]) -> View:
+    """Return the view of a drawn camera.
+
+    Examples
+    --------
+    >>> view = view_of({"yaw": 90.0, "pitch": 0.0, "roll": 0.0, "height": 4.0, "aside": 0.0, "above": 0.0})
+    >>> tuple(round(x, 9) for x in view.direction)
+    (1.0, 0.0, 0.0)
+    """
+    yaw, pitch = np.radians([camera["yaw"], camera["pitch"]])
+    direction = (float(np.sin(yaw) * np.cos(pitch)), float(np.sin(pitch)), float(np.cos(yaw) * np.cos(pitch)))
+    x, y, z = View((0.0, 0.0, 1.0)).offset
+    aside, above = -camera["aside"], -camera["above"]
+    offset = (x + aside * float(np.cos(yaw)), y + above, z - aside * float(np.sin(yaw)))
+    return View(direction, offset=offset, height=camera["height"])
+
+
+def stage(face: Face, plan: Plan, spec: Spec, wet: bool = False) -> Scene:
+    """Return a scene with the camera, the lamps and the background of a plan."""
+    style = Style(spec.size, view_of(plan.camera), quick=spec.quick)
+    scene = TearScene(face, style) if wet else Scene(face, style)
+    plotter, lamps = scene.plotter, plan.lights
+    plotter.camera.roll += plan.camera["roll"]
+    plotter.remove_all_lights()
+    focus = np.array(plotter.camera.focal_point)
+    towards = np.array(plotter.camera.position) - focus
+    distance = np.linalg.norm(towards)
+    towards /= distance
+    up = face.frame.axes[1]
+    right = np.cross(up, towards)
+    right /= np.linalg.norm(right)
+    up, turn = np.cross(towards, right), np.radians(lamps["turn"])
+    warm = np.array([1.0 + lamps["warmth"], 1.0, 1.0 - lamps["warmth"]])
+    for ((x, y, z), colour, intensity), factor in zip(LIGHTS, ("key", "fill", "rim"), strict=True):
+        x, z = x * np.cos(turn) + z * np.sin(turn), z * np.cos(turn) - x * np.sin(turn)
+        place = focus + distance * (x * right + y * up + z * towards)
+        shade = np.clip(warm * colour, 0.0, 1.0).tolist()
+        lamp = pv.Light(position=place, focal_point=focus, color=shade, intensity=intensity * lamps[factor])
+        plotter.add_light(lamp)
+    behind = plan.background
+    tint = np.array([1.0 + behind["warmth"], 1.0, 1.0 - behind["warmth"]])
+    bottom, top = (np.clip(tint * behind[end], 0.0, 1.0).tolist() for end in ("bottom", "top"))
+    plotter.renderer.set_background(bottom, top=top)
+    return scene
