@@ -4,6 +4,7 @@ from typing import Any
 
 from . import anatomy as anatomy
 from . import appearance as appearance
+from . import dataset as dataset
 from . import errors as errors
 from . import export as export
 from . import geometry as geometry

@@ -101,7 +101,8 @@ def generate(
         for shard in missing:
             for _ in write_shard(spec, shard, folder):
                 report(1)
-    _state(folder, spec, count)
+    for path in (*folder.glob(".*"), *(folder / "index").glob(".*")):  # what runs that were killed have left
+        path.unlink()
     write_card(folder, spec, count)
     return folder
 

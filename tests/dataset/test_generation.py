@@ -1,0 +1,185 @@
+"""Sets: the same bytes whoever makes them, whole or absent, read by others' loaders."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from facewrinkle.dataset import SampleMaker, Spec, check, generate, preview
+from facewrinkle.dataset import shards as shards_module
+from facewrinkle.dataset.shards import Shard, shards_of, write_shard
+from facewrinkle.errors import OutputError, ParameterError
+
+pytest.importorskip("pyarrow", reason="data sets need pyarrow")
+SPEC = {"size": [48, 48], "shard": 3, "per_person": 2, "tears": {"share": 0.0}}
+
+
+def hashes(folder):
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A set of five samples in two shards. Not to be changed."""
+    return generate(SPEC, tmp_path_factory.mktemp("set") / "small", count=5)
+
+
+def test_a_sample_is_the_same_in_any_order(small):
+    with SampleMaker(Spec.of(SPEC)) as maker:
+        backwards = {index: maker.sample(index).files() for index in (4, 3, 0)}
+    for index, files in backwards.items():
+        import tarfile
+
+        with tarfile.open(small / f"shard-{index // 3:06d}.tar") as tar:
+            for ending, content in files.items():
+                assert tar.extractfile(f"{index:09d}.{ending}").read() == content
+
+
+def test_two_workers_make_the_same_bytes(small, tmp_path):
+    pytest.importorskip("distributed", reason="several workers need Dask")
+    assert hashes(generate(SPEC, tmp_path / "other", count=5, workers=2)) == hashes(small)
+
+
+def test_what_is_missing_is_made_again(small, tmp_path):
+    import shutil
+
+    other = tmp_path / "other"
+    shutil.copytree(small, other)
+    kept = (other / "shard-000000.tar").stat().st_mtime_ns
+    (other / "shard-000001.tar").unlink()
+    done = []
+    generate(SPEC, other, count=5, progress=done.append)
+    assert hashes(other) == hashes(small)
+    assert (other / "shard-000000.tar").stat().st_mtime_ns == kept
+    assert sum(done) == 5
+
+
+def test_a_killed_run_goes_on(small, tmp_path):
+    other = tmp_path / "other"
+    code = f"from facewrinkle.dataset import generate; generate({SPEC!r}, {str(other)!r}, count=5)"
+    process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE)
+    end = time.monotonic() + 120.0
+    while not (other / "shard-000000.tar").exists() and process.poll() is None and time.monotonic() < end:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    _, complaint = process.communicate()
+    assert process.returncode == -signal.SIGKILL, complaint
+    assert not (other / "shard-000001.tar").exists()
+    generate(SPEC, other, count=5)
+    found = {name: value for name, value in hashes(other).items() if not os.path.basename(name).startswith(".")}
+    assert found == hashes(small)
+    assert not list(other.glob(".*"))  # what the killed run left
+
+
+def test_a_sample_that_fails_is_listed_and_left_out(tmp_path, monkeypatch):
+    class Stubborn(SampleMaker):
+        def sample(self, index):
+            if index == 1:
+                raise ZeroDivisionError("never")
+            return super().sample(index)
+
+    monkeypatch.setattr(shards_module, "SampleMaker", Stubborn)
+    spec = Spec.of(SPEC)
+    assert list(write_shard(spec, Shard(0, 0, 3), tmp_path)) == [0, 1, 2]
+    (failure,) = json.loads((tmp_path / "shard-000000.failed.json").read_text())
+    assert failure == {"index": 1, "error": "ZeroDivisionError: never"}
+    _, parquet = shards_module.arrow()
+    assert parquet.read_table(tmp_path / "index" / "shard-000000.parquet")["index"].to_pylist() == [0, 2]
+
+
+def test_a_check_finds_what_is_wrong(small, tmp_path):
+    import shutil
+
+    assert [problems for _, problems in check(small, remade=2)] == [[], [], []]
+    other = tmp_path / "other"
+    shutil.copytree(small, other)
+    archive = other / "shard-000000.tar"
+    whole = bytearray(archive.read_bytes())
+    place = whole.find(b"IDAT") + 40
+    whole[place] ^= 255
+    archive.write_bytes(whole)
+    (other / "shard-000001.tar").unlink()
+    (name, first), (_, second), (_, remade) = check(other, remade=1)
+    assert name == archive.name
+    assert first
+    assert second == ["shard-000001.tar is missing"]
+    assert remade == ["000000000 differs from what is stored"]
+
+
+def test_shards_cover_all_samples_once():
+    for count, size in ((1, 1), (10, 3), (9, 3)):
+        covered = [k for shard in shards_of(count, size) for k in range(shard.first, shard.last)]
+        assert covered == list(range(count))
+
+
+def test_webdataset_reads_it(small):
+    webdataset = pytest.importorskip("webdataset")
+    urls = [str(small / f"shard-{k:06d}.tar") for k in range(2)]
+    read = list(webdataset.WebDataset(urls, shardshuffle=False).decode("rgb8"))
+    assert [sample["__key__"] for sample in read] == [f"{k:09d}" for k in range(5)]
+    assert read[0]["png"].shape == (48, 48, 3)
+    assert read[0]["npz"]["depth"].shape == (48, 48)
+    assert read[0]["json"]["plan"]["index"] == 0
+
+
+def test_pandas_reads_the_table(small):
+    pandas = pytest.importorskip("pandas")
+    table = pandas.read_parquet(small / "index")
+    assert sorted(table["index"]) == list(range(5))
+    assert table["person"].nunique() == 3
+    assert table["identity_age"].between(-0.5, 1.0).all()
+
+
+def test_the_card_tells_what_it_is(small):
+    text = (small / "README.md").read_text(encoding="utf-8")
+    assert "5 of 5 samples of 48 x 48 pixels" in text
+    assert json.loads(text.split("```json")[1].split("```")[0])["per_person"] == 2
+
+
+def test_a_preview_shows_different_people():
+    people = [sample.facts["person"]["number"] for sample in preview(SPEC, count=3)]
+    assert people == [0, 1, 2]
+
+
+def test_wrong_folders(small, tmp_path):
+    with pytest.raises(OutputError, match="another specification"):
+        generate({**SPEC, "seed": 1}, small, count=5)
+    with pytest.raises(OutputError, match="same count"):
+        generate(SPEC, small, count=4)
+    with pytest.raises(OutputError, match="same count"):
+        generate(SPEC, small, count=9)
+    (tmp_path / "letter.txt").write_text("dear")
+    with pytest.raises(OutputError, match="other files"):
+        generate(SPEC, tmp_path, count=5)
+    with pytest.raises(OutputError, match="is not a folder"):
+        generate(SPEC, tmp_path / "letter.txt", count=5)
+    with pytest.raises(OutputError, match="holds no data set"):
+        list(check(tmp_path))
+    assert (tmp_path / "letter.txt").read_text() == "dear"
+
+
+def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
+    pytest.importorskip("distributed", reason="several workers need Dask")
+    monkeypatch.setattr("facewrinkle.dataset.generation.REACH", 0.5)
+    with pytest.raises(ParameterError, match="cannot be reached"):
+        generate(SPEC, tmp_path / "set", count=5, scheduler="tcp://127.0.0.1:1")
+
+
+def test_labels_fit_the_picture(small):
+    with SampleMaker(Spec.of(SPEC)) as maker:
+        sample = maker.sample(2)
+    skin = sample.labels["depth"] > 0
+    background = sample.labels["part"] == 0
+    assert 0.05 < skin.mean() < 0.95
+    brightness = sample.image.astype(float)
+    rows = np.ptp(brightness[background].reshape(-1, 3), axis=0)
+    assert (np.ptp(brightness[skin].reshape(-1, 3), axis=0) > rows).any()

@@ -1,0 +1,155 @@
+"""Labels against other methods: ray casts, VTK's own projection, the same point in two views."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+from scipy.spatial import cKDTree
+
+import facewrinkle as fw
+from facewrinkle.appearance.seen import Appearance
+from facewrinkle.dataset.furrows import furrows_of
+from facewrinkle.dataset.labels import DEPTH_STEP, HEIGHT_STEP, NO_PLACE, PARTS, PLACE_STEP, Labeller
+from facewrinkle.dataset.plan import plan_of
+from facewrinkle.dataset.sample import stage
+from facewrinkle.dataset.spec import Spec
+from facewrinkle.dataset.visible import Camera
+
+SIZE = (160, 120)
+
+
+@pytest.fixture(scope="module")
+def frame(face):
+    sim = fw.Simulation(face, folds="paper")
+    sim.express({"surprise": 1.0, "AU26": 1.0})
+    return sim.settle()
+
+
+def labelled(face, frame, yaw=0.0, tears=()):
+    spec = Spec.of({"size": list(SIZE), "camera": {"yaw": yaw, "pitch": 0, "roll": 7, "aside": 0, "above": 0}})
+    labeller = Labeller(SIZE)
+    try:
+        with stage(face, plan_of(spec, 0), spec) as scene:
+            scene.picture(frame)
+            camera = scene.plotter.camera.copy()
+            labels = labeller(face, Appearance.of(face).at(frame), frame, camera, tears)
+            return *labels, camera, scene.plotter.renderer
+    finally:
+        labeller.close()
+
+
+@pytest.fixture(scope="module")
+def front(face, frame):
+    return labelled(face, frame)
+
+
+def test_depth_is_that_of_rays_through_the_middles_of_pixels(front, frame):
+    arrays, _, camera, _ = front
+    own = Camera.of(camera, SIZE)
+    rows, columns = np.nonzero(arrays["part"] == PARTS.index("skin"))
+    some = np.random.default_rng(3).choice(len(rows), 60, replace=False)
+    position = np.array(camera.position)
+    errors = []
+    for row, column, ray in zip(rows[some], columns[some], own.rays(rows[some], columns[some]), strict=True):
+        towards = own.extrinsic[:3, :3].T @ ray
+        hits, _ = frame.ray_trace(position, position + 3000.0 * towards / np.linalg.norm(towards))
+        if len(hits):
+            along = ((hits - position) @ own.extrinsic[2, :3]).min()
+            errors.append(abs(arrays["depth"][row, column] * DEPTH_STEP - along))
+    assert len(errors) > 50
+    assert np.median(errors) <= DEPTH_STEP
+    assert np.mean(np.array(errors) < 0.1) > 0.95  # at a silhouette, a ray may pass the triangle that was drawn
+
+
+def test_landmarks_are_where_vtk_projects_them(front, face, frame):
+    _, facts, camera, _ = front
+    matrix = pv.array_from_vtkmatrix(camera.GetCompositeProjectionTransformMatrix(SIZE[0] / SIZE[1], -1.0, 1.0))
+    for name, place in face.landmarks_on(frame).items():
+        x, y, _, w = matrix @ np.append(place, 1.0)
+        expected = 0.5 * np.array([(1.0 + x / w) * SIZE[0], (1.0 - y / w) * SIZE[1]])
+        assert facts["landmarks"][name]["pixel"] == pytest.approx(expected, abs=1e-3)
+
+
+def test_what_lies_behind_is_not_visible(face, frame, front):
+    _, facts, _, _ = front
+    assert all(facts["landmarks"][name]["visible"] for name in ("nose_tip", "glabella", "pogonion", "mouth_l", "mouth_r"))
+    _, aside, _, _ = labelled(face, frame, yaw=75.0)  # the camera is on the subject's left
+    assert aside["landmarks"]["eye_l_outer"]["visible"]
+    assert not aside["landmarks"]["eye_r_outer"]["visible"]
+    assert not aside["landmarks"]["gonion_r"]["visible"]
+
+
+def test_normals_look_at_the_camera_and_have_length_one(front):
+    arrays, *_ = front
+    normal = arrays["normal"][arrays["depth"] > 0] / 127.0
+    assert np.linalg.norm(normal, axis=1) == pytest.approx(np.ones(len(normal)), abs=0.02)
+    assert np.mean(normal[:, 2] < 0.05) > 0.98
+
+
+def test_heights_are_those_of_the_frame(front, frame):
+    arrays, *_ = front
+    skin = arrays["depth"] > 0
+    rest = arrays["place"][skin] * PLACE_STEP
+    near = cKDTree(np.asarray(frame["rest"])).query(rest)
+    close = near[0] < 0.3
+    assert close.sum() > 100
+    found = arrays["height"][skin][close] * HEIGHT_STEP
+    assert np.median(np.abs(found - frame["W"][near[1][close]])) < 0.02
+    assert arrays["height"].min() * HEIGHT_STEP >= frame["W"].min() - HEIGHT_STEP
+
+
+def test_the_same_point_has_the_same_place_in_two_views(face, frame, front):
+    arrays, _, camera, _ = front
+    other, _, aside, _ = labelled(face, frame, yaw=20.0)
+    one, two = Camera.of(camera, SIZE), Camera.of(aside, SIZE)
+    rows, columns = np.nonzero(arrays["depth"])
+    local = one.rays(rows, columns) * (arrays["depth"][rows, columns] * DEPTH_STEP)[:, None]
+    world = (local - one.extrinsic[:3, 3]) @ one.extrinsic[:3, :3]
+    pixels, away = two.project(world)
+    column, row = np.floor(pixels).astype(int).T
+    inside = (column >= 0) & (column < SIZE[0]) & (row >= 0) & (row < SIZE[1])
+    seen = other["depth"][row[inside], column[inside]] * DEPTH_STEP
+    same = np.abs(seen - away[inside]) < 1.0
+    assert same.sum() > 2000
+    apart = arrays["place"][rows, columns][inside][same] - other["place"][row[inside], column[inside]][same].astype(float)
+    assert np.median(np.linalg.norm(apart, axis=1)) * PLACE_STEP < 1.2  # a pixel is 2 mm
+
+
+def test_parts(front):
+    arrays, *_ = front
+    found = {PARTS[k] for k in np.unique(arrays["part"])}
+    assert {"background", "skin", "eye", "brows", "mouth"} <= found
+    skin = arrays["depth"] > 0
+    assert (arrays["place"][~skin] == NO_PLACE).all()
+    assert not (arrays["part"][skin] == PARTS.index("background")).any()
+    assert (arrays["part"] == PARTS.index("brows"))[: SIZE[1] // 2].sum() > 20
+
+
+def test_tears_are_a_part_and_hide_nothing(face, frame, front):
+    tear = fw.SheddingTear(face, start="l").surface(2.0, frame)
+    arrays, *_ = labelled(face, frame, tears=[tear])
+    assert (arrays["part"] == PARTS.index("tear")).sum() > 5
+    assert np.array_equal(arrays["depth"], front[0]["depth"])
+
+
+def test_furrows_are_low_and_each_has_one_source(front, frame):
+    arrays, facts, *_ = front
+    assert (arrays["height"][arrays["furrow"] > 0] * HEIGHT_STEP <= -0.049).all()
+    assert {furrow["number"] for furrow in facts["furrows"]} == set(range(1, len(facts["furrows"]) + 1))
+    depths = [furrow["depth"] for furrow in facts["furrows"]]
+    assert depths == sorted(depths, reverse=True)
+    assert depths[0] == pytest.approx(-frame["W"].min())
+    counted = np.bincount(arrays["furrow"].ravel(), minlength=len(depths) + 1)
+    assert [furrow["pixels"] for furrow in facts["furrows"]] == counted[1:].tolist()
+
+
+def test_two_grooves_on_a_sheet_are_two_furrows():
+    sheet = pv.Plane(i_size=40, j_size=40, i_resolution=80, j_resolution=80).triangulate()
+    x = sheet.points[:, 0]
+    sheet["W"] = np.where(np.abs(x - 8.0) < 1.6, -0.3, 0.0) + np.where(np.abs(x + 8.0) < 1.6, -0.6, 0.0)
+    number, furrows = furrows_of(sheet)
+    assert [(furrow.depth, round(furrow.length)) for furrow in furrows] == [(pytest.approx(0.6), 40), (pytest.approx(0.3), 40)]
+    assert set(number[np.abs(x + 8.0) < 1.0]) == {1}
+    assert set(number[np.abs(x - 8.0) < 1.0]) == {2}
+    assert set(number[np.abs(x) < 4.0]) == {0}

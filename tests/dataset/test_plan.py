@@ -1,0 +1,57 @@
+"""What is drawn for a sample: the same for the same number, expressions that occur in faces."""
+
+from __future__ import annotations
+
+import pytest
+
+from facewrinkle.dataset.plan import expression_of, person_of, plan_of
+from facewrinkle.dataset.spec import Spec
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    spec = Spec.of()
+    return [expression_of(spec.expressions, spec.random(k, "expression")) for k in range(3000)]
+
+
+def stems(expression):
+    return {name.removesuffix("L").removesuffix("R") for name in expression}
+
+
+def test_units_that_do_not_go_together_never_do(drawn):
+    apart = Spec.of().expressions.apart
+    assert frozenset(("AU2", "AU4")) in apart
+    assert not [e for e in drawn if any(pair <= stems(e) for pair in apart)]
+
+
+def test_shares_are_as_asked_for(drawn):
+    neutral = sum(not e for e in drawn) / len(drawn)
+    named = sum(any(not name.startswith("AU") for name in e) for e in drawn) / len(drawn)
+    assert abs(neutral - 0.1) < 4.0 * (0.1 * 0.9 / 3000) ** 0.5
+    assert abs(named - 0.4) < 4.0 * (0.4 * 0.6 / 3000) ** 0.5
+
+
+def test_cheeks_are_raised_with_smiles_more_often_than_without(drawn):
+    units = [stems(e) for e in drawn if any(name.startswith("AU") for name in e)]
+    smiles, others = ([u for u in units if ("AU12" in u) == smiling] for smiling in (True, False))
+    with_smile, without = (sum("AU6" in u for u in some) / len(some) for some in (smiles, others))
+    assert with_smile > 2.0 * without > 0.0
+
+
+def test_contractions_lie_in_their_range(drawn):
+    values = [value for e in drawn for value in e.values()]
+    assert min(values) >= 0.2
+    assert max(values) <= 1.0
+
+
+def test_a_person_stays_for_the_samples_of_its_group():
+    spec = Spec.of({"per_person": 4})
+    assert [plan_of(spec, k).person for k in (0, 3, 4, 11)] == [0, 0, 1, 2]
+    assert person_of(spec, 2) == person_of(spec, 2) != person_of(spec, 3)
+    assert all(person_of(spec, k).identity["hair"] >= person_of(spec, k).identity["skin"] for k in range(50))
+
+
+def test_all_cry_or_none():
+    everybody, nobody = (Spec.of({"tears": {"share": share}}) for share in (1.0, 0.0))
+    assert all(0.5 <= plan_of(everybody, k).tears <= 4.0 for k in range(20))
+    assert all(plan_of(nobody, k).tears is None for k in range(20))

@@ -1,0 +1,101 @@
+"""Specifications: defaults, limits, errors that name what is meant."""
+
+from __future__ import annotations
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from facewrinkle.dataset.spec import DEFAULT, NUMBERS, Spec
+from facewrinkle.errors import ParameterError, UnknownNameError
+
+
+def test_the_default_is_what_is_left_out():
+    written = tomllib.loads(DEFAULT.read_text(encoding="utf-8"))
+    assert Spec.of().digest == Spec.of(written).digest == Spec.of({"camera": {}}).digest
+    assert all(set(NUMBERS[table]) <= set(written[table]) for table in NUMBERS)
+
+
+def test_other_values_are_another_set():
+    digests = {
+        Spec.of(written).digest
+        for written in ({}, {"seed": 1}, {"identity": {"age": 0}}, {"camera": {"yaw": 0}}, {"size": [64, 64]})
+    }
+    assert len(digests) == 5
+
+
+def test_what_is_not_changed_is_drawn_as_before():
+    one, other = Spec.of(), Spec.of({"camera": {"yaw": 0}})
+    assert one.drawn("lights", one.random(3, "lights")) == other.drawn("lights", other.random(3, "lights"))
+    drawn = other.drawn("camera", other.random(3, "camera"))
+    assert drawn["yaw"] == 0.0
+
+
+def test_aspects_and_samples_are_independent():
+    spec = Spec.of()
+    streams = [spec.random(number, what, attempt).random() for number in (0, 1) for what in "ab" for attempt in (0, 1)]
+    assert len(set(streams)) == 8
+    pairs = np.array([[spec.random(n, what).random() for what in ("camera", "lights")] for n in range(500)])
+    assert abs(np.corrcoef(pairs.T)[0, 1]) < 4.0 / np.sqrt(500)
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ({"sede": 1}, "seed"),
+        ({"camera": {"jaw": 1}}, "yaw"),
+        ({"identity": {"agee": 1}}, "age"),
+        ({"expression": {"units": ["AU99"]}}, "AU99"),
+        ({"expression": {"names": ["hapiness"]}}, "happiness"),
+    ],
+)
+def test_unknown_words_name_the_nearest(written, message):
+    with pytest.raises(UnknownNameError, match=message):
+        Spec.of(written)
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ({"camera": 3}, r"\[camera\]"),
+        ({"size": [3, 3]}, "width"),
+        ({"size": 512}, "width and height"),
+        ({"quick": "yes"}, "true or false"),
+        ({"shard": 0}, "shard"),
+        ({"identity": {"age": 2}}, r"identity.age must lie in \[-1, 1\]"),
+        ({"expression": {"neutral": 0.8}}, "at most 1 together"),
+        ({"expression": {"units": []}}, "list of action units"),
+        ({"expression": {"apart": [["AU1"]]}}, r"\[unit, unit\]"),
+        ({"faces": {"built_in": 0}}, "no face is left"),
+        ({"faces": {"scans": ["nobody.face"]}}, "does not exist"),
+        ({"faces": {"scans": "nobody.face"}}, "list of paths"),
+    ],
+)
+def test_wrong_values(written, message):
+    with pytest.raises(ParameterError, match=message):
+        Spec.of(written)
+
+
+def test_files(tmp_path):
+    good = tmp_path / "good.toml"
+    good.write_text("seed = 5\n[camera]\nyaw = 10\n", encoding="utf-8")
+    assert Spec.read(good).digest == Spec.of({"seed": 5, "camera": {"yaw": 10}}).digest
+    good.write_text("seed = ", encoding="utf-8")
+    with pytest.raises(ParameterError, match="is no TOML"):
+        Spec.read(good)
+    good.write_text("sede = 1", encoding="utf-8")
+    with pytest.raises(UnknownNameError, match=r"good.toml.*seed"):
+        Spec.read(good)
+    with pytest.raises(ParameterError, match="cannot be read"):
+        Spec.read(tmp_path / "none.toml")
+
+
+def test_a_scan_is_known_by_its_content(tmp_path):
+    scan = tmp_path / "a.face"
+    scan.write_bytes(b"one")
+    written = {"faces": {"scans": [{"path": "a.face", "licence": "mine"}]}}
+    first = Spec.of(written, tmp_path)
+    assert first.scans[0].licence == "mine"
+    scan.write_bytes(b"two")
+    assert Spec.of(written, tmp_path).digest != first.digest
