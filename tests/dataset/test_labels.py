@@ -73,7 +73,9 @@ def test_landmarks_are_where_vtk_projects_them(front, face, frame):
 
 def test_what_lies_behind_is_not_visible(face, frame, front):
     _, facts, _, _ = front
-    assert all(facts["landmarks"][name]["visible"] for name in ("nose_tip", "glabella", "pogonion", "mouth_l", "mouth_r"))
+    assert all(
+        facts["landmarks"][name]["visible"] for name in ("nose_tip", "glabella", "pogonion", "mouth_l", "mouth_r")
+    )
     _, aside, _, _ = labelled(face, frame, yaw=75.0)  # the camera is on the subject's left
     assert aside["landmarks"]["eye_l_outer"]["visible"]
     assert not aside["landmarks"]["eye_r_outer"]["visible"]
@@ -112,7 +114,9 @@ def test_the_same_point_has_the_same_place_in_two_views(face, frame, front):
     seen = other["depth"][row[inside], column[inside]] * DEPTH_STEP
     same = np.abs(seen - away[inside]) < 1.0
     assert same.sum() > 2000
-    apart = arrays["place"][rows, columns][inside][same] - other["place"][row[inside], column[inside]][same].astype(float)
+    apart = arrays["place"][rows, columns][inside][same] - other["place"][row[inside], column[inside]][same].astype(
+        float
+    )
     assert np.median(np.linalg.norm(apart, axis=1)) * PLACE_STEP < 1.2  # a pixel is 2 mm
 
 
@@ -149,7 +153,10 @@ def test_two_grooves_on_a_sheet_are_two_furrows():
     x = sheet.points[:, 0]
     sheet["W"] = np.where(np.abs(x - 8.0) < 1.6, -0.3, 0.0) + np.where(np.abs(x + 8.0) < 1.6, -0.6, 0.0)
     number, furrows = furrows_of(sheet)
-    assert [(furrow.depth, round(furrow.length)) for furrow in furrows] == [(pytest.approx(0.6), 40), (pytest.approx(0.3), 40)]
+    assert [(furrow.depth, round(furrow.length)) for furrow in furrows] == [
+        (pytest.approx(0.6), 40),
+        (pytest.approx(0.3), 40),
+    ]
     assert set(number[np.abs(x + 8.0) < 1.0]) == {1}
     assert set(number[np.abs(x - 8.0) < 1.0]) == {2}
     assert set(number[np.abs(x) < 4.0]) == {0}
