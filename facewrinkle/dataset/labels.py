@@ -25,7 +25,7 @@ TRANSPARENT = ("brows", "lashes", "tear")
 """Parts that hide nothing from the other labels."""
 
 DEPTH_STEP, HEIGHT_STEP, PLACE_STEP = 0.02, 0.001, 0.01
-"""What a step of the whole numbers in the labels of depth, height and place stands for, mm."""
+"""Steps of the whole numbers in the labels of depth, height and place, mm."""
 
 NO_PLACE = -(2**15)
 """The place of pixels that show no skin."""

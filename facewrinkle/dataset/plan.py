@@ -1,4 +1,4 @@
-"""What is to be seen on a sample, drawn from a specification: numbers and words, without a mesh."""
+"""Plans of samples, drawn from a specification: numbers and words, without a mesh."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Person:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is seen on a sample.
+    """Content of a sample, without a mesh.
 
     Attributes
     ----------

@@ -198,7 +198,7 @@ def _default() -> dict[str, Any]:
 
 
 def _completed(written: Mapping[str, Any]) -> dict[str, Any]:
-    """What is written, and from the default what is not."""
+    """Return what is written, and from the default what is not."""
     whole: dict[str, Any] = {}
     for key, value in written.items():
         if key not in _default():

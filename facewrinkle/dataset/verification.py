@@ -1,4 +1,4 @@
-"""Does a folder hold what it says? Shards are read, counted, and some samples made again and compared."""
+"""A folder against what it says: shards are read, counted, and some samples made again and compared."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def _members(archive: Path) -> dict[str, dict[str, bytes]]:
 
 
 def _damage(files: dict[str, bytes]) -> str:
-    """What is wrong with the files of a sample; nothing if all is well."""
+    """Return what is wrong with the files of a sample, in words; nothing if all is well."""
     from PIL import Image
 
     if sorted(files) != sorted(ENDINGS):

@@ -1,4 +1,4 @@
-"""Which triangle each pixel of a picture shows, and where on it: exact labels are worked out from that."""
+"""The triangle that each pixel of a picture shows, and the place on it: exact labels are worked out from that."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """What the pixels of a picture show.
+    """Places that the pixels of a picture show.
 
     Attributes
     ----------
