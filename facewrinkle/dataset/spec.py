@@ -64,7 +64,7 @@ class Scan:
 
 @dataclass(frozen=True)
 class Expressions:
-    """How expressions are drawn; the fields are the keys of the table ``[expression]``."""
+    """Distributions of expressions; the fields are the keys of the table ``[expression]``."""
 
     neutral: float
     named: float
