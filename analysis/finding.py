@@ -206,7 +206,7 @@ def persons() -> bool:
         central, more = [off[n] for n in CENTRAL], [off[n] for n in MORE]
         rows.append((np.mean(central), max(central), np.mean(more), max(more), np.mean([off[n] for n in brows])))
         far = [n for n in MORE if off[n] > PERSONS_ALLOWED[1]]
-        doubted = [n for n in CENTRAL if found.confidences[n] < UNSURE]
+        doubted = [n for n in (*CENTRAL, "pogonion") if found.confidences[n] < UNSURE]
         numbers = " ".join(f"{value:{width}.1f}" for value, width in zip(rows[-1], (8, 6, 6, 6, 6), strict=True))
         print(f"{name:24s} {found.confidence:5.2f} {numbers}  {', '.join(far)}; {', '.join(doubted)}", flush=True)
     central, worst, more, farthest, brow = np.array(rows).T

@@ -69,7 +69,7 @@ CENTRAL = (
 """Landmarks on which the anatomy depends most."""
 
 UNSURE = 0.5
-"""Any of these is to be checked if it has a lower confidence."""
+"""Any of these, or the front of the chin, is to be checked if it has a lower confidence."""
 
 
 @checked
@@ -103,7 +103,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     mesh.point_data["Colors"] = head.colour.copy()
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas)
-    face = dataclasses.replace(face, texture=head.texture, brows=head.brows, age=max(person.age, 0.0))
+    face = dataclasses.replace(face, texture=head.texture, brows=head.brows, age=person.age)
     return face if head.points is load_head().points else dataclasses.replace(face, template=_mean_face(face.atlas))
 
 
@@ -281,7 +281,7 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progres
             f"what was found may be no face: likeness {found.confidence:.2f}, faces have {DOUBTED:.2f} and more. Check "
             "the landmarks, and give those that are wrong."
         )
-    doubted = {name: found.confidences[name] for name in CENTRAL if name not in given}
+    doubted = {name: found.confidences[name] for name in (*CENTRAL, "pogonion") if name not in given}
     unsure = [f"{name} ({value:.2f})" for name, value in doubted.items() if value < UNSURE]
     if unsure and found.confidence >= DOUBTED:
         warn(
