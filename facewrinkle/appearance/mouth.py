@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from scipy.ndimage import minimum_filter
+from scipy.ndimage import binary_dilation, minimum_filter
 
 from ..anatomy.cavities import IN_MOUTH
 from ..anatomy.face import Face
@@ -39,8 +39,13 @@ SKIN_STEP, SKIN_LOW, SKIN_HIGH = 0.02, np.array([-0.6, -1.0]), np.array([0.6, 0.
 distances between the pupils.
 """
 
-BEHIND_SKIN = 0.01
-"""Depth behind this skin that all of the mouth keeps, in distances between the pupils."""
+BEHIND_SKIN, FROM_OPENING = 0.01, 0.06
+"""Depth behind this skin that gums and pocket keep, but not within the second distance from an opening; in distances
+between the pupils.
+"""
+
+GUM_FROM = 0.16
+"""Height above and below the middle of the lips from which there is gum and no tooth."""
 
 
 class Mouth:
@@ -157,12 +162,14 @@ class Mouth:
         for arch, paint, normals in zip(self.teeth, self._teeth_paint, self._teeth_normals, strict=True):
             moves = arch.jaw == "lower"
             places = (arch.points - hinge) @ turn.T + hinge if moves else arch.points
-            mesh = to_polydata(self._behind_skin(places, points), arch.triangles)
+            gum = np.abs((arch.points - self._centre) @ self._axes[1]) > GUM_FROM * self._size
+            places = np.where(gum[:, None], self._behind_skin(places, points), places)
+            mesh = to_polydata(places, arch.triangles)
             mesh.point_data["Normals"] = normals @ turn.T if moves else normals
             mesh.point_data["paint"] = paint
             parts[f"{arch.jaw}_teeth"] = mesh
         places = (self._tongue - hinge) @ turn.T + hinge
-        tongue = to_polydata(self._behind_skin(places, points), self._tongue_triangles)
+        tongue = to_polydata(places, self._tongue_triangles)
         tongue.point_data["Normals"] = vertex_normals(tongue.points, self._tongue_triangles)
         tongue.point_data["paint"] = self._tongue_paint
         return parts | {"tongue": tongue}
@@ -176,7 +183,8 @@ class Mouth:
         shape = np.rint((SKIN_HIGH - SKIN_LOW) / SKIN_STEP).astype(int) + 1
         low = float(SKIN_LOW[0]), float(SKIN_LOW[1])
         front = depth_buffer(local, self._skin, low, SKIN_STEP, (int(shape[1]), int(shape[0])))
-        nearest = minimum_filter(np.where(np.isfinite(front), front, np.inf), size=3, mode="constant", cval=np.inf)
+        open_near = binary_dilation(~np.isfinite(front), iterations=round(FROM_OPENING / SKIN_STEP))
+        nearest = np.where(open_near, np.inf, minimum_filter(front, size=3))
         inside = (places - self._centre) @ self._axes.T / self._size
         column, row = np.rint((inside[:, :2] - SKIN_LOW) / SKIN_STEP).astype(int).T
         within = (column >= 0) & (column < shape[0]) & (row >= 0) & (row < shape[1])
