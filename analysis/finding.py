@@ -186,8 +186,8 @@ where they are widest, not where they end above the lip.
 def labelled_persons(spread: float = 1.0) -> Iterator[tuple[str, pv.PolyData, Marks]]:
     """Yield name, mesh and exact landmarks of twenty persons of a captured face, and of eight of the built-in head.
 
-    The first ten are one standard deviation of one mode each, the others random mixtures of all modes; all times
-    `spread`.
+    The first ten are one standard deviation of one mode each, the others random mixtures of all modes; with a
+    `spread`, all are multiplied by it, up to two deviations of a mode.
     """
     for seed in range(1, 9):
         head = fw.default_face(fw.Identity.random(seed, spread=1.0))
@@ -201,7 +201,8 @@ def labelled_persons(spread: float = 1.0) -> Iterator[tuple[str, pv.PolyData, Ma
         weights = np.eye(len(modes))[person - 1] * (-1.0) ** (person + 1) if person <= len(modes) else None
         if weights is None:
             weights = np.random.default_rng(person).normal(size=len(modes))
-        points = np.asarray(rest.points) + spread * np.tensordot(weights, modes, 1)
+        weights = np.clip(spread * weights, -2.0, 2.0) if spread > 1.0 else weights
+        points = np.asarray(rest.points) + np.tensordot(weights, modes, 1)
         marks = {name: points[label["vertex"]] for name, label in labels.items() if label["vertex"] is not None}
         yield f"ict, person {person}", to_polydata(points, rest.regular_faces), marks
 

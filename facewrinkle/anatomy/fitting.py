@@ -33,6 +33,7 @@ from .landmarks import (
     read_landmarks,
 )
 from .parts import eyes_of, follower, named_parts
+from .photo_brows import rise_of_dark_bands
 from .units import millimetres, unit_of_face
 
 if TYPE_CHECKING:  # the search is loaded when a face is searched for
@@ -198,6 +199,10 @@ def fit_face(
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2], resolve_self_intersections=resolve_self_intersections)
     _check_on_mesh(given, clean, frame.pupil_distance)
+    image = _image(mesh, texture, clean.mesh)
+    if search is not None:
+        rise = frame.pupil_distance * rise_of_dark_bands(clean.mesh, image, found, frame) * frame.axes[1]
+        found |= {name: found[name] + rise for name in found if name.startswith("brow_") and name not in given}
     for name in found:
         if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
             found[name] = _closest(clean, found[name])
@@ -208,7 +213,7 @@ def fit_face(
         confidences={} if search is None else search.confidences,
         likeness=None if search is None else search.confidence,
         report=clean.report,
-        texture=_image(mesh, texture, clean.mesh),
+        texture=image,
     )
     for sentence in _left_out(face):
         warn(sentence)
