@@ -35,17 +35,17 @@ POCKET_COLOURS = ((84, 38, 36), (50, 20, 19), (26, 9, 9), (12, 4, 5))
 """Colours of the rings of the pocket, from the lips backwards; it ends in a point of the last colour."""
 
 SKIN_STEP, SKIN_LOW, SKIN_HIGH = 0.02, np.array([-0.6, -1.0]), np.array([0.6, 0.4])
-"""Grid on which the skin before gums, tongue and pocket is looked for: [left, up] from the middle of the lips, in
+"""Grid on which the skin before the lower gum is looked for: [left, up] from the middle of the lips, in
 distances between the pupils.
 """
 
 BEHIND_SKIN, FROM_OPENING = 0.01, 0.06
-"""Depth behind this skin that gums and pocket keep, but not within the second distance from an opening; in distances
-between the pupils.
+"""Depth behind this skin that the gum keeps, but not within the second distance from an opening; in distances between
+the pupils.
 """
 
 GUM_FROM = 0.16
-"""Height above and below the middle of the lips from which there is gum and no tooth."""
+"""Depth below the middle of the lips from which there is gum and no tooth, in distances between the pupils."""
 
 
 class Mouth:
@@ -145,8 +145,7 @@ class Mouth:
             rings.append(middle + (half * oval - [0.0, 0.0, depth]) * size @ self._axes)
         end = n * len(rings)
         triangles = ring_triangles(n, len(rings), last=end)[:, [0, 2, 1]]
-        behind = self._behind_skin(np.vstack([*rings[1:], rings[-1].mean(axis=0)]), points)
-        pocket = to_polydata(np.vstack([rim, behind]), triangles)
+        pocket = to_polydata(np.vstack([*rings, rings[-1].mean(axis=0)]), triangles)
         tints = np.array([*POCKET_COLOURS, POCKET_COLOURS[-1]], np.uint8)
         pocket.point_data["paint"] = np.repeat(tints, [n, n, n, n, 1], axis=0)
         return pocket
@@ -162,8 +161,9 @@ class Mouth:
         for arch, paint, normals in zip(self.teeth, self._teeth_paint, self._teeth_normals, strict=True):
             moves = arch.jaw == "lower"
             places = (arch.points - hinge) @ turn.T + hinge if moves else arch.points
-            gum = np.abs((arch.points - self._centre) @ self._axes[1]) > GUM_FROM * self._size
-            places = np.where(gum[:, None], self._behind_skin(places, points), places)
+            if moves:
+                gum = (self._centre - arch.points) @ self._axes[1] > GUM_FROM * self._size
+                places = np.where(gum[:, None], self._behind_skin(places, points), places)
             mesh = to_polydata(places, arch.triangles)
             mesh.point_data["Normals"] = normals @ turn.T if moves else normals
             mesh.point_data["paint"] = paint
