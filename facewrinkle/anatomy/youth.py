@@ -1,4 +1,4 @@
-"""How young a face is, by its proportions: children's skin is thick, smooth and full, and folds less."""
+"""Childlike proportions of a face: the skin of children is thick, smooth and full, and folds less."""
 
 from __future__ import annotations
 
