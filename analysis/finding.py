@@ -1,7 +1,8 @@
 """The search for faces, measured; each command prints as it goes, ends in a verdict, and fails if a target is missed.
 
 ``python -m analysis.finding [POSES]`` finds faces in many poses, ``... likeness`` tells faces from other things, and
-``... persons`` finds the exactly known landmarks of twenty-eight persons.
+``... persons`` finds the labelled landmarks of all faces at hand and of twenty-eight persons, and ``... strangers``
+finds bodies in many poses, and faces far from the mean.
 
 The built-in head and the real faces next to the repository are turned, scaled (1e-3 to 1e3) and shifted at random, and
 searched both as they are and spoiled. Errors are in % of the distance between the pupils. For the likeness, other
@@ -11,6 +12,7 @@ faces, animals made of balls, and symmetric lumps and masks with random bulges.
 
 from __future__ import annotations
 
+import itertools
 import json
 import sys
 import warnings
@@ -111,7 +113,7 @@ SPOILED: dict[str, Callable[[pv.PolyData, float], pv.PolyData]] = {
 
 def main(*arguments: str) -> bool:
     """Print the table of poses, 300 or as many as given, or that of likeness; return True if the targets are met."""
-    other = {"likeness": likeness, "persons": persons}.get("".join(arguments[:1]))
+    other = {"likeness": likeness, "persons": persons, "strangers": strangers}.get("".join(arguments[:1]))
     return other() if other is not None else poses(*map(int, arguments[:1]))
 
 
@@ -169,14 +171,23 @@ def _searched(mesh: pv.PolyData, marks: Marks, seed: int) -> tuple[float, ...]:
     return float(good), np.mean(central), max(central), np.mean(list(off.values())), found.confidence
 
 
-PERSONS_ALLOWED = (3.0, 10.0)
-"""Allowed mean error of a person's landmarks, and the worst of the central ones, in %."""
+EXACT_ALLOWED, PICKED_ALLOWED = (3.0, 10.0), (4.5, 12.0)
+"""Allowed mean and worst error of the landmarks of a face, in %: where the labels are exact, and picked by hand."""
+
+SAID = 10.0
+"""Larger errors must be warned of, by the name of the landmark."""
+
+PICKED = {"makehuman_head_male": ("ala_l", "ala_r"), "mediapipe_canonical_face_model": ()}
+"""Faces whose labels were picked, and the landmarks that were picked by another definition: the wings of this nose
+where they are widest, not where they end above the lip.
+"""
 
 
-def labelled_persons() -> Iterator[tuple[str, pv.PolyData, Marks]]:
+def labelled_persons(spread: float = 1.0) -> Iterator[tuple[str, pv.PolyData, Marks]]:
     """Yield name, mesh and exact landmarks of twenty persons of a captured face, and of eight of the built-in head.
 
-    The first ten are one standard deviation of one mode each, the others random mixtures of all modes.
+    The first ten are one standard deviation of one mode each, the others random mixtures of all modes; with a
+    `spread`, all are multiplied by it, up to two deviations of a mode.
     """
     for seed in range(1, 9):
         head = fw.default_face(fw.Identity.random(seed, spread=1.0))
@@ -190,33 +201,81 @@ def labelled_persons() -> Iterator[tuple[str, pv.PolyData, Marks]]:
         weights = np.eye(len(modes))[person - 1] * (-1.0) ** (person + 1) if person <= len(modes) else None
         if weights is None:
             weights = np.random.default_rng(person).normal(size=len(modes))
+        weights = np.clip(spread * weights, -2.0, 2.0) if spread > 1.0 else weights
         points = np.asarray(rest.points) + np.tensordot(weights, modes, 1)
         marks = {name: points[label["vertex"]] for name, label in labels.items() if label["vertex"] is not None}
         yield f"ict, person {person}", to_polydata(points, rest.regular_faces), marks
 
 
 def persons() -> bool:
-    """Print the errors on persons whose landmarks are exactly known; return True if the targets are met."""
+    """Print the errors on all labelled faces and on persons; return True if the targets are met."""
     brows = tuple(f"brow_{side}_{part}" for side in "lr" for part in ("inner", "mid", "outer"))
-    print(f"{'person':24s}  like  central  worst   more  worst  brows  farther off; doubted")
-    rows = []
-    for name, mesh, marks in labelled_persons():
+    print(f"{'face':32s}  like   mean  worst  brows  the worst; of more than {SAID:g} %; warned of")
+    rows: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    unsaid = 0
+    for name, mesh, marks in itertools.chain(faces(), labelled_persons()):
         size, found = frame_of(marks).pupil_distance, fw.find_landmarks(mesh)
         off = {n: 100.0 * float(np.linalg.norm(found.landmarks[n] - marks[n])) / size for n in (*MORE, *brows)}
-        central, more = [off[n] for n in CENTRAL], [off[n] for n in MORE]
-        rows.append((np.mean(central), max(central), np.mean(more), max(more), np.mean([off[n] for n in brows])))
-        far = [n for n in MORE if off[n] > PERSONS_ALLOWED[1]]
-        doubted = [n for n in CENTRAL if found.confidences[n] < UNSURE]
-        numbers = " ".join(f"{value:{width}.1f}" for value, width in zip(rows[-1], (8, 6, 6, 6, 6), strict=True))
-        print(f"{name:24s} {found.confidence:5.2f} {numbers}  {', '.join(far)}; {', '.join(doubted)}", flush=True)
-    central, worst, more, farthest, brow = np.array(rows).T
-    met = bool(more.mean() < PERSONS_ALLOWED[0] and worst.max() < PERSONS_ALLOWED[1])
-    print(
-        f"{'met' if met else 'NOT met'}: mean of all {more.mean():.1f} of {PERSONS_ALLOWED[0]:g}, worst central "
-        f"{worst.max():.1f} of {PERSONS_ALLOWED[1]:g}; mean central {central.mean():.1f}, worst of all "
-        f"{farthest.max():.1f}, brows {brow.mean():.1f}"
-    )
+        compared = [n for n in MORE if n not in PICKED.get(name, ())]
+        errors = [off[n] for n in compared]
+        rows[name in PICKED].append((float(np.mean(errors)), max(errors)))
+        far = [n for n in compared if off[n] > SAID]
+        doubted = [n for n in (*CENTRAL, "pogonion", *found.estimated) if found.confidences[n] < UNSURE and n in MORE]
+        unsaid += len(set(far) - set(doubted))
+        worst = compared[int(np.argmax(errors))]
+        numbers = " ".join(f"{value:6.1f}" for value in (*rows[name in PICKED][-1], np.mean([off[n] for n in brows])))
+        print(
+            f"{name:32s} {found.confidence:5.2f} {numbers}  {worst}; {', '.join(far)}; {', '.join(doubted)}", flush=True
+        )
+    met = unsaid == 0
+    for picked, allowed in ((False, EXACT_ALLOWED), (True, PICKED_ALLOWED)):
+        mean, worst_of_all = np.mean([m for m, _ in rows[picked]]), max(w for _, w in rows[picked])
+        met &= bool(mean < allowed[0] and worst_of_all < allowed[1])
+        kind = "picked" if picked else "exact"
+        print(f"{kind} labels: mean {mean:.1f} of {allowed[0]:g}, worst {worst_of_all:.1f} of {allowed[1]:g}")
+    print(f"{'met' if met else 'NOT met'}; more than {SAID:g} % off and not warned of: {unsaid}")
     return met
+
+
+def strangers() -> bool:
+    """Search bodies in sixteen poses, and faces two standard deviations from the mean; True if none is refused."""
+    low = 1.0
+    for name, mesh, marks in faces():
+        if mesh.bounds[5] - mesh.bounds[4] < 2.5 * frame_of(marks).pupil_distance:
+            continue  # a mask has no neck to stand on
+        whole, rows = _body(mesh, marks), []
+        for seed in range(16):
+            rows.append(_searched(whole, marks, seed))
+        good, central, worst, _, likeness = np.array(rows).T
+        low = min(low, float(likeness.min() * good.min()))
+        print(
+            f"{name}, body: {int(good.sum())} of 16 found, likeness {likeness.min():.2f} to {likeness.max():.2f}, "
+            f"central {central.mean():.1f}, worst {worst.max():.1f}",
+            flush=True,
+        )
+    for name, mesh, _ in labelled_persons(spread=2.0):
+        if name.startswith("ict"):
+            likeness = _likeness(mesh)
+            low = min(low, likeness)
+            print(f"{name}, two deviations: {likeness:.2f}", flush=True)
+    print(f"{'met' if low >= REFUSED else 'NOT met'}: the lowest likeness is {low:.2f}, {REFUSED:.2f} is needed")
+    return low >= REFUSED
+
+
+def _body(mesh: pv.PolyData, marks: Marks) -> pv.PolyData:
+    """A head on a body of ellipsoids: chest, belly, arms and legs. The faces all look along +z and are upright."""
+    size, chin = frame_of(marks).pupil_distance, marks["menton"]
+    parts = [((0, -5.0, -1.5), (2.8, 3.6, 1.7)), ((0, -9.0, -1.4), (2.3, 3.2, 1.6))]
+    for side in (1.0, -1.0):
+        parts += [((3.4 * side, -6.0, -1.6), (0.7, 4.6, 0.7)), ((1.2 * side, -16.5, -1.5), (1.0, 6.5, 1.1))]
+        parts += [((3.5 * side, -10.8, -1.4), (0.4, 1.2, 0.6)), ((1.2 * side, -22.8, -0.6), (0.6, 0.5, 1.8))]
+    balls = [
+        pv.Sphere(theta_resolution=40, phi_resolution=40)
+        .scale(2.0 * size * np.array(radii))
+        .translate(chin + size * np.array(at))
+        for at, radii in parts
+    ]
+    return _triangles(pv.merge([mesh, *balls]))
 
 
 def people() -> Iterator[tuple[str, pv.PolyData]]:

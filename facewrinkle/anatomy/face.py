@@ -31,6 +31,7 @@ from .landmarks import NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
 from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle, zones
 from .parts import Part
 from .skull import Tissue, tissue_of
+from .youth import fold_depth
 
 Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -75,7 +76,7 @@ class Face:
     likeness : float, optional
         Likeness of the shape to a face, at most 1, if landmarks were found by the shape.
     age : float
-        In [0, 1]: depth of the lines that :class:`facewrinkle.WaveFolds` draws at rest.
+        In [-1, 1]: above 0, the depth of the lines that :class:`facewrinkle.WaveFolds` draws at rest; below, how young.
     template : Face, optional
         The mean head, if this is a variation of it: the same vertices, and muscles of the same names.
     source_points : ndarray of int, shape (n,), optional
@@ -197,6 +198,11 @@ class Face:
         without = [eye for eye in self.eyes if eye.side not in self.eyelid_openings]
         names = [(name.format(eye.side), eye) for eye in without for name in LID_MUSCLES]
         return {name: eye for name, eye in names if name in self.muscles}
+
+    @cached_property
+    def fold_depth(self) -> float:
+        """Depth of the fine folds relative to those of an adult, by age and proportions: children's are faint."""
+        return fold_depth(self.landmarks, self.frame, self.age) if self.landmarks else 1.0
 
     @cached_property
     def mouth_opens(self) -> bool:

@@ -33,6 +33,7 @@ from .landmarks import (
     read_landmarks,
 )
 from .parts import eyes_of, follower, named_parts
+from .photo_brows import rise_of_dark_bands
 from .units import millimetres, unit_of_face
 
 if TYPE_CHECKING:  # the search is loaded when a face is searched for
@@ -69,7 +70,7 @@ CENTRAL = (
 """Landmarks on which the anatomy depends most."""
 
 UNSURE = 0.5
-"""Any of these is to be checked if it has a lower confidence."""
+"""Any of these, or the front of the chin, is to be checked if it has a lower confidence."""
 
 
 @checked
@@ -103,7 +104,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     mesh.point_data["Colors"] = head.colour.copy()
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas)
-    face = dataclasses.replace(face, texture=head.texture, brows=head.brows, age=max(person.age, 0.0))
+    face = dataclasses.replace(face, texture=head.texture, brows=head.brows, age=person.age)
     return face if head.points is load_head().points else dataclasses.replace(face, template=_mean_face(face.atlas))
 
 
@@ -198,6 +199,10 @@ def fit_face(
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2], resolve_self_intersections=resolve_self_intersections)
     _check_on_mesh(given, clean, frame.pupil_distance)
+    image = _image(mesh, texture, clean.mesh)
+    if search is not None:
+        rise = frame.pupil_distance * rise_of_dark_bands(clean.mesh, image, found, frame) * frame.axes[1]
+        found |= {name: found[name] + rise for name in found if name.startswith("brow_") and name not in given}
     for name in found:
         if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
             found[name] = _closest(clean, found[name])
@@ -208,7 +213,7 @@ def fit_face(
         confidences={} if search is None else search.confidences,
         likeness=None if search is None else search.confidence,
         report=clean.report,
-        texture=_image(mesh, texture, clean.mesh),
+        texture=image,
     )
     for sentence in _left_out(face):
         warn(sentence)
@@ -281,7 +286,7 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progres
             f"what was found may be no face: likeness {found.confidence:.2f}, faces have {DOUBTED:.2f} and more. Check "
             "the landmarks, and give those that are wrong."
         )
-    doubted = {name: found.confidences[name] for name in CENTRAL if name not in given}
+    doubted = {name: found.confidences[name] for name in (*CENTRAL, "pogonion") if name not in given}
     unsure = [f"{name} ({value:.2f})" for name, value in doubted.items() if value < UNSURE]
     if unsure and found.confidence >= DOUBTED:
         warn(

@@ -44,6 +44,9 @@ HAIRLINE_FADE = (-12.0, 6.0)
 TEXELS = 4
 """The texture's distances from the hairline are computed once for a square of this many texels on a side."""
 
+THINNEST = 70.0
+"""Brightness of the mean head's hair at most: brighter texels at the hairline are skin between thin hair."""
+
 GREYEST, BROWN, BRIGHTEST = 0.85, 40.0, 200.0
 """Share of hair that is grey at age 1; the brightness of the mean head's hair, whose strands keep their contrast; and
 that of grey hair at most.
@@ -200,6 +203,7 @@ def _tinted(colour: NDArray[np.uint8], hair: Array, identity: Identity) -> NDArr
     skin = TINTS["skin"][int(identity.skin > 0.0)] ** abs(identity.skin)
     strands = TINTS["hair"][int(identity.hair > 0.0)] ** abs(identity.hair)
     grey = smoothstep((identity.age - GREYING) / (1.0 - GREYING)) * GREYEST
+    strands = strands * np.minimum(THINNEST / np.maximum(colour.mean(axis=-1, keepdims=True), 1.0), 1.0)
     shown = colour * (skin + hair[..., None] * (strands - skin))
     bright = GREY * (0.5 + 0.5 * colour.mean(axis=-1, keepdims=True) / BROWN)
     shown += grey * hair[..., None] * (np.minimum(bright, BRIGHTEST) - shown)

@@ -224,8 +224,6 @@ class LashRow:
 
 UPPER_LASHES = LashRow(130, 0.105, (-0.05, 0.62), (-0.5, -0.05, 0.0), 0.014, 0.00085, (30.0, 23.0, 20.0))
 LOWER_LASHES = LashRow(70, 0.06, (-0.25, -0.1), (0.0,), 0.016, 0.0005, (62.0, 45.0, 38.0))
-CLOSED_LID_LASHES = LashRow(130, 0.105, (-0.55, 0.12), (0.0,), 0.014, 0.00085, (30.0, 23.0, 20.0))
-"""Lashes of an upper lid that is closed at rest: they point down."""
 
 
 class Lashes:
@@ -242,7 +240,7 @@ class Lashes:
     ----------
     roots : list of tuple
         For each row of lashes, vertices of the skin (n,), and their weights (k, n) in the roots of its k lashes; empty
-        if there is no skin before the eye.
+        if the skin has no opening before the eye.
 
     Examples
     --------
@@ -262,10 +260,10 @@ class Lashes:
         size, random = face.frame.pupil_distance, np.random.default_rng(11)
         t = np.linspace(0.0, 1.0, self.KNOTS)
         half, tint = [], []
-        for row, chain, weights in _lash_lines(eye, face):
+        for row, chain in _lash_lines(eye, face):
             along = (np.arange(row.count) + random.uniform(0.1, 0.9, row.count)) / row.count
             along = 0.1 + 0.88 * along
-            self.roots.append((chain, _between(weights @ face.points[chain], along) @ weights))
+            self.roots.append((chain, _between(face.points[chain], along)))
             reach = size * row.length * random.uniform(0.5, 1.0, row.count) * (0.55 + 0.45 * np.sin(np.pi * along**1.3))
             fan = -0.45 + 1.25 * along + random.normal(0.0, 0.12, row.count)
             rise, out = row.rise[0] * t + row.rise[1] * t**2, 0.8 * t - 0.25 * t**2
@@ -279,7 +277,7 @@ class Lashes:
             self._open_gap = self._gap(face.points)
 
     def _gap(self, points: Array) -> float:
-        """Height of the upper margin above the lower one, on average; 0 where lids are closed at rest."""
+        """Height of the upper margin above the lower one, on average."""
         heights = [(weights @ points[chain]).mean(axis=0) @ self.eye.up for chain, weights in self.roots]
         return float(heights[0] - heights[-1])
 
@@ -294,7 +292,7 @@ class Lashes:
     def lines(self, points: Array) -> HairLines:
         """Return the lashes on the lids of a face with vertices at `points` (n, 3)."""
         lines, sides, outs = [], [], []
-        shut = float(smoothstep(1.0 - self._gap(points) / self._open_gap)) if len(self.roots) == 2 else 0.0
+        shut = float(smoothstep(1.0 - self._gap(points) / self._open_gap))
         for (chain, weights), path, droop in zip(self.roots, self._paths, self._droops, strict=True):
             root = weights @ points[chain]
             out = _unit_vectors(root - self.eye.centre)
@@ -310,40 +308,11 @@ class Lashes:
         return HairLines(*(np.concatenate(part) for part in (lines, sides, outs)))
 
 
-def _lash_lines(eye: Eyeball, face: Face) -> list[tuple[LashRow, IntArray, Array]]:
-    """Rows of lashes, vertices (n,) of the skin, and their weights (k, n) in k points of the line where a row grows."""
+def _lash_lines(eye: Eyeball, face: Face) -> list[tuple[LashRow, IntArray]]:
+    """Rows of lashes, and the vertices (n,) of the margins on which they grow; none where the skin has no opening."""
     opening = face.eyelid_openings.get(eye.side)
-    if opening is not None:
-        margins = [(UPPER_LASHES, opening.upper), (LOWER_LASHES, opening.lower)]
-        return [(row, np.asarray(chain, np.int32), np.eye(len(chain))) for row, chain in margins]
-    slit = _slit(eye, face)
-    return [] if slit is None else [(CLOSED_LID_LASHES, *slit)]
-
-
-def _slit(eye: Eyeball, face: Face) -> tuple[IntArray, Array] | None:
-    """The line on which closed lids meet: vertices (n,) of the skin, and their weights (k, n) in points of the line.
-
-    The points run from the inner canthus outwards. None if there is no skin before the eye.
-    """
-    inner, outer = (face.landmarks[f"eye_{eye.side}_{end}"] for end in ("inner", "outer"))
-    forward = 2.0 * np.linalg.norm(outer - inner) * eye.gaze
-    corners, weights = [], []
-    for place in eye.slit(inner, outer, np.linspace(0.0, 1.0, 25)):
-        seen, cells = face.mesh.ray_trace(place + forward, place - forward)
-        if not len(seen):
-            continue
-        front = int(np.argmax(seen @ eye.gaze))
-        corner = face.triangles[cells[front]]
-        a, b, c = face.points[corner]
-        system = np.vstack([np.stack([a, b, c], axis=1), np.full(3, np.linalg.norm(forward))])
-        weights.append(np.linalg.lstsq(system, np.append(seen[front], np.linalg.norm(forward)), rcond=None)[0])
-        corners.append(corner)
-    if len(corners) < 8:
-        return None
-    chain, of = np.unique(corners, return_inverse=True)
-    dense = np.zeros((len(corners), len(chain)))
-    np.put_along_axis(dense, of.reshape(-1, 3), np.array(weights), axis=1)
-    return chain.astype(np.int32), dense
+    margins = [] if opening is None else [(UPPER_LASHES, opening.upper), (LOWER_LASHES, opening.lower)]
+    return [(row, np.asarray(chain, np.int32)) for row, chain in margins]
 
 
 def _between(points: Array, along: Array) -> Array:

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
+from scipy.ndimage import binary_dilation, minimum_filter
 
 from ..anatomy.cavities import IN_MOUTH
 from ..anatomy.face import Face
 from ..anatomy.landmarks import lips_middle
 from ..anatomy.teeth import teeth_of
+from ..geometry.depth_buffer import depth_buffer
 from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_triangles
 from ..geometry.smoothstep import smoothstep
@@ -31,6 +33,19 @@ third, in distances between the pupils: the flesh around reflects red.
 
 POCKET_COLOURS = ((84, 38, 36), (50, 20, 19), (26, 9, 9), (12, 4, 5))
 """Colours of the rings of the pocket, from the lips backwards; it ends in a point of the last colour."""
+
+SKIN_STEP, SKIN_LOW, SKIN_HIGH = 0.02, np.array([-0.6, -1.0]), np.array([0.6, 0.4])
+"""Grid on which the skin before the lower gum is looked for: [left, up] from the middle of the lips, in
+distances between the pupils.
+"""
+
+BEHIND_SKIN, FROM_OPENING = 0.01, 0.06
+"""Depth behind this skin that the gum keeps, but not within the second distance from an opening; in distances between
+the pupils.
+"""
+
+GUM_FROM = 0.16
+"""Depth below the middle of the lips from which there is gum and no tooth, in distances between the pupils."""
 
 
 class Mouth:
@@ -77,6 +92,10 @@ class Mouth:
         self._rest_gap = self._gap(face.points)
         self._width = float(np.ptp(face.points[self.loop] @ self._axes[0])) if not self.bag else 0.0
         self._mandible = face.mandible
+        self._centre = centre
+        flat, lined = (face.points - centre) @ self._axes[:2].T / self._size, face.lining.vertices
+        near = ((flat > 2.0 * SKIN_LOW) & (flat < 2.0 * SKIN_HIGH)).all(axis=1) & ~lined
+        self._skin = face.triangles[near[face.triangles].all(axis=1)]
         self.teeth = teeth_of(face.landmarks, face.frame)
         self._teeth_normals = [vertex_normals(arch.points, arch.triangles) for arch in self.teeth]
         self._teeth_paint = [
@@ -141,14 +160,38 @@ class Mouth:
         parts = {}
         for arch, paint, normals in zip(self.teeth, self._teeth_paint, self._teeth_normals, strict=True):
             moves = arch.jaw == "lower"
-            mesh = to_polydata((arch.points - hinge) @ turn.T + hinge if moves else arch.points, arch.triangles)
+            places = (arch.points - hinge) @ turn.T + hinge if moves else arch.points
+            if moves:
+                gum = (self._centre - arch.points) @ self._axes[1] > GUM_FROM * self._size
+                places = np.where(gum[:, None], self._behind_skin(places, points), places)
+            mesh = to_polydata(places, arch.triangles)
             mesh.point_data["Normals"] = normals @ turn.T if moves else normals
             mesh.point_data["paint"] = paint
             parts[f"{arch.jaw}_teeth"] = mesh
-        tongue = to_polydata((self._tongue - hinge) @ turn.T + hinge, self._tongue_triangles)
+        places = (self._tongue - hinge) @ turn.T + hinge
+        tongue = to_polydata(places, self._tongue_triangles)
         tongue.point_data["Normals"] = vertex_normals(tongue.points, self._tongue_triangles)
         tongue.point_data["paint"] = self._tongue_paint
         return parts | {"tongue": tongue}
+
+    def _behind_skin(self, places: Array, points: Array) -> Array:
+        """Places (k, 3) in the mouth, moved back where they came out of skin with vertices at `points` (n, 3).
+
+        Teeth have one size and chins many: gums would come through those that recede.
+        """
+        local = (points - self._centre) @ self._axes.T / self._size
+        shape = np.rint((SKIN_HIGH - SKIN_LOW) / SKIN_STEP).astype(int) + 1
+        low = float(SKIN_LOW[0]), float(SKIN_LOW[1])
+        front = depth_buffer(local, self._skin, low, SKIN_STEP, (int(shape[1]), int(shape[0])))
+        open_near = binary_dilation(~np.isfinite(front), iterations=round(FROM_OPENING / SKIN_STEP))
+        nearest = np.where(open_near, np.inf, minimum_filter(front, size=3))
+        inside = (places - self._centre) @ self._axes.T / self._size
+        column, row = np.rint((inside[:, :2] - SKIN_LOW) / SKIN_STEP).astype(int).T
+        within = (column >= 0) & (column < shape[0]) & (row >= 0) & (row < shape[1])
+        most = np.full(len(places), np.inf)
+        most[within] = nearest[row[within], column[within]] - BEHIND_SKIN
+        inside[:, 2] = np.minimum(inside[:, 2], most)
+        return np.asarray(self._centre + self._size * inside @ self._axes)
 
     def _turn(self, points: Array, jaw_angle: float | None) -> tuple[Array, Array]:
         """Rotation of the mandible and a point of its hinge."""

@@ -47,7 +47,7 @@ BEARD_COLOUR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
 
 HAIR_COLOUR = (50.0, 38.0, 31.0)
 
-SHAVED, SIDEBURN_HEIGHT, SIDEBURN_BEHIND = 0.7, 34.0, 4.0
+SHAVED, SIDEBURN_HEIGHT, SIDEBURN_BEHIND = 1.0, 60.0, 12.0
 """Loss of colour at the lower ends of the sideburns, the height over which it grows, and how far behind the zygion they
 reach.
 """

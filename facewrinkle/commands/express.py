@@ -63,7 +63,7 @@ def express(
     gamma_c
         Threshold of the split criterion (Eq. 19): smaller means more triangles. Default: 0.03.
     samples
-        Least number of vertices from bulge to furrow. Default: 4.
+        Least number of vertices from bulge to furrow; 0 splits by Eq. 19 alone, as in the paper. Default: 4.
     alpha
         Sharpness of the furrows of the contracted muscles, with --folds paper.
     count

@@ -39,6 +39,8 @@ def tear(
     intensity: float = 0.8,
     speed: float | None = None,
     roughness: float | None = None,
+    head: Literal["round", "extruded"] | None = None,
+    reveal: Literal["length", "height"] | None = None,
     seed: Whole = 0,
     seconds: float = 4.0,
     plain: bool = False,
@@ -58,6 +60,10 @@ def tear(
         Speed of tears that run down, mm/s.
     roughness
         Roughness of the skin, 0 to 1: the rougher, the more water it holds back.
+    head
+        Head of tears that run down: round, by a formula, or extruded and smoothed as in the paper. Default: round.
+    reveal
+        What grows evenly as they run: their length, or the height that they cover, as in the paper. Default: length.
     seed
         Another number makes other tears.
     seconds
@@ -72,9 +78,12 @@ def tear(
     output_folder(folder, make=False)  # to be refused before the face is made
     face = source.load(report)
     rates = face.atlas.contractions(parse_mixture(expression or PRESETS[kind].expression, face.atlas), intensity)
-    given = {name: value for name, value in (("c", speed), ("roughness", roughness)) if value is not None}
+    asked = {"c": speed, "roughness": roughness, "head": head, "by": reveal}
+    given = {name: value for name, value in asked.items() if value is not None}
     if given and kind == "dripping":
-        raise ParameterError("--speed and --roughness belong to tears that run down; those that drip fall freely.")
+        raise ParameterError(
+            "--speed, --roughness, --head and --reveal belong to tears that run down; those that drip fall freely."
+        )
     if speed is not None:
         check_range("speed", speed, 1e-6, 1e9)
     seconds, fps = check_range("seconds", seconds, 0.1, 1e4), check_range("fps", output.fps, 1.0, 100.0)

@@ -102,7 +102,8 @@ class MuscleWrinkles:
         """See :class:`facewrinkle.layers.base.Layer`."""
         self._face, self._unit = face, face.unit
         self._muscles = [muscle.fold_pattern for muscle in face.muscles.values()]
-        self._k0 = self.depth * np.array([m.wrinkles.depth for m in self._muscles])
+        fine = np.array([face.fold_depth if m.wrinkles.waves else 1.0 for m in self._muscles])
+        self._k0 = self.depth * fine * np.array([m.wrinkles.depth for m in self._muscles])
         drawn = np.array([not (self.anatomical and muscle.wrinkles.waves) for muscle in self._muscles], bool)
         self._zones = face.zones & drawn[:, None]
         self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]

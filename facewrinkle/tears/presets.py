@@ -66,14 +66,14 @@ def _shed(side: str, along: float, **options: Any) -> Run:
 
 PRESETS: Mapping[str, Preset] = MappingProxyType(
     {
-        "one_tear": Preset("sadness", [_shed("l", 0.4, c=22.0)]),
+        "one_tear": Preset("sadness", [_shed("l", 0.4, c=22.0, width=3.8)]),
         "weeping": Preset(
             "sadness",
             [
-                _shed("l", 0.35, c=30.0, width=3.2),
-                _shed("r", 0.4, c=26.0, width=3.0, begin=0.5),
-                _shed("r", 0.7, c=34.0, width=2.4, begin=1.6),
-                _shed("l", 0.72, c=38.0, width=2.6, begin=2.2),
+                _shed("l", 0.35, c=30.0, width=4.0),
+                _shed("r", 0.4, c=26.0, width=3.8, begin=0.5),
+                _shed("r", 0.7, c=34.0, width=3.1, begin=1.6),
+                _shed("l", 0.72, c=38.0, width=3.3, begin=2.2),
                 Run("r", 0.5, True, {"size": 3.4, "begin": 1.2}),
                 Run("l", 0.55, True, {"size": 3.0, "begin": 2.6}),
             ],
@@ -81,8 +81,8 @@ PRESETS: Mapping[str, Preset] = MappingProxyType(
         "joy": Preset(
             "happiness",
             [
-                _shed("l", 0.86, c=18.0, width=2.4, length=45.0),
-                _shed("r", 0.82, c=20.0, width=2.2, length=38.0, begin=0.4),
+                _shed("l", 0.86, c=18.0, width=3.2, length=45.0),
+                _shed("r", 0.82, c=20.0, width=3.0, length=38.0, begin=0.4),
             ],
         ),
         "dripping": Preset(

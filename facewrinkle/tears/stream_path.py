@@ -20,8 +20,8 @@ Array = npt.NDArray[np.float64]
 HOLLOW = 0.25
 """Depth, in widths of the stream, of the deepest hollow that it fills and leaves again."""
 
-MEANDER = 2.7
-"""Distance by which rough skin turns a stream aside at most, in halves of its width."""
+MEANDERS = ((2.7, 3.0), (9.0, 6.0))
+"""Distances by which rough skin turns a stream aside at most, and lengths over which it does, in half widths."""
 
 WOBBLE = 0.3
 """Share of its width by which the trail narrows and widens."""
@@ -167,7 +167,7 @@ class PathFinder:
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         aside = np.cross(along, self.support.bound(path).at(self.support.normals))
         grown = np.minimum(paths.lengths(path) / (4.0 * half), 1.0)
-        turns = MEANDER * waves(random, len(path), 3.0 * half / self.step)
+        turns = sum(most * waves(random, len(path), over * half / self.step) for most, over in MEANDERS)
         return path + (roughness * half * grown * turns)[:, None] * aside
 
     def branches(self, path: Array, n: int) -> list[tuple[Array, float]]:

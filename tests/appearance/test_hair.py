@@ -11,6 +11,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
 from facewrinkle.anatomy.fitting import fitted_brows
 from facewrinkle.appearance.hair import Brows, Lashes
+from facewrinkle.appearance.seen import Appearance
 from facewrinkle.mesh import to_polydata
 
 
@@ -112,26 +113,11 @@ def test_hairs_of_brows_are_lifted_onto_a_surface_over_them(face):
     np.testing.assert_array_equal(aside.points, on_skin.points)
 
 
-def test_lashes_of_shut_lids_grow_on_the_line_where_these_meet(face):
-    """On a line of its own, however the skin behind it is meshed: also where a part of it has no skin."""
+def test_no_lashes_grow_where_the_skin_has_no_opening(face):
     points, triangles = skin_with("shut")
-    marks, eye = face.landmarks, face.eyes[0]
-    inner, outer = (marks[f"eye_l_{end}"] for end in ("inner", "outer"))
-    place = (points[triangles].mean(axis=1) - inner) @ (outer - inner) / ((outer - inner) @ (outer - inner))
-    away = np.linalg.norm(points[triangles].mean(axis=1) - eye.centre, axis=1)
-    for gone, rows in ((place > 1.2, [130]), (place > 0.7, [130]), (place > 0.0, [])):
-        used, numbers = np.unique(triangles[~(gone & (away < 22.0))], return_inverse=True)
-        shut = Face.from_landmarks(to_polydata(points[used], numbers.reshape(-1, 3)), marks, 1.0)
-        assert "l" not in shut.eyelid_openings
-        lashes = Lashes(shut.eyes[0], shut, 0.1)
-        assert [len(weights) for _, weights in lashes.roots] == rows
-        for chain, weights in lashes.roots:
-            np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-9)
-            roots = weights @ shut.points[chain]
-            near = np.array(shut.mesh.find_closest_cell(roots, return_closest_point=True)[1])
-            assert np.linalg.norm(near - roots, axis=1).max() < 0.5
-            slit = eye.slit(inner, outer, np.linspace(0.0, 1.0, 200))
-            side_and_up = np.stack([face.frame.axes[0], face.frame.axes[1]], axis=1)
-            gap = np.linalg.norm((roots @ side_and_up)[:, None] - (slit @ side_and_up)[None], axis=2).min(axis=1)
-            assert gap.max() < 1.0
-            assert len(lashes.at(shut.points).points) == rows[0] * 2 * Lashes.KNOTS
+    without = Face.from_landmarks(to_polydata(points, triangles), face.landmarks, 1.0)
+    bare = {eye.side for eye in without.eyes} - set(without.eyelid_openings)
+    assert bare
+    for eye in without.eyes:
+        assert (len(Lashes(eye, without).roots) == 0) == (eye.side in bare)
+    assert {row.eye.side for row in Appearance.of(without).lashes}.isdisjoint(bare)

@@ -7,6 +7,7 @@ from drawing import held, on_screen
 from scipy.spatial.transform import Rotation
 
 from facewrinkle.appearance.mouth import Mouth
+from facewrinkle.mesh import to_polydata
 from facewrinkle.plotting import Scene, Style
 
 
@@ -47,3 +48,22 @@ def test_teeth_show_behind_an_open_mouth_and_go_with_the_jaw(face):
     white = [(np.ptp(image, axis=2) < 50) & (image.min(axis=2) > 90) for image in images]
     assert white[0][rows, columns].mean() > 0.25
     assert not white[1][rows, columns].any()
+
+
+def test_the_lower_gum_stays_behind_a_chin_that_is_pushed_back(face):
+    """Teeth have one size: gum would come out through receding chins. Teeth between the lips stay where they are."""
+    mouth, ahead = Mouth(face), face.frame.axes[2]
+    near = np.linalg.norm(face.points - 0.5 * (face.landmarks["pogonion"] + face.landmarks["lower_lip_mid"]), axis=1)
+    pushed = face.points - 18.0 * np.exp(-0.5 * (near / 14.0) ** 2)[:, None] * ahead
+    skin = to_polydata(pushed, face.triangles)
+
+    def out(places):
+        hits = [skin.ray_trace(p + 60.0 * ahead, p - 15.0 * ahead)[0] for p in places]
+        return sum(bool(len(hit)) and ((hit - p) @ ahead).max() < -0.1 for hit, p in zip(hits, places, strict=True))
+
+    low = (face.landmarks["lower_lip_mid"] - mouth.teeth[1].points)[:, 1] > 4.0
+    assert out(mouth.teeth[1].points[low]) > 5  # or this would test nothing
+    drawn = np.asarray(mouth.inside(pushed, 0.0)["lower_teeth"].points, float)
+    assert out(drawn[low]) == 0
+    high = (face.landmarks["lower_lip_mid"] - mouth.teeth[1].points)[:, 1] < 0.0
+    np.testing.assert_allclose(drawn[high], mouth.teeth[1].points[high], atol=1e-4)

@@ -54,13 +54,30 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsy
     assert "triangles" in out
 
 
+def test_the_paper_s_tears_have_other_shapes(tmp_path):
+    def tears(*options):
+        folder = tmp_path / "_".join(["out", *options])
+        quick = ["--seconds", "0.6", "--fps", "10", "--size", "32", "--no-movie", "--plain", "--out", str(folder)]
+        assert main(["tear", "one_tear", *quick, *options]) == 0
+        return series_meshes(folder / "tear_one_tear_tears.vtkhdf")
+
+    ours, extruded, by_height = tears(), tears("--head", "extruded"), tears("--reveal", "height")
+    assert all(tear.n_open_edges == 0 for series in (ours, extruded, by_height) for tear in series)
+    np.testing.assert_allclose(extruded[-1].bounds, ours[-1].bounds, atol=0.5)  # the same path
+    assert abs(extruded[-1].volume / ours[-1].volume - 1.0) > 0.01
+    length = [np.ptp(series[-1].points[:, 1]) for series in (ours, by_height)]
+    assert length[1] > length[0]  # c is then the speed of the descent
+
+
 @pytest.mark.parametrize(
     "arguments, code, message",
     [
         (["weepin"], 2, "weeping"),
         (["shedding", "--view", "behind"], 1, "view"),
         (["shedding", "--expression", "sadnes"], 1, "sadness"),
-        (["dripping", "--roughness", "0.5"], 1, "--speed and --roughness belong"),
+        (["dripping", "--roughness", "0.5"], 1, "--reveal belong to tears that run down"),
+        (["dripping", "--head", "extruded"], 1, "--reveal belong to tears that run down"),
+        (["shedding", "--reveal", "depth"], 2, "reveal"),
         (["shedding", "--roughness", "2"], 1, "roughness must lie in"),
         (["shedding", "--seconds", "0"], 1, "seconds must lie in"),
         (["shedding", "--landmarks", "x.json"], 1, "--landmarks belongs to a mesh"),

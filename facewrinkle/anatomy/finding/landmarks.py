@@ -118,7 +118,7 @@ def find_landmarks(
         search = searched(points, triangles, pose, progress or progress_bar)
     match = search.matches[0]
     try:
-        landmarks, confidences = placed_landmarks(points, search.triangles, search.matches)
+        landmarks, confidences, estimated = placed_landmarks(points, search.triangles, search.matches)
     except LandmarkError:  # the template's landmarks fell into disorder
         raise LandmarkError(NO_FACE) from None
     hidden = [name for name in NAMES if name not in UNMEASURED and confidences[name] < HIDDEN]
@@ -126,7 +126,7 @@ def find_landmarks(
     return Found(
         {name: point * diagonal + middle for name, point in landmarks.items()},
         {name: value * match.confidence for name, value in confidences.items()},
-        (*UNMEASURED, *hidden),
+        (*estimated, *hidden),
         match.confidence,
         Pose(pose.axes, pose.origin * diagonal + middle, pose.size * diagonal, pose.stretch),
     )

@@ -70,15 +70,6 @@ MEETING_ERROR, LIP_HEIGHT = 0.05, 0.3
 most.
 """
 
-# The lowest place of the chin.
-CHIN_GRID = Grid(0.015, (-0.3, -2.5), (0.3, -0.45))
-CHIN_SIZE = 0.05
-"""Size of the bends of the profile that count."""
-UNDER = np.radians([50.0, 80.0])
-"""Angles by which the profile leans back there (49 to 80 degrees on thirty labelled faces)."""
-CHIN_ERROR = 0.3
-"""Error of the expected place, at most."""
-
 
 def furrow(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, float] | None:
     """Return the corners of a closed mouth, and the height at which the lips meet in the middle.
@@ -136,25 +127,6 @@ def below_furrow(
         return None
     bulge, fold = found
     return bulge - LIP_BORDER * (bulge - fold), fold
-
-
-def menton(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> Array:
-    """Return the lowest place of the chin (3,), in the face's coordinates: where its profile turns under.
-
-    That is the `expected` place (3,), or else the nearest above or below it that leans back as chins do there. Where a
-    mask ends above, it is the expected place.
-    """
-    depth, known = openings_closed(depth_map(pose.local(points), triangles, CHIN_GRID), CHIN_GRID)
-    strip, up = np.abs(CHIN_GRID.x - expected[0]) < LIP_BREADTH, CHIN_GRID.y
-    profile = depth[:, strip].mean(axis=1)
-    lean = np.arctan(gaussian_filter1d(profile, CHIN_SIZE / CHIN_GRID.step, order=1) / CHIN_GRID.step)
-    seen = np.flatnonzero(known[:, strip].all(axis=1) & (np.abs(up - expected[1]) < CHIN_ERROR))
-    if not len(seen):
-        return expected
-    under = [seen[lean[seen] > angle] for angle in UNDER]
-    low, high = (float(up[rows[-1]]) if len(rows) else float(up[seen[0]]) for rows in under[::-1])
-    height = float(np.clip(expected[1], low, high))
-    return np.array([expected[0], height, np.interp(height, up[seen], profile[seen])])
 
 
 def _bulge_and_fold(concavity: Array, meeting: float) -> tuple[float, float] | None:

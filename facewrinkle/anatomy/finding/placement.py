@@ -13,9 +13,10 @@ from ...mesh import to_polydata
 from ..landmarks import NAMES, complete
 from .alignment import FINE
 from .brows import rise_of_brows
+from .chin import chin
 from .depth import peak
 from .matching import UNCERTAIN_SHIFT, Match
-from .mouth import MOUTH, below_furrow, furrow, lower_lip, menton
+from .mouth import MOUTH, below_furrow, furrow, lower_lip
 from .template import AT_REST, UNMEASURED, template
 
 Array = npt.NDArray[np.float64]
@@ -49,14 +50,16 @@ DISAGREEMENT = 0.12
 """Scatter of a landmark among the variants that halves its confidence, in distances between the pupils."""
 ESTIMATE = 0.3
 """Confidence of a landmark that cannot be measured, at most."""
-UNSEEN_LIP = 0.5
-"""Factor of the confidence in the lower lip where none is seen."""
+UNSEEN, SEEN = 0.5, 0.7
+"""Factor of the confidence in a lower lip that is not seen, and in a chin that is not seen to turn under; confidence in
+one that is, at least.
+"""
 
 
 def placed_landmarks(
     points: Array, triangles: IntArray, matches: list[Match]
-) -> tuple[dict[str, Array], dict[str, float]]:
-    """Return all landmarks on the surface, and the confidence in each.
+) -> tuple[dict[str, Array], dict[str, float], tuple[str, ...]]:
+    """Return all landmarks on the surface, the confidence in each, and the names of those that are estimates.
 
     Parameters
     ----------
@@ -78,20 +81,22 @@ def placed_landmarks(
     lip_seen, measured = True, cast(tuple[str, ...], ())
     if not matches[mouth].mouth_open:
         lip_seen, measured = _close_mouth(points, triangles, match, places)
-        lowest = menton(points, triangles, match.pose, match.pose.local(places["menton"]))
-        places["menton"] = match.pose.world(lowest)
+        measured += _place_chin(points, triangles, match, places)
     _raise_brows(points, triangles, match, places)
     for name, place in places.items():
         others = place[None] if name in measured else rivals[name]
         scatter = np.sqrt(((others - place) ** 2).sum(axis=1).mean()) / match.pose.size
         certainty[name] = _share(certainty[name]) / (1.0 + (scatter / DISAGREEMENT) ** 2)
-    certainty["lower_lip_mid"] *= 1.0 if lip_seen else UNSEEN_LIP
+    certainty["lower_lip_mid"] *= 1.0 if lip_seen else UNSEEN
+    for name in CHIN:
+        certainty[name] = max(certainty[name], SEEN) if name in measured else UNSEEN * certainty[name]
     tip = peak(match.surface.depth, FINE, match.pose.local(places["nose_tip"])[:2])
     places["nose_tip"] = _raised(match, tip[None], match.surface.depth)[0]
-    for name in UNMEASURED:
+    estimated = tuple(name for name in UNMEASURED if name not in measured)
+    for name in estimated:
         certainty[name] = min(certainty[name], ESTIMATE)
     landmarks = _on_surface(points, triangles, complete(places, variants[0])[0])
-    return landmarks, {name: float(np.clip(value, 0.0, 1.0)) for name, value in certainty.items()}
+    return landmarks, {name: float(np.clip(value, 0.0, 1.0)) for name, value in certainty.items()}, estimated
 
 
 def _mouth_variants(
@@ -158,6 +163,17 @@ def _close_mouth(
     lip, _ = below
     places["lower_lip_mid"] = _raised(match, np.array([[lips[1, 0], lip]]), match.surface.depth)[0]
     return True, (*MOUTH[:2], "lower_lip_mid")
+
+
+def _place_chin(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> tuple[str, ...]:
+    """Move the landmarks of the chin to where its profile turns under; return the names of those that were measured."""
+    lowest, height = chin(points, triangles, match.pose, match.pose.local(places["menton"]))
+    places["menton"] = match.pose.world(lowest)
+    if height is None:
+        return ()
+    front = np.array([[match.pose.local(places["pogonion"])[0], height]])
+    places["pogonion"] = _raised(match, front, match.surface.depth)[0]
+    return CHIN
 
 
 def _raise_brows(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> None:

@@ -28,7 +28,9 @@ UNMEASURED = (
     "eye_r_centre",
     "menton",
 )
-"""Landmarks that the shape does not show, or not from the front: always estimates."""
+"""Landmarks that the shape does not show, or not from the front: estimates. But the menton is measured on a chin that
+is seen to turn under.
+"""
 
 MEAN = Identity()
 

@@ -123,7 +123,8 @@ class WaveFolds:
             If there are no motions that the lines could be found from, or a family compresses the skin nowhere.
         """
         self._face = face
-        self._age = face.age if self.age is None else self.age
+        self._age = max(face.age, 0.0) if self.age is None else self.age
+        self._depth = self.depth * face.fold_depth
         self._amounts = amounts(self.amount, face)
         self._field = self._found(face)
         if self.families is not None and (lacking := [k for k in self.families if k not in self._field.lines.names]):
@@ -165,7 +166,7 @@ class WaveFolds:
             self._folding[: self._count] = self._aged
         kernels.heights(
             self._folding, self._count, waves.starts, waves.theta, waves.strength, waves.length, waves.wave,
-            self._epsilon, self._excess, waves.old, self.depth, self._age, self._height, self._shown, self._spacing,
+            self._epsilon, self._excess, waves.old, self._depth, self._age, self._height, self._shown, self._spacing,
             self._across, self._active, self._deep, self._leading,
         )  # fmt: skip
         spacing = self._spacing / self._face.unit

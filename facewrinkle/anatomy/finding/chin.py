@@ -1,0 +1,90 @@
+"""The landmarks of the chin, by the bend where its profile turns under."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import gaussian_filter1d
+
+from ...geometry.depth_buffer import depth_buffer
+from .depth import Grid
+from .pose import Pose
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+# Lengths are in distances between the pupils. The profile is seen from before and below, where the bend is foremost.
+FROM_BELOW = np.radians(45.0)
+PROFILE = Grid(0.01, (-0.04, -2.7), (0.04, 0.0))
+JUMP = 0.15
+"""Larger steps of the depth from one row to the next are rims, behind which something else is seen."""
+
+BEND_SIZE = 0.1
+"""Size of the bends that count: the standard deviation of the Gaussian that smooths the profile."""
+
+BENT = 1.8
+"""Curvature of the bend, at least (2.4 to 5.0 on thirty-one labelled faces)."""
+
+ABOVE_MENTON, BELOW_MENTON = 0.25, 0.3
+"""The bend is looked for up to here from the expected lowest place of the chin, along the profile."""
+
+BEYOND = 0.2
+"""The skin goes on for this beyond the bend, at least: at the rim of a mask nothing tells that the chin turns under."""
+
+TURNING = np.radians(30.0)
+"""Angle by which the profile leans back at the bend, at least."""
+
+UNDER = np.radians(50.0)
+"""Angle by which the profile leans back at the lowest place of the chin, at least (42 to 71 degrees there)."""
+
+TO_MENTON, TO_POGONION = 0.05, 0.19
+"""From the bend along the profile to the lowest place of the chin (0 to 0.12 there), and up to the most prominent place
+of its front (0.16 to 0.23).
+"""
+
+
+def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, float | None]:
+    """Return the lowest place of the chin (3,) in the face's coordinates, and the height of its most prominent place.
+
+    Where the mesh ends soon after the chin turns under, or before, the height is None, and the place the expected one,
+    or one below it, where the profile begins to turn under or ends.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    pose : Pose
+    expected : ndarray, shape (3,)
+        Expected lowest place, in the face's coordinates.
+    """
+    cos, sin = np.cos(FROM_BELOW), np.sin(FROM_BELOW)
+    tilt = np.array([[1.0, 0.0, 0.0], [0.0, cos, sin], [0.0, -sin, cos]])
+    x, y, _ = tilt @ expected
+    low = (x + PROFILE.low[0], PROFILE.low[1])
+    depth = depth_buffer(pose.local(points) @ tilt.T, triangles, low, PROFILE.step, PROFILE.shape)
+    known = np.asarray(np.isfinite(depth).all(axis=1))
+    with np.errstate(invalid="ignore"):  # from one row that is not known to the next
+        known[1:] &= np.abs(np.diff(depth.mean(axis=1))) < JUMP  # what is seen behind a rim is no chin
+    start = int(np.argmin(np.abs(PROFILE.y - y - ABOVE_MENTON)))
+    gaps = np.flatnonzero(~known)
+    first = int(gaps[gaps < start].max(initial=-1)) + 1
+    last = int(gaps[gaps > start].min(initial=len(known)))
+    if not known[start] or last - first < 3:
+        return expected, None
+    up, profile = PROFILE.y[first:last], depth[first:last].mean(axis=1)
+
+    def place(row: float) -> Array:
+        rows = np.arange(len(up))
+        return np.asarray(tilt.T @ [x, np.interp(row, rows, up), np.interp(row, rows, profile)])
+
+    slope = gaussian_filter1d(np.gradient(profile, PROFILE.step), BEND_SIZE / PROFILE.step, mode="nearest")
+    lean = np.arctan(slope) + FROM_BELOW
+    bend = -np.gradient(slope, PROFILE.step) / (1.0 + slope**2) ** 1.5
+    along = np.append(0.0, np.cumsum(np.hypot(PROFILE.step, np.diff(profile))))
+    near = np.flatnonzero((up < y + ABOVE_MENTON) & (up > y - BELOW_MENTON))
+    at = int(near[np.argmax(bend[near])]) if len(near) else 0
+    if bend[at] < BENT or along[at] < BEYOND or lean[at] < TURNING:
+        under = np.flatnonzero((lean > UNDER) & (up < y + ABOVE_MENTON))
+        return place(min(float(np.interp(y, up, np.arange(len(up)))), float(under.max(initial=0)))), None
+    lowest = np.interp(along[at] - TO_MENTON, along, np.arange(len(up)))
+    return place(float(lowest)), float(place(at)[1] + TO_POGONION)
