@@ -19,6 +19,7 @@ from .activation import Activation
 from .base import Array, BoolArray, Displacement, SurfacePoints, SurfaceState
 from .compression import EdgeWeights, StrainField
 from .folds import Folds
+from .gathered import Gathered
 
 CompressionMethod = Literal["gradient", "edges"]
 
@@ -110,6 +111,7 @@ class MuscleWrinkles:
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
         needed = np.isin(face.triangles, np.concatenate([*self._zone_vertices, np.empty(0, int)])).any(axis=1)
         self._strain = StrainField(face.points * face.unit, face.triangles[needed])
+        self._gathered = Gathered(face, self._muscles, self._zones, self._strain.metric)
         self._edges: EdgeWeights | None = None
         self._activation: Activation | None = None
         self._folds = Folds.none(0)
@@ -126,6 +128,7 @@ class MuscleWrinkles:
         if not self.inextensible:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
+        self._gathered.follow(self._folds.muscle, self._folds.coordinates[:, 0])
         self._epsilon = np.zeros(len(self._folds.muscle))
         self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
         self._share = np.ones(len(self._height))
@@ -203,6 +206,7 @@ class MuscleWrinkles:
         kernels.strain_epsilon(
             folds.starts, vertices.corners, vertices.barycentric, strain, folds.products, self._epsilon
         )
+        self._gathered.put(strain, self._epsilon)
         return self._epsilon
 
     def _activated(self, base: Array) -> Array:

@@ -116,6 +116,13 @@ def test_taper_and_span_act_along_the_furrow():
     np.testing.assert_array_equal(part.unit_amplitude(places), np.where(places[:, 1] <= 20.0, whole, 0.0))
 
 
+def test_points_at_coordinates():
+    crease, rng = bowed(), np.random.default_rng(3)
+    along, across = rng.uniform(0.0, 1.0, 50), rng.uniform(-0.25, 0.75, 50)
+    found = crease.coordinates(crease.points_at(along, across))
+    np.testing.assert_allclose(found, (along, across), atol=1e-12)
+
+
 def test_the_direction_is_the_gradient_of_q():
     crease = bowed()
     x = np.random.default_rng(1).uniform((-10, -5, -9), (20, 45, 9), (500, 3))

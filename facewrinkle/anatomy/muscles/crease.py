@@ -135,6 +135,14 @@ class Crease(Muscle):
         x, q, _, _ = self._plane(points)
         return x / self._axes[0], q / self.width
 
+    def points_at(self, along: npt.ArrayLike, across: npt.ArrayLike) -> Array:
+        """Return the points (n, 3), in the plane of the path, at `along` (lambda) and `across` (in widths)."""
+        length, forward, aside, _ = self._axes
+        x, q = length * np.ravel(along), self.width * np.ravel(across)
+        slope = self._bow * (length - 2.0 * x)
+        y = self._bow * x * (length - x) + q * np.sqrt(1.0 + slope**2)
+        return np.asarray(self.path[0] + x[:, None] * forward + y[:, None] * aside)
+
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """lambda within the span, and within the width and the thickness."""
         x, q, _, away = self._plane(points)

@@ -10,7 +10,6 @@ import numpy.typing as npt
 from ...anatomy.face import Face
 from ...errors import ParameterError, check_range, check_whole
 from ...geometry.refinement import Change
-from .. import _kernels as strain_kernels
 from ..base import Displacement, SurfacePoints, SurfaceState
 from . import _height_kernels as kernels
 from .amount import Amount, amounts
@@ -141,7 +140,7 @@ class WaveFolds:
 
     def _resize(self, n: int) -> None:
         p = len(self._waves.theta)
-        self._epsilon, self._pull, self._excess, self._deep = (np.zeros(p) for _ in range(4))
+        self._epsilon, self._excess, self._deep = (np.zeros(p) for _ in range(3))
         self._height, self._shown, self._spacing = np.zeros(n), np.zeros(n), np.full(n, np.inf)
         self._across, self._active = np.zeros((n, 3)), np.zeros(n, bool)
         self._folding, self._count = np.zeros(n, np.int64), 0
@@ -151,15 +150,14 @@ class WaveFolds:
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        waves, at = self._waves, (state.vertices.corners, state.vertices.barycentric)
-        for products, out in ((waves.across, self._epsilon), (waves.along, self._pull)):
-            strain_kernels.strain_epsilon(waves.starts, *at, state.strain, products, out)
+        waves = self._waves
         before = self._folding[: self._count]
         self._height[before], self._shown[before] = 0.0, 0.0
         self._spacing[before], self._active[before] = np.inf, False
         self._count = kernels.excesses(
-            waves.starts, waves.window, self._epsilon, self._pull, self._excess, self._folding
-        )
+            waves.starts, state.vertices.corners, state.vertices.barycentric, state.strain, waves.across, waves.along,
+            waves.shear, waves.window, self._epsilon, self._excess, self._folding,
+        )  # fmt: skip
         if self._aged is not None:
             self._count = len(self._aged)
             self._folding[: self._count] = self._aged
