@@ -61,6 +61,7 @@ class MuscleWrinkles:
     anatomical : bool
         If True, lines that :class:`facewrinkle.WaveFolds` draws are left out (``waves = true`` in the atlas). The
         folds that all people have at the same places stay: beside the nose, around the mouth, and between the brows.
+        Together they hold no net volume: their bulges, or their furrows, are lowered by up to a fifth.
 
     Attributes
     ----------
@@ -155,6 +156,8 @@ class MuscleWrinkles:
             folds.direction, self._epsilon, k0, SMALLEST, height, blunt, self._share, spacing, across, active,
         )  # fmt: skip
         self._ask(k0, state.vertices, spacing, across, active)
+        if self.anatomical and not self.balance:
+            kernels.level(height, blunt, state.bare, state.triangles)
         shading_offset = blunt - height
         if self.balance:
             height, lowered = self._balanced(k0, height, state)

@@ -80,7 +80,9 @@ def test_a_crest_beside_a_furrow_without_net_volume(alpha):
     assert abs(trapezoid(height, x)) < 1e-6 * trapezoid(np.abs(height), x)
     assert abs(height[inside][[0, -1]]).max() < 1e-3
     slope = np.gradient(height, x)[(x > 3.0) & (x < 8.9)]
-    assert np.abs(slope).max() < 0.5 * (np.ptp(height) / 3.0)  # it declines to the cheek, more gently than to the furrow
+    assert np.abs(slope).max() < 0.5 * (
+        np.ptp(height) / 3.0
+    )  # it declines to the cheek, more gently than to the furrow
 
 
 def test_blunt_heights_are_means():

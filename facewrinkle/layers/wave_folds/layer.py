@@ -10,6 +10,7 @@ import numpy.typing as npt
 from ...anatomy.face import Face
 from ...errors import ParameterError, check_range, check_whole
 from ...geometry.refinement import Change
+from .._kernels import level
 from ..base import Displacement, SurfacePoints, SurfaceState
 from . import _height_kernels as kernels
 from .amount import Amount, amounts
@@ -166,6 +167,7 @@ class WaveFolds:
             self._epsilon, self._excess, waves.old, self.depth, self._age, self._height, self._shown, self._spacing,
             self._across, self._active, self._deep, self._leading,
         )  # fmt: skip
+        level(self._height, self._shown, state.bare, state.triangles)
         spacing = self._spacing / self._face.unit
         offset = self._shown - self._height
         return Displacement(self._height, spacing, self._across, self._active, offset, bends=False)
