@@ -70,6 +70,12 @@ ALIKE = 1.1
 """Weight of the other side of the face at symmetry 1, relative to that of the own side, in the alignment."""
 
 
+AHEAD = np.array([0.3779, 0.8137, 0.4416])
+"""Directions across the lines point this way, which is along no axis of a face: their signs, on which the phases that
+are drawn depend, are no matter of rounding on the median plane.
+"""
+
+
 @dataclass(frozen=True)
 class Style:
     """Choices that the lines of a face depend on.
@@ -341,4 +347,5 @@ def _principal(tensors: Array, normals: Array) -> tuple[Array, Array]:
     mean, spread = 0.5 * (a + b), np.hypot(0.5 * (a - b), c)
     angle = 0.5 * np.arctan2(2.0 * c, a - b)
     tangents = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    tangents *= np.where(tangents @ AHEAD < 0.0, -1.0, 1.0)[:, None]
     return tangents, np.stack([mean - spread, mean + spread], axis=1)

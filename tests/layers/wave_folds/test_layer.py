@@ -216,6 +216,17 @@ def test_another_identity_keeps_its_lines_and_another_seed_is_another_person(fac
     assert abs(another) < 0.5
 
 
+def test_a_mesh_in_metres_has_the_same_lines(face):
+    own, metres = (
+        fw.fit_face(face.mesh.scale(s, inplace=False), {k: s * np.asarray(v) for k, v in face.landmarks.items()}, units)
+        for s, units in ((1.0, 1.0), (0.001, 1000.0))
+    )
+    one, other = (WaveField(f, fold_shapes(f, fw.Skin(f)), 1.0, Style()) for f in (own, metres))
+    assert one.lines.names == other.lines.names
+    for name in one.lines.names:
+        assert likeness(cosines(own, one, name), cosines(metres, other, name)) > 1.0 - 1e-6
+
+
 def test_left_and_right_are_alike_as_far_as_asked_for(face):
     mirrored = face.points * [-1.0, 1.0, 1.0]
     twin = cKDTree(face.points).query(mirrored)[1]
