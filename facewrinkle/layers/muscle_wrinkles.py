@@ -61,7 +61,8 @@ class MuscleWrinkles:
     anatomical : bool
         If True, lines that :class:`facewrinkle.WaveFolds` draws are left out (``waves = true`` in the atlas). The
         folds that all people have at the same places stay: beside the nose, around the mouth, and between the brows.
-        Together they hold no net volume: their bulges, or their furrows, are lowered by up to a fifth.
+        A crease is as deep as the skin of its whole width is compressed. All together hold no net volume: their bulges,
+        or their furrows, are lowered by up to a fifth.
 
     Attributes
     ----------
@@ -112,7 +113,8 @@ class MuscleWrinkles:
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
         needed = np.isin(face.triangles, np.concatenate([*self._zone_vertices, np.empty(0, int)])).any(axis=1)
         self._strain = StrainField(face.points * face.unit, face.triangles[needed])
-        self._gathered = Gathered(face, self._muscles, self._zones, self._strain.metric)
+        taken = self._zones & self.anatomical
+        self._gathered = Gathered(face, self._muscles, taken, self._strain.metric)
         self._edges: EdgeWeights | None = None
         self._activation: Activation | None = None
         self._folds = Folds.none(0)

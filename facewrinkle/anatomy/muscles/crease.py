@@ -196,8 +196,12 @@ class Crease(Muscle):
 
     @property
     def half_wavelength(self) -> float:
-        """Half cycle u: from the bottom of the furrow to the top of the crest."""
-        return self._furrow
+        """Half the width: furrow and crest make one cycle."""
+        return 0.5 * self.width
+
+    def half_cycles(self, points: npt.ArrayLike) -> Array:
+        """From the bottom of the furrow to the top of the crest, for (n, 3) points: half as much."""
+        return np.full(len(checked_points(points)), self._furrow)
 
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
         """The crease after ``x -> scale * rotation @ x + translation``."""
