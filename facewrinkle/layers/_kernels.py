@@ -20,6 +20,9 @@ LARGE = 100_000
 LEVELLED = 0.8
 """Bulges and furrows are lowered to this share of their heights at most, so that they hold the same volume."""
 
+STEPS = 512
+"""Shares are multiples of 1 / 512: the order of the triangles, in which volumes are added up, does not change them."""
+
 
 def _two_builds(function: Any) -> Callable[..., None]:
     """Return a kernel that runs `function` serially, or in parallel where its first array is large.
@@ -208,8 +211,8 @@ def level(height, shown, points, triangles):
                 above += area * h
             else:
                 below -= area * h
-    bulges = max(below / above, LEVELLED) if above > below else 1.0
-    furrows = max(above / below, LEVELLED) if below > above else 1.0
+    bulges = max(np.round(below / above * STEPS) / STEPS, LEVELLED) if above > below else 1.0
+    furrows = max(np.round(above / below * STEPS) / STEPS, LEVELLED) if below > above else 1.0
     for i in range(len(height)):
         share = bulges if height[i] > 0.0 else furrows
         height[i] *= share

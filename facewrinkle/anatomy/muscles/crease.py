@@ -49,9 +49,9 @@ class Crease(Muscle):
 
         H(q) = 2^alpha (beta t (1 - t)^2 - (1 - |q| / a)^(1 + alpha)) / (1 + 4 beta / 27),  t = q / b,
 
-    each term being 0 outside of (0, b) and (-a, a). The crest is highest at q = a, from bulge to furrow it is 2^alpha as
-    in all wrinkles, and the integral is 0. `taper` acts along the furrow; `count`, `start`, `core`, `ends` and `falloff`
-    are not used.
+    each term being 0 outside of (0, b) and (-a, a). The crest is highest at q = a, from bulge to furrow it is 2^alpha
+    as in all wrinkles, and the integral is 0. `taper` acts along the furrow; `count`, `start`, `core`, `ends` and
+    `falloff` are not used.
 
     Examples
     --------

@@ -46,7 +46,8 @@ class WaveFolds:
         face.
     amount : array_like, str or mapping, optional
         More folds here, none there: factors (n0,) of the depth at the vertices of the mesh; the name of point data that
-        holds them; or a mapping from landmarks ("glabella") or :class:`facewrinkle.Region` to factors.
+        holds them; or a mapping from landmarks ("glabella") or :class:`facewrinkle.Region` to factors. Elsewhere folds
+        change by no more than the share that keeps the volume.
     families : mapping, optional
         Motions by the name of their family; folds of a family lie across their common compression. A motion is the name
         of an action unit or expression, a mixture of them, or positions (n0, 3) of the vertices of the mesh. Default:
