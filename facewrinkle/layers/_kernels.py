@@ -17,6 +17,12 @@ from ..geometry.compilation import njit
 LARGE = 100_000
 """From this many vertices on, the parallel build is the faster one."""
 
+LEVELLED = 0.8
+"""Bulges and furrows are lowered to this share of their heights at most, so that they hold the same volume."""
+
+STEPS = 512
+"""Shares are multiples of 1 / 512: the order of the triangles, in which volumes are added up, does not change them."""
+
 
 def _two_builds(function: Any) -> Callable[..., None]:
     """Return a kernel that runs `function` serially, or in parallel where its first array is large.
@@ -185,3 +191,29 @@ def amplitudes(
         active[i] = on
         if lead >= 0:
             across[i, 0], across[i, 1], across[i, 2] = direction[lead, 0], direction[lead, 1], direction[lead, 2]
+
+
+@njit(cache=True)
+def level(height, shown, points, triangles):
+    """Lower the bulges of heights (n,), or raise the furrows, until both hold as much volume over points (n, 3)."""
+    above, below = 0.0, 0.0
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        if height[a] == 0.0 and height[b] == 0.0 and height[c] == 0.0:
+            continue
+        ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+        vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        area = np.sqrt(nx * nx + ny * ny + nz * nz)
+        for k in range(3):
+            h = height[triangles[t, k]]
+            if h > 0.0:
+                above += area * h
+            else:
+                below -= area * h
+    bulges = max(np.round(below / above * STEPS) / STEPS, LEVELLED) if above > below else 1.0
+    furrows = max(np.round(above / below * STEPS) / STEPS, LEVELLED) if below > above else 1.0
+    for i in range(len(height)):
+        share = bulges if height[i] > 0.0 else furrows
+        height[i] *= share
+        shown[i] *= share

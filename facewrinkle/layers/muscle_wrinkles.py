@@ -19,6 +19,7 @@ from .activation import Activation
 from .base import Array, BoolArray, Displacement, SurfacePoints, SurfaceState
 from .compression import EdgeWeights, StrainField
 from .folds import Folds
+from .gathered import Gathered
 
 CompressionMethod = Literal["gradient", "edges"]
 
@@ -60,6 +61,8 @@ class MuscleWrinkles:
     anatomical : bool
         If True, lines that :class:`facewrinkle.WaveFolds` draws are left out (``waves = true`` in the atlas). The
         folds that all people have at the same places stay: beside the nose, around the mouth, and between the brows.
+        A crease is as deep as the skin of its whole width is compressed. All together hold no net volume: their bulges,
+        or their furrows, are lowered by up to a fifth.
 
     Attributes
     ----------
@@ -111,6 +114,8 @@ class MuscleWrinkles:
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
         needed = np.isin(face.triangles, np.concatenate([*self._zone_vertices, np.empty(0, int)])).any(axis=1)
         self._strain = StrainField(face.points * face.unit, face.triangles[needed])
+        taken = self._zones & self.anatomical
+        self._gathered = Gathered(face, self._muscles, taken, self._strain.metric)
         self._edges: EdgeWeights | None = None
         self._activation: Activation | None = None
         self._folds = Folds.none(0)
@@ -127,6 +132,7 @@ class MuscleWrinkles:
         if not self.inextensible:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
+        self._gathered.follow(self._folds.muscle, self._folds.coordinates[:, 0])
         self._epsilon = np.zeros(len(self._folds.muscle))
         self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
         self._share = np.ones(len(self._height))
@@ -153,6 +159,8 @@ class MuscleWrinkles:
             folds.direction, self._epsilon, k0, SMALLEST, height, blunt, self._share, spacing, across, active,
         )  # fmt: skip
         self._ask(k0, state.vertices, spacing, across, active)
+        if self.anatomical and not self.balance:
+            kernels.level(height, blunt, state.bare, state.triangles)
         shading_offset = blunt - height
         if self.balance:
             height, lowered = self._balanced(k0, height, state)
@@ -204,6 +212,7 @@ class MuscleWrinkles:
         kernels.strain_epsilon(
             folds.starts, vertices.corners, vertices.barycentric, strain, folds.products, self._epsilon
         )
+        self._gathered.put(strain, self._epsilon)
         return self._epsilon
 
     def _activated(self, base: Array) -> Array:

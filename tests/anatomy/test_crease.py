@@ -1,7 +1,7 @@
 """Creases: folds along a curve.
 
 coordinates        a straight and a bowed path in closed form; distances to a finely sampled parabola
-amplitude          H of the paper, one cycle; its volume; both borders and both ends
+amplitude          a furrow and a broad crest on one side; their volume; both borders and both ends
 direction          the gradient of q by differences
 on faces           where the skin of captured faces creases; beside the corner of a mouth, wherever it moves
 """
@@ -19,10 +19,9 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Crease, LinearMuscle, Wrinkles
 from facewrinkle.errors import ParameterError
-from facewrinkle.geometry import profile
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
-STYLE = Wrinkles(count=1, depth=2.0, alpha=1.3, core=1.0, falloff="smoothstep")
+STYLE = Wrinkles(depth=2.0, alpha=1.3)
 BOWED = [(0.0, 40.0, 0.0), (6.0, 18.0, 0.0), (0.0, 0.0, 0.0)]
 
 
@@ -40,8 +39,11 @@ def test_the_furrow_runs_through_the_three_points():
     along, across = bowed().coordinates(BOWED)
     np.testing.assert_allclose(along, [0.0, 0.55, 1.0], atol=1e-15)
     np.testing.assert_allclose(across, 0.0, atol=1e-15)
-    height = bowed().height(BOWED)
-    np.testing.assert_allclose(height, profile.bulge_height(1.0, 1.3) - 2.0**1.3, atol=1e-12)
+    x = np.linspace(-3.0, 9.0, 24_001)
+    for foot in curve(7)[1:-1]:
+        tangent = np.array([6.0 / (18.0 * 22.0) * (40.0 - 2.0 * foot[1]), 1.0, 0.0])
+        across = np.cross(tangent / np.linalg.norm(tangent), (0.0, 0.0, 1.0))
+        assert x[np.argmin(bowed().height(foot + x[:, None] * across))] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_q_is_the_distance_from_the_furrow():
@@ -60,31 +62,48 @@ def test_q_is_the_distance_from_the_furrow():
     np.testing.assert_allclose(12.0 * straight.coordinates(x)[1], x[:, 0], atol=1e-13)
 
 
-@pytest.mark.parametrize("alpha", [1.0, 1.3, 3.0])
-def test_one_cycle_is_a_crest_then_a_furrow_without_net_volume(alpha):
-    crease = Crease([(0, 40, 0), (0, 13, 0), (0, 0, 0)], (1, 0, 0), 12.0, wrinkles=STYLE).replaced(alpha=alpha)
-    s0 = profile.zero_crossing(alpha)
-    x = np.linspace(-8.0, 14.0, 400_001)
-    height = crease.unit_amplitude(np.c_[x, np.full_like(x, 20.0), 0.0 * x])
-    inside = crease.wrinkling_region(np.c_[x, np.full_like(x, 20.0), 0.0 * x])
-    assert x[inside][0] == pytest.approx(-6.0 * (1.0 - s0), abs=1e-4)
-    assert x[inside][-1] == pytest.approx(6.0 * (1.0 + s0), abs=1e-4)
-    assert x[np.argmin(height)] == pytest.approx(0.0, abs=1e-4)
-    assert x[np.argmax(height)] == pytest.approx(6.0, abs=1e-2)  # the crest, on its side
-    assert (height[x < -1e-9] <= 1e-9).all()  # and none on the other
-    assert abs(trapezoid(height, x)) < 1e-4 * trapezoid(np.abs(height), x)
+STRAIGHT = Crease([(0, 40, 0), (0, 13, 0), (0, 0, 0)], (1, 0, 0), 12.0, wrinkles=STYLE)
+ACROSS = np.linspace(-8.0, 14.0, 220_001)
+SECTION = np.c_[ACROSS, np.full_like(ACROSS, 20.0), 0.0 * ACROSS]
+
+
+@pytest.mark.parametrize("alpha", [0.0, 1.0, 1.3, 3.0])
+def test_a_crest_beside_a_furrow_without_net_volume(alpha):
+    crease, x = STRAIGHT.replaced(alpha=alpha), ACROSS
+    height = crease.unit_amplitude(SECTION)
+    inside = crease.wrinkling_region(SECTION)
+    assert x[inside][[0, -1]] == pytest.approx([-3.0, 9.0], abs=1e-3)
+    assert x[np.argmin(height)] == pytest.approx(0.0, abs=1e-3)
+    assert x[np.argmax(height)] == pytest.approx(3.0, abs=1e-3)
+    assert np.ptp(height) == pytest.approx(2.0**alpha, rel=1e-4)  # from bulge to furrow, as in all wrinkles
+    assert (height[x < 0.0] <= 0.0).all()  # no crest on the other side
+    assert abs(trapezoid(height, x)) < 1e-6 * trapezoid(np.abs(height), x)
     assert abs(height[inside][[0, -1]]).max() < 1e-3
+    slope = np.gradient(height, x)[(x > 3.0) & (x < 8.9)]
+    assert np.abs(slope).max() < 0.5 * (
+        np.ptp(height) / 3.0
+    )  # it declines to the cheek, more gently than to the furrow
 
 
-@pytest.mark.parametrize("ends", ["continuous", "paper"])
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_furrows_are_counted_and_one_lies_on_the_path(count, ends):
-    crease = bowed(count=count, ends=ends)
-    assert crease.half_wavelength == pytest.approx(6.0 / count)
-    np.testing.assert_allclose(crease.height(curve(7)), profile.bulge_height(1.0, 1.3) - 2.0**1.3, atol=1e-9)
-    x = np.linspace(-20.0, 30.0, 50_001)
-    points = np.c_[x, np.full_like(x, 18.0), 0.0 * x]
-    assert crease.wrinkling_region(points).sum() == pytest.approx(1000 * 12.0, rel=0.02)
+def test_blunt_heights_are_means():
+    crease, blunt = STRAIGHT, 0.3
+    step = ACROSS[1] - ACROSS[0]
+    width = round(blunt * 3.0 / step)
+    height = crease.height(SECTION)
+    t, beta = np.clip(ACROSS / 9.0, 0.0, 1.0), 8.0 / 3.3
+    crest = 2.0**1.3 * beta * t * (1.0 - t) ** 2 / (1.0 + 4.0 * beta / 27.0)
+    total = np.concatenate([[0.0], np.cumsum(0.5 * ((height - crest)[1:] + (height - crest)[:-1]))])
+    mean = (total[2 * width :] - total[: -2 * width]) / (2 * width)
+    np.testing.assert_allclose(crease.height(SECTION, blunt)[width:-width], crest[width:-width] + mean, atol=1e-5)
+
+
+def test_it_takes_up_the_skin_at_its_furrow():
+    cover = bowed().cover(curve(9))
+    np.testing.assert_array_equal(cover, bowed().envelope(curve(9)))
+    x = np.array([-3.0, -1.0, 0.0, 1.0, 9.0])
+    cover = STRAIGHT.cover(np.c_[x, np.full(5, 20.0), np.zeros(5)])
+    assert cover[[0, 2, 4]].tolist() == [0.0, 1.0, 0.0]
+    assert 0.0 < cover[1] < cover[3] < 1.0
 
 
 def test_taper_and_span_act_along_the_furrow():
@@ -99,6 +118,13 @@ def test_taper_and_span_act_along_the_furrow():
     np.testing.assert_array_equal(part.unit_amplitude(places), np.where(places[:, 1] <= 20.0, whole, 0.0))
 
 
+def test_points_at_coordinates():
+    crease, rng = bowed(), np.random.default_rng(3)
+    along, across = rng.uniform(0.0, 1.0, 50), rng.uniform(-0.25, 0.75, 50)
+    found = crease.coordinates(crease.points_at(along, across))
+    np.testing.assert_allclose(found, (along, across), atol=1e-12)
+
+
 def test_the_direction_is_the_gradient_of_q():
     crease = bowed()
     x = np.random.default_rng(1).uniform((-10, -5, -9), (20, 45, 9), (500, 3))
@@ -111,7 +137,7 @@ def test_the_direction_is_the_gradient_of_q():
 
 def test_a_crease_moves_with_the_face():
     rotation = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix() @ np.diag([-1.0, 1.0, 1.0])
-    crease, shift = bowed(taper=0.4, core=0.5, span=(0.1, 0.9)), np.array([3.0, -70.0, 11.0])
+    crease, shift = bowed(taper=0.4, span=(0.1, 0.9)), np.array([3.0, -70.0, 11.0])
     moved = crease.transformed(rotation, 25.4, shift)
     x = np.random.default_rng(2).uniform((-10, -5, -25), (20, 45, 25), (2000, 3))
     y = 25.4 * x @ rotation.T + shift

@@ -229,8 +229,8 @@ def test_depth_multiplies(broad):
 
 
 def test_two_layers_add(broad):
-    one = fw.Simulation(broad, layers=[MuscleWrinkles()], refinement=UNREFINED)
-    two = fw.Simulation(broad, layers=[MuscleWrinkles(depth=0.25), MuscleWrinkles(depth=0.75)], refinement=UNREFINED)
+    one = fw.Simulation(broad, layers=[MuscleWrinkles(depth=0.5)], refinement=UNREFINED)  # far from the bound
+    two = fw.Simulation(broad, layers=[MuscleWrinkles(depth=0.1), MuscleWrinkles(depth=0.4)], refinement=UNREFINED)
     for sim in (one, two):
         sim.express("frowning")
     frames = [list(sim.run(8))[-1] for sim in (one, two)]

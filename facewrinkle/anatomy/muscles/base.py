@@ -175,6 +175,10 @@ class Muscle:
         """The lateral attenuation At of (n, 3) points; exactly 0 outside the wrinkling region."""
         return np.zeros(len(checked_points(points)))
 
+    def cover(self, points: npt.ArrayLike) -> Array:
+        """Share (n,) of the skin at (n, 3) points that these folds take up."""
+        return self.envelope(points)
+
     def unit_amplitude(self, points: npt.ArrayLike) -> Array:
         """``H At`` at k0 = 1 for (n, 3) points; exactly 0 outside the wrinkling region (Eq. 3)."""
         fade = self.envelope(points)

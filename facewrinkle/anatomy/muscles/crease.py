@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import ParameterError, check_range
-from ...geometry import profile
 from ...geometry.smoothstep import smoothstep
 from .base import Array, BoolArray, Muscle, checked_points, unit, vector
 
@@ -43,10 +42,16 @@ class Crease(Muscle):
     -----
     In the plane of the chord from start to end (length c) and the direction to the crest, the furrow is the parabola
     ``f(x) = h x (c - x)`` through the three points. Points (x, y) have the coordinates ``lambda = x / c`` and, across,
-    ``q = (y - f) / sqrt(1 + f'^2)``, the distance from the furrow up to the second order of f'. H is a function of the
-    distance from the border of the crest. Of one cycle with continuous ends (``count=1``) the crest has the share
-    ``(1 + s0) / 2`` of the width, s0 as in :func:`facewrinkle.geometry.profile.zero_crossing`; on the other side the
-    furrow rises to the surface and no higher. `taper` acts along the furrow, `core` across it; `start` is not used.
+    ``q = (y - f) / sqrt(1 + f'^2)``, the distance from the furrow up to the second order of f'.
+
+    H is a furrow of half the width and the broad crest that its skin makes on one side of it. With u half the width,
+    a = u / 2, b = 3 a and beta = 8 / (2 + alpha),
+
+        H(q) = 2^alpha (beta t (1 - t)^2 - (1 - |q| / a)^(1 + alpha)) / (1 + 4 beta / 27),  t = q / b,
+
+    each term being 0 outside of (0, b) and (-a, a). The crest is highest at q = a, from bulge to furrow it is 2^alpha
+    as in all wrinkles, and the integral is 0. `taper` acts along the furrow; `count`, `start`, `core`, `ends` and
+    `falloff` are not used.
 
     Examples
     --------
@@ -121,22 +126,27 @@ class Crease(Muscle):
         return x, q, slope, np.abs(offset @ normal)
 
     @property
-    def _border(self) -> float:
-        """q at the outer border of the crest; a furrow lies at q = 0."""
-        style, u = self.wrinkles, self.half_wavelength
-        # profile.phase starts the cycle here.
-        skipped = 0.0 if style.ends == "paper" else u * (1.0 - profile.zero_crossing(style.alpha))
-        return self.width - skipped
+    def _furrow(self) -> float:
+        """a, half the width of the furrow; the crest reaches three times as far."""
+        return 0.25 * self.width
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """lambda, the place along the furrow, and q over the width, positive towards the crest, of (n, 3) points."""
         x, q, _, _ = self._plane(points)
         return x / self._axes[0], q / self.width
 
+    def points_at(self, along: npt.ArrayLike, across: npt.ArrayLike) -> Array:
+        """Return the points (n, 3), in the plane of the path, at `along` (lambda) and `across` (in widths)."""
+        length, forward, aside, _ = self._axes
+        x, q = length * np.ravel(along), self.width * np.ravel(across)
+        slope = self._bow * (length - 2.0 * x)
+        y = self._bow * x * (length - x) + q * np.sqrt(1.0 + slope**2)
+        return np.asarray(self.path[0] + x[:, None] * forward + y[:, None] * aside)
+
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """lambda within the span, and within the width and the thickness."""
         x, q, _, away = self._plane(points)
-        across = (q <= self._border) & (q >= self._border - self.width)
+        across = (q <= 3.0 * self._furrow) & (q >= -self._furrow)
         place = x / self._axes[0]
         return np.asarray((place >= self.span[0]) & (place <= self.span[1]) & across & (away <= self.thickness))
 
@@ -150,17 +160,24 @@ class Crease(Muscle):
         return self.path[0] + 0.5 * length * along, float(np.linalg.norm(half))
 
     def envelope(self, points: npt.ArrayLike) -> Array:
-        """At: the falloff towards both borders, and the taper towards both ends."""
-        x, q, _, _ = self._plane(points)
-        style, half = self.wrinkles, 0.5 * self.width
-        away = np.abs(self._border - half - q)
-        fade = profile.attenuation(profile.band(away, style.core * half, half), style.falloff)
-        place = (x / self._axes[0] - self.span[0]) / (self.span[1] - self.span[0])
-        return np.where(self.wrinkling_region(points), fade * self._tapered(place), 0.0)
+        """At: the taper towards both ends."""
+        place = (self._plane(points)[0] / self._axes[0] - self.span[0]) / (self.span[1] - self.span[0])
+        return np.where(self.wrinkling_region(points), self._tapered(place), 0.0)
+
+    def cover(self, points: npt.ArrayLike) -> Array:
+        """Share (n,) of the skin that this fold takes up: all of it at the furrow, none at the outer borders."""
+        q = self._plane(points)[1] / self._furrow
+        return self.envelope(points) * (1.0 - smoothstep(np.where(q > 0.0, q / 3.0, -q)))
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
-        """H (Eqs. 4-6) of the distance from the border of the crest."""
-        return self._profile(self._border - self._plane(points)[1], 0.0, self.half_wavelength, blunt)
+        """H, a furrow and its crest; the furrow is averaged over `blunt` of its half cycle to either side."""
+        q, alpha = self._plane(points)[1] / self._furrow, self.wrinkles.alpha
+        t, beta = np.clip(q / 3.0, 0.0, 1.0), 8.0 / (2.0 + alpha)
+        if check_range("blunt", blunt, 0.0, 1.0) > 0.0:
+            furrow = (_dug(q + blunt, alpha) - _dug(q - blunt, alpha)) / (2.0 * blunt)
+        else:
+            furrow = np.clip(1.0 - np.abs(q), 0.0, 1.0) ** (1.0 + alpha)
+        return np.asarray(2.0**alpha * (beta * t * (1.0 - t) ** 2 - furrow) / (1.0 + 4.0 * beta / 27.0))
 
     def loose_share(self, points: npt.ArrayLike) -> Array:
         """Share (n,) in which points lie on the side of the crest, where skin is loose: 0 up to an eighth of the width
@@ -179,8 +196,12 @@ class Crease(Muscle):
 
     @property
     def half_wavelength(self) -> float:
-        """Half cycle u (Eq. 5 with the width for R)."""
-        return profile.half_cycle(self.width, 0.0, self.wrinkles.count)
+        """Half the width: furrow and crest make one cycle."""
+        return 0.5 * self.width
+
+    def half_cycles(self, points: npt.ArrayLike) -> Array:
+        """From the bottom of the furrow to the top of the crest, for (n, 3) points: half as much."""
+        return np.full(len(checked_points(points)), self._furrow)
 
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
         """The crease after ``x -> scale * rotation @ x + translation``."""
@@ -193,3 +214,9 @@ class Crease(Muscle):
             width=self.width * scale,
             thickness=self.thickness * scale,
         )
+
+
+def _dug(q: Array, alpha: float) -> Array:
+    """Integral from 0 to q of ``(1 - |q|)^(1 + alpha)``, which is 0 beyond 1."""
+    left = np.clip(1.0 - np.abs(q), 0.0, 1.0) ** (2.0 + alpha)
+    return np.asarray(np.sign(q) * (1.0 - left) / (2.0 + alpha))

@@ -12,6 +12,10 @@ ONSET, SOFT = 0.025, 0.02
 ALONG = 0.5
 """Share of the stretch along the lines that is taken from the compression across them: it is no fold but Poisson's."""
 
+SHEARED = 1.0
+"""Share of the shear along the lines that is taken likewise: skin that is compressed askew to a line folds less there.
+"""
+
 SPENT = 0.75
 """Depth of folds relative to the deepest that skin of fixed length allows; the rest of it shortens or thickens."""
 
@@ -60,19 +64,42 @@ def risen(s, alpha):
 
 
 @njit(cache=True)
-def excesses(starts, window, epsilon, pull, excess, folding):
-    """Compression beyond the onset (p,), smoothly from 0; list the vertices (n,) that have any, and return how many."""
+def excesses(starts, corners, barycentric, strain, across, along, shear, window, epsilon, excess, folding):
+    """Compression beyond the onset (p,), smoothly from 0; list the vertices (n,) that have any, and return how many.
+
+    `epsilon` (p,) is the compression across the lines, ``1 - |F m|``. What stretches skin along the lines, and what
+    shears it along them, folds it less.
+    """
     count = 0
     for i in range(len(starts) - 1):
+        first, last = starts[i], starts[i + 1]
+        if first == last:
+            continue
+        a, b, c = corners[i, 0], corners[i, 1], corners[i, 2]
+        wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
+        xx = wa * strain[a, 0] + wb * strain[b, 0] + wc * strain[c, 0]
+        yy = wa * strain[a, 1] + wb * strain[b, 1] + wc * strain[c, 1]
+        zz = wa * strain[a, 2] + wb * strain[b, 2] + wc * strain[c, 2]
+        yz = wa * strain[a, 3] + wb * strain[b, 3] + wc * strain[c, 3]
+        xz = wa * strain[a, 4] + wb * strain[b, 4] + wc * strain[c, 4]
+        xy = wa * strain[a, 5] + wb * strain[b, 5] + wc * strain[c, 5]
         some = False
-        for p in range(starts[i], starts[i + 1]):
-            e = epsilon[p] + ALONG * min(pull[p], 0.0) - ONSET
-            if e > SOFT:
-                excess[p] = window[p] * e
-            elif e > -SOFT:
-                excess[p] = window[p] * (e + SOFT) ** 2 / (4.0 * SOFT)
-            else:
-                excess[p] = 0.0
+        for p in range(first, last):
+            change = across[p, 0] * xx + across[p, 1] * yy + across[p, 2] * zz
+            change += across[p, 3] * yz + across[p, 4] * xz + across[p, 5] * xy
+            epsilon[p] = 1.0 - np.sqrt(max(1.0 + change, 0.0))
+            excess[p] = 0.0
+            if epsilon[p] > ONSET - SOFT:
+                change = along[p, 0] * xx + along[p, 1] * yy + along[p, 2] * zz
+                change += along[p, 3] * yz + along[p, 4] * xz + along[p, 5] * xy
+                slide = shear[p, 0] * xx + shear[p, 1] * yy + shear[p, 2] * zz
+                slide += shear[p, 3] * yz + shear[p, 4] * xz + shear[p, 5] * xy
+                pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
+                e = epsilon[p] + ALONG * pull - SHEARED * 0.5 * abs(slide) - ONSET
+                if e > SOFT:
+                    excess[p] = window[p] * e
+                elif e > -SOFT:
+                    excess[p] = window[p] * (e + SOFT) ** 2 / (4.0 * SOFT)
             some |= excess[p] > 0.0
         if some:
             folding[count] = i

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ...anatomy.face import Face
 from ...errors import ParameterError, check_range, check_whole
 from ...geometry.refinement import Change
-from .. import _kernels as strain_kernels
+from .._kernels import level
 from ..base import Displacement, SurfacePoints, SurfaceState
 from . import _height_kernels as kernels
 from .amount import Amount, amounts
@@ -46,7 +46,8 @@ class WaveFolds:
         face.
     amount : array_like, str or mapping, optional
         More folds here, none there: factors (n0,) of the depth at the vertices of the mesh; the name of point data that
-        holds them; or a mapping from landmarks ("glabella") or :class:`facewrinkle.Region` to factors.
+        holds them; or a mapping from landmarks ("glabella") or :class:`facewrinkle.Region` to factors. Elsewhere folds
+        change by no more than the share that keeps the volume.
     families : mapping, optional
         Motions by the name of their family; folds of a family lie across their common compression. A motion is the name
         of an action unit or expression, a mixture of them, or positions (n0, 3) of the vertices of the mesh. Default:
@@ -142,7 +143,7 @@ class WaveFolds:
 
     def _resize(self, n: int) -> None:
         p = len(self._waves.theta)
-        self._epsilon, self._pull, self._excess, self._deep = (np.zeros(p) for _ in range(4))
+        self._epsilon, self._excess, self._deep = (np.zeros(p) for _ in range(3))
         self._height, self._shown, self._spacing = np.zeros(n), np.zeros(n), np.full(n, np.inf)
         self._across, self._active = np.zeros((n, 3)), np.zeros(n, bool)
         self._folding, self._count = np.zeros(n, np.int64), 0
@@ -152,15 +153,14 @@ class WaveFolds:
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        waves, at = self._waves, (state.vertices.corners, state.vertices.barycentric)
-        for products, out in ((waves.across, self._epsilon), (waves.along, self._pull)):
-            strain_kernels.strain_epsilon(waves.starts, *at, state.strain, products, out)
+        waves = self._waves
         before = self._folding[: self._count]
         self._height[before], self._shown[before] = 0.0, 0.0
         self._spacing[before], self._active[before] = np.inf, False
         self._count = kernels.excesses(
-            waves.starts, waves.window, self._epsilon, self._pull, self._excess, self._folding
-        )
+            waves.starts, state.vertices.corners, state.vertices.barycentric, state.strain, waves.across, waves.along,
+            waves.shear, waves.window, self._epsilon, self._excess, self._folding,
+        )  # fmt: skip
         if self._aged is not None:
             self._count = len(self._aged)
             self._folding[: self._count] = self._aged
@@ -169,6 +169,7 @@ class WaveFolds:
             self._epsilon, self._excess, waves.old, self._depth, self._age, self._height, self._shown, self._spacing,
             self._across, self._active, self._deep, self._leading,
         )  # fmt: skip
+        level(self._height, self._shown, state.bare, state.triangles)
         spacing = self._spacing / self._face.unit
         offset = self._shown - self._height
         return Displacement(self._height, spacing, self._across, self._active, offset, bends=False)

@@ -48,7 +48,7 @@ REACH, SUPPORT = 2.9, 1.7
 EVEN = 1.0
 """Standard deviation of the weights with which directions and random numbers are averaged, in wavelengths."""
 
-WANDER, UNEVEN = 0.06, 0.27
+WANDER, UNEVEN = 0.06, 0.3
 """At irregularity 1: standard deviations of the angle by which lines leave the direction of the compression, radians,
 and of the logarithm of the wavelength.
 """
@@ -68,6 +68,12 @@ FAINTEST = 0.42
 
 ALIKE = 1.1
 """Weight of the other side of the face at symmetry 1, relative to that of the own side, in the alignment."""
+
+
+AHEAD = np.array([0.3779, 0.8137, 0.4416])
+"""Directions across the lines point this way, which is along no axis of a face: their signs, on which the phases that
+are drawn depend, are no matter of rounding on the median plane.
+"""
 
 
 @dataclass(frozen=True)
@@ -177,7 +183,9 @@ class Packets:
         self._find_neighbours(face, REACH * local)
         self._turn(at(tensor), local)
         self._share *= self._along_grain(at(grain)) * self._beside(at(anatomical))
-        self.k = 2.0 * np.pi / (local * np.exp(UNEVEN * style.irregularity * self._noise(2)))
+        self.k = 2.0 * np.pi / local
+        uneven = self._along_lines(np.sqrt(12.0) * (self._draw(2) - 0.5))
+        self.k *= np.exp(-UNEVEN * style.irregularity * uneven)
         self._align()
         self.share = self._share * self._strengths()
         del self._rows, self._face, self._local, self._host, self._code
@@ -310,16 +318,20 @@ class Packets:
         first, second, weight, turn, flip = self._edges(ALIGNED)
         kernels.align(self.phase, first, second, weight, turn, flip, SWEEPS)
 
-    def _strengths(self) -> Array:
-        """Return the strength (p,) of each line: random numbers, averaged along the lines twice."""
+    def _along_lines(self, values: Array) -> Array:
+        """Return random numbers (p,) of mean 0, averaged along the lines twice and brought to the deviation 1."""
         m = len(self.x)
         first, second, weight, *_ = self._edges(STRIATED)
         weights = csr_array((weight, second, first), shape=(m, m))
         total = 1.0 + weights.sum(axis=1)
-        values = self._draw(4)
         for _ in range(2):
             values = (values + weights @ values) / total
-        rank = np.argsort(np.argsort(values, kind="stable")) / max(m - 1, 1)
+        return np.clip(values / max(float(values.std()), 1e-9), -2.0, 2.0)
+
+    def _strengths(self) -> Array:
+        """Return the strength (p,) of each line."""
+        values = self._along_lines(self._draw(4) - 0.5)
+        rank = np.argsort(np.argsort(values, kind="stable")) / max(len(values) - 1, 1)
         lowest = 1.0 + (FAINTEST - 1.0) * min(self._style.irregularity, 1.0)
         return np.asarray(lowest + (1.0 - lowest) * rank**0.8)
 
@@ -335,4 +347,5 @@ def _principal(tensors: Array, normals: Array) -> tuple[Array, Array]:
     mean, spread = 0.5 * (a + b), np.hypot(0.5 * (a - b), c)
     angle = 0.5 * np.arctan2(2.0 * c, a - b)
     tangents = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    tangents *= np.where(tangents @ AHEAD < 0.0, -1.0, 1.0)[:, None]
     return tangents, np.stack([mean - spread, mean + spread], axis=1)

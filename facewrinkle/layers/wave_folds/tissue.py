@@ -136,7 +136,7 @@ def grain(face: Face) -> Array:
 
 
 def anatomical(face: Face) -> Array:
-    """Return the tensor (n0, 6) of the folds that are drawn by formula: ``At m m^T`` with m across the fold.
+    """Return the tensor (n0, 6) of the folds that are drawn by formula: ``s m m^T`` with m across the fold.
 
     They are those of all muscles whose lines are not drawn as waves; where several overlap, the strongest counts.
     """
@@ -145,7 +145,7 @@ def anatomical(face: Face) -> Array:
         pattern = muscle.fold_pattern
         if pattern.wrinkles.waves:
             continue
-        share = pattern.envelope(face.points)
+        share = pattern.cover(face.points)
         better = np.flatnonzero(share > total[:, :3].sum(axis=1))
         across = pattern.fold_direction(face.points[better])
         total[better] = share[better, None] * products(across) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]

@@ -11,7 +11,7 @@ import numpy as np
 from ..base import Array, IntArray, SurfacePoints
 from ..compression import along, products
 
-COLUMNS = ("family", "theta", "strength", "window", "length", "old", "wave", "across", "along")
+COLUMNS = ("family", "theta", "strength", "window", "length", "old", "wave", "across", "along", "shear")
 """Columns with a row per entry."""
 
 LONGEST = 1.7
@@ -47,6 +47,8 @@ class Waves:
         Wave vector, 1/mm.
     across, along : ndarray, shape (p, 6)
         Products of the directions across and along the lines over their squared lengths in the rest metric.
+    shear : ndarray, shape (p, 6)
+        The same of the two directions with each other, over the product of their lengths.
     """
 
     starts: IntArray
@@ -59,6 +61,7 @@ class Waves:
     wave: Array
     across: Array
     along: Array
+    shear: Array
 
     @classmethod
     def none(cls, n: int) -> Self:
@@ -71,7 +74,7 @@ class Waves:
         """
         e, six = np.empty(0), np.empty((0, 6))
         starts, family = np.zeros(n + 1, np.int32), np.empty(0, np.int32)
-        return cls(starts, family, e, e, e, e, e, np.empty((0, 3)), six, six)
+        return cls(starts, family, e, e, e, e, e, np.empty((0, 3)), six, six, six)
 
     @classmethod
     def of(cls, parts: Sequence[tuple[np.ndarray, ...]], n: int) -> Self:
@@ -99,12 +102,16 @@ class Waves:
         return Waves(starts, **{c: getattr(self, c)[entries] for c in COLUMNS})
 
 
-def directed(wave: Array, vertices: SurfacePoints, near: np.ndarray, metric: Array) -> tuple[Array, Array]:
-    """Return the products (p, 6) of the unit tangents across and along waves (p, 3) at the vertices `near`."""
+def directed(wave: Array, vertices: SurfacePoints, near: np.ndarray, metric: Array) -> tuple[Array, Array, Array]:
+    """Return the products (p, 6) of the tangents across and along waves (p, 3) at the vertices `near`, and of both.
+
+    The tangents have unit length in the rest metric (n0, 6).
+    """
     normal = vertices.normals[near]
-    across = wave - (wave * normal).sum(axis=1, keepdims=True) * normal
-    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
+    first = wave - (wave * normal).sum(axis=1, keepdims=True) * normal
+    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-12)
+    second = np.cross(normal, first)
     tensors = np.einsum("pc,pck->pk", vertices.barycentric[near], metric[vertices.corners[near]])
-    pair = (across, np.cross(normal, across))
-    first, second = (products(m) / np.maximum(along(tensors, m), 1e-6)[:, None] for m in pair)
-    return first, second
+    first, second = (m / np.sqrt(np.maximum(along(tensors, m), 1e-6))[:, None] for m in (first, second))
+    both = 0.25 * (products(first + second) - products(first - second))
+    return products(first), products(second), both
