@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.eyelid_opening import EyelidOpening
+from ..anatomy.eyelids import CORNER
 from ..anatomy.face import Face
 from ..geometry.topology import unique_edges
 from .lip_surfaces import FacingSkin, facing_none, joined
@@ -61,7 +62,7 @@ def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, up
     along, elevation, distance = opening.polar(points)
     lines = opening.lines(along)
     near = (distance < LID_SHELL * eye.radius) & ((points - eye.centre) @ eye.gaze > 0.0)
-    near &= (along > 0.0) & (along < 1.0)
+    near &= np.abs(along - 0.5) < 0.5 + CORNER
     is_upper = elevation > 0.5 * (lines[0] + lines[1])
     near &= np.abs(elevation - np.where(is_upper, *lines)) < FROM_MARGIN
     vertices = np.flatnonzero(near & (is_upper == upper))
