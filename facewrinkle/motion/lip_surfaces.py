@@ -33,6 +33,11 @@ LIP_DISTANCE = 0.1
 LIP_ROUNDING = 5.0
 """Radius to which lips are rounded, mm."""
 
+AT_CORNERS = 0.25
+"""At the corners of the mouth both lips take about half of the mandible's turn; there what looks up is of the lower one,
+even if it takes this share less.
+"""
+
 FACES_AWAY = 0.3
 """Skin belongs to the surface of a lip that can meet the other unless it looks away from it by more than this share."""
 
@@ -119,8 +124,8 @@ def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> FacingSkin:
     (True, True)
     """
     points, up = face.points * face.unit, face.frame.axes[1]
-    near, lower = _around_mouth(face), share_of_jaw > 0.5
-    looks_up = vertex_normals(points, face.triangles) @ up
+    near, looks_up = _around_mouth(face), vertex_normals(points, face.triangles) @ up
+    lower = share_of_jaw > 0.5 - AT_CORNERS * looks_up
     found = [facing_none()]
     for own, other, side in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
         samples = near & own & (side * looks_up < FACES_AWAY)
