@@ -1,4 +1,4 @@
-"""The inner loops of the contact between lips.
+"""The inner loops of the contact between lips and between lids.
 
 what                      checked against
 heights above planes      linear algebra; differences
