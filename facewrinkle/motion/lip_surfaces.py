@@ -34,8 +34,8 @@ LIP_ROUNDING = 5.0
 """Radius to which lips are rounded, mm."""
 
 AT_CORNERS = 0.25
-"""At the corners of the mouth both lips take about half of the mandible's turn; there what looks up is of the lower one,
-even if it takes this share less.
+"""At the corners of the mouth both lips take about half of the mandible's turn. There what looks up is of the lower
+one, even if it takes this share less.
 """
 
 FACES_AWAY = 0.3
@@ -93,7 +93,9 @@ def joined(skins: Sequence[FacingSkin]) -> FacingSkin:
 
 def facing_none() -> FacingSkin:
     """Return no samples."""
-    return FacingSkin(np.empty((0, 3), np.int64), np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0), np.empty(0))
+    return FacingSkin(
+        np.empty((0, 3), np.int64), np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0), np.empty(0)
+    )
 
 
 def _columns(skin: FacingSkin) -> tuple[IntArray, Array, IntArray, Array, Array]:

@@ -273,7 +273,10 @@ class Skin:
         """Pull at the skin and turn the joints as these contraction rates say."""
         self._placed = rates
         self._force = (self._pull @ rates).reshape(-1, 3)
-        self._shift, self._facing_now = self._joints.shift(rates), self._joints.facing(self.contacts.flats.facing, rates)
+        self._shift, self._facing_now = (
+            self._joints.shift(rates),
+            self._joints.facing(self.contacts.flats.facing, rates),
+        )
         self.contacts.place(self._joints.mandible_rate(rates), self._facing_now)
 
     def step(self) -> Array:

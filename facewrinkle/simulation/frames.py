@@ -46,7 +46,9 @@ class FrameMaker:
         self._common.field_data[MUSCLES] = list(face.muscles)
         self._common.field_data[UNIT] = [face.unit]
         self._template: pv.PolyData | None = None
-        self._turning = [k for k, m in enumerate(motion.names) if isinstance(face.muscles.get(m), EyeMuscle | JawMuscle)]
+        self._turning = [
+            k for k, m in enumerate(motion.names) if isinstance(face.muscles.get(m), EyeMuscle | JawMuscle)
+        ]
         self._shown_rates: Array | None = None
 
     @property
