@@ -25,16 +25,6 @@ def crossed(points, triangles, out):
 
 
 @njit(cache=True)
-def gathered(vectors, triangles, out):
-    """Write the sums (n, 3) of vectors of triangles over the triangles around each vertex."""
-    out[:] = 0.0
-    for t in range(triangles.shape[0]):
-        for s in range(3):
-            for k in range(3):
-                out[triangles[t, s], k] += vectors[t, k]
-
-
-@njit(cache=True)
 def changes(points, rest, start, ring, weight, out):
     """Write the largest change (n,) of the offsets of the neighbours of each vertex, relative to their length, squared.
 
@@ -170,48 +160,58 @@ def squared_distances(query, points, triangles, most, out):
 
 
 @njit(cache=True)
-def signed_distance(query, points, triangles, kept, normals, corner_normals, border, out):
+def signed_distance(query, points, triangles, kept, normals, border, out):
     """Write distance, side, 1.0 if the closest point of a sheet lies on its border, and its triangle, to `out` (4,).
 
-    The search begins at the triangle that `out` holds.
+    A point is behind the sheet (-1.0) if it is behind all triangles that meet at the closest point: where a sheet is
+    crumpled, what is behind one of its triangles and before another is not behind the sheet.
 
-    `kept` are the triangles of the sheet; `normals` (m, 3) are theirs, `corner_normals` (n, 3) those of the vertices,
-    summed over triangles by angle or area; `border` (m, 3) is True for sides of triangles opposite each corner that
-    have no neighbour.
+    The search begins at the triangle that `out` holds. `kept` are the triangles of the sheet, `normals` (m, 3) theirs;
+    `border` (m, 3) is True for sides of triangles opposite each corner that have no neighbour.
     """
-    weights, found = np.empty(3), np.empty(3)
+    weights = np.empty(3)
     nearest = int(out[3])
     a, b, c = triangles[nearest, 0], triangles[nearest, 1], triangles[nearest, 2]
-    best = closest_in_triangle(query, points[a], points[b], points[c], found)
+    best = closest_in_triangle(query, points[a], points[b], points[c], weights)
+    on_border, side = ends_at(weights, border[nearest]), side_of(query, points, triangles[nearest], normals[nearest])
     for i in range(kept.shape[0]):
         t = kept[i]
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        if off_box(query, points, triangles[t]) >= best:
+        if off_box(query, points, triangles[t]) > best * (1.0 + 1e-9):
             continue
         d = closest_in_triangle(query, points[a], points[b], points[c], weights)
+        if d > best * (1.0 + 1e-9):
+            continue
+        own, ends = side_of(query, points, triangles[t], normals[t]), ends_at(weights, border[t])
+        if d < best * (1.0 - 1e-9):
+            side, on_border = own, ends
+        else:
+            side, on_border = max(side, own), max(on_border, ends)
         if d < best:
             best, nearest = d, t
-            found[:] = weights
-    on_border = 0.0
-    for s in range(3):
-        if border[nearest, s] and found[s] < 1e-9:
-            on_border = 1.0
-    zeros = (found[0] < 1e-9) + (found[1] < 1e-9) + (found[2] < 1e-9)
-    side = 0.0
-    for k in range(3):
-        at = 0.0
-        normal = 0.0
-        for s in range(3):
-            at += found[s] * points[triangles[nearest, s], k]
-            normal += found[s] * corner_normals[triangles[nearest, s], k]
-        if zeros == 0:
-            normal = normals[nearest, k]
-        side += (query[k] - at) * normal
-    out[0], out[1], out[2], out[3] = np.sqrt(best), -1.0 if side < 0.0 else 1.0, on_border, nearest
+    out[0], out[1], out[2], out[3] = np.sqrt(best), side, on_border, nearest
 
 
 @njit(cache=True)
-def penetrating(points, triangles, kept, normals, corner_normals, border, start, ring, seeds, depth):
+def side_of(query, points, triangle, normal):
+    """Return -1.0 for a point behind the plane of a triangle, otherwise 1.0."""
+    height = 0.0
+    for k in range(3):
+        height += (query[k] - points[triangle[0], k]) * normal[k]
+    return -1.0 if height < 0.0 else 1.0
+
+
+@njit(cache=True)
+def ends_at(weights, border):
+    """Return 1.0 if a point of a triangle, by its barycentric coordinates, lies on a side that is border."""
+    for s in range(3):
+        if border[s] and weights[s] < 1e-9:
+            return 1.0
+    return 0.0
+
+
+@njit(cache=True)
+def penetrating(points, triangles, kept, normals, border, start, ring, seeds, depth):
     """Write the depth (n,) behind a sheet of the vertices that can be reached from `seeds` without leaving its back.
 
     Vertices before the sheet, or nearest to its border, stay at 0. `start` and `ring` are the edges that may be walked.
@@ -227,7 +227,7 @@ def penetrating(points, triangles, kept, normals, corner_normals, border, start,
     while top > 0:
         top -= 1
         v = stack[top]
-        signed_distance(points[v], points, triangles, kept, normals, corner_normals, border, found)
+        signed_distance(points[v], points, triangles, kept, normals, border, found)
         if found[1] > 0.0 or found[2] > 0.0:
             continue
         depth[v] = found[0]
@@ -239,7 +239,7 @@ def penetrating(points, triangles, kept, normals, corner_normals, border, start,
 
 
 @njit(cache=True)
-def penetrating_edges(points, triangles, kept, normals, corner_normals, border, edges, depth):
+def penetrating_edges(points, triangles, kept, normals, border, edges, depth):
     """Write the depth (e,) behind a sheet of the deepest of three points on each edge; 0 before it."""
     found, at = np.empty(4), np.empty(3)
     found[3] = kept[0]
@@ -248,7 +248,7 @@ def penetrating_edges(points, triangles, kept, normals, corner_normals, border, 
             for k in range(3):
                 first, last = points[edges[e, 0], k], points[edges[e, 1], k]
                 at[k] = first + 0.25 * quarter * (last - first)
-            signed_distance(at, points, triangles, kept, normals, corner_normals, border, found)
+            signed_distance(at, points, triangles, kept, normals, border, found)
             if found[1] < 0.0 and found[2] == 0.0:
                 depth[e] = max(depth[e], found[0])
 

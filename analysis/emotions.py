@@ -109,7 +109,7 @@ def emotion_agreements(face: fw.Face, shapes: Mapping[str, Array]) -> list[Emoti
 def report(face: fw.Face, shapes: Mapping[str, Array]) -> Report:
     """Report all emotions on a captured face."""
     rows = emotion_agreements(face, shapes)
-    figure, ax = plot(1, 1, (7.0, 3.0))
+    figure, (ax,) = plot(1, 1, (7.0, 3.0))
     bars = {"atlas": [row.agreement.cosine for row in rows], "best mixture": [row.ceiling for row in rows]}
     for k, (label, values) in enumerate(bars.items()):
         ax.barh(np.arange(len(rows)) + 0.4 * (k - 0.5), values, 0.36, color=COLOURS[k], label=label)

@@ -29,6 +29,9 @@ against the teeth; in distances between the pupils.
 AROUND_EYE = 1.6
 """Skin within this many radii of an eye's centre is checked against the other lid."""
 
+AT_CORNERS = 0.25
+"""At the corners of the mouth both lips go half with the mandible, up to this share more or less."""
+
 SPACING = 1.0
 """Samples of the skin that are checked against the teeth lie at most this far apart at rest, mm."""
 
@@ -163,7 +166,7 @@ def _from_mouth(face: fw.Face, points: Array) -> Array:
 
 
 def _lips(face: fw.Face, rest: Array) -> Sheets | None:
-    """The lips: the lower one is what goes with the mandible more than by half."""
+    """The lips: the lower one is what goes with the mandible more than by half; at the corners, what looks up."""
     jaw = next((name for name, joint in face.joint_weights.items() if joint.bone), None)
     if jaw is None:
         return None
@@ -171,7 +174,9 @@ def _lips(face: fw.Face, rest: Array) -> Sheets | None:
     weights = face.joint_weights[jaw]
     share[weights.vertices] = weights.angles / weights.angles.max()
     near = (_from_mouth(face, rest) < AROUND_LIPS)[face.triangles].all(axis=1)
-    lower = share[face.triangles].mean(axis=1) > 0.5
+    cross = Normals(rest, face.triangles).cross
+    looks_up = cross @ face.frame.axes[1] / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)
+    lower = share[face.triangles].mean(axis=1) > 0.5 - AT_CORNERS * looks_up
     return Sheets(rest, face.triangles, np.flatnonzero(near & ~lower), np.flatnonzero(near & lower))
 
 

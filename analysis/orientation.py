@@ -21,14 +21,11 @@ class Normals:
     ----------
     cross : ndarray, shape (m, 3)
         Twice their area long.
-    around : ndarray, shape (n, 3)
-        Their sums around each vertex.
     """
 
     def __init__(self, points: Array, triangles: IntArray) -> None:
-        self.cross, self.around = np.empty((len(triangles), 3)), np.empty_like(points)
+        self.cross = np.empty((len(triangles), 3))
         kernels.crossed(points, triangles, self.cross)
-        kernels.gathered(self.cross, triangles, self.around)
 
 
 class Orientation:

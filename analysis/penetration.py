@@ -164,7 +164,7 @@ class Sheets:
         for k, (own, other) in enumerate(((self.upper, self.lower), (self.lower, self.upper))):
             pierced = np.unique(pairs[k][:, 0])
             seeds = np.unique(np.append(own.edges[pierced].ravel(), own.triangles[pairs[1 - k][:, 1]].ravel()))
-            skin = (points, self._triangles, other.kept, normals.cross, normals.around, other.border)
+            skin = (points, self._triangles, other.kept, normals.cross, other.border)
             ring = own.ring.copy()
             for a, b in own.edges[pierced]:  # no walk goes through the other's skin
                 for v, w in ((a, b), (b, a)):

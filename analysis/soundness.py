@@ -1,6 +1,6 @@
 """Soundness of the skin in random sequences of contraction: no fault in any frame, on any face.
 
-    python -m analysis.soundness [--count 40] [--faces head ict-3] [--workers 2]
+    python -m analysis.soundness [--count 40] [--faces head --faces ict-3] [--workers 2]
 
 A run that was stopped goes on where it was. A sequence with a fault is played again, frame by frame, by
 

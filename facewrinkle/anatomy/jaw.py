@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
 
@@ -33,6 +35,9 @@ LIPS_WIDTH, LIPS_LEAST = 0.4, 0.2
 
 NECK = 0.55
 """Skin farther than this below the lower border of the mandible stays; in between, the neck follows less and less."""
+
+AROUND_MOUTH = 1.2
+"""The lips, and the skin beyond both bounds above and below them, lie within this distance from the mouth."""
 
 WHOLLY = 0.98
 """Skin that takes this share of the mandible's turn goes wholly with it."""
@@ -70,8 +75,10 @@ def jaw_weights(
     under = (landmarks["menton"] - points) @ _normal_of_plane(axis, border, frame.axes[1]) / size
     aside = np.minimum(LIPS_LEAST + np.abs((points - mouth) @ frame.axes[0]) / (LIPS_WIDTH * size), 1.0)
     behind = (points - hinge) @ frame.axes[2] < 0.0
-    fixed_up = (over > FIXED_ABOVE * aside) | behind | (under > NECK)
-    fixed_down = (over < -TURNING_BELOW * aside) & (under < 0.0) & ~fixed_up
+    near = (np.linalg.norm(points - mouth, axis=1) < AROUND_MOUTH * size) & ~behind
+    upper, lower = _lips(points, triangles, near & (over > FIXED_ABOVE), near & (over < -TURNING_BELOW), near)
+    fixed_up = ((over > FIXED_ABOVE * aside) & ~lower) | behind | (under > NECK)
+    fixed_down = (over < -TURNING_BELOW * aside) & ~upper & (under < 0.0) & ~fixed_up
     share = _harmonic(points, triangles, fixed_up, fixed_down)
     vertices = np.flatnonzero(share > 1e-4)
     return JointWeights(vertices, jaw.angle * share[vertices], np.zeros(len(vertices)), hinge, axis, bone=True)
@@ -82,6 +89,27 @@ def _normal_of_plane(axis: Array, forward: Array, up: Array) -> Array:
     normal = np.cross(axis, forward)
     normal /= np.linalg.norm(normal)
     return np.asarray(normal * np.sign(normal @ up))
+
+
+def _lips(
+    points: Array, triangles: npt.NDArray[np.int32], above: BoolArray, below: BoolArray, near: BoolArray
+) -> tuple[BoolArray, BoolArray]:
+    """Return what is the upper and what is the lower lip (n,): the `near` skin that is nearer, along the surface, to
+    skin far above the mouth, or to skin far below it. A lip may hang over the other.
+    """
+    some = np.flatnonzero(near)
+    upper, lower = np.zeros((2, len(points)), bool)
+    if above.any() and below.any():
+        edges, _ = unique_edges(triangles)
+        edges = edges[near[edges].all(axis=1)]
+        length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1) + 1e-12
+        graph = csr_array((length, tuple(np.searchsorted(some, edges).T)), shape=(len(some), len(some)))
+        up, down = (
+            dijkstra(graph, directed=False, indices=np.flatnonzero(seeds[some]), min_only=True)
+            for seeds in (above, below)
+        )
+        upper[some], lower[some] = up < down, down < up
+    return upper, lower
 
 
 def _harmonic(points: Array, triangles: npt.NDArray[np.int32], zero: BoolArray, one: BoolArray) -> Array:

@@ -1,4 +1,4 @@
-"""Contacts of the skin with eyeballs, teeth, bone and the other lip.
+"""Contacts of the skin with eyeballs, teeth, bone, the other lip and the other lid.
 
 Each contact is an energy that is zero until two surfaces meet, and grows with the square of the depth to which one has
 entered the other. It depends on nothing but the present place of the skin. The steps of the skin minimise it together
@@ -16,9 +16,10 @@ import numpy.typing as npt
 from ..anatomy.face import Face
 from ..anatomy.joint_weights import JointWeights
 from . import _contact_kernels as kernels
-from . import _lip_kernels
+from . import _plane_kernels
 from .flat_triangles import LEAST_AREA, flat_triangles
-from .lip_surfaces import facing_lips
+from .lid_surfaces import facing_lids
+from .lip_surfaces import FacingSkin, facing_lips
 from .solids import bone_below, dental_arches, eyeballs, joined
 
 Array = npt.NDArray[np.float64]
@@ -50,7 +51,7 @@ class Contacts:
     ----------
     solids : Solids
         Eyeballs, dental arches and bone.
-    lips : FacingLips
+    lips, lids : FacingSkin
 
     Examples
     --------
@@ -80,17 +81,18 @@ class Contacts:
             bone_below(face, area, angles),
         ]
         self.solids = joined(solids)
-        self.lips = facing_lips(face, area, share)
+        self.lips, self.lids = facing_lips(face, area, share), facing_lids(face, area)
+        self._eyes = np.array([eye.centre * face.unit for eye in face.eyes]).reshape(-1, 3)
         self.flats = flat_triangles(face, resistance)
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))
-        most = len(self.solids.corners) + len(self.lips.corners) + len(face.triangles)
+        most = len(self.solids.corners) + len(self.lips.corners) + len(self.lids.corners) + len(face.triangles)
         self._rows: Rows = (
             np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip
         self._known: tuple[Array, float, Array] | None = None
         self._rate = np.nan
         self._meeting_solids = np.unique(self.solids.corners)
-        self._gaps = np.empty(len(self.lips.corners))
+        self._gaps = np.empty(len(self.lips.corners)), np.empty(len(self.lids.corners))
         self._facing: Array = self.flats.facing
         self.place(0.0, self._facing)
 
@@ -113,12 +115,16 @@ class Contacts:
         self._looked_at = np.full_like(self._points, FAR_AWAY)
 
     def _look(self, u: Array) -> Array:
-        """Return positions, and look for contacts near them unless they were looked for close by."""
-        x = self._points + u
+        """Return positions of vertices and eyes; look for contacts near them unless they were looked for close by."""
+        x = np.concatenate([self._points + u, self._eyes])
         if not kernels.farthest_moved(x, self._looked_at, self._meeting_solids) <= STALE:
             self._looked_at = x
             self._near_solids = kernels.near_solids(x, *self._placed, REACH)
         return x
+
+    def _facing_skin(self) -> tuple[tuple[FacingSkin, Array], ...]:
+        """Lips and lids, with arrays for their gaps."""
+        return (self.lips, self._gaps[0]), (self.lids, self._gaps[1])
 
     def energy(self, u: Array, gradient: Array) -> float:
         """Return the energy at displacements `u`; add its gradient."""
@@ -131,10 +137,10 @@ class Contacts:
     def _energy(self, u: Array, gradient: Array) -> float:
         x = self._x = self._look(u)
         energy = kernels.solid_energy(x, self._near_solids, *self._placed, self.solids.stiffness, gradient)
-        lips = self.lips
-        energy += _lip_kernels.lip_energy(
-            x, lips.corners, lips.shares, lips.triangles, lips.allowed, lips.stiffness, self._gaps, gradient
-        )
+        for skin, gaps in self._facing_skin():
+            energy += _plane_kernels.plane_energy(
+                x, skin.corners, skin.shares, skin.triangles, skin.allowed, skin.stiffness, gaps, gradient
+            )
         f = self.flats
         kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
         energy += kernels.flat_energy(
@@ -148,12 +154,12 @@ class Contacts:
         """
         x, rows = self._x, self._rows
         m = kernels.solid_rows(x, ahead, self._near_solids, *self._placed, self.solids.stiffness, rows, 0)
-        lips = self.lips
-        m = _lip_kernels.lip_rows(
-            x, ahead, lips.corners, lips.shares, lips.triangles, lips.allowed, lips.stiffness, self._gaps, rows, m
-        )
+        for skin, gaps in self._facing_skin():
+            m = _plane_kernels.plane_rows(
+                x, ahead, skin.corners, skin.shares, skin.triangles, skin.allowed, skin.stiffness, gaps, rows, m
+            )
         f = self.flats
-        kernels.shares_of_area(x + ahead, f.triangles, self._facing, f.double_area, self._ahead)
+        kernels.shares_of_area(x[: len(ahead)] + ahead, f.triangles, self._facing, f.double_area, self._ahead)
         m = kernels.flat_rows(
             x, ahead, self._shares, self._ahead, LEAST_AREA, f.triangles, self._facing, f.double_area, f.heights,
             f.stiffness, rows, m,

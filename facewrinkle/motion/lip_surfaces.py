@@ -8,8 +8,8 @@ again. Where lips are rounded, the plane lies outside them, so that lips that sl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 from ..anatomy.face import Face
 from ..anatomy.teeth import BEHIND_LIPS
 from ..geometry.normals import vertex_normals
-from . import _lip_kernels as kernels
+from . import _plane_kernels as kernels
 from .constraints import from_lips
 from .solids import SLACK, samples_of
 
@@ -33,6 +33,11 @@ LIP_DISTANCE = 0.1
 LIP_ROUNDING = 5.0
 """Radius to which lips are rounded, mm."""
 
+AT_CORNERS = 0.25
+"""At the corners of the mouth both lips take about half of the mandible's turn. There what looks up is of the lower
+one, even if it takes this share less.
+"""
+
 FACES_AWAY = 0.3
 """Skin belongs to the surface of a lip that can meet the other unless it looks away from it by more than this share."""
 
@@ -44,8 +49,8 @@ FACING = -0.3
 
 
 @dataclass(frozen=True, eq=False)
-class FacingLips:
-    """Samples of both lips, each with the triangle of the other lip that it faces at rest; mm.
+class FacingSkin:
+    """Samples of lips or lids, each with the triangle of the other lip or lid that it faces at rest; mm.
 
     Attributes
     ----------
@@ -54,7 +59,7 @@ class FacingLips:
     shares : ndarray, shape (k, 3)
         Its barycentric coordinates.
     triangles : ndarray of int, shape (k, 3)
-        Corners of its triangle, counter-clockwise seen from outside.
+        Corners of its triangle, counter-clockwise seen from outside. Numbers beyond the vertices are points that stay.
     allowed : ndarray, shape (k,)
         Distance from the plane of the triangle below which a sample is pushed off it.
     stiffness : ndarray, shape (k,)
@@ -66,17 +71,38 @@ class FacingLips:
     allowed: Array
     stiffness: Array
 
-    @cached_property
-    def vertices(self) -> IntArray:
-        """All vertices of samples and triangles."""
-        return np.unique(np.concatenate([self.corners.ravel(), self.triangles.ravel()]))
-
     def gaps(self, x: Array) -> Array:
         """Return the heights (k,) of the samples above the planes of their triangles, for positions (n, 3)."""
-        return np.asarray(kernels.lip_gaps(x, self.corners, self.shares, self.triangles))
+        return np.asarray(kernels.plane_gaps(x, self.corners, self.shares, self.triangles))
+
+    def touching_from(self, allowed: Array) -> FacingSkin:
+        """Return the same samples, which are pushed off the planes from these distances (k,) on."""
+        return replace(self, allowed=allowed)
 
 
-def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> FacingLips:
+def joined(skins: Sequence[FacingSkin]) -> FacingSkin:
+    """Return all samples of several.
+
+    Examples
+    --------
+    >>> len(joined([facing_none(), facing_none()]).allowed)
+    0
+    """
+    return FacingSkin(*(np.concatenate(each) for each in zip(*map(_columns, skins), strict=True)))
+
+
+def facing_none() -> FacingSkin:
+    """Return no samples."""
+    return FacingSkin(
+        np.empty((0, 3), np.int64), np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0), np.empty(0)
+    )
+
+
+def _columns(skin: FacingSkin) -> tuple[IntArray, Array, IntArray, Array, Array]:
+    return skin.corners, skin.shares, skin.triangles, skin.allowed, skin.stiffness
+
+
+def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> FacingSkin:
     """Return the samples of each lip that face the other one.
 
     Parameters
@@ -100,18 +126,17 @@ def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> FacingLips:
     (True, True)
     """
     points, up = face.points * face.unit, face.frame.axes[1]
-    near, lower = _around_mouth(face), share_of_jaw > 0.5
-    looks_up = vertex_normals(points, face.triangles) @ up
-    found = [(np.empty((0, 3), np.int64), np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0))]
+    near, looks_up = _around_mouth(face), vertex_normals(points, face.triangles) @ up
+    lower = share_of_jaw > 0.5 - AT_CORNERS * looks_up
+    found = [facing_none()]
     for own, other, side in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
         samples = near & own & (side * looks_up < FACES_AWAY)
         surface = (near & other & (side * looks_up > -FACES_AWAY))[face.triangles].all(axis=1)
         corners, shares, stiffness = samples_of(face, samples, area, LIP_ROUNDING)
         which, triangles = _faced(face, corners, shares, face.triangles[surface].astype(np.int64), side)
-        found.append((corners[which], shares[which], triangles, stiffness[which]))
-    corners, shares, triangles, stiffness = (np.concatenate(each) for each in zip(*found, strict=True))
-    gaps = kernels.lip_gaps(points, corners, shares, triangles)
-    return FacingLips(corners, shares, triangles, np.minimum(gaps - SLACK, LIP_DISTANCE), stiffness)
+        found.append(FacingSkin(corners[which], shares[which], triangles, np.zeros(len(which)), stiffness[which]))
+    lips = joined(found)
+    return lips.touching_from(np.minimum(lips.gaps(points) - SLACK, LIP_DISTANCE))
 
 
 def _faced(face: Face, corners: IntArray, shares: Array, triangles: IntArray, side: float) -> tuple[IntArray, IntArray]:

@@ -134,7 +134,7 @@ class Skin:
     # --- what the skin is made of -------------------------------------------------------------
 
     def _build_springs(self, face: Face) -> None:
-        """Springs along the edges, and the areas and normals of triangles that the inversion barrier compares with."""
+        """Springs along the edges."""
         points = self._rest_points
         edges, sides = unique_edges(self._triangles)
         # Unsigned, for the loops: no number counts from the end.
@@ -142,10 +142,8 @@ class Skin:
         self._rest = np.ascontiguousarray(points[edges[:, 1]] - points[edges[:, 0]])
         self._length = np.linalg.norm(self._rest, axis=1)
         a, b, c = (points[self._triangles[:, k]] for k in range(3))
-        cross = np.cross(b - a, c - a)
-        self._double_area = np.linalg.norm(cross, axis=1)
-        self._facing = cross / self._double_area[:, None]
-        area_of_edge = np.bincount(sides.ravel(), np.repeat(0.5 * self._double_area, 3), minlength=len(edges))
+        areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        area_of_edge = np.bincount(sides.ravel(), np.repeat(areas, 3), minlength=len(edges))
         # Van Gelder: springs of this stiffness behave like a membrane of stiffness 1, whatever the triangles.
         firm = 1.0 + self.material.cartilage * tip_of_nose(face)[0][edges].min(axis=1)
         self._stiffness = firm * area_of_edge / self._length**2
@@ -275,7 +273,10 @@ class Skin:
         """Pull at the skin and turn the joints as these contraction rates say."""
         self._placed = rates
         self._force = (self._pull @ rates).reshape(-1, 3)
-        self._shift, self._facing_now = self._joints.shift(rates), self._joints.facing(self._facing, rates)
+        self._shift, self._facing_now = (
+            self._joints.shift(rates),
+            self._joints.facing(self.contacts.flats.facing, rates),
+        )
         self.contacts.place(self._joints.mandible_rate(rates), self._facing_now)
 
     def step(self) -> Array:
@@ -352,7 +353,7 @@ class Skin:
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
         energy += kernels.inversion_barrier(
-            u, self._corners, self._rest_points, self._facing_now, self._double_area, m.smallest_area,
+            u, self._corners, self._rest_points, self._facing_now, self.contacts.flats.double_area, m.smallest_area,
             INVERSION_STIFFNESS, gradient,
         )  # fmt: skip
         energy += kernels.tethers(

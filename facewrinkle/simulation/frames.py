@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..anatomy.muscles import EyeMuscle, JawMuscle
 from ..geometry.refinement import RedGreenForest
 from ..layers.base import SurfacePoints
 from ..mesh import MUSCLES, POSE, UNIT, interpolated_point_data, refilled, refine_seams, to_polydata
@@ -45,6 +46,9 @@ class FrameMaker:
         self._common.field_data[MUSCLES] = list(face.muscles)
         self._common.field_data[UNIT] = [face.unit]
         self._template: pv.PolyData | None = None
+        self._turning = [
+            k for k, m in enumerate(motion.names) if isinstance(face.muscles.get(m), EyeMuscle | JawMuscle)
+        ]
         self._shown_rates: Array | None = None
 
     @property
@@ -76,15 +80,14 @@ class FrameMaker:
 
     def _update_joints(self) -> None:
         """Write the turns of eyes and mandible by muscles to the common field data, if these have changed."""
-        motion = self._motion
-        rates = motion.rates
+        names, rates = self._motion.names, self._motion.rates[self._turning]
         if self._shown_rates is None or not np.array_equal(rates, self._shown_rates):
-            by_name = dict(zip(motion.names, rates.tolist(), strict=True))
+            by_name = {names[k]: rate for k, rate in zip(self._turning, rates.tolist(), strict=True)}
             if (angle := self._face.jaw_angle(by_name)) is not None:
                 self._common.field_data[JAW] = [angle]
             for side, gaze in self._face.gazes(by_name).items():
                 self._common.field_data[GAZE + side] = gaze[None]
-            self._shown_rates = rates.copy()
+            self._shown_rates = rates
 
     def _new_template(
         self, data: Mapping[str, np.ndarray], vertices: SurfacePoints, forest: RedGreenForest

@@ -19,7 +19,8 @@ from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.anatomy.eye_placement import place_eyeballs
-from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE
+from facewrinkle.anatomy.jaw import jaw_weights
+from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.errors import MeshError
 from facewrinkle.geometry.normals import vertex_normals
@@ -205,6 +206,25 @@ def test_the_jaw_takes_the_chin_along_and_leaves_the_nose(face):
     assert at[lip] > 0.8 * full
     assert at.get(nose, 0.0) == at.get(brow, 0.0) == 0.0
     assert jaw.turned(face.points, 1.0)[jaw.vertices == chin] @ face.frame.axes[1] < -10.0  # mm
+
+
+def test_a_lower_lip_that_lies_high_goes_with_the_jaw(face):
+    """The middle of the mouth is 6 mm higher than its corners: the lower lip is still the lower one."""
+    points = face.points.copy()
+    away = np.linalg.norm(points - lips_middle(face.landmarks), axis=1)
+    points += 6.0 * np.exp(-((away / 12.0) ** 2))[:, None] * face.frame.axes[1]
+    shares = []
+    for places in (face.points, points):
+        weights = jaw_weights(face.muscles["jaw"], places, face.triangles, face.landmarks, face.frame)
+        share = np.zeros(len(points))
+        share[weights.vertices] = weights.angles / face.muscles["jaw"].angle
+        shares.append(share)
+    lips = away < 12.0
+    upper, lower = lips & (shares[0] < 0.2), lips & (shares[0] > 0.8)
+    assert upper.sum() > 20
+    assert lower.sum() > 20
+    assert shares[1][upper].max() < 0.3
+    assert shares[1][lower].min() > 0.6
 
 
 def test_no_lids_where_the_eyes_are_closed(real_face):

@@ -4,6 +4,7 @@ what                      checked against
 energies                  their gradients, differences; the rows that the model of a step is given
 solids                    the model that they never fall below; the turn of the mandible; room at rest
 lips                      rays from each lip to the other at rest; parted lips are left alone; pressed ones do not pass
+lids                      the oracle, with contact and without; the margins, which meet
 teeth                     the ellipse of the arches, and the crowns that are drawn
 memory                    contacts that have looked nowhere else
 forces of contacts        scipy's non-negative least squares with dense matrices
@@ -39,7 +40,7 @@ def skin(face):
     return Skin(face)
 
 
-KINDS = ("solids", "lips", "flats")
+KINDS = ("solids", "lips", "lids", "flats")
 
 
 def contacts_of(face, *kinds):
@@ -49,6 +50,8 @@ def contacts_of(face, *kinds):
         contacts.solids = replace(contacts.solids, stiffness=1e-30 * contacts.solids.stiffness)
     if "lips" not in kinds:
         contacts.lips = replace(contacts.lips, stiffness=1e-30 * contacts.lips.stiffness)
+    if "lids" not in kinds:
+        contacts.lids = replace(contacts.lids, stiffness=1e-30 * contacts.lids.stiffness)
     if "flats" not in kinds:
         contacts.flats = replace(contacts.flats, stiffness=1e-30 * contacts.flats.stiffness)
     return contacts
@@ -61,11 +64,14 @@ def smooth(points, rng, size, wave=25.0):
 
 
 def squeezed(face, rng, depth=1.5):
-    """Displacements that push lips into each other, and skin back on teeth and eyes; rough by a little."""
+    """Displacements that push lips and lids into each other, and skin back on teeth and eyes; rough by a little."""
     local = (face.points - lips_middle(face.landmarks)) @ face.frame.axes.T
     close = np.exp(-((local / [30.0, 12.0, 25.0]) ** 2).sum(axis=1))
     u = np.outer(-np.tanh(local[:, 1] / 2.0) * close * depth, face.frame.axes[1])
     u += smooth(face.points, rng, 2.0) - 1.0 * face.frame.axes[2]
+    for name in ("orbicularis_oculi_l", "orbicularis_oculi_r"):
+        closing = face.joint_weights[name]
+        u[closing.vertices] += closing.turned(face.points, 1.1)
     return u + 0.02 * rng.normal(size=u.shape)
 
 
@@ -222,9 +228,6 @@ def test_the_wall_of_the_teeth_is_their_outer_border(face, skin):
 # --- lips ---------------------------------------------------------------------------------------
 
 
-NEVER_THROUGH = 0.5
-"""Edges of lips that are flung at each other, and lips that are rolled in, enter some tenths of a millimetre, mm."""
-
 PURSED = {"orbicularis_oris": 1.0}
 PRESSED = dict.fromkeys(("mentalis_l", "mentalis_r", "depressor_anguli_oris_l", "depressor_anguli_oris_r"), 1.0)
 
@@ -242,15 +245,27 @@ def test_lips_that_are_pressed_together_stop_each_other(face):
 
 
 @pytest.mark.parametrize("time_step", [0.02, 1.0])
-def test_lips_do_not_pass_each_other_when_they_are_flung_together(face, time_step):
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+def test_lips_do_not_pass_each_other_when_they_are_flung_together(face, real_face, stem, time_step):
     """From wide open to pressed in a jump, and back; in every step."""
+    face = face if stem is None else real_face(stem)
     skin, oracle = Skin(face, time_step), Oracle(face)
     fling = {**PRESSED, **PURSED}
     assert set(fling) <= set(skin.names)
     for rates in ({"jaw": 1.0}, fling, {"jaw": 0.5, **fling}, PRESSED, {"jaw": 1.0}, {}):
         skin.contract(rates)
         for _ in range(8):
-            assert oracle.findings(skin.step()).lips < NEVER_THROUGH
+            assert oracle.findings(skin.step()).lips < DEEPEST
+
+
+@pytest.mark.parametrize("what", ["AU28", "AU23", "AU24", "anger"])
+def test_a_lower_lip_that_lies_high_stays_below_the_other(real_face, what):
+    """Here the lower lip lies behind the red of the upper one, as high as its lower border."""
+    face = real_face("makehuman_head_male")
+    skin, oracle, rates = Skin(face, time_step=0.1), Oracle(face), face.atlas.contractions(what)
+    skin.contract(rates)
+    for _ in range(8):
+        assert oracle.findings(skin.step(), face.jaw_angle(rates)).lips < DEEPEST
 
 
 @pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
@@ -259,7 +274,7 @@ def test_lips_stay_before_the_teeth(face, real_face, stem):
     skin, oracle = Skin(face, time_step=0.1), Oracle(face)
     wide = {"risorius_l": 1.0, "risorius_r": 1.0}
     for rates in (wide, {**wide, "jaw": 0.5}, fw.ACTION_UNITS["AU28"], fw.EXPRESSIONS["anger"]):
-        assert oracle.findings(held(skin, rates, 6)).teeth < NEVER_THROUGH
+        assert oracle.findings(held(skin, rates, 6)).teeth < DEEPEST
     skin.contacts.solids = replace(skin.contacts.solids, stiffness=1e-9 * skin.contacts.solids.stiffness)
     assert oracle.findings(held(skin, fw.ACTION_UNITS["AU28"], 6)).teeth > 1.0, "without contacts they do not"
 
@@ -288,6 +303,49 @@ def test_pursed_lips_come_forward_and_stay_together(face, real_face, stem):
     moved = skin.displacement[skin.mesh.vertices] @ face.frame.axes[1]
     parted = (moved[vertices] - (shares * moved[opposite]).sum(axis=1)) * signs
     assert parted.max() < 0.5  # without the pressure they part by millimetres
+
+
+# --- lids ---------------------------------------------------------------------------------------
+
+CLOSED = dict.fromkeys(("orbicularis_oculi_l", "orbicularis_oculi_r"), 1.0)
+TIGHT = {f"{name}_{s}": 1.0 for name in ("orbicularis_oculi_palpebral", "orbicularis_oculi_orbital") for s in "lr"}
+
+
+@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+@pytest.mark.parametrize("time_step", [0.02, 1.0])
+def test_lids_meet_and_do_not_pass_each_other(face, real_face, stem, time_step):
+    face = face if stem is None else real_face(stem)
+    skin, oracle = Skin(face, time_step), Oracle(face)
+    for rates in (CLOSED, {}, {**CLOSED, **TIGHT}, TIGHT, CLOSED):
+        skin.contract(rates)
+        for _ in range(5):
+            assert oracle.findings(skin.step()).lids < DEEPEST
+    lids = skin.contacts.lids
+    gaps = lids.gaps(skin.contacts._look(skin._displacement))
+    assert -0.02 < (gaps - lids.allowed).min() < 0.0, "they press"
+    skin.contacts.lids = replace(lids, stiffness=1e-30 * lids.stiffness)
+    assert oracle.findings(held(skin, CLOSED, 10)).lids > 2.0 * DEEPEST, "without contacts they do not stop"
+
+
+def test_lids_meet_along_their_margins(face):
+    """Between the corners, every vertex of either margin comes to the other one, but for a turned chord."""
+    skin = Skin(face, time_step=1.0)
+    held(skin, CLOSED, 10)
+    lids = skin.contacts.lids
+    gaps = dict(zip(lids.corners[:, 0].tolist(), lids.gaps(skin.contacts._look(skin._displacement)), strict=True))
+    for opening in face.eyelid_openings.values():
+        margins = [v for v in (*opening.upper[2:-2], *opening.lower[2:-2]) if v in gaps]
+        assert len(margins) > 10
+        assert max(gaps[v] for v in margins) < 0.25  # mm
+
+
+def test_open_lids_do_not_feel_each_other(face):
+    skin = Skin(face)
+    for rates in ({}, TIGHT, fw.ACTION_UNITS["AU5"], fw.ACTION_UNITS["AU27"]):
+        x, lids = held(skin, rates), skin.contacts.lids
+        gaps = lids.gaps(np.vstack([x, [eye.centre for eye in face.eyes]]))
+        assert len(gaps) == len(lids.allowed) > 50
+        assert (gaps < lids.allowed).mean() < 0.05  # beside the corners
 
 
 # --- forces -------------------------------------------------------------------------------------

@@ -82,7 +82,7 @@ def test_gradient_of_the_potential(coarse, size):
         cross = np.cross(
             *((skin.points + u)[coarse.triangles[:, k]] - (skin.points + u)[coarse.triangles[:, 0]] for k in (1, 2))
         )
-        share = (cross * skin._facing_now).sum(1) / skin._double_area
+        share = (cross * skin._facing_now).sum(1) / skin.contacts.flats.double_area
         assert (share < skin.material.smallest_area).mean() > 0.1
     gradient = potential(skin, u)[1]
     h = 1e-6

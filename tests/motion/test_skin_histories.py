@@ -123,19 +123,27 @@ def test_energy_never_grows_from_random_states(face):
 # --- steady states ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["happiness", "surprise", "closing_eye"])
+@pytest.mark.parametrize("name", sorted(fw.EXPRESSIONS))
 def test_a_steady_state_is_one_whatever_came_before(face, name):
-    """A jump, a ramp, and a detour over other expressions. Lips that press on each other settle more slowly."""
-    rates, ends = fw.EXPRESSIONS[name], []
-    for before in ([], [{k: share * rate for k, rate in rates.items()} for share in (0.2, 0.4, 0.6, 0.8)],
-                   [fw.EXPRESSIONS["kiss"], fw.EXPRESSIONS["stretching_mouth"], {"jaw": 1.0}]):  # fmt: skip
-        skin = Skin(face)
-        for each in before:
-            held(skin, each, 6)
-        ends.append(held(skin, rates, 150))
-    assert np.abs(ends[0]).max() > 3.0
-    for other in ends[1:]:
-        assert np.abs(other - ends[0]).max() < 1e-6
+    """A jump, and a detour over other expressions; held until they agree, as lips that press settle more slowly."""
+    rates, skins = fw.EXPRESSIONS[name], (Skin(face), Skin(face))
+    for each in (fw.EXPRESSIONS["kiss"], fw.EXPRESSIONS["stretching_mouth"], {"jaw": 1.0}):
+        held(skins[1], each, 6)
+    for _ in range(8):
+        one, other = (held(skin, rates, 50) for skin in skins)
+        if np.abs(one - other).max() < 1e-6:
+            break
+    assert np.abs(one).max() > 1.0
+    assert np.abs(one - other).max() < 1e-6
+
+
+@pytest.mark.parametrize("name", ["happiness", "surprise", "closing_eye"])
+def test_a_steady_state_is_that_of_a_ramp(face, name):
+    rates, skins = fw.EXPRESSIONS[name], (Skin(face), Skin(face))
+    for share in (0.2, 0.4, 0.6, 0.8):
+        held(skins[1], {k: share * rate for k, rate in rates.items()}, 6)
+    one, other = (held(skin, rates, 150) for skin in skins)
+    assert np.abs(one - other).max() < 1e-6
 
 
 # --- what it must not enter, and its way --------------------------------------------------------
@@ -151,7 +159,7 @@ def test_lids_and_lips_do_not_pass_what_they_meet_in_random_jumps(face, time_ste
         for _ in range(4):
             found = oracle.findings(skin.step())
             assert found.inverted == 0
-            assert found.eyes < DEEPEST
+            assert max(found.eyes, found.lids) < DEEPEST
             assert max(found.lips, found.teeth) < 5.0 * DEEPEST  # edges cut in, but nothing comes through
 
 

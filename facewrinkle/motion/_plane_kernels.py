@@ -1,7 +1,7 @@
-"""Inner loops of the contact between lips: points of one lip and the planes of the triangles that they face.
+"""Inner loops of the contact between lips or lids: points of the skin and the planes of the triangles that they face.
 
-Positions x (n, 3) are in mm. A sample is a point of the skin with fixed barycentric coordinates `shares` in `corners`;
-`triangles` (k, 3) holds the corners of the triangle of the other lip that each sample faces.
+Positions x are in mm: n vertices, and points that stay. A sample is a point of the skin with fixed barycentric
+coordinates `shares` in `corners`; `triangles` (k, 3) holds the corners of the triangle that each sample faces.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def plane_gap(x, corners, shares, triangle, bary, normal):
 
 
 @njit(cache=True)
-def lip_gaps(x, corners, shares, triangles):
+def plane_gaps(x, corners, shares, triangles):
     """Return the heights (k,) of samples above the planes that they face."""
     out, bary, normal = np.empty(corners.shape[0]), np.empty(3), np.empty(3)
     for s in range(corners.shape[0]):
@@ -54,7 +54,7 @@ def lip_gaps(x, corners, shares, triangles):
 
 
 @njit(cache=True)
-def lip_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad):
+def plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad):
     """Add up half stiffness times depth squared of samples that are too near. Adds to grad; writes the gaps (k,)."""
     bary, normal = np.empty(3), np.empty(3)
     energy = 0.0
@@ -68,14 +68,15 @@ def lip_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad):
         for c in range(3):
             for k in range(3):
                 grad[corners[s, c], k] -= force * shares[s, c] * normal[k]
-                grad[triangles[s, c], k] += force * bary[c] * normal[k]
+                if triangles[s, c] < grad.shape[0]:
+                    grad[triangles[s, c], k] += force * bary[c] * normal[k]
     return energy
 
 
 @njit(cache=True)
-def lip_rows(x, ahead, corners, shares, triangles, allowed, stiffness, gaps, rows, first):
-    """Write rows of samples that are too near now or after `ahead`; see `solid_rows`. `gaps` is what `lip_energy` has
-    written at x.
+def plane_rows(x, ahead, corners, shares, triangles, allowed, stiffness, gaps, rows, first):
+    """Write rows of samples that are too near now or after `ahead`; see `solid_rows`. `gaps` is what `plane_energy`
+    has written at x.
     """
     vertices, slopes, depths, stiff = rows
     bary, normal = np.empty(3), np.empty(3)
@@ -85,13 +86,17 @@ def lip_rows(x, ahead, corners, shares, triangles, allowed, stiffness, gaps, row
         after = allowed[s] - gaps[s]
         for c in range(3):
             for k in range(3):
-                after -= normal[k] * (shares[s, c] * ahead[corners[s, c], k] - bary[c] * ahead[triangles[s, c], k])
+                after -= normal[k] * shares[s, c] * ahead[corners[s, c], k]
+                if triangles[s, c] < ahead.shape[0]:
+                    after += normal[k] * bary[c] * ahead[triangles[s, c], k]
         if gaps[s] >= allowed[s] and after <= 0.0:
             continue
         for c in range(3):
-            vertices[first, c], vertices[first, c + 3] = corners[s, c], triangles[s, c]
+            stays = triangles[s, c] >= ahead.shape[0]
+            vertices[first, c], vertices[first, c + 3] = corners[s, c], corners[s, c] if stays else triangles[s, c]
             for k in range(3):
-                slopes[first, c, k], slopes[first, c + 3, k] = shares[s, c] * normal[k], -bary[c] * normal[k]
+                slopes[first, c, k] = shares[s, c] * normal[k]
+                slopes[first, c + 3, k] = 0.0 if stays else -bary[c] * normal[k]
         depths[first], stiff[first] = after, stiffness[s]
         first += 1
     return first

@@ -1,4 +1,4 @@
-"""The inner loops of the contact between lips.
+"""The inner loops of the contact between lips and between lids.
 
 what                      checked against
 heights above planes      linear algebra; differences
@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from facewrinkle.motion import _lip_kernels as kernels
+from facewrinkle.motion import _plane_kernels as kernels
 
 
 def pairs(seed, k=40, n=60):
@@ -31,7 +31,7 @@ def test_heights_are_those_above_the_planes_of_the_triangles():
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     expected = ((samples - a) * normals).sum(axis=1)
-    np.testing.assert_allclose(kernels.lip_gaps(x, corners, shares, triangles), expected, atol=1e-12)
+    np.testing.assert_allclose(kernels.plane_gaps(x, corners, shares, triangles), expected, atol=1e-12)
     bary, normal = np.empty(3), np.empty(3)
     for s, sample in enumerate(samples):
         gap = kernels.plane_gap(x, corners[s], shares[s], triangles[s], bary, normal)
@@ -43,26 +43,26 @@ def test_heights_are_those_above_the_planes_of_the_triangles():
 def test_a_triangle_without_area_meets_nothing():
     x, corners, shares, triangles, allowed, stiffness = pairs(1, k=1)
     triangles[0] = triangles[0, 0]
-    assert kernels.lip_gaps(x, corners, shares, triangles).tolist() == [np.inf]
+    assert kernels.plane_gaps(x, corners, shares, triangles).tolist() == [np.inf]
     grad, gaps = np.zeros_like(x), np.empty(1)
-    assert kernels.lip_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad) == 0.0
+    assert kernels.plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad) == 0.0
     assert not grad.any()
     rows = np.zeros((1, 6), np.int64), np.zeros((1, 6, 3)), np.zeros(1), np.zeros(1)
-    assert kernels.lip_rows(x, x, corners, shares, triangles, allowed, stiffness, gaps, rows, 0) == 0
+    assert kernels.plane_rows(x, x, corners, shares, triangles, allowed, stiffness, gaps, rows, 0) == 0
 
 
 def test_the_gradient_is_the_slope_of_the_energy():
     x, corners, shares, triangles, allowed, stiffness = pairs(2)
     gaps, grad, unused = np.empty(40), np.zeros_like(x), np.zeros_like(x)
-    energy = kernels.lip_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad)
-    depth = np.maximum(allowed - kernels.lip_gaps(x, corners, shares, triangles), 0.0)
+    energy = kernels.plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad)
+    depth = np.maximum(allowed - kernels.plane_gaps(x, corners, shares, triangles), 0.0)
     assert 5 < (depth > 0.0).sum() < 35
     assert energy == pytest.approx(0.5 * (stiffness * depth**2).sum())
     rng, h = np.random.default_rng(3), 1e-6
     for _ in range(5):
         way = rng.normal(size=x.shape)
         ends = [
-            kernels.lip_energy(x + sign * h * way, corners, shares, triangles, allowed, stiffness, gaps, unused)
+            kernels.plane_energy(x + sign * h * way, corners, shares, triangles, allowed, stiffness, gaps, unused)
             for sign in (1.0, -1.0)
         ]
         assert (ends[0] - ends[1]) / (2 * h) == pytest.approx((grad * way).sum(), rel=1e-5)
@@ -71,11 +71,11 @@ def test_the_gradient_is_the_slope_of_the_energy():
 def test_rows_know_all_that_is_near_or_comes_near():
     x, corners, shares, triangles, allowed, stiffness = pairs(4)
     gaps, grad = np.empty(40), np.zeros_like(x)
-    kernels.lip_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad)
+    kernels.plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad)
     ahead = 1e-6 * np.random.default_rng(5).normal(size=x.shape)
     rows = np.zeros((41, 6), np.int64), np.zeros((41, 6, 3)), np.zeros(41), np.zeros(41)
-    m = kernels.lip_rows(x, ahead, corners, shares, triangles, allowed, stiffness, gaps, rows, 1)
-    there = kernels.lip_gaps(x + ahead, corners, shares, triangles)
+    m = kernels.plane_rows(x, ahead, corners, shares, triangles, allowed, stiffness, gaps, rows, 1)
+    there = kernels.plane_gaps(x + ahead, corners, shares, triangles)
     near = (gaps < allowed) | (there < allowed)
     assert m == 1 + near.sum()
     np.testing.assert_allclose(rows[2][1:m], (allowed - there)[near], atol=1e-9)
