@@ -77,7 +77,7 @@ def probe(frame: pv.PolyData, face: Face, layers: list[Layer], vertex: int) -> d
         raise ParameterError(f"the frame has {frame.n_points} vertices, received {vertex}.")
     data = frame.point_data
     values: dict[str, Any] = {
-        name: float(np.asarray(data[name])[vertex]) for name in FIELDS if name in data and name not in NAMED
+        name: float(np.asarray(data[name])[vertex]) for name in FIELDS if name in data and name not in NAMED and _means(name, data, vertex)
     }
     found: dict[str, Any] = {
         "vertex": vertex,
@@ -101,6 +101,12 @@ def probe(frame: pv.PolyData, face: Face, layers: list[Layer], vertex: int) -> d
     else:
         found["made_by"] = "no fold here"
     return found
+
+
+def _means(name: str, data: pv.DataSetAttributes, vertex: int) -> bool:
+    """Return True if a field means something at a vertex: lambda, for one, only where a muscle folds the skin."""
+    owners = [own for own in FOLDED.get(name, ()) if own in data]
+    return not owners or any(np.asarray(data[own])[vertex] >= 0 for own in owners)
 
 
 def check_field(name: str | None) -> str | None:

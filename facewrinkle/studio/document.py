@@ -1,7 +1,7 @@
 """The document of a session: all that was set by hand, as plain data, with undo and redo.
 
-A patch is a path and a value: ``[["mixture", "AU12L"], 0.7]``. Patches of one gesture, such as the drag of a slider, are
-one step of undo. Values are checked before anything changes.
+A patch is a path and a value: ``[["mixture", "AU12L"], 0.7]``. Patches of one gesture, such as the drag of a slider,
+are one step of undo. Values are checked before anything changes.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Parts of a picture as bytes: what a page is sent of each frame.
 
 A message has the length of its header, the header as JSON, and the arrays one after the other, each aligned to four
-bytes. Positions are whole numbers from 0 to 65535 in a box around the face, normals bytes from -127 to 127. Arrays that a page
-has already are left out.
+bytes. Positions are whole numbers from 0 to 65535 in a box around the face, normals bytes from -127 to 127. Arrays
+that a page has already are left out.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The web server of a studio: pages and scripts of the package, and one socket.
 
 It listens on this computer alone unless asked otherwise. A page must name the key that was made at the start, in its
-first message; requests from other origins, or for other hosts, are refused. No path of the file system ever comes from a
-page.
+first message; requests from other origins, or for other hosts, are refused. No path of the file system ever comes from
+a page.
 """
 
 from __future__ import annotations

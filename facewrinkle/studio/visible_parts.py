@@ -185,7 +185,7 @@ class VisibleParts:
                     "away": np.rint(away / scale).astype(np.int8).reshape(-1, 3),
                 }
                 info = {"knots": lines.shape[1], "scale": scale}
-                self._still_parts[name] = Part(name, "lashes", self._first, changed, fixed, moving, info)
+                self._still_parts[name] = Part(name, "lashes", self._first, changed, fixed, moving, info=info)
             parts.append(self._still_parts[name])
         if self._appearance.brows is not None:
             brows = self._appearance.brows

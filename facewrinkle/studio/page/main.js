@@ -43,6 +43,7 @@ class App {
     });
     on("document", ({ data, history }) => {
       this.data = data;
+      $("probe").hidden = true; // it told of what was before
       this.sliders.update(data.mixture);
       this.panels.update(data);
       this.timeline.update(data);
@@ -96,7 +97,7 @@ class App {
       box.dataset.name = info.name;
       const scale = element("div", { class: "scale" });
       scale.style.background = `linear-gradient(to right, ${stops})`;
-      box.replaceChildren(element("div", { text: `${info.name}${info.unit ? ` (${info.unit})` : ""}: ${info.about}` }), scale,
+      box.replaceChildren(element("div", { text: `${info.name}: ${info.about}` }), scale,
         element("div", { class: "ends" }, element("span"), element("span")));
     }
     box.querySelectorAll(".ends span").forEach((end, k) => { end.textContent = Number(info.range[k].toPrecision(3)); });
@@ -145,16 +146,25 @@ class App {
 
   async click(event) {
     const hit = this.view.pick(event.clientX, event.clientY);
-    if (this.placing) {
-      if (!hit) return;
-      const found = await this.ask("probe", { vertex: hit.vertex, version: this.view.parts.get("skin").fixed.version });
-      if (found) this.placing(found.rest);
-      this.endPlacing();
-      return;
-    }
     if (!hit) { $("probe").hidden = true; return; }
-    const found = await this.ask("probe", { vertex: hit.vertex, version: this.view.parts.get("skin").fixed.version });
-    if (found) this.showProbe(found);
+    const act = this.placing;
+    this.endPlacing();
+    const found = await this.probe(event, hit);
+    if (found && act) act(found.rest);
+    else if (found) this.showProbe(found);
+  }
+
+  /** What is known at a place; while triangles change, the newest frame is asked for again. */
+  async probe(event, hit) {
+    for (let attempt = 0; ; attempt++) {
+      try {
+        return await this.connection.ask("probe", { vertex: hit.vertex, version: this.view.parts.get("skin").fixed.version });
+      } catch (error) {
+        if (attempt > 4) { this.say(error.message); return null; }
+        await new Promise((done) => setTimeout(done, 150));
+        hit = this.view.pick(event.clientX, event.clientY) ?? hit;
+      }
+    }
   }
 
   showProbe({ made_by: maker, formula, values, numbers = {}, level, vertex }) {
@@ -170,6 +180,7 @@ class App {
   /** Wait for a click on the face, and call `act` with the place at rest. */
   place(hint, button, act) {
     this.endPlacing();
+    $("probe").hidden = true;
     this.placing = act;
     this.placingButton = button;
     button.setAttribute("aria-pressed", "true");

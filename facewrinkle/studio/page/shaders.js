@@ -79,7 +79,7 @@ const SKIN_FRAGMENT = shaded("skin", `
   if (field) {
     float facing = max(normalVCVSOutput.z, 0.0);
     vec3 shown_colour = shown > 1.0 ? vec3(0.553, 0.522, 0.502) : texture(colours, vec2(0.008 + 0.984 * shown, 0.5)).rgb;
-    result = vec4(shown_colour * (0.42 + 0.58 * facing), 1.0);
+    result = vec4(shown_colour * (0.3 + 0.58 * facing), 1.0);
     return;
   }
   vec3 diffuseColor = (textured ? texture(photo, texture_at).rgb : tint) * (1.0 - dark * vec3(0.75, 1.0, 1.0));

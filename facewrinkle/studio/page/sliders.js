@@ -6,6 +6,11 @@ const REGIONS = {
   "Nose and cheeks": ["AU9", "AU10", "AU11"],
   "Mouth and chin": [],
 };
+const EVERYDAY = { // words that people search for
+  AU1: "worry raise", AU2: "raise surprise", AU4: "frown angry", AU6: "smile crow's feet wink", AU9: "disgust wrinkle", AU12: "smile grin happy",
+  AU15: "sad frown", AU17: "pout", AU18: "kiss", AU26: "open jaw mouth", AU27: "open yawn", AU43: "shut", AU45: "shut", happiness: "smile joy",
+  laughter: "smile laugh",
+};
 const GAZE = new Set(["AU61", "AU62", "AU63", "AU64"]);
 
 export const element = (tag, attributes = {}, ...children) => {
@@ -101,7 +106,7 @@ export class Sliders {
     for (const [name, label, code, sides] of entries) {
       const made = this.pair(name, label, code, sides);
       group.append(made.line);
-      this.rows.push({ ...made, name, group, words: `${name} ${label} ${code} ${title}`.toLowerCase() });
+      this.rows.push({ ...made, name, group, words: `${name} ${label} ${code} ${title} ${EVERYDAY[name] ?? ""}`.toLowerCase() });
     }
     this.box.append(group);
   }
@@ -116,8 +121,9 @@ export class Sliders {
         .concat(sides && which.length < 2 && this.mixture?.[name] !== undefined ? this.opened(name, sides, which) : []), gesture);
     const both = slider(label, { change: change(names) });
     const single = (sides ?? []).map((side, k) => slider(`${label}, ${k ? "right" : "left"}`, { change: change([side]) }));
-    const span = element("span", { title: why ?? `${label}${code ? ` (${code})` : ""}` }, label);
+    const span = element("span", { title: why ?? `${code} ${label}`.trim() });
     if (code) span.append(element("small", { text: code }));
+    span.append(label);
     const apart = element("div", { class: "pair" }, ...single.map((each, k) =>
       element("div", { class: "side" }, element("span", { "aria-hidden": "true", text: k ? "R" : "L" }), each.input)));
     const numbers = element("div", { class: "pair" }, ...single.map((each) => each.output));
@@ -158,5 +164,8 @@ export class Sliders {
       if (!each.line.hidden) full.add(each.group);
     }
     for (const each of this.rows) each.group.hidden = !full.has(each.group);
+    this.nothing ??= element("p", { class: "nothing", text: "Nothing of that name." });
+    this.nothing.hidden = full.size > 0;
+    this.box.append(this.nothing);
   }
 }

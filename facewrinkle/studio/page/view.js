@@ -299,7 +299,7 @@ export class View {
   drawHair(part) {
     const { gl } = this;
     if (!part.ribbons) {
-      part.ribbons = new Ribbons(gl, part.arrays.half, part.arrays.tint, part.fixed.knots ?? part.info.knots);
+      part.ribbons = new Ribbons(gl, part.arrays.half, part.arrays.tint, part.info.knots ?? part.fixed.knots);
     }
     if (part.kind === "brows") {
       if (part.moved !== this.version) {
