@@ -77,7 +77,9 @@ def probe(frame: pv.PolyData, face: Face, layers: list[Layer], vertex: int) -> d
         raise ParameterError(f"the frame has {frame.n_points} vertices, received {vertex}.")
     data = frame.point_data
     values: dict[str, Any] = {
-        name: float(np.asarray(data[name])[vertex]) for name in FIELDS if name in data and name not in NAMED and _means(name, data, vertex)
+        name: float(np.asarray(data[name])[vertex])
+        for name in FIELDS
+        if name in data and name not in NAMED and _means(name, data, vertex)
     }
     found: dict[str, Any] = {
         "vertex": vertex,
@@ -89,13 +91,14 @@ def probe(frame: pv.PolyData, face: Face, layers: list[Layer], vertex: int) -> d
     family = int(np.asarray(data["family"])[vertex]) if "family" in data else -1
     muscle = int(np.asarray(data["muscle"])[vertex]) if "muscle" in data else -1
     waves = next((layer for layer in layers if isinstance(layer, WaveFolds)), None)
+    flat = "" if values.get("W") else ", flat now"
     if family >= 0 and waves is not None:
-        found["made_by"] = f"waves of the family {list(waves.lines)[family]!r}"
+        found["made_by"] = f"waves of the family {list(waves.lines)[family]!r}{flat}"
         found["formula"] = "W = k0 S(eps) H(theta): waves grow with the compression eps across them"
     elif muscle >= 0:
         name = list(face.muscles)[muscle]
         wrinkles = face.muscles[name].fold_pattern.wrinkles
-        found["made_by"] = name
+        found["made_by"] = name + flat
         found["formula"] = "W = k0 sin(pi eps / 2) H(lambda) A(gamma) (A, Eqs. 4 to 7)"
         found["numbers"] = {"k0 (mm)": wrinkles.depth, "alpha": wrinkles.alpha, "furrows": wrinkles.count}
     else:

@@ -180,7 +180,7 @@ class VisibleParts:
                 fixed = {"half": row.half.astype(np.float32), "tint": np.rint(row.tint).astype(np.uint8)}
                 away = lines - lines[:, :1]
                 scale = float(np.abs(away).max()) / 127.0
-                moving = {
+                moving: dict[str, np.ndarray] = {
                     "root": self.box.quantised(lines[:, 0]),
                     "away": np.rint(away / scale).astype(np.int8).reshape(-1, 3),
                 }

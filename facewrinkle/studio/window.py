@@ -267,7 +267,7 @@ class Studio:
 
     def _copied(self, what: str) -> str:
         if what == "python":
-            return as_python(self._document.data, _source_of(self._source))
+            return as_python(self._document.data, self._stage.face, _source_of(self._source))
         if what == "command":
             command, missing = as_command(self._document.data, self._source)
             return command + (f"\n# left out, as no option says it: {', '.join(missing)}" if missing else "")

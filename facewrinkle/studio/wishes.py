@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from ..anatomy.face import Face
 from ..anatomy.fitting import default_face
 from ..anatomy.identity import Identity
 from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer
 from ..layers.patterns_on_skin.layer import PatternLayer
+from ..layers.patterns_on_skin.presets import table
+from ..layers.patterns_on_skin.region import check_size
 from ..simulation.fold_layers import fold_layers
 from ..tears import Flow, Route, SheddingTear
 
@@ -43,12 +47,28 @@ def layers_of(data: Mapping[str, Any], face: Face) -> list[Layer]:
 
 
 def pattern_layer(name: str, entry: Mapping[str, Any], face: Face) -> PatternLayer:
-    """Return the pattern of an entry of a document; its size is in mm."""
+    """Return the pattern of an entry of a document."""
+    return PatternLayer(entry["kind"], entry["centre"], name=name, **pattern_words(entry, face))
+
+
+def pattern_words(entry: Mapping[str, Any], face: Face) -> dict[str, Any]:
+    """Return the words of :class:`facewrinkle.PatternLayer` for an entry: it looks as the preset of its kind.
+
+    The size of the entry is its width, mm; on the subject's right a pattern is mirrored.
+    """
+    preset, axes = table()[entry["kind"]], face.frame.axes
+    right = bool((np.array(entry["centre"]) - face.frame.origin) @ axes[0] < 0.0)
+    width, height = check_size(preset["size"])
+    up = np.array(preset.get("up", [0.0, 1.0, 0.0])) * [-1.0 if right else 1.0, 1.0, 1.0] @ axes
     size = entry["size"] / face.unit
-    up = tuple(face.frame.axes[1].tolist())
-    return PatternLayer(
-        entry["kind"], entry["centre"], up, (size, size), depth=entry["depth"], strength=entry["strength"], name=name
-    )
+    return {
+        "up": tuple(round(float(x), 6) for x in up),
+        "size": (round(size, 6), round(size * height / width, 6)),
+        "depth": entry["depth"],
+        "strength": entry["strength"],
+        "mirrored": right,
+        **preset["parameters"],
+    }
 
 
 def tear_of(entry: Mapping[str, Any], face: Face) -> SheddingTear:
@@ -90,13 +110,14 @@ def rates_of(mixture: Mapping[str, float], face: Face) -> dict[str, float]:
     return {name: rate for name, rate in face.atlas.contractions(mixture).items() if name in face.muscles}
 
 
-def as_python(data: Mapping[str, Any], source: str = "fw.default_face()") -> str:
+def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_face()") -> str:
     """Return a program that makes what a document shows.
 
     Examples
     --------
+    >>> from facewrinkle.anatomy.fitting import default_face
     >>> from facewrinkle.studio.document import START
-    >>> print(as_python({**START, "mixture": {"AU12L": 0.5, "AU12R": 0.5}}).splitlines()[4])
+    >>> print(as_python({**START, "mixture": {"AU12L": 0.5, "AU12R": 0.5}}, default_face()).splitlines()[4])
     sim.express({'AU12': 0.5})
     """
     folds = data["folds"]
@@ -124,9 +145,8 @@ def as_python(data: Mapping[str, Any], source: str = "fw.default_face()") -> str
         lines.append(f"          fw.WaveFolds({folds['depth']!r}{words})]")
         for name, entry in data["patterns"].items():
             lines += [
-                f"layers.append(fw.PatternLayer({entry['kind']!r}, {entry['centre']!r}, face.frame.axes[1],",
-                f"              ({entry['size']!r} / face.unit, {entry['size']!r} / face.unit), "
-                f"depth={entry['depth']!r}, strength={entry['strength']!r}, name={name!r}))",
+                f"layers.append(fw.PatternLayer({entry['kind']!r}, {entry['centre']!r}, name={name!r},",
+                f"              **{pattern_words(entry, face)!r}))",
             ]
         lines.append("sim = fw.Simulation(face, layers=layers)")
     lines.append(f"sim.express({_joined(mixture_of(data))!r})")
