@@ -63,7 +63,7 @@ def pattern_words(entry: Mapping[str, Any], face: Face) -> dict[str, Any]:
     size = entry["size"] / face.unit
     return {
         "up": tuple(round(float(x), 6) for x in up),
-        "size": (round(size, 6), round(size * height / width, 6)),
+        "size": (round(float(size), 6), round(float(size * height / width), 6)),
         "depth": entry["depth"],
         "strength": entry["strength"],
         "mirrored": right,

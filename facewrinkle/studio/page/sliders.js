@@ -47,8 +47,10 @@ export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Ma
   input.addEventListener("input", () => send(input.value));
   output.addEventListener("dblclick", () => {
     const typed = element("input", { type: "text", class: "typed", "aria-label": `${label}, number`, value: shown(Number(input.value)) });
+    let over = false;
     const done = (take) => {
-      if (!typed.isConnected) return;
+      if (over) return; // taking it away blurs it
+      over = true;
       const value = parse(Number(typed.value.replace(",", ".")));
       typed.replaceWith(output);
       if (take && Number.isFinite(value)) { begin(); send(Math.max(min, Math.min(max, value))); }
@@ -129,7 +131,13 @@ export class Sliders {
     const numbers = element("div", { class: "pair" }, ...single.map((each) => each.output));
     const line = element("div", { class: `row${why ? " off" : ""}` }, span, both.input, both.output);
     for (const each of [both, ...single]) each.input.disabled = Boolean(why);
-    const show = (locked) => line.replaceChildren(span, ...(locked || !sides ? [both.input, both.output] : [apart, numbers]));
+    let openNow = null;
+    const show = (locked) => {
+      const open = !locked && Boolean(sides);
+      if (open === openNow) return; // else the slider that is being moved would lose the focus
+      openNow = open;
+      line.replaceChildren(span, ...(open ? [apart, numbers] : [both.input, both.output]));
+    };
     const set = (mixture) => {
       const whole = mixture[name] ?? 0, values = names.map((each) => Math.max(mixture[each] ?? 0, whole));
       both.set(Math.max(...values));
