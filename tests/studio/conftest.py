@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("aiohttp", reason="the studio needs aiohttp")
 
 FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--enable-unsafe-swiftshader",
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update", "--enable-unsafe-swiftshader",
 )  # fmt: skip
 
 

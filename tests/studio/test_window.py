@@ -1,7 +1,7 @@
 """The object that users hold, against simulations of their own.
 
 rates, frame, undo          | the same asked of a Simulation
-two sides                   | folds deeper on one side only
+folds of one side           | none, against a simulation without waves; the other side
 copied Python               | run, it gives the frame that is shown
 saved files                 | in one folder, never over another file
 live weights                | units of ARKit's shapes
@@ -39,16 +39,20 @@ def test_a_frame_is_that_of_a_settled_simulation(studio, face):
         studio.rates = {"AU99": 1.0}
 
 
-def test_folds_can_be_deeper_on_one_side(studio):
+def test_folds_of_one_side_can_be_changed(studio, face):
+    """With none on the left, the left has the anatomical creases alone; the right is as it was."""
     studio.rates = {"AU6": 1.0, "AU12": 1.0}
-    even = studio.frame()
-    studio.change(folds={**studio.document["folds"], "left": 2.5})
-    deeper = studio.frame()
-    for frame in (even, deeper):
-        assert "W" in frame.point_data
-    sides = [[float(frame["W"][s * frame["rest"][:, 0] > 15.0].min()) for s in (1, -1)] for frame in (even, deeper)]
-    assert sides[1][0] < 1.5 * sides[0][0]
-    assert sides[1][1] == pytest.approx(sides[0][1], rel=0.1)
+    n, left = face.mesh.n_points, face.points[:, 0] > 10.0
+    even = studio.frame()["W"][:n]
+    studio.change(folds={**studio.document["folds"], "left": 0.0})
+    bare = studio.frame()["W"][:n]
+    sim = fw.Simulation(face, layers=[fw.MuscleWrinkles(anatomical=True)])
+    sim.express({"AU6": 1.0, "AU12": 1.0})
+    creases = sim.settle()["W"][:n]
+    right = face.points[:, 0] < -10.0
+    assert np.abs(bare - creases)[left].max() < 0.02
+    assert np.abs(bare - even)[right].max() < 0.02
+    assert np.abs(bare - even)[left].max() > 0.3
 
 
 def test_copied_python_gives_what_is_shown(studio):
@@ -75,7 +79,7 @@ def test_what_the_mesh_cannot_carry_is_taken_back_with_a_sentence(studio):
             await seen.until(lambda got: got.get("is") == "document" and not got["data"]["patterns"])
             return error["text"]
 
-    assert "5000" in asyncio.run(visit()) or studio.document["patterns"] == {}
+    assert asyncio.run(visit())
     assert studio.document["patterns"] == {}
 
 
