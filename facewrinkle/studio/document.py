@@ -15,7 +15,7 @@ from typing import Any
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.identity import Identity
-from ..errors import FaceWrinkleError, ParameterError, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..layers.patterns_on_skin.kinds import KINDS
 
 VERSION = 1
@@ -121,15 +121,9 @@ class Document:
         checked = [(path, self._checked(path, value)) for path, value in patches]
         if not checked:
             return
-        before, back = self.data, []
-        self.data = deepcopy(before)
-        try:
-            for path, value in checked:
-                back.append((path, self._set(path, value)))
-        except FaceWrinkleError:
-            self.data = before
-            raise
-        self.version += 1
+        data = deepcopy(self.data)  # other threads may be reading the present one
+        back = [(path, _set(data, path, value)) for path, value in checked]
+        self.data, self.version = data, self.version + 1
         self._undone.clear()
         if gesture and self._done and self._done[-1].gesture == gesture:
             self._done[-1].done.extend(checked)
@@ -151,10 +145,10 @@ class Document:
             return False
         step = source.pop()
         target.append(_Step("", step.done, step.back))  # a later drag is a step of its own
-        self.data = deepcopy(self.data)
+        data = deepcopy(self.data)
         for path, value in patches(step):
-            self._set(path, value)
-        self.version += 1
+            _set(data, path, value)
+        self.data, self.version = data, self.version + 1
         return True
 
     def reset(self, gesture: str = "") -> None:
@@ -190,20 +184,6 @@ class Document:
         self.change([((name,), value) for name, value in given.items() if self.data.get(name) != value])
 
     # --- checks --------------------------------------------------------------------------------
-
-    def _set(self, path: Sequence[str], value: Any) -> Any:
-        """Set an entry, and return what it was."""
-        table = self.data
-        for name in path[:-1]:
-            if name not in table:
-                raise unknown_name("entry", name, table)
-            table = table[name]
-        before = table.get(path[-1])
-        if value is None:
-            table.pop(path[-1], None)
-        else:
-            table[path[-1]] = deepcopy(value)
-        return before
 
     def _checked(self, path: Sequence[str], value: Any) -> Any:
         if not path or not all(isinstance(name, str) and len(name) <= 64 for name in path) or path[0] not in START:
@@ -297,6 +277,21 @@ class Document:
         if len(rest) == 1 and value is not None and rest[0] not in held and len(held) >= most:
             raise ParameterError(f"there are {most} {what} already; take one away first.")
         return self._table(what, rest, value, check, most)
+
+
+def _set(data: dict[str, Any], path: Sequence[str], value: Any) -> Any:
+    """Set an entry of a document, or take it away, and return what it was."""
+    table = data
+    for name in path[:-1]:
+        if name not in table:
+            raise unknown_name("entry", name, table)
+        table = table[name]
+    before = table.get(path[-1])
+    if value is None:
+        table.pop(path[-1], None)
+    else:
+        table[path[-1]] = deepcopy(value)
+    return before
 
 
 def _entry(

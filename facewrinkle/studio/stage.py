@@ -80,6 +80,8 @@ class Stage(threading.Thread):
         The newest frame.
     listeners : list of callable
         Called on this thread after each frame.
+    photo : tuple
+        A number that grows with each photo, and the photo of the present face as a file, if it has one.
     complaints : list of callable
         Called on this thread with a sentence about what could not be done.
     """
@@ -93,6 +95,7 @@ class Stage(threading.Thread):
         self.complaints: list[Callable[[str], None]] = []
         self.wanted_fields: set[str] = set()
         self.shown: Shown | None = None
+        self.photo: tuple[int, bytes | None] = (0, None)
         self.spent = {"step": 0.0, "parts": 0.0}
         self._jobs: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._closed = False
@@ -237,6 +240,7 @@ class Stage(threading.Thread):
                     self.face, self._simulation = face, simulation
                     first = self._parts.last + 1
                     self._parts = VisibleParts(face, first)
+                    self.photo = self.photo[0] + 1, self._parts.photo()
                     self._tears = {}
                     simulation.contract(before)
                 elif applied["folds"] != data["folds"] or applied["patterns"] != data["patterns"]:

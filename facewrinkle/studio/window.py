@@ -25,7 +25,7 @@ from ..plotting.views import VIEWS
 from .coloured_fields import FIELDS, check_field, colours, labels, probe
 from .document import FOLDS, PATTERN, TEAR, Document
 from .saving import Folder, save
-from .stage import Shown, Stage
+from .stage import Stage
 from .wishes import as_command, as_python, rates_of
 
 READY = 120.0
@@ -70,7 +70,6 @@ class Studio:
         self._document = Document(face.atlas)
         self._folder = Folder(save_to)
         self._source = source
-        self._photo: tuple[Face | None, int, bytes | None] = (None, 0, None)
         self._stage = Stage(face, self._document)
         self._server = Server(self._handle, self._state, self._greeting, host, port)
         self._autosaved = -1
@@ -204,15 +203,12 @@ class Studio:
 
     def _state(self) -> dict[str, Any]:
         stage = self._stage
-        shown: Shown | None = stage.shown
-        if shown is not None and self._photo[0] is not stage.face:
-            self._photo = stage.face, self._photo[1] + 1, stage.parts.photo()
         return {
-            "shown": shown,
+            "shown": stage.shown,
             "version": self._document.version,
             "document": {"data": self._document.data, "history": self._document.history},
-            "photo": self._photo[2],
-            "photo_number": self._photo[1],
+            "photo": stage.photo[1],
+            "photo_number": stage.photo[0],
         }
 
     def _greeting(self) -> dict[str, Any]:

@@ -189,7 +189,7 @@ def test_every_control_has_a_name_and_can_be_reached(page):
     while len(reached) < 200 and (not reached or reached[-1] != "Time"):
         page.keyboard.press("Tab")
         reached.append(page.evaluate("document.activeElement.getAttribute('aria-label') || document.activeElement.id"))
-    wanted = ["Intensity of all", "Surprise", "Jaw drop", "canvas", "tab-folds", "Depth", "seed", "play", "Time"]
+    wanted = ["Intensity of all", "Surprise", "Jaw drop", "canvas", "tab-folds", "Depth", "Seed", "play", "Time"]
     names = [name if name != page.locator("#canvas").get_attribute("aria-label") else "canvas" for name in reached]
     assert [name for name in names if name in wanted] == wanted
 

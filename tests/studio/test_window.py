@@ -68,19 +68,18 @@ def test_copied_python_gives_what_is_shown(studio):
     assert studio._copied("command").endswith("# left out, as no option says it: patterns")
 
 
-def test_what_the_mesh_cannot_carry_is_taken_back_with_a_sentence(studio):
+def test_what_cannot_be_made_is_taken_back_with_a_sentence(studio):
     async def visit():
         async with page(studio) as seen:
             await seen.until(lambda got: "step" in got)
-            centre = [5000.0, 0.0, 0.0]
-            entry = {"kind": "dimple", "centre": centre, "size": 9, "depth": 1.0}
-            await seen.send({"do": "change", "patches": [[["patterns", "far"], entry]], "gesture": ""})
+            entry = {"start": [5000.0, 0.0, 0.0]}
+            await seen.send({"do": "change", "patches": [[["tears", "far"], entry]], "gesture": ""})
             error = await seen.until(lambda got: got.get("is") == "error")
-            await seen.until(lambda got: got.get("is") == "document" and not got["data"]["patterns"])
+            await seen.until(lambda got: got.get("is") == "document" and not got["data"]["tears"])
             return error["text"]
 
     assert asyncio.run(visit())
-    assert studio.document["patterns"] == {}
+    assert studio.document["tears"] == {}
 
 
 def test_pictures_meshes_and_sessions_are_saved_in_one_folder(studio, saved):
