@@ -45,7 +45,7 @@ VERTEX = {
 """Replacements in the vertex shader, which hands on the thickness of a tear and the normal of the skin under it."""
 
 INPUTS = "//VTK::Normal::Dec\nin float depthVSOutput;\nin vec3 underVSOutput;\n"
-"""What the fragment shader gets from the vertex shader."""
+"""Inputs of the fragment shader, from the vertex shader."""
 
 STUDIO = """
 vec3 studio(vec3 r, vec3 around, float film, float bead)

@@ -73,7 +73,7 @@ KEY: Mapping[str, tuple[float, float]] = {
 
 @dataclass(frozen=True)
 class _Step:
-    """What one step of undo changed: pairs of a patch and the patch that takes it back."""
+    """One step of undo: patches, and those that take them back."""
 
     gesture: str
     done: list[Patch]
@@ -81,7 +81,7 @@ class _Step:
 
 
 class Document:
-    """What was set by hand, with its history.
+    """All that was set by hand, with its history.
 
     Parameters
     ----------

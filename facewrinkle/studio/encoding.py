@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 Known = dict[str, tuple[int, int]]
-"""What a page has: the version and the last change of each part, by name."""
+"""Things that a page has: the version and the last change of each part, by name."""
 
 LARGEST = 65535
 """Largest whole number that a coordinate becomes."""

@@ -1,4 +1,4 @@
-"""What a studio saves: pictures, meshes and sessions, into one folder or as downloads."""
+"""Files of a studio: pictures, meshes and sessions, into one folder or as downloads."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WIDTH, HEIGHT = 1200, 1200
 """Pixels of a picture."""
 
 KINDS = ("picture", "glb", "session")
-"""What can be saved."""
+"""Things that can be saved."""
 
 MOST = 10_000
 """Files of one name and different numbers."""

@@ -265,7 +265,7 @@ class Stage(threading.Thread):
                 self._tears[name] = entry, tear_of(entry, self.face), self._tear_clock + entry["begin"]
 
     def _step(self, data: Mapping[str, Any], live: Mapping[str, float], playing: bool, step: float) -> None:
-        begin = time.process_time()
+        begin = time.thread_time()
         timeline = data["timeline"]
         if playing:
             with self.condition:
@@ -280,7 +280,7 @@ class Stage(threading.Thread):
             self.simulation.look(*data["gaze"])
         frame = self.simulation.step()
         self._tear_clock += step
-        middle = time.process_time()
+        middle = time.thread_time()
         moved = self._moved(frame)
         running = any(self._tear_clock < start + _run_time(tear) for _, tear, start in self._tears.values())
         self._quiet = 0 if moved > STILL or not arrived or playing or running else self._quiet + 1
@@ -291,7 +291,7 @@ class Stage(threading.Thread):
         self._steps += 1
         shown = Shown(frame, self._steps, parts, self._parts.box, fields, still, self._time)
         self.spent["step"] += middle - begin
-        self.spent["parts"] += time.process_time() - middle
+        self.spent["parts"] += time.thread_time() - middle
         with self.condition:
             self.shown = shown
             self._awake = not still or self.document.version != self._seen

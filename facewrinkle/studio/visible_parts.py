@@ -1,4 +1,4 @@
-"""What is seen of a face, as parts for a page: much of it is worked out there, from a few numbers of each frame.
+"""A face as parts for a page: much of it is worked out there, from a few numbers of each frame.
 
 Eyes turn and are shaded in the page, by the heights of their lids; teeth go with a matrix; brows are bound to triangles
 of the skin; lashes are lines.
@@ -28,7 +28,7 @@ from ..mesh.arrays import COLORS, points_and_triangles
 from ..mesh.frame_state import FrameState
 from ..mesh.seams import corner_texture
 from ..plotting.scene import PLAIN_COLOUR
-from .encoding import Box, Part, small_normals
+from .encoding import LARGEST, Box, Part, small_normals
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[Any]
@@ -259,7 +259,9 @@ class _Topology:
         if corners is not None:
             parts = split_vertices(triangles, corners, frame.n_points)
             self.origin, drawn = parts.origin, parts.triangles
-            self.fixed["texture"] = parts.values.astype(np.float32)
+            small = parts.values.min() >= 0.0 and parts.values.max() <= 1.0
+            places = np.rint(LARGEST * parts.values).astype(np.uint16) if small else parts.values.astype(np.float32)
+            self.fixed["texture"] = places
         else:
             self.fixed["colour"] = _skin_colours(frame, appearance)
         self.triangles = np.vstack([across, np.asarray(drawn)[order]])

@@ -1,4 +1,4 @@
-"""What a document asks of a simulation: a face, layers, rates of muscles and tears."""
+"""The wishes of a document to a simulation: a face, layers, rates of muscles and tears."""
 
 from __future__ import annotations
 

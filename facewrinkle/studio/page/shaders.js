@@ -55,7 +55,7 @@ in float value;
 out vec3 place, normal, tint;
 out vec2 texture_at;
 out float dark, shown;
-out vec3 edge;
+flat out float label;
 void main() {
   vec4 at = view * vec4(low + size * position, 1.0);
   place = at.xyz;
@@ -64,6 +64,7 @@ void main() {
   texture_at = vec2(texture_place.x, 1.0 - texture_place.y);
   dark = small_normal.w;
   shown = value;
+  label = value;
   gl_Position = projection * at;
 }`;
 
@@ -71,14 +72,16 @@ const SKIN_INPUTS = `
 in vec3 tint;
 in vec2 texture_at;
 in float dark, shown;
+flat in float label;
 uniform sampler2D photo, colours;
-uniform bool textured, field;
+uniform bool textured, field, labels;
 `;
 
 const SKIN_FRAGMENT = shaded("skin", `
   if (field) {
     float facing = max(normalVCVSOutput.z, 0.0);
-    vec3 shown_colour = shown > 1.0 ? vec3(0.553, 0.522, 0.502) : texture(colours, vec2(0.008 + 0.984 * shown, 0.5)).rgb;
+    float at = labels ? label : shown;  // labels are not interpolated
+    vec3 shown_colour = at > 1.0 ? vec3(0.553, 0.522, 0.502) : texture(colours, vec2(0.008 + 0.984 * at, 0.5)).rgb;
     result = vec4(shown_colour * (0.3 + 0.58 * facing), 1.0);
     return;
   }

@@ -26,7 +26,7 @@ export class Timeline {
 
   /** The mixture of the sliders becomes keys around the present time. */
   add() {
-    const mixture = Object.entries(this.app.data.mixture);
+    const mixture = Object.entries(this.app.data.mixture).filter(([, weight]) => weight > 0);
     if (!mixture.length) return this.app.say("Set a slider first: a key lets what they show come and go.");
     const { length } = this.app.data.timeline, at = Math.min(this.time, length - 0.2);
     const patches = [];

@@ -8,7 +8,7 @@ import { PLACES, program } from "./shaders.js";
 const UNIT = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 const ATTRIBUTES = { // array of a part: attribute, components, normalised
   position: ["position", 3, true], normal: ["small_normal", 4, true], colour: ["colour", 3, true],
-  texture: ["texture_place", 2, false], value: ["value", 1, true], sphere: ["sphere", 3, false], cornea: ["cornea", 3, false],
+  texture: ["texture_place", 2, true], value: ["value", 1, true], sphere: ["sphere", 3, false], cornea: ["cornea", 3, false],
   under: ["under", 4, true], thickness: ["thickness", 1, false],
 };
 const MOVING_TIME = 220; // ms after the last change for which software draws at half the resolution
@@ -258,6 +258,7 @@ export class View {
     gl.uniform1i(uniforms.photo, 0);
     gl.uniform1i(uniforms.colours, 1);
     gl.uniform1i(uniforms.textured, part.arrays.texture ? 1 : 0);
+    gl.uniform1i(uniforms.labels, ["muscle", "family", "level"].includes(this.field) ? 1 : 0);
     gl.uniform1i(uniforms.field, this.field && part.coloured === this.field ? 1 : 0);
     gl.bindVertexArray(part.vao);
     const open = part.count - part.fixed.lined, width = part.type === gl.UNSIGNED_INT ? 4 : 2;
