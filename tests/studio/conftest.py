@@ -43,9 +43,11 @@ def studio(studio_of_package):
     return studio_of_package
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def browser():
-    """Chromium without a window; skips where there is none."""
+    """Chromium without a window; skips where there is none. Its driver keeps an event loop running in this thread, so
+    it ends with its module: other tests run loops of their own.
+    """
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if path is None:
