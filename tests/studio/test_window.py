@@ -75,10 +75,14 @@ def test_what_cannot_be_made_is_taken_back_with_a_sentence(studio):
             entry = {"start": [5000.0, 0.0, 0.0]}
             await seen.send({"do": "change", "patches": [[["tears", "far"], entry]], "gesture": ""})
             error = await seen.until(lambda got: got.get("is") == "error")
-            await seen.until(lambda got: got.get("is") == "document" and not got["data"]["tears"])
-            return error["text"]
+            while studio._document.data["tears"]:
+                await asyncio.sleep(0.01)
+            await seen.settled(studio)
+            return error["text"], [got for got in seen.texts if got["is"] == "document"][-1]["data"]["tears"]
 
-    assert asyncio.run(visit())
+    error, told = asyncio.run(visit())
+    assert error.startswith("start must lie on the surface")
+    assert told == {}
     assert studio.document["tears"] == {}
 
 
