@@ -45,6 +45,7 @@ _HOME = {
     "read_surface": "mesh",
     "read_texture": "mesh",
     "refine": "mesh",
+    "studio": "studio",
     "surface": "anatomy.fitting",
     "write_face": "anatomy.face_file",
     "write_mesh": "export",

@@ -49,6 +49,7 @@ from .motion.skin import Skin as Skin
 from .motion.skin import SkinMaterial as SkinMaterial
 from .simulation import Refinement as Refinement
 from .simulation import Simulation as Simulation
+from .studio import studio as studio
 from .tears.drop import DrippingTear as DrippingTear
 from .tears.stream import SheddingTear as SheddingTear
 

@@ -1,5 +1,5 @@
 """The command line: ``express``, ``play``, ``pattern``, ``tear``, ``fit``, ``atlas``, ``table1``, ``info``,
-``dataset``, ``demo``.
+``dataset``, ``studio``, ``demo``.
 
 The commands live in :mod:`facewrinkle.commands` and are imported when they are called, so that ``--help`` is quick.
 """
@@ -50,6 +50,7 @@ app.command(
     "facewrinkle.commands.pattern:pattern",
     help="Write pictures, a movie and a time series of a wrinkle pattern.",
 )
+app.command("facewrinkle.commands.studio:studio", help="Open a face in the browser, with a slider for everything.")
 app.command("facewrinkle.commands.table1:table1", help="Measure Table 1 of the paper and print both.")
 app.command(
     "facewrinkle.commands.info:info",

@@ -42,6 +42,7 @@ ON_PURPOSE = {
 
 UNCALLED = {
     "Motion": "a protocol",
+    "studio": "opens a page: tests/studio",
     "anatomy.muscles.Fronts": "a type",
     "plotting.Image": "a type",
     "export.movie_writer": "takes no data; what it returns is called by write_movie",
@@ -193,6 +194,7 @@ SPECIAL = {
     "Crease.transformed": lambda e: [np.eye(3), 2.0, np.ones(3)],
     "TriangularMuscle.transformed": lambda e: [np.eye(3), 2.0, np.ones(3)],
     "SheetMuscle.transformed": lambda e: [np.eye(3), 2.0, np.ones(3)],
+    "Simulation.use_layers": lambda e: [[fw.MuscleWrinkles()]],
     "Simulation.fields": lambda e: [next(iter(face().muscles))],
     "geometry.interpolation.interpolated": lambda e: [e["points"], e["corners"], e["barycentric"]],
     "geometry.interpolation.height_above": lambda e: [

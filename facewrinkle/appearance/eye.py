@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -47,6 +48,18 @@ class PaintedEye:
     eye : Eyeball
     face : Face
 
+    Attributes
+    ----------
+    sphere, cornea : ndarray, shape (k, 3)
+        Directions [aside, up, ahead] from the centre to the points of the ball, and of its normals.
+    tints : ndarray, shape (k, 3)
+        Colours of the points, before lids shade them and flesh covers the inner corner.
+    quads : ndarray of int, shape (q, 4)
+    corners : list of ndarray, shape (3,)
+        Inner and outer corner between the lids, at rest.
+    margins : tuple of ndarray of int, optional
+        Vertices of the skin along the upper and the lower lid, if the lids are open.
+
     Examples
     --------
     >>> import facewrinkle as fw
@@ -58,23 +71,23 @@ class PaintedEye:
     def __init__(self, eye: Eyeball, face: Face) -> None:
         self.eye = eye
         opening = face.eyelid_openings.get(eye.side)
-        self._margins = None if opening is None else (opening.upper, opening.lower)
-        self._corners = [face.landmarks[f"eye_{eye.side}_{end}"] for end in ("inner", "outer")]
+        self.margins = None if opening is None else (opening.upper, opening.lower)
+        self.corners = [face.landmarks[f"eye_{eye.side}_{end}"] for end in ("inner", "outer")]
         angle, spoke = (
             grid.ravel() for grid in np.meshgrid(ANGLES, np.arange(SPOKES) * (2.0 * np.pi / SPOKES), indexing="ij")
         )
         adult = RADIUS * face.frame.pupil_distance  # irises are as large in larger eyes
-        self._paint = _eye_paint(angle * eye.radius / adult, spoke)
-        self._sphere = _directions(angle, spoke)
+        self.tints = _eye_paint(angle * eye.radius / adult, spoke)
+        self.sphere = _directions(angle, spoke)
         bulge = 1.0 - smoothstep((angle - 25.0) / 9.0)
-        self._cornea = _directions(angle * (1.0 + 0.5 * bulge), spoke)
+        self.cornea = _directions(angle * (1.0 + 0.5 * bulge), spoke)
         self._turned: _TurnedEye | None = None
-        self._quads = ring_quads(SPOKES, len(ANGLES))[:, [0, 3, 2, 1]].astype(int)
+        self.quads = ring_quads(SPOKES, len(ANGLES))[:, [0, 3, 2, 1]].astype(int)
 
     @property
     def open(self) -> bool:
         """True if the skin has an opening before the eye; if not, lids or an eye of the mesh cover it."""
-        return self._margins is not None
+        return self.margins is not None
 
     def at(self, points: Array, gaze: Array | None = None) -> pv.PolyData:
         """Return the eyeball, with `paint` (rgb), between the lids of a face with vertices at `points` (n, 3).
@@ -89,36 +102,54 @@ class PaintedEye:
         ball.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8)
         return ball
 
+    def axes(self, gaze: Array) -> Array:
+        """Return the unit vectors (3, 3) [aside, up, ahead] of the ball that looks along a gaze."""
+        side = np.cross(self.eye.up, gaze)
+        side /= np.linalg.norm(side)
+        return np.stack([side, np.cross(gaze, side), gaze])
+
+    @cached_property
+    def lid_axes(self) -> Array:
+        """Unit vectors (3, 3) from the inner to the outer corner, up and forward: the last two span heights."""
+        inner, outer = (corner - self.eye.centre for corner in self.corners)
+        lateral = (outer - inner) / np.linalg.norm(outer - inner)
+        up = self.eye.up - (self.eye.up @ lateral) * lateral
+        up /= np.linalg.norm(up)
+        return np.stack([lateral, up, self.eye.gaze - (self.eye.gaze @ lateral) * lateral])
+
+    def lid_heights(self, points: Array, places: Array) -> Array:
+        """Return the elevations (2, k), degrees, of the upper and the lower lid of a face with vertices at `points`.
+
+        `places` (k,) are along the first of the :attr:`lid_axes`, in radii of the ball. Lids must be open.
+        """
+        assert self.margins is not None
+        heights = []
+        for margin in self.margins:
+            across, upward, ahead = self.lid_axes @ (points[margin] - self.eye.centre).T
+            order = np.argsort(across, kind="stable")
+            elevation = np.degrees(np.arctan2(upward, ahead))
+            heights.append(np.interp(places, across[order] / self.eye.radius, elevation[order]))
+        return np.array(heights)
+
     def _turn(self, gaze: Array) -> _TurnedEye:
         """All that depends on the gaze alone."""
-        eye = self.eye
-        side = np.cross(eye.up, gaze)
-        side /= np.linalg.norm(side)
-        axes = np.stack([side, np.cross(gaze, side), gaze])
-        directions = self._sphere @ axes
-        ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * directions, self._quads)
-        ball.point_data["Normals"] = self._cornea @ axes
-        inner, outer = (corner - eye.centre for corner in self._corners)
+        eye, axes = self.eye, self.axes(gaze)
+        directions = self.sphere @ axes
+        ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * directions, self.quads)
+        ball.point_data["Normals"] = self.cornea @ axes
+        inner = self.corners[0] - eye.centre
         from_corner = np.degrees(np.arccos(np.clip(directions @ inner / np.linalg.norm(inner), -1.0, 1.0)))
-        paint = _mixed(self._paint, COLOURS["caruncle"], 1.25 - from_corner / 11.0)
-        lateral = (outer - inner) / np.linalg.norm(outer - inner)
-        up = eye.up - (eye.up @ lateral) * lateral
-        up /= np.linalg.norm(up)
-        forward = eye.gaze - (eye.gaze @ lateral) * lateral
+        paint = _mixed(self.tints, COLOURS["caruncle"], 1.25 - from_corner / 11.0)
+        lateral, up, forward = self.lid_axes
         height = np.degrees(np.arctan2(directions @ up, directions @ forward))
-        return _TurnedEye(np.array(gaze), ball, paint, np.stack([lateral, up, forward]), directions @ lateral, height)
+        return _TurnedEye(np.array(gaze), ball, paint, directions @ lateral, height)
 
     def _between_lids(self, turned: _TurnedEye, points: Array) -> Array:
         """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
-        if self._margins is None:
+        if self.margins is None:
             return turned.paint
-        margins = []
-        for margin in self._margins:
-            across, upward, ahead = turned.axes @ (points[margin] - self.eye.centre).T
-            order = np.argsort(across, kind="stable")
-            elevation = np.degrees(np.arctan2(upward, ahead))
-            margins.append(np.interp(turned.place, across[order] / self.eye.radius, elevation[order]))
-        below, above = margins[0] - turned.height, turned.height - margins[1]
+        lids = self.lid_heights(points, turned.place)
+        below, above = lids[0] - turned.height, turned.height - lids[1]
         wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))[:, None]
         paint = turned.paint + wet * (COLOURS["tears"] - turned.paint)
         shade = 0.62 * np.exp(-np.maximum(below, 0.0) / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
@@ -129,14 +160,13 @@ class PaintedEye:
 class _TurnedEye:
     """An eye with one gaze: the ball, its paint without the lids, and where its k points are between these.
 
-    The rows of `axes` point along the lids, up and forward; `place` is along the first, in radii, and `height` the
-    angle above the last, degrees.
+    `place` is along the first of the :attr:`PaintedEye.lid_axes`, in radii, and `height` the angle above the last,
+    degrees.
     """
 
     gaze: Array
     ball: pv.PolyData
     paint: Array
-    axes: Array
     place: Array
     height: Array
 

@@ -16,13 +16,18 @@ FURROW_RINGS = 3
 """Rings of triangles around a vertex that tell furrows from pits: the width of a furrow, as refinement samples it."""
 
 
+def furrow_shade(height: Array) -> Array:
+    """Return the share (n,) of the light that furrows lose, by the heights (n,) of their vertices, mm."""
+    return np.asarray(-FURROW_SHADE * np.expm1(np.minimum(height, 0.0) / FURROW_DEPTH))
+
+
 def cavity_shading(skin: pv.PolyData) -> npt.NDArray[np.uint8]:
     """Return factors (n, 3) of a frame's colours, as bytes: furrows get less light, and lose less of the red.
 
     Dimples, whose walls stand around them instead of facing each other, are shaded by their slopes alone.
     """
     height = np.asarray(skin.point_data["W"], dtype=np.float64)
-    dark = -FURROW_SHADE * np.expm1(np.minimum(height, 0.0) / FURROW_DEPTH)
+    dark = furrow_shade(height)
     if dark.any():
         rest = np.asarray(skin.point_data.get("rest", skin.points), dtype=np.float64)  # the skin without its furrows
         triangles = np.asarray(skin.regular_faces)

@@ -116,12 +116,12 @@ class Brows:
         self._aside = width * (
             random.uniform(-8.0, 8.0, shape) * (1.0 - 0.5 * share) + random.normal(0.0, 3.5, shape) * share**2
         )
-        self._half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share[:, 0] ** 2), (k * self.STRANDS, p))
-        self._tint = np.array([78.0, 56.0, 47.0]) * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
+        self.half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share[:, 0] ** 2), (k * self.STRANDS, p))
+        self.tint = np.array([78.0, 56.0, 47.0]) * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
 
     def cards(self, pixel: float) -> HairCards:
         """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh."""
-        return HairCards(self._half, self._tint, pixel)
+        return HairCards(self.half, self.tint, pixel)
 
     def at(
         self, points: Array, triangles: IntArray, normals: Array, surface: tuple[Array, IntArray] | None = None
@@ -273,7 +273,7 @@ class Lashes:
             half.append(np.broadcast_to(row.half * size * (1.0 - 0.9 * t**1.5), (row.count, self.KNOTS)))
             tint.append(np.tile(row.colour, (row.count, 1)))
         if self.roots:
-            self._half, self._tint = np.concatenate(half), np.concatenate(tint)
+            self.half, self.tint = np.concatenate(half), np.concatenate(tint)
             self._open_gap = self._gap(face.points)
 
     def _gap(self, points: Array) -> float:
@@ -283,7 +283,7 @@ class Lashes:
 
     def cards(self, pixel: float) -> HairCards:
         """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh."""
-        return HairCards(self._half, self._tint, pixel)
+        return HairCards(self.half, self.tint, pixel)
 
     def at(self, points: Array) -> pv.PolyData:
         """Return the lashes as ribbons, with `paint` (rgba), on the lids of a face with vertices at `points` (n, 3)."""

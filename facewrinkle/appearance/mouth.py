@@ -156,7 +156,7 @@ class Mouth:
         The lower teeth and the tongue go with the mandible, which has turned by `jaw_angle`, radians, or else as the
         skin over it shows.
         """
-        turn, hinge = self._turn(points, jaw_angle)
+        turn, hinge = self.turn(points, jaw_angle)
         parts = {}
         for arch, paint, normals in zip(self.teeth, self._teeth_paint, self._teeth_normals, strict=True):
             moves = arch.jaw == "lower"
@@ -193,8 +193,8 @@ class Mouth:
         inside[:, 2] = np.minimum(inside[:, 2], most)
         return np.asarray(self._centre + self._size * inside @ self._axes)
 
-    def _turn(self, points: Array, jaw_angle: float | None) -> tuple[Array, Array]:
-        """Rotation of the mandible and a point of its hinge."""
+    def turn(self, points: Array, jaw_angle: float | None) -> tuple[Array, Array]:
+        """Return the rotation (3, 3) of the mandible and a point (3,) of its hinge; see :meth:`inside`."""
         if self._mandible is None:
             return np.eye(3), np.zeros(3)
         return self._mandible.rotation(points, jaw_angle), self._mandible.hinge

@@ -59,7 +59,7 @@ class VisibleSkin:
     def of(self, skin: pv.PolyData, viewpoint: Array) -> pv.PolyData:
         """Return the skin of a frame as drawn from a viewpoint; the frame itself if that is no different."""
         triangles = np.asarray(skin.regular_faces)
-        across, kept = self._across(skin, triangles), ~self._hidden(skin, triangles, viewpoint)
+        across, kept = self.across(skin, triangles), ~self._hidden(skin, triangles, viewpoint)
         if not len(across) and kept.all():
             return skin
         drawn = skin.copy(deep=False)
@@ -70,8 +70,8 @@ class VisibleSkin:
             drawn.cell_data[CORNERS] = np.vstack([skin.cell_data[CORNERS][kept], corners])
         return drawn
 
-    def _across(self, skin: pv.PolyData, triangles: IntArray) -> IntArray:
-        """Triangles across small holes, between the vertices of their rims as they are now."""
+    def across(self, skin: pv.PolyData, triangles: IntArray) -> IntArray:
+        """Return triangles across small holes, between the vertices of their rims as they are now."""
         if not self._rims.any():
             return np.empty((0, 3), triangles.dtype)
         n = len(self._rims)  # base vertices come first in every frame
@@ -79,8 +79,8 @@ class VisibleSkin:
         polygons = np.concatenate([np.append(len(loop), loop) for loop in loops])
         return np.asarray(pv.PolyData(np.asarray(skin.points), faces=polygons).triangulate().regular_faces)
 
-    def _hidden(self, skin: pv.PolyData, triangles: IntArray, viewpoint: Array) -> BoolArray:
-        """True for triangles of linings whose backs, which lie in the flesh, would be seen."""
+    def lined(self, skin: pv.PolyData, triangles: IntArray) -> BoolArray:
+        """Return True for triangles of linings, whose backs lie in the flesh and are not to be seen."""
         rest, lined = np.asarray(skin.point_data.get("rest", skin.points)), np.zeros(len(triangles), bool)
         if self._lining is not None:
             inner = self._lining.vertices
@@ -89,6 +89,11 @@ class VisibleSkin:
             offset = rest - socket.centre
             near = np.flatnonzero((np.linalg.norm(offset, axis=1) < SHELL * socket.radius)[triangles].all(axis=1))
             lined[near] |= _faces(offset, triangles[near], np.zeros(3))  # the ball
+        return lined
+
+    def _hidden(self, skin: pv.PolyData, triangles: IntArray, viewpoint: Array) -> BoolArray:
+        """True for triangles of linings whose backs would be seen."""
+        lined = self.lined(skin, triangles)
         hidden = np.zeros(len(triangles), bool)
         hidden[lined] = ~_faces(np.asarray(skin.points), triangles[lined], viewpoint)
         return hidden

@@ -68,18 +68,24 @@ class Material:
     shine: str
     behind: str = ""
 
-    def apply(self, actor: pv.Actor, lights: int, textured: bool = False) -> None:
-        """Draw an actor with this material, under a number of directional lights."""
+    def code(self, lights: int, textured: bool = False) -> str:
+        """Return the statements of a fragment shader that shade under a number of directional lights.
+
+        They read and write the variables of VTK's shaders, in the place of its own lighting.
+        """
         parts = {"below": self.below, "above": self.above, "bleed": self.bleed}
         code = (
             SHADER_START % parts
             + "".join(SHADER_OF_LIGHT % {"number": k, "shine": self.shine} for k in range(lights))
             + SHADER_END % {"behind": self.behind}
         )
+        return code.replace("//TEXTURE", "albedo *= texture(actortexture, tcoordVCVSOutput).rgb;" if textured else "")
+
+    def apply(self, actor: pv.Actor, lights: int, textured: bool = False) -> None:
+        """Draw an actor with this material, under a number of directional lights."""
         if textured:
-            code = code.replace("//TEXTURE", "albedo *= texture(actortexture, tcoordVCVSOutput).rgb;")
             actor.add_shader_replacement("fragment", "//VTK::TCoord::Impl", "")
-        actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code)
+        actor.add_shader_replacement("fragment", "//VTK::Light::Impl", self.code(lights, textured))
 
 
 # Dark paint has no highlights: hair and furrows on the skin are dull, and so are teeth that no light reaches.

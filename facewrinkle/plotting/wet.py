@@ -44,9 +44,10 @@ VERTEX = {
 }
 """Replacements in the vertex shader, which hands on the thickness of a tear and the normal of the skin under it."""
 
-STUDIO = """//VTK::Normal::Dec
-in float depthVSOutput;
-in vec3 underVSOutput;
+INPUTS = "//VTK::Normal::Dec\nin float depthVSOutput;\nin vec3 underVSOutput;\n"
+"""Inputs of the fragment shader, from the vertex shader."""
+
+STUDIO = """
 vec3 studio(vec3 r, vec3 around, float film, float bead)
 {
   float soft = mix(0.14, 0.05, bead);  // in a film, the relief of the skin blurs the lamp
@@ -67,7 +68,7 @@ TEAR_COLOUR = """//VTK::Light::Impl
   vec3 skin = normalize(underVSOutput);
   vec3 bent = refract(seen, surface, 1.0 / %(index)s);
   vec3 meets = vertexVC.xyz + bent * depthVSOutput / max(dot(-bent, skin), 0.25);
-  vec2 place = 0.5 + 0.5 * %(focal).6f * vec2(meets.x / %(aspect).6f, meets.y) / -meets.z;
+  vec2 place = 0.5 + 0.5 * %(focal)s * vec2(meets.x / %(aspect)s, meets.y) / -meets.z;
   vec3 colour = texture(behind, clamp(place, 0.001, 0.999)).rgb;
   float facing = clamp(dot(-seen, surface), 0.0, 1.0);
   float mirrored = 0.02 + 0.98 * pow(1.0 - facing, 5.0);
@@ -160,11 +161,27 @@ class TearScene(Scene):
 
 def _fragment_shader(aspect: float, film: float) -> dict[str, str]:
     """Replacements in the fragment shader, for pictures of an aspect and a thickness at which skin is fully wet."""
+    focal = f"{1.0 / np.tan(np.radians(VIEW_ANGLE / 2.0)):.6f}"
+    room, colour = tear_code(f"{aspect:.6f}", focal, film)
+    return {"//VTK::Normal::Dec": INPUTS + room, "//VTK::Light::Impl": colour}
+
+
+def tear_code(aspect: str, focal: str, film: float) -> tuple[str, str]:
+    """Return the function of the studio's light, and the statements that colour a tear, as GLSL.
+
+    They read and write the variables of VTK's shaders.
+
+    Parameters
+    ----------
+    aspect, focal : str
+        Names or numbers: width over height of the picture, and its focal length in halves of its height.
+    film : float
+        Thickness from which a film of tears darkens the skin in full, in the unit of the mesh.
+    """
     key, fill = (np.array(direction) / np.linalg.norm(direction) for direction, _, _ in LIGHTS[:2])
     side = np.cross([0.0, 1.0, 0.0], key)
     side /= np.linalg.norm(side)
     directions = {"key": key, "fill": fill, "side": side, "up": np.cross(key, side)}
     values: dict[str, Any] = {name: "vec3({:.6f}, {:.6f}, {:.6f})".format(*x) for name, x in directions.items()}
-    values |= {"index": REFRACTIVE_INDEX, "aspect": aspect, "focal": 1.0 / np.tan(np.radians(VIEW_ANGLE / 2.0))}
-    values |= {"film": film, "bead": 10.0 * film}
-    return {"//VTK::Normal::Dec": STUDIO % values, "//VTK::Light::Impl": TEAR_COLOUR % values}
+    values |= {"index": REFRACTIVE_INDEX, "aspect": aspect, "focal": focal, "film": film, "bead": 10.0 * film}
+    return STUDIO % values, TEAR_COLOUR % values

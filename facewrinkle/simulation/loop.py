@@ -129,8 +129,19 @@ class Simulation:
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         self.face = face = face if isinstance(face, Face) else surface(face)
         self.refinement = refinement or Refinement()
-        if layers is None:
-            layers = fold_layers(face, folds)
+        self._marks: tuple[BoolArray, BoolArray] | None = None
+        self._edges, self._level, self._asked_level = typical_edges(face), 0, self.refinement.max_level
+        with self._timed("precompute"):
+            self.motion = _motion(face, time_step, material, motion)
+            self.layers: list[Layer] = self._prepared(fold_layers(face, folds) if layers is None else layers)
+            eye_muscles = [isinstance(face.muscles.get(name), EyeMuscle) for name in self.motion.names]
+            self._eye_muscles: IntArray = np.flatnonzero(eye_muscles)
+            self._base_normals = vertex_normals(face.points, face.triangles)
+            self.reset()
+
+    def _prepared(self, layers: Sequence[Layer]) -> list[Layer]:
+        """Return copies of layers for this face and motion; find the highest level of refinement that they need."""
+        face = self.face
         if not isinstance(layers, Sequence) or not all(
             hasattr(each, name) for each in layers for name in LAYER_METHODS
         ):
@@ -138,23 +149,59 @@ class Simulation:
                 "layers must be a list of layers, such as [MuscleWrinkles()], each with the methods attach, follow, "
                 f"displacement and fields; received {reprlib.repr(layers)}."
             )
-        self.layers: list[Layer] = [copy(layer) for layer in layers]
+        own = [copy(layer) for layer in layers]
+        give_shapes(own, face, self.motion)
+        needed, level = levels_of_patterns(own, face), self._asked_level
+        if level is None:
+            usual = default_level(face, self._edges, max((level for _, level in needed), default=0))
+            waves = (layer.level_needed(face) for layer in own if isinstance(layer, WaveFolds))
+            level = max(usual, *waves, self._level)
+        check_patterns(needed, level)
+        self._level, self.refinement = int(level), replace(self.refinement, max_level=level)
+        return own
+
+    def use_layers(self, layers: Sequence[Layer]) -> None:
+        """Take other layers in place of the present ones; muscles, skin and time go on as they are.
+
+        Parameters
+        ----------
+        layers : sequence of Layer
+            The simulation works with copies. If they need smaller triangles than any before, refinement begins anew.
+
+        Raises
+        ------
+        ParameterError
+            For layers that the mesh cannot carry; the present ones stay.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> sim = Simulation(fw.default_face())
+        >>> sim.express("surprise")
+        >>> *_, wrinkled = sim.run(30)
+        >>> sim.use_layers([])
+        >>> smooth = sim.step()
+        >>> bool(wrinkled["W"].min() < -0.2), bool(smooth["W"].any())
+        (True, False)
+        """
+        before = self._level, self.refinement
         with self._timed("precompute"):
-            self.motion = _motion(face, time_step, material, motion)
-            give_shapes(self.layers, face, self.motion)
-            self._edges, needed = typical_edges(face), levels_of_patterns(self.layers, face)
-            if self.refinement.max_level is None:
-                level = default_level(face, self._edges, max((level for _, level in needed), default=0))
-                level = max(
-                    level, *(layer.level_needed(face) for layer in self.layers if isinstance(layer, WaveFolds)), 0
-                )
-                self.refinement = replace(self.refinement, max_level=level)
-            self._level = int(self.refinement.max_level or 0)
-            check_patterns(needed, self._level)
-            eye_muscles = [isinstance(face.muscles.get(name), EyeMuscle) for name in self.motion.names]
-            self._eye_muscles: IntArray = np.flatnonzero(eye_muscles)
-            self._base_normals = vertex_normals(face.points, face.triangles)
-            self.reset()
+            try:
+                own = self._prepared(layers)
+                for layer in own:
+                    layer.attach(self.face)
+            except ParameterError:
+                self._level, self.refinement = before
+                raise
+            self.layers = own
+        if self._level != before[0]:
+            self._begin_mesh()
+        else:
+            with self._timed("wrinkles"):
+                for layer in own:
+                    layer.follow(Change(slice(None), len(self.vertices.points)), self.vertices)
+            self._marks = None
+            self._frames.remesh()
 
     # --- what is asked of the face -------------------------------------------------------------
 
@@ -260,6 +307,10 @@ class Simulation:
         self._steps = 0
         self._asked, self._looked = np.zeros(len(self.motion.names)), np.zeros(len(self._eye_muscles))
         self.motion.reset()
+        self._begin_mesh()
+
+    def _begin_mesh(self) -> None:
+        """Go back to the triangles of the face, of which none is split."""
         face = self.face
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
         self._levels = self.forest.level
@@ -267,8 +318,8 @@ class Simulation:
         for layer in self.layers:
             layer.attach(face)
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
-        self._marks: tuple[BoolArray, BoolArray] | None = None
-        self._frames = FrameMaker(face, self.motion)
+        self._marks = None
+        self._frames: FrameMaker = FrameMaker(face, self.motion)
 
     def step(self) -> pv.PolyData:
         """Advance by one time step with the muscles as asked for.

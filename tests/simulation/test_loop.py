@@ -4,7 +4,7 @@ what                    checked against
 two simulations         each other, bit for bit; a reset simulation
 faces and layers        their fingerprints before; simulations that share them
 ramps                   the smoothstep of their share of the run
-layers                  heights that add up; fields of one muscle
+layers                  heights that add up; fields of one muscle; taken in the middle of a motion, those from its start
 gaze                    the directions that were asked for
 bad input               the errors that name what is wrong
 """
@@ -285,3 +285,34 @@ def test_what_simulates_prints_itself_in_a_line(face):
     assert repr(sim) == f"Simulation({face!r}, Skin, 2 layers, 0.02 s)"
     assert repr(recorded) == "Recorded(0 shapes, 0.04 s)"
     assert repr(layer) == "PatternLayer('dimple', depth=1)"
+
+
+def test_layers_taken_in_the_middle_of_a_motion_are_those_from_its_start(face):
+    late, early = fw.Simulation(face, layers=[]), fw.Simulation(face)
+    for sim in (late, early):
+        sim.express("frowning")
+        list(sim.run(15))
+    own = early.layers[:]
+    late.use_layers(own)
+    assert all(mine is not given for mine, given in zip(late.layers, own, strict=True))
+    for _ in range(8):  # a level of triangles in each step
+        ours, theirs = late.step(), early.step()
+    n = face.mesh.n_points
+    assert ours.n_cells > face.mesh.n_cells  # triangles depend a little on the way there; heights of vertices do not
+    assert np.array_equal(ours.points[:n], theirs.points[:n])
+    assert np.array_equal(ours["W"][:n], theirs["W"][:n])
+    late.use_layers([])
+    assert not late.step()["W"].any()
+
+
+def test_layers_that_are_refused_leave_the_present_ones(face):
+    sim = fw.Simulation(face)
+    before, level = sim.layers[:], sim.refinement.max_level
+    with pytest.raises(ParameterError, match="layers must be a list of layers"):
+        sim.use_layers(["wave"])
+    with pytest.raises(ParameterError):
+        sim.use_layers([fw.WaveFolds(families={"still": [face.points.copy()]})])
+    assert sim.layers == before
+    assert sim.refinement.max_level == level
+    sim.express("frowning")
+    assert sim.step().n_points >= face.mesh.n_points

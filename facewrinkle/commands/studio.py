@@ -1,0 +1,58 @@
+"""``facewrinkle studio``: a face in the browser, with a slider for everything."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from ..errors import ParameterError, check_whole
+from .options import FaceOptions
+from .parsing import Whole
+from .report import Report
+
+
+def studio(
+    mesh: Path | None = None,
+    /,
+    *,
+    source: FaceOptions | None = None,
+    host: str = "127.0.0.1",
+    port: Whole = 0,
+    save_to: Path | None = None,
+    browser: bool = True,
+) -> None:
+    """Open a face in the browser, with a slider for everything. Ctrl-C ends it.
+
+    Parameters
+    ----------
+    mesh
+        The face: as --face.
+    host
+        Address to listen at. With others than 127.0.0.1, everybody in the network who knows the address that is printed
+        can use the studio.
+    port
+        Port to listen at. Default: any that is free.
+    save_to
+        The one folder that the page may write to; the session is saved there by itself. Default: what is saved is
+        downloaded.
+    browser
+        Open the browser.
+    """
+    from ..studio import Studio  # which needs a package of the extra "studio"
+
+    source, report = source or FaceOptions(), Report(quiet=False)
+    check_whole("port", port, 0, 65535)
+    if mesh is not None:
+        if source.face is not None:
+            raise ParameterError("the face is named twice: leave out --face.")
+        source = replace(source, face=mesh)
+    face = source.load(report)
+    named = None if source.face is None else str(source.face)
+    with report.waiting("Getting ready"):
+        window = Studio(face, host=host, port=port, save_to=save_to, browser=browser, source=named)
+    with window:
+        report.say(f"The studio is open at {window.url}")
+        if host not in ("127.0.0.1", "localhost", "::1"):
+            report.say(f"It listens at {host}: everybody in the network who knows this address can use it.")
+        report.say("Press Ctrl-C to end it.")
+        window.wait()

@@ -1,0 +1,32 @@
+"""The studio: a face in the browser, simulated here, with a slider for everything.
+
+The page is plain HTML, CSS and ES modules in `page/`, drawn with WebGL2; nothing is built, and nothing comes from
+elsewhere.
+
+document, protocol   | what was set by hand; the messages of a page
+encoding             | parts of a picture as bytes
+visible_parts        | what is seen of a frame, as parts
+wishes, stage        | what a document asks of a simulation; the thread that simulates
+clients, server      | pages that are connected; the web server
+saving, window       | files; the object that users hold
+"""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import Any
+
+from .window import Studio, studio
+
+__all__ = ["Studio", "studio"]
+
+
+class _Callable(ModuleType):
+    """A module that is called as the function of its name: whoever imports it first, ``facewrinkle.studio()`` works."""
+
+    def __call__(self, *arguments: Any, **options: Any) -> Studio:
+        return studio(*arguments, **options)
+
+
+sys.modules[__name__].__class__ = _Callable

@@ -1,0 +1,77 @@
+// Brows and lashes: lines that become ribbons in the vertex shader.
+
+import { PLACES } from "./shaders.js";
+
+/** Ribbons along `count` lines of `knots` points. */
+export class Ribbons {
+  constructor(gl, half, tint, knots) {
+    this.gl = gl;
+    this.knots = knots;
+    const points = half.length;
+    this.moving = new Float32Array(points * 12); // position and direction, for both sides
+    const fixed = new Float32Array(points * 4), colours = new Uint8Array(points * 8);
+    const index = [];
+    for (let p = 0; p < points; p++) {
+      const hair = Math.floor(p / knots);
+      for (let s = 0; s < 2; s++) {
+        fixed.set([half[p], s ? 1 : -1], 4 * p + 2 * s);
+        colours.set(tint.subarray(3 * hair, 3 * hair + 3), 8 * p + 4 * s);
+      }
+      if (p % knots) index.push(2 * p - 2, 2 * p - 1, 2 * p, 2 * p, 2 * p - 1, 2 * p + 1);
+    }
+    this.count = index.length;
+    this.vao = gl.createVertexArray();
+    gl.bindVertexArray(this.vao);
+    this.buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, this.moving.byteLength, gl.DYNAMIC_DRAW);
+    gl.enableVertexAttribArray(PLACES.position);
+    gl.vertexAttribPointer(PLACES.position, 3, gl.FLOAT, false, 24, 0);
+    gl.enableVertexAttribArray(PLACES.along);
+    gl.vertexAttribPointer(PLACES.along, 3, gl.FLOAT, false, 24, 12);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, fixed, gl.STATIC_DRAW);
+    gl.enableVertexAttribArray(PLACES.half_width);
+    gl.vertexAttribPointer(PLACES.half_width, 1, gl.FLOAT, false, 8, 0);
+    gl.enableVertexAttribArray(PLACES.side);
+    gl.vertexAttribPointer(PLACES.side, 1, gl.FLOAT, false, 8, 4);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, colours, gl.STATIC_DRAW);
+    gl.enableVertexAttribArray(PLACES.colour);
+    gl.vertexAttribPointer(PLACES.colour, 3, gl.UNSIGNED_BYTE, true, 4, 0);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(index), gl.STATIC_DRAW);
+    gl.bindVertexArray(null);
+  }
+
+  /** Take new points (3 numbers each) of all lines. */
+  move(points) {
+    const { moving, knots } = this, n = points.length / 3;
+    for (let p = 0; p < n; p++) {
+      const before = p % knots ? p - 1 : p, after = (p + 1) % knots ? p + 1 : p;
+      for (let c = 0; c < 3; c++) {
+        const at = points[3 * p + c], along = points[3 * after + c] - points[3 * before + c];
+        moving[12 * p + c] = moving[12 * p + 6 + c] = at;
+        moving[12 * p + 3 + c] = moving[12 * p + 9 + c] = along;
+      }
+    }
+    this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.buffer);
+    this.gl.bufferSubData(this.gl.ARRAY_BUFFER, 0, moving);
+  }
+}
+
+/** Points of hairs that are bound to triangles of the skin, as the skin is now. */
+export function bound(corners, place, skin, out) {
+  for (let p = 0; p < corners.length; p += 3) {
+    const a = 3 * corners[p], b = 3 * corners[p + 1], c = 3 * corners[p + 2];
+    const ax = skin[a], ay = skin[a + 1], az = skin[a + 2];
+    const ux = skin[b] - ax, uy = skin[b + 1] - ay, uz = skin[b + 2] - az;
+    const vx = skin[c] - ax, vy = skin[c + 1] - ay, vz = skin[c + 2] - az;
+    let nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+    const long = place[p + 2] / (Math.hypot(nx, ny, nz) || 1), s = place[p], t = place[p + 1];
+    out[p] = ax + s * ux + t * vx + long * nx;
+    out[p + 1] = ay + s * uy + t * vy + long * ny;
+    out[p + 2] = az + s * uz + t * vz + long * nz;
+  }
+  return out;
+}

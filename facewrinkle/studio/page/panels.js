@@ -1,0 +1,178 @@
+// The tabs of the right side.
+
+import { element, row } from "./sliders.js";
+
+const FIELD_NAMES = {
+  "": "None: skin", W: "Height of folds (W)", epsilon: "Compression (ε)", lambda: "Along the muscle (λ)", gamma: "Across the muscle (γ)",
+  theta: "Phase of waves (θ)", split_gamma: "Split criterion", muscle: "Muscle", family: "Family of waves", level: "Refinement",
+};
+const number = (digits) => ({ shown: (v) => v.toFixed(digits), parse: (v) => v });
+const label = (name) => name.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase());
+
+export class Panels {
+  constructor(tabs, box, app) {
+    Object.assign(this, { tabs, box, app, panels: {}, updates: [] });
+  }
+
+  build(welcome) {
+    this.tabs.replaceChildren();
+    this.box.replaceChildren();
+    this.updates = [];
+    this.panel("Folds", this.folds(welcome));
+    this.panel("Patterns", this.patterns(welcome));
+    this.panel("Tears", this.tears(welcome));
+    if (welcome.identity.length) this.panel("Person", this.person(welcome));
+    this.panel("Fields", this.fields(welcome));
+    this.panel("Save", this.saving(welcome));
+    this.open("Folds");
+  }
+
+  panel(title, content) {
+    const id = title.toLowerCase();
+    const tab = element("button", { role: "tab", id: `tab-${id}`, "aria-controls": `panel-${id}`, text: title, onclick: () => this.open(title) });
+    tab.addEventListener("keydown", (event) => {
+      const all = [...this.tabs.children], at = all.indexOf(tab) + { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      if (Number.isInteger(at)) { event.preventDefault(); const next = all.at(at % all.length); next.focus(); next.click(); }
+    });
+    const panel = element("div", { role: "tabpanel", id: `panel-${id}`, "aria-labelledby": `tab-${id}` }, ...content);
+    this.tabs.append(tab);
+    this.box.append(panel);
+    this.panels[title] = { tab, panel };
+  }
+
+  open(title) {
+    for (const [name, { tab, panel }] of Object.entries(this.panels)) {
+      tab.setAttribute("aria-selected", name === title);
+      tab.tabIndex = name === title ? 0 : -1;
+      panel.hidden = name !== title;
+    }
+  }
+
+  update(data) { for (const each of this.updates) each(data); }
+
+  numberRow(title, path, [min, max], digits, usual, about) {
+    const made = row(title, {
+      min, max, step: digits ? 10 ** -digits : 1, ...number(digits), usual, about,
+      change: (value, gesture) => this.app.connection.change([[path, value]], gesture),
+    });
+    return made;
+  }
+
+  folds({ folds }) {
+    const names = {
+      depth: ["Depth", "Factor of the depth of all folds"], left: ["Left side", "Factor on the subject's left"],
+      right: ["Right side", "Factor on the subject's right"], density: ["Number", "Factor of the number of lines"],
+      irregularity: ["Irregularity", "From even lines to wild ones"], age: ["Age", "Lines that stay at rest"],
+    };
+    const rows = Object.entries(names).map(([name, [title, about]]) => {
+      const made = this.numberRow(title, ["folds", name], folds[name], 2, name === "age" ? 0 : 1, about);
+      this.updates.push((data) => made.set(data.folds[name]));
+      return made.line;
+    });
+    const seed = element("input", { type: "number", min: 0, max: 2147483648, step: 1, "aria-label": "Seed", id: "seed" });
+    seed.addEventListener("change", () => this.app.connection.change([[["folds", "seed"], Math.max(0, Math.round(Number(seed.value)))]]));
+    this.updates.push((data) => { if (document.activeElement !== seed) seed.value = data.folds.seed; });
+    const other = element("button", { text: "Another", title: "Lines of another person", onclick: () => {
+      this.app.connection.change([[["folds", "seed"], Math.floor(Math.random() * 1e6)]]);
+    } });
+    return [...rows, element("div", { class: "actions" }, element("label", { class: "inline" }, "Seed ", seed), other),
+      element("p", { text: "Folds appear where the skin is compressed: pull a muscle first. The sides change the waves, not the anatomical creases." })];
+  }
+
+  patterns({ patterns: { kinds, numbers } }) {
+    const buttons = kinds.map((kind) => element("button", { text: label(kind), onclick: (event) => this.app.place(
+      `Click where the ${label(kind).toLowerCase()} shall be. Escape ends it.`, event.target, (place) => {
+        const usual = { dimple: [9, 1.6], eye_pouch: [26, 2], forehead: [60, 1], frown: [24, 1.5], cheek: [34, 1], eye_corner: [26, 1] }[kind] ?? [24, 1];
+        this.app.add("patterns", { kind, centre: place, size: usual[0] / this.app.unit, depth: usual[1], strength: 1 });
+      }) }));
+    const list = element("div");
+    this.updates.push((data) => this.list(list, "patterns", data.patterns, (entry) => label(entry.kind), numbers,
+      { size: ["Size (mm)", 0], depth: ["Depth (mm)", 1], strength: ["Strength", 2] }));
+    return [element("div", { class: "chips", role: "group", "aria-label": "Place a pattern" }, ...buttons),
+      element("p", { text: "Choose a pattern, then click on the face." }), list];
+  }
+
+  tears({ tears }) {
+    const list = element("div");
+    this.updates.push((data) => this.list(list, "tears", data.tears, () => "Tear", tears,
+      { width: ["Width (mm)", 1], length: ["Length (mm)", 0] }));
+    const button = element("button", { text: "Place a tear", onclick: (event) => this.app.place(
+      "Click where the tear shall begin, below an eye. Escape ends it.", event.target,
+      (place) => this.app.add("tears", { start: place, width: 2.6, length: 60, begin: 0 })) });
+    return [element("div", { class: "actions" }, button), list];
+  }
+
+  /** Entries of a table of the document, with their sliders; built anew only when entries come or go. */
+  list(box, table, entries, title, ranges, rows) {
+    const names = Object.keys(entries);
+    if (box.dataset.names !== names.join()) {
+      box.dataset.names = names.join();
+      box.sets = [];
+      box.replaceChildren(...names.map((name, k) => {
+        const heading = `${title(entries[name])} ${k + 1}`;
+        const made = Object.entries(rows).map(([key, [text, digits]]) => {
+          const range = ranges[key];
+          const line = row(`${text}`, { min: range[0], max: range[1], step: digits ? 10 ** -digits : 1, ...number(digits), usual: range[0],
+            change: (value, gesture) => this.app.connection.change([[[table, name], { ...this.app.data[table][name], [key]: value }]], gesture) });
+          line.input.setAttribute("aria-label", `${heading}: ${text}`);
+          box.sets.push((all) => line.set(all[name][key]));
+          return line.line;
+        });
+        return element("div", { class: "item" }, element("header", {}, element("span", { text: heading }),
+          element("button", { class: "small", text: "Remove", "aria-label": `Remove ${heading}`,
+            onclick: () => this.app.connection.change([[[table, name], null]]) })), ...made);
+      }));
+    }
+    for (const set of box.sets ?? []) set(entries);
+  }
+
+  person({ identity }) {
+    const rows = identity.map((name) => {
+      const made = this.numberRow(label(name), ["identity", name], [-1, 1], 2, 0, "From -1 to 1; 0 is the mean head");
+      this.updates.push((data) => made.set(data.identity[name] ?? 0));
+      return made.line;
+    });
+    return [element("p", { text: "The head itself: each change takes a moment." }), ...rows];
+  }
+
+  fields({ fields }) {
+    const select = element("select", { id: "field", "aria-label": "Field in colour", onchange: () => this.app.showField(select.value) },
+      ...["", ...Object.keys(fields)].map((name) => element("option", { value: name, text: FIELD_NAMES[name] ?? name })));
+    this.select = select;
+    return [element("label", { class: "inline" }, "Colour by ", select),
+      element("p", { text: "Click on the face to read all fields there, and what made the fold." })];
+  }
+
+  saving({ folder }) {
+    const { connection } = this.app;
+    const code = element("pre", { tabindex: "0", hidden: true, "aria-label": "Copied text" });
+    const note = element("p", { role: "status" });
+    const copy = (what) => async () => {
+      const text = await connection.ask("copy", { what });
+      code.textContent = text;
+      code.hidden = false;
+      try { await navigator.clipboard.writeText(text); note.textContent = "Copied."; } catch { note.textContent = "Select it to copy."; }
+    };
+    const save = (what) => async () => {
+      note.textContent = "Saving …";
+      try {
+        const got = await connection.ask("save", { what, camera: this.app.cameraNumbers() });
+        note.textContent = got.path ? `Saved as ${got.path}` : `Downloaded ${got.name}.`;
+        if (got.download) element("a", { href: got.download, download: got.name }).click();
+      } catch (error) { note.textContent = error.message; }
+    };
+    const file = element("input", { type: "file", accept: ".json", hidden: true, onchange: async () => {
+      const text = await file.files[0]?.text();
+      file.value = "";
+      if (text) connection.ask("load", { text }).catch((error) => { note.textContent = error.message; });
+    } });
+    return [element("div", { class: "actions" },
+      element("button", { text: "Picture", onclick: save("picture") }), element("button", { text: "Mesh (GLB)", onclick: save("glb") }),
+      element("button", { text: "Session", onclick: save("session") }),
+      element("button", { text: "Open session …", onclick: () => file.click() }), file),
+    element("div", { class: "actions" },
+      element("button", { text: "Copy as Python", onclick: copy("python") }), element("button", { text: "Copy as command", onclick: copy("command") })),
+    note, code,
+    element("p", { text: folder ? `Files go into ${folder}; the session is saved there by itself.` : "Files are downloaded. Start with --save-to FOLDER to have them written." })];
+  }
+}

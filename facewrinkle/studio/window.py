@@ -1,0 +1,409 @@
+"""The studio: a page in the browser on a face that is simulated here."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import time
+import webbrowser
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..anatomy.fitting import default_face
+from ..anatomy.identity import Identity
+from ..arguments import checked
+from ..errors import FaceWrinkleError, MissingPackageError, OutputError, ParameterError
+from ..layers.patterns_on_skin.kinds import KINDS
+from ..motion.action_units import ARKIT, units_of
+from ..plotting.views import VIEWS
+from .coloured_fields import FIELDS, check_field, colours, labels, probe
+from .document import FOLDS, PATTERN, TEAR, Document
+from .saving import Folder, save
+from .stage import Stage
+from .wishes import as_command, as_python, rates_of
+
+READY = 120.0
+"""Seconds that the first frame may take; compiling is part of it."""
+
+
+class Studio:
+    """A face in the browser, live. :func:`facewrinkle.studio` makes one.
+
+    Attributes
+    ----------
+    url : str
+        Address of the page, with the key of this studio.
+    face : Face
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> with Studio(fw.default_face(), browser=False) as studio:
+    ...     studio.rates = {"AU12": 0.5}
+    ...     frame = studio.frame()
+    >>> frame.n_points > 2000
+    True
+    """
+
+    def __init__(
+        self,
+        face: Face,
+        *,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        save_to: Path | None = None,
+        browser: bool = True,
+        source: str | None = None,
+    ) -> None:
+        try:
+            from .server import Server
+        except ImportError:
+            raise MissingPackageError(
+                "the studio needs the package aiohttp, which is not installed. pip install 'facewrinkle[studio]'"
+            ) from None
+        self._document = Document(face.atlas)
+        self._folder = Folder(save_to)
+        self._source = source
+        self._stage = Stage(face, self._document)
+        self._server = Server(self._handle, self._state, self._greeting, host, port)
+        self._autosaved = -1
+        self._server.start()
+        self._stage.listeners.append(self._server.wake)
+        self._stage.listeners.append(self._autosave)
+        self._stage.complaints.append(lambda text: self._server.tell_all({"is": "error", "id": 0, "text": text}))
+        self._stage.start()
+        try:
+            self._first()
+        except BaseException:
+            self.close()
+            raise
+        if browser:
+            with contextlib.suppress(webbrowser.Error):
+                webbrowser.open(self.url)
+
+    def _first(self) -> None:
+        deadline = time.monotonic() + READY
+        with self._stage.condition:
+            while self._stage.shown is None and self._stage.is_alive() and time.monotonic() < deadline:
+                self._stage.condition.wait(0.2)
+        if self._stage.shown is None:
+            raise FaceWrinkleError("the face could not be simulated; make a Simulation of it to see why.")
+
+    def __repr__(self) -> str:
+        return f"Studio({self.face!r}, {len(self._server.clients)} pages)"
+
+    # --- from Python ---------------------------------------------------------------------------
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        return self._server.url
+
+    @property
+    def face(self) -> Face:
+        """The face that is shown."""
+        return self._stage.face
+
+    @property
+    def rates(self) -> dict[str, float]:
+        """Weights of expressions, action units and muscles as the sliders have them; may be set.
+
+        Raises
+        ------
+        UnknownNameError, ParameterError
+            For names and weights that the face does not have.
+        """
+        return dict(self._document.data["mixture"])
+
+    @rates.setter
+    def rates(self, weights: Mapping[str, float]) -> None:
+        self.change(mixture=dict(weights))
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """All that is set, as plain data: a copy."""
+        result: dict[str, Any] = json.loads(self._document.text())
+        return result
+
+    def change(self, **parts: Any) -> None:
+        """Set parts of the document, such as ``folds={"depth": 2.0}``, as one step of undo."""
+        with self._stage.condition:
+            self._document.change([((name,), value) for name, value in parts.items()])
+        self._changed()
+
+    def undo(self) -> bool:
+        """Take the last step back; return False if there is none."""
+        with self._stage.condition:
+            done = self._document.undo()
+        self._changed()
+        return done
+
+    def redo(self) -> bool:
+        """Do the last step that was taken back again."""
+        with self._stage.condition:
+            done = self._document.redo()
+        self._changed()
+        return done
+
+    def frame(self, settled: bool = True, timeout: float = 30.0) -> pv.PolyData:
+        """Return the frame that is shown: a copy.
+
+        Parameters
+        ----------
+        settled : bool
+            Wait until the face has come to rest with all that was asked for.
+        timeout : float
+            Seconds to wait at most.
+
+        Raises
+        ------
+        FaceWrinkleError
+            If the face still moves then, as it does while the timeline plays.
+        """
+        deadline = time.monotonic() + timeout
+        with self._stage.condition:
+            while settled and not self._settled():
+                if time.monotonic() > deadline or not self._stage.is_alive():
+                    raise FaceWrinkleError(f"the face still moves after {timeout:g} s. Take settled=False.")
+                self._stage.condition.wait(0.1)
+            assert self._stage.shown is not None
+            return self._stage.shown.frame.copy()
+
+    def _settled(self) -> bool:
+        shown = self._stage.shown
+        return shown is not None and shown.still and not self._stage.busy
+
+    def wait(self) -> None:
+        """Wait until the studio is closed, or Ctrl-C."""
+        while self._stage.is_alive():
+            self._stage.join(0.5)
+
+    def close(self) -> None:
+        """Disconnect all pages, and stop."""
+        self._stage.close()
+        self._server.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # --- for the server ------------------------------------------------------------------------
+
+    def _changed(self) -> None:
+        self._stage.wake()
+        self._server.wake()
+
+    def _state(self) -> dict[str, Any]:
+        stage = self._stage
+        return {
+            "shown": stage.shown,
+            "version": self._document.version,
+            "document": {"data": self._document.data, "history": self._document.history},
+            "photo": stage.photo[1],
+            "photo_number": stage.photo[0],
+        }
+
+    def _greeting(self) -> dict[str, Any]:
+        face = self._stage.given
+        return {
+            "atlas": _atlas_of(face),
+            "fields": {name: colours(name) for name in FIELDS},
+            "folds": FOLDS,
+            "patterns": {"kinds": list(KINDS), "numbers": PATTERN},
+            "tears": TEAR,
+            "identity": sorted(Identity.__dataclass_fields__) if face.template is None and not self._source else [],
+            "views": _views_of(face),
+            "unit": face.unit,
+            "size": face.frame.pupil_distance,
+            "axes": face.frame.axes.tolist(),
+            "folder": str(self._folder.path) if self._folder.path else "",
+            "film": VIEWS["front"].height,
+        }
+
+    async def _handle(self, command: str, arguments: dict[str, Any], client: Any) -> Any:
+        stage = self._stage
+        if command == "change":
+            with stage.condition:
+                self._document.change(arguments["patches"], arguments["gesture"])
+        elif command in ("undo", "redo", "reset"):
+            with stage.condition:
+                getattr(self._document, command)()
+        elif command == "load":
+            with stage.condition:
+                self._document.load(arguments["text"])
+        elif command == "field":
+            client.field = check_field(arguments["name"])
+            clients = self._server.clients
+            stage.wanted_fields = {each.field for each in clients if each.field is not None}
+        elif command == "play":
+            stage.play(arguments["on"])
+        elif command == "pose":
+            stage.go_to(arguments["time"])
+        elif command == "live":
+            stage.live(_mixture_of_live(arguments["weights"], stage.face))
+        elif command == "copy":
+            return self._copied(arguments["what"])
+        elif command == "probe":
+            return await asyncio.wrap_future(stage.ask(lambda: self._probed(**arguments)))
+        elif command == "save":
+            name, data = await asyncio.wrap_future(
+                stage.ask(lambda: save(arguments["what"], arguments["camera"], stage, self._document))
+            )
+            return self._saved(name, data)
+        self._changed()
+        return None
+
+    def _copied(self, what: str) -> str:
+        if what == "python":
+            return as_python(self._document.data, self._stage.face, _source_of(self._source))
+        if what == "command":
+            command, missing = as_command(self._document.data, self._source)
+            return command + (f"\n# left out, as no option says it: {', '.join(missing)}" if missing else "")
+        raise ParameterError(f"what is copied must be python or command, received {what!r}.")
+
+    def _probed(self, vertex: int, version: int) -> dict[str, Any]:
+        stage = self._stage
+        assert stage.shown is not None
+        parts = stage.parts
+        if version != parts.last or vertex >= len(parts.origin):
+            raise ParameterError("the mesh has changed since. Click again.")
+        frame, layers = stage.shown.frame, stage.simulation.layers
+        found = probe(frame, stage.face, layers, int(parts.origin[vertex]))
+        return found | {"names": labels(frame, layers)["family"]}
+
+    def _saved(self, name: str, data: bytes) -> dict[str, str]:
+        if self._folder.path is None:
+            return {"download": self._server.offer(name, data), "name": name}
+        return {"path": str(self._folder.write(name, data)), "name": name}
+
+    def _autosave(self) -> None:
+        """Write the session into the folder, when the face has come to rest."""
+        shown = self._stage.shown
+        if self._folder.path is None or shown is None or not shown.still or self._autosaved == self._document.version:
+            return
+        first, self._autosaved = self._autosaved < 0, self._document.version
+        if not first:
+            with contextlib.suppress(OutputError):
+                self._folder.write("session.json", self._document.text().encode(), anew=False)
+
+
+def _source_of(path: str | None) -> str:
+    if path is None:
+        return "fw.default_face()"
+    return f"fw.{'read_face' if path.endswith('.face') else 'fit_face'}({path!r})"
+
+
+def _mixture_of_live(weights: Mapping[str, float], face: Face) -> dict[str, float]:
+    """Return a mixture of names of the atlas, or of ARKit's shapes."""
+    names = {name for name in weights if name in face.atlas.action_units or name in face.atlas.muscles}
+    shapes = {name: weight for name, weight in weights.items() if name not in names}
+    mixture = {name: weights[name] for name in names}
+    for side in ("l", "r"):
+        for unit, weight in units_of(shapes, side).items():
+            sided = f"{unit}{side.upper()}"
+            name = sided if sided in face.atlas.action_units else unit
+            if name in face.atlas.action_units:
+                mixture[name] = max(mixture.get(name, 0.0), weight)
+    if weights and not mixture and not any(name.startswith(tuple(ARKIT)) for name in weights):
+        raise ParameterError("none of the weights is one of an action unit, a muscle or a shape of ARKit.")
+    rates_of(mixture, face)
+    return mixture
+
+
+def _atlas_of(face: Face) -> dict[str, Any]:
+    """Names of what sliders are for, with the muscles of each, and those that do nothing on this face."""
+    atlas = face.atlas
+    units = {
+        name: {"about": about, "sides": f"{name}L" in atlas.action_units}
+        for name, about in atlas.action_unit_names.items()
+    }
+    pairs: dict[str, dict[str, Any]] = {}
+    for name in atlas.muscles:
+        stem = name[:-2] if name.endswith(("_l", "_r")) else name
+        pairs[stem] = {"sides": name != stem, "about": atlas.muscles[name]["kind"]}
+    off: dict[str, str] = {}
+    if face.landmarks and not face.mouth_opens:
+        off |= dict.fromkeys(("AU26", "AU27", "jaw"), "the mouth of this face has no opening")
+    if not face.eyelid_openings:
+        why = "the lids of this face have no opening"
+        off |= dict.fromkeys(("AU5", "AU7", "AU43", "AU45", "AU46", "levator_palpebrae"), why)
+    if not face.muscles:
+        off |= dict.fromkeys((*atlas.expressions, *units, *pairs), "this surface has no muscles")
+    return {"expressions": list(atlas.expressions), "units": units, "muscles": pairs, "off": off}
+
+
+def _views_of(face: Face) -> dict[str, list[float]]:
+    """Cameras by name: direction towards the camera, the point that it looks at, and the height of the picture."""
+    axes, size = face.frame.axes, face.frame.pupil_distance
+    out = {}
+    for name, view in VIEWS.items():
+        focus = face.frame.origin
+        if face.landmarks:
+            focus = face.landmarks[view.landmark] + np.asarray(view.offset) @ axes * size
+        direction = np.asarray(view.direction) @ axes
+        out[name] = [*(direction / np.linalg.norm(direction)).tolist(), *focus.tolist(), view.height * size]
+    return out
+
+
+@checked
+def studio(
+    face: Face | pv.PolyData | None = None,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    save_to: str | Path | None = None,
+    browser: bool = True,
+) -> Studio:
+    """Open a face in the browser, with a slider for each expression, action unit and muscle.
+
+    Parameters
+    ----------
+    face : Face, optional
+        Default: the built-in head.
+    host : str
+        Address to listen at. Others than 127.0.0.1 let everybody in the network who knows the address with its key
+        use the studio.
+    port : int
+        0 is any that is free.
+    save_to : path, optional
+        The one folder that the page may write to, with the session saved by itself. Default: what is saved is
+        downloaded.
+    browser : bool
+        Open the browser; if not, open :attr:`Studio.url` yourself.
+
+    Returns
+    -------
+    Studio
+        With `rates`, `frame()`, `wait()` and `close()`; it also closes at the end of a `with` statement.
+
+    Raises
+    ------
+    MissingPackageError
+        Without the package aiohttp.
+    ParameterError
+        For a port that is in use, and for a surface without a face.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> with fw.studio(fw.default_face(), browser=False) as window:
+    ...     window.rates = {"AU1": 1.0, "AU2": 1.0}
+    ...     frame = window.frame()
+    >>> bool(frame["W"].min() < -0.2)
+    True
+    """
+    if face is not None and not isinstance(face, Face):
+        raise ParameterError(
+            f"the studio shows a Face, received {type(face).__name__}. Use fit_face(mesh), or surface(mesh) for a mesh "
+            "that is no face."
+        )
+    folder = None if save_to is None else Path(save_to)
+    return Studio(face or default_face(), host=host, port=port, save_to=folder, browser=browser)

@@ -1,0 +1,204 @@
+"""The page in a real browser without a window; skipped where there is none.
+
+sliders by keyboard and by number | the document of the studio, and the pixels
+search, lock, undo, reset         | the same
+picks                             | VTK's ray through the same pixel
+patterns and tears by a click     | the document
+the picture                       | that of `Scene` with the same camera
+names of controls                 | every one has one
+"""
+
+from __future__ import annotations
+
+import io
+import time
+
+import numpy as np
+import pyvista as pv
+from PIL import Image
+
+from facewrinkle.plotting import Scene, Style
+
+SLIDER = "input[type=range][aria-label='{}']"
+
+
+def until(right, seconds=30.0):
+    """Wait until something holds; the page forbids strings of code, so it is asked from here."""
+    end = time.monotonic() + seconds
+    while not (value := right()):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    return value
+
+
+def shown(page, studio):
+    """Wait until the page shows the studio at rest, in full resolution."""
+    until(studio._settled)
+    until(lambda: int(page.evaluate("document.body.dataset.step")) == studio._stage.shown.step)
+    ready = "(v) => !v.asked && !v.coarse && !v.pending && performance.now() > v.busyUntil"
+    until(lambda: page.evaluate(f"({ready})(app.view)"))
+
+
+def picture(page):
+    return np.asarray(Image.open(io.BytesIO(page.locator("canvas").screenshot())).convert("RGB"), float)
+
+
+def test_a_slider_by_keyboard_changes_the_face_and_undo_takes_it_back(page, studio):
+    shown(page, studio)
+    before = picture(page)
+    page.locator(SLIDER.format("Jaw drop")).focus()
+    page.keyboard.press("End")
+    until(lambda: studio.rates == {"AU26": 1.0})
+    shown(page, studio)
+    assert (np.abs(picture(page) - before).max(axis=2) > 30).mean() > 0.01
+    page.keyboard.press("Control+z")
+    until(lambda: studio.rates == {})
+    shown(page, studio)
+    assert np.abs(picture(page) - before).mean() < 1.0
+    page.keyboard.press("Control+Shift+z")
+    until(lambda: studio.rates == {"AU26": 1.0})
+    page.keyboard.press("Delete")
+    until(lambda: studio.rates == {})
+
+
+def test_a_number_can_be_typed_and_sides_be_opened(page, studio):
+    row = page.locator(".row", has_text="Lip corner puller")
+    row.locator("output").first.dblclick()
+    page.keyboard.type("40")
+    page.keyboard.press("Enter")
+    until(lambda: studio.rates == {"AU12L": 0.4, "AU12R": 0.4})
+    page.keyboard.press("m")
+    page.locator(SLIDER.format("Lip corner puller, right")).focus()
+    page.keyboard.press("Home")
+    until(lambda: studio.rates == {"AU12L": 0.4})
+    page.keyboard.press("r")
+    until(lambda: studio.rates == {})
+
+
+def test_what_python_sets_shows_on_the_page(page, studio):
+    studio.rates = {"surprise": 0.5}
+    until(lambda: page.locator(SLIDER.format("Surprise")).input_value() == "0.5")
+
+
+def test_search_finds_everyday_words(page):
+    page.keyboard.press("/")
+    page.keyboard.type("crow's feet")
+    until(lambda: page.locator("#sliders .row:visible").count() == 1)
+    assert "Cheek raiser" in page.locator("#sliders .row:visible").inner_text()
+
+
+def test_picks_are_those_of_vtk(page, studio):
+    studio.rates = {"happiness": 1.0}
+    shown(page, studio)
+    frame, box = studio.frame(), page.locator("canvas").bounding_box()
+    hits = 0
+    for share in ((0.5, 0.4), (0.42, 0.5), (0.58, 0.62), (0.5, 0.2), (0.05, 0.05)):
+        x, y = box["x"] + share[0] * box["width"], box["y"] + share[1] * box["height"]
+        found, ray = page.evaluate(
+            """([x, y]) => { const v = app.view, b = v.canvas.getBoundingClientRect();
+            const r = v.camera.ray(2 * (x - b.left) / b.width - 1, 1 - 2 * (y - b.top) / b.height, b.width / b.height);
+            return [v.pick(x, y), r]; }""", [x, y],
+        )  # fmt: skip
+        start = np.array(ray["start"])
+        hit = frame.ray_trace(start, start + 5000.0 * np.array(ray["direction"]))[0]
+        assert (found is None) == (len(hit) == 0)
+        if found is not None:
+            hits += 1
+            points = hit[np.argmin(np.linalg.norm(hit - start, axis=1))]
+            assert np.linalg.norm(np.array(found["place"]) - points) < 0.05
+            origin = studio._stage.parts.origin[found["vertex"]]
+            assert np.linalg.norm(np.asarray(frame.points)[origin] - points) < 12.0
+    assert hits >= 4
+
+
+def test_a_click_tells_what_made_the_fold(page, studio):
+    studio.rates = {"surprise": 1.0}
+    shown(page, studio)
+    box = page.locator("canvas").bounding_box()
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.24 * box["height"])
+    page.wait_for_selector("#probe:visible")
+    text = page.inner_text("#probe")
+    assert "forehead" in text
+    assert "W (mm)" in text
+    page.keyboard.press("Escape")
+    page.wait_for_selector("#probe", state="hidden")
+
+
+def test_fields_have_a_legend(page, studio):
+    page.locator("#tab-fields").click()
+    page.locator("#field").select_option("epsilon")
+    page.wait_for_selector("#legend:visible")
+    until(lambda: "compression" in page.inner_text("#legend"))
+    until(lambda: studio._stage.wanted_fields == {"epsilon"})
+
+
+def test_a_dimple_and_a_tear_are_placed_by_clicks_and_undone(page, studio):
+    shown(page, studio)
+    box = page.locator("canvas").bounding_box()
+    page.locator("#tab-patterns").click()
+    page.get_by_role("button", name="Dimple", exact=True).click()
+    page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.63 * box["height"])
+    until(lambda: studio.document["patterns"])
+    until(lambda: studio.frame()["W"].min() < -0.8)
+    page.locator("#tab-tears").click()
+    page.get_by_role("button", name="Place a tear").click()
+    page.mouse.click(box["x"] + 0.57 * box["width"], box["y"] + 0.47 * box["height"])
+    until(lambda: studio.document["tears"])
+    until(lambda: page.evaluate("[...app.view.parts.values()].some((part) => part.kind === 'tear')"))
+    page.keyboard.press("Escape")
+    page.locator("#undo").click()
+    page.locator("#undo").click()
+    until(lambda: not studio.document["patterns"] and not studio.document["tears"])
+
+
+def test_files_are_saved_into_the_folder(page, studio, saved):
+    page.locator("#tab-save").click()
+    page.get_by_role("button", name="Mesh (GLB)").click()
+    file = until(lambda: next(saved.glob("face_*.glb"), None))
+    until(lambda: "Saved as" in page.inner_text("#panel-save"))
+    assert pv.read(file).n_blocks >= 1
+    page.get_by_role("button", name="Copy as command").click()
+    until(lambda: "facewrinkle express" in page.inner_text("#panel-save"))
+
+
+def test_the_page_shows_what_pictures_show(page, studio):
+    """The same camera; without multisampling, and with brows that are not lifted out of folds."""
+    studio.rates = {"happiness": 1.0}
+    shown(page, studio)
+    mine = picture(page)
+    height, width = mine.shape[:2]
+    place, focus, up = np.array(page.evaluate("app.cameraNumbers()")).reshape(3, 3)
+    with Scene(studio.face, Style((width, height))) as scene:
+        camera = scene.plotter.camera
+        camera.position, camera.focal_point, camera.up = place, focus, up
+        theirs = np.asarray(scene.picture(studio.frame()), float)
+    apart = np.abs(mine - theirs).max(axis=2)
+    inner = apart[height // 8 : -height // 8, width // 4 : -width // 4]
+    assert np.median(inner) < 4.0
+    assert (inner > 40).mean() < 0.03
+
+
+def test_every_control_has_a_name_and_can_be_reached(page):
+    unnamed = page.evaluate(
+        """() => [...document.querySelectorAll("button, input, select, [role=slider], [role=tab], canvas")]
+        .filter((e) => !e.hidden && !(e.ariaLabel || e.title || e.textContent.trim() || e.labels?.length))
+        .map((e) => e.outerHTML)"""
+    )
+    assert not unnamed
+    reached = []
+    while len(reached) < 200 and (not reached or reached[-1] != "Time"):
+        page.keyboard.press("Tab")
+        reached.append(page.evaluate("document.activeElement.getAttribute('aria-label') || document.activeElement.id"))
+    wanted = ["Intensity of all", "Surprise", "Jaw drop", "canvas", "tab-folds", "Depth", "Seed", "play", "Time"]
+    names = [name if name != page.locator("#canvas").get_attribute("aria-label") else "canvas" for name in reached]
+    assert [name for name in names if name in wanted] == wanted
+
+
+def test_reloading_and_a_wrong_key(page, studio, browser):
+    page.reload()
+    page.wait_for_selector("body[data-step]", timeout=60_000)
+    other = browser.new_page()
+    other.goto(studio.url.partition("#")[0] + "#wrong")
+    other.wait_for_selector("#message:visible")
+    assert "not of a studio that is open" in other.inner_text("#message")
+    other.close()

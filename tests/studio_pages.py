@@ -1,0 +1,80 @@
+"""A page without a browser: what it sends and receives over a real socket."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from contextlib import asynccontextmanager
+
+import aiohttp
+
+from facewrinkle.studio.encoding import decoded
+
+
+class Page:
+    """Keeps what it was sent, as a browser does, and acknowledges frames."""
+
+    def __init__(self, socket):
+        self.socket, self.arrays, self.head = socket, {}, None
+        self.texts, self.frames, self.bytes, self.photo, self.number = [], 0, [], None, 0
+
+    async def receive(self, timeout=20.0, shown=True):
+        """The next message: its text as an object, the head of a frame, or None when the socket is closed."""
+        got = await asyncio.wait_for(self.socket.receive(), timeout)
+        if got.type is aiohttp.WSMsgType.TEXT:
+            self.texts.append(json.loads(got.data))
+            return self.texts[-1]
+        if got.type is not aiohttp.WSMsgType.BINARY:
+            return None
+        if got.data[:4] == b"PHOT":
+            self.photo = got.data[4:]
+            return {"is": "photo"}
+        self.head, arrays = decoded(got.data)
+        for name, values in arrays.items():
+            self.arrays.setdefault(name, {}).update(values)
+        self.frames += 1
+        self.bytes.append(len(got.data))
+        if shown:
+            await self.send({"do": "shown"})
+        return self.head
+
+    async def send(self, what):
+        await self.socket.send_str(json.dumps(what))
+
+    async def until(self, right, timeout=20.0):
+        """Receive until a message is as wanted."""
+        while True:
+            got = await self.receive(timeout)
+            assert got is not None, f"closed: {self.socket.close_code}"
+            if right(got):
+                return got
+
+    async def ask(self, do, **arguments):
+        """Send a command, and return its answer."""
+        self.number += 1
+        await self.send({"do": do, "id": self.number, **arguments})
+        return await self.until(lambda got: got.get("id") == self.number)
+
+    async def settled(self, studio):
+        """Receive until the newest frame of a studio at rest has come."""
+        while True:
+            while not studio._settled() or self.head is None:
+                await self.receive()
+            if self.head["step"] == studio._stage.shown.step:
+                return
+            await self.receive()
+
+
+def root(studio):
+    return studio.url.partition("/#")[0]
+
+
+@asynccontextmanager
+async def page(studio, key=None, origin=None):
+    """A page that is connected to a studio; with other keys and origins than it should have, on request."""
+    address, _, own = studio.url.partition("/#")
+    async with aiohttp.ClientSession() as session:
+        headers = {"Origin": address if origin is None else origin}
+        async with session.ws_connect(f"{address}/socket", headers=headers, max_msg_size=0) as socket:
+            await socket.send_str(json.dumps({"do": "hello", "key": own if key is None else key}))
+            yield Page(socket)
