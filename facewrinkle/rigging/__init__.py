@@ -1,0 +1,6 @@
+"""Rigs: a face with blend shapes that wrinkle, for other programs."""
+
+
+
+
+
