@@ -25,6 +25,7 @@ FLOORS = (
     ("motion", "layers", "tears", "appearance"),
     ("simulation",),
     ("plotting", "export", "accessor"),
+    ("rigging",),
     ("commands",),
     ("cli",),
     ("__main__",),

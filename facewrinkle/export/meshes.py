@@ -99,7 +99,7 @@ def write_mesh(
             models = {"face": skin} | (_part_models(face, frame) if parts and face is not None else {})
             if water is not None:
                 models["tears"] = water
-            unit, rotation = _millimetres_per_unit(frame, face), _upright_rotation(face)
+            unit, rotation = _millimetres_per_unit(frame, face), upright_rotation(face)
             files = {path: gltf(models, unit, rotation, binary=suffix == ".glb")}
     for name, content in files.items():
         with written(name) as whole:
@@ -141,7 +141,7 @@ def _millimetres_per_unit(frame: pv.PolyData, face: Face | None) -> float:
     return float(frame.field_data[UNIT][0]) if UNIT in frame.field_data else 1.0
 
 
-def _upright_rotation(face: Face | None) -> Array | None:
+def upright_rotation(face: Face | None) -> Array | None:
     """Return the rotation by right angles that brings a face closest to +y up and +z forward; None for no turn."""
     if face is None or not face.landmarks:
         return None
