@@ -7,6 +7,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
+from .eye import coarser
 from .seen import Appearance
 
 Array = npt.NDArray[np.float64]
@@ -31,7 +32,8 @@ def companion_meshes(face: Face, frame: pv.PolyData, always: bool = False) -> di
     """
     seen, state = Appearance.of(face).at(frame), face.state_of(frame)
     own = {name: part.copy(deep=False) for name, part in seen.own.items()}
-    parts = {f"eye_{side}": eye for side, eye in seen.eyes.items() if f"eye_{side}" not in own}
+    eyes = {side: coarser(eye, 2) if always else eye for side, eye in seen.eyes.items()}
+    parts = {f"eye_{side}": eye for side, eye in eyes.items() if f"eye_{side}" not in own}
     parts |= {f"rim_{side}": rim for side, rim in seen.lid_margins.items()}
     if seen.parted or always:
         parts |= ({"mouth": seen.pocket} if seen.pocket is not None else {}) | seen.mouth_parts

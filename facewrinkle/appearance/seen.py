@@ -22,7 +22,7 @@ from .skin_paint import SkinPainter
 
 Array = npt.NDArray[np.float64]
 
-FEWER_LASHES, FEWER_BROWS = 2, 4
+FEWER_LASHES, FEWER_BROWS = 2, 6
 """Meshes for other programs have one ribbon for so many hairs: there is no end of pixels that would be worth more."""
 
 STORED = "_appearance"

@@ -23,7 +23,7 @@ Single = npt.NDArray[np.float32]
 Progress = Callable[[Iterable[Pose], str, int], Iterator[Pose]]
 """Yields poses while it shows what is done, and how many there are."""
 
-SAMPLES, BEND = 3.0, 0.06
+SAMPLES, BEND = 2.75, 0.1
 """Vertices from bulge to furrow, and the threshold of Eq. 19: a little coarser than for pictures, as rigs are sent around.
 """
 

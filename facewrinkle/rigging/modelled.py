@@ -53,7 +53,7 @@ SEALED_WITHIN, SEAL_REACH, SEAL_UP = 0.1, 0.95, 0.9
 the way back to rest that sealed lips take: the lower lip comes to the upper one.
 """
 
-ROLL_AXIS, ROLL_ANGLE, ROLL_SIZE = np.array([0.16, -0.09]), np.deg2rad(55.0), 0.22
+ROLL_AXIS, ROLL_ANGLE, ROLL_SIZE = np.array([0.16, -0.09]), np.deg2rad(45.0), 0.2
 """Height of the axis about which a lip rolls in, away from the line of the lips, and its depth; the angle; and the size
 of what rolls.
 """

@@ -4,21 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
+from ..geometry.laplacian import neighbour_mean
+from ..geometry.smoothstep import smoothstep
+from ..geometry.topology import unique_edges
 from ..motion.base import Undriven
 from ..motion.skin import Skin
 from .modelled import ADDED, Movements
-from .shapes import Shape
+from .shapes import Shape, Side
 
 Array = npt.NDArray[np.float64]
 
 STEP, STEPS, STILL = 1.0, 30, 0.005
 """Skin comes to rest within so many steps of so many seconds; it is at rest when no vertex moves further, mm."""
+
+BAND = 0.15
+"""Half the width of the band in the middle of the face over which a movement of both sides is divided into shapes of
+the left and the right, in distances between the pupils.
+"""
+
+SMOOTHINGS = 6
+"""What is pushed out takes the skin around along: so often neighbours are averaged."""
 
 GRAZING = 0.05
 """Lids may come closer to a ball than at rest by this, in mm, on their straight way from rest to a shape."""
@@ -97,11 +107,7 @@ class Posing:
         self.face, self.rest = face, face.points * face.unit
         self._skin = Skin(face, STEP)
         self._movements = Movements(face)
-
-    @classmethod
-    def of(cls, face: Face) -> Self:
-        """Return the posing of a face."""
-        return cls(face)
+        self._mean = neighbour_mean(unique_edges(face.triangles)[0], len(face.points))
 
     def neutral(self) -> Pose:
         """Return the face at rest."""
@@ -110,7 +116,7 @@ class Posing:
     def at(self, mixture: Mapping[str, tuple[Shape, float]]) -> Pose:
         """Return the pose of shapes at weights, muscles of both sides unless a shape has a side."""
         rates = np.zeros(len(self._skin.names))
-        modelled: dict[str, float] = {}
+        modelled: dict[tuple[str, Side | None], float] = {}
         for shape, weight in mixture.values():
             own = {unit: weight * rate for unit, rate in shape.units.items()}
             contracted = self._skin.rates_of(self.face.atlas.contractions(own))
@@ -118,11 +124,13 @@ class Posing:
                 contracted *= [not name.endswith("_r" if shape.side == "l" else "_l") for name in self._skin.names]
             rates = np.maximum(rates, contracted)
             for name, share in shape.modelled.items():
-                modelled[name] = max(modelled.get(name, 0.0), weight * share)
+                key = name, shape.side
+                modelled[key] = max(modelled.get(key, 0.0), weight * share)
         moved = self._settled(rates) / self.face.unit
         mandible = np.eye(4)
-        for name, share in modelled.items():
-            moved = moved + share * ADDED[name](self._movements, moved)
+        for (name, side), share in modelled.items():
+            own = share_of_side(self.face, self.face.points, side)
+            moved = moved + share * own * ADDED[name](self._movements, moved)
             mandible += share * (self._movements.mandible(name) - np.eye(4))
         base = self.rest + self.face.unit * moved
         return Pose(self._clear_of_eyes(base), rates, mandible)
@@ -155,8 +163,31 @@ class Posing:
             floor = np.minimum(np.minimum(np.linalg.norm(start, axis=1), np.linalg.norm(end, axis=1)), radius) - GRAZING
             low = np.flatnonzero((_closest(start, end) < floor) & (np.linalg.norm(start, axis=1) < 2.0 * radius))
             if len(low):
-                out[low] = centre + _lifted(start[low], end[low], floor[low])
+                lift = np.zeros(len(base))
+                lift[low] = _lifts(start[low], end[low], floor[low])
+                smooth = lift
+                for _ in range(SMOOTHINGS):
+                    smooth = np.maximum(lift, self._mean @ smooth)
+                out += smooth[:, None] * end
         return out
+
+
+def share_of_side(face: Face, points: Array, side: Side | None) -> Array:
+    """Return the share (n, 1) of a movement of both sides that the shape of one side has, at points (n, 3) at rest.
+
+    Those of the left and of the right add up to 1.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> share_of_side(face, face.frame.origin + [[30.0, 0, 0], [0, 0, 0], [-30, 0, 0]], "l").ravel()
+    array([1. , 0.5, 0. ])
+    """
+    if side is None:
+        return np.ones((len(points), 1))
+    left = smoothstep(0.5 + 0.5 * face.frame.local(points)[:, :1] / BAND)
+    return np.asarray(left if side == "l" else 1.0 - left)
 
 
 def _closest(start: Array, end: Array) -> Array:
@@ -166,11 +197,13 @@ def _closest(start: Array, end: Array) -> Array:
     return np.asarray(np.linalg.norm(start + np.clip(t, 0.0, 1.0)[:, None] * way, axis=1))
 
 
-def _lifted(start: Array, end: Array, floor: Array) -> Array:
-    """Ends (n, 3) moved away from the origin until the ways from start clear a distance (n,), by bisection."""
+def _lifts(start: Array, end: Array, floor: Array) -> Array:
+    """Factors (n,) less 1 by which ends (n, 3) must move away from the origin for the ways from start to clear a distance
+    (n,), by bisection.
+    """
     low, high = np.ones(len(end)), np.full(len(end), 2.0)
     for _ in range(40):
         middle = 0.5 * (low + high)
         clear = _closest(start, middle[:, None] * end) >= floor
         low, high = np.where(clear, low, middle), np.where(clear, middle, high)
-    return np.asarray(high[:, None] * end)
+    return np.asarray(high - 1.0)

@@ -20,18 +20,13 @@ from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
 from ..mesh import to_polydata
 from .baking import Baker, Placed, Progress, silent
-from .poses import Pose, Posing
+from .poses import Pose, Posing, share_of_side
 from .shapes import ARKIT, Shape, Side, shapes_of
 
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]
 
 Wrinkling = Literal["baked", "separate", "none"]
-
-BAND = 0.15
-"""Half the width of the band in the middle of the face over which a movement of both sides is divided into shapes of
-the left and the right, in distances between the pupils.
-"""
 
 CUT = 0.1
 """Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, so that the skin does not step."""
@@ -41,7 +36,7 @@ RINGS = 2
 but its normal turns.
 """
 
-TURN = 0.02
+TURN = 0.03
 """Normals that turn by less, in radians, are left as they are."""
 
 HAIRY = ("lashes", "brows")
@@ -340,7 +335,7 @@ def _fields(
         shape_of = (len(shapes), *at_rest.points.shape)
         fields[part] = np.zeros(shape_of, np.float32), np.zeros(shape_of, np.float32)
     sides: dict[str, dict[Side | None, Array]] = {
-        part: {side: _share(baker.face, at_rest.points, side) for side in ("l", "r", None)}
+        part: {side: share_of_side(baker.face, at_rest.points, side) for side in ("l", "r", None)}
         for part, at_rest in rest.items()
     }
     movements = dict(zip(map(id, poses.values()), poses, strict=True))
@@ -356,14 +351,6 @@ def _fields(
 
 def _change(now: Placed, rest: Placed) -> Array:
     return np.asarray(now.normals - rest.normals)
-
-
-def _share(face: Face, points: Array, side: Side | None) -> Array:
-    """Share (n, 1) of a movement of both sides that the shape of one side has; those of both sides add up to 1."""
-    if side is None:
-        return np.ones((len(points), 1))
-    left = smoothstep(0.5 + 0.5 * face.frame.local(points)[:, :1] / BAND)
-    return left if side == "l" else 1.0 - left
 
 
 def _separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields, list[str]]:

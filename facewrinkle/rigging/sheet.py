@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -19,7 +20,7 @@ from .rig import Rig
 NamesProgress = Callable[[Iterable[str], str, int], Iterator[str]]
 
 BACKGROUND = "#4a4f57"
-LIGHTING = {"ambient": 0.22, "diffuse": 0.7, "specular": 0.08, "specular_power": 14.0}
+LIGHTING: dict[str, Any] = {"smooth_shading": True, "split_sharp_edges": False, "ambient": 0.22, "diffuse": 0.7, "specular": 0.08, "specular_power": 14.0}
 
 
 @checked

@@ -56,17 +56,22 @@ def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     'head.glb'
     """
     path = output_file(path, SUFFIXES)
-    content = gltf(
-        {name: _with_jpeg(model) for name, model in rig.parts.items()},
-        rig.face.unit,
-        upright_rotation(rig.face),
-        binary=path.suffix.lower() == ".glb",
-        morphs=rig.morphs,
-        dense=dense,
-    )
+    content = rig_bytes(rig, binary=path.suffix.lower() == ".glb", dense=dense)
     with written(path) as whole:
         whole.write_bytes(content)
     return path
+
+
+def rig_bytes(rig: Rig, *, binary: bool, dense: bool = False) -> bytes:
+    """Return the content of a .glb file, or of a .gltf file."""
+    return gltf(
+        {name: _with_jpeg(model) for name, model in rig.parts.items()},
+        rig.face.unit,
+        upright_rotation(rig.face),
+        binary=binary,
+        morphs=rig.morphs,
+        dense=dense,
+    )
 
 
 def _with_jpeg(model: Model) -> Model:
