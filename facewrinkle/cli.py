@@ -1,4 +1,4 @@
-"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``rig``, ``fit``, ``atlas``, ``table1``, ``info``, ``demo``.
+"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``rig``, ``fit``, ``atlas``, ``table1``, ...
 
 The commands live in :mod:`facewrinkle.commands` and are imported when they are called, so that ``--help`` is quick.
 """

@@ -180,9 +180,7 @@ class Seen:
     def hairs(self) -> dict[str, pv.PolyData]:
         """Painted brows and lashes as ribbons that do not depend on a picture, with `paint` (rgba), by name."""
         found = {
-            f"lashes_{row.eye.side}": row.cards(0.0, FEWER_LASHES).along(
-                self.lashes[row.eye.side].every(FEWER_LASHES)
-            )
+            f"lashes_{row.eye.side}": row.cards(0.0, FEWER_LASHES).along(self.lashes[row.eye.side].every(FEWER_LASHES))
             for row in self._of.lashes
         }
         if self._of.brows is not None and self.brows is not None:

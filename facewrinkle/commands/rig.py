@@ -30,7 +30,7 @@ def rig(
     shapes: str = "arkit",
     wrinkles: Literal["baked", "separate", "none"] = "baked",
     level: Whole = 2,
-    format: Literal["glb", "gltf"] = "glb",  # noqa: A002
+    format: Literal["glb", "gltf"] = "glb",
     dense: bool = False,
     sheet: bool = False,
     page: bool = False,
@@ -73,7 +73,9 @@ def rig(
         source = replace(source, face=face)
     folder = output_folder(out or Path("output") / source.label / "rig", make=False)
     loaded = source.load(report)
-    made = make_rig(loaded, shapes, wrinkles, level, progress=lambda items, what, n: report.progress(iter(items), what, n))
+    made = make_rig(
+        loaded, shapes, wrinkles, level, progress=lambda items, what, n: report.progress(iter(items), what, n)
+    )
     stem = source.label or "head"
     files = [write_rig(made, folder / f"{stem}.{format}", dense=dense)]
     if sheet:

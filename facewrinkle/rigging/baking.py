@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +11,8 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..appearance.companion_meshes import companion_meshes
-from ..appearance.seen import Appearance
-from ..export.model import Model, part_model, skin_model
+from ..export.animation import rest_models
+from ..export.model import Model, part_model
 from ..layers.base import Layer
 from ..simulation import Refinement, Simulation
 from .poses import Held, Pose
@@ -24,7 +24,7 @@ Progress = Callable[[Iterable[Pose], str, int], Iterator[Pose]]
 """Yields poses while it shows what is done, and how many there are."""
 
 SAMPLES, BEND = 2.75, 0.1
-"""Vertices from bulge to furrow, and the threshold of Eq. 19: a little coarser than for pictures, as rigs are sent around.
+"""Vertices from bulge to furrow, and the threshold of Eq. 19: a bit coarser than for pictures, as rigs are sent around.
 """
 
 ROUNDS = 4
@@ -48,7 +48,7 @@ class Placed:
 
 
 class Baker:
-    """Takes the pictures, so to speak, of a face in poses: always the same triangles, of skin and of all parts.
+    """Places the skin and all parts of a face in poses, always with the same triangles.
 
     Parameters
     ----------
@@ -78,13 +78,7 @@ class Baker:
             if self.simulation.forest.n_points == before:
                 break
         frame = self._frame(neutral)
-        textures = {name: part.texture for name, part in self.face.parts.items()}
-        skin = skin_model(frame, self.face)
-        if skin.png is None and skin.colours is None and Appearance.of(self.face).painter is not None:
-            skin = replace(skin, colours=Appearance.of(self.face).at(frame).paint[skin.origin])
-        self.models = {"face": skin}
-        for name, mesh in self._companions(frame, neutral).items():
-            self.models[name] = part_model(mesh, textures.get(name))
+        self.models = rest_models(self.face, frame)
 
     def follow(self, other: Baker) -> None:
         """Take over the triangles and models of another baker of the same face."""

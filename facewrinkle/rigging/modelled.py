@@ -49,8 +49,8 @@ PUFF_WIDTH, PUFF_ABOVE, PUFF_BELOW, PUFF_DEPTH = 0.95, 0.6, 0.6, 0.75
 """Half the width, and the heights and the depth of the region about the mouth that air under pressure fills."""
 
 SEALED_WITHIN, SEAL_REACH, SEAL_UP = 0.1, 0.95, 0.9
-"""Lips at rest are this close at most; what the sealing of the lips moves lies this close to the mouth; and the share of
-the way back to rest that sealed lips take: the lower lip comes to the upper one.
+"""Lips at rest are this close at most; what the sealing of the lips moves lies this close to the mouth; and the share
+of the way back to rest that sealed lips take: the lower lip comes to the upper one.
 """
 
 ROLL_AXIS, ROLL_ANGLE, ROLL_SIZE = np.array([0.16, -0.09]), np.deg2rad(45.0), 0.2
@@ -161,8 +161,8 @@ class Movements:
     def puff(self) -> Array:
         """Displacement (n, 3) of cheeks and lips under pressure from inside: a membrane held at the rim of the cheeks.
 
-        Its displacement u solves ``-laplace u = p n`` (p the pressure, n the normals), with u = 0 at the rim; the lining
-        behind the lips, on which the pressure does not act, goes along.
+        Its displacement u solves ``-laplace u = p n`` (p the pressure, n the normals), with u = 0 at the rim; the
+        lining behind the lips, on which the pressure does not act, goes along.
         """
         face, local = self.face, self._local
         tall = np.where(local[:, 1] > 0.0, PUFF_ABOVE, PUFF_BELOW)

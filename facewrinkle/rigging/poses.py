@@ -118,8 +118,8 @@ class Posing:
         rates = np.zeros(len(self._skin.names))
         modelled: dict[tuple[str, Side | None], float] = {}
         for shape, weight in mixture.values():
-            own = {unit: weight * rate for unit, rate in shape.units.items()}
-            contracted = self._skin.rates_of(self.face.atlas.contractions(own))
+            units = {unit: weight * rate for unit, rate in shape.units.items()}
+            contracted = self._skin.rates_of(self.face.atlas.contractions(units))
             if shape.side is not None:
                 contracted *= [not name.endswith("_r" if shape.side == "l" else "_l") for name in self._skin.names]
             rates = np.maximum(rates, contracted)
@@ -198,8 +198,8 @@ def _closest(start: Array, end: Array) -> Array:
 
 
 def _lifts(start: Array, end: Array, floor: Array) -> Array:
-    """Factors (n,) less 1 by which ends (n, 3) must move away from the origin for the ways from start to clear a distance
-    (n,), by bisection.
+    """Factors (n,) less 1 by which ends (n, 3) must move away from the origin for the ways from start to clear a
+    distance (n,), by bisection.
     """
     low, high = np.ones(len(end)), np.full(len(end), 2.0)
     for _ in range(40):

@@ -29,11 +29,11 @@ Single = npt.NDArray[np.float32]
 Wrinkling = Literal["baked", "separate", "none"]
 
 CUT = 0.1
-"""Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, so that the skin does not step."""
+"""Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""
 
 RINGS = 2
-"""The longest way of vertices within so many edges decides about fading: a vertex between crest and furrow hardly moves,
-but its normal turns.
+"""The longest way of vertices within so many edges decides about fading: between crest and furrow a vertex hardly
+moves, but its normal turns.
 """
 
 TURN = 0.03
@@ -44,6 +44,9 @@ HAIRY = ("lashes", "brows")
 
 FINEST = 5
 """The highest level of refinement."""
+
+BOTH_WAYS = ("browInnerUp", "cheekPuff")
+"""Shapes of both sides that other tools divide."""
 
 MIXTURES: tuple[Mapping[str, float], ...] = (
     {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0, "cheekSquintLeft": 1.0, "cheekSquintRight": 1.0},
@@ -355,7 +358,8 @@ def _change(now: Placed, rest: Placed) -> Array:
 
 def _separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields, list[str]]:
     """Return smooth shapes, followed by the wrinkles of those that have some, and all names."""
-    folding = np.flatnonzero([np.abs(a - b).max() > 0.0 for a, b in zip(fields["face"][0], smooth["face"][0], strict=True)])
+    pairs = zip(fields["face"][0], smooth["face"][0], strict=True)
+    folding = np.flatnonzero([bool((with_folds != without).any()) for with_folds, without in pairs])
     out = {}
     for part, both in fields.items():
         bare = smooth[part]

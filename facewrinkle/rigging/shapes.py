@@ -180,10 +180,12 @@ def shapes_of(asked: str, face: Face) -> tuple[dict[str, Shape], dict[str, str]]
     for name, shape in wanted.items():
         lacking = [need for need in shape.needs if not having[need]]
         unknown = [unit for unit in shape.units if not _known(unit, face)]
-        if lacking:
+        if not face.landmarks:
+            left_out[name] = "the mesh has no landmarks"
+        elif lacking:
             left_out[name] = LACKS[lacking[0]]
-        elif unknown or not face.landmarks:
-            left_out[name] = f"the atlas has no {unknown[0]}" if unknown else "the mesh has no landmarks"
+        elif unknown:
+            left_out[name] = f"the face has no muscles for {unknown[0]}"
         else:
             possible[name] = shape
     if not possible:

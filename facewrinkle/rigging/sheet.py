@@ -20,7 +20,14 @@ from .rig import Rig
 NamesProgress = Callable[[Iterable[str], str, int], Iterator[str]]
 
 BACKGROUND = "#4a4f57"
-LIGHTING: dict[str, Any] = {"smooth_shading": True, "split_sharp_edges": False, "ambient": 0.22, "diffuse": 0.7, "specular": 0.08, "specular_power": 14.0}
+LIGHTING: dict[str, Any] = {
+    "smooth_shading": True,
+    "split_sharp_edges": False,
+    "ambient": 0.22,
+    "diffuse": 0.7,
+    "specular": 0.08,
+    "specular_power": 14.0,
+}
 
 
 @checked
@@ -48,7 +55,7 @@ def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: NamesProgress |
     >>> sheet(made, columns=2, size=80).shape
     (80, 164, 3)
     """
-    plotter = pv.Plotter(off_screen=True, window_size=[size, size], lighting="none")
+    plotter: Any = pv.Plotter(off_screen=True, window_size=[size, size], lighting="none")
     plotter.set_background(BACKGROUND)
     aim(plotter, rig.face, Style((size, size)))
     names = ["", *rig.names]
@@ -64,7 +71,7 @@ def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: NamesProgress |
     return stacked([side_by_side(images[k : k + columns]) for k in range(0, len(images), columns)])
 
 
-def _add(plotter: pv.Plotter, rig: Rig, part: str, mesh: pv.PolyData) -> None:
+def _add(plotter: Any, rig: Rig, part: str, mesh: pv.PolyData) -> None:
     photo = rig.face.texture if part == "face" else None
     if part in rig.face.parts:
         photo = rig.face.parts[part].texture
@@ -76,7 +83,7 @@ def _add(plotter: pv.Plotter, rig: Rig, part: str, mesh: pv.PolyData) -> None:
         plotter.add_mesh(mesh, color="#d8a78c", name=part, **LIGHTING)
 
 
-def _picture(plotter: pv.Plotter, rig: Rig, shown: dict[str, pv.PolyData], name: str) -> Image:
+def _picture(plotter: Any, rig: Rig, shown: dict[str, pv.PolyData], name: str) -> Image:
     for part, mesh in shown.items():
         now = rig.at({name: 1.0} if name else {}, part)
         mesh.points = now.points
