@@ -23,14 +23,21 @@ from .model import Model, part_model, skin_model
 from .morphs import Morphs, WeightTrack
 
 Array = npt.NDArray[np.float64]
+Single = npt.NDArray[np.float32]
 
 SUFFIXES = (".glb", ".gltf", ".pc2")
 
 PC2_HEADER = struct.Struct("<12siiffi")
 """POINTCACHE2: signature, version, points, first frame, frames per sample, samples."""
 
-NEGLIGIBLE = 0.01
-"""What a target moves by less than this share of the allowed error is left out of it."""
+SPENT = 0.85
+"""Share of the allowed error that is spent on leaving out targets; the rest on leaving out points of a target."""
+
+TURN = 0.01
+"""Normals that a target turns by less, in radians, are left as they are."""
+
+FREE = ("brows", "lashes")
+"""Parts, by the first word of their names, that go along, and whose hairs may be farther off: folds toss them about."""
 
 
 def rest_models(face: Face, frame: pv.PolyData) -> dict[str, Model]:
@@ -51,21 +58,23 @@ def rest_models(face: Face, frame: pv.PolyData) -> dict[str, Model]:
     return {"face": skin} | part_models(face, frame, always=True)
 
 
-def principal_targets(ways: Array, allowed: float) -> tuple[Array, Array]:
+def principal_targets(ways: Single, allowed: float) -> tuple[Single, Single]:
     """Return the fewest principal components that give displacements within an error.
+
+    What they move hardly is left out as far as the error allows, so that files are small.
 
     Parameters
     ----------
-    ways : ndarray, shape (f, n, 3)
+    ways : ndarray of float32, shape (f, n, 3)
         Displacements of n points in f frames.
     allowed : float
         The largest distance of any point in any frame, in the same unit.
 
     Returns
     -------
-    weights : ndarray, shape (f, k)
+    weights : ndarray of float32, shape (f, k)
         The largest of each component is 1, apart from its sign.
-    targets : ndarray, shape (k, n, 3)
+    targets : ndarray of float32, shape (k, n, 3)
         ``weights @ targets`` is as close to the displacements as was asked for.
 
     Examples
@@ -74,25 +83,35 @@ def principal_targets(ways: Array, allowed: float) -> tuple[Array, Array]:
 
     >>> random = np.random.default_rng(0)
     >>> ways = np.tensordot(random.normal(size=(100, 2)), random.normal(size=(2, 30, 3)), axes=1)
-    >>> weights, targets = principal_targets(ways, 1e-6)
-    >>> targets.shape, bool(np.abs(np.tensordot(weights, targets, axes=1) - ways).max() < 1e-6)
+    >>> weights, targets = principal_targets(ways.astype(np.float32), 1e-3)
+    >>> targets.shape, bool(np.abs(np.tensordot(weights, targets, axes=1) - ways).max() < 1e-3)
     ((2, 30, 3), True)
     """
-    flat = ways.reshape(len(ways), -1)
-    square, vectors = np.linalg.eigh(flat @ flat.T)
-    vectors = vectors[:, np.argsort(square)[::-1]]
+    flat = np.ascontiguousarray(ways.reshape(len(ways), -1), np.float32)
+    square, vectors = np.linalg.eigh(np.asarray(flat @ flat.T, np.float64))
+    vectors = vectors[:, np.argsort(square)[::-1]].astype(np.float32)
+    shares = vectors.T @ flat
+
+    def error(kept: Single) -> float:
+        left = flat - vectors[:, : len(kept)] @ kept
+        np.square(left, out=left)
+        return float(np.sqrt(left.reshape(-1, 3).sum(axis=1).max(initial=0.0)))
+
     low, high = 0, len(ways)  # with all of them nothing is lost
     while low < high:
         middle = (low + high) // 2
-        left = flat - vectors[:, :middle] @ (vectors[:, :middle].T @ flat)
-        if np.linalg.norm(left.reshape(ways.shape), axis=2).max(initial=0.0) <= allowed:
-            high = middle
-        else:
-            low = middle + 1
-    weights = vectors[:, :high]
-    targets = weights.T @ flat
-    largest = np.abs(weights).max(axis=0, initial=1e-300)
-    return weights / largest, (targets * largest[:, None]).reshape(high, *ways.shape[1:])
+        low, high = (low, middle) if error(shares[:middle]) <= SPENT * allowed else (middle + 1, high)
+    largest = np.abs(vectors[:, :high]).max(axis=0, initial=1e-30)
+    size = np.linalg.norm(shares[:high].reshape(high, -1, 3), axis=2) * largest[:, None]
+    kept, below = shares[:high], allowed
+    while high and below > 1e-4 * allowed:
+        cut = np.where(np.repeat(size > below, 3, axis=1), shares[:high], np.float32(0.0))
+        if error(cut) <= allowed:
+            kept = cut
+            break
+        below *= 0.6
+    targets = (kept * largest[:, None]).reshape(high, *ways.shape[1:])
+    return vectors[:, :high] / largest, targets
 
 
 class AnimationWriter:
@@ -106,7 +125,8 @@ class AnimationWriter:
     path : path
         Ends in .glb, .gltf or .pc2.
     error : float
-        The largest distance of any point in any frame from where it should be, mm; point caches are exact.
+        The largest distance of any point, but those of hairs, in any frame from where it should be, mm; point caches are
+        exact.
 
     Raises
     ------
@@ -141,8 +161,8 @@ class AnimationWriter:
         self.error = check_range("animation_error", error, 1e-6, 1e3, "Lengths are in mm.")
         self.targets = 0
         self._last: pv.PolyData | None = None
-        self._points: list[npt.NDArray[np.float32]] = []
-        self._normals: list[npt.NDArray[np.float32]] = []
+        self._points: list[Single] = []
+        self._normals: list[Single] = []
         self._parts: list[dict[str, tuple[Array, Array]]] = []
 
     def add(self, frame: pv.PolyData) -> None:
@@ -189,34 +209,39 @@ class AnimationWriter:
             first, second = (np.stack([frame[name][k] for frame in self._parts]) for k in range(2))
             tracks[name] = first.astype(np.float32), second.astype(np.float32)
         names = list(models)
-        ways = np.concatenate([tracks[name][0] - models[name].points for name in names], axis=1)
-        weights, targets = principal_targets(ways, (1.0 - 2.0 * NEGLIGIBLE) * self.error / self.face.unit)
+        ways = {name: tracks[name][0] - models[name].points.astype(np.float32) for name in names}
+        bound = [name for name in names if name.split("_")[0] not in FREE]
+        allowed = self.error / self.face.unit
+        weights, targets = principal_targets(np.concatenate([ways[name] for name in bound], axis=1), allowed)
         self.targets = len(targets)
-        inverse = np.linalg.pinv(weights)
-        small = NEGLIGIBLE * self.error / self.face.unit / max(self.targets, 1)
+        inverse = np.linalg.pinv(weights.astype(np.float64)).astype(np.float32)
         labels = [f"motion_{k}" for k in range(self.targets)]
         morphs, start = {}, 0
         for name in names:
-            model = models[name]
+            model, hair = models[name], name not in bound
+            if hair:
+                own = np.tensordot(inverse, ways[name], axes=1)
+                own *= np.linalg.norm(own, axis=2, keepdims=True) > 0.1 * allowed
+                morphs[name] = Morphs(labels, own, np.zeros_like(own))
+                continue
             own = targets[:, start : start + len(model.points)]
             start += len(model.points)
-            turned = np.tensordot(inverse, tracks[name][1] - model.normals, axes=1)
-            moving = np.linalg.norm(own, axis=2, keepdims=True) > small
-            kept = [np.where(moving, values, 0.0).astype(np.float32) for values in (own, turned)]
-            morphs[name] = Morphs(labels, *kept)
+            turned = np.tensordot(inverse, tracks[name][1] - model.normals.astype(np.float32), axes=1)
+            turned *= np.linalg.norm(turned, axis=2, keepdims=True) > TURN
+            morphs[name] = Morphs(labels, own, turned)
         content = gltf(
             models,
             self.face.unit,
             upright_rotation(self.face),
             binary=self.path.suffix.lower() == ".glb",
             morphs=morphs if self.targets else None,
-            track=WeightTrack(times, weights) if self.targets else None,
+            track=WeightTrack(times, weights.astype(np.float64)) if self.targets else None,
         )
         with written(self.path) as whole:
             whole.write_bytes(content)
 
 
-def _grown(values: npt.NDArray[np.float32], forest: RedGreenForest) -> npt.NDArray[np.float32]:
+def _grown(values: Single, forest: RedGreenForest) -> Single:
     """Return values (n0, 3) of an earlier frame at all vertices: new ones lie midway between older ones."""
     n = forest.n_points
     if len(values) == n:
