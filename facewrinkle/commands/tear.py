@@ -81,10 +81,14 @@ def tear(
     frames = check_whole("seconds times fps", round(seconds * fps), MOMENTS, 1e6)
     style = Style(output.pixels, output.view or "cheeks")
     with report.waiting("Letting tears run"):
-        crying = Crying(face, rates, preset(kind, face, seed, **given), np.arange(frames) / fps, output.save_animation is None)
+        crying = Crying(
+            face, rates, preset(kind, face, seed, **given), np.arange(frames) / fps, output.save_animation is None
+        )
     recorder = Recorder(folder, stem, output, report)
     if output.save_animation is not None:
-        warn("the animation shows the face without its tears, whose triangles change all the time; --save-mesh has them.")
+        warn(
+            "the animation shows the face without its tears, whose triangles change all the time; --save-mesh has them."
+        )
     _record(crying, recorder, style, plain=plain)
     recorder.tabulate(
         stem,

@@ -101,8 +101,8 @@ def principal_targets(ways: Single, allowed: float) -> tuple[Single, Single]:
     while low < high:
         middle = (low + high) // 2
         low, high = (low, middle) if error(shares[:middle]) <= SPENT * allowed else (middle + 1, high)
-    largest = np.abs(vectors[:, :high]).max(axis=0, initial=1e-30)
-    size = np.linalg.norm(shares[:high].reshape(high, -1, 3), axis=2) * largest[:, None]
+    largest = np.abs(vectors[:, :high]).max(axis=0, initial=np.float32(1e-30))
+    size = np.linalg.norm(shares[:high].reshape(high, ways.shape[1], 3), axis=2) * largest[:, None]
     kept, below = shares[:high], allowed
     while high and below > 1e-4 * allowed:
         cut = np.where(np.repeat(size > below, 3, axis=1), shares[:high], np.float32(0.0))

@@ -248,6 +248,7 @@ class _File:
 
     def binary(self) -> bytes:
         """Return the file as GLB: a header, the JSON, and the buffer."""
+        self._finish()
         text = self._json({})
         chunks = [(b"JSON", text + b" " * (-len(text) % 4)), (b"BIN\0", bytes(self.buffer))]
         body = b"".join(struct.pack("<I4s", len(data), kind) + data for kind, data in chunks)
@@ -255,20 +256,24 @@ class _File:
 
     def embedded(self) -> bytes:
         """Return the file as JSON, with the buffer in it."""
+        self._finish()
         return self._json({"uri": "data:application/octet-stream;base64," + base64.b64encode(self.buffer).decode()})
 
     def _json(self, buffer: dict[str, Any]) -> bytes:
         """Return the content, with all nodes in one scene, and its buffer described."""
+        nodes = list(range(len(self.content["nodes"])))
+        whole = self.content | {"scene": 0, "scenes": [{"nodes": nodes}]}
+        whole["buffers"] = [{"byteLength": len(self.buffer)} | buffer]
+        return json.dumps(whole, separators=(",", ":")).encode()
+
+    def _finish(self) -> None:
+        """Append the zeros that all blend shapes share, as many as the largest mesh needs."""
         self._pad()
         if self._zero_view >= 0:
             view = self.content["bufferViews"][self._zero_view]
             view["byteOffset"] = len(self.buffer)
             self.buffer += bytes(view["byteLength"])
             self._zero_view = -1
-        nodes = list(range(len(self.content["nodes"])))
-        whole = self.content | {"scene": 0, "scenes": [{"nodes": nodes}]}
-        whole["buffers"] = [{"byteLength": len(self.buffer)} | buffer]
-        return json.dumps(whole, separators=(",", ":")).encode()
 
     def _pad(self) -> None:
         """Fill the buffer up to a multiple of four bytes."""

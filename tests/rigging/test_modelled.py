@@ -97,5 +97,7 @@ def test_lids_follow_the_eyes_a_little_and_keep_their_distance_from_the_balls(fa
         assert sign * (inwards[near] @ face.frame.axes[0]).mean() < -0.1
         assert sign * (outwards[near] @ face.frame.axes[0]).mean() > 0.1
         for field in (inwards, outwards):
-            before, after = (np.linalg.norm(points[near] - eye.centre, axis=1) for points in (face.points, face.points + field))
+            before, after = (
+                np.linalg.norm(points[near] - eye.centre, axis=1) for points in (face.points, face.points + field)
+            )
             np.testing.assert_allclose(after, before, rtol=1e-9)

@@ -26,7 +26,10 @@ def test_all_meshes_have_all_shapes(rig):
         morphs = rig.morphs[part]
         assert tuple(morphs.names) == rig.names
         assert morphs.deltas.shape == morphs.normals.shape == (51, *model.points.shape)
-    moving = {part: [name for name, moved in zip(rig.names, m.deltas, strict=True) if moved.any()] for part, m in rig.morphs.items()}
+    moving = {
+        part: [name for name, moved in zip(rig.names, m.deltas, strict=True) if moved.any()]
+        for part, m in rig.morphs.items()
+    }
     assert set(moving["face"]) == set(rig.names)
     assert moving["eye_l"] == [name for name in rig.names if name.startswith("eyeLook") and name.endswith("Left")]
     assert moving["upper_teeth"] == []

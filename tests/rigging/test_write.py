@@ -90,7 +90,7 @@ def test_the_file_plays_in_this_package(rig, glb):
     rest, recorded = fw.read_animation(glb, mesh="face", shapes={"jawOpen": 1.0, "browInnerUp": 0.5})
     assert recorded.names == rig.names
     assert recorded.action_units(1.0) == {"AU27": 1.0, "AU1": 0.5}
-    moved = recorded.positions_at(1.0, np.asarray(rest.points))
+    moved = recorded.positions_at(1.0, np.asarray(rest.points)[: recorded.n_points])
     expected = rig.at({"jawOpen": 1.0, "browInnerUp": 0.5}).points
     assert np.ptp(moved, axis=0).max() == pytest.approx(0.001 * np.ptp(expected, axis=0).max(), rel=0.01)
 
