@@ -86,9 +86,7 @@ def tear(
         )
     recorder = Recorder(folder, stem, output, report)
     if output.save_animation is not None:
-        warn(
-            "the animation shows the face without its tears, whose triangles change all the time; --save-mesh has them."
-        )
+        warn("the animation has no tears: their triangles change all the time. --save-mesh writes those of a moment.")
     _record(crying, recorder, style, plain=plain)
     recorder.tabulate(
         stem,

@@ -125,8 +125,8 @@ class AnimationWriter:
     path : path
         Ends in .glb, .gltf or .pc2.
     error : float
-        The largest distance of any point, but those of hairs, in any frame from where it should be, mm; point caches are
-        exact.
+        The largest distance of any point, but those of hairs, in any frame from where it should be, mm. Point caches
+        are exact.
 
     Raises
     ------

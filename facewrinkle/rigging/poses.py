@@ -28,7 +28,7 @@ the left and the right, in distances between the pupils.
 """
 
 SMOOTHINGS = 6
-"""What is pushed out takes the skin around along: so often neighbours are averaged."""
+"""Number of times that neighbours are averaged: skin that is pushed out takes the skin around along."""
 
 GRAZING = 0.05
 """Lids may come closer to a ball than at rest by this, in mm, on their straight way from rest to a shape."""

@@ -23,7 +23,7 @@ GAZE = 0.75
 
 @dataclass(frozen=True)
 class Shape:
-    """What a blend shape does at weight 1.
+    """The contractions and movements of a blend shape at weight 1.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ EXTRAS: Mapping[str, Shape] = MappingProxyType(
         **_pair("browInward", {"corrugator": 1.0}),
     }
 )
-"""What TalkingHead and other web avatars need besides, brows that rise by side, and brows that are drawn together."""
+"""Further shapes that TalkingHead and other web avatars need, brows that rise by side, and brows that are drawn together."""
 
 SETS: Mapping[str, Mapping[str, Shape]] = MappingProxyType({"arkit": ARKIT, "visemes": VISEMES, "extras": EXTRAS})
 """Sets of shapes by name; "aus" stands for the action units of a face's atlas."""
