@@ -133,7 +133,8 @@ EXTRAS: Mapping[str, Shape] = MappingProxyType(
         **_pair("browInward", {"corrugator": 1.0}),
     }
 )
-"""Further shapes that TalkingHead and other web avatars need, brows that rise by side, and brows that are drawn together."""
+"""Further shapes that web avatars such as TalkingHead need, brows that rise by side, and brows that are drawn together.
+"""
 
 SETS: Mapping[str, Mapping[str, Shape]] = MappingProxyType({"arkit": ARKIT, "visemes": VISEMES, "extras": EXTRAS})
 """Sets of shapes by name; "aus" stands for the action units of a face's atlas."""
