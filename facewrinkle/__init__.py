@@ -25,6 +25,7 @@ _HOME = {
     "PatternLayer": "layers.patterns_on_skin.layer",
     "Recorded": "motion.recorded",
     "Refinement": "simulation",
+    "Rig": "rigging",
     "Region": "layers.patterns_on_skin.region",
     "SheddingTear": "tears.stream",
     "SheetMuscle": "anatomy.muscles",
@@ -45,10 +46,12 @@ _HOME = {
     "read_surface": "mesh",
     "read_texture": "mesh",
     "refine": "mesh",
+    "rig": "rigging",
     "studio": "studio",
     "surface": "anatomy.fitting",
     "write_face": "anatomy.face_file",
     "write_mesh": "export",
+    "write_rig": "rigging",
 }
 _TABLES = {"MUSCLES": "muscles", "ACTION_UNITS": "action_units", "EXPRESSIONS": "expressions"}
 _SUBPACKAGES = (
@@ -62,6 +65,7 @@ _SUBPACKAGES = (
     "mesh",
     "motion",
     "plotting",
+    "rigging",
     "simulation",
     "tears",
 )

@@ -12,6 +12,7 @@ from . import layers as layers
 from . import mesh as mesh
 from . import motion as motion
 from . import plotting as plotting
+from . import rigging as rigging
 from . import simulation as simulation
 from . import tears as tears
 from .anatomy.atlas import read_atlas as read_atlas
@@ -47,6 +48,9 @@ from .motion.base import Still as Still
 from .motion.recorded import Recorded as Recorded
 from .motion.skin import Skin as Skin
 from .motion.skin import SkinMaterial as SkinMaterial
+from .rigging import Rig as Rig
+from .rigging import rig as rig
+from .rigging import write_rig as write_rig
 from .simulation import Refinement as Refinement
 from .simulation import Simulation as Simulation
 from .studio import studio as studio

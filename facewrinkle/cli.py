@@ -1,5 +1,4 @@
-"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``fit``, ``atlas``, ``table1``, ``info``,
-``dataset``, ``studio``, ``demo``.
+"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``rig``, ``studio``, ``dataset``, ``fit``, ``atlas``, ...
 
 The commands live in :mod:`facewrinkle.commands` and are imported when they are called, so that ``--help`` is quick.
 """
@@ -51,6 +50,7 @@ app.command(
     help="Write pictures, a movie and a time series of a wrinkle pattern.",
 )
 app.command("facewrinkle.commands.studio:studio", help="Open a face in the browser, with a slider for everything.")
+app.command("facewrinkle.commands.rig:rig", help="Write a face with blend shapes that wrinkle, for other programs.")
 app.command("facewrinkle.commands.table1:table1", help="Measure Table 1 of the paper and print both.")
 app.command(
     "facewrinkle.commands.info:info",

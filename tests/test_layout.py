@@ -25,7 +25,7 @@ FLOORS = (
     ("motion", "layers", "tears", "appearance"),
     ("simulation",),
     ("plotting", "export", "accessor"),
-    ("dataset", "studio"),
+    ("dataset", "rigging", "studio"),
     ("commands",),
     ("cli",),
     ("__main__",),

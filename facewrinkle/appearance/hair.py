@@ -21,6 +21,9 @@ from ..mesh.arrays import reshaped
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
+WIDER = 0.75
+"""Exponent of the width of hairs that stand for many: thinner than all of them side by side, as they overlap."""
+
 CANDIDATES = 5
 """Number of nearest triangles that are searched for the one under a point of a hair."""
 
@@ -39,6 +42,10 @@ class HairLines:
     points: Array
     side: Array
     up: Array
+
+    def every(self, step: int) -> HairLines:
+        """Return one hair of so many."""
+        return HairLines(self.points[::step], self.side[::step], self.up[::step])
 
 
 class HairCards:
@@ -119,9 +126,12 @@ class Brows:
         self.half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share[:, 0] ** 2), (k * self.STRANDS, p))
         self.tint = np.array([78.0, 56.0, 47.0]) * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
 
-    def cards(self, pixel: float) -> HairCards:
-        """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh."""
-        return HairCards(self.half, self.tint, pixel)
+    def cards(self, pixel: float, every: int = 1) -> HairCards:
+        """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh.
+
+        With `every`, only one hair of so many, each the wider.
+        """
+        return HairCards(every**WIDER * self.half[::every], self.tint[::every], pixel)
 
     def at(
         self, points: Array, triangles: IntArray, normals: Array, surface: tuple[Array, IntArray] | None = None
@@ -281,9 +291,12 @@ class Lashes:
         heights = [(weights @ points[chain]).mean(axis=0) @ self.eye.up for chain, weights in self.roots]
         return float(heights[0] - heights[-1])
 
-    def cards(self, pixel: float) -> HairCards:
-        """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh."""
-        return HairCards(self.half, self.tint, pixel)
+    def cards(self, pixel: float, every: int = 1) -> HairCards:
+        """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh.
+
+        With `every`, only one hair of so many, each the wider.
+        """
+        return HairCards(every**WIDER * self.half[::every], self.tint[::every], pixel)
 
     def at(self, points: Array) -> pv.PolyData:
         """Return the lashes as ribbons, with `paint` (rgba), on the lids of a face with vertices at `points` (n, 3)."""

@@ -128,9 +128,14 @@ class Mouth:
         """Share (n, 1) of the light that comes in between the lips: little on sides that face the tongue."""
         return 0.25 + 0.75 * smoothstep((normals @ self._axes[2] + 0.1) / 0.5)[:, None]
 
+    @property
+    def opens(self) -> bool:
+        """True if the mouth is a hole of the mesh or a bag."""
+        return self.bag or len(self.loop) > 0
+
     def parted(self, points: Array) -> bool:
         """Return True if the lips of a face with vertices at `points` (n, 3) are farther apart than at rest."""
-        return (self.bag or len(self.loop) > 0) and self._gap(points) - self._rest_gap > PARTED * self._size
+        return self.opens and self._gap(points) - self._rest_gap > PARTED * self._size
 
     def pocket(self, points: Array) -> pv.PolyData:
         """Return the dark pocket, with `paint` (rgb), behind the lips of a face with vertices at `points` (n, 3)."""

@@ -22,6 +22,9 @@ from .skin_paint import SkinPainter
 
 Array = npt.NDArray[np.float64]
 
+FEWER_LASHES, FEWER_BROWS = 2, 6
+"""Meshes for other programs have one ribbon for so many hairs: there is no end of pixels that would be worth more."""
+
 STORED = "_appearance"
 """The attribute under which a face keeps its appearance, as it keeps what else is derived from it."""
 
@@ -163,8 +166,26 @@ class Seen:
     @cached_property
     def inside_mouth(self) -> dict[str, pv.PolyData]:
         """Teeth and tongue by name, if they can be seen and none came with the face."""
-        parts = self._of.mouth.inside(self._points, self._state.jaw_angle) if self.parted else {}
+        return self.mouth_parts if self.parted else {}
+
+    @cached_property
+    def mouth_parts(self) -> dict[str, pv.PolyData]:
+        """Teeth and tongue by name, if none came with the face, whether they can be seen or not."""
+        if not self._of.mouth.opens:
+            return {}
+        parts = self._of.mouth.inside(self._points, self._state.jaw_angle)
         return {name: part for name, part in parts.items() if name not in self._of.own}
+
+    @cached_property
+    def hairs(self) -> dict[str, pv.PolyData]:
+        """Painted brows and lashes as ribbons that do not depend on a picture, with `paint` (rgba), by name."""
+        found = {
+            f"lashes_{row.eye.side}": row.cards(0.0, FEWER_LASHES).along(self.lashes[row.eye.side].every(FEWER_LASHES))
+            for row in self._of.lashes
+        }
+        if self._of.brows is not None and self.brows is not None:
+            found["brows"] = self._of.brows.cards(0.0, FEWER_BROWS).along(self.brows.every(FEWER_BROWS))
+        return found
 
     @cached_property
     def lashes(self) -> dict[str, HairLines]:

@@ -88,7 +88,9 @@ def express(
         face=_with_folds(face, rates, changes),
         rates=rates,
         frames=frames,
-        refinement=Refinement(**_given(max_level=max_level, gamma_c=gamma_c, samples=samples)),
+        refinement=Refinement(
+            **_given(max_level=max_level, gamma_c=gamma_c, samples=samples), coarsen=output.save_animation is None
+        ),
         layers=folds.layers(face, compression=compression),
         size=output.pixels,
         view=output.view,
@@ -160,7 +162,7 @@ class Performance:
             yield from simulation.run(self.steps - self.frames, ramp=0.8)
 
         times = (1.0 + np.arange(self.steps)) * simulation.motion.time_step
-        return Clip(self.face, frames(), times)
+        return Clip(self.face, frames(), times, simulation)
 
 
 @dataclass(frozen=True, eq=False)

@@ -99,11 +99,11 @@ def pattern(
     face, layers = _placed(name, source, parse_numbers("centre", centre, (3,)), options, report)
     rates = {} if expression is None else face.atlas.contractions(parse_mixture(expression, face.atlas), strength)
     motion = Still(face, 1.0 / fps) if expression is None else None
-    refinement = Refinement() if max_level is None else Refinement(max_level=max_level)
+    refinement = Refinement(max_level=max_level, coarsen=output.save_animation is None)
     with report.waiting("Preparing the skin"):
         simulation = Simulation(face, refinement, layers, motion=motion)
     stem = f"pattern_{name}"
-    clip = Clip(face, _there_and_back(simulation, rates, frames), (1.0 + np.arange(2 * frames + 1)) / fps)
+    clip = Clip(face, _there_and_back(simulation, rates, frames), (1.0 + np.arange(2 * frames + 1)) / fps, simulation)
     _record(clip, simulation, Recorder(output.folder(stem, source.label), stem, output, report))
 
 

@@ -85,13 +85,14 @@ def play(
     recorded = recorded.played(speed)
     face = fit_face(rest, landmarks, parse_units(units), _atlas(atlas), progress=report.search, texture=texture)
     with report.waiting("Preparing the skin"):
+        refinement = Refinement(max_level=max_level, coarsen=output.save_animation is None)
         layers = (folds or FoldOptions()).layers(face)
-        simulation = Simulation(face, Refinement(max_level=max_level), layers, step, motion=recorded)
+        simulation = Simulation(face, refinement, layers, step, motion=recorded)
     steps = max(int(np.ceil(recorded.duration / step - 1e-6)), 1)
     if steps > MAX_STEPS:
         raise ParameterError(f"the clip would have {steps} steps, at most {MAX_STEPS} are allowed. Raise --speed.")
     recorder = Recorder(output.folder(file.stem), file.stem, output, report)
-    clip = Clip(face, simulation.run(steps), (1 + np.arange(steps)) * step)
+    clip = Clip(face, simulation.run(steps), (1 + np.arange(steps)) * step, simulation)
     with Scenes(face) as scenes:
         deepest = _record(clip, recorder, scenes, styles, count)
         if max(moment.depth for moment in deepest) < SMOOTH:

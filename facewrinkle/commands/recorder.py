@@ -15,9 +15,12 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..errors import MissingPackageError, warn
 from ..export import movie_writer, output_folder, write_mesh, write_series
+from ..export.animation import SUFFIXES, AnimationWriter
 from ..export.meshes import sidecar_files
+from ..mesh.files import output_file
 from ..plotting import Image, Scene, save_picture
 from ..plotting.views import Style
+from ..simulation import Simulation
 from .options import OutputOptions
 from .report import Report
 
@@ -33,11 +36,14 @@ class Clip:
         Each made when it is its turn.
     times : ndarray, shape (t,)
         Of the frames, s.
+    simulation : Simulation, optional
+        What makes the frames; needed for animated export.
     """
 
     face: Face
     frames: Iterator[pv.PolyData]
     times: np.ndarray
+    simulation: Simulation | None = None
 
 
 class Recorder:
@@ -61,6 +67,8 @@ class Recorder:
         self.folder, self.stem = output_folder(folder, make=False), stem
         self.output, self.report = output, report
         self.files: list[Path] = []
+        if output.save_animation is not None:
+            output_file(output.save_animation, SUFFIXES)  # refuses other formats before anything is played
 
     def record(
         self, clip: Clip, draw: Callable[[pv.PolyData], Image], watch: Callable[[int, pv.PolyData], None]
@@ -77,15 +85,24 @@ class Recorder:
         watch : callable
             Called with the number of each frame and the frame, to keep those that pictures are made of.
         """
+        output = self.output
+        animation = (
+            None
+            if output.save_animation is None
+            else AnimationWriter(clip.face, output.save_animation, output.animation_error)
+        )
         with ExitStack() as stack:
             append = self._open_movie(stack) if self.output.movie else None
-            frames = self._passing(clip, draw, watch, append)
+            frames = self._passing(clip, draw, watch, append, animation)
             if self.output.series:
                 self.write_series(map(clip.face.with_parts, frames), clip.times)
             else:
                 deque(frames, maxlen=0)
         if append is not None:
             self.files.append(self._path(".mp4"))
+        if animation is not None and clip.simulation is not None:
+            with self.report.waiting("Writing the animation"):
+                self.files += animation.write(clip.times, clip.simulation.forest)
 
     def _passing(
         self,
@@ -93,10 +110,13 @@ class Recorder:
         draw: Callable[[pv.PolyData], Image],
         watch: Callable[[int, pv.PolyData], None],
         append: Callable[[np.ndarray], None] | None,
+        animation: AnimationWriter | None,
     ) -> Iterator[pv.PolyData]:
         """Yield the frames of a clip after they were watched and drawn."""
         for number, frame in enumerate(self.report.progress(clip.frames, "Frames", len(clip.times))):
             watch(number, frame)
+            if animation is not None:
+                animation.add(frame)
             if append is not None:
                 append(draw(frame))
             yield frame

@@ -12,12 +12,12 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import ParameterError, check_range, check_whole
+from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import output_folder
 from ..plotting import Image, side_by_side
 from ..plotting.views import Style
 from ..plotting.wet import TearScene
-from ..simulation import Simulation
+from ..simulation import Refinement, Simulation
 from ..tears.presets import PRESETS, Tear, preset, surfaces
 from .options import FaceOptions, OutputOptions
 from .parsing import Whole, parse_mixture
@@ -90,8 +90,12 @@ def tear(
     frames = check_whole("seconds times fps", round(seconds * fps), MOMENTS, 1e6)
     style = Style(output.pixels, output.view or "cheeks")
     with report.waiting("Letting tears run"):
-        crying = Crying(face, rates, preset(kind, face, seed, **given), np.arange(frames) / fps)
+        crying = Crying(
+            face, rates, preset(kind, face, seed, **given), np.arange(frames) / fps, output.save_animation is None
+        )
     recorder = Recorder(folder, stem, output, report)
+    if output.save_animation is not None:
+        warn("the animation has no tears: their triangles change all the time. --save-mesh writes those of a moment.")
     _record(crying, recorder, style, plain=plain)
     recorder.tabulate(
         stem,
@@ -115,6 +119,8 @@ class Crying:
     tears : list of Tear
     times : ndarray, shape (t,)
         Of the frames, s.
+    coarsen : bool
+        Whether triangles that are finer than needed are taken back.
     now : list of PolyData
         Surfaces of the tears on the frame that was played last.
     seconds : float
@@ -127,6 +133,7 @@ class Crying:
     rates: dict[str, float]
     tears: list[Tear]
     times: np.ndarray
+    coarsen: bool = True
 
     def __post_init__(self) -> None:
         self.now: list[pv.PolyData] = []
@@ -139,10 +146,10 @@ class Crying:
 
     def clip(self) -> Clip:
         """Return the clip, whose frames have the tears in `now`."""
-        return Clip(self.face, self._frames(), self.times)
+        simulation = Simulation(self.face, Refinement(coarsen=self.coarsen))
+        return Clip(self.face, self._frames(simulation), self.times, simulation)
 
-    def _frames(self) -> Iterator[pv.PolyData]:
-        simulation = Simulation(self.face)
+    def _frames(self, simulation: Simulation) -> Iterator[pv.PolyData]:
         simulation.contract(self.rates)
         for t, frame in zip(self.times, simulation.run(len(self.times), ramp=0.3), strict=True):
             begin = time.perf_counter()

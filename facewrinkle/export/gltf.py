@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ..mesh.formats.gltf import COMPONENTS, WIDTHS
 from .model import WATER_INDEX, WATER_OPACITY, Model
+from .morphs import Morphs, Single, WeightTrack
 
 Array = npt.NDArray[np.float64]
 
@@ -32,7 +33,16 @@ ROUGHNESS = {"eye": 0.05, "upper": 0.25, "lower": 0.25, "mouth": 1.0, "tears": 0
 """Roughness by the first word of a name: eyes, teeth and tears are wet; "mouth" is the dark behind the lips."""
 
 
-def gltf(models: Mapping[str, Model], unit: float, rotation: Array | None = None, *, binary: bool) -> bytes:
+def gltf(
+    models: Mapping[str, Model],
+    unit: float,
+    rotation: Array | None = None,
+    *,
+    binary: bool,
+    morphs: Mapping[str, Morphs] | None = None,
+    dense: bool = False,
+    track: WeightTrack | None = None,
+) -> bytes:
     """Return a .glb file, or a .gltf file with all data embedded.
 
     Parameters
@@ -44,13 +54,25 @@ def gltf(models: Mapping[str, Model], unit: float, rotation: Array | None = None
     rotation : ndarray, shape (3, 3), optional
         Rotation by which the nodes make +y up and +z the front, as the format asks.
     binary : bool
+    morphs : mapping of str to Morphs, optional
+        Blend shapes of the models, by their names.
+    dense : bool
+        Write every point of every shape: some readers know no sparse accessors.
+    track : WeightTrack, optional
+        Animation of the weights of all models with blend shapes.
     """
     file = _File()
     placing: dict[str, Any] = {"scale": [unit / 1000.0] * 3}
     if rotation is not None:
         placing["rotation"] = Rotation.from_matrix(rotation).as_quat().tolist()
+    moving = []
     for name, model in models.items():
-        file.add("nodes", {"name": name, "mesh": file.mesh(name, model)} | placing)
+        shapes = (morphs or {}).get(name)
+        node = file.add("nodes", {"name": name, "mesh": file.mesh(name, model, shapes, dense)} | placing)
+        if shapes is not None:
+            moving.append(node)
+    if track is not None:
+        file.animate(moving, track)
     return file.binary() if binary else file.embedded()
 
 
@@ -60,6 +82,8 @@ class _File:
     def __init__(self) -> None:
         self.content: dict[str, Any] = {"asset": {"version": "2.0", "generator": "facewrinkle"}}
         self.buffer = bytearray()
+        self._zeros: dict[int, int] = {}  # accessors of zeros, by their counts
+        self._zero_view = -1
 
     def add(self, kind: str, entry: dict[str, Any]) -> int:
         """Append an entry to one of the lists of the file; returns its number."""
@@ -90,14 +114,15 @@ class _File:
             entry |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
         return self.add("accessors", entry)
 
-    def texture(self, png: bytes) -> int:
-        """Append a PNG image; returns the number of the texture."""
-        image = self.add("images", {"bufferView": self.view(png), "mimeType": "image/png"})
+    def texture(self, picture: bytes) -> int:
+        """Append a PNG or JPEG image; returns the number of the texture."""
+        kind = "png" if picture.startswith(b"\x89PNG") else "jpeg"
+        image = self.add("images", {"bufferView": self.view(picture), "mimeType": f"image/{kind}"})
         sampler = self.add("samplers", {"magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR})
         return self.add("textures", {"source": image, "sampler": sampler})
 
-    def mesh(self, name: str, model: Model) -> int:
-        """Append a model with its material; returns the number of the mesh."""
+    def mesh(self, name: str, model: Model, shapes: Morphs | None = None, dense: bool = False) -> int:
+        """Append a model with its material and blend shapes; returns the number of the mesh."""
         attributes = {
             "POSITION": self.accessor(model.points.astype("<f4"), bounded=True),
             "NORMAL": self.accessor(_normalized(model.normals).astype("<f4")),
@@ -114,7 +139,8 @@ class _File:
             attributes["COLOR_0"] = self.accessor(_linear_light(model.colours), normalized=True)
         else:
             surface["baseColorFactor"] = [1.0, 1.0, 1.0, WATER_OPACITY] if model.water else SKIN_COLOUR
-        indices = self.accessor(model.triangles.astype("<u4").reshape(-1, 1), target=INDICES)
+        kind = "<u2" if len(model.points) <= 0xFFFF else "<u4"
+        indices = self.accessor(model.triangles.astype(kind).reshape(-1, 1), target=INDICES)
         material = {"name": name, "doubleSided": True, "pbrMetallicRoughness": surface}
         if model.water:
             material |= {"alphaMode": "BLEND", "extensions": {"KHR_materials_ior": {"ior": WATER_INDEX}}}
@@ -122,10 +148,107 @@ class _File:
         elif model.cutout:
             material["alphaMode"] = "MASK"
         primitive = {"attributes": attributes, "indices": indices, "material": self.add("materials", material)}
-        return self.add("meshes", {"name": name, "primitives": [primitive]})
+        entry: dict[str, Any] = {"name": name, "primitives": [primitive]}
+        if shapes is not None and len(shapes.names):
+            primitive["targets"] = self._targets(shapes, dense)
+            entry |= {"weights": [0.0] * len(shapes.names), "extras": {"targetNames": list(shapes.names)}}
+        return self.add("meshes", entry)
+
+    def _targets(self, shapes: Morphs, dense: bool) -> list[dict[str, int]]:
+        """Append the accessors of blend shapes; returns the targets of the primitive."""
+        targets: list[dict[str, int]] = [{} for _ in shapes.names]
+        arrays = {"POSITION": shapes.deltas} | ({"NORMAL": shapes.normals} if shapes.normals.any() else {})
+        if dense:
+            for name, array in arrays.items():
+                for target, values in zip(targets, array.astype("<f4"), strict=True):
+                    target[name] = self.accessor(values, bounded=name == "POSITION")
+            return targets
+        count = shapes.deltas.shape[1]
+        kind = np.dtype("<u2" if count <= 0xFFFF else "<u4")
+        entries = [
+            (target, name, values, np.flatnonzero(values.any(axis=1)))
+            for name, array in arrays.items()
+            for target, values in zip(targets, array, strict=True)
+        ]
+        some = [(values, rows) for _, _, values, rows in entries if len(rows)]
+        index = vectors = -1
+        if some:
+            padded = [np.append(rows, np.zeros(len(rows) % 2, np.int64)).astype(kind) for _, rows in some]
+            index = self.view(np.concatenate(padded).tobytes())
+            vectors = self.view(np.concatenate([values[rows] for values, rows in some]).astype("<f4").tobytes())
+        at_index = at_vector = 0
+        for target, name, values, rows in entries:
+            if not len(rows):
+                target[name] = self._zero(count)
+                continue
+            sparse = {
+                "count": len(rows),
+                "indices": {"bufferView": index, "byteOffset": at_index, "componentType": CODES[kind]},
+                "values": {"bufferView": vectors, "byteOffset": at_vector},
+            }
+            target[name] = self._sparse(values, sparse, bounded=name == "POSITION")
+            at_index += kind.itemsize * (len(rows) + len(rows) % 2)
+            at_vector += 12 * len(rows)
+        return targets
+
+    def _sparse(self, values: Single, sparse: dict[str, Any], *, bounded: bool) -> int:
+        """Append an accessor that is zero but for some rows.
+
+        The zeros are in the buffer too: without a view of them, VTK reads nothing.
+        """
+        entry = self._blank(len(values)) | {"sparse": sparse}
+        if bounded:
+            entry |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+        return self.add("accessors", entry)
+
+    def _zero(self, count: int) -> int:
+        """Return the accessor of so many zero vectors, which all shapes share that leave a mesh as it is."""
+        if count not in self._zeros:
+            bounds = {"min": [0.0] * 3, "max": [0.0] * 3}
+            self._zeros[count] = self.add("accessors", self._blank(count) | bounds)
+        return self._zeros[count]
+
+    def _blank(self, count: int) -> dict[str, Any]:
+        """Return an accessor of so many zero vectors; all of them share the longest view."""
+        if self._zero_view < 0:
+            self._zero_view = self.add("bufferViews", {"buffer": 0, "byteStride": 12, "target": VERTICES})
+            self.content["bufferViews"][self._zero_view] |= {"byteOffset": 0, "byteLength": 0}
+        view = self.content["bufferViews"][self._zero_view]
+        view["byteLength"] = max(view["byteLength"], 12 * count)
+        return {"bufferView": self._zero_view, "byteOffset": 0, "componentType": 5126, "count": count, "type": "VEC3"}
+
+    def animate(self, nodes: Sequence[int], track: WeightTrack) -> None:
+        """Append an animation of the weights of some nodes."""
+        times, weights = track.times.astype("<f4"), track.weights.astype("<f4")
+        sampler = {
+            "input": self.add(
+                "accessors",
+                {
+                    "bufferView": self.view(times.tobytes()),
+                    "componentType": 5126,
+                    "count": len(times),
+                    "type": "SCALAR",
+                    "min": [float(times.min())],
+                    "max": [float(times.max())],
+                },
+            ),
+            "output": self.add(
+                "accessors",
+                {
+                    "bufferView": self.view(weights.tobytes()),
+                    "componentType": 5126,
+                    "count": weights.size,
+                    "type": "SCALAR",
+                },
+            ),
+            "interpolation": "LINEAR",
+        }
+        channels = [{"sampler": 0, "target": {"node": node, "path": "weights"}} for node in nodes]
+        self.add("animations", {"name": track.name, "samplers": [sampler], "channels": channels})
 
     def binary(self) -> bytes:
         """Return the file as GLB: a header, the JSON, and the buffer."""
+        self._finish()
         text = self._json({})
         chunks = [(b"JSON", text + b" " * (-len(text) % 4)), (b"BIN\0", bytes(self.buffer))]
         body = b"".join(struct.pack("<I4s", len(data), kind) + data for kind, data in chunks)
@@ -133,15 +256,24 @@ class _File:
 
     def embedded(self) -> bytes:
         """Return the file as JSON, with the buffer in it."""
+        self._finish()
         return self._json({"uri": "data:application/octet-stream;base64," + base64.b64encode(self.buffer).decode()})
 
     def _json(self, buffer: dict[str, Any]) -> bytes:
         """Return the content, with all nodes in one scene, and its buffer described."""
-        self._pad()
         nodes = list(range(len(self.content["nodes"])))
         whole = self.content | {"scene": 0, "scenes": [{"nodes": nodes}]}
         whole["buffers"] = [{"byteLength": len(self.buffer)} | buffer]
         return json.dumps(whole, separators=(",", ":")).encode()
+
+    def _finish(self) -> None:
+        """Append the zeros that all blend shapes share, as many as the largest mesh needs."""
+        self._pad()
+        if self._zero_view >= 0:
+            view = self.content["bufferViews"][self._zero_view]
+            view["byteOffset"] = len(self.buffer)
+            self.buffer += bytes(view["byteLength"])
+            self._zero_view = -1
 
     def _pad(self) -> None:
         """Fill the buffer up to a multiple of four bytes."""

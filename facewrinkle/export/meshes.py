@@ -96,10 +96,10 @@ def write_mesh(
             if water is not None:
                 files |= ply_files(water, _tears_file(path), _texture_file(path))
         case suffix:
-            models = {"face": skin} | (_part_models(face, frame) if parts and face is not None else {})
+            models = {"face": skin} | (part_models(face, frame) if parts and face is not None else {})
             if water is not None:
                 models["tears"] = water
-            unit, rotation = _millimetres_per_unit(frame, face), _upright_rotation(face)
+            unit, rotation = _millimetres_per_unit(frame, face), upright_rotation(face)
             files = {path: gltf(models, unit, rotation, binary=suffix == ".glb")}
     for name, content in files.items():
         with written(name) as whole:
@@ -129,10 +129,13 @@ def _tears_file(path: Path) -> Path:
     return path.with_name(f"{path.stem}_tears{path.suffix}")
 
 
-def _part_models(face: Face, frame: pv.PolyData) -> dict[str, Model]:
-    """Return all that is seen beside the skin, by name, with the textures of parts that came with the face."""
+def part_models(face: Face, frame: pv.PolyData, always: bool = False) -> dict[str, Model]:
+    """Return all that is seen beside the skin, by name, with the textures of parts that came with the face.
+
+    For `always` see :func:`facewrinkle.appearance.companion_meshes.companion_meshes`.
+    """
     textures = {name: part.texture for name, part in face.parts.items()}
-    return {name: part_model(mesh, textures.get(name)) for name, mesh in companion_meshes(face, frame).items()}
+    return {name: part_model(mesh, textures.get(name)) for name, mesh in companion_meshes(face, frame, always).items()}
 
 
 def _millimetres_per_unit(frame: pv.PolyData, face: Face | None) -> float:
@@ -141,7 +144,7 @@ def _millimetres_per_unit(frame: pv.PolyData, face: Face | None) -> float:
     return float(frame.field_data[UNIT][0]) if UNIT in frame.field_data else 1.0
 
 
-def _upright_rotation(face: Face | None) -> Array | None:
+def upright_rotation(face: Face | None) -> Array | None:
     """Return the rotation by right angles that brings a face closest to +y up and +z forward; None for no turn."""
     if face is None or not face.landmarks:
         return None

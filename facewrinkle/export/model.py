@@ -40,7 +40,7 @@ class Model:
         Texture coordinates, v upwards.
     colours : ndarray of uint8, shape (n, 3), optional
     png : bytes, optional
-        The texture.
+        The texture; in glTF it may also be a JPEG.
     cutout : bool
         Draw nothing where the texture is transparent.
     water : bool

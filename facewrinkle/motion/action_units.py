@@ -37,7 +37,7 @@ ARKIT: Mapping[str, str] = MappingProxyType(
         "mouthStretch": "AU20",
         "mouthFunnel": "AU22",
         "mouthPress": "AU24",
-        "jawOpen": "AU26",
+        "jawOpen": "AU27",
         "mouthRollLower": "AU28",
         "mouthRollUpper": "AU28",
         "jawForward": "AU29",

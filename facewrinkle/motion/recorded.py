@@ -214,7 +214,7 @@ class Recorded:
         >>> face_shapes = np.zeros((2, 4, 3))
         >>> recorded = Recorded.of_shapes(face_shapes, [[0.7, 0.2]], fps=1, names=["mouthSmile_L", "jawOpen"])
         >>> recorded.action_units(0.0), recorded.action_units(0.0, side="r")
-        ({'AU12': 0.7, 'AU26': 0.2}, {'AU26': 0.2})
+        ({'AU12': 0.7, 'AU27': 0.2}, {'AU27': 0.2})
         """
         units = units_of(self.weights(time), side)
         if atlas is None:

@@ -321,6 +321,26 @@ class Simulation:
         self._marks = None
         self._frames: FrameMaker = FrameMaker(face, self.motion)
 
+    def take_triangles(self, other: Simulation) -> None:
+        """Go back to the face at rest, on the present triangles of another simulation of the same face.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> wrinkled, smooth = Simulation(face), Simulation(face, layers=[])
+        >>> wrinkled.express("surprise")
+        >>> frame = wrinkled.settle()
+        >>> smooth.take_triangles(wrinkled)
+        >>> smooth.forest.n_points == wrinkled.forest.n_points
+        True
+        """
+        if len(other.face.points) != len(self.face.points):
+            raise ParameterError("triangles can only be taken from a simulation of the same face.")
+        self.reset()
+        self.forest = other.forest.copy()
+        self._follow(Change(slice(None), self.forest.n_points - len(self.face.points)))
+
     def step(self) -> pv.PolyData:
         """Advance by one time step with the muscles as asked for.
 
@@ -432,7 +452,7 @@ class Simulation:
                 split, fine = self._marks
                 if split.any():
                     change = self.forest.split(split)
-                elif fine.any():
+                elif self.refinement.coarsen and fine.any():
                     change = self.forest.coarsen(fine)
             self._marks = None
             if not change:

@@ -43,6 +43,9 @@ class Refinement:
     hysteresis : float
         In (0, 1): triangles are taken back when the bend of their edges is below this share of the threshold, and edges
         twice as long would still be short enough, with this share to spare.
+    coarsen : bool
+        Take back triangles that are finer than needed. Without, the mesh only grows: vertices keep their numbers from
+        frame to frame, and new ones are appended.
 
     Examples
     --------
@@ -57,6 +60,7 @@ class Refinement:
     max_level: int | None = None
     samples: float = 4.0
     hysteresis: float = 0.2
+    coarsen: bool = True
 
     def __post_init__(self) -> None:
         check_range("gamma_c", self.gamma_c, 1e-9, 2.0)

@@ -346,8 +346,8 @@ def test_the_clip_reads_as_action_units(clip):
 def test_units_without_muscles_are_told_and_left_out(face):
     names = ["jawOpen", "tongueOut", "jawLeft", "cheekPuff"]
     recorded = Recorded.of_shapes(np.zeros((4, 5, 3)), [[0.4, 0.0, 0.0, 0.0], [0.6, 0.5, 0.0, 0.0]], fps=1, names=names)
-    assert recorded.action_units(0.0, atlas=face.atlas) == {"AU26": 0.4}  # nothing else acts: no warning
-    assert recorded.action_units(1.0) == {"AU26": 0.6, "AU19": 0.5}
+    assert recorded.action_units(0.0, atlas=face.atlas) == {"AU27": 0.4}  # nothing else acts: no warning
+    assert recorded.action_units(1.0) == {"AU27": 0.6, "AU19": 0.5}
     simulation = fw.Simulation(face)
     with pytest.raises(UnknownNameError, match="AU19"):
         simulation.express(recorded.action_units(1.0))

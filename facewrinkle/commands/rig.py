@@ -1,0 +1,102 @@
+"""``facewrinkle rig``: a face with blend shapes that wrinkle, for other programs."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+from ..errors import ParameterError
+from ..export import output_folder
+from ..plotting import save_picture
+from ..rigging import rig as make_rig
+from ..rigging import write_rig
+from ..rigging.page import write_page
+from ..rigging.sheet import sheet as draw_sheet
+from .options import FaceOptions
+from .parsing import Whole
+from .report import Report
+
+WORST = 6
+"""Shapes and mixtures of which the report tells the error."""
+
+
+def rig(
+    face: Path | None = None,
+    /,
+    *,
+    source: FaceOptions | None = None,
+    shapes: str = "arkit",
+    wrinkles: Literal["baked", "separate", "none"] = "baked",
+    level: Whole = 2,
+    format: Literal["glb", "gltf"] = "glb",
+    dense: bool = False,
+    sheet: bool = False,
+    page: bool = False,
+    errors: bool = False,
+    out: Path | None = None,
+    quiet: bool = False,
+) -> None:
+    """Write a face with blend shapes that wrinkle, for other programs.
+
+    Parameters
+    ----------
+    face
+        A mesh of a face, or a .face file of `facewrinkle fit`. Default: the built-in head.
+    shapes
+        Sets joined by +: arkit (Apple's 52), visemes (15), extras (mouthOpen, eyesClosed, ...), aus (action units); or
+        names of single shapes.
+    wrinkles
+        In the shapes themselves; separate, as targets NAME_wrinkle to be driven by the square of the weight; or none.
+    level
+        How often a triangle may be split where any shape folds; 0 keeps the mesh as it is.
+    format
+        glb, or gltf with all data embedded.
+    dense
+        Write every vertex of every shape, for importers that know no sparse accessors.
+    sheet
+        Write a contact sheet of all shapes, too.
+    page
+        Write a page with sliders that shows the rig in any browser, in one file, too.
+    errors
+        Measure how far the shapes and common mixtures are from the simulation, and print the worst.
+    out
+        Folder to write to. Default: output/rig, or output/FACE/rig.
+    quiet
+        Print only errors.
+    """
+    begin, report, source = time.perf_counter(), Report(quiet), source or FaceOptions()
+    if face is not None:
+        if source.face is not None:
+            raise ParameterError("the face is named twice: leave out --face.")
+        source = replace(source, face=face)
+    folder = output_folder(out or Path("output") / source.label / "rig", make=False)
+    loaded = source.load(report)
+    made = make_rig(
+        loaded, shapes, wrinkles, level, progress=lambda items, what, n: report.progress(iter(items), what, n)
+    )
+    stem = source.label or "head"
+    files = [write_rig(made, folder / f"{stem}.{format}", dense=dense)]
+    if sheet:
+        image = draw_sheet(made, progress=lambda items, what, n: report.progress(iter(items), what, n))
+        files.append(save_picture(image, folder / f"{stem}_sheet.png"))
+    if page:
+        files.append(write_page(made, folder / f"{stem}.html"))
+    size = files[0].stat().st_size / 1e6
+    rows = {
+        "shapes": f"{len(made.names)}, of {len(made.parts)} meshes: {', '.join(made.parts)}",
+        "vertices of the skin": f"{loaded.mesh.n_points} → {len(made.parts['face'].points)}",
+    }
+    if made.left_out:
+        rows["left out"] = "\n".join(f"{name}: {why}" for name, why in made.left_out.items())
+    if errors:
+        with report.waiting("Comparing with the simulation"):
+            found = sorted(made.report.items(), key=lambda item: -item[1].mean)[:WORST]
+        rows["farthest from the simulation"] = "\n".join(
+            f"{name}: {error.mean:.2f} mm on average, {error.largest:.2f} at most, of {error.motion:.1f}"
+            for name, error in found
+        )
+    rows[f"files in {folder}"] = "\n".join([f"{files[0].name} ({size:.1f} MB)", *(path.name for path in files[1:])])
+    report.table(stem, rows)
+    report.say(f"{time.perf_counter() - begin:.1f} s")

@@ -1,0 +1,256 @@
+"""Animated export: the frames of a clip on one mesh, as a few morph targets whose weights move, or as a point cache."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..appearance.companion_meshes import companion_meshes
+from ..appearance.seen import Appearance
+from ..errors import MeshError, check_range
+from ..geometry.refinement import RedGreenForest
+from ..mesh.files import output_file, written
+from .gltf import gltf
+from .meshes import part_models, upright_rotation, write_mesh
+from .model import Model, part_model, skin_model
+from .morphs import Morphs, WeightTrack
+
+Array = npt.NDArray[np.float64]
+Single = npt.NDArray[np.float32]
+
+SUFFIXES = (".glb", ".gltf", ".pc2")
+
+PC2_HEADER = struct.Struct("<12siiffi")
+"""POINTCACHE2: signature, version, points, first frame, frames per sample, samples."""
+
+SPENT = 0.85
+"""Share of the allowed error that is spent on leaving out targets; the rest on leaving out points of a target."""
+
+TURN = 0.01
+"""Normals that a target turns by less, in radians, are left as they are."""
+
+FREE = ("brows", "lashes")
+"""Parts, by the first word of their names, that go along, and whose hairs may be farther off: folds toss them about."""
+
+
+def rest_models(face: Face, frame: pv.PolyData) -> dict[str, Model]:
+    """Return the skin of a frame, "face", and all that is seen beside it, whether it is hidden now or not.
+
+    Skin without a picture or colours of its own is painted.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> list(rest_models(face, face.mesh))[:3]
+    ['face', 'eye_l', 'eye_r']
+    """
+    skin = skin_model(frame, face)
+    if skin.png is None and skin.colours is None and Appearance.of(face).painter is not None:
+        skin = replace(skin, colours=Appearance.of(face).at(frame).paint[skin.origin])
+    return {"face": skin} | part_models(face, frame, always=True)
+
+
+def principal_targets(ways: Single, allowed: float) -> tuple[Single, Single]:
+    """Return the fewest principal components that give displacements within an error.
+
+    What they move hardly is left out as far as the error allows, so that files are small.
+
+    Parameters
+    ----------
+    ways : ndarray of float32, shape (f, n, 3)
+        Displacements of n points in f frames.
+    allowed : float
+        The largest distance of any point in any frame, in the same unit.
+
+    Returns
+    -------
+    weights : ndarray of float32, shape (f, k)
+        The largest of each component is 1, apart from its sign.
+    targets : ndarray of float32, shape (k, n, 3)
+        ``weights @ targets`` is as close to the displacements as was asked for.
+
+    Examples
+    --------
+    Two movements in a hundred frames are two targets:
+
+    >>> random = np.random.default_rng(0)
+    >>> ways = np.tensordot(random.normal(size=(100, 2)), random.normal(size=(2, 30, 3)), axes=1)
+    >>> weights, targets = principal_targets(ways.astype(np.float32), 1e-3)
+    >>> targets.shape, bool(np.abs(np.tensordot(weights, targets, axes=1) - ways).max() < 1e-3)
+    ((2, 30, 3), True)
+    """
+    flat = np.ascontiguousarray(ways.reshape(len(ways), -1), np.float32)
+    square, vectors = np.linalg.eigh(np.asarray(flat @ flat.T, np.float64))
+    vectors = vectors[:, np.argsort(square)[::-1]].astype(np.float32)
+    shares = vectors.T @ flat
+
+    def error(kept: Single) -> float:
+        left = flat - vectors[:, : len(kept)] @ kept
+        np.square(left, out=left)
+        return float(np.sqrt(left.reshape(-1, 3).sum(axis=1).max(initial=0.0)))
+
+    low, high = 0, len(ways)  # with all of them nothing is lost
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if error(shares[:middle]) <= SPENT * allowed else (middle + 1, high)
+    largest = np.abs(vectors[:, :high]).max(axis=0, initial=np.float32(1e-30))
+    size = np.linalg.norm(shares[:high].reshape(high, ways.shape[1], 3), axis=2) * largest[:, None]
+    kept, below = shares[:high], allowed
+    while high and below > 1e-4 * allowed:
+        cut = np.where(np.repeat(size > below, 3, axis=1), shares[:high], np.float32(0.0))
+        if error(cut) <= allowed:
+            kept = cut
+            break
+        below *= 0.6
+    targets = (kept * largest[:, None]).reshape(high, *ways.shape[1:])
+    return vectors[:, :high] / largest, targets
+
+
+class AnimationWriter:
+    """Collects the frames of a clip, and writes them as an animation of one mesh.
+
+    The mesh may only grow from frame to frame (``Refinement(coarsen=False)``).
+
+    Parameters
+    ----------
+    face : Face
+    path : path
+        Ends in .glb, .gltf or .pc2.
+    error : float
+        The largest distance of any point, but those of hairs, in any frame from where it should be, mm. Point caches
+        are exact.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    ParameterError
+        For an error that is not positive.
+
+    Attributes
+    ----------
+    targets : int
+        Number of morph targets that were written.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> import tempfile
+    >>> face = fw.default_face()
+    >>> sim = fw.Simulation(face, fw.Refinement(max_level=1, coarsen=False))
+    >>> sim.express("surprise")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     writer = AnimationWriter(face, f"{folder}/surprise.glb", error=0.2)
+    ...     for frame in sim.run(10):
+    ...         writer.add(frame)
+    ...     files = writer.write(np.arange(10) * 0.02, sim.forest)
+    >>> writer.targets < 10
+    True
+    """
+
+    def __init__(self, face: Face, path: str | Path, error: float = 0.1) -> None:
+        self.face, self.path = face, output_file(path, SUFFIXES)
+        self.error = check_range("animation_error", error, 1e-6, 1e3, "Lengths are in mm.")
+        self.targets = 0
+        self._last: pv.PolyData | None = None
+        self._points: list[Single] = []
+        self._normals: list[Single] = []
+        self._parts: list[dict[str, tuple[Array, Array]]] = []
+
+    def add(self, frame: pv.PolyData) -> None:
+        """Take in the next frame."""
+        if self._points and frame.n_points < len(self._points[-1]):
+            raise MeshError(
+                "an animation needs a mesh that only grows, and this frame has fewer points than the one before. "
+                "Simulate with Refinement(coarsen=False)."
+            )
+        self._points.append(np.asarray(frame.points, np.float32))
+        self._normals.append(np.asarray(frame.point_data["Normals"], np.float32))
+        self._last = frame
+        if self.path.suffix.lower() != ".pc2":
+            models = {n: part_model(mesh) for n, mesh in companion_meshes(self.face, frame, always=True).items()}
+            self._parts.append({name: (model.points, model.normals) for name, model in models.items()})
+
+    def write(self, times: Sequence[float] | Array, forest: RedGreenForest) -> list[Path]:
+        """Write the animation, given the time of each frame and the triangles at the end; return the files written."""
+        if self._last is None:
+            raise MeshError("an animation needs at least one frame.")
+        for values in (self._points, self._normals):
+            values[:] = [_grown(frame, forest) for frame in values]
+        rest = self._last.copy()
+        rest.points = np.asarray(rest.point_data["rest"])
+        rest.point_data["Normals"] = self._normals[0]
+        if self.path.suffix.lower() == ".pc2":
+            return self._write_cache(rest)
+        self._write_targets(rest, np.asarray(times, np.float64))
+        return [self.path]
+
+    def _write_cache(self, rest: pv.PolyData) -> list[Path]:
+        mesh = write_mesh(rest, self.path.with_suffix(".obj"), self.face)
+        points = np.stack(self._points).astype("<f4")
+        with written(self.path) as whole:
+            header = PC2_HEADER.pack(b"POINTCACHE2\0", 1, points.shape[1], 0.0, 1.0, len(points))
+            whole.write_bytes(header + points.tobytes())
+        return [self.path, mesh]
+
+    def _write_targets(self, rest: pv.PolyData, times: Array) -> None:
+        models = rest_models(self.face, rest)
+        origin = models["face"].origin
+        tracks = {"face": (np.stack(self._points)[:, origin], np.stack(self._normals)[:, origin])}
+        for name in models.keys() - {"face"}:
+            first, second = (np.stack([frame[name][k] for frame in self._parts]) for k in range(2))
+            tracks[name] = first.astype(np.float32), second.astype(np.float32)
+        names = list(models)
+        ways = {name: tracks[name][0] - models[name].points.astype(np.float32) for name in names}
+        bound = [name for name in names if name.split("_")[0] not in FREE]
+        allowed = self.error / self.face.unit
+        weights, targets = principal_targets(np.concatenate([ways[name] for name in bound], axis=1), allowed)
+        self.targets = len(targets)
+        inverse = np.linalg.pinv(weights.astype(np.float64)).astype(np.float32)
+        labels = [f"motion_{k}" for k in range(self.targets)]
+        morphs, start = {}, 0
+        for name in names:
+            model, hair = models[name], name not in bound
+            if hair:
+                own = np.tensordot(inverse, ways[name], axes=1)
+                own *= np.linalg.norm(own, axis=2, keepdims=True) > 0.1 * allowed
+                morphs[name] = Morphs(labels, own, np.zeros_like(own))
+                continue
+            own = targets[:, start : start + len(model.points)]
+            start += len(model.points)
+            turned = np.tensordot(inverse, tracks[name][1] - model.normals.astype(np.float32), axes=1)
+            turned *= np.linalg.norm(turned, axis=2, keepdims=True) > TURN
+            morphs[name] = Morphs(labels, own, turned)
+        content = gltf(
+            models,
+            self.face.unit,
+            upright_rotation(self.face),
+            binary=self.path.suffix.lower() == ".glb",
+            morphs=morphs if self.targets else None,
+            track=WeightTrack(times, weights.astype(np.float64)) if self.targets else None,
+        )
+        with written(self.path) as whole:
+            whole.write_bytes(content)
+
+
+def _grown(values: Single, forest: RedGreenForest) -> Single:
+    """Return values (n0, 3) of an earlier frame at all vertices: new ones lie midway between older ones."""
+    n = forest.n_points
+    if len(values) == n:
+        return values
+    parents, level = forest.parents, forest.vertex_level
+    out = np.zeros((n, 3), np.float32)
+    out[: len(values)] = values
+    new = np.arange(len(values), n)
+    for k in np.unique(level[new]):
+        at = new[level[new] == k]
+        out[at] = 0.5 * (out[parents[at, 0]] + out[parents[at, 1]])
+    return out

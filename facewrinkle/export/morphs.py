@@ -1,0 +1,53 @@
+"""Blend shapes of a mesh as morph targets of glTF, and the animation of their weights."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Single = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Morphs:
+    """Blend shapes of one mesh.
+
+    Attributes
+    ----------
+    names : sequence of str
+        Names of the k shapes.
+    deltas, normals : ndarray of float32, shape (k, n, 3)
+        What is added to points and normals at weight 1.
+
+    Examples
+    --------
+    One shape that moves one of three points:
+
+    >>> deltas = np.zeros((1, 3, 3), np.float32)
+    >>> deltas[0, 2] = [0.0, 1.0, 0.0]
+    >>> morphs = Morphs(["up"], deltas, np.zeros_like(deltas))
+    """
+
+    names: Sequence[str]
+    deltas: Single
+    normals: Single
+
+
+@dataclass(frozen=True, eq=False)
+class WeightTrack:
+    """Weights of shapes over time.
+
+    Attributes
+    ----------
+    times : ndarray, shape (f,)
+        Seconds, rising.
+    weights : ndarray, shape (f, k)
+    name : str
+    """
+
+    times: npt.NDArray[np.float64]
+    weights: npt.NDArray[np.float64]
+    name: str = "animation"

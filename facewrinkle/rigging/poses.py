@@ -1,0 +1,209 @@
+"""The face held in each shape: the base mesh at rest under its muscles, with what is modelled besides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..anatomy.face import Face
+from ..geometry.laplacian import neighbour_mean
+from ..geometry.smoothstep import smoothstep
+from ..geometry.topology import unique_edges
+from ..motion.base import Undriven
+from ..motion.skin import Skin
+from .modelled import ADDED, Movements
+from .shapes import Shape, Side
+
+Array = npt.NDArray[np.float64]
+
+STEP, STEPS, STILL = 1.0, 30, 0.005
+"""Skin comes to rest within so many steps of so many seconds; it is at rest when no vertex moves further, mm."""
+
+BAND = 0.15
+"""Half the width of the band in the middle of the face over which a movement of both sides is divided into shapes of
+the left and the right, in distances between the pupils.
+"""
+
+SMOOTHINGS = 6
+"""Number of times that neighbours are averaged: skin that is pushed out takes the skin around along."""
+
+GRAZING = 0.05
+"""Lids may come closer to a ball than at rest by this, in mm, on their straight way from rest to a shape."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """The face held in a shape.
+
+    Attributes
+    ----------
+    base : ndarray, shape (n0, 3)
+        Positions of the base mesh, mm.
+    rates : ndarray, shape (k,)
+        Contraction rates of the muscles.
+    mandible : ndarray, shape (4, 4)
+        Motion of the mandible beside the turn by its muscle, in the unit of the face.
+    """
+
+    base: Array
+    rates: Array
+    mandible: Array
+
+
+class Held(Undriven):
+    """A motion that holds a face in one pose, which may be exchanged; its muscles are as in that pose.
+
+    Parameters
+    ----------
+    face : Face
+    time_step : float
+    """
+
+    def __init__(self, face: Face, time_step: float = 0.02) -> None:
+        self.points, self.time_step = face.points * face.unit, time_step
+        self.names = tuple(face.muscles)
+        self.reset()
+
+    def reset(self) -> None:
+        """Hold the face at rest."""
+        self.base, self.rates = self.points, np.zeros(len(self.names))
+
+    def hold(self, pose: Pose) -> None:
+        """Hold the face in a pose."""
+        self.base, self.rates = pose.base, pose.rates
+
+    def set_rates(self, rates: Array) -> None:
+        """Do nothing: the rates are those of the pose."""
+
+    def rates_of(self, rates: Mapping[str, float]) -> Array:
+        """Return the rates of the pose."""
+        return self.rates
+
+    def step(self) -> Array:
+        """Return the positions (n, 3) of the pose."""
+        return self.base
+
+
+class Posing:
+    """Brings a face into the poses of shapes and of their mixtures.
+
+    Parameters
+    ----------
+    face : Face
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> posing = Posing(fw.default_face())
+    >>> pose = posing.at({"smile": (Shape({"AU12": 1.0}), 1.0)})
+    >>> bool(np.abs(pose.base - posing.rest).max() > 5.0)
+    True
+    """
+
+    def __init__(self, face: Face) -> None:
+        self.face, self.rest = face, face.points * face.unit
+        self._skin = Skin(face, STEP)
+        self._movements = Movements(face)
+        self._mean = neighbour_mean(unique_edges(face.triangles)[0], len(face.points))
+
+    def neutral(self) -> Pose:
+        """Return the face at rest."""
+        return Pose(self.rest, np.zeros(len(self._skin.names)), np.eye(4))
+
+    def at(self, mixture: Mapping[str, tuple[Shape, float]]) -> Pose:
+        """Return the pose of shapes at weights, muscles of both sides unless a shape has a side."""
+        rates = np.zeros(len(self._skin.names))
+        modelled: dict[tuple[str, Side | None], float] = {}
+        for shape, weight in mixture.values():
+            units = {unit: weight * rate for unit, rate in shape.units.items()}
+            contracted = self._skin.rates_of(self.face.atlas.contractions(units))
+            if shape.side is not None:
+                contracted *= [not name.endswith("_r" if shape.side == "l" else "_l") for name in self._skin.names]
+            rates = np.maximum(rates, contracted)
+            for name, share in shape.modelled.items():
+                key = name, shape.side
+                modelled[key] = max(modelled.get(key, 0.0), weight * share)
+        moved = self._settled(rates) / self.face.unit
+        mandible = np.eye(4)
+        for (name, side), share in modelled.items():
+            own = share_of_side(self.face, self.face.points, side)
+            moved = moved + share * own * ADDED[name](self._movements, moved)
+            mandible += share * (self._movements.mandible(name) - np.eye(4))
+        base = self.rest + self.face.unit * moved
+        return Pose(self._clear_of_eyes(base), rates, mandible)
+
+    def _settled(self, rates: Array) -> Array:
+        """Displacement (n, 3), mm, at which the skin rests."""
+        skin = self._skin
+        skin.reset()
+        if not rates.any():
+            return np.zeros_like(self.rest)
+        skin.set_rates(rates)
+        before = skin.displacement
+        for _ in range(STEPS):
+            skin.step()
+            now = skin.displacement
+            if np.abs(now - before).max() < STILL:
+                break
+            before = now
+        return np.array(now)
+
+    def _clear_of_eyes(self, base: Array) -> Array:
+        """Return positions (n, 3), mm, pushed out so far that the straight way to them from rest clears the balls.
+
+        A blend shape moves each vertex along a chord, and the skin of a lid goes along an arc around the ball.
+        """
+        out = base.copy()
+        for eye in self.face.eyes:
+            centre, radius = eye.centre * self.face.unit, eye.radius * self.face.unit
+            start, end = self.rest - centre, base - centre
+            floor = np.minimum(np.minimum(np.linalg.norm(start, axis=1), np.linalg.norm(end, axis=1)), radius) - GRAZING
+            low = np.flatnonzero((_closest(start, end) < floor) & (np.linalg.norm(start, axis=1) < 2.0 * radius))
+            if len(low):
+                lift = np.zeros(len(base))
+                lift[low] = _lifts(start[low], end[low], floor[low])
+                smooth = lift
+                for _ in range(SMOOTHINGS):
+                    smooth = np.maximum(lift, self._mean @ smooth)
+                out += smooth[:, None] * end
+        return out
+
+
+def share_of_side(face: Face, points: Array, side: Side | None) -> Array:
+    """Return the share (n, 1) of a movement of both sides that the shape of one side has, at points (n, 3) at rest.
+
+    Those of the left and of the right add up to 1.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> share_of_side(face, face.frame.origin + [[30.0, 0, 0], [0, 0, 0], [-30, 0, 0]], "l").ravel()
+    array([1. , 0.5, 0. ])
+    """
+    if side is None:
+        return np.ones((len(points), 1))
+    left = smoothstep(0.5 + 0.5 * face.frame.local(points)[:, :1] / BAND)
+    return np.asarray(left if side == "l" else 1.0 - left)
+
+
+def _closest(start: Array, end: Array) -> Array:
+    """Least distance (n,) from the origin of the ways (n, 3) from start to end."""
+    way = end - start
+    t = -(start * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-300)
+    return np.asarray(np.linalg.norm(start + np.clip(t, 0.0, 1.0)[:, None] * way, axis=1))
+
+
+def _lifts(start: Array, end: Array, floor: Array) -> Array:
+    """Factors (n,) less 1 by which ends (n, 3) must move away from the origin for the ways from start to clear a
+    distance (n,), by bisection.
+    """
+    low, high = np.ones(len(end)), np.full(len(end), 2.0)
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        clear = _closest(start, middle[:, None] * end) >= floor
+        low, high = np.where(clear, low, middle), np.where(clear, middle, high)
+    return np.asarray(high - 1.0)

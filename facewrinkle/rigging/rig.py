@@ -1,0 +1,391 @@
+"""Rigs: the blend shapes of a face, on one mesh that is fine enough for the wrinkles of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..arguments import checked
+from ..errors import ParameterError, check_range, check_whole, unknown_name, warn
+from ..export.model import Model
+from ..export.morphs import Morphs
+from ..geometry.smoothstep import smoothstep
+from ..geometry.topology import unique_edges
+from ..mesh import to_polydata
+from .baking import Baker, Placed, Progress, silent
+from .poses import Pose, Posing, share_of_side
+from .shapes import ARKIT, Shape, Side, shapes_of
+
+Array = npt.NDArray[np.float64]
+Single = npt.NDArray[np.float32]
+
+Wrinkling = Literal["baked", "separate", "none"]
+
+CUT = 0.1
+"""Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""
+
+RINGS = 2
+"""The longest way of vertices within so many edges decides about fading: between crest and furrow a vertex hardly
+moves, but its normal turns.
+"""
+
+TURN = 0.03
+"""Normals that turn by less, in radians, are left as they are."""
+
+HAIRY = ("lashes", "brows")
+"""Parts, by the first word of their names, whose normals stay: how a hair shines does not tell how it lies."""
+
+FINEST = 5
+"""The highest level of refinement."""
+
+BOTH_WAYS = ("browInnerUp", "cheekPuff")
+"""Shapes of both sides that other tools divide."""
+
+MIXTURES: tuple[Mapping[str, float], ...] = (
+    {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0, "cheekSquintLeft": 1.0, "cheekSquintRight": 1.0},
+    {"browInnerUp": 1.0, "browOuterUpLeft": 1.0, "browOuterUpRight": 1.0},
+    {"browDownLeft": 1.0, "browDownRight": 1.0, "noseSneerLeft": 1.0, "noseSneerRight": 1.0},
+    {"jawOpen": 0.6, "mouthSmileLeft": 1.0, "mouthSmileRight": 1.0},
+    {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0, "mouthSmileLeft": 0.5, "mouthSmileRight": 0.5},
+)
+"""Common mixtures, of which the report tells the error."""
+
+
+@dataclass(frozen=True)
+class RigError:
+    """Distance of a linear rig from the simulation's skin, over the vertices that either moves by more than 0.1 mm.
+
+    Attributes
+    ----------
+    mean, largest : float
+        mm.
+    motion : float
+        The mean way of the same vertices in the simulation, mm.
+    """
+
+    mean: float
+    largest: float
+    motion: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """A face with blend shapes; made by :func:`facewrinkle.rig`.
+
+    Attributes
+    ----------
+    face : Face
+    names : tuple of str
+        Names of the k shapes.
+    parts : dict of str to Model
+        The meshes at rest, "face" first; then eyes, teeth, lashes, brows and all that came with the face.
+    morphs : dict of str to Morphs
+        The shapes of each mesh, all with the same names.
+    left_out : dict of str to str
+        Shapes that were asked for and that this face cannot make, with the reason.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> rig = fw.rig(fw.default_face(), shapes="browInnerUp+jawOpen", level=1)
+    >>> rig
+    Rig(2 shapes, ...)
+    >>> rig.names, rig.deltas.shape == (2, *rig.mesh.points.shape)
+    (('browInnerUp', 'jawOpen'), True)
+    """
+
+    face: Face
+    names: tuple[str, ...]
+    parts: Mapping[str, Model]
+    morphs: Mapping[str, Morphs]
+    left_out: Mapping[str, str]
+    _shapes: Mapping[str, Shape] = field(repr=False, default_factory=dict)
+    _posing: Posing | None = field(repr=False, default=None)
+    _baker: Baker | None = field(repr=False, default=None)
+
+    def __repr__(self) -> str:
+        return f"Rig({len(self.names)} shapes, {len(self.parts)} meshes, {len(self.parts['face'].points)} vertices)"
+
+    @property
+    def mesh(self) -> pv.PolyData:
+        """The skin at rest; the vertices of the face come first, in their order."""
+        return self.at({})
+
+    @property
+    def deltas(self) -> Single:
+        """Displacements (k, n, 3) of the skin in each shape, in the unit of the face."""
+        return self.morphs["face"].deltas
+
+    @property
+    def normals(self) -> Single:
+        """Changes (k, n, 3) of the unit normals of the skin in each shape."""
+        return self.morphs["face"].normals
+
+    def _weights(self, weights: Mapping[str, float]) -> Array:
+        """Weights (k,), clamped to [0, 1] with a warning."""
+        out = np.zeros(len(self.names))
+        for name, weight in weights.items():
+            if name not in self.names:
+                raise unknown_name("shape", name, self.names)
+            out[self.names.index(name)] = check_range(f"the weight of {name}", weight, -1e6, 1e6)
+        if (out < 0.0).any() or (out > 1.0).any():
+            warn("weights outside [0, 1] are clamped: a shape is made for weights from 0 to 1.")
+        return np.clip(out, 0.0, 1.0)
+
+    def at(self, weights: Mapping[str, float], part: str = "face") -> pv.PolyData:
+        """Return a mesh of the rig with its shapes at weights, as any program shows it.
+
+        Parameters
+        ----------
+        weights : mapping of str to float
+            By shape, in [0, 1]; shapes that are not named have weight 0.
+        part : str
+            Name of the mesh.
+
+        Returns
+        -------
+        PolyData
+            With "Normals", and the colours or texture coordinates of the part.
+
+        Raises
+        ------
+        UnknownNameError
+            For a shape or part that the rig does not have.
+
+        Warns
+        -----
+        FaceWrinkleWarning
+            For weights outside [0, 1], which are clamped.
+        """
+        if part not in self.parts:
+            raise unknown_name("part", part, self.parts)
+        model, morphs, mixed = self.parts[part], self.morphs[part], self._weights(weights)
+        points, normals = model.points.copy(), model.normals.copy()
+        for k in np.flatnonzero(mixed):
+            points += mixed[k] * morphs.deltas[k]
+            normals += mixed[k] * morphs.normals[k]
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+        data: dict[str, np.ndarray] = {"Normals": normals}
+        if model.colours is not None:
+            data["Colors"] = model.colours
+        mesh = to_polydata(points, model.triangles, data)
+        if model.uv is not None:
+            mesh.active_texture_coordinates = model.uv
+        mesh.point_data.active_normals_name = "Normals"
+        return mesh
+
+    def error(self, weights: Mapping[str, float]) -> RigError:
+        """Return how far the rig is from the simulation of the same mixture, which is not linear.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> rig = fw.rig(fw.default_face(), shapes="browInnerUp", level=1)
+        >>> found = rig.error({"browInnerUp": 0.5})
+        >>> found.mean < 0.2 * found.motion
+        True
+        """
+        if self._posing is None or self._baker is None:
+            raise ParameterError("this rig has no simulation to compare with: it was not made by facewrinkle.rig.")
+        mixed = self._weights(weights)
+        asked = {self.names[k]: float(mixed[k]) for k in np.flatnonzero(mixed)}
+        pose = self._posing.at({name: (self._shapes[name], weight) for name, weight in asked.items()})
+        unit, rest = self.face.unit, self.parts["face"].points
+        truth = (self._baker.placed(pose, parts=False)["face"].points - rest) * unit
+        ours = (np.asarray(self.at(asked).points) - rest) * unit
+        way = np.linalg.norm(truth, axis=1)
+        moved = np.maximum(way, np.linalg.norm(ours, axis=1)) > CUT
+        if not moved.any():
+            return RigError(0.0, 0.0, 0.0)
+        off = np.linalg.norm(ours - truth, axis=1)[moved]
+        return RigError(float(off.mean()), float(off.max()), float(way[moved].mean()))
+
+    @cached_property
+    def report(self) -> dict[str, RigError]:
+        """Errors of each shape at half its weight and at full weight, and of common mixtures, by what was mixed."""
+        shapes = [name for name in self.names if name in self._shapes and not self._shapes[name].beyond]
+        asked: list[Mapping[str, float]] = [{name: weight} for name in shapes for weight in (0.5, 1.0)]
+        asked += [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
+        return {label(weights): self.error(weights) for weights in asked}
+
+
+def label(weights: Mapping[str, float]) -> str:
+    """Return a mixture as text.
+
+    Examples
+    --------
+    >>> label({"jawOpen": 0.5, "mouthFunnel": 1.0})
+    'jawOpen=0.5, mouthFunnel'
+    """
+    return ", ".join(name if weight == 1.0 else f"{name}={weight:g}" for name, weight in weights.items())
+
+
+@checked
+def rig(
+    face: Face,
+    shapes: str = "arkit",
+    wrinkles: Wrinkling = "baked",
+    level: int = 2,
+    *,
+    progress: Progress = silent,
+) -> Rig:
+    """Make the blend shapes of a face, for other programs; they wrinkle.
+
+    Parameters
+    ----------
+    face : Face
+        With landmarks: :func:`facewrinkle.default_face` or :func:`facewrinkle.fit_face`.
+    shapes : str
+        Sets joined by +: "arkit" (Apple's 52 names), "visemes" (15), "extras" (what web avatars ask for besides), "aus"
+        (the action units of the face's atlas); or names of single shapes.
+    wrinkles : {"baked", "separate", "none"}
+        In the shapes themselves; as targets of their own, called NAME_wrinkle, which are to be driven by the square of
+        the weight; or none.
+    level : int
+        How often a triangle may be split where any shape folds; 0 keeps the mesh as it is.
+    progress : callable, optional
+        Called with an iterable, what is being done, and the number of items; yields the items.
+
+    Returns
+    -------
+    Rig
+
+    Raises
+    ------
+    UnknownNameError
+        For a set or shape that does not exist.
+    ParameterError
+        If the face can make none of the shapes, or for a level out of range.
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        For shapes that the face cannot make, other than `tongueOut`; see `left_out` of the rig.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> made = rig(fw.default_face(), shapes="mouthSmileLeft+mouthSmileRight", wrinkles="none", level=0)
+    >>> moved = made.at({"mouthSmileLeft": 1.0}).points - made.mesh.points
+    >>> sideways = made.mesh.points[:, 0]
+    >>> bool(np.linalg.norm(moved[sideways > 10.0], axis=1).max() > 8.0), bool(moved[sideways < -10.0].any())
+    (True, False)
+    """
+    level = check_whole("level", level, 0, FINEST, "Each level has up to four times as many triangles.")
+    if wrinkles not in ("baked", "separate", "none"):
+        raise unknown_name("kind of wrinkles", wrinkles, ("baked", "separate", "none"))
+    wanted, left_out = shapes_of(shapes, face)
+    lacking = [name for name in left_out if name != "tongueOut"]
+    if lacking:
+        reasons = "; ".join(dict.fromkeys(left_out[name] for name in lacking))
+        warn(f"{len(lacking)} shapes are left out ({reasons}): {', '.join(lacking)}.")
+    posing = Posing(face)
+    poses = _poses(wanted, posing)
+    neutral = posing.neutral()
+    baker = Baker(face, [] if wrinkles == "none" else None, level)
+    baker.refine(list(poses.values()), neutral, progress)
+    fields = _fields(wanted, poses, neutral, baker, progress)
+    names = list(wanted)
+    if wrinkles == "separate":
+        bare = Baker(face, [], level)
+        bare.follow(baker)
+        smooth = _fields(wanted, poses, neutral, bare, progress)
+        fields, names = _separated(fields, smooth, names)
+    cut = CUT / face.unit
+    morphs = {
+        part: Morphs(tuple(names), *_faded(deltas, _kept(part, normals), baker.models[part].triangles, cut))
+        for part, (deltas, normals) in fields.items()
+    }
+    return Rig(face, tuple(names), baker.models, morphs, left_out, wanted, posing, baker)
+
+
+def _poses(shapes: Mapping[str, Shape], posing: Posing) -> dict[tuple[object, ...], Pose]:
+    """Return the poses that shapes are made of, by their movements: both sides of a pair are one, moved together."""
+    found: dict[tuple[object, ...], Pose] = {}
+    for shape in [*shapes.values(), *(ARKIT[shape.beyond] for shape in shapes.values() if shape.beyond)]:
+        if shape.movement not in found:
+            found[shape.movement] = posing.at({"both": (replace(shape, side=None), 1.0)})
+    return found
+
+
+Fields = dict[str, tuple[Single, Single]]
+"""Changes (k, n, 3) of points and of normals in all shapes, by part."""
+
+
+def _fields(
+    shapes: Mapping[str, Shape],
+    poses: Mapping[tuple[object, ...], Pose],
+    neutral: Pose,
+    baker: Baker,
+    progress: Progress,
+) -> Fields:
+    """Return what shapes change."""
+    users: dict[tuple[object, ...], list[tuple[int, Shape, float]]] = {}
+    for k, shape in enumerate(shapes.values()):
+        users.setdefault(shape.movement, []).append((k, shape, 1.0))
+        if shape.beyond:
+            users.setdefault(ARKIT[shape.beyond].movement, []).append((k, shape, -1.0))
+    rest = baker.placed(neutral)
+    fields: Fields = {}
+    for part, at_rest in rest.items():
+        shape_of = (len(shapes), *at_rest.points.shape)
+        fields[part] = np.zeros(shape_of, np.float32), np.zeros(shape_of, np.float32)
+    sides: dict[str, dict[Side | None, Array]] = {
+        part: {side: share_of_side(baker.face, at_rest.points, side) for side in ("l", "r", None)}
+        for part, at_rest in rest.items()
+    }
+    movements = dict(zip(map(id, poses.values()), poses, strict=True))
+    for pose in progress(list(poses.values()), "Shapes", len(poses)):
+        for part, now in baker.placed(pose).items():
+            moved, turned = now.points - rest[part].points, _change(now, rest[part])
+            for k, shape, sign in users[movements[id(pose)]]:
+                share = sign * sides[part][shape.side]
+                fields[part][0][k] += share * moved
+                fields[part][1][k] += share * turned
+    return fields
+
+
+def _change(now: Placed, rest: Placed) -> Array:
+    return np.asarray(now.normals - rest.normals)
+
+
+def _separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields, list[str]]:
+    """Return smooth shapes, followed by the wrinkles of those that have some, and all names."""
+    pairs = zip(fields["face"][0], smooth["face"][0], strict=True)
+    folding = np.flatnonzero([bool((with_folds != without).any()) for with_folds, without in pairs])
+    out = {}
+    for part, both in fields.items():
+        bare = smooth[part]
+        out[part] = tuple(np.concatenate([b, (a - b)[folding]]) for a, b in zip(both, bare, strict=True))
+    return out, [*names, *(f"{names[k]}_wrinkle" for k in folding)]  # type: ignore[return-value]
+
+
+def _kept(part: str, normals: Single) -> Single:
+    """Return the changes of normals (k, n, 3) that can be seen; the others are 0."""
+    if part.split("_")[0] in HAIRY:
+        return np.zeros_like(normals)
+    return np.where((normals**2).sum(axis=2, keepdims=True) > TURN**2, normals, np.float32(0.0))
+
+
+def _faded(deltas: Single, normals: Single, triangles: npt.NDArray[np.int64], cut: float) -> tuple[Single, Single]:
+    """Return shapes (k, n, 3) that end where skin hardly moves: ways fade from twice `cut` to nothing at `cut`."""
+    edges, _ = unique_edges(triangles)
+    first, second = edges[:, 0], edges[:, 1]
+    for moved, turned in zip(deltas, normals, strict=True):
+        way = np.linalg.norm(moved, axis=1)
+        for _ in range(RINGS):
+            wider = way.copy()
+            np.maximum.at(wider, first, way[second])
+            np.maximum.at(wider, second, way[first])
+            way = wider
+        share = smoothstep(way / cut - 1.0).astype(np.float32)[:, None]
+        moved *= share
+        turned *= share
+    return deltas, normals

@@ -1,0 +1,56 @@
+"""``facewrinkle rig`` and ``--save-animation``."""
+
+from __future__ import annotations
+
+import pytest
+from glb_files import read_glb
+
+import facewrinkle as fw
+from facewrinkle.cli import main
+
+
+def test_a_rig_with_its_sheet_and_page(tmp_path, capsys):
+    options = ["--shapes", "jawOpen+browInnerUp+tongueOut", "--level", "0", "--sheet", "--page", "--errors"]
+    assert main(["rig", *options, "--out", str(tmp_path)]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["head.glb", "head.html", "head_sheet.png"]
+    said = capsys.readouterr().out
+    for text in ("2, of 10 meshes", "tongueOut: there is no tongue", "mm on average", "head.glb"):
+        assert text in said
+    assert read_glb(tmp_path / "head.glb")[0]["meshes"][0]["extras"]["targetNames"] == ["jawOpen", "browInnerUp"]
+
+
+def test_a_rig_of_a_face_file(face, tmp_path):
+    path = fw.write_face(face, tmp_path / "anna.face")
+    options = ["--shapes", "visemes", "--wrinkles", "none", "--level", "0", "--format", "gltf", "--quiet"]
+    assert main(["rig", str(path), *options, "--out", str(tmp_path / "out")]) == 0
+    assert [file.name for file in (tmp_path / "out").iterdir()] == ["anna.gltf"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--shapes", "arkitt"], "Did you mean 'arkit'"),
+        (["--level", "9"], "level must lie in [0, 5]"),
+        (["nobody.obj", "--face", "somebody.obj"], "named twice"),
+    ],
+)
+def test_wrong_options_end_in_one_line(tmp_path, capsys, options, message):
+    assert main(["rig", *options, "--out", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error
+    assert not (tmp_path / "out").exists()
+
+
+def test_expressions_and_patterns_are_written_as_animations(tmp_path, capsys):
+    quick = ["--no-movie", "--no-series", "--size", "60", "--max-level", "1", "--out", str(tmp_path / "out")]
+    path = tmp_path / "frown.glb"
+    assert main(["express", "frowning", "--frames", "6", "--save-animation", str(path), *quick]) == 0
+    assert "frown.glb" in capsys.readouterr().out
+    content, _ = read_glb(path)
+    (animation,) = content["animations"]
+    assert len(animation["channels"]) == len(content["meshes"])
+    assert main(["pattern", "dimple", "--frames", "3", "--save-animation", str(tmp_path / "d.pc2"), *quick]) == 0
+    assert (tmp_path / "d.obj").exists()
+    assert main(["express", "frowning", "--save-animation", str(tmp_path / "x.fbx"), *quick]) == 1
+    assert "must end in .glb" in capsys.readouterr().err

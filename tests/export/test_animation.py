@@ -1,0 +1,116 @@
+"""Animations of one mesh.
+
+what                     checked against
+principal targets        the displacements that went in; their rank; fewer targets for a larger error
+files                    our own reader: every frame within the error that was asked for
+vertices that come later the middle of their parents
+point caches             the frames, byte by byte
+"""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import facewrinkle as fw
+from facewrinkle.errors import MeshError, OutputError, ParameterError
+from facewrinkle.export.animation import AnimationWriter, _grown, principal_targets
+
+FRAMES = 12
+
+
+@pytest.fixture(scope="module")
+def take(face):
+    """Frames of a surprise on triangles that only become finer, and the simulation."""
+    simulation = fw.Simulation(face, fw.Refinement(max_level=1, coarsen=False))
+    simulation.express("surprise")
+    frames = list(simulation.run(FRAMES))
+    assert frames[0].n_points < frames[-1].n_points
+    return frames, simulation
+
+
+def written(face, take, path, error=0.1):
+    frames, simulation = take
+    writer = AnimationWriter(face, path, error)
+    for frame in frames:
+        writer.add(frame)
+    return writer, writer.write(0.02 * (1 + np.arange(FRAMES)), simulation.forest)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.floats(0.01, 1.0))
+def test_targets_are_within_the_error(seed, rank, allowed):
+    random = np.random.default_rng(seed)
+    ways = np.tensordot(random.normal(size=(15, rank)), random.normal(size=(rank, 40, 3)), axes=1).astype(np.float32)
+    weights, targets = principal_targets(ways, allowed)
+    assert len(targets) <= rank
+    assert np.abs(weights).max() <= 1.0 + 1e-6
+    left = np.tensordot(weights, targets, axes=1) - ways
+    assert np.linalg.norm(left, axis=2).max() <= allowed * 1.001
+    assert len(principal_targets(ways, 3.0 * allowed)[1]) <= len(targets)
+
+
+def test_frames_without_motion_need_no_target():
+    weights, targets = principal_targets(np.zeros((4, 10, 3), np.float32), 0.1)
+    assert weights.shape == (4, 0)
+    assert targets.shape == (0, 10, 3)
+
+
+@pytest.mark.parametrize("error", [0.05, 0.5])
+def test_the_file_is_as_close_as_was_asked_for(face, take, tmp_path, error):
+    frames, simulation = take
+    writer, (path,) = written(face, take, tmp_path / "take.glb", error)
+    assert 0 < writer.targets <= FRAMES
+    rest, recorded = fw.read_animation(path, mesh="face")
+    unit, skin = 1000.0 / face.unit, np.asarray(rest.points)[: recorded.n_points]  # glTF is in metres
+    for number, frame in enumerate(frames):
+        moved = unit * recorded.positions_at(0.02 * (1 + number), skin)
+        n = len(face.points)
+        assert np.linalg.norm(moved[:n] - frame.points[:n], axis=1).max() * face.unit <= error + 1e-3
+    assert len(skin) >= simulation.forest.n_points - 5  # without those that seams leave unused
+
+
+def test_a_larger_error_needs_fewer_targets(face, take, tmp_path):
+    fine, coarse = (written(face, take, tmp_path / f"{error}.glb", error)[0].targets for error in (0.02, 1.0))
+    assert coarse < fine
+
+
+def test_earlier_frames_lie_on_their_own_triangles(take):
+    frames, simulation = take
+    grown = _grown(np.asarray(frames[0].points, np.float32), simulation.forest)
+    np.testing.assert_array_equal(grown[: frames[0].n_points], np.asarray(frames[0].points, np.float32))
+    parents = simulation.forest.parents
+    later = np.arange(frames[0].n_points, len(grown))
+    np.testing.assert_allclose(grown[later], 0.5 * (grown[parents[later, 0]] + grown[parents[later, 1]]), rtol=1e-6)
+
+
+def test_a_point_cache_holds_the_frames(face, take, tmp_path):
+    frames, simulation = take
+    _, (path, mesh) = written(face, take, tmp_path / "take.pc2")
+    data = path.read_bytes()
+    signature, version, points, start, rate, samples = struct.unpack_from("<12siiffi", data)
+    assert (signature, version, start, rate) == (b"POINTCACHE2\0", 1, 0.0, 1.0)
+    assert (points, samples) == (simulation.forest.n_points, FRAMES)
+    cached = np.frombuffer(data, "<f4", offset=32).reshape(samples, points, 3)
+    np.testing.assert_array_equal(cached[-1], np.asarray(frames[-1].points, np.float32))
+    np.testing.assert_array_equal(cached[0][: frames[0].n_points], np.asarray(frames[0].points, np.float32))
+    assert mesh.name == "take.obj"
+    assert sum(line.startswith("v ") for line in mesh.read_text().splitlines()) == points
+
+
+def test_what_cannot_be_written_is_refused(face, take, tmp_path):
+    frames, simulation = take
+    with pytest.raises(OutputError, match=r"must end in \.glb or \.gltf or \.pc2"):
+        AnimationWriter(face, tmp_path / "take.abc")
+    with pytest.raises(ParameterError, match="animation_error"):
+        AnimationWriter(face, tmp_path / "take.glb", 0.0)
+    writer = AnimationWriter(face, tmp_path / "take.glb")
+    with pytest.raises(MeshError, match="at least one frame"):
+        writer.write([], simulation.forest)
+    writer.add(frames[-1])
+    with pytest.raises(MeshError, match="only grows"):
+        writer.add(frames[0])

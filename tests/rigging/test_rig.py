@@ -1,0 +1,180 @@
+"""Rigs of the built-in head.
+
+what                      checked against
+sides                     shapes of the other side, and the simulation of both
+shapes at full weight     the simulation
+captured shapes           ICT's, by the cosine of the displacements
+lids, lips                balls; the lips' distance at rest
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
+from facewrinkle.rigging.rig import BOTH_WAYS, _faded, label
+
+
+def test_all_meshes_have_all_shapes(rig):
+    assert len(rig.names) == 51
+    assert rig.left_out == {"tongueOut": "there is no tongue that moves"}
+    assert {"face", "eye_l", "eye_r", "mouth", "upper_teeth", "lower_teeth", "tongue", "brows"} <= rig.parts.keys()
+    for part, model in rig.parts.items():
+        morphs = rig.morphs[part]
+        assert tuple(morphs.names) == rig.names
+        assert morphs.deltas.shape == morphs.normals.shape == (51, *model.points.shape)
+    moving = {
+        part: [name for name, moved in zip(rig.names, m.deltas, strict=True) if moved.any()]
+        for part, m in rig.morphs.items()
+    }
+    assert set(moving["face"]) == set(rig.names)
+    assert moving["eye_l"] == [name for name in rig.names if name.startswith("eyeLook") and name.endswith("Left")]
+    assert moving["upper_teeth"] == []
+    assert moving["lower_teeth"] == ["jawForward", "jawLeft", "jawOpen", "jawRight"]
+
+
+def test_the_vertices_of_the_face_come_first(face, rig, smooth_rig):
+    np.testing.assert_allclose(rig.mesh.points[: len(face.points)], face.points, atol=1e-4)
+    assert len(rig.mesh.points) > 1.5 * len(face.points)
+    np.testing.assert_array_equal(smooth_rig.parts["face"].origin[: len(face.points)], np.arange(len(face.points)))
+
+
+def test_shapes_of_a_side_stay_there(face, rig):
+    place = face.frame.local(rig.parts["face"].points)[:, 0]
+    for name, moved in zip(rig.names, rig.deltas, strict=True):
+        if name.startswith(("jaw", "mouthLeft", "mouthRight")):
+            continue
+        beyond = place < -0.15 if name.endswith("Left") else place > 0.15
+        if name.endswith(("Left", "Right")):
+            assert not moved[beyond].any(), name
+
+
+@pytest.mark.parametrize("stem", ["mouthSmile", "noseSneer", "browDown", "eyeBlink"])
+def test_both_sides_together_are_the_simulation(face, rig, stem):
+    found = rig.error({f"{stem}Left": 1.0, f"{stem}Right": 1.0})
+    assert found.mean < 0.03 * found.motion
+    assert found.largest < 0.8 if stem == "eyeBlink" else found.largest < 0.3
+
+
+@pytest.mark.parametrize("name", ["browInnerUp", "jawOpen", "mouthFunnel", "mouthPucker", "jawForward", "cheekPuff"])
+def test_a_shape_at_full_weight_is_the_simulation_and_nearly_so_at_half(rig, name):
+    full, half = rig.error({name: 1.0}), rig.error({name: 0.5})
+    assert full.largest < 0.3
+    assert full.mean < 0.01 * full.motion
+    assert half.mean < 0.1 * half.motion
+
+
+def test_no_half_way_shape_turns_triangles_over(rig):
+    model = rig.parts["face"]
+    a, b, c = (model.points[model.triangles[:, k]] for k in range(3))
+    rest = np.cross(b - a, c - a)
+    sizable = np.linalg.norm(rest, axis=1) > 1e-3
+    for name, moved in zip(rig.names, rig.deltas, strict=True):
+        if name == "mouthClose":  # is never used without an open jaw
+            continue
+        turned = {}
+        for weight in (0.5, 1.0):
+            points = model.points + weight * moved
+            a, b, c = (points[model.triangles[:, k]] for k in range(3))
+            turned[weight] = ((np.cross(b - a, c - a) * rest).sum(axis=1) < 0.0)[sizable].mean()
+        assert turned[0.5] <= turned[1.0] + 2e-3, name
+
+
+def test_lids_clear_the_balls(face, rig):
+    rest = rig.mesh.points
+    for name in ("eyeBlinkLeft", "eyeBlinkRight", "eyeLookDownLeft", "cheekSquintLeft"):
+        for weight in (0.25, 0.5, 0.75, 1.0):
+            moved = rig.at({name: weight}).points
+            for eye in face.eyes:
+                outside = np.linalg.norm(rest - eye.centre, axis=1) > eye.radius - 0.02
+                depth = eye.radius - np.linalg.norm(moved - eye.centre, axis=1)
+                assert depth[outside].max() * face.unit < 0.1, name
+
+
+def test_an_open_mouth_can_be_closed(face, rig):
+    upper, lower = rig._posing._movements._pairs
+    rest, both = rig.mesh.points, rig.at({"jawOpen": 1.0, "mouthClose": 1.0}).points
+    opened = rig.at({"jawOpen": 1.0}).points
+    gaps = [np.linalg.norm(points[upper] - points[lower], axis=1) for points in (rest, opened, both)]
+    assert np.median(gaps[1] - gaps[0]) * face.unit > 10.0
+    assert np.abs(gaps[2] - gaps[0]).max() * face.unit < 0.3
+    half = rig.at({"jawOpen": 0.5, "mouthClose": 0.5}).points
+    assert np.abs(np.linalg.norm(half[upper] - half[lower], axis=1) - gaps[0]).max() * face.unit < 0.3
+
+
+def test_shapes_fade_before_they_end():
+    points = np.stack(np.meshgrid(np.arange(60.0), np.arange(3.0), [0.0]), axis=-1).reshape(-1, 3)
+    triangles = np.asarray(pv.PolyData(points).delaunay_2d().regular_faces)
+    ways = 0.4 * points[:, 0] / 59.0
+    deltas = np.zeros((1, len(points), 3), np.float32)
+    deltas[0, :, 2] = ways
+    faded, turned = _faded(deltas.copy(), deltas.copy(), triangles, 0.1)
+    slope = 0.4 / 59.0
+    np.testing.assert_array_equal(faded, turned)
+    np.testing.assert_allclose(faded[0, ways > 0.2, 2], ways[ways > 0.2], rtol=1e-6)
+    assert not faded[0, ways < 0.1 - 2.5 * slope].any()
+    row = faded[0, points[:, 1] == 1.0, 2]
+    assert (np.diff(row) >= 0.0).all()
+    assert np.diff(row).max() < 4.0 * slope
+
+
+def test_wrinkles_can_be_targets_of_their_own(face):
+    name = "browInnerUp"
+    baked, bare = (fw.rig(face, name, kind, 1) for kind in ("baked", "none"))
+    separate = fw.rig(face, name, "separate", 1)
+    assert separate.names == (name, f"{name}_wrinkle")
+    together = separate.at({name: 1.0, f"{name}_wrinkle": 1.0}).points
+    np.testing.assert_allclose(together, baked.at({name: 1.0}).points, atol=0.2)
+    smooth = separate.at({name: 1.0}).points[: len(face.points)]
+    np.testing.assert_allclose(smooth, bare.at({name: 1.0}).points[: len(face.points)], atol=0.02)
+    assert np.linalg.norm(separate.deltas[1], axis=1).max() > 0.5
+
+
+def test_weights_are_checked(rig):
+    with pytest.raises(UnknownNameError, match=r"shape 'jawOpn'. Did you mean 'jawOpen'"):
+        rig.at({"jawOpn": 1.0})
+    with pytest.raises(UnknownNameError, match="part 'nose'"):
+        rig.at({}, "nose")
+    with pytest.warns(FaceWrinkleWarning, match=r"outside \[0, 1\] are clamped"):
+        clamped = rig.at({"jawOpen": 1.5})
+    np.testing.assert_array_equal(clamped.points, rig.at({"jawOpen": 1.0}).points)
+    assert rig.error({}) == type(rig.error({}))(0.0, 0.0, 0.0)
+
+
+def test_what_cannot_be_rigged_is_refused(face):
+    with pytest.raises(ParameterError, match="level must lie in"):
+        fw.rig(face, level=9)
+    with pytest.raises(UnknownNameError, match="wrinkles"):
+        fw.rig(face, wrinkles="none ")
+    with pytest.raises(ParameterError, match="no landmarks"):
+        fw.rig(fw.surface(face.mesh, "mm"))
+
+
+def test_mixtures_have_labels():
+    assert label({"a": 1.0, "b": 0.25}) == "a, b=0.25"
+
+
+def test_the_shapes_of_ict(real_face):
+    from analysis.motion import FACES, read_shapes
+
+    path = FACES / "ict_face_expressions.npz"
+    if not path.exists():
+        pytest.skip(f"{path.name} is not beside the repository")
+    face = real_face("ict_face_narrow")
+    rig = fw.rig(face, wrinkles="none", level=0)
+    captured = {
+        name.replace("_L", "Left").replace("_R", "Right"): moved
+        for name, moved in read_shapes(path, face.mesh.n_points, face.unit).items()
+    }
+    for name in BOTH_WAYS:
+        captured[name] = captured[f"{name}Left"] + captured[f"{name}Right"]
+    cosines = {}
+    for name, ours in zip(rig.names, rig.deltas, strict=True):
+        theirs = captured[name]
+        ours = ours[: len(theirs)] * face.unit
+        cosines[name] = float((ours * theirs).sum() / np.sqrt((ours**2).sum() * (theirs**2).sum()))
+    assert np.mean(list(cosines.values())) > 0.85
+    assert min(cosines.values()) > 0.6, cosines

@@ -1,0 +1,59 @@
+"""Names of shapes and what each face can make of them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.motion.action_units import named_shapes, units_of
+from facewrinkle.rigging.shapes import ARKIT, EXTRAS, VISEMES, shapes_of
+
+
+def test_there_are_52_shapes_15_visemes_and_all_have_a_twin():
+    assert len(ARKIT) == 52
+    assert len(VISEMES) == 15
+    assert {*EXTRAS} >= {"mouthOpen", "mouthSmile", "eyesClosed", "eyesLookUp", "eyesLookDown"}
+    for name, shape in (ARKIT | EXTRAS).items():
+        if shape.side is not None:
+            other = name.replace("Left", "Right") if shape.side == "l" else name.replace("Right", "Left")
+            assert (ARKIT | EXTRAS)[other].movement == shape.movement
+            assert (ARKIT | EXTRAS)[other].side != shape.side
+
+
+def test_the_units_of_a_shape_are_those_that_recordings_of_it_read(face):
+    for name, shape in ARKIT.items():
+        if not shape.units or shape.modelled or name.startswith("eyeLook"):
+            continue
+        (unit,) = units_of({name: 1.0})
+        assert shape.units == {unit: 1.0}, name
+        assert unit in face.atlas.action_units
+        assert named_shapes(name, list(ARKIT)) == [name]
+
+
+def test_sets_and_single_shapes_are_joined(face):
+    shapes, left_out = shapes_of("visemes+jawOpen+extras", face)
+    assert list(shapes) == [*VISEMES, "jawOpen", *EXTRAS]
+    assert not left_out
+    assert {*shapes_of("aus", face)[0]} == {unit for unit in face.atlas.action_units if unit[-1].isdigit()}
+
+
+def test_what_a_face_cannot_do_is_left_out_with_the_reason(face):
+    assert shapes_of("arkit", face)[1] == {"tongueOut": "there is no tongue that moves"}
+    blind = dataclasses.replace(face, eyes=[])
+    shapes, left_out = shapes_of("arkit", blind)
+    assert {"eyeBlinkLeft", "eyeWideRight"} <= left_out.keys()
+    assert left_out["eyeBlinkLeft"] == "the lids of this mesh do not open"
+    assert not left_out.keys() & shapes.keys()
+    assert len(shapes) + len(left_out) == 52
+
+
+def test_unknown_sets_and_faces_without_muscles_are_refused(face):
+    with pytest.raises(UnknownNameError, match=r"set of shapes 'arkitt'. Did you mean 'arkit'"):
+        shapes_of("arkitt", face)
+    with pytest.raises(ParameterError, match="can make none of the shapes of 'tongueOut'"):
+        shapes_of("tongueOut", face)
+    with pytest.raises(ParameterError, match="no landmarks"):
+        shapes_of("arkit", fw.surface(face.mesh, "mm"))
