@@ -60,6 +60,7 @@ class _File:
     def __init__(self) -> None:
         self.content: dict[str, Any] = {"asset": {"version": "2.0", "generator": "facewrinkle"}}
         self.buffer = bytearray()
+        self._textures: dict[bytes, int] = {}
 
     def add(self, kind: str, entry: dict[str, Any]) -> int:
         """Append an entry to one of the lists of the file; returns its number."""
@@ -91,10 +92,13 @@ class _File:
         return self.add("accessors", entry)
 
     def texture(self, png: bytes) -> int:
-        """Append a PNG image; returns the number of the texture."""
+        """Append a PNG image that is not there yet; returns the number of the texture."""
+        if png in self._textures:  # parts often share the photo of the skin
+            return self._textures[png]
         image = self.add("images", {"bufferView": self.view(png), "mimeType": "image/png"})
         sampler = self.add("samplers", {"magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR})
-        return self.add("textures", {"source": image, "sampler": sampler})
+        self._textures[png] = self.add("textures", {"source": image, "sampler": sampler})
+        return self._textures[png]
 
     def mesh(self, name: str, model: Model) -> int:
         """Append a model with its material; returns the number of the mesh."""
