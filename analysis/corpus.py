@@ -5,19 +5,27 @@ triangles, 11 % were open and 10 % badly oriented (Zhou and Jacobson, "Thingi10K
 spoiled in these proportions, turned and scaled, and given to ``fit_face``: each must become a sound mesh that moves, or
 be refused.
 
-    python -m analysis.corpus [COUNT] [--find] [--seed 0]
+    python -m analysis.corpus [COUNT] [--find] [--seed 0] [--minutes M]
+
+Verdicts are written into ``output/corpus``, and a run goes on where the last one stopped. Each mesh has
+five minutes of the processor; a process that dies or takes longer is a verdict as well.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import os
+import signal
 import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +46,9 @@ Random = np.random.Generator
 Fault = Callable[[Array, IntArray, Random, float], Mesh]
 
 FACES = Path(__file__).parents[2] / "shared" / "faces"
+
+SECONDS = 300
+"""Time of the processor that a mesh may take, the compilation of the kernels included."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,32 +232,36 @@ def clean_faces() -> Iterator[tuple[str, Mesh, dict[str, Array]]]:
             yield stem.split("_")[0], (np.asarray(mesh.points), np.asarray(mesh.regular_faces, np.int64)), marks
 
 
-def corpus(count: int = 100, seed: int = 0) -> Iterator[Dirty]:
-    """Yield a number of dirty faces, the same for the same seed; the shares of faults are met exactly."""
+def ways_to_spoil(count: int, seed: int) -> list[dict[str, Fault]]:
+    """Return the faults of each mesh by their kinds; the shares of :data:`FAULTS` are met exactly."""
     random = np.random.default_rng(seed)
     kinds: list[list[str]] = [[] for _ in range(count)]
     for kind, (share, _) in FAULTS.items():
         for i in random.choice(count, max(1, round(share * count)), replace=False):
             kinds[i].append(kind)
+    turns = {kind: cycle(np.roll(np.array(ways), random.integers(9))) for kind, (_, ways) in FAULTS.items()}
+    return [{kind: next(turns[kind]) for kind in of_mesh} for of_mesh in kinds]  # each way has its turn
+
+
+def corpus(count: int = 100, seed: int = 0, begin: int = 0) -> Iterator[Dirty]:
+    """Yield dirty faces from number `begin` on; each is the same for the same count and seed."""
     faces = list(clean_faces())
-    turns = {kind: int(random.integers(9)) for kind in FAULTS}
-    for i in range(count):
+    for i, faults in enumerate(ways_to_spoil(count, seed)):
+        if i < begin:
+            continue
+        random = np.random.default_rng([seed, i])
         name, (points, triangles), marks = faces[i % len(faces)]
         size = float(np.linalg.norm(marks["eye_l_outer"] - marks["eye_r_outer"]) / 1.4)
-        points, triangles, done = points.copy(), triangles.copy(), []
-        for kind in kinds[i]:
-            ways = FAULTS[kind][1]
-            fault = ways[turns[kind] % len(ways)]  # one after the other, so that each has its turn
-            turns[kind] += 1
-            done.append(fault.__name__)
-            if kind == "self-intersecting":
-                fault = partial(self_intersecting, fault)
-            points, triangles = fault(points, triangles, random, size)
+        points, triangles = points.copy(), triangles.copy()
+        for kind, fault in faults.items():
+            spoil = partial(self_intersecting, fault) if kind == "self-intersecting" else fault
+            points, triangles = spoil(points, triangles, random, size)
         turn = Rotation.random(rng=random).as_matrix()
         scale, shift = 10.0 ** random.uniform(-3.0, 3.0), random.normal(0.0, 5.0, 3)
         landmarks = {mark: scale * (turn @ place + size * shift) for mark, place in marks.items()}
         dirty = to_polydata(scale * (points @ turn.T + size * shift), triangles)
-        yield Dirty(f"{i} {name}: {', '.join(done) or 'clean'}", dirty, landmarks, tuple(kinds[i]))
+        done = ", ".join(fault.__name__ for fault in faults.values())
+        yield Dirty(f"{i} {name}: {done or 'clean'}", dirty, landmarks, tuple(faults))
 
 
 def flaws(face: fw.Face) -> list[str]:
@@ -282,22 +297,68 @@ def verdict(dirty: Dirty, find: bool = False) -> tuple[str, tuple[str, ...]]:
         return ", ".join(flaws(face)) or "fitted", face.report
 
 
+@dataclass(frozen=True)
+class Run:
+    """A run over a corpus: how many meshes, and where its verdicts are kept, one JSON object a line."""
+
+    count: int
+    seed: int
+    find: bool
+    table: Path
+
+    def verdicts(self) -> list[dict[str, Any]]:
+        """Return those that are known, in the order of the meshes."""
+        return [json.loads(line) for line in self.table.read_text().splitlines()] if self.table.exists() else []
+
+    def add(self, **verdict: str | float) -> None:
+        """Add the verdict on the next mesh."""
+        with self.table.open("a") as table:
+            table.write(json.dumps(verdict) + "\n")
+
+    def go_on(self, end: float) -> None:
+        """Fit the next meshes until a time of the monotonic clock."""
+        for dirty in corpus(self.count, self.seed, len(self.verdicts())):
+            if time.monotonic() > end:
+                return
+            signal.setitimer(signal.ITIMER_PROF, SECONDS)  # nothing catches this signal: it ends the process
+            begin = time.process_time()
+            found, report = verdict(dirty, self.find)
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            spent = round(time.process_time() - begin, 1)
+            self.add(name=dirty.name, verdict=found, seconds=spent, report=" ".join(report)[:300])
+
+    def run(self, end: float) -> None:
+        """Fit the meshes in a process of its own, and another one should that die."""
+        while len(self.verdicts()) < self.count and time.monotonic() < end:
+            child = os.fork()
+            if child == 0:
+                self.go_on(end)
+                os._exit(0)
+            _, status = os.waitpid(child, 0)
+            if os.WIFSIGNALED(status):
+                slow = os.WTERMSIG(status) == signal.SIGPROF
+                self.add(name=str(len(self.verdicts())), verdict="took too long" if slow else "died")
+            elif status:
+                raise SystemExit("The analysis itself failed.")
+
+
 def main() -> None:
-    """Print the verdict on each mesh, and a summary."""
+    """Print the verdicts that are neither "fitted" nor "refused", and a summary."""
     parser = argparse.ArgumentParser(description="Fit dirty meshes.")
     parser.add_argument("count", type=int, nargs="?", default=100)
     parser.add_argument("--find", action="store_true", help="find the landmarks too")
     parser.add_argument("--seed", type=int, default=0)
-    arguments = parser.parse_args()
-    verdicts: Counter[str] = Counter()
-    for dirty in corpus(arguments.count, arguments.seed):
-        begin = time.perf_counter()
-        found, report = verdict(dirty, arguments.find)
-        verdicts[found] += 1
-        print(
-            f"{dirty.name:60s} {found:10s} {time.perf_counter() - begin:5.1f} s  {' '.join(report)[:200]}", flush=True
-        )
-    print(", ".join(f"{found}: {count}" for found, count in verdicts.most_common()))
+    parser.add_argument("--minutes", type=float, default=np.inf)
+    options = parser.parse_args()
+    table = Path("output") / "corpus" / f"{options.count}_{options.seed}{'_find' * options.find}.jsonl"
+    table.parent.mkdir(parents=True, exist_ok=True)
+    run = Run(options.count, options.seed, options.find, table)
+    run.run(time.monotonic() + 60.0 * options.minutes)
+    for known in run.verdicts():
+        if known["verdict"] not in ("fitted", "refused"):
+            print(known)
+    counts = Counter(known["verdict"] for known in run.verdicts())
+    print(", ".join(f"{found}: {count}" for found, count in counts.most_common()))
 
 
 if __name__ == "__main__":

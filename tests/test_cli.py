@@ -200,8 +200,8 @@ def test_what_is_no_plain_mesh_says_what_to_do_with_it(tmp_path, monkeypatch, ca
     assert main(["fit", "head.face"]) == 1
     assert "has been fitted" in capsys.readouterr().err
     pv.Sphere(radius=40.0).save(tmp_path / "ball.ply")
-    assert main(["pattern", "dimple", "--face", "ball.ply", "--centre", "0,0,40"]) == 1
-    assert "--centre needs --extent" in capsys.readouterr().err
+    assert main(["pattern", "dimple", "--face", "ball.ply", "--centre", "0,0,90", "--out", "."]) == 1
+    assert "the region lies off the mesh" in capsys.readouterr().err
     assert not (tmp_path / "output").exists()
 
 

@@ -373,7 +373,9 @@ def fitted_map(template: Mapping[str, Array], found: Mapping[str, Array], base: 
 def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
     """Read landmarks from a dictionary or a JSON file.
 
-    The file holds ``{name: [x, y, z]}`` or ``{"landmarks": {name: {"xyz": [x, y, z]}}}``.
+    The file holds ``{name: [x, y, z]}`` or ``{"landmarks": {name: {"xyz": [x, y, z]}}}``. Of a file in which a search
+    wrote what it found (``"found": [x, y, z]`` beside "xyz"), and some were edited since, only these and those that had
+    been given are read, so that the others are found anew; a file as it was written is read whole.
 
     Parameters
     ----------
@@ -391,7 +393,7 @@ def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str
     Warns
     -----
     FaceWrinkleWarning
-        If a name is not one of :data:`NAMES`; it is left out.
+        If a name is not one of :data:`NAMES`, and is left out; or if landmarks were edited.
 
     Examples
     --------
@@ -416,7 +418,13 @@ def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str
     unknown = [str(unknown_name("landmark", n, NAMES)) for n in content if n not in NAMES]
     if unknown:
         warn(f"ignored: {' '.join(unknown)}")
-    return {name: _coordinates(name, value) for name, value in content.items() if name in NAMES}
+    places = {name: _coordinates(name, value) for name, value in content.items() if name in NAMES}
+    found = {name for name in places if isinstance(content[name], Mapping) and "found" in content[name]}
+    edited = [name for name in found if not np.array_equal(content[name]["found"], places[name])]
+    if edited and len(edited) < len(found):
+        warn(f"kept the landmarks that were edited, {', '.join(sorted(edited))}; those beside them are found anew.")
+        return {name: place for name, place in places.items() if name in edited or name not in found}
+    return places
 
 
 def _coordinates(name: str, value: Any) -> Array:
@@ -440,6 +448,8 @@ def write_landmarks(
 ) -> None:
     """Write landmarks as JSON that :func:`read_landmarks` reads, with the confidence in each where it is known.
 
+    Those with a confidence below 1 were found, and have their places twice, as "xyz" to edit and as "found".
+
     Examples
     --------
     >>> import tempfile
@@ -455,5 +465,7 @@ def write_landmarks(
     }
     for name in known.keys() & entries.keys():
         entries[name]["confidence"] = round(known[name], 3)
+        if known[name] < 1.0:
+            entries[name]["found"] = entries[name]["xyz"]
     with written(path) as whole:
         whole.write_text(json.dumps({"landmarks": entries}, indent=1) + "\n", encoding="utf-8")

@@ -92,6 +92,7 @@ def express(
             **_given(max_level=max_level, gamma_c=gamma_c, samples=samples), coarsen=output.save_animation is None
         ),
         layers=folds.layers(face, compression=compression),
+        folds=folds,
         size=output.pixels,
         view=output.view,
     )
@@ -114,6 +115,8 @@ class Performance:
     refinement : Refinement
     layers : sequence of Layer, optional
         Default: those of a :class:`facewrinkle.Simulation`.
+    folds : FoldOptions
+        What was asked of the folds.
     size : tuple of int
         Of a picture, pixels.
     view : str, optional
@@ -125,6 +128,7 @@ class Performance:
     frames: int = 100
     refinement: Refinement = field(default_factory=Refinement)
     layers: Sequence[Layer] | None = None
+    folds: FoldOptions = field(default_factory=FoldOptions)
     size: tuple[int, int] = (800, 800)
     view: str | None = None
 
@@ -158,6 +162,7 @@ class Performance:
 
         def frames() -> Iterator[pv.PolyData]:
             yield from simulation.run(self.frames)
+            self.folds.tell_limited(self.folds.limited_share(simulation.layers))
             simulation.relax()
             yield from simulation.run(self.steps - self.frames, ramp=0.8)
 

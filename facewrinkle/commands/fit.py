@@ -47,7 +47,8 @@ def fit(
     """Find the face on a mesh and place skull, eyes and muscles under it.
 
     Writes NAME.face, which other commands take with --face, NAME.png, a picture of the landmarks to check, and
-    NAME.landmarks.json, which you can correct and give back with --landmarks.
+    NAME.landmarks.json. Correct the "xyz" of some landmarks there and give it back with --landmarks: these are kept,
+    and the others are found anew.
 
     Parameters
     ----------

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -13,9 +14,10 @@ from ..anatomy.atlas import load_atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..anatomy.fitting import default_face, fit_face
-from ..errors import ParameterError
+from ..errors import ParameterError, warn
 from ..layers.base import Layer
 from ..layers.muscle_wrinkles import CompressionMethod, MuscleWrinkles
+from ..layers.wave_folds import WaveFolds
 from ..simulation.fold_layers import Folds, fold_layers
 from .parsing import parse_identity, parse_size, parse_units
 from .report import Report
@@ -94,6 +96,8 @@ class FoldOptions:
         Another whole number is another person's lines, for waves.
     age
         Lines that stay at rest, from 0 (none) to 1, for waves.
+    no_limit
+        Let folds become deeper than skin of fixed length can fold.
     """
 
     folds: Folds = "wave"
@@ -101,6 +105,7 @@ class FoldOptions:
     density: float = 1.0
     seed: float = 0  # a whole number; as an int, 1.5 would be rounded without a word
     age: float | None = None
+    no_limit: Annotated[bool, Parameter(negative=())] = False
 
     def layers(self, face: Face, compression: CompressionMethod = "gradient") -> list[Layer]:
         """Return the layers of folds of a face; an error for options that do not go together."""
@@ -112,10 +117,24 @@ class FoldOptions:
                     raise ParameterError(
                         f"--{name} belongs to folds that are waves: add --folds wave, or leave it out."
                     )
-            return [MuscleWrinkles(compression, self.depth)] if face.muscles else []
+            return [MuscleWrinkles(compression, self.depth, inextensible=not self.no_limit)] if face.muscles else []
         if compression != "gradient":
             raise ParameterError("--compression belongs to the papers' folds: add --folds paper, or leave it out.")
-        return fold_layers(face, self.folds, self.depth, **waves)
+        return fold_layers(face, self.folds, self.depth, not self.no_limit, **waves)
+
+    def limited_share(self, layers: Iterable[Layer]) -> float:
+        """Return the share of the folds in the last frame that are not as deep as --depth asks for."""
+        if self.depth <= 1.0:
+            return 0.0
+        return max((x.limited_share() for x in layers if isinstance(x, MuscleWrinkles | WaveFolds)), default=0.0)
+
+    def tell_limited(self, share: float) -> None:
+        """Say so if folds were not as deep as --depth asks for."""
+        if share > 0.0:
+            warn(
+                f"--depth {self.depth:g}: {100.0 * share:.0f} % of the folds are as deep as skin of fixed length can "
+                "fold, and become no deeper. --no-limit lifts this."
+            )
 
 
 @Parameter(name="*")

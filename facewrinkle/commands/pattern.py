@@ -57,9 +57,9 @@ def pattern(
         Direction that is up for the pattern. Default: 0,1,0.
     extent
         Width and height of the pattern, such as 60,30: with --centre in the unit of the mesh, otherwise in distances
-        between the pupils.
+        between the pupils. Default: as on most faces, or with --centre a tenth of the mesh from corner to corner.
     depth
-        Depth from bulge to furrow, mm.
+        Depth from bulge to furrow, mm. Default: as on most faces, in proportion to the extent.
     number
         Number of wrinkles.
     spacing
@@ -144,8 +144,6 @@ def _placed(
     if source.landmarks is not None:
         raise ParameterError("--centre and --landmarks exclude each other: landmarks place the pattern by themselves.")
     face = surface(source.face, parse_units(source.units) or "mm", source.texture)
-    if "size" not in options:
-        raise ParameterError("--centre needs --extent: width and height of the pattern in the unit of the mesh.")
     return face, [PatternLayer(name, centre, **options)]
 
 

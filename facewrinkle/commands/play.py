@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -76,7 +77,7 @@ def play(
     follow
         Turn the camera with the head.
     """
-    begin, output = time.perf_counter(), output or OutputOptions()
+    begin, output, folds = time.perf_counter(), output or OutputOptions(), folds or FoldOptions()
     report = Report(output.quiet)
     count = check_whole("moments", moments, 1, 100)
     step = 1.0 / check_range("fps", output.fps, 1.0, 100.0)
@@ -86,15 +87,23 @@ def play(
     face = fit_face(rest, landmarks, parse_units(units), _atlas(atlas), progress=report.search, texture=texture)
     with report.waiting("Preparing the skin"):
         refinement = Refinement(max_level=max_level, coarsen=output.save_animation is None)
-        layers = (folds or FoldOptions()).layers(face)
+        layers = folds.layers(face)
         simulation = Simulation(face, refinement, layers, step, motion=recorded)
     steps = max(int(np.ceil(recorded.duration / step - 1e-6)), 1)
     if steps > MAX_STEPS:
         raise ParameterError(f"the clip would have {steps} steps, at most {MAX_STEPS} are allowed. Raise --speed.")
     recorder = Recorder(output.folder(file.stem), file.stem, output, report)
-    clip = Clip(face, simulation.run(steps), (1 + np.arange(steps)) * step, simulation)
+    shares: list[float] = []
+
+    def frames() -> Iterator[pv.PolyData]:
+        for frame in simulation.run(steps):
+            shares.append(folds.limited_share(simulation.layers))
+            yield frame
+
+    clip = Clip(face, frames(), (1 + np.arange(steps)) * step, simulation)
     with Scenes(face) as scenes:
         deepest = _record(clip, recorder, scenes, styles, count)
+        folds.tell_limited(max(shares))
         if max(moment.depth for moment in deepest) < SMOOTH:
             warn(
                 f"{file.name} shows no wrinkles: its motion compresses the skin of the face nowhere. Clips of bodies "

@@ -84,6 +84,7 @@ class _File:
         self.buffer = bytearray()
         self._zeros: dict[int, int] = {}  # accessors of zeros, by their counts
         self._zero_view = -1
+        self._textures: dict[bytes, int] = {}
 
     def add(self, kind: str, entry: dict[str, Any]) -> int:
         """Append an entry to one of the lists of the file; returns its number."""
@@ -115,11 +116,14 @@ class _File:
         return self.add("accessors", entry)
 
     def texture(self, picture: bytes) -> int:
-        """Append a PNG or JPEG image; returns the number of the texture."""
+        """Append a PNG or JPEG image that is not there yet; returns the number of the texture."""
+        if picture in self._textures:  # parts often share the photo of the skin
+            return self._textures[picture]
         kind = "png" if picture.startswith(b"\x89PNG") else "jpeg"
         image = self.add("images", {"bufferView": self.view(picture), "mimeType": f"image/{kind}"})
         sampler = self.add("samplers", {"magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR})
-        return self.add("textures", {"source": image, "sampler": sampler})
+        self._textures[picture] = self.add("textures", {"source": image, "sampler": sampler})
+        return self._textures[picture]
 
     def mesh(self, name: str, model: Model, shapes: Morphs | None = None, dense: bool = False) -> int:
         """Append a model with its material and blend shapes; returns the number of the mesh."""

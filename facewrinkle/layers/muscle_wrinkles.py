@@ -31,6 +31,9 @@ BALANCING = 6
 SMALLEST = 0.5
 """A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""
 
+DEEP_ENOUGH = 0.05
+"""Wrinkles of this height, mm, count among those that are limited, or not."""
+
 LABELS = ("lambda", "gamma", "muscle")
 """Point data of the dominant muscle that do not change with the contraction."""
 
@@ -169,6 +172,11 @@ class MuscleWrinkles:
             height = self._accumulated(height, state.time)
         self._height = height
         return Displacement(height, spacing, across, active, None if self.accumulate else shading_offset)
+
+    def limited_share(self) -> float:
+        """Return the share of the wrinkled vertices of the last frame whose wrinkles the length of the skin limits."""
+        folded = self._folded[np.abs(self._height[self._folded]) > DEEP_ENOUGH]
+        return float((self._share[folded] < 1.0).mean()) if self.inextensible and len(folded) else 0.0
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return lambda, gamma and epsilon of the dominant muscle, its index, and W."""

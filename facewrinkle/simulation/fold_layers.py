@@ -15,7 +15,7 @@ Folds = Literal["wave", "paper"]
 FOLDS: tuple[Folds, ...] = get_args(Folds)
 
 
-def fold_layers(face: Face, folds: Folds, depth: float = 1.0, **waves: Any) -> list[Layer]:
+def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool = True, **waves: Any) -> list[Layer]:
     """Return the layers of folds of a face; none on a surface without muscles.
 
     Parameters
@@ -26,6 +26,8 @@ def fold_layers(face: Face, folds: Folds, depth: float = 1.0, **waves: Any) -> l
         formula. "paper": all lines by the papers' formula, :class:`facewrinkle.MuscleWrinkles`.
     depth : float
         Multiplies the depth of all folds.
+    inextensible : bool
+        If True, folds stay within what skin of fixed length can fold, whatever `depth` is.
     **waves
         Further parameters of :class:`facewrinkle.WaveFolds`.
 
@@ -45,5 +47,6 @@ def fold_layers(face: Face, folds: Folds, depth: float = 1.0, **waves: Any) -> l
     if not face.muscles:
         return []
     if folds == "paper" or not face.landmarks:  # a surface without landmarks has no skin from which waves are found
-        return [MuscleWrinkles(depth=depth)]
-    return [MuscleWrinkles(depth=depth, anatomical=True), WaveFolds(depth, **waves)]
+        return [MuscleWrinkles(depth=depth, inextensible=inextensible)]
+    common: dict[str, Any] = {"depth": depth, "inextensible": inextensible}
+    return [MuscleWrinkles(**common, anatomical=True), WaveFolds(**common, **waves)]

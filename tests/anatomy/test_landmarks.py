@@ -187,6 +187,20 @@ def test_what_is_written_is_read_again_to_the_last_bit(tmp_path, marks):
     assert [name for name, entry in content.items() if entry["estimated"]] == ["trichion"]
 
 
+def test_of_found_landmarks_only_those_that_were_edited_are_kept(tmp_path, marks):
+    path = tmp_path / "marks.json"
+    write_landmarks(marks, path, ["trichion"], dict.fromkeys(marks, 0.6) | {"glabella": 1.0})  # which was given
+    assert set(read_landmarks(path)) == set(marks)  # as it was written
+    content = json.loads(path.read_text())
+    content["landmarks"]["nose_tip"]["xyz"] = [1.0, 2.0, 3.0]
+    path.write_text(json.dumps(content))
+    with pytest.warns(FaceWrinkleWarning, match=r"kept the landmarks that were edited, nose_tip"):
+        read = read_landmarks(path)
+    assert {name: place.tolist() for name, place in read.items()} == {
+        "nose_tip": [1.0, 2.0, 3.0], "glabella": marks["glabella"].tolist(),
+    }  # fmt: skip
+
+
 def test_unknown_names_are_left_out_with_a_warning():
     with pytest.warns(FaceWrinkleWarning, match="Did you mean 'nose_tip'"):
         assert list(read_landmarks({"nose_tpi": [0, 0, 1], "nasion": [0, 1, 0]})) == ["nasion"]

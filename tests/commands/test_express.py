@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -155,3 +156,22 @@ def test_the_expression_without_wrinkles_is_the_same_with_a_skin_that_was_used(f
     for _ in used.run(4):
         pass
     np.testing.assert_array_equal(performance.bare(used.motion).points, performance.bare().points)
+
+
+@pytest.mark.parametrize("folds", ["wave", "paper"])
+def test_a_depth_that_skin_does_not_allow_is_said_and_can_be_had(tmp_path, capsys, folds):
+    command = ["express", "happiness", *FEW, "--no-movie", "--no-series", "--folds", folds, "--out", str(tmp_path)]
+    assert main([*command, "--depth", "1"]) == 0
+    assert capsys.readouterr().err == ""
+    assert main([*command, "--depth", "5"]) == 0
+    out, err = capsys.readouterr()
+    assert re.fullmatch(r"facewrinkle: note: --depth 5: \d+ % of the folds are .*--no-limit lifts this\.\n", err)
+    assert main([*command, "--depth", "5", "--no-limit"]) == 0
+    beyond, err = capsys.readouterr()
+    assert err == ""
+    assert deepest_furrow(beyond) > 1.5 * deepest_furrow(out)
+
+
+def deepest_furrow(printed):
+    """Millimetres in the table that a command prints."""
+    return float(re.search(r"deepest furrow\D+([\d.]+) mm", printed)[1])

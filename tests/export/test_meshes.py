@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import struct
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,6 +14,7 @@ import pyvista as pv
 from glb_files import read_glb
 
 import facewrinkle as fw
+from facewrinkle.anatomy.parts import Part
 from facewrinkle.errors import MeshError, OutputError, ParameterError
 from facewrinkle.mesh import corner_texture, split_at_seams, to_polydata
 
@@ -233,6 +235,20 @@ def test_eyes_and_teeth_in_meshes_of_their_own(face, tmp_path):
     centre = face.eyes[0].centre @ pose[:3, :3].T + pose[:3, 3]
     eye = turned[f"eye_{face.eyes[0].side}"]
     np.testing.assert_allclose(np.linalg.norm(eye.vertices - centre, axis=1), face.eyes[0].radius, rtol=1e-5)
+
+
+def test_a_photo_that_parts_share_is_in_the_file_once(moment, tmp_path):
+    """The skin, eyes and teeth of many scans lie on one photo."""
+    parts = {name: Part(pv.Sphere(radius=1.0), "skull", texture=PHOTO) for name in ("left", "right")}
+    for part in parts.values():
+        part.mesh.texture_map_to_sphere(inplace=True)
+    path = fw.write_mesh(moment.frame, tmp_path / "a.gltf", replace(moment.face, parts=parts), parts=True)
+    content = json.loads(path.read_text())
+    textures = {
+        material["name"]: material["pbrMetallicRoughness"].get("baseColorTexture") for material in content["materials"]
+    }
+    assert textures["face"] == textures["left"] == textures["right"] == {"index": 0}
+    assert len(content["images"]) == len(content["textures"]) == 1
 
 
 def test_what_cannot_be_written_says_so(moment, tmp_path):

@@ -64,13 +64,18 @@ def test_a_dirty_face_is_fitted_or_refused(number, fingerprint):
 
 
 def test_mended_faces_keep_their_shape():
-    """Points that the faults did not move are as in the clean face."""
+    """Points stay where they were, but where triangles were turned over, which is reported."""
+    kept = 0
     for dirty in dirty_faces():
         if dirty.faults and set(dirty.faults) <= {"not manifold", "degenerate", "badly oriented"}:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", FaceWrinkleWarning)
                 face = fw.fit_face(dirty.mesh, dirty.landmarks)
-            np.testing.assert_array_equal(face.points, np.asarray(dirty.mesh.points)[face.source_points])
+            moved = (face.points != np.asarray(dirty.mesh.points)[face.source_points]).any(axis=1)
+            flat = [int(line.split()[-1].rstrip(".")) for line in face.report if "turned over" in line]
+            assert moved.sum() <= 3 * sum(flat), (dirty.name, face.report)
+            kept += not moved.any()
+    assert kept >= 2
 
 
 def test_a_dirty_face_is_found():

@@ -41,8 +41,9 @@ class PatternLayer:
         which add up: the paper's primary function.
     centre, up, size :
         See :class:`facewrinkle.Region`, which may be given in their place as `region`.
-    depth : float
-        From bulge to furrow, mm; of a dimple its depth, of a pouch its height. Negative: upside down.
+    depth : float, optional
+        From bulge to furrow, mm; of a dimple its depth, of a pouch its height. Negative: upside down. Default: in
+        proportion to the shorter side of the region, as the preset of this pattern is on a face; a fortieth for others.
     strength : float, callable or Compression
         A number in [0, 1], a function of the time in seconds, or set by the compression of the skin.
     t : float or callable, optional
@@ -77,7 +78,7 @@ class PatternLayer:
     """
 
     def __repr__(self) -> str:
-        return f"PatternLayer({self.name!r}, depth={self.depth:g})"
+        return f"PatternLayer({self.name!r}, depth={'default' if self.depth is None else f'{self.depth:g}'})"
 
     def __init__(
         self,
@@ -86,7 +87,7 @@ class PatternLayer:
         up: npt.ArrayLike = (0.0, 1.0, 0.0),
         size: float | tuple[float, float] | None = None,
         *,
-        depth: float = 1.0,
+        depth: float | None = None,
         strength: float | TimeFunction | Compression = 1.0,
         t: float | TimeFunction | None = None,
         begin: float = 0.0,
@@ -106,7 +107,8 @@ class PatternLayer:
         if not isinstance(region, Region | None):
             raise ParameterError(f"region must be a Region, received {region!r}. Or give centre, up and size.")
         self.region = region or Region(centre, up, size, **where)
-        self.depth = check_range("depth", depth, -1e6, 1e6)
+        self.depth = None if depth is None else check_range("depth", depth, -1e6, 1e6)
+        self._proportion = presets.proportion(parts[0])
         if isinstance(strength, str):
             raise ParameterError(
                 f"strength must be a number, a function of the time or a Compression, received {strength!r}; only a "
@@ -166,6 +168,8 @@ class PatternLayer:
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
         self._laid = self.laid(face)
+        usual = 2.0 * self._proportion * float(self._laid.half.min()) * face.unit
+        self._depth = usual if self.depth is None else self.depth
         self._sized = tuple(pattern.sized(2.0 * self._laid.half * face.unit) for pattern in self.patterns)
         sides = face.points[self._laid.corners] - np.roll(face.points[self._laid.corners], 1, axis=0)
         self._tiny = float(np.linalg.norm(sides, axis=1).max()) > self._laid.half.min()
@@ -233,7 +237,7 @@ class PatternLayer:
         return [(pattern, *pattern.plane(self._uv, self._laid.aspect)) for pattern in self._sized]
 
     def _relief_adders(self) -> list[ReliefAdder]:
-        aspect, weight = self._laid.aspect, self.depth * self._weight
+        aspect, weight = self._laid.aspect, self._depth * self._weight
         return [pattern.relief_adder(x, y, aspect, self._where, weight) for pattern, x, y in self._planes()]
 
     def _spacing(self, strength: float, state: SurfaceState) -> tuple[Array, Array, BoolArray]:

@@ -17,6 +17,9 @@ from ..base import Array
 from .region import check_size
 from .strength import Compression
 
+USUAL_PROPORTION = 0.025
+"""Depth relative to the shorter side of the region, for patterns that no preset is of."""
+
 MIDDLE_BEHIND, FACING = 0.8, 0.2
 """Distance of the middle of a head behind the eyes, in distances between the pupils, and the least cosine between its
 outer skin's normals and the direction away from it.
@@ -27,6 +30,20 @@ outer skin's normals and the direction away from it.
 def table() -> dict[str, dict[str, Any]]:
     """Return the presets as data, by name without a side."""
     return tomllib.loads(files(__package__).joinpath("data", "patterns.toml").read_text(encoding="utf-8"))
+
+
+def proportion(pattern: object) -> float:
+    """Return the depth of a pattern relative to the shorter side of its region, as the preset has it.
+
+    Examples
+    --------
+    >>> round(proportion("dimple"), 2), proportion(abs)
+    (0.12, 0.025)
+    """
+    for entry in table().values():
+        if entry["pattern"] == pattern:
+            return float(entry["depth"]) / (MEAN_PUPIL_DISTANCE * min(entry["size"]))
+    return USUAL_PROPORTION
 
 
 def names() -> tuple[str, ...]:

@@ -25,6 +25,9 @@ OUTLINES: dict[str, float] = {"ellipse": 2.0, "box": 6.0}
 
 COORDINATES: tuple[Coordinates, ...] = ("geodesic", "projected")
 
+SHARE = 0.1
+"""Width and height of a region that are not given, relative to the mesh from corner to corner."""
+
 SMOOTH = 0.15
 """Coordinates are smoothed over this share of the size of a region, to even out uneven triangles."""
 
@@ -54,7 +57,8 @@ class Region:
     up : array_like, shape (3,)
         Direction whose part in the surface is the region's own up.
     size : float or tuple of float, optional
-        Width and height on the surface, in the unit of the mesh. Default: those of `select`.
+        Width and height on the surface, in the unit of the mesh. Default: those of `select`, or a tenth of the
+        mesh from corner to corner.
     select : array_like or str, optional
         Vertices of the original mesh: their numbers, bools, painted weights in [0, 1], or the name of point data that
         holds one of these. Without it the region is the ellipse or box of `size`.
@@ -108,8 +112,8 @@ class Region:
             check_vector("centre", self.centre)
         if not np.any(check_vector("up", self.up)):
             raise ParameterError("up must be a direction, received three zeros.")
-        if self.select is None and (self.centre is None or self.size is None):
-            raise ParameterError("a region needs a centre and a size, or a selection of vertices (select).")
+        if self.select is None and self.centre is None:
+            raise ParameterError("a region needs a centre, or a selection of vertices (select).")
         if self.size is not None:
             check_size(self.size)
 
@@ -126,7 +130,10 @@ class Region:
         points, triangles = face.points, face.triangles
         weight = None if self.select is None else selection_weights(self.select, face, self.border)
         centre = closest_point(points, triangles, self._middle(points, weight))
-        half = None if self.size is None else 0.5 * np.broadcast_to(np.asarray(self.size, dtype=np.float64), 2)
+        size: float | tuple[float, float] | None = self.size
+        if size is None and weight is None:
+            size = SHARE * float(np.linalg.norm(np.ptp(points, axis=0)))
+        half = None if size is None else 0.5 * np.broadcast_to(np.asarray(size, dtype=np.float64), 2)
         self._check_place(points, centre, half)
         chart = self._chart(points, triangles, centre, half)
         if half is None:

@@ -21,6 +21,9 @@ from .waves import Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
 
+DEEP_ENOUGH = 0.05
+"""Folds of this depth, mm, count among those that are limited, or not."""
+
 
 class WaveFolds:
     """The layer of folds that grow where the skin is compressed.
@@ -32,7 +35,7 @@ class WaveFolds:
     Parameters
     ----------
     depth : float
-        Multiplies the depth of all folds, which stays within what skin of fixed length can fold.
+        Multiplies the depth of all folds.
     density : float
         Multiplies the number of lines per millimetre.
     irregularity : float
@@ -52,6 +55,9 @@ class WaveFolds:
         Motions by the name of their family; folds of a family lie across their common compression. A motion is the name
         of an action unit or expression, a mixture of them, or positions (n0, 3) of the vertices of the mesh. Default:
         the action units of the face in six groups; for a recording, its shapes, or what its frames have in common.
+    inextensible : bool
+        If True, folds stay within what skin of fixed length can fold, whatever `depth` is. If False, a `depth` above 1
+        exaggerates the folds beyond that.
 
     Examples
     --------
@@ -79,6 +85,7 @@ class WaveFolds:
         age: float | None = None,
         amount: Amount | None = None,
         families: Motions | None = None,
+        inextensible: bool = True,
     ) -> None:
         self.depth = check_range("depth", depth, 0.0, 1e6)
         self.density = check_range("density", density, 0.25, 4.0, "1 is as on people.")
@@ -95,6 +102,7 @@ class WaveFolds:
                 f"received {families!r}."
             )
         self.families = families
+        self.inextensible = bool(inextensible)
 
     @property
     def lines(self) -> dict[str, Packets]:
@@ -164,15 +172,32 @@ class WaveFolds:
         if self._aged is not None:
             self._count = len(self._aged)
             self._folding[: self._count] = self._aged
+        depth = self._depth if self.inextensible else min(self._depth, 1.0)
         kernels.heights(
             self._folding, self._count, waves.starts, waves.theta, waves.strength, waves.length, waves.wave,
-            self._epsilon, self._excess, waves.old, self._depth, self._age, self._height, self._shown, self._spacing,
+            self._epsilon, self._excess, waves.old, depth, self._age, self._height, self._shown, self._spacing,
             self._across, self._active, self._deep, self._leading,
         )  # fmt: skip
         level(self._height, self._shown, state.bare, state.triangles)
         spacing = self._spacing / self._face.unit
+        if depth != self._depth:  # a fold that is twice as deep needs vertices closer by the root of 2
+            self._height, self._shown = (self._depth / depth * height for height in (self._height, self._shown))
+            spacing = spacing * np.sqrt(depth / self._depth)
         offset = self._shown - self._height
         return Displacement(self._height, spacing, self._across, self._active, offset, bends=False)
+
+    def limited_share(self) -> float:
+        """Return the share of the folds in the last frame that would be deeper if skin had no fixed length."""
+        waves, deep = self._waves, self._deep
+        if not (self.inextensible and (deep > 0.0).any()):
+            return 0.0
+        steep = np.square(0.5 * np.pi * deep / waves.length)
+        asked = kernels.LONGER * np.divide(steep, self._epsilon, out=np.zeros_like(deep), where=deep > 0.0)
+        owner = np.repeat(np.arange(len(waves.starts) - 1), np.diff(waves.starts))
+        full = np.bincount(owner, asked, len(waves.starts) - 1)[owner] > 1.0
+        steepest = deep >= (1.0 - 1e-9) * kernels.STEEPEST * waves.strength * waves.length
+        folded = deep > DEEP_ENOUGH
+        return float(((full | steepest) & folded).sum() / max(folded.sum(), 1))
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return "theta", "epsilon" and number ("family", -1 for none) of the family that is deepest at each vertex."""

@@ -1,4 +1,4 @@
-"""Files that VTK reads are first read in a process of their own: damaged counts can crash VTK, or keep it busy.
+"""Files for VTK and USD are first read in a process of their own: damaged ones can crash these, or keep them busy.
 
 There is no such process where Python itself is part of another program; the file is then read at once.
 """
@@ -29,7 +29,7 @@ READERS = {
 }
 """Classes of VTK by the ending of the file, with their modules."""
 
-_PROGRAM = """
+_LIMITED = """
 import importlib, json, sys
 path, reader, seconds, memory, sys.path[:] = json.loads(sys.argv[1])
 try:
@@ -41,6 +41,11 @@ else:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if sys.platform.startswith("linux"):
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+"""
+
+_VTK = (
+    _LIMITED
+    + """
 module, name = reader.split(".")
 reader = getattr(importlib.import_module("vtkmodules." + module), name)()
 reader.SetFileName(path)
@@ -66,6 +71,22 @@ for step in range(max(steps, 1)):
         reader.SetStep(step)
     reader.Update()
     checked(reader.GetOutputDataObject(0))
+"""
+)
+
+_USD = (
+    _LIMITED
+    + """
+from pxr import Usd
+for prim in Usd.Stage.Open(path).Traverse(Usd.TraverseInstanceProxies()):
+    for attribute in prim.GetAttributes():
+        attribute.Get()
+        for time in attribute.GetTimeSamples():
+            attribute.Get(time)
+"""
+)
+
+_END = """
 sys.stdout.write("whole")
 sys.stdout.flush()
 import os
@@ -75,14 +96,23 @@ os._exit(0)
 
 def probe(path: Path) -> None:
     """Raise a MeshError if VTK cannot read a file without harm; what else is wrong with it is found later."""
+    _probe(path, _VTK, READERS[path.suffix.lower()], "VTK")
+
+
+def probe_usd(path: Path) -> None:
+    """Raise a MeshError if USD dies of a file; what it refuses is found later, with its own reason."""
+    _probe(path, _USD, "", "USD")
+
+
+def _probe(path: Path, program: str, reader: str, library: str) -> None:
     if not sys.executable or getattr(sys, "frozen", False):
         return
     size = path.stat().st_size
     seconds, memory = SECONDS + size // PER_SECOND, MEMORY + PER_BYTE * size
-    arguments = json.dumps([str(path), READERS[path.suffix.lower()], seconds, memory, sys.path])
+    arguments = json.dumps([str(path), reader, seconds, memory, sys.path])
     try:
         run = subprocess.run(
-            [sys.executable, "-S", "-c", _PROGRAM, arguments],
+            [sys.executable, "-S", "-c", program + _END, arguments],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             check=False,
@@ -91,13 +121,13 @@ def probe(path: Path) -> None:
     except OSError:  # no processes can be started here
         return
     except subprocess.TimeoutExpired:
-        raise _harmful(path, "VTK does not come to an end with it") from None
-    if run.stdout.endswith(b"whole"):
+        raise _harmful(path, f"{library} does not come to an end with it") from None
+    if run.stdout.endswith(b"whole") or (library == "USD" and run.returncode == 1):
         return
     said = run.stderr.decode(errors="replace").strip().splitlines()
     if run.returncode == 1 and said and "has another length" in said[-1]:
         raise _harmful(path, said[-1].strip())
-    raise _harmful(path, "VTK does not get through it")
+    raise _harmful(path, f"{library} does not get through it")
 
 
 def _harmful(path: Path, reason: str) -> MeshError:

@@ -13,6 +13,7 @@ from ...errors import FaceWrinkleError, MeshError, MissingPackageError, warn
 from ..outside import is_outside, refused
 from .gltf import srgb
 from .obj_off import Primitive, polygon_triangles
+from .probing import probe_usd
 
 __all__ = ["read_usd_file"]
 
@@ -72,6 +73,7 @@ def opened(path: Path) -> Any:
             "pip install 'facewrinkle[export]', or export the mesh as OBJ, PLY or glTF."
         ) from None
     with checked(path):
+        probe_usd(path)
         stage = Usd.Stage.Open(str(path))
         for layer in stage.GetUsedLayers():
             name = layer.realPath

@@ -364,3 +364,16 @@ def test_dimples_and_crows_feet_come_and_go_with_a_captured_smile(clip):
     assert at_rest.sum() > 2
     assert np.array(depth["dimple_l"])[at_rest].min() == 0.0
     assert smile[np.argmax(depth["eye_corner_l"])] > 0.5 * smile.max()
+
+
+@pytest.mark.parametrize("kind", ["dimple", "cheek", lambda x, y, t: np.cos(9.0 * x)])
+def test_what_is_not_given_scales_with_the_surface(kind):
+    ball = pv.Icosphere(radius=64.0, nsub=5)
+    tiny = ball.copy()
+    tiny.points /= 128.0  # a power of two: no rounding
+    heights = [
+        played(face, [fw.PatternLayer(kind, face.points[0])], 1)[1]["W"]
+        for face in (fw.surface(tiny), fw.surface(ball))
+    ]
+    np.testing.assert_allclose(128.0 * heights[0], heights[1], rtol=1e-9, atol=1e-12)
+    assert 0.001 < np.abs(heights[0]).max() < 0.03  # of a ball with a radius of 0.5

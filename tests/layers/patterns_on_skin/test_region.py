@@ -184,7 +184,7 @@ def test_valid_vertices_stay_under_refinement(ball):
 @pytest.mark.parametrize(
     ("make", "error", "says"),
     [
-        (lambda: Region(), ParameterError, "centre and a size"),
+        (lambda: Region(size=1.0), ParameterError, "needs a centre, or a selection"),
         (lambda: Region((0, 0, np.nan), size=1.0), ParameterError, "centre must be three finite"),
         (lambda: Region((0, 0), size=1.0), ParameterError, "centre must be three finite"),
         (lambda: Region((0, 0, 0), size=-1.0), ParameterError, "size"),

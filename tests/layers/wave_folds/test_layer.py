@@ -116,6 +116,17 @@ def test_folds_are_no_longer_than_the_compression_frees(vertically, pressed, dep
         assert chord < arc <= np.ptp(y)
 
 
+def test_folds_of_skin_that_may_grow_longer_are_as_deep_as_was_asked(vertically, pressed):
+    usual, exaggerated = (
+        pressed(WaveFolds(depth, families=vertically, inextensible=False), PRESSED, level=0)[1]["W"] for depth in (1, 5)
+    )
+    np.testing.assert_allclose(exaggerated, 5.0 * usual, rtol=1e-12)
+    sim, frame = pressed(WaveFolds(5.0, families=vertically), PRESSED, level=0)
+    assert np.ptp(frame["W"]) < 0.4 * np.ptp(exaggerated)
+    assert sim.layers[0].limited_share() > 0.8
+    assert pressed(WaveFolds(0.5, families=vertically), PRESSED, level=0)[0].layers[0].limited_share() == 0.0
+
+
 def test_crossing_families_share_what_skin_can_fold(sheet, pressed):
     both = {"up": [sheet.points * [1.0, 0.75, 1.0]], "sideways": [sheet.points * [0.75, 1.0, 1.0]]}
     alone = pressed(WaveFolds(families={"up": both["up"]}), (0.0, 0.2))[1]

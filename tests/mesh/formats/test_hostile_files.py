@@ -195,3 +195,12 @@ def test_without_a_python_of_its_own_the_file_is_read_at_once(tmp_path, monkeypa
     assert fw.read_surface(tmp_path / "mesh.vtp").n_cells == pv.Sphere().n_cells
     monkeypatch.setattr("sys.executable", "/no/such/python")
     assert fw.read_surface(tmp_path / "mesh.vtp").n_cells == pv.Sphere().n_cells
+
+
+@pytest.mark.parametrize("ending", [".usdc"])
+def test_a_library_that_dies_of_a_file(tmp_path, ending):
+    """This mutant made USD crash."""
+    (seed,) = seeds(tmp_path, ending)
+    path = tmp_path / f"mutant{ending}"
+    path.write_bytes(mutated(seed, np.random.default_rng(670)))
+    assert outcome(path) == "refused"

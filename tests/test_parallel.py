@@ -1,0 +1,79 @@
+"""The same work in threads, processes and pools: the same bytes everywhere; and what goes between processes.
+
+what                  checked against
+frames                digests of all points and triangles of a run in this thread
+pickles               the same face and frame, to the last bit
+"""
+
+from __future__ import annotations
+
+import hashlib
+import multiprocessing
+import pickle
+import sys
+import warnings
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+
+EXPRESSIONS = ("surprise", "AU12")
+
+
+def digest(expression: str) -> str:
+    """Digest of the frames of an expression that comes up."""
+    import facewrinkle as fw
+
+    sim = fw.Simulation(fw.default_face())
+    sim.express(expression)
+    found = hashlib.sha256()
+    for frame in sim.run(4):
+        found.update(np.asarray(frame.points).tobytes() + np.asarray(frame.regular_faces).tobytes())
+    return found.hexdigest()
+
+
+@pytest.fixture(scope="module")
+def here() -> list[str]:
+    return [digest(expression) for expression in EXPRESSIONS]
+
+
+def in_processes(method: str) -> Executor:
+    return ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(method))
+
+
+@pytest.mark.parametrize("kind", ["threads", "spawn", "fork"])
+def test_the_same_bytes_in_threads_and_processes(here, kind):
+    if kind == "fork" and sys.platform != "linux":
+        pytest.skip("fork is safe on Linux only")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # Python warns of fork beside threads
+        with ThreadPoolExecutor(2) if kind == "threads" else in_processes(kind) as pool:
+            assert list(pool.map(digest, EXPRESSIONS)) == here
+
+
+def test_the_same_bytes_with_joblib(here):
+    joblib = pytest.importorskip("joblib")
+    assert joblib.Parallel(n_jobs=2)(joblib.delayed(digest)(name) for name in EXPRESSIONS) == here
+
+
+def test_the_same_bytes_with_dask(here):
+    dask = pytest.importorskip("dask")
+    work = [dask.delayed(digest)(name) for name in EXPRESSIONS]
+    for scheduler in ("threads", "processes"):
+        assert list(dask.compute(*work, scheduler=scheduler)) == here
+
+
+def test_faces_and_frames_are_pickled():
+    face = fw.default_face()
+    sim = fw.Simulation(face)
+    sim.express("surprise")
+    *_, frame = sim.run(3)
+    again, moved = pickle.loads(pickle.dumps((face, frame)))
+    np.testing.assert_array_equal(moved.points, frame.points)
+    assert set(moved.point_data) == set(frame.point_data)
+    other = fw.Simulation(again)
+    other.express("surprise")
+    *_, same = other.run(3)
+    np.testing.assert_array_equal(same.points, frame.points)
