@@ -21,7 +21,7 @@ from ..mesh.seams import corner_texture
 from .drawn import FrontFirst, same
 from .fields import field_colouring
 from .images import Image
-from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material
+from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, headlight
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, aim, height_of
 from .window import rendered, window_of
@@ -243,8 +243,11 @@ class Scene:
         actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
         actor.prop.interpolation = "phong"
         self._actors[name], self._posed = actor, None
-        if material is not None and not self.style.quick:
-            material.apply(actor, len(LIGHTS), "texture" in options)
+        textured = "texture" in options
+        if self.style.quick and actor.prop.lighting and not name.startswith(OWN_PREFIX):
+            headlight(actor, int(actor.prop.specular_power), textured)
+        elif material is not None and not self.style.quick:
+            material.apply(actor, len(LIGHTS), textured, edges=bool(options.get("show_edges")))
 
 
 @checked
