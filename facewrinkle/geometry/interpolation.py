@@ -71,7 +71,7 @@ def displaced(points: Array, heights: Array, directions: Array) -> Array:
 
 
 def height_above(
-    points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.int32]], step: float, deep: float
+    points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.integer]], step: float, deep: float
 ) -> Array:
     """Heights (n,) of a mesh above points (n, 3), along unit directions (n, 3) that differ by less than a right angle.
 
