@@ -201,7 +201,7 @@ SPECIAL = {
         e["points"],
         np.tile([0.0, 0.0, 1.0], (len(e["points"]), 1)),
         (e["points"], e["triangles"].astype(np.int32)),
-        np.zeros((len(e["points"]), 2), np.int64),
+        1.0,
         1.0,
     ],
     "mesh.refilled": lambda e: [e["template"], e["points"], {"height": e["values"]}],

@@ -13,6 +13,7 @@ from ..anatomy.eyeball import RADIUS, Eyeball
 from ..anatomy.face import Face
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
+from ..mesh.arrays import shallow
 
 Array = npt.NDArray[np.float64]
 
@@ -97,7 +98,7 @@ class PaintedEye:
         gaze = self.eye.gaze if gaze is None else gaze
         if self._turned is None or not np.array_equal(self._turned.gaze, gaze):
             self._turned = self._turn(gaze)
-        ball = self._turned.ball.copy(deep=False)
+        ball = shallow(self._turned.ball)
         paint = self._between_lids(self._turned, points)
         ball.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8)
         return ball

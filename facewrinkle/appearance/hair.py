@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from scipy.spatial import cKDTree
 
 from ..anatomy.brow_hairs import BrowHairs
 from ..anatomy.eyeball import Eyeball
@@ -17,15 +16,16 @@ from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
 from ..mesh.arrays import reshaped
+from . import _hair_kernels as kernels
 
 Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
+IntArray = npt.NDArray[np.integer]
 
 WIDER = 0.75
 """Exponent of the width of hairs that stand for many: thinner than all of them side by side, as they overlap."""
 
-CANDIDATES = 5
-"""Number of nearest triangles that are searched for the one under a point of a hair."""
+CELL = 0.02
+"""Width of the cells in which triangles under brows are looked up, in distances between the pupils."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +63,10 @@ class HairCards:
 
     def __init__(self, half: Array, tint: Array, pixel: float) -> None:
         count, knots = half.shape
-        self.half = np.maximum(half, 0.5 * pixel)[..., None]
+        self.half = np.maximum(half, 0.5 * pixel)
         paint = np.empty((count, knots, 2, 4))
         paint[..., :3] = tint[:, None, None]
-        paint[..., 3] = 255.0 * (half / self.half[..., 0])[..., None]
+        paint[..., 3] = 255.0 * (half / self.half)[..., None]
         first = 2 * knots * np.arange(count)[:, None, None]
         quads = (first + ring_quads(2, knots, closed=False)).reshape(-1, 4)
         blank = pv.PolyData.from_regular_faces(np.zeros((2 * count * knots, 3)), quads)
@@ -75,10 +75,10 @@ class HairCards:
 
     def along(self, lines: HairLines) -> pv.PolyData:
         """Return the ribbons, with `paint` (rgba), along lines."""
-        aside = self.half * lines.side
-        ribbons = np.stack([lines.points - aside, lines.points + aside], axis=2)
-        up = np.repeat(lines.up, 2, axis=1)
-        return reshaped(self._blank, ribbons.reshape(-1, 3), up.reshape(-1, 3))
+        count, knots = self.half.shape
+        places, normals = np.empty((2, count, knots, 2, 3))
+        kernels.ribbons(lines.points, lines.side, lines.up, self.half, places, normals)
+        return reshaped(self._blank, places.reshape(-1, 3), normals.reshape(-1, 3))
 
 
 class Brows:
@@ -113,17 +113,16 @@ class Brows:
         self._rest = hairs.polylines(face.points, face.triangles, vertex_normals(face.points, face.triangles))
         left = (self._rest[:, 0] - face.frame.origin) @ face.frame.axes[0] > 0.0
         self._sides = [_Stiffness(self._rest, np.flatnonzero(side), self.STIFF, self.FINE) for side in (left, ~left)]
-        self._deepest = 0.08 * face.frame.pupil_distance
+        self._deepest, self._cell = 0.08 * face.frame.pupil_distance, CELL * face.frame.pupil_distance
         width = 0.0017 * face.frame.pupil_distance
         k, p = hairs.triangles.shape
         random = np.random.default_rng(7)
-        share = np.linspace(0.0, 1.0, p)[:, None]
-        shape = (k, self.STRANDS, 1, 1)
-        self._length = random.uniform(0.55, 1.05, shape)
-        self._aside = width * (
-            random.uniform(-8.0, 8.0, shape) * (1.0 - 0.5 * share) + random.normal(0.0, 3.5, shape) * share**2
-        )
-        self.half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share[:, 0] ** 2), (k * self.STRANDS, p))
+        share = np.linspace(0.0, 1.0, p)
+        shape = (k, self.STRANDS, 1)
+        self._length = random.uniform(0.55, 1.05, shape[:2])
+        aside, bend = random.uniform(-8.0, 8.0, shape), random.normal(0.0, 3.5, shape)
+        self._aside = width * (aside * (1.0 - 0.5 * share) + bend * share**2)
+        self.half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share**2), (k * self.STRANDS, p))
         self.tint = np.array([78.0, 56.0, 47.0]) * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
 
     def cards(self, pixel: float, every: int = 1) -> HairCards:
@@ -146,39 +145,35 @@ class Brows:
 
         Hairs are lifted out of the folds of the `surface`, the points and triangles of the refined skin.
         """
-        lines = self.hairs.polylines(points, triangles, normals)
-        up = np.einsum("kpc,kpci->kpi", self.hairs.weights, normals[triangles[self.hairs.triangles]])
-        moved = lines - self._rest
+        hairs, shape = self.hairs, self._rest.shape
+        points, normals = (np.ascontiguousarray(array, np.float64) for array in (points, normals))
+        lines, up, side = np.empty((3, *shape))
+        kernels.on_skin(triangles[hairs.triangles], hairs.weights, hairs.heights, points, normals, lines, up)
+        moved = lines[:, 0] - self._rest[:, 0]
         for brow in self._sides:
-            slide = brow.correction(moved)
-            lines[brow.hairs] += slide - (slide * up[brow.hairs]).sum(axis=2, keepdims=True) * up[brow.hairs]
-        side = _unit_vectors(np.cross(np.gradient(lines, axis=1), up))
-        strands = lines[:, None, :1] + self._length * (lines - lines[:, :1])[:, None] + self._aside * side[:, None]
-        shape = (-1, *lines.shape[1:])
-        up, side = (np.broadcast_to(a[:, None], strands.shape).reshape(shape) for a in (up, side))
-        strands = strands.reshape(shape)
+            kernels.slide(brow.hairs, brow.below, brow.share, brow.correction(moved), up, lines)
+        kernels.across(lines, up, side)
+        strands = HairLines(*np.empty((3, self.STRANDS * shape[0], *shape[1:])))
+        kernels.strands(lines, side, up, self._length, self._aside, strands.points, strands.side, strands.up)
         if surface is not None:
-            strands += self._lift(strands, up, *surface)[..., None] * up
-        return HairLines(strands, side, up)
+            for brow in self._sides:
+                self._lift(strands, brow.strands(self.STRANDS), *surface)
+        return strands
 
-    def _lift(self, lines: Array, up: Array, points: Array, triangles: IntArray) -> Array:
-        """Distances (k, p) that hairs have to rise, where they came to lie under a surface."""
-        low, high = lines.min(axis=(0, 1)) - self._deepest, lines.max(axis=(0, 1)) + self._deepest
-        a, b, c = (points[triangles[:, k]] for k in range(3))
-        middle = (a + b + c) / 3.0
-        near = np.flatnonzero(((middle > low) & (middle < high)).all(axis=1))
-        if len(near) < CANDIDATES:
-            return np.zeros(lines.shape[:2])
-        tree = cKDTree(middle[near], balanced_tree=False, compact_nodes=False)  # made for one frame
-        around = near[tree.query(lines.reshape(-1, 3), k=CANDIDATES, workers=-1)[1]]
-        height = height_above(lines.reshape(-1, 3), up.reshape(-1, 3), (points, triangles), around, self._deepest)
-        return np.asarray(np.maximum(height.reshape(lines.shape[:2]) + self.hairs.heights, 0.0))
+    def _lift(self, lines: HairLines, strands: IntArray, points: Array, triangles: IntArray) -> None:
+        """Raise some strands, where they came to lie under a surface."""
+        if not len(strands):
+            return
+        place, up = (part[strands].reshape(-1, 3) for part in (lines.points, lines.up))
+        height = height_above(place, up, (points, triangles), self._cell, self._deepest)
+        rise = np.maximum(height.reshape(len(strands), -1) + self.hairs.heights, 0.0)
+        lines.points[strands] += rise[..., None] * lines.up[strands]
 
 
 class _Stiffness:
     """Straightens a brow: replaces its hairs' motion smoothed over little of its length by that smoothed over much."""
 
-    def __init__(self, rest: Array, hairs: npt.NDArray[np.integer], stiff: float, fine: float) -> None:
+    def __init__(self, rest: Array, hairs: IntArray, stiff: float, fine: float) -> None:
         self.hairs = hairs
         roots = rest[hairs, 0]
         length = np.linalg.svd(roots - roots.mean(axis=0), full_matrices=False)[2][0]
@@ -186,13 +181,16 @@ class _Stiffness:
         place = (along - along[:, 0].min()) / np.ptp(along[:, 0])
         self._smooth = _local_lines(place[:, 0], knots, stiff) - _local_lines(place[:, 0], knots, fine)
         at = np.clip(place, 0.0, 1.0) * (len(knots) - 1.0)
-        self._below = np.minimum(at.astype(int), len(knots) - 2)
-        self._share = (at - self._below)[..., None]
+        self.below = np.minimum(at.astype(int), len(knots) - 2)
+        self.share = at - self.below
 
     def correction(self, moved: Array) -> Array:
-        """Motion to add to the points of this brow's hairs, by the motion `moved` (k, p, 3) of all hairs."""
-        knots = self._smooth @ moved[self.hairs, 0]
-        return knots[self._below] * (1.0 - self._share) + knots[self._below + 1] * self._share
+        """Motion to add at the knots along this brow, by the motion `moved` (k, 3) of the roots of all hairs."""
+        return np.asarray(self._smooth @ moved[self.hairs])
+
+    def strands(self, each: int) -> IntArray:
+        """Numbers of the strands of this brow, of which each hair has some."""
+        return np.asarray((each * self.hairs[:, None] + np.arange(each)).ravel())
 
 
 def _local_lines(place: Array, knots: Array, reach: float) -> Array:
@@ -310,11 +308,14 @@ class Lashes:
             root = weights @ points[chain]
             out = _unit_vectors(root - self.eye.centre)
             along = _unit_vectors(np.gradient(root, axis=0))
-            up = _unit_vectors(np.cross(out, along) * np.sign((np.cross(out, along) @ self.eye.up).sum()))
+            up = np.empty_like(root)
+            kernels.across(root[None], out[None], up[None])
+            up *= np.sign((up @ self.eye.up).sum())
             along -= (along * out).sum(axis=1, keepdims=True) * out
             bent = path + shut * droop[..., None] * [0.0, 1.0, 0.0]
             line = root[:, None] + np.einsum("kpc,kci->kpi", bent, np.stack([along, up, out], axis=1))
-            side = _unit_vectors(np.cross(np.gradient(line, axis=1), self.eye.gaze))
+            side = np.empty_like(line)
+            kernels.across(line, np.tile(self.eye.gaze, (*line.shape[:2], 1)), side)
             lines.append(line)
             sides.append(side)
             outs.append(np.broadcast_to(out[:, None], line.shape))

@@ -130,28 +130,62 @@ def interpolate_corners(values, base, triangles, roots, hosts, weights, out):
 
 
 @njit(cache=True)
-def heights_above(points, up, points_of_mesh, triangles, near, tolerance, deep, out):
-    """Heights above each point, along its direction, of the highest of the triangles near it that face that way."""
-    for i in range(points.shape[0]):
-        out[i] = -np.inf
-        p, d = points[i], up[i]
-        for f in near[i]:
-            a, b, c = (
-                points_of_mesh[triangles[f, 0]],
-                points_of_mesh[triangles[f, 1]],
-                points_of_mesh[triangles[f, 2]],
-            )
+def heights_above(place, up, local, triangles, step, deep, tolerance, out):
+    """Heights above each place (k, 3), along its direction, of the highest of the triangles over or under it.
+
+    Triangles are sorted into the cells, `step` wide, of a grid along x and y; those count that face z, and contain the
+    place as seen along it. Their planes give the heights.
+    """
+    out[:] = -np.inf
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for i in range(len(place)):
+        for k in range(3):
+            low[k], high[k] = min(low[k], place[i, k]), max(high[k], place[i, k])
+    columns, rows = int((high[0] - low[0]) / step) + 1, int((high[1] - low[1]) / step) + 1
+    first, box = np.zeros(columns * rows + 1, np.int64), np.empty((len(triangles), 4), np.int64)
+    near = 0
+    chosen = np.empty(len(triangles), np.int64)
+    for f in range(len(triangles)):
+        a, b, c = local[triangles[f, 0]], local[triangles[f, 1]], local[triangles[f, 2]]
+        if (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]) <= 0.0:
+            continue
+        if max(a[2], b[2], c[2]) < low[2] - deep or min(a[2], b[2], c[2]) > high[2] + deep:
+            continue
+        left = max(int(np.floor((min(a[0], b[0], c[0]) - low[0]) / step)), 0)
+        right = min(int(np.floor((max(a[0], b[0], c[0]) - low[0]) / step)), columns - 1)
+        bottom = max(int(np.floor((min(a[1], b[1], c[1]) - low[1]) / step)), 0)
+        top = min(int(np.floor((max(a[1], b[1], c[1]) - low[1]) / step)), rows - 1)
+        if left > right or bottom > top:
+            continue
+        chosen[near] = f
+        box[near, 0], box[near, 1], box[near, 2], box[near, 3] = left, right, bottom, top
+        near += 1
+        for row in range(bottom, top + 1):
+            for column in range(left, right + 1):
+                first[row * columns + column + 1] += 1
+    first = np.cumsum(first)
+    cells, end = np.empty(first[-1], np.int64), first.copy()
+    for n in range(near):
+        for row in range(box[n, 2], box[n, 3] + 1):
+            for column in range(box[n, 0], box[n, 1] + 1):
+                cell = row * columns + column
+                cells[end[cell]] = chosen[n]
+                end[cell] += 1
+    for i in range(len(place)):
+        x, y = place[i, 0], place[i, 1]
+        cell = int((y - low[1]) / step) * columns + int((x - low[0]) / step)
+        for f in cells[first[cell] : first[cell + 1]]:
+            a, b, c = local[triangles[f, 0]], local[triangles[f, 1]], local[triangles[f, 2]]
             ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]
             gx, gy, gz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-            nx, ny, nz = ey * gz - ez * gy, ez * gx - ex * gz, ex * gy - ey * gx
-            facing = nx * d[0] + ny * d[1] + nz * d[2]
-            if facing <= 0.0:
+            ox, oy, oz = x - a[0], y - a[1], place[i, 2] - a[2]
+            double = ex * gy - gx * ey
+            v, w = (ox * gy - gx * oy) / double, (ex * oy - ox * ey) / double
+            if v < -tolerance or w < -tolerance or v + w > 1.0 + tolerance:
                 continue
-            ox, oy, oz = a[0] - p[0], a[1] - p[1], a[2] - p[2]
-            bx, by, bz = oy * d[2] - oz * d[1], oz * d[0] - ox * d[2], ox * d[1] - oy * d[0]
-            u = (bx * gx + by * gy + bz * gz) / facing
-            v = -(bx * ex + by * ey + bz * ez) / facing
-            if u > -tolerance and v > -tolerance and u + v < 1.0 + tolerance:
-                rise = (nx * ox + ny * oy + nz * oz) / facing
+            nx, ny = ey * gz - ez * gy, ez * gx - ex * gz
+            facing = nx * up[i, 0] + ny * up[i, 1] + double * up[i, 2]
+            if facing > 0.0:
+                rise = -(nx * ox + ny * oy + double * oz) / facing
                 if abs(rise) < deep and rise > out[i]:
                     out[i] = rise

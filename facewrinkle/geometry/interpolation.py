@@ -71,20 +71,27 @@ def displaced(points: Array, heights: Array, directions: Array) -> Array:
 
 
 def height_above(
-    points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.int32]], near: npt.NDArray[np.int64], deep: float
+    points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.integer]], step: float, deep: float
 ) -> Array:
-    """Heights (n,) of a mesh above points (n, 3), along unit directions (n, 3).
+    """Heights (n,) of a mesh above points (n, 3), along unit directions (n, 3) that differ by less than a right angle.
 
-    Only the triangles `near` each point (n, k) count, and of these the ones that face its direction and lie within
-    `deep` of it. The highest gives the height; -inf where there is none.
+    Triangles count that contain a point as seen along the mean of the directions, face it and its own direction, and
+    whose plane is within `deep` of it. The highest gives the height; -inf where there is none. Triangles are looked up
+    in a grid with cells `step` wide.
 
     Examples
     --------
     >>> sheet = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, 4.0, 3.0]]), np.array([[0, 1, 2]], np.int32)
     >>> up, below = np.tile([0.0, 0.0, 1.0], (2, 1)), np.array([[1.0, 2.0, 0.0], [3.0, 3.0, 0.0]])
-    >>> height_above(below, up, sheet, np.array([[0], [0]]), deep=10.0).tolist()
+    >>> height_above(below, up, sheet, step=1.0, deep=10.0).tolist()
     [2.0, -inf]
     """
     out = np.empty(len(points))
-    kernels.heights_above(points, up, *mesh, near, TOLERANCE, deep, out)
+    mean = up.mean(axis=0)
+    ahead = mean / max(float(np.linalg.norm(mean)), 1e-300)
+    aside = np.cross(np.eye(3)[np.argmin(np.abs(ahead))], ahead)
+    aside /= np.linalg.norm(aside)
+    axes = np.stack([aside, np.cross(ahead, aside), ahead], axis=1)
+    local, triangles = np.asarray(mesh[0]) @ axes, np.ascontiguousarray(mesh[1], np.int32)
+    kernels.heights_above(points @ axes, up @ axes, local, triangles, step, deep, TOLERANCE, out)
     return out

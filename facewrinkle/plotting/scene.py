@@ -16,12 +16,12 @@ from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
 from ..arguments import checked
 from ..mesh import split_at_seams
-from ..mesh.arrays import COLORS
+from ..mesh.arrays import COLORS, shallow
 from ..mesh.seams import corner_texture
 from .drawn import FrontFirst, same
 from .fields import field_colouring
 from .images import Image
-from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material
+from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, headlight
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, aim, height_of
 from .window import rendered, window_of
@@ -135,7 +135,7 @@ class Scene:
         self._posed = pose
 
     def _show_skin(self, seen: Seen) -> None:
-        skin, options = seen.skin.copy(deep=False), dict(SKIN_LIGHTING)
+        skin, options = shallow(seen.skin), dict(SKIN_LIGHTING)
         viewpoint = np.append(self.plotter.camera.position, 1.0)
         viewpoint = (seen.pose @ viewpoint if self.style.follow else viewpoint)[:3]
         textured = self._texture is not None and skin.active_texture_coordinates is not None
@@ -225,16 +225,17 @@ class Scene:
         known = self._parts.get(name)
         if known is not None and same(part, known):
             return
-        part = part.copy(deep=False)
-        if "Normals" in part.point_data:
-            part.point_data.active_normals_name = "Normals"
         if known is None:
-            self._parts[name] = part
+            self._parts[name] = shown = part.copy(deep=False)
+            if "Normals" in shown.point_data:
+                shown.point_data.active_normals_name = "Normals"
             colours: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
-            self._add(part, name, material, **colours, **options)
-        else:
-            part.active_scalars_name = "paint" if texture is None else None
-            known.shallow_copy(part)
+            self._add(shown, name, material, **colours, **options)
+            return
+        known.ShallowCopy(part)  # by VTK's own functions, as PyVista's take longer than the drawing
+        data = known.GetPointData()
+        data.SetActiveNormals("Normals" if data.HasArray("Normals") else None)
+        data.SetActiveScalars("paint" if texture is None else None)
 
     def _add(self, mesh: pv.PolyData, name: str, material: Material | None = None, **options: Any) -> None:
         defaults = {"smooth_shading": False, "show_scalar_bar": False, "reset_camera": False, "render": False}
@@ -243,8 +244,11 @@ class Scene:
         actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
         actor.prop.interpolation = "phong"
         self._actors[name], self._posed = actor, None
-        if material is not None and not self.style.quick:
-            material.apply(actor, len(LIGHTS), "texture" in options)
+        textured = "texture" in options
+        if self.style.quick and actor.prop.lighting and not name.startswith(OWN_PREFIX):
+            headlight(actor, int(actor.prop.specular_power), textured)
+        elif material is not None and not self.style.quick:
+            material.apply(actor, len(LIGHTS), textured, edges=bool(options.get("show_edges")))
 
 
 @checked

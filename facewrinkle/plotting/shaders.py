@@ -1,9 +1,12 @@
-"""Skin, eyes and teeth under the lights of a scene: fragment shaders.
+"""Skin, eyes, teeth and hair under the lights of a scene: shaders.
 
 Light enters skin and comes out again around the place where it entered, red light the farthest: the border
 between light and shade is soft and warm. Light that is reflected at the surface is not coloured by the skin, and grows
 towards the outline. Colours are taken as square roots of reflectances. The back of skin, in holes and masks, is dim
 and red.
+
+What changes slowly over a triangle is worked out at its corners: scattered light, and the directions in which the
+highlights are. In software a pixel costs as much as its shader has operations.
 """
 
 from __future__ import annotations
@@ -12,37 +15,72 @@ from dataclasses import dataclass
 
 import pyvista as pv
 
-SHADER_START = """//VTK::Light::Impl
+VERTEX_DECLARATIONS = """//VTK::Normal::Dec
+%(directions)s
+uniform vec3 %(colours)s;
+out vec3 scattered;
+out vec3 towards;
+out vec%(lights)d halfway;
+"""
+
+SLOW_START = """
+  {
+  vec3 N = normalize(normalVCVSOutput);
+  towards = normalize(-%(place)s.xyz);
+  scattered = mix(vec3(%(below)s), vec3(%(above)s), 0.5 + 0.5 * N.y);
+  vec3 bleed = vec3(%(bleed)s);
+"""
+
+SLOW_OF_LIGHT = """
+  scattered += clamp((bleed - dot(N, lightDirectionVC%(number)d)) / (1.0 + bleed), 0.0, 1.0) * lightColor%(number)d;
+  halfway[%(number)d] = inversesqrt(2.0 - 2.0 * dot(lightDirectionVC%(number)d, towards));
+"""
+
+FRAGMENT_DECLARATIONS = """//VTK::Normal::Dec
+in vec3 scattered;
+in vec3 towards;
+in vec%(lights)d halfway;
+"""
+
+FRAGMENT_START = """
   vec3 N = normalVCVSOutput;
-  vec3 V = normalize(-vertexVC.xyz);
   vec3 albedo = diffuseColor;
   //TEXTURE
   albedo *= albedo;
-  vec3 lit = albedo * mix(vec3(%(below)s), vec3(%(above)s), 0.5 + 0.5 * N.y);
-  vec3 bleed = vec3(%(bleed)s);
-  float facing = dot(N, V);
+  vec3 lit = albedo * scattered;
+  float facing = dot(N, towards);
   float glance = 1.0 - max(facing, 0.0);
   float fresnel = 1.0 + 4.0 * glance * glance * glance;
   vec3 shine = vec3(0.0);
 """
 
-SHADER_OF_LIGHT = """
+FRAGMENT_OF_LIGHT = """
   {
-    vec3 L = -lightDirectionVC%(number)d;
-    float slope = dot(N, L);
+    float slope = -dot(N, lightDirectionVC%(number)d);
     vec3 C = lightColor%(number)d;
-    lit += albedo * clamp((slope + bleed) / (1.0 + bleed), 0.0, 1.0) * C;
-    float near = max((slope + facing) * inversesqrt(2.0 + 2.0 * dot(L, V)), 0.0);
-    float near2 = near * near, near8 = near2 * near2 * near2 * near2, near32 = near8 * near8 * near8 * near8;
+    float near = max((slope + facing) * halfway[%(number)d], 0.0);
+    float near2 = near * near, near4 = near2 * near2, near8 = near4 * near4;
+    float near16 = near8 * near8, near32 = near16 * near16;
     shine += C * (clamp(4.0 * slope, 0.0, 1.0) * (%(shine)s));
   }
 """
 
-SHADER_END = """
+FRAGMENT_END = """
   lit += fresnel * shine;
   %(behind)s
   fragOutput0 = vec4(sqrt(lit / (1.0 + 0.22 * lit)), opacity);
 """
+
+HEADLIGHT = """//VTK::Light::Impl
+  float slope = max(normalVCVSOutput.z, 0.0);
+  %(squares)s;
+  vec3 reflected = slope * diffuseColor + (%(highlight)s) * specularColor;
+  fragOutput0 = vec4(ambientColor + lightColor0 * reflected, opacity);
+  //TEXTURE
+"""
+"""Phong's shading under one light at the camera, as VTK has it, with a whole power."""
+
+TEXTURED = "texture(actortexture, tcoordVCVSOutput).rgb"
 
 
 @dataclass(frozen=True)
@@ -69,23 +107,61 @@ class Material:
     behind: str = ""
 
     def code(self, lights: int, textured: bool = False) -> str:
-        """Return the statements of a fragment shader that shade under a number of directional lights.
+        """Return the statements of a fragment shader that shade under two to four directional lights, pixel by pixel.
 
         They read and write the variables of VTK's shaders, in the place of its own lighting.
         """
-        parts = {"below": self.below, "above": self.above, "bleed": self.bleed}
-        code = (
-            SHADER_START % parts
-            + "".join(SHADER_OF_LIGHT % {"number": k, "shine": self.shine} for k in range(lights))
-            + SHADER_END % {"behind": self.behind}
-        )
-        return code.replace("//TEXTURE", "albedo *= texture(actortexture, tcoordVCVSOutput).rgb;" if textured else "")
+        parts, slow, fragment = self._sources(lights, "vertexVC")
+        code = f"  vec3 scattered, towards;\n  vec{lights} halfway;\n{slow}{fragment}"
+        return code.replace("//TEXTURE", f"albedo *= {TEXTURED};" if textured else "")
 
-    def apply(self, actor: pv.Actor, lights: int, textured: bool = False) -> None:
-        """Draw an actor with this material, under a number of directional lights."""
-        if textured:
-            actor.add_shader_replacement("fragment", "//VTK::TCoord::Impl", "")
-        actor.add_shader_replacement("fragment", "//VTK::Light::Impl", self.code(lights, textured))
+    def apply(self, actor: pv.Actor, lights: int, textured: bool = False, edges: bool = False) -> None:
+        """Draw an actor with this material, under two to four directional lights.
+
+        Where VTK draws edges, nothing is worked out at the corners: its geometry shader hands on only what it knows.
+        """
+        parts, slow, fragment = self._sources(lights, "vertexVCVSOutput")
+        if edges:
+            fragment = self.code(lights, textured)
+        else:
+            actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", VERTEX_DECLARATIONS % parts)
+            actor.add_shader_replacement("vertex", "//VTK::Light::Impl", f"//VTK::Light::Impl\n{slow}")
+            actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", FRAGMENT_DECLARATIONS % parts)
+        _shade(actor, f"//VTK::Light::Impl\n{fragment}", f"albedo *= {TEXTURED};" if textured else "")
+
+    def _sources(self, lights: int, place: str) -> tuple[dict[str, object], str, str]:
+        """Return what is filled in, what changes slowly over a triangle, and the rest, as GLSL."""
+        numbers = range(lights)
+        parts: dict[str, object] = {"below": self.below, "above": self.above, "bleed": self.bleed, "shine": self.shine}
+        parts |= {"lights": lights, "place": place, "colours": ", ".join(f"lightColor{k}" for k in numbers)}
+        parts["directions"] = "".join(f"uniform vec3 lightDirectionVC{k};\n" for k in numbers)
+        slow = SLOW_START % parts + "".join(SLOW_OF_LIGHT % {"number": k} for k in numbers) + "  }\n"
+        fragment = FRAGMENT_START % parts + "".join(FRAGMENT_OF_LIGHT % {"number": k, **parts} for k in numbers)
+        return parts, slow, fragment + FRAGMENT_END % {"behind": self.behind}
+
+
+def headlight(actor: pv.Actor, power: int, textured: bool = False) -> None:
+    """Draw an actor under one light at the camera, with VTK's own ambient, diffuse and specular colours.
+
+    Parameters
+    ----------
+    actor : pyvista.Actor
+    power : int
+        Exponent of the highlight. VTK takes any, and a logarithm and an exponential of each pixel.
+    textured : bool
+    """
+    squares = [2**k for k in range(power.bit_length())]
+    highlight = "float slope1 = slope" + "".join(f", slope{2 * k} = slope{k} * slope{k}" for k in squares[:-1])
+    parts = {"squares": highlight, "highlight": " * ".join(f"slope{k}" for k in squares if power & k)}
+    _shade(actor, HEADLIGHT % parts, f"fragOutput0.rgb *= {TEXTURED};" if textured else "")
+
+
+def _shade(actor: pv.Actor, code: str, texture: str) -> None:
+    """Replace the light of a fragment shader, and how a texture colours it; nothing is cut out by its opacity."""
+    actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code.replace("//TEXTURE", texture))
+    actor.add_shader_replacement("fragment", "discard;", "")  # with it, depths are written late
+    if texture:
+        actor.add_shader_replacement("fragment", "//VTK::TCoord::Impl", "")
 
 
 # Dark paint has no highlights: hair and furrows on the skin are dull, and so are teeth that no light reaches.

@@ -4,6 +4,7 @@ what                checked against
 carried             the sparse product of the forest's weights; affine functions of the refined positions
 barycentric         the weights that points were made of; beside a triangle, weights of a point in it
 nearest_values     the value of the heaviest corner, one by one
+height_above       each triangle against each line, one by one
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from facewrinkle.geometry.interpolation import barycentric, interpolated, nearest_values
+from facewrinkle.geometry.interpolation import barycentric, height_above, interpolated, nearest_values
 from facewrinkle.geometry.refinement import RedGreenForest
 
 
@@ -73,3 +74,27 @@ def test_barycentric_finds_the_weights_that_points_were_made_of():
     beside = barycentric(points + rng.normal(size=(200, 3)), corners)
     assert (beside >= 0.0).all()
     np.testing.assert_allclose(beside.sum(axis=1), 1.0)
+
+
+@pytest.mark.parametrize("step", [0.02, 0.3, 50.0])
+def test_heights_above_are_those_of_the_highest_triangle(step):
+    """Two wavy sheets, one over a part of the other, below lines in a slanted direction; both may be out of reach."""
+    rng, deep = np.random.default_rng(4), 0.6
+    sheet = pv.Plane(i_size=4.0, j_size=3.0, i_resolution=9, j_resolution=7).triangulate()
+    low, high = (np.array(sheet.points, dtype=np.float64) for _ in range(2))
+    low[:, 2] = 0.2 * np.sin(3.0 * low[:, 0] + low[:, 1])
+    high = high * [0.5, 0.5, 0.0] + [0.3, 0.2, 0.5]
+    points = np.vstack([low, high])
+    triangles = np.vstack([sheet.regular_faces, sheet.regular_faces + len(low)])
+    ahead = np.array([0.2, -0.3, 1.0]) / np.linalg.norm([0.2, -0.3, 1.0])
+    below = rng.uniform([-2.2, -1.7, -0.7], [2.2, 1.7, 0.3], (80, 3))
+    expected = np.full(len(below), -np.inf)
+    for i, place in enumerate(below):
+        for a, b, c in points[triangles]:
+            if np.cross(b - a, c - a) @ ahead > 0.0:
+                v, w, rise = np.linalg.solve(np.stack([b - a, c - a, -ahead], axis=1), place - a)
+                if min(v, w, 1.0 - v - w) >= -0.02 and abs(rise) < deep:
+                    expected[i] = max(expected[i], rise)
+    found = height_above(below, np.tile(ahead, (len(below), 1)), (points, triangles), step, deep)
+    assert 20 < np.isfinite(expected).sum() < 75
+    np.testing.assert_allclose(found, expected, atol=1e-12)
