@@ -1,4 +1,4 @@
-"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``rig``, ``studio``, ``dataset``, ``fit``, ``atlas``, ...
+"""The command line: ``express``, ``play``, ``pattern``, ``tear``, ``rig``, ``studio``, ``dataset``, ``fit`` and more.
 
 The commands live in :mod:`facewrinkle.commands` and are imported when they are called, so that ``--help`` is quick.
 """

@@ -133,7 +133,7 @@ class SampleMaker:
         if self._person is None or self._simulation is None or self._person.number != number:
             self._person = person = person_of(self.spec, number)
             face = face_of(self.spec, person)
-            options = person.folds | {"seed": int(person.folds["seed"])}
+            options: dict[str, Any] = person.folds | {"seed": int(person.folds["seed"])}
             if person.scan is not None:
                 options["age"] = max(person.identity["age"], 0.0)
             self._simulation = Simulation(face, layers=fold_layers(face, "wave", **options))

@@ -111,7 +111,7 @@ class Material:
 
         They read and write the variables of VTK's shaders, in the place of its own lighting.
         """
-        parts, slow, fragment = self._sources(lights, "vertexVC")
+        _, slow, fragment = self._sources(lights, "vertexVC")
         code = f"  vec3 scattered, towards;\n  vec{lights} halfway;\n{slow}{fragment}"
         return code.replace("//TEXTURE", f"albedo *= {TEXTURED};" if textured else "")
 
