@@ -75,7 +75,8 @@ __all__ = sorted([*_HOME, *_TABLES])
 
 def __getattr__(name: str) -> Any:
     if name in _HOME:
-        value = getattr(import_module(f".{_HOME[name]}", __name__), name)
+        home = import_module(f".{_HOME[name]}", __name__)
+        value = home if _HOME[name] == name else getattr(home, name)  # the studio is a package that can be called
     elif name in _TABLES:
         value = getattr(import_module(".anatomy.atlas", __name__).load_atlas(), _TABLES[name])
     elif name in _SUBPACKAGES:

@@ -14,6 +14,7 @@ import pyvista as pv
 from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.fitting import fit_face
 from ..errors import ParameterError, check_range, check_whole, warn
+from ..geometry.normals import vertex_areas
 from ..motion.animation import read_animation
 from ..plotting import closeup, side_by_side, stacked
 from ..plotting.views import Style
@@ -104,7 +105,7 @@ def play(
     with Scenes(face) as scenes:
         deepest = _record(clip, recorder, scenes, styles, count)
         folds.tell_limited(max(shares))
-        if max(moment.depth for moment in deepest) < SMOOTH:
+        if max(float(np.ptp(moment.frame["W"])) for moment in deepest) < SMOOTH:
             warn(
                 f"{file.name} shows no wrinkles: its motion compresses the skin of the face nowhere. Clips of bodies "
                 "often carry the head along as one piece; give one in which the face moves, with blend shapes or "
@@ -130,7 +131,7 @@ def _atlas(path: Path | None) -> Atlas | None:
 
 
 class Moment(NamedTuple):
-    """A frame, its time, and the height from its deepest furrow to its highest bulge in mm."""
+    """A frame, its time, and the root mean square of the heights of its wrinkles in mm."""
 
     depth: float
     time: float
@@ -154,7 +155,7 @@ class DeepestMoments:
 
     def add(self, time: float, frame: pv.PolyData) -> None:
         """Look at the next frame; the one before is kept if wrinkles rose until then and fall now."""
-        now, last = Moment(float(np.ptp(frame["W"])), time, frame), self._last
+        now, last = Moment(_depth(frame), time, frame), self._last
         if last is not None and self._rising and now.depth < last.depth:
             self._kept = self._deepest([*self._kept, last])
         self._rising = last is None or now.depth > last.depth or (self._rising and now.depth == last.depth)
@@ -168,6 +169,13 @@ class DeepestMoments:
     def _deepest(self, moments: list[Moment]) -> list[Moment]:
         by_depth = sorted(moments, key=lambda moment: moment.depth)
         return sorted(by_depth[-self.count :], key=lambda moment: moment.time)
+
+
+def _depth(frame: pv.PolyData) -> float:
+    """Return the root mean square of the heights of wrinkles over the skin: the deepest alone cannot get deeper."""
+    points, height = np.asarray(frame.points, np.float64), np.asarray(frame["W"])
+    area = vertex_areas(points, np.asarray(frame.regular_faces))
+    return float(np.sqrt(np.average(height**2, weights=area)))
 
 
 def _record(clip: Clip, recorder: Recorder, scenes: Scenes, styles: list[Style], count: int) -> list[Moment]:

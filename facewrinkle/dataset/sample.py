@@ -51,6 +51,12 @@ class Sample:
         :data:`facewrinkle.dataset.labels.PARTS`.
     facts : dict
         All else that is known: person, expression, contractions, landmarks, camera, furrows.
+
+    Examples
+    --------
+    >>> sample = Sample(12, np.zeros((4, 4, 3), np.uint8), {"depth": np.zeros((4, 4), np.uint16)}, {})
+    >>> sample.key, sorted(sample.files())
+    ('000000012', ['json', 'npz', 'png'])
     """
 
     index: int

@@ -26,6 +26,11 @@ LID_SHELL = 1.3
 FROM_MARGIN = np.deg2rad(20.0)
 """Nor does skin farther than this from the margin of its lid, as seen from the centre of the eye."""
 
+HALF = 0.05
+"""The edge that a vertex meets reaches at least as far to both sides, in widths of the eye: short ones would turn with
+every fold of a fine mesh.
+"""
+
 ALONG_LIDS = 0.5
 """Edges that run along the lids: by more than this share of their length."""
 
@@ -70,14 +75,11 @@ def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, up
     ends = np.where((along[ends[:, 0]] < along[ends[:, 1]])[:, None], ends, ends[:, ::-1])
     run = points[ends[:, 1]] - points[ends[:, 0]]
     ends = ends[run @ opening.axes[0] > ALONG_LIDS * np.linalg.norm(run, axis=1)]
-    # The height of every edge over (or below) the place of every vertex; where it does not reach, nothing.
-    first, last = along[ends].T
-    share = (along[vertices, None] - first) / (last - first)
-    height = elevation[ends[:, 0]] + share * (elevation[ends[:, 1]] - elevation[ends[:, 0]])
-    beyond = np.where((share >= 0.0) & (share <= 1.0), height if upper else -height, -np.inf)
-    best = beyond.argmax(axis=1) if len(ends) else np.zeros(0, np.int64)
-    met = np.flatnonzero(np.isfinite(beyond.max(axis=1, initial=-np.inf)))
-    vertices, ends = vertices[met], ends[best[met]]
+    outwards = elevation if upper else -elevation
+    here, left, right = (_highest(along[vertices] + aside, along[ends], outwards[ends]) for aside in (0.0, -HALF, HALF))
+    met = np.flatnonzero(here >= 0)
+    left, right = (np.where(there < 0, here, there)[met] for there in (left, right))
+    vertices, ends = vertices[met], np.column_stack([ends[left, 0], ends[right, 1]])
     triangles = np.column_stack([ends, np.full(len(ends), centre)])
     corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
     places = np.vstack([points * face.unit, *(each.centre[None] * face.unit for each in face.eyes)])
@@ -86,3 +88,16 @@ def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, up
     triangles[turned] = triangles[turned][:, [1, 0, 2]]
     skin = FacingSkin(corners, shares, triangles, np.zeros(len(corners)), EYE_STIFFNESS * area[vertices])
     return skin.touching_from(np.minimum(skin.gaps(places) - SLACK, 0.0))
+
+
+def _highest(places: Array, along: Array, heights: Array) -> IntArray:
+    """Return the numbers of the edges that are the highest at places (k,) along the lids; -1 where none reaches.
+
+    Edges have the places `along` (e, 2) and `heights` (e, 2) of their ends.
+    """
+    if not len(along):
+        return np.full(len(places), -1)
+    share = (places[:, None] - along[:, 0]) / (along[:, 1] - along[:, 0])
+    height = heights[:, 0] + share * (heights[:, 1] - heights[:, 0])
+    there = np.where((share >= 0.0) & (share <= 1.0), height, -np.inf)
+    return np.where(np.isfinite(there.max(axis=1)), there.argmax(axis=1), -1)

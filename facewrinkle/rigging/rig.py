@@ -68,6 +68,12 @@ class RigError:
         mm.
     motion : float
         The mean way of the same vertices in the simulation, mm.
+
+    Examples
+    --------
+    >>> error = RigError(mean=0.2, largest=1.1, motion=4.0)
+    >>> error.mean / error.motion
+    0.05
     """
 
     mean: float

@@ -205,7 +205,7 @@ def test_the_nasolabial_fold_ends_beside_the_moved_corner(any_face, what):
     crease = any_face.muscles["zygomaticus_major_l"].fold_pattern
     lam, q = crease.coordinates(rest)
     outside = np.asarray(frame["Normals"]) @ axes[2] > 0.2  # not the lining of the mouth
-    furrow = outside & crease.wrinkling_region(rest) & (np.abs(q * crease.width) < 0.04 * crease.width) & (w < -0.15)
+    furrow = outside & crease.wrinkling_region(rest) & (np.abs(q * crease.width) < 0.04 * crease.width) & (w < -0.1)
     assert furrow.sum() > 8
     line = np.array([moved[furrow & (np.abs(lam - l) < 0.1)].mean(axis=0) for l in (0.3, 0.5, 0.7)])
     assert (np.diff(line[:, 1]) < 0.0).all()  # down

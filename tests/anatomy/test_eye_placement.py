@@ -77,16 +77,11 @@ def test_an_eye_that_is_not_open_lies_behind_its_skin(face):
         assert eye.side not in closed.eyelid_openings
         hits = closed.mesh.ray_trace(eye.centre, eye.centre + 100.0 * eye.gaze)[0]
         assert np.linalg.norm(hits - eye.centre, axis=1).min() >= eye.radius
-        lashes = Lashes(eye, closed, 0.1)
-        ((chain, weights),) = lashes.roots
-        np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-9)
-        roots = weights @ closed.points[chain]
-        assert np.abs(roots - closed.mesh.find_closest_cell(roots, return_closest_point=True)[1]).max() < 0.5
+        assert not Lashes(eye, closed, 0.1).roots
     with Scene(closed, Style(size=(64, 64))) as scene:
         scene.show(closed.mesh)
         drawn = set(scene.plotter.actors)
-    assert {"lashes_l", "lashes_r"} <= drawn
-    assert not {"eye_l", "eye_r"} & drawn
+    assert not {"eye_l", "eye_r", "lashes_l", "lashes_r"} & drawn
 
 
 def test_eyes_of_a_face_with_closed_lids_do_not_show(real_face):

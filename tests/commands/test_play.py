@@ -166,12 +166,14 @@ def test_a_file_without_animation_is_refused(tmp_path, capsys):
     ],
 )
 def test_moments_are_those_of_the_deepest_wrinkles(depths, count, times):
-    moments = DeepestMoments(count)
+    moments, sheet = DeepestMoments(count), pv.Plane(i_resolution=2, j_resolution=2).triangulate()
     for time, depth in enumerate(depths, 1):
-        moments.add(float(time), {"W": np.array([0.0, depth])})
+        frame = sheet.copy()
+        frame["W"] = np.full(frame.n_points, -float(depth))
+        moments.add(float(time), frame)
     found = moments.found()
     assert [moment.time for moment in found] == times
-    assert [moment.depth for moment in found] == [depths[time - 1] for time in times]
+    assert [moment.depth for moment in found] == pytest.approx([depths[time - 1] for time in times])
 
 
 def test_shapes_in_place_of_an_animation(clip, tmp_path, capsys):

@@ -299,7 +299,7 @@ def test_age_furrows_the_face_at_rest_and_stretch_smooths_it(sheet, vertically, 
 
 def test_a_face_has_its_age(face):
     assert fw.default_face({"age": 0.7}).age == 0.7
-    assert fw.default_face({"age": -0.7}).age == face.age == 0.0
+    assert (fw.default_face({"age": -0.7}).age, face.age) == (-0.7, 0.0)
 
 
 # --- what is asked for -------------------------------------------------------------------------------

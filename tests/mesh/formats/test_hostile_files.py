@@ -182,8 +182,8 @@ def test_an_offset_that_crashes_vtk(tmp_path):
 @pytest.mark.parametrize("harm", ["os.abort()", "os.kill(os.getpid(), 11)", "bytearray(10**11)", "while True: pass"])
 def test_whatever_vtk_does_is_an_error(tmp_path, monkeypatch, harm):
     pv.Sphere().save(tmp_path / "mesh.vtp")
-    harmful = probing._PROGRAM.replace("reader.UpdateInformation()", f"import os\n{harm}")
-    monkeypatch.setattr(probing, "_PROGRAM", harmful)
+    harmful = probing._VTK.replace("reader.UpdateInformation()", f"import os\n{harm}")
+    monkeypatch.setattr(probing, "_VTK", harmful)
     monkeypatch.setattr(probing, "SECONDS", 1)
     with pytest.raises(MeshError, match=r"mesh\.vtp cannot be read: VTK does not get through it\. The file is damaged"):
         fw.read_surface(tmp_path / "mesh.vtp")
