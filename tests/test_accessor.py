@@ -71,7 +71,7 @@ def test_other_parts_come_along(ball):
     ear["height"] = ear.points[:, 1].astype(np.float64)
     both = pv.merge([ball, ear])
     with pytest.warns(FaceWrinkleWarning, match="refined"):
-        out = both.facewrinkle.pattern("dimple", (0, 0, 68), size=6.0)
+        out = both.facewrinkle.pattern("dimple", (0, 0, 68), size=6.0, depth=1.0)
     assert out.split_bodies().n_blocks == 2
     moved = out["W"] != 0.0
     assert out["W"].min() == pytest.approx(-1.0, abs=0.02)

@@ -50,6 +50,8 @@ UNCALLED = {
     "MuscleWrinkles.follow": "as displacement",
     "MuscleWrinkles.fields": "takes nothing",
     "MuscleWrinkles.fields_of": "takes a number",
+    "MuscleWrinkles.limited_share": "takes nothing",
+    "Rig": "made by rig; what it is given is kept, not worked on",
     "PatternLayer.displacement": "as above",
     "PatternLayer.follow": "as above",
     "PatternLayer.fields": "takes nothing",
@@ -194,6 +196,9 @@ SPECIAL = {
     "Crease.transformed": lambda e: [np.eye(3), 2.0, np.ones(3)],
     "TriangularMuscle.transformed": lambda e: [np.eye(3), 2.0, np.ones(3)],
     "SheetMuscle.transformed": lambda e: [np.eye(3), 2.0, np.ones(3)],
+    "Crease.points_at": lambda e: [np.linspace(0.0, 1.0, 5), np.linspace(-1.0, 1.0, 5)],
+    "Simulation.take_triangles": lambda e: [fw.Simulation(face(), layers=[])],
+    "write_rig": lambda e: [small_rig(), e["path"].with_suffix(".glb")],
     "Simulation.use_layers": lambda e: [[fw.MuscleWrinkles()]],
     "Simulation.fields": lambda e: [next(iter(face().muscles))],
     "geometry.interpolation.interpolated": lambda e: [e["points"], e["corners"], e["barycentric"]],
@@ -278,6 +283,11 @@ SPECIAL = {
 @cache
 def tear():
     return fw.SheddingTear(face(), start="l")
+
+
+@cache
+def small_rig():
+    return fw.rig(face(), "jawOpen", wrinkles="none", level=0)
 
 
 def forest(examples):

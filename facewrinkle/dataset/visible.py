@@ -43,7 +43,7 @@ class Camera:
         Examples
         --------
         >>> plotter = pv.Plotter(off_screen=True, window_size=(40, 20))
-        >>> plotter.camera.position, plotter.camera.focal_point = (0.0, 0.0, 5.0), (0.0, 0.0, 0.0)
+        >>> plotter.camera_position = [(0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
         >>> seen, distance = Camera.of(plotter.camera, (40, 20)).project(np.array([[0.0, 0.0, 1.0]]))
         >>> seen.tolist(), distance.tolist()
         ([[20.0, 10.0]], [4.0])

@@ -284,7 +284,7 @@ def test_what_simulates_prints_itself_in_a_line(face):
     layer = fw.PatternLayer("dimple", (0, 0, 1), size=3.0)
     assert repr(sim) == f"Simulation({face!r}, Skin, 2 layers, 0.02 s)"
     assert repr(recorded) == "Recorded(0 shapes, 0.04 s)"
-    assert repr(layer) == "PatternLayer('dimple', depth=1)"
+    assert repr(layer) == "PatternLayer('dimple', depth=default)"
 
 
 def test_layers_taken_in_the_middle_of_a_motion_are_those_from_its_start(face):
@@ -298,9 +298,9 @@ def test_layers_taken_in_the_middle_of_a_motion_are_those_from_its_start(face):
     for _ in range(8):  # a level of triangles in each step
         ours, theirs = late.step(), early.step()
     n = face.mesh.n_points
-    assert ours.n_cells > face.mesh.n_cells  # triangles depend a little on the way there; heights of vertices do not
-    assert np.array_equal(ours.points[:n], theirs.points[:n])
-    assert np.array_equal(ours["W"][:n], theirs["W"][:n])
+    assert ours.n_cells > face.mesh.n_cells  # triangles depend a little on the way there, and on them the net volume
+    np.testing.assert_allclose(ours["W"][:n], theirs["W"][:n], rtol=2.0 / 512.0, atol=1e-3)
+    np.testing.assert_allclose(ours.points[:n], theirs.points[:n], atol=np.abs(theirs["W"]).max() * 2.0 / 512.0)
     late.use_layers([])
     assert not late.step()["W"].any()
 

@@ -183,18 +183,18 @@ def test_errors_of_refinement(settings):
 
 
 def test_wrinkles_too_fine_for_the_level_cap_are_refused(face):
-    fine = face.with_muscles({"corrugator_l": face.muscles["corrugator_l"].replaced(folds=None, count=60)})
-    sim = fw.Simulation(fine, fw.Refinement(max_level=2))
-    with pytest.raises(ParameterError, match="corrugator_l are too fine") as caught:
-        sim.express("frowning")
+    fine = face.with_muscles({"frontalis_inner_l": face.muscles["frontalis_inner_l"].replaced(count=60)})
+    sim = fw.Simulation(fine, fw.Refinement(max_level=2), folds="paper")
+    with pytest.raises(ParameterError, match="frontalis_inner_l are too fine") as caught:
+        sim.express("fear")
     # The remedy in the message works.
     level = int(str(caught.value).rstrip(".").split("max_level=")[-1])
     assert 3 <= level <= 8
-    fw.Simulation(fine, fw.Refinement(max_level=level)).express("frowning")
-    sim.contract({"corrugator_r": 1.0})
-    finest = face.with_muscles({"corrugator_l": face.muscles["corrugator_l"].replaced(folds=None, count=60_000)})
+    fw.Simulation(fine, fw.Refinement(max_level=level), folds="paper").express("fear")
+    sim.contract({"frontalis_inner_r": 1.0})
+    finest = face.with_muscles({"frontalis_inner_l": face.muscles["frontalis_inner_l"].replaced(count=60_000)})
     with pytest.raises(ParameterError, match=r"Ask for fewer wrinkles\.$"):  # no level is enough
-        fw.Simulation(finest).express("frowning")
+        fw.Simulation(finest, folds="paper").express("fear")
 
 
 def test_without_samples_the_papers_criterion_splits_alone():

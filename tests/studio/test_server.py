@@ -176,7 +176,8 @@ def test_oversized_and_binary_messages_end_the_page(studio):
                 pass
             return seen.socket.close_code
 
-    assert asyncio.run(visit(lambda ws: ws.send_str("x" * (LARGEST_MESSAGE + 1)))) == 1009
+    closed = asyncio.run(visit(lambda ws: ws.send_str("x" * (LARGEST_MESSAGE + 1))))
+    assert closed in (1009, 1006)  # a page that is still sending may not hear the reason
     assert asyncio.run(visit(lambda ws: ws.send_bytes(b"\0" * 64))) == 1003
 
 
@@ -322,6 +323,6 @@ def test_a_frame_is_small_and_what_rests_is_not_sent_again(studio):
             return sorted(seen.bytes)[len(seen.bytes) // 2], names
 
     size, names = asyncio.run(visit())
-    assert size < 100_000
+    assert size < 12 * studio.frame().n_points  # bytes
     assert "skin" in names
     assert not names & {"brows", "upper_teeth"}

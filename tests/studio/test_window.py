@@ -111,7 +111,7 @@ def test_the_folder_takes_plain_names_only(tmp_path, name):
 
 def test_live_weights_are_units_or_shapes(face):
     assert _mixture_of_live({"mouthSmileLeft": 0.5, "jawOpen": 1.0, "AU4": 0.2}, face) == {
-        "AU12L": 0.5, "AU26": 1.0, "AU4": 0.2,
+        "AU12L": 0.5, "AU27": 1.0, "AU4": 0.2,
     }  # fmt: skip
     assert _mixture_of_live({}, face) == {}
     with pytest.raises(ParameterError, match="none of the weights"):
