@@ -14,7 +14,7 @@ from analysis.subjects import names, subject
 from analysis.trials import Player, can_wrinkle
 
 FACES = ("head-0", "head-1", "head-2", "ict-0", "ict-1", "ict-2", "makehuman", "mediapipe")
-FRAMES = 250
+FRAMES = 120
 NEVER = ("not finite", "energy", "eyes", "wrinkles", "not at rest")
 
 
