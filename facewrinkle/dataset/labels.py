@@ -12,6 +12,7 @@ import pyvista as pv
 from scipy.ndimage import find_objects
 
 from ..anatomy.face import Face
+from ..appearance.hair import HairCards
 from ..appearance.seen import Seen
 from .furrows import DEEP, furrows_of
 from .visible import Camera, Hits, TriangleBuffer, hits_of, parts_of
@@ -115,13 +116,9 @@ def hair_parts(seen: Seen, pixel: float) -> dict[str, pv.PolyData]:
     lines |= {"brows": seen.brows} if seen.brows is not None else {}
     found = {}
     for name, hair in lines.items():
-        aside = 0.5 * pixel * hair.side
-        ends = np.stack([hair.points - aside, hair.points + aside], axis=2)
-        count, knots = hair.points.shape[:2]
-        first = 2 * (knots * np.arange(count)[:, None] + np.arange(knots - 1)).ravel()[:, None]
-        triangles = np.concatenate([first + np.array(corners) for corners in ([0, 1, 2], [1, 3, 2])])
-        mesh = pv.PolyData.from_regular_faces(ends.reshape(-1, 3), triangles)
-        found[name] = mesh.transform(seen.pose, inplace=False)
+        shape = hair.points.shape[:2]
+        ribbons = HairCards(np.zeros(shape), np.zeros((shape[0], 3)), pixel).along(hair)
+        found[name] = ribbons.triangulate().transform(seen.pose, inplace=False)
     return found
 
 

@@ -76,13 +76,12 @@ def person_of(spec: Spec, number: int) -> Person:
     weights = np.array([spec.built_in, *(scan.weight for scan in spec.scans)])
     chosen = int(random.choice(len(weights), p=weights / weights.sum()))
     identity = spec.drawn("identity", spec.random(number, "identity"))
-    if identity["hair"] < identity["skin"]:  # as in Identity.random
-        identity["hair"] = identity["skin"]
+    identity["hair"] = max(identity["hair"], identity["skin"])  # as in Identity.random
     if chosen:
         identity = {"age": identity["age"]}
     folds = spec.drawn("folds", spec.random(number, "folds"))
     folds["seed"] = int(folds["seed"])
-    return Person(number, chosen - 1 if chosen else None, dict(identity), folds)
+    return Person(number, chosen - 1 if chosen else None, identity, folds)
 
 
 def plan_of(spec: Spec, index: int, attempt: int = 0) -> Plan:

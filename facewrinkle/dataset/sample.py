@@ -22,7 +22,7 @@ from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..layers.wave_folds import WaveFolds
 from ..plotting.images import Image
 from ..plotting.scene import Scene
-from ..plotting.views import LIGHTS, Style, View
+from ..plotting.views import LIGHTS, Style, View, add_lamps
 from ..plotting.wet import TearScene
 from ..simulation import Simulation
 from ..simulation.fold_layers import fold_layers
@@ -139,7 +139,7 @@ class SampleMaker:
         if self._person is None or self._simulation is None or self._person.number != number:
             self._person = person = person_of(self.spec, number)
             face = face_of(self.spec, person)
-            options: dict[str, Any] = person.folds | {"seed": int(person.folds["seed"])}
+            options: dict[str, Any] = dict(person.folds)
             if person.scan is not None:
                 options["age"] = max(person.identity["age"], 0.0)
             self._simulation = Simulation(face, layers=fold_layers(face, "wave", **options))
@@ -217,19 +217,18 @@ def stage(face: Face, plan: Plan, spec: Spec, wet: bool = False) -> Scene:
     plotter.remove_all_lights()
     focus = np.array(plotter.camera.focal_point)
     towards = np.array(plotter.camera.position) - focus
-    distance = np.linalg.norm(towards)
-    towards /= distance
+    towards /= np.linalg.norm(towards)
     up = face.frame.axes[1]
     right = np.cross(up, towards)
     right /= np.linalg.norm(right)
     up, turn = np.cross(towards, right), np.radians(lamps["turn"])
     warm = np.array([1.0 + lamps["warmth"], 1.0, 1.0 - lamps["warmth"]])
-    for ((x, y, z), colour, intensity), factor in zip(LIGHTS, ("key", "fill", "rim"), strict=True):
-        x, z = x * np.cos(turn) + z * np.sin(turn), z * np.cos(turn) - x * np.sin(turn)
-        place = focus + distance * (x * right + y * up + z * towards)
-        shade = np.clip(warm * colour, 0.0, 1.0).tolist()
-        lamp = pv.Light(position=place, focal_point=focus, color=shade, intensity=intensity * lamps[factor])
-        plotter.add_light(lamp)
+    right, towards = right * np.cos(turn) - towards * np.sin(turn), right * np.sin(turn) + towards * np.cos(turn)
+    drawn = [
+        (direction, tuple(np.clip(warm * colour, 0.0, 1.0).tolist()), intensity * lamps[name])
+        for (direction, colour, intensity), name in zip(LIGHTS, ("key", "fill", "rim"), strict=True)
+    ]
+    add_lamps(plotter, focus, np.stack([right, up, towards]), drawn)
     behind = plan.background
     tint = np.array([1.0 + behind["warmth"], 1.0, 1.0 - behind["warmth"]])
     bottom, top = (np.clip(tint * behind[end], 0.0, 1.0).tolist() for end in ("bottom", "top"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +97,9 @@ COVER_STEP = 0.02
 VIEW_ANGLE = 15.0
 """Angle of the camera from the lower to the upper border of the picture, degrees."""
 
-LIGHTS = (
+Lamp = tuple[tuple[float, float, float], tuple[float, float, float], float]
+
+LIGHTS: tuple[Lamp, ...] = (
     ((-0.6, 0.6, 0.75), (1.0, 0.95, 0.88), 1.12),
     ((0.9, 0.1, 0.6), (0.94, 0.97, 1.0), 0.2),
     ((0.65, 0.45, -0.8), (1.0, 0.98, 0.95), 0.9),
@@ -189,8 +191,13 @@ def aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
     if style.quick:
         plotter.add_light(pv.Light(light_type="headlight"))
         return
-    for (x, y, z), colour, intensity in LIGHTS:
-        where = focus + 14.0 * size * (x * right + y * up + z * towards)
+    add_lamps(plotter, focus, np.stack([right, up, towards]), LIGHTS)
+
+
+def add_lamps(plotter: pv.Plotter, focus: Array, axes: Array, lamps: Iterable[Lamp]) -> None:
+    """Add lights that shine at a point, from directions along the axes (3, 3) right, up and towards the camera."""
+    for direction, colour, intensity in lamps:
+        where = focus + np.asarray(direction) @ axes
         plotter.add_light(pv.Light(position=where, focal_point=focus, color=colour, intensity=intensity))
 
 

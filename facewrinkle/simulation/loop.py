@@ -354,10 +354,14 @@ class Simulation:
         """
         return self._advanced(self._asked)
 
-    def _advanced(self, rates: Array) -> pv.PolyData:
+    def _moved(self, rates: Array) -> Array:
+        """Advance the motion alone, and return the base vertices."""
         with self._timed("skin"):
             self.motion.set_rates(rates)
-            base = self.motion.step()
+            return self.motion.step()
+
+    def _advanced(self, rates: Array) -> pv.PolyData:
+        base = self._moved(rates)
         self._refine()
         self._steps += 1
         shape = self._shape(base)
@@ -385,8 +389,7 @@ class Simulation:
         frames, ramp = check_whole("frames", frames, 1, 1e9), check_range("ramp", ramp, 0.0, 1.0)
         start, target = self.motion.rates.copy(), self._asked
         for i in range(frames):
-            t = float(smoothstep((i + 1) / max(ramp * frames, 1.0)))
-            yield self._advanced(target if t == 1.0 else (1.0 - t) * start + t * target)
+            yield self._advanced(_ramped(start, target, (i + 1) / max(ramp * frames, 1.0)))
 
     def settle(self, within: float = 0.01, most: int = 300) -> pv.PolyData:
         """Go straight to the face that has come to rest with the muscles as asked for: all that a still picture needs.
@@ -422,11 +425,7 @@ class Simulation:
         start, target = self.motion.rates.copy(), self._asked
         base = np.full_like(self.face.points, np.nan)
         for number in range(most):
-            t = float(smoothstep((number + 1) / RAMP))
-            before = base
-            with self._timed("skin"):
-                self.motion.set_rates(target if t == 1.0 else (1.0 - t) * start + t * target)
-                base = self.motion.step().copy()
+            before, base = base, self._moved(_ramped(start, target, (number + 1) / RAMP)).copy()
             self._steps += 1
             if number > RAMP and np.abs(base - before).max() * self.face.unit <= within:
                 break
@@ -564,3 +563,9 @@ def _motion(
             f"time_step is {time_step!r}, and the motion has one of its own, {motion.time_step!r}. Leave it out here."
         )
     return motion
+
+
+def _ramped(start: Array, target: Array, share: float) -> Array:
+    """Return the rates after a share of a smooth ramp from one contraction to another; past its end, the target."""
+    t = float(smoothstep(share))
+    return target if t == 1.0 else (1.0 - t) * start + t * target
