@@ -101,7 +101,7 @@ def generate(
         for shard in missing:
             for _ in write_shard(spec, shard, folder):
                 report(1)
-    for path in (*folder.glob(".*"), *(folder / "index").glob(".*")):  # what runs that were killed have left
+    for path in folder.rglob(".[0-9]*.shard-*"):  # what runs that were killed have left
         path.unlink()
     write_card(folder, spec, count)
     return folder
