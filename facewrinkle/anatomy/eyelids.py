@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
+from .eyeball import Eyeball
 from .eyelid_opening import EyelidOpening
 from .joint_weights import JointWeights
 
@@ -96,6 +97,12 @@ JOINED, LEAST_AREA = 0.2, 0.1
 """Up to this far from the inner canthus, in distances between the canthi, the lids are one narrow skin. A triangle
 there keeps at least this share of its area, projected on the plane that it would have if it turned in one piece.
 """
+
+
+def lid_share(eye: Eyeball, points: Array) -> Array:
+    """Return the share of a lid in skin (n,) around an eye: 1 near the ball, falling to 0 where no lid reaches."""
+    away = np.linalg.norm(points - eye.centre, axis=1) / eye.radius
+    return 1.0 - smoothstep((away - 1.0) / (SHELL - 1.0))
 
 
 @dataclass(frozen=True, eq=False)

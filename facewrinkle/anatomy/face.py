@@ -24,7 +24,7 @@ from .cavities import IN_MOUTH, Cavities, Lining
 from .eye_placement import place_eyeballs
 from .eyeball import Eyeball
 from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim
-from .eyelids import LidWeights, lid_weights
+from .eyelids import LidWeights, lid_share, lid_weights
 from .jaw import Mandible, jaw_weights
 from .joint_weights import JointWeights
 from .landmarks import NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
@@ -198,6 +198,14 @@ class Face:
         without = [eye for eye in self.eyes if eye.side not in self.eyelid_openings]
         names = [(name.format(eye.side), eye) for eye in without for name in LID_MUSCLES]
         return {name: eye for name, eye in names if name in self.muscles}
+
+    @cached_property
+    def shut_lids(self) -> npt.NDArray[np.float64]:
+        """Share (n,) of the skin that is a lid without an opening: 1 before such an eye, 0 where no lid reaches."""
+        share = np.zeros(len(self.points))
+        for eye in self.eyes_without_lids.values():
+            share = np.maximum(share, lid_share(eye, self.points))
+        return share
 
     @cached_property
     def fold_depth(self) -> float:

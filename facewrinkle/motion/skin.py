@@ -15,14 +15,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 
-from ..anatomy.eyeball import Eyeball
-from ..anatomy.eyelids import PLATE, SHELL
 from ..anatomy.face import Face
+from ..anatomy.muscles import SphincterMuscle
 from ..arguments import checked
 from ..errors import ParameterError, check_range, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas
-from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
 from . import _skin_kernels as kernels
 from .base import NONE_BY_NAME
@@ -166,7 +164,7 @@ class Skin:
         lips, directions = lip_tethers(face)
         self._normals = np.ascontiguousarray(directions)
         tethers = base * face.tissue.stiffness * (1.0 - tip_of_nose(face)[1])
-        plates, of_lids = np.zeros_like(tethers), {}
+        plates, of_lids = base * ((1.0 + m.lid_stiffness) ** face.shut_lids - 1.0), {}
         for name, joint in face.joint_weights.items():
             plate = of_lids[name] = base[joint.vertices] * m.lid_stiffness * joint.hold
             plates[joint.vertices] = np.maximum(plates[joint.vertices], plate)
@@ -188,8 +186,9 @@ class Skin:
         for k, name in enumerate(self.names):
             if (free := self._joints.free_share(name)) is not None:
                 pull[k][free[0]] *= free[1][:, None]
-            elif (eye := face.eyes_without_lids.get(name)) is not None:
-                pull[k] *= _beyond_ball(eye, face.points)[:, None]
+            elif name in face.eyes_without_lids:
+                closes = isinstance(face.muscles[name], SphincterMuscle)  # and has nothing left to do
+                pull[k] *= 0.0 if closes else (1.0 - face.shut_lids)[:, None]
         closing = np.array([muscle.closing * muscle.strength for muscle in face.muscles.values()])
         some = np.flatnonzero(closing)
         pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * closing_forces(face, self._area)
@@ -361,8 +360,3 @@ class Skin:
         )
         return float(energy)
 
-
-def _beyond_ball(eye: Eyeball, points: Array) -> Array:
-    """0 for skin (n,) on the ball of an eye, where lids would be, rising to 1 where no lid reaches."""
-    away = np.linalg.norm(points - eye.centre, axis=1) / eye.radius
-    return smoothstep((away - PLATE) / (SHELL - PLATE))

@@ -106,7 +106,7 @@ def firmness(face: Face, deep: float = DEEP) -> Array:
         if isinstance(muscle, LidMuscle) and (lid := face.joint_weights.get(name)) is not None:
             rolls = np.clip(np.abs(lid.angles) / max(np.abs(lid.angles).max(initial=0.0), 1e-9), 0.0, 1.0)
             firm[lid.vertices] *= 1.0 - ROLLING * np.sqrt(rolls)
-    return firm
+    return np.asarray(firm * (1.0 - ROLLING * np.sqrt(face.shut_lids)))
 
 
 def grain(face: Face) -> Array:
