@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from .errors import ParameterError, unknown_name
+from .errors import ParameterError, type_of, unknown_name
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -120,7 +120,7 @@ def _is_number(value: object) -> bool:
 def _shown(value: object) -> str:
     """Show a plain value, and name the type of any other."""
     plain = value is None or isinstance(value, str | bytes | int | float | list | tuple | dict | set)
-    return reprlib.repr(value) if plain else f"a {type(value).__name__}"
+    return reprlib.repr(value) if plain else type_of(value)
 
 
 def _words(hint: Any) -> str:

@@ -158,6 +158,18 @@ def warn(message: str, category: type[FaceWrinkleWarning] = FaceWrinkleWarning) 
     warnings.warn(message, category, stacklevel=level)
 
 
+def type_of(value: object) -> str:
+    """Return the name of the type of a value, with its article.
+
+    Examples
+    --------
+    >>> type_of(1), type_of(0.5)
+    ('an int', 'a float')
+    """
+    name = type(value).__name__
+    return f"{'an' if name[0] in 'AEIOaeio' else 'a'} {name}"
+
+
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameError:
     """Return the error for an unknown `name`, with the nearest known names as suggestions."""
     known = list(dict.fromkeys(known))

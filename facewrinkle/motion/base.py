@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..arguments import checked
-from ..errors import ParameterError, check_range
+from ..errors import ParameterError, check_range, type_of
 
 Array = npt.NDArray[np.float64]
 
@@ -163,7 +163,7 @@ class Undriven:
         """Return no rates; raise a ParameterError if some are asked for."""
         if rates:
             raise ParameterError(
-                f"this surface is moved by a {type(self).__name__}, and no muscle of it can be contracted; asked for "
+                f"this surface is moved by {type_of(self)}, and no muscle of it can be contracted; asked for "
                 f"were {', '.join(map(str, rates))}. Leave motion out to have the muscles of a face move its skin."
             )
         return np.empty(0)

@@ -359,4 +359,3 @@ class Skin:
             u, self._shift, self._normals, self._along, self._across, bending.indptr, self._bent, bending.data, gradient
         )
         return float(energy)
-

@@ -20,7 +20,7 @@ from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..anatomy.muscles import EyeMuscle
 from ..arguments import checked
-from ..errors import ParameterError, check_range, check_whole, unknown_name, warn
+from ..errors import ParameterError, check_range, check_whole, type_of, unknown_name, warn
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
 from ..geometry.normals import detail_normals, vertex_normals
@@ -220,9 +220,7 @@ class Simulation:
             If something else moves the surface.
         """
         if not isinstance(self.motion, Skin):
-            raise ParameterError(
-                f"this simulation has no skin that muscles pull: a {type(self.motion).__name__} moves it."
-            )
+            raise ParameterError(f"this simulation has no skin that muscles pull: {type_of(self.motion)} moves it.")
         return self.motion
 
     @property

@@ -10,7 +10,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from ...errors import MeshError, warn
+from ...errors import MeshError, type_of, warn
 from ..arrays import COLORS, IMAGE, TEXTURE, use_texture, with_data
 from ..seams import add_seams
 from .materials import sibling_file
@@ -74,7 +74,7 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
             raise MeshError(f"{name} holds no surface: none of its {data.n_blocks} blocks has faces.")
         return merged_surfaces([from_dataset(block, f"{name}, block {path!r}") for path, block in blocks])
     if not isinstance(data, pv.DataSet):
-        raise MeshError(f"{name} is a {type(data).__name__}, which holds no surface. Pass a PolyData.")
+        raise MeshError(f"{name} is {type_of(data)}, which holds no surface. Pass a PolyData.")
     if not isinstance(data, pv.PolyData):
         data = _faces_of_grid(data.cast_to_unstructured_grid(), name)
     if data.n_points == 0:
