@@ -40,6 +40,7 @@ extensions = [
     "pyvista.ext.viewer_directive",
     "cyclopts.ext.sphinx",
     "mathml",
+    "names",
 ]
 templates_path = ["_templates"]
 exclude_patterns = ["_build", "images"]

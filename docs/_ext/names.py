@@ -1,0 +1,55 @@
+"""``.. names::``: the names on the top level, each with its first sentence and a picture of a page that uses it."""
+
+import inspect
+import re
+from collections import Counter
+from pathlib import Path
+
+from sphinx.util.docutils import SphinxDirective
+
+import facewrinkle
+
+GALLERY = Path(__file__).parents[2] / "gallery"
+
+
+def summary(name):
+    """Return the first sentence about a public name."""
+    value = getattr(facewrinkle, name)
+    if not callable(value):
+        return f"The {name.lower().replace('_', ' ')} of the built-in atlas."
+    return re.split(r"(?<=[.:])\s", " ".join(inspect.getdoc(value).split()), maxsplit=1)[0].rstrip(":")
+
+
+def pages():
+    """Return a page of the gallery for each name that one uses, so that few names share a page."""
+    texts = {path.stem: path.read_text(encoding="utf-8") for path in sorted(GALLERY.glob("plot_*.py"))}
+    said = {stem: set(re.findall(r"\bfw\.(\w+)", text)) for stem, text in texts.items()}
+    uses = {name: [stem for stem in texts if name in said[stem]] for name in facewrinkle.__all__}
+    taken, chosen = Counter(), {}
+    for name in sorted((name for name in uses if uses[name]), key=lambda name: (len(uses[name]), name)):
+        chosen[name] = min(uses[name], key=lambda stem: (taken[stem], stem))
+        taken[chosen[name]] += 1
+    return chosen
+
+
+class Names(SphinxDirective):
+    """The directive. Pictures are there once the gallery has been built."""
+
+    def run(self):
+        """Return the table."""
+        lines, chosen = [".. list-table::", "   :widths: 22 48 30", ""], pages()
+        for name in sorted(facewrinkle.__all__, key=str.lower):
+            lines += [f"   * - :obj:`~facewrinkle.{name}`", f"     - {summary(name)}"]
+            thumbnail = f"gallery/images/thumb/sphx_glr_{chosen.get(name)}_thumb.png"
+            if (Path(self.env.srcdir) / thumbnail).exists():
+                lines += [f"     - .. figure:: /{thumbnail}", "          :width: 180", ""]
+                lines += [f"          :doc:`/gallery/{chosen[name]}`", ""]
+            else:
+                lines += ["     -"]
+        return self.parse_text_to_nodes("\n".join(lines))
+
+
+def setup(app):
+    """Called by Sphinx."""
+    app.add_directive("names", Names)
+    return {"parallel_read_safe": True}
