@@ -45,7 +45,7 @@ class Crease(Muscle):
     ``q = (y - f) / sqrt(1 + f'^2)``, the distance from the furrow up to the second order of f'.
 
     H is a furrow of half the width and the broad crest that its skin makes on one side of it. With u half the width,
-    a = u / 2, b = 3 a and beta = 8 / (2 + alpha),
+    a = u / 2, b = 3 a and beta = 8 / (2 + alpha)::
 
         H(q) = 2^alpha (beta t (1 - t)^2 - (1 - |q| / a)^(1 + alpha)) / (1 + 4 beta / 27),  t = q / b,
 
