@@ -157,7 +157,7 @@ class Scene:
         options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOUR}
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
-        self._add(drawn, "skin", SKIN_MATERIAL, **options)
+        self._add(drawn, "skin", SKIN_MATERIAL, tinted=paint is not None, **options)
         mapper = self._actors["skin"].mapper
         mapper.SetInputData(drawn)
         if paint is not None:
@@ -237,7 +237,9 @@ class Scene:
         data.SetActiveNormals("Normals" if data.HasArray("Normals") else None)
         data.SetActiveScalars("paint" if texture is None else None)
 
-    def _add(self, mesh: pv.PolyData, name: str, material: Material | None = None, **options: Any) -> None:
+    def _add(
+        self, mesh: pv.PolyData, name: str, material: Material | None = None, tinted: bool = False, **options: Any
+    ) -> None:
         defaults = {"smooth_shading": False, "show_scalar_bar": False, "reset_camera": False, "render": False}
         if material is not None and not self.style.quick:
             options |= {"ambient": 1.0, "diffuse": 1.0}
@@ -248,7 +250,7 @@ class Scene:
         if self.style.quick and actor.prop.lighting and not name.startswith(OWN_PREFIX):
             headlight(actor, int(actor.prop.specular_power), textured)
         elif material is not None and not self.style.quick:
-            material.apply(actor, len(LIGHTS), textured, edges=bool(options.get("show_edges")))
+            material.apply(actor, len(LIGHTS), textured, tinted, edges=bool(options.get("show_edges")))
 
 
 @checked

@@ -67,9 +67,13 @@ in float facing;
 %(received)s
 """
 
+SLOW_END = """  vec3 tint = %(tint)s;
+  scattered *= tint * tint;
+  }
+"""
+
 FRAGMENT_START = """
-  vec3 albedo = diffuseColor;
-  //TEXTURE
+  vec3 albedo = %(albedo)s;
   vec3 shine = glints;
 """
 
@@ -83,7 +87,8 @@ FRAGMENT_OF_LIGHT = """
 """
 
 FRAGMENT_END = """
-  vec3 lit = albedo * albedo * scattered + (%(gloss)s) * shine;
+  albedo *= albedo;
+  vec3 lit = albedo * scattered + (%(gloss)s) * shine;
   %(behind)s
   fragOutput0 = vec4(sqrt(lit / (1.0 + 0.22 * lit)), opacity);
 """
@@ -93,7 +98,7 @@ HEADLIGHT = """//VTK::Light::Impl
   %(squares)s;
   vec3 reflected = slope * diffuseColor + (%(highlight)s) * specularColor;
   fragOutput0 = vec4(ambientColor + lightColor0 * reflected, opacity);
-  //TEXTURE
+  %(texture)s
 """
 """Phong's shading under one light at the camera, as VTK has it, with a whole power."""
 
@@ -134,31 +139,44 @@ class Material:
 
         They read and write the variables of VTK's shaders, in the place of its own lighting.
         """
-        parts, slow, fragment = self._sources(lights, "vertexVC")
-        declared = f"  vec3 scattered, glints;\n  float facing;\n{parts['own']}"
-        code = f"{declared}{slow}{fragment}"
-        return code.replace("//TEXTURE", f"albedo *= {TEXTURED};" if textured else "")
+        parts, slow, fragment = self._sources(lights, "vertexVC", _albedo(textured))
+        return f"  vec3 scattered, glints;\n  float facing;\n{parts['own']}{slow}{fragment}"
 
-    def apply(self, actor: pv.Actor, lights: int, textured: bool = False, edges: bool = False) -> None:
+    def apply(
+        self, actor: pv.Actor, lights: int, textured: bool = False, tinted: bool = False, edges: bool = False
+    ) -> None:
         """Draw an actor with this material, under two to four directional lights.
 
-        Where VTK draws edges, nothing is worked out at the corners: its geometry shader hands on only what it knows.
+        Parameters
+        ----------
+        actor : pyvista.Actor
+        lights : int
+        textured : bool
+        tinted : bool
+            True if its points have colours besides its texture: factors of those of the texture.
+        edges : bool
+            Where VTK draws edges, nothing is worked out at the corners: its geometry shader hands on only what it
+            knows.
         """
-        parts, slow, fragment = self._sources(lights, "vertexVCVSOutput")
         if edges:
-            fragment = self.code(lights, textured)
-        else:
-            actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", VERTEX_DECLARATIONS % parts)
-            actor.add_shader_replacement("vertex", "//VTK::Light::Impl", f"//VTK::Light::Impl\n{slow}")
-            actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", FRAGMENT_DECLARATIONS % parts)
-        _shade(actor, f"//VTK::Light::Impl\n{fragment}", f"albedo *= {TEXTURED};" if textured else "")
+            _shade(actor, f"//VTK::Light::Impl\n{self.code(lights, textured)}", textured)
+            return
+        tint, albedo = ("vertexColorVSOutput.rgb", TEXTURED) if textured and tinted else ("vec3(1.0)", _albedo(textured))
+        parts, slow, fragment = self._sources(lights, "vertexVCVSOutput", albedo, tint)
+        actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", VERTEX_DECLARATIONS % parts)
+        actor.add_shader_replacement("vertex", "//VTK::Light::Impl", f"//VTK::Light::Impl\n{slow}")
+        actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", FRAGMENT_DECLARATIONS % parts)
+        _shade(actor, f"//VTK::Light::Impl\n{fragment}", textured)
 
-    def _sources(self, lights: int, place: str) -> tuple[dict[str, Any], str, str]:
-        """Return what is filled in, what changes slowly over a triangle, and the rest, as GLSL."""
+    def _sources(
+        self, lights: int, place: str, albedo: str, tint: str = "vec3(1.0)"
+    ) -> tuple[dict[str, Any], str, str]:
+        """Return what is filled in, what changes slowly over a triangle, and what does not, as GLSL."""
         numbers = range(lights)
         parts: dict[str, Any] = {"below": self.below, "above": self.above, "bleed": self.bleed, "shine": self.shine}
         parts |= {"place": place, "colours": ", ".join(f"lightColor{k}" for k in numbers), "powers": POWERS}
         parts |= {"directions": "".join(f"uniform vec3 lightDirectionVC{k};\n" for k in numbers)}
+        parts |= {"albedo": albedo, "tint": tint, "gloss": self.gloss, "behind": self.behind}
         sharp = [k for k in numbers if k < self.sharp]
         for name, way in (("sent", "out "), ("received", "in "), ("own", "  ")):
             parts[name] = "".join(f"{way}vec3 mirror{k};\n{way}float gleam{k};\n" for k in sharp)
@@ -166,8 +184,8 @@ class Material:
         for k in numbers:
             statement = (SHARP if k in sharp else BLURRED) % {**parts, "number": k}
             slow += SLOW_OF_LIGHT % {"number": k, "statement": statement}
-        fragment = FRAGMENT_START + "".join(FRAGMENT_OF_LIGHT % {"number": k, **parts} for k in sharp)
-        return parts, slow + "  }\n", fragment + FRAGMENT_END % {"behind": self.behind, "gloss": self.gloss}
+        fragment = FRAGMENT_START % parts + "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
+        return parts, slow + SLOW_END % parts, fragment + FRAGMENT_END % parts
 
 
 def headlight(actor: pv.Actor, power: int, textured: bool = False) -> None:
@@ -183,14 +201,20 @@ def headlight(actor: pv.Actor, power: int, textured: bool = False) -> None:
     squares = [2**k for k in range(power.bit_length())]
     highlight = "float slope1 = slope" + "".join(f", slope{2 * k} = slope{k} * slope{k}" for k in squares[:-1])
     parts = {"squares": highlight, "highlight": " * ".join(f"slope{k}" for k in squares if power & k)}
-    _shade(actor, HEADLIGHT % parts, f"fragOutput0.rgb *= {TEXTURED};" if textured else "")
+    parts["texture"] = f"fragOutput0.rgb *= {TEXTURED};" if textured else ""
+    _shade(actor, HEADLIGHT % parts, textured)
 
 
-def _shade(actor: pv.Actor, code: str, texture: str) -> None:
+def _albedo(textured: bool) -> str:
+    """The colour of a pixel."""
+    return f"diffuseColor * {TEXTURED}" if textured else "diffuseColor"
+
+
+def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
     """Replace the light of a fragment shader, and how a texture colours it; nothing is cut out by its opacity."""
-    actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code.replace("//TEXTURE", texture))
+    actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code)
     actor.add_shader_replacement("fragment", "discard;", "")  # with it, depths are written late
-    if texture:
+    if textured:
         actor.add_shader_replacement("fragment", "//VTK::TCoord::Impl", "")
 
 
@@ -200,7 +224,7 @@ SKIN_MATERIAL = Material(
     "0.110, 0.112, 0.120",
     "0.24, 0.13, 0.09",
     "0.022 * near8 + 0.05 * near32 * near8",
-    gloss="smoothstep(-0.03, 0.2, albedo.g * albedo.g)",
+    gloss="smoothstep(-0.03, 0.2, albedo.g)",
     sharp=1,
     behind="if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * facing);",
 )
@@ -215,5 +239,5 @@ TEETH_MATERIAL = Material(
     "0.10, 0.10, 0.11",
     "0.25, 0.2, 0.15",
     "0.02 * near8 + 0.25 * C.g * near32 * near32 * near32",
-    gloss="smoothstep(0.02, 0.2, albedo.g * albedo.g)",
+    gloss="smoothstep(0.02, 0.2, albedo.g)",
 )
