@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ from ..mesh.seams import corner_texture
 from .drawn import FrontFirst, same
 from .fields import field_colouring
 from .images import Image
-from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, headlight
+from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair, headlight
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, aim, height_of
 from .window import rendered, window_of
@@ -189,9 +189,9 @@ class Scene:
 
     def _show_hair(self, seen: Seen) -> None:
         for side, cards in self._lashes.items():
-            self._put(cards.along(seen.lashes[side]), f"lashes_{side}", **HAIR_LIGHTING)
+            self._put(cards.along(seen.lashes[side]), f"lashes_{side}", "hair", **HAIR_LIGHTING)
         if self._brows is not None and seen.brows is not None:
-            self._put(self._brows.along(seen.brows), "brows", **HAIR_LIGHTING)
+            self._put(self._brows.along(seen.brows), "brows", "hair", **HAIR_LIGHTING)
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
@@ -217,7 +217,7 @@ class Scene:
         self,
         part: pv.PolyData,
         name: str,
-        material: Material | None = None,
+        material: Material | Literal["hair"] | None = None,
         texture: pv.Texture | None = None,
         **options: Any,
     ) -> None:
@@ -238,18 +238,26 @@ class Scene:
         data.SetActiveScalars("paint" if texture is None else None)
 
     def _add(
-        self, mesh: pv.PolyData, name: str, material: Material | None = None, tinted: bool = False, **options: Any
+        self,
+        mesh: pv.PolyData,
+        name: str,
+        material: Material | Literal["hair"] | None = None,
+        tinted: bool = False,
+        **options: Any,
     ) -> None:
         defaults = {"smooth_shading": False, "show_scalar_bar": False, "reset_camera": False, "render": False}
-        if material is not None and not self.style.quick:
+        quick = self.style.quick
+        if isinstance(material, Material) and not quick:
             options |= {"ambient": 1.0, "diffuse": 1.0}
         actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
         actor.prop.interpolation = "phong"
         self._actors[name], self._posed = actor, None
         textured = "texture" in options
-        if self.style.quick and actor.prop.lighting and not name.startswith(OWN_PREFIX):
+        if material == "hair":
+            hair(actor, 0 if quick else len(LIGHTS))
+        elif quick and actor.prop.lighting and not name.startswith(OWN_PREFIX):
             headlight(actor, int(actor.prop.specular_power), textured)
-        elif material is not None and not self.style.quick:
+        elif material is not None and not quick:
             material.apply(actor, len(LIGHTS), textured, tinted, edges=bool(options.get("show_edges")))
 
 

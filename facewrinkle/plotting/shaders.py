@@ -102,6 +102,32 @@ HEADLIGHT = """//VTK::Light::Impl
 """
 """Phong's shading under one light at the camera, as VTK has it, with a whole power."""
 
+HAIR_VERTEX = """//VTK::Light::Impl
+  {
+  vec3 N = normalize(normalVCVSOutput), towards = normalize(-vertexVCVSOutput.xyz);
+  vec4 paint = vertexColorVSOutput;
+  opaque = paint.a;
+  vec3 soft = vec3(0.0), softBehind = vec3(0.0), sharp = vec3(0.0), sharpBehind = vec3(0.0);
+  float slope, mirrored;
+  %(lights)s
+  inFront = %(ambient)s * paint.rgb + %(diffuse)s * soft * paint.rgb + %(specular)s * sharp;
+  behind = %(ambient)s * paint.rgb + %(diffuse)s * softBehind * paint.rgb + %(specular)s * sharpBehind;
+  }
+"""
+
+HAIR_OF_LIGHT = """
+  slope = %(slope)s;
+  soft += max(slope, 0.0) * lightColor%(number)d;
+  softBehind += max(-slope, 0.0) * lightColor%(number)d;
+  mirrored = pow(max(%(mirrored)s, 1e-5), %(power)s);
+  if (slope > 0.0) sharp += mirrored * lightColor%(number)d;
+  else sharpBehind += mirrored * lightColor%(number)d;
+"""
+
+HAIR_FRAGMENT = """//VTK::Light::Impl
+  fragOutput0 = vec4(gl_FrontFacing ? inFront : behind, opacityUniform * opaque);
+"""
+
 TEXTURED = "texture(actortexture, tcoordVCVSOutput).rgb"
 
 
@@ -203,6 +229,36 @@ def headlight(actor: pv.Actor, power: int, textured: bool = False) -> None:
     parts = {"squares": highlight, "highlight": " * ".join(f"slope{k}" for k in squares if power & k)}
     parts["texture"] = f"fragOutput0.rgb *= {TEXTURED};" if textured else ""
     _shade(actor, HEADLIGHT % parts, textured)
+
+
+def hair(actor: pv.Actor, lights: int) -> None:
+    """Draw an actor that has paint with VTK's own shading worked out at its points.
+
+    A hair is a pixel wide, or little more: there is nothing to be seen between its points.
+
+    Parameters
+    ----------
+    actor : pyvista.Actor
+    lights : int
+        Number of directional lights; 0 for one light at the camera.
+    """
+    numbers = range(max(lights, 1))
+    uniforms = "".join(f"uniform vec3 lightColor{k};\n" for k in numbers)
+    uniforms += "".join(f"uniform vec3 lightDirectionVC{k};\n" for k in range(lights))
+    inputs = "vec3 inFront;\n{0} vec3 behind;\n{0} float opaque;\n"
+    names = {"ambient": "ambient", "diffuse": "diffuse", "specular": "specular", "power": "specular_power"}
+    shares = {name: f"{getattr(actor.prop, own):.6f}" for name, own in names.items()}
+    shading = ""
+    for k in numbers:
+        slope, mirrored = f"-dot(N, lightDirectionVC{k})", f"dot(reflect(lightDirectionVC{k}, N), towards)"
+        if not lights:
+            slope, mirrored = "N.z", "abs(N.z)"
+        shading += HAIR_OF_LIGHT % {"number": k, "slope": slope, "mirrored": mirrored, **shares}
+    outputs = f"//VTK::Normal::Dec\n{uniforms}out {inputs.format('out')}"
+    actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", outputs)
+    actor.add_shader_replacement("vertex", "//VTK::Light::Impl", HAIR_VERTEX % {**shares, "lights": shading})
+    actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", f"//VTK::Normal::Dec\nin {inputs.format('in')}")
+    _shade(actor, HAIR_FRAGMENT, textured=False)
 
 
 def _albedo(textured: bool) -> str:
