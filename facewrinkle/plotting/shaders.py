@@ -282,7 +282,7 @@ SKIN_MATERIAL = Material(
     "0.022 * near8 + 0.05 * near32 * near8",
     gloss="smoothstep(-0.03, 0.2, albedo.g)",
     sharp=1,
-    behind="if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * facing);",
+    behind="if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * abs(facing));",
 )
 EYE_MATERIAL = Material(
     "0.10, 0.09, 0.09",
