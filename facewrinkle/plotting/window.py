@@ -40,6 +40,8 @@ def rendered(plotter: pv.Plotter, factor: int = 1) -> Image:
     renderer.GradientBackgroundOff()
     renderer.SetBackground(0.0, 0.0, 0.0)
     renderer.SetBackgroundAlpha(0.0)
+    swaps = window.GetSwapBuffers()
+    window.SetSwapBuffers(False)  # nobody looks at the window: its pixels are read before they would go there
     try:
         window.SetAlphaBitPlanes(1)
         window.Render()
@@ -48,6 +50,7 @@ def rendered(plotter: pv.Plotter, factor: int = 1) -> Image:
         renderer.SetBackground(bottom)
         renderer.SetBackgroundAlpha(alpha)
         renderer.GradientBackgroundOn()
+        window.SetSwapBuffers(swaps)
     return composed(pixels, bottom, top, factor)
 
 
