@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -24,7 +25,7 @@ from .images import Image
 from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair, headlight
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, aim, height_of
-from .window import rendered, window_of
+from .window import begun, window_of
 
 Array = npt.NDArray[np.float64]
 
@@ -85,6 +86,7 @@ class Scene:
         self._parts: dict[str, pv.PolyData] = {}
         self._actors: dict[str, pv.Actor] = {}
         self._posed: Array | None = None
+        self._drawing: Callable[[], Image] | None = None
         self._shown: tuple[pv.PolyData, Any] | None = None
         pixel = height_of(face, self.style) / self._window[1]
         self._appearance = appearance = Appearance.of(face)
@@ -108,6 +110,7 @@ class Scene:
 
         The same frame is not sent to the graphics card again, unless it was modified as VTK counts it.
         """
+        self._wait()
         by_view = self._visible is not None and self._visible.by_view
         now = frame.GetMTime(), tuple(self.plotter.camera.position) if by_view else None
         if self._shown is not None and self._shown[0] is frame and self._shown[1] == now:
@@ -200,11 +203,38 @@ class Scene:
 
     def picture(self, frame: pv.PolyData) -> Image:
         """Return the picture of a frame: ndarray of uint8, shape (height, width, 3)."""
+        return self.begun(frame)()
+
+    def begun(self, frame: pv.PolyData) -> Callable[[], Image]:
+        """Begin the picture of a frame, and return a function that waits for it and returns it.
+
+        Other things can be done meanwhile; the scene itself waits for it before it shows another frame.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> with Scene(face, Style(size=(60, 80))) as scene:
+        ...     picture = scene.begun(face.mesh)
+        ...     picture().shape
+        (80, 60, 3)
+        """
         self.show(frame)
-        return rendered(self.plotter, self._samples)
+        return self._begun()
+
+    def _begun(self) -> Callable[[], Image]:
+        self._drawing = cache(begun(self.plotter, self._samples))
+        return self._drawing
+
+    def _wait(self) -> None:
+        """Take the picture that was begun, before anything in the scene changes."""
+        if self._drawing is not None:
+            self._drawing()
+            self._drawing = None
 
     def close(self) -> None:
         """Free the window and all that is drawn in it."""
+        self._wait()
         self.plotter.close()
 
     def __enter__(self) -> Self:

@@ -187,7 +187,9 @@ class Material:
         if edges:
             _shade(actor, f"//VTK::Light::Impl\n{self.code(lights, textured)}", textured)
             return
-        tint, albedo = ("vertexColorVSOutput.rgb", TEXTURED) if textured and tinted else ("vec3(1.0)", _albedo(textured))
+        tint, albedo = (
+            ("vertexColorVSOutput.rgb", TEXTURED) if textured and tinted else ("vec3(1.0)", _albedo(textured))
+        )
         parts, slow, fragment = self._sources(lights, "vertexVCVSOutput", albedo, tint)
         actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", VERTEX_DECLARATIONS % parts)
         actor.add_shader_replacement("vertex", "//VTK::Light::Impl", f"//VTK::Light::Impl\n{slow}")
