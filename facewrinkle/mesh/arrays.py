@@ -251,7 +251,7 @@ def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str,
 
 
 def reshaped(blank: pv.PolyData, points: np.ndarray, normals: np.ndarray | None = None) -> pv.PolyData:
-    """Return a mesh with points (n, 3), perhaps normals (n, 3), and the triangles and point data of another, not copied.
+    """Return a mesh with points (n, 3), perhaps normals (n, 3), and triangles and point data of another, not copied.
 
     Examples
     --------
