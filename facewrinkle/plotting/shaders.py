@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import pyvista as pv
 
 VERTEX_DECLARATIONS = """//VTK::Normal::Dec
@@ -248,8 +249,10 @@ def hair(actor: pv.Actor, lights: int) -> None:
     uniforms = "".join(f"uniform vec3 lightColor{k};\n" for k in numbers)
     uniforms += "".join(f"uniform vec3 lightDirectionVC{k};\n" for k in range(lights))
     inputs = "vec3 inFront;\n{0} vec3 behind;\n{0} float opaque;\n"
-    names = {"ambient": "ambient", "diffuse": "diffuse", "specular": "specular", "power": "specular_power"}
+    names = {"ambient": "ambient", "diffuse": "diffuse", "power": "specular_power"}
     shares = {name: f"{getattr(actor.prop, own):.6f}" for name, own in names.items()}
+    highlight = actor.prop.specular * np.array(actor.prop.specular_color.float_rgb)
+    shares["specular"] = "vec3({:.6f}, {:.6f}, {:.6f})".format(*highlight)
     shading = ""
     for k in numbers:
         slope, mirrored = f"-dot(N, lightDirectionVC{k})", f"dot(reflect(lightDirectionVC{k}, N), towards)"
