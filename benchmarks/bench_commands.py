@@ -23,22 +23,24 @@ COMMANDS = {
 """Arguments, goal in seconds, and how many pictures are drawn."""
 
 
-def run(arguments, folder, **environment):
+def run(arguments, folder, environment):
     """Seconds of a command, and seconds of the processor with those of the processes that it starts."""
     before, begin = os.times(), time.perf_counter()
     command = [sys.executable, "-m", "facewrinkle", *arguments, "--quiet", "--out", str(folder)]
-    subprocess.run(command, env={**os.environ, **environment}, check=True)
+    subprocess.run(command, env=environment, check=True)
     seconds, after = time.perf_counter() - begin, os.times()
     return seconds, after.children_user + after.children_system - before.children_user - before.children_system
 
 
 @pytest.mark.parametrize("what", COMMANDS)
-def test_command(benchmark, results, notes, draw, tmp_path, what):
+def test_command(benchmark, results, notes, draw, installed, tmp_path, what):
     arguments, goal, pictures = COMMANDS[what]
-    compiled = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")} if what.startswith("first") else {}
+    environment = dict(installed)
+    if what.startswith("first"):
+        environment["NUMBA_CACHE_DIR"] = str(tmp_path / "cache")
     measured = []
     benchmark.group = "commands"
-    benchmark.pedantic(lambda: measured.append(run(arguments, tmp_path / "out", **compiled)), rounds=1)
+    benchmark.pedantic(lambda: measured.append(run(arguments, tmp_path / "out", environment)), rounds=1)
     assert any((tmp_path / "out").rglob("*.mp4"))
     if benchmark.disabled:
         return
@@ -56,14 +58,14 @@ def test_command(benchmark, results, notes, draw, tmp_path, what):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
-def test_first_sign_of_life(benchmark, results):
+def test_first_sign_of_life(benchmark, results, installed):
     """Until the first character is on the terminal."""
     import pty
 
     def first():
         ours, theirs = pty.openpty()
         command = [sys.executable, "-m", "facewrinkle", "info", "nothing.obj"]
-        process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs)
+        process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=installed)
         begin = time.perf_counter()
         os.read(ours, 1)
         seconds.append(time.perf_counter() - begin)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import statistics
+import subprocess
+import sys
 import time
 from dataclasses import dataclass
 
@@ -90,6 +92,16 @@ def versus(request, benchmark, results):
         )
 
     return versus
+
+
+@pytest.fixture(scope="session")
+def installed(tmp_path_factory):
+    """Environment of a new interpreter that finds modules compiled to bytecode, as pip leaves them."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    environment["PYTHONPYCACHEPREFIX"] = str(tmp_path_factory.mktemp("bytecode"))
+    code = "import facewrinkle.commands.express, facewrinkle.commands.demo, pyvista; pyvista.Plotter"
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
+    return environment
 
 
 @pytest.hookimpl(trylast=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_triangles
 from ..geometry.smoothstep import smoothstep
 from ..mesh import to_polydata
+from ..mesh.arrays import reshaped
 from .own_parts import PART_COLOURS
 
 Array = npt.NDArray[np.float64]
@@ -105,6 +107,7 @@ class Mouth:
         ball = pv.Sphere(radius=1.0, theta_resolution=24, phi_resolution=16)
         self._tongue = centre + (ball.points * [0.30, 0.15, 0.42] - [0.0, 0.15, 0.62]) * self._size @ self._axes
         self._tongue_triangles = np.asarray(ball.regular_faces, np.int32)
+        self._tongue_normals = vertex_normals(self._tongue, self._tongue_triangles)
         tint = np.tile(np.array(PART_COLOURS["tongue"], np.float64), (len(self._tongue), 1))
         self._tongue_paint = self._shaded(self._tongue, tint, centre)
 
@@ -148,12 +151,16 @@ class Mouth:
         narrow = min(float(np.ptp(local[:, 0])) / self._width, 1.0)  # pursed lips take the cheeks beside them along
         for half, depth in ((0.38 * narrow, 0.12), (0.47 * narrow, 0.3), (0.45, 0.85)):
             rings.append(middle + (half * oval - [0.0, 0.0, depth]) * size @ self._axes)
-        end = n * len(rings)
-        triangles = ring_triangles(n, len(rings), last=end)[:, [0, 2, 1]]
-        pocket = to_polydata(np.vstack([*rings, rings[-1].mean(axis=0)]), triangles)
+        return reshaped(self._blank_pocket, np.vstack([*rings, rings[-1].mean(axis=0)]))
+
+    @cached_property
+    def _blank_pocket(self) -> pv.PolyData:
+        """The pocket with its triangles and paint, but no shape."""
+        n = len(self.loop)
         tints = np.array([*POCKET_COLOURS, POCKET_COLOURS[-1]], np.uint8)
-        pocket.point_data["paint"] = np.repeat(tints, [n, n, n, n, 1], axis=0)
-        return pocket
+        paint = np.repeat(tints, [n, n, n, n, 1], axis=0)
+        triangles = ring_triangles(n, 4, last=4 * n)[:, [0, 2, 1]]
+        return to_polydata(np.zeros((len(paint), 3)), triangles, {"paint": paint})
 
     def inside(self, points: Array, jaw_angle: float | None = None) -> dict[str, pv.PolyData]:
         """Return teeth and tongue by name, with `paint` (rgb), in a face with vertices at `points` (n, 3).
@@ -175,7 +182,7 @@ class Mouth:
             parts[f"{arch.jaw}_teeth"] = mesh
         places = (self._tongue - hinge) @ turn.T + hinge
         tongue = to_polydata(places, self._tongue_triangles)
-        tongue.point_data["Normals"] = vertex_normals(tongue.points, self._tongue_triangles)
+        tongue.point_data["Normals"] = self._tongue_normals @ turn.T
         tongue.point_data["paint"] = self._tongue_paint
         return parts | {"tongue": tongue}
 

@@ -211,7 +211,7 @@ def record(
 
     with Scenes(face) as scenes:
         clip = performance.clip(simulation)
-        recorder.record(clip, lambda frame: side_by_side([scenes.picture(frame, style) for style in styles]), watch)
+        recorder.record(clip, lambda frame: scenes.begun(frame, *styles), watch)
         (peak,) = peaks
         recorder.save_mesh(peak, face)
         with report.waiting("Drawing"):

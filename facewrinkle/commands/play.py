@@ -183,7 +183,7 @@ def _record(clip: Clip, recorder: Recorder, scenes: Scenes, styles: list[Style],
     moments = DeepestMoments(count)
     recorder.record(
         clip,
-        lambda frame: side_by_side([scenes.picture(frame, style) for style in styles]),
+        lambda frame: scenes.begun(frame, *styles),
         lambda number, frame: moments.add(float(clip.times[number]), frame),
     )
     return moments.found()

@@ -18,11 +18,14 @@ from ..export import movie_writer, output_folder, write_mesh, write_series
 from ..export.animation import SUFFIXES, AnimationWriter
 from ..export.meshes import sidecar_files
 from ..mesh.files import output_file
-from ..plotting import Image, Scene, save_picture
+from ..plotting import Image, Scene, save_picture, side_by_side
 from ..plotting.views import Style
 from ..simulation import Simulation
 from .options import OutputOptions
 from .report import Report
+
+Drawing = Callable[[], Image]
+"""A picture that is being drawn: waits for it, and returns it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +74,7 @@ class Recorder:
             output_file(output.save_animation, SUFFIXES)  # refuses other formats before anything is played
 
     def record(
-        self, clip: Clip, draw: Callable[[pv.PolyData], Image], watch: Callable[[int, pv.PolyData], None]
+        self, clip: Clip, draw: Callable[[pv.PolyData], Drawing], watch: Callable[[int, pv.PolyData], None]
     ) -> None:
         """Play a clip; its movie and its time series are written as the frames pass by.
 
@@ -81,7 +84,8 @@ class Recorder:
         ----------
         clip : Clip
         draw : callable
-            Returns the picture of a frame in the movie.
+            Begins the picture of a frame in the movie, and returns a function that waits for it. Meanwhile the frame
+            is written, and the next one made.
         watch : callable
             Called with the number of each frame and the frame, to keep those that pictures are made of.
         """
@@ -107,19 +111,24 @@ class Recorder:
     def _passing(
         self,
         clip: Clip,
-        draw: Callable[[pv.PolyData], Image],
+        draw: Callable[[pv.PolyData], Drawing],
         watch: Callable[[int, pv.PolyData], None],
         append: Callable[[np.ndarray], None] | None,
         animation: AnimationWriter | None,
     ) -> Iterator[pv.PolyData]:
         """Yield the frames of a clip after they were watched and drawn."""
+        drawing: Drawing | None = None
         for number, frame in enumerate(self.report.progress(clip.frames, "Frames", len(clip.times))):
             watch(number, frame)
             if animation is not None:
                 animation.add(frame)
             if append is not None:
-                append(draw(frame))
+                if drawing is not None:
+                    append(drawing())
+                drawing = draw(frame)
             yield frame
+        if append is not None and drawing is not None:
+            append(drawing())
 
     def _open_movie(self, stack: ExitStack) -> Callable[[np.ndarray], None] | None:
         """Return a function that appends a picture to the movie; None, with a warning, without the packages for it."""
@@ -170,9 +179,17 @@ class Scenes:
 
     def picture(self, frame: pv.PolyData, style: Style) -> Image:
         """Return the picture of a frame."""
+        return self._scene(style).picture(frame)
+
+    def begun(self, frame: pv.PolyData, *styles: Style) -> Drawing:
+        """Begin pictures of a frame, and return a function that waits for them and returns them side by side."""
+        pictures = [self._scene(style).begun(frame) for style in styles]
+        return lambda: side_by_side([picture() for picture in pictures])
+
+    def _scene(self, style: Style) -> Scene:
         if style not in self._scenes:
             self._scenes[style] = Scene(self.face, style)
-        return self._scenes[style].picture(frame)
+        return self._scenes[style]
 
     def __enter__(self) -> Self:
         return self

@@ -250,8 +250,8 @@ def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str,
     return mesh
 
 
-def reshaped(blank: pv.PolyData, points: np.ndarray, normals: np.ndarray) -> pv.PolyData:
-    """Return a mesh with points (n, 3) and normals (n, 3), and the triangles and point data of another, not copied.
+def reshaped(blank: pv.PolyData, points: np.ndarray, normals: np.ndarray | None = None) -> pv.PolyData:
+    """Return a mesh with points (n, 3), perhaps normals (n, 3), and triangles and point data of another, not copied.
 
     Examples
     --------
@@ -267,9 +267,10 @@ def reshaped(blank: pv.PolyData, points: np.ndarray, normals: np.ndarray) -> pv.
     mesh.SetPolys(blank.GetPolys())
     data = mesh.GetPointData()
     data.ShallowCopy(blank.GetPointData())
-    array = numpy_to_vtk(np.ascontiguousarray(normals))
-    array.SetName("Normals")
-    data.AddArray(array)
+    if normals is not None:
+        array = numpy_to_vtk(np.ascontiguousarray(normals))
+        array.SetName("Normals")
+        data.AddArray(array)
     return mesh
 
 

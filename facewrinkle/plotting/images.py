@@ -14,6 +14,9 @@ from ..mesh.files import not_written, written
 
 Image = npt.NDArray[np.uint8]
 
+LEVEL = 3
+"""Compression of PNG files. At level 6 they are 4 % smaller and take twice as long; palettes get the best."""
+
 
 def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
     """Return pictures of one height in a row.
@@ -84,7 +87,7 @@ def save_picture(image: Image, path: str | Path, colours: int | None = None) -> 
         picture = picture.quantize(check_whole("colours", colours, 1, 256))
     try:
         with written(path) as whole:
-            picture.save(whole, format="PNG", optimize=colours is not None)
+            picture.save(whole, format="PNG", optimize=colours is not None, compress_level=LEVEL)
     except ValueError as problem:
         raise problem if isinstance(problem, OutputError) else not_written(path, str(problem)) from None
     return Path(path)

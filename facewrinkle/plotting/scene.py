@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from typing import Any, Self
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -21,10 +22,10 @@ from ..mesh.seams import corner_texture
 from .drawn import FrontFirst, same
 from .fields import field_colouring
 from .images import Image
-from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, headlight
+from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair, headlight
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, aim, height_of
-from .window import rendered, window_of
+from .window import begun, window_of
 
 Array = npt.NDArray[np.float64]
 
@@ -85,6 +86,7 @@ class Scene:
         self._parts: dict[str, pv.PolyData] = {}
         self._actors: dict[str, pv.Actor] = {}
         self._posed: Array | None = None
+        self._drawing: Callable[[], Image] | None = None
         self._shown: tuple[pv.PolyData, Any] | None = None
         pixel = height_of(face, self.style) / self._window[1]
         self._appearance = appearance = Appearance.of(face)
@@ -108,6 +110,7 @@ class Scene:
 
         The same frame is not sent to the graphics card again, unless it was modified as VTK counts it.
         """
+        self._wait()
         by_view = self._visible is not None and self._visible.by_view
         now = frame.GetMTime(), tuple(self.plotter.camera.position) if by_view else None
         if self._shown is not None and self._shown[0] is frame and self._shown[1] == now:
@@ -157,7 +160,7 @@ class Scene:
         options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOUR}
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
-        self._add(drawn, "skin", SKIN_MATERIAL, **options)
+        self._add(drawn, "skin", SKIN_MATERIAL, tinted=paint is not None, **options)
         mapper = self._actors["skin"].mapper
         mapper.SetInputData(drawn)
         if paint is not None:
@@ -189,9 +192,9 @@ class Scene:
 
     def _show_hair(self, seen: Seen) -> None:
         for side, cards in self._lashes.items():
-            self._put(cards.along(seen.lashes[side]), f"lashes_{side}", **HAIR_LIGHTING)
+            self._put(cards.along(seen.lashes[side]), f"lashes_{side}", "hair", **HAIR_LIGHTING)
         if self._brows is not None and seen.brows is not None:
-            self._put(self._brows.along(seen.brows), "brows", **HAIR_LIGHTING)
+            self._put(self._brows.along(seen.brows), "brows", "hair", **HAIR_LIGHTING)
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
@@ -200,11 +203,38 @@ class Scene:
 
     def picture(self, frame: pv.PolyData) -> Image:
         """Return the picture of a frame: ndarray of uint8, shape (height, width, 3)."""
+        return self.begun(frame)()
+
+    def begun(self, frame: pv.PolyData) -> Callable[[], Image]:
+        """Begin the picture of a frame, and return a function that waits for it and returns it.
+
+        Other things can be done meanwhile; the scene itself waits for it before it shows another frame.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> with Scene(face, Style(size=(60, 80))) as scene:
+        ...     picture = scene.begun(face.mesh)
+        ...     picture().shape
+        (80, 60, 3)
+        """
         self.show(frame)
-        return rendered(self.plotter, self._samples)
+        return self._begun()
+
+    def _begun(self) -> Callable[[], Image]:
+        self._drawing = cache(begun(self.plotter, self._samples))
+        return self._drawing
+
+    def _wait(self) -> None:
+        """Take the picture that was begun, before anything in the scene changes."""
+        if self._drawing is not None:
+            self._drawing()
+            self._drawing = None
 
     def close(self) -> None:
         """Free the window and all that is drawn in it."""
+        self._wait()
         self.plotter.close()
 
     def __enter__(self) -> Self:
@@ -217,7 +247,7 @@ class Scene:
         self,
         part: pv.PolyData,
         name: str,
-        material: Material | None = None,
+        material: Material | Literal["hair"] | None = None,
         texture: pv.Texture | None = None,
         **options: Any,
     ) -> None:
@@ -237,18 +267,28 @@ class Scene:
         data.SetActiveNormals("Normals" if data.HasArray("Normals") else None)
         data.SetActiveScalars("paint" if texture is None else None)
 
-    def _add(self, mesh: pv.PolyData, name: str, material: Material | None = None, **options: Any) -> None:
+    def _add(
+        self,
+        mesh: pv.PolyData,
+        name: str,
+        material: Material | Literal["hair"] | None = None,
+        tinted: bool = False,
+        **options: Any,
+    ) -> None:
         defaults = {"smooth_shading": False, "show_scalar_bar": False, "reset_camera": False, "render": False}
-        if material is not None and not self.style.quick:
+        quick = self.style.quick
+        if isinstance(material, Material) and not quick:
             options |= {"ambient": 1.0, "diffuse": 1.0}
         actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
         actor.prop.interpolation = "phong"
         self._actors[name], self._posed = actor, None
         textured = "texture" in options
-        if self.style.quick and actor.prop.lighting and not name.startswith(OWN_PREFIX):
+        if material == "hair":
+            hair(actor, 0 if quick else len(LIGHTS))
+        elif quick and actor.prop.lighting and not name.startswith(OWN_PREFIX):
             headlight(actor, int(actor.prop.specular_power), textured)
-        elif material is not None and not self.style.quick:
-            material.apply(actor, len(LIGHTS), textured, edges=bool(options.get("show_edges")))
+        elif material is not None and not quick:
+            material.apply(actor, len(LIGHTS), textured, tinted, edges=bool(options.get("show_edges")))
 
 
 @checked

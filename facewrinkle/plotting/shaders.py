@@ -12,61 +12,84 @@ highlights are. In software a pixel costs as much as its shader has operations.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
 import pyvista as pv
 
 VERTEX_DECLARATIONS = """//VTK::Normal::Dec
 %(directions)s
 uniform vec3 %(colours)s;
 out vec3 scattered;
-out vec3 towards;
-out vec%(lights)d halfway;
+out vec3 glints;
+out float facing;
+%(sent)s
 """
 
 SLOW_START = """
   {
   vec3 N = normalize(normalVCVSOutput);
-  towards = normalize(-%(place)s.xyz);
+  vec3 towards = normalize(-%(place)s.xyz);
+  facing = dot(N, towards);
+  float glance = 1.0 - max(facing, 0.0);
+  float fresnel = 1.0 + 4.0 * glance * glance * glance;
   scattered = mix(vec3(%(below)s), vec3(%(above)s), 0.5 + 0.5 * N.y);
   vec3 bleed = vec3(%(bleed)s);
+  glints = vec3(0.0);
 """
 
 SLOW_OF_LIGHT = """
   scattered += clamp((bleed - dot(N, lightDirectionVC%(number)d)) / (1.0 + bleed), 0.0, 1.0) * lightColor%(number)d;
-  halfway[%(number)d] = inversesqrt(2.0 - 2.0 * dot(lightDirectionVC%(number)d, towards));
+  {
+    float slope = -dot(N, lightDirectionVC%(number)d);
+    float seen = fresnel * clamp(4.0 * slope, 0.0, 1.0);
+    vec3 halfway = normalize(towards - lightDirectionVC%(number)d);
+    %(statement)s
+  }
 """
+
+SHARP = """gleam%(number)d = seen;
+    vec3 aside = normalize(cross(halfway, vec3(0.0, 0.0, 1.0)));
+    mirror%(number)d = vec3(dot(N, aside), dot(N, cross(halfway, aside)), dot(N, halfway));"""
+"""The normal, in axes of which the last is half-way between light and camera."""
+
+BLURRED = """vec3 C = lightColor%(number)d;
+    float near = max(dot(N, halfway), 0.0);
+    %(powers)s
+    glints += C * (seen * (%(shine)s));"""
+
+POWERS = """float near2 = near * near, near4 = near2 * near2, near8 = near4 * near4;
+    float near16 = near8 * near8, near32 = near16 * near16;"""
 
 FRAGMENT_DECLARATIONS = """//VTK::Normal::Dec
 in vec3 scattered;
-in vec3 towards;
-in vec%(lights)d halfway;
+in vec3 glints;
+in float facing;
+%(received)s
+"""
+
+SLOW_END = """  vec3 tint = %(tint)s;
+  scattered *= tint * tint;
+  }
 """
 
 FRAGMENT_START = """
-  vec3 N = normalVCVSOutput;
-  vec3 albedo = diffuseColor;
-  //TEXTURE
-  albedo *= albedo;
-  vec3 lit = albedo * scattered;
-  float facing = dot(N, towards);
-  float glance = 1.0 - max(facing, 0.0);
-  float fresnel = 1.0 + 4.0 * glance * glance * glance;
-  vec3 shine = vec3(0.0);
+  vec3 albedo = %(albedo)s;
+  vec3 shine = glints;
 """
 
 FRAGMENT_OF_LIGHT = """
   {
-    float slope = -dot(N, lightDirectionVC%(number)d);
     vec3 C = lightColor%(number)d;
-    float near = max((slope + facing) * halfway[%(number)d], 0.0);
-    float near2 = near * near, near4 = near2 * near2, near8 = near4 * near4;
-    float near16 = near8 * near8, near32 = near16 * near16;
-    shine += C * (clamp(4.0 * slope, 0.0, 1.0) * (%(shine)s));
+    float near = max(mirror%(number)d.z, 0.0) * inversesqrt(dot(mirror%(number)d, mirror%(number)d));
+    %(powers)s
+    shine += C * (gleam%(number)d * (%(shine)s));
   }
 """
 
 FRAGMENT_END = """
-  lit += fresnel * shine;
+  albedo *= albedo;
+  vec3 lit = albedo * scattered + (%(gloss)s) * shine;
   %(behind)s
   fragOutput0 = vec4(sqrt(lit / (1.0 + 0.22 * lit)), opacity);
 """
@@ -76,9 +99,35 @@ HEADLIGHT = """//VTK::Light::Impl
   %(squares)s;
   vec3 reflected = slope * diffuseColor + (%(highlight)s) * specularColor;
   fragOutput0 = vec4(ambientColor + lightColor0 * reflected, opacity);
-  //TEXTURE
+  %(texture)s
 """
 """Phong's shading under one light at the camera, as VTK has it, with a whole power."""
+
+HAIR_VERTEX = """//VTK::Light::Impl
+  {
+  vec3 N = normalize(normalVCVSOutput), towards = normalize(-vertexVCVSOutput.xyz);
+  vec4 paint = vertexColorVSOutput;
+  opaque = paint.a;
+  vec3 soft = vec3(0.0), softBehind = vec3(0.0), sharp = vec3(0.0), sharpBehind = vec3(0.0);
+  float slope, mirrored;
+  %(lights)s
+  inFront = %(ambient)s * paint.rgb + %(diffuse)s * soft * paint.rgb + %(specular)s * sharp;
+  behind = %(ambient)s * paint.rgb + %(diffuse)s * softBehind * paint.rgb + %(specular)s * sharpBehind;
+  }
+"""
+
+HAIR_OF_LIGHT = """
+  slope = %(slope)s;
+  soft += max(slope, 0.0) * lightColor%(number)d;
+  softBehind += max(-slope, 0.0) * lightColor%(number)d;
+  mirrored = pow(max(%(mirrored)s, 1e-5), %(power)s);
+  if (slope > 0.0) sharp += mirrored * lightColor%(number)d;
+  else sharpBehind += mirrored * lightColor%(number)d;
+"""
+
+HAIR_FRAGMENT = """//VTK::Light::Impl
+  fragOutput0 = vec4(gl_FrontFacing ? inFront : behind, opacityUniform * opaque);
+"""
 
 TEXTURED = "texture(actortexture, tcoordVCVSOutput).rgb"
 
@@ -96,6 +145,10 @@ class Material:
     shine : str
         Share of light that is reflected at the surface, by the light's colour `C`, the cosine `near` between the normal
         and the half-way direction, and powers of it (`near8`).
+    gloss : str
+        Factor of it, by the `albedo` of a pixel, its square root of the reflectance.
+    sharp : int
+        Number of lights, the first of them, whose highlights are worked out pixel by pixel.
     behind : str
         A statement that changes `lit` where the back of the surface is seen.
     """
@@ -104,6 +157,8 @@ class Material:
     above: str
     bleed: str
     shine: str
+    gloss: str = "1.0"
+    sharp: int = 4
     behind: str = ""
 
     def code(self, lights: int, textured: bool = False) -> str:
@@ -111,33 +166,55 @@ class Material:
 
         They read and write the variables of VTK's shaders, in the place of its own lighting.
         """
-        _, slow, fragment = self._sources(lights, "vertexVC")
-        code = f"  vec3 scattered, towards;\n  vec{lights} halfway;\n{slow}{fragment}"
-        return code.replace("//TEXTURE", f"albedo *= {TEXTURED};" if textured else "")
+        parts, slow, fragment = self._sources(lights, "vertexVC", _albedo(textured))
+        return f"  vec3 scattered, glints;\n  float facing;\n{parts['own']}{slow}{fragment}"
 
-    def apply(self, actor: pv.Actor, lights: int, textured: bool = False, edges: bool = False) -> None:
+    def apply(
+        self, actor: pv.Actor, lights: int, textured: bool = False, tinted: bool = False, edges: bool = False
+    ) -> None:
         """Draw an actor with this material, under two to four directional lights.
 
-        Where VTK draws edges, nothing is worked out at the corners: its geometry shader hands on only what it knows.
+        Parameters
+        ----------
+        actor : pyvista.Actor
+        lights : int
+        textured : bool
+        tinted : bool
+            True if its points have colours besides its texture: factors of those of the texture.
+        edges : bool
+            Where VTK draws edges, nothing is worked out at the corners: its geometry shader hands on only what it
+            knows.
         """
-        parts, slow, fragment = self._sources(lights, "vertexVCVSOutput")
         if edges:
-            fragment = self.code(lights, textured)
-        else:
-            actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", VERTEX_DECLARATIONS % parts)
-            actor.add_shader_replacement("vertex", "//VTK::Light::Impl", f"//VTK::Light::Impl\n{slow}")
-            actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", FRAGMENT_DECLARATIONS % parts)
-        _shade(actor, f"//VTK::Light::Impl\n{fragment}", f"albedo *= {TEXTURED};" if textured else "")
+            _shade(actor, f"//VTK::Light::Impl\n{self.code(lights, textured)}", textured)
+            return
+        tint, albedo = (
+            ("vertexColorVSOutput.rgb", TEXTURED) if textured and tinted else ("vec3(1.0)", _albedo(textured))
+        )
+        parts, slow, fragment = self._sources(lights, "vertexVCVSOutput", albedo, tint)
+        actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", VERTEX_DECLARATIONS % parts)
+        actor.add_shader_replacement("vertex", "//VTK::Light::Impl", f"//VTK::Light::Impl\n{slow}")
+        actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", FRAGMENT_DECLARATIONS % parts)
+        _shade(actor, f"//VTK::Light::Impl\n{fragment}", textured)
 
-    def _sources(self, lights: int, place: str) -> tuple[dict[str, object], str, str]:
-        """Return what is filled in, what changes slowly over a triangle, and the rest, as GLSL."""
+    def _sources(
+        self, lights: int, place: str, albedo: str, tint: str = "vec3(1.0)"
+    ) -> tuple[dict[str, Any], str, str]:
+        """Return what is filled in, what changes slowly over a triangle, and what does not, as GLSL."""
         numbers = range(lights)
-        parts: dict[str, object] = {"below": self.below, "above": self.above, "bleed": self.bleed, "shine": self.shine}
-        parts |= {"lights": lights, "place": place, "colours": ", ".join(f"lightColor{k}" for k in numbers)}
-        parts["directions"] = "".join(f"uniform vec3 lightDirectionVC{k};\n" for k in numbers)
-        slow = SLOW_START % parts + "".join(SLOW_OF_LIGHT % {"number": k} for k in numbers) + "  }\n"
-        fragment = FRAGMENT_START % parts + "".join(FRAGMENT_OF_LIGHT % {"number": k, **parts} for k in numbers)
-        return parts, slow, fragment + FRAGMENT_END % {"behind": self.behind}
+        parts: dict[str, Any] = {"below": self.below, "above": self.above, "bleed": self.bleed, "shine": self.shine}
+        parts |= {"place": place, "colours": ", ".join(f"lightColor{k}" for k in numbers), "powers": POWERS}
+        parts |= {"directions": "".join(f"uniform vec3 lightDirectionVC{k};\n" for k in numbers)}
+        parts |= {"albedo": albedo, "tint": tint, "gloss": self.gloss, "behind": self.behind}
+        sharp = [k for k in numbers if k < self.sharp]
+        for name, way in (("sent", "out "), ("received", "in "), ("own", "  ")):
+            parts[name] = "".join(f"{way}vec3 mirror{k};\n{way}float gleam{k};\n" for k in sharp)
+        slow = SLOW_START % parts
+        for k in numbers:
+            statement = (SHARP if k in sharp else BLURRED) % {**parts, "number": k}
+            slow += SLOW_OF_LIGHT % {"number": k, "statement": statement}
+        fragment = FRAGMENT_START % parts + "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
+        return parts, slow + SLOW_END % parts, fragment + FRAGMENT_END % parts
 
 
 def headlight(actor: pv.Actor, power: int, textured: bool = False) -> None:
@@ -153,14 +230,52 @@ def headlight(actor: pv.Actor, power: int, textured: bool = False) -> None:
     squares = [2**k for k in range(power.bit_length())]
     highlight = "float slope1 = slope" + "".join(f", slope{2 * k} = slope{k} * slope{k}" for k in squares[:-1])
     parts = {"squares": highlight, "highlight": " * ".join(f"slope{k}" for k in squares if power & k)}
-    _shade(actor, HEADLIGHT % parts, f"fragOutput0.rgb *= {TEXTURED};" if textured else "")
+    parts["texture"] = f"fragOutput0.rgb *= {TEXTURED};" if textured else ""
+    _shade(actor, HEADLIGHT % parts, textured)
 
 
-def _shade(actor: pv.Actor, code: str, texture: str) -> None:
+def hair(actor: pv.Actor, lights: int) -> None:
+    """Draw an actor that has paint with VTK's own shading worked out at its points.
+
+    A hair is a pixel wide, or little more: there is nothing to be seen between its points.
+
+    Parameters
+    ----------
+    actor : pyvista.Actor
+    lights : int
+        Number of directional lights; 0 for one light at the camera.
+    """
+    numbers = range(max(lights, 1))
+    uniforms = "".join(f"uniform vec3 lightColor{k};\n" for k in numbers)
+    uniforms += "".join(f"uniform vec3 lightDirectionVC{k};\n" for k in range(lights))
+    inputs = "vec3 inFront;\n{0} vec3 behind;\n{0} float opaque;\n"
+    names = {"ambient": "ambient", "diffuse": "diffuse", "power": "specular_power"}
+    shares = {name: f"{getattr(actor.prop, own):.6f}" for name, own in names.items()}
+    highlight = actor.prop.specular * np.array(actor.prop.specular_color.float_rgb)
+    shares["specular"] = "vec3({:.6f}, {:.6f}, {:.6f})".format(*highlight)
+    shading = ""
+    for k in numbers:
+        slope, mirrored = f"-dot(N, lightDirectionVC{k})", f"dot(reflect(lightDirectionVC{k}, N), towards)"
+        if not lights:
+            slope, mirrored = "N.z", "abs(N.z)"
+        shading += HAIR_OF_LIGHT % {"number": k, "slope": slope, "mirrored": mirrored, **shares}
+    outputs = f"//VTK::Normal::Dec\n{uniforms}out {inputs.format('out')}"
+    actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", outputs)
+    actor.add_shader_replacement("vertex", "//VTK::Light::Impl", HAIR_VERTEX % {**shares, "lights": shading})
+    actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", f"//VTK::Normal::Dec\nin {inputs.format('in')}")
+    _shade(actor, HAIR_FRAGMENT, textured=False)
+
+
+def _albedo(textured: bool) -> str:
+    """The colour of a pixel."""
+    return f"diffuseColor * {TEXTURED}" if textured else "diffuseColor"
+
+
+def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
     """Replace the light of a fragment shader, and how a texture colours it; nothing is cut out by its opacity."""
-    actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code.replace("//TEXTURE", texture))
+    actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code)
     actor.add_shader_replacement("fragment", "discard;", "")  # with it, depths are written late
-    if texture:
+    if textured:
         actor.add_shader_replacement("fragment", "//VTK::TCoord::Impl", "")
 
 
@@ -169,8 +284,10 @@ SKIN_MATERIAL = Material(
     "0.060, 0.046, 0.040",
     "0.110, 0.112, 0.120",
     "0.24, 0.13, 0.09",
-    "smoothstep(-0.03, 0.2, albedo.g) * (0.022 * near8 + 0.05 * near32 * near8)",
-    "if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * facing);",
+    "0.022 * near8 + 0.05 * near32 * near8",
+    gloss="smoothstep(-0.03, 0.2, albedo.g)",
+    sharp=1,
+    behind="if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * abs(facing));",
 )
 EYE_MATERIAL = Material(
     "0.10, 0.09, 0.09",
@@ -182,5 +299,6 @@ TEETH_MATERIAL = Material(
     "0.05, 0.045, 0.04",
     "0.10, 0.10, 0.11",
     "0.25, 0.2, 0.15",
-    "smoothstep(0.02, 0.2, albedo.g) * (0.02 * near8 + 0.25 * C.g * near32 * near32 * near32)",
+    "0.02 * near8 + 0.25 * C.g * near32 * near32 * near32",
+    gloss="smoothstep(0.02, 0.2, albedo.g)",
 )

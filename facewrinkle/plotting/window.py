@@ -6,6 +6,8 @@ drawn behind the face, and both are combined as the pixels are read.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,25 +32,40 @@ def rendered(plotter: pv.Plotter, factor: int = 1) -> Image:
     [[0, 98, 195], [0, 3, 5]]
     >>> plotter.close()
     """
+    return begun(plotter, factor)()
+
+
+def begun(plotter: pv.Plotter, factor: int = 1) -> Callable[[], Image]:
+    """Begin to render what a plotter shows, and return a function that waits for the picture and returns it.
+
+    The graphics card draws meanwhile, or Mesa's own threads do. Until the picture was taken, the plotter must not
+    render anything else. For the arguments see :func:`rendered`.
+    """
     renderer, window = plotter.renderer, window_of(plotter)
     if not renderer.GetGradientBackground() or renderer.GetTexturedBackground():
         window.Render()
-        pixels = np.ascontiguousarray(_pixels(plotter)[::-1, :, :3])
-        return pixels if factor == 1 else reduced(pixels, factor)
+        return partial(_without_background, plotter, factor)
     bottom, alpha = renderer.GetBackground(), renderer.GetBackgroundAlpha()
-    top = renderer.GetBackground2()
+    top, swaps = renderer.GetBackground2(), window.GetSwapBuffers()
     renderer.GradientBackgroundOff()
     renderer.SetBackground(0.0, 0.0, 0.0)
     renderer.SetBackgroundAlpha(0.0)
+    window.SetSwapBuffers(False)  # nobody looks at the window: its pixels are read before they would go there
     try:
         window.SetAlphaBitPlanes(1)
         window.Render()
-        pixels = _pixels(plotter)
+        window.ReleaseCurrent()  # sends what OpenGL has only noted down so far
     finally:
         renderer.SetBackground(bottom)
         renderer.SetBackgroundAlpha(alpha)
         renderer.GradientBackgroundOn()
-    return composed(pixels, bottom, top, factor)
+        window.SetSwapBuffers(swaps)
+    return lambda: composed(_pixels(plotter), bottom, top, factor)
+
+
+def _without_background(plotter: pv.Plotter, factor: int) -> Image:
+    pixels = np.ascontiguousarray(_pixels(plotter)[::-1, :, :3])
+    return pixels if factor == 1 else reduced(pixels, factor)
 
 
 def window_of(plotter: pv.Plotter) -> Any:

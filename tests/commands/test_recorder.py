@@ -32,7 +32,8 @@ def test_a_clip_is_played_once_watched_and_drawn(clip, tmp_path):
 
     def draw(frame):
         drawn.append(frame.length)
-        return np.full((32, 48, 3), 60 * len(drawn), np.uint8)
+        image = np.full((32, 48, 3), 60 * len(drawn), np.uint8)
+        return lambda: image
 
     made = Recorder(tmp_path / "new", "ball", OutputOptions(), Report(quiet=False))
     made.record(clip, draw, lambda number, frame: numbers.append((number, frame.length)))

@@ -105,3 +105,15 @@ def test_plotters_are_closed(face, wrinkled):
 def test_frames_of_other_faces_are_refused(face):
     with pytest.raises(MeshError, match="Is it one of another face"):
         picture(pv.Sphere(), face, Style((40, 40)))
+
+
+def test_a_picture_that_was_begun_is_that_of_its_frame_whatever_follows(face):
+    with Scene(face, Style(SMALL)) as scene, Scene(face, Style(SMALL, "forehead")) as other:
+        expected = [scene.picture(frame) for frame in (face.mesh, held("surprise"))]
+        first, beside = scene.begun(face.mesh), other.begun(face.mesh)
+        second = scene.begun(held("surprise"))
+        np.testing.assert_array_equal(second(), expected[1])
+        np.testing.assert_array_equal(first(), expected[0])
+        late = scene.begun(face.mesh)
+        np.testing.assert_array_equal(beside(), other.picture(face.mesh))
+    np.testing.assert_array_equal(late(), expected[0])

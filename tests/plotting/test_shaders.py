@@ -6,20 +6,25 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from facewrinkle.plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, headlight
+from facewrinkle.plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, hair, headlight
 from facewrinkle.plotting.views import LIGHTS
 from facewrinkle.plotting.window import rendered
 
 FINE = pv.Sphere(radius=1.0, theta_resolution=240, phi_resolution=240)
 
 
-def drawn(shade, lights, **options):
+def lamps():
+    return [pv.Light(position=place, color=colour, intensity=power) for place, colour, power in LIGHTS]
+
+
+def drawn(shade, lights, mesh=FINE, **options):
     """A ball under some lights, shaded by a function of its actor."""
     plotter = pv.Plotter(off_screen=True, window_size=(120, 120), lighting="none")
     plotter.disable_anti_aliasing()
     for light in lights:
         plotter.add_light(light)
-    actor = plotter.add_mesh(FINE, color=(0.8, 0.6, 0.5), smooth_shading=False, **options)
+    options = {"color": (0.8, 0.6, 0.5), "smooth_shading": False, **options}
+    actor = plotter.add_mesh(mesh, **options)
     actor.prop.interpolation = "phong"
     shade(actor)
     plotter.camera_position = [(0.0, 0.0, 9.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
@@ -31,9 +36,6 @@ def drawn(shade, lights, **options):
 
 @pytest.mark.parametrize("material", [SKIN_MATERIAL, EYE_MATERIAL, TEETH_MATERIAL], ids=["skin", "eye", "teeth"])
 def test_corners_of_small_triangles_are_as_good_as_pixels(material):
-    def lamps():
-        return [pv.Light(position=place, color=colour, intensity=power) for place, colour, power in LIGHTS]
-
     def ball(edges):
         return drawn(lambda actor: material.apply(actor, len(LIGHTS), edges=edges), lamps(), ambient=1.0, diffuse=1.0)
 
@@ -51,3 +53,42 @@ def test_a_headlight_is_that_of_vtk(power):
     )
     assert np.ptp(theirs[40:80, 40:80]) > 20
     assert np.abs(ours - theirs).max() <= 1
+
+
+def test_factors_of_a_texture_are_worked_out_at_corners():
+    """Half of the light, given at the points, is half of it, given as the colour of the whole ball."""
+    ball = FINE.copy()
+    ball.active_texture_coordinates = np.full((ball.n_points, 2), 0.5, np.float32)
+    ball.point_data["shade"] = np.full((ball.n_points, 3), 128, np.uint8)
+    grey = pv.Texture(np.full((4, 4, 3), 190, np.uint8))
+    options = {"mesh": ball, "texture": grey, "ambient": 1.0, "diffuse": 1.0}
+
+    def tinted(actor):
+        mapper = actor.mapper
+        mapper.scalar_visibility, mapper.color_mode, mapper.scalar_map_mode = True, "direct", "point_field"
+        mapper.SelectColorArray("shade")
+        EYE_MATERIAL.apply(actor, len(LIGHTS), textured=True, tinted=True)
+
+    corners = drawn(tinted, lamps(), **options)
+    whole = drawn(
+        lambda actor: EYE_MATERIAL.apply(actor, len(LIGHTS), textured=True), lamps(),
+        **{**options, "color": (128 / 255, 128 / 255, 128 / 255)},
+    )  # fmt: skip
+    untinted = drawn(lambda actor: EYE_MATERIAL.apply(actor, len(LIGHTS), textured=True), lamps(), **options)
+    assert np.abs(corners - untinted).max() > 30
+    assert np.abs(corners - whole).max() <= 2
+
+
+@pytest.mark.parametrize("lights", [0, len(LIGHTS)], ids=["headlight", "studio"])
+@pytest.mark.parametrize("culling", ["back", "front"])
+def test_hair_has_the_shading_of_vtk(lights, culling):
+    ball = FINE.copy()
+    ball.point_data["paint"] = np.tile(np.uint8([90, 70, 60, 200]), (ball.n_points, 1))
+    options = {"mesh": ball, "color": None, "scalars": "paint", "rgb": True, "show_scalar_bar": False}
+    options |= {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05, "specular_power": 100, "culling": culling}
+    ours, theirs = (
+        drawn(shade, lamps() if lights else [pv.Light(light_type="headlight")], **options)
+        for shade in (lambda actor: hair(actor, lights), lambda actor: None)
+    )
+    assert np.ptp(theirs[40:80, 40:80]) > 10
+    assert np.abs(ours - theirs).max() <= 2
