@@ -130,6 +130,7 @@ class Simulation:
         self.face = face = face if isinstance(face, Face) else surface(face)
         self.refinement = refinement or Refinement()
         self._marks: tuple[BoolArray, BoolArray] | None = None
+        self._late, self._changed = False, False
         self._edges, self._level, self._asked_level = typical_edges(face), 0, self.refinement.max_level
         with self._timed("precompute"):
             self.motion = _motion(face, time_step, material, motion)
@@ -304,7 +305,7 @@ class Simulation:
 
     def reset(self) -> None:
         """Go back to the unrefined face at rest, all muscles relaxed."""
-        self._steps = 0
+        self._steps, self._changed = 0, False
         self._asked, self._looked = np.zeros(len(self.motion.names)), np.zeros(len(self._eye_muscles))
         self.motion.reset()
         self._begin_mesh()
@@ -361,11 +362,13 @@ class Simulation:
             return self.motion.step()
 
     def _advanced(self, rates: Array) -> pv.PolyData:
-        base = self._moved(rates)
-        self._refine()
+        base, driven = self._moved(rates), bool(self.motion.names)
+        # A recording changes triangles in every other frame: a change costs as much as the rest of a frame.
+        self._changed = (driven or not self._changed) and self._refine()
         self._steps += 1
         shape = self._shape(base)
-        if not self.motion.names:  # a recording may go far in one step, and patterns on a still surface begin at once
+        # It may go far in one step, and patterns on a still surface begin at once: then all triangles are split now.
+        if not driven and (self._late or self._steps == 1):
             while self._marks is not None and self._marks[0].any() and self._refine():
                 shape = self._shape(base)
         with self._timed("frame"):
@@ -498,8 +501,8 @@ class Simulation:
             if offset is not None:
                 shown = detail_normals(bare, displaced(bare, height + offset, smooth), triangles, smooth)
         with self._timed("refinement"):
-            *marks, split_gamma = mark(self.refinement, self.forest, self._levels, vertices, normals, added)
-            self._marks = marks[0], marks[1]
+            *marks, late, split_gamma = mark(self.refinement, self.forest, self._levels, vertices, normals, added)
+            self._marks, self._late = (marks[0], marks[1]), late
             return moved, shown, height, split_gamma
 
     @cached_property

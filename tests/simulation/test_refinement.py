@@ -215,7 +215,7 @@ def test_without_samples_the_papers_criterion_splits_alone():
         assert split.any() == split_all
     bent = normals.copy()
     bent[4] = [0.6, 0.0, 0.8]
-    split, _, _ = mark(Refinement(samples=0), forest, forest.level, vertices, bent, [layer])
+    split, *_ = mark(Refinement(samples=0), forest, forest.level, vertices, bent, [layer])
     assert split[(triangles == 4).any(axis=1)].all()
     with pytest.raises(ParameterError, match="samples must lie in .1, 64..*0 for Eq. 19 alone"):
         Refinement(samples=0.5)
