@@ -3,9 +3,9 @@
     python -m analysis.crossings [--faces head-0 --faces ict-0] [--minutes 30] [--alone]
 
 Every pose is held until the skin rests, and folded at ages 0 and 1. Counted are triangles that folds turn over, and
-pairs of triangles that run through each other with folds and do not on the bare skin. Results are written into
-``output/crossings``, and a run goes on where the last one stopped; pairs come in a random order, so that those of a run
-that was stopped are a sample.
+pairs of triangles that run through each other with folds, farther than a millimetre from where bare skin does. Results
+are written into ``output/crossings``, and a run goes on where the last one stopped; pairs come in a random order, so
+that those of a run that was stopped are a sample.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.geometry.interpolation import interpolated
@@ -39,6 +40,9 @@ FACES = ("head-0", "ict-0", "makehuman")
 
 GAZE = ("AU61", "AU62", "AU63", "AU64")
 """Units that turn the eyes and fold nothing."""
+
+BESIDE = 1.0
+"""Triangles within this distance, mm, of some that run through each other on bare skin do so there, too."""
 
 SETTLED, MOST = 0.01, 120
 """Movement in a step, mm, below which skin rests, and the most steps to get there."""
@@ -100,14 +104,14 @@ class Folded:
         bare = interpolated(sim.motion.step(), sim.vertices.corners, sim.vertices.barycentric)
         turned = (_crossed(points, triangles) * _crossed(bare, triangles)).sum(axis=1) <= 0.0
         found, known = (self_intersections(p, triangles) for p in (points, bare))
-        new = found[~np.isin(_keys(found, triangles), _keys(known, triangles))]
-        rest = sim.vertices.points * self.face.unit
+        middle = (sim.vertices.points * self.face.unit)[triangles].mean(axis=1)
+        new = found[~_near(middle[found[:, 0]], middle[np.unique(known)])]
         return {
             "turned": int(turned.sum()),
             "bare": len(known),
             "crossing": len(new),
-            "where": [self._nearest(rest[triangles[t]].mean(axis=0)) for t in np.unique(new)[:400]],
-            "turned where": [self._nearest(rest[triangles[t]].mean(axis=0)) for t in np.flatnonzero(turned)[:40]],
+            "where": [self._nearest(middle[t]) for t in np.unique(new)[:400]],
+            "turned where": [self._nearest(middle[t]) for t in np.flatnonzero(turned)[:40]],
             "deep": float(np.ptp(frame["W"])),
         }
 
@@ -122,8 +126,11 @@ def _crossed(points: Array, triangles: npt.NDArray[np.integer]) -> Array:
     return np.cross(b - a, c - a)
 
 
-def _keys(pairs: npt.NDArray[np.int64], triangles: npt.NDArray[np.integer]) -> npt.NDArray[np.int64]:
-    return pairs[:, 0] * len(triangles) + pairs[:, 1]
+def _near(places: Array, others: Array) -> npt.NDArray[np.bool_]:
+    """Tell which places (n, 3) lie within `BESIDE` of others (m, 3)."""
+    if not len(others) or not len(places):
+        return np.zeros(len(places), bool)
+    return np.isfinite(cKDTree(others).query(places, distance_upper_bound=BESIDE)[0])
 
 
 def played(name: str, alone: bool, done: set[str]) -> Iterator[Record]:
