@@ -129,7 +129,7 @@ class WaveField:
             if not len(some):
                 continue
             window, firm, length, most = values[some].T
-            near, theta, strength, wave, size = (v[some] for v in (near, theta, strength, wave, size))
+            near, theta, strength, wave, size = near[some], theta[some], strength[some], wave[some], size[some]
             strength = firm * np.clip((strength - GONE) / (WHOLE - GONE), 0.0, 1.0)
             own = np.minimum(2.0 * np.pi / size, LONGEST * length)
             old = AGED * own * np.sqrt(most) * strength**2 * window
