@@ -21,8 +21,8 @@ LOOSE = 0.92
 """Share of its tethers that the skin on the tip of the nose lacks."""
 
 SPINE_RADIUS, SPINE = 8.0, 2.0
-"""Reach of the bone under the base of the nose, the anterior nasal spine, on a face of average size, mm, and by how many
-times their number it adds to the tethers there: skin and cartilage are bound to it.
+"""Reach of the bone under the base of the nose, the anterior nasal spine, on a face of average size, mm, and how many
+times as many tethers as elsewhere it adds there: skin and cartilage are bound to it.
 """
 
 GUMS_FROM, GUMS_TO = 2.0, 8.0
