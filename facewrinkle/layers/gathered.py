@@ -78,8 +78,8 @@ class Gathered:
         self._starts = np.arange(len(self._products) + 1, dtype=np.int32)
         self._out = np.empty(len(self._products))
         places = np.linspace(0.0, 1.0, PLACES)
-        weights = np.exp(-0.5 * ((places[:, None] - places) / EVEN) ** 2)
-        self._even = weights / weights.sum(axis=1, keepdims=True)
+        even = np.exp(-0.5 * ((places[:, None] - places) / EVEN) ** 2)
+        self._even = even / even.sum(axis=1, keepdims=True)
         self.follow(np.empty(0, np.int32), np.empty(0))
 
     def follow(self, muscle: npt.NDArray[np.integer], place: Array) -> None:

@@ -41,6 +41,7 @@ from .fold_shapes import give_shapes
 from .frames import FrameMaker
 from .refinement import (
     Refinement,
+    Restless,
     check_patterns,
     check_wavelength,
     default_level,
@@ -314,7 +315,7 @@ class Simulation:
         """Go back to the triangles of the face, of which none is split."""
         face = self.face
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
-        self._levels = self.forest.level
+        self._levels, self._restless = self.forest.level, Restless(self.forest)
         self.vertices = SurfacePoints.of_forest(self.forest, self.face.points, self._base_normals)
         for layer in self.layers:
             layer.attach(face)
@@ -474,6 +475,7 @@ class Simulation:
             )
             self.vertices = SurfacePoints(*map(np.concatenate, columns))
             self._levels = self.forest.level
+            self._restless.follow(self.forest, self._steps)
             self._frames.remesh()
         with self._timed("wrinkles"):
             for layer in self.layers:
@@ -501,8 +503,10 @@ class Simulation:
             if offset is not None:
                 shown = detail_normals(bare, displaced(bare, height + offset, smooth), triangles, smooth)
         with self._timed("refinement"):
-            *marks, late, split_gamma = mark(self.refinement, self.forest, self._levels, vertices, normals, added)
-            self._marks, self._late = (marks[0], marks[1]), late
+            split, fine, active, self._late, split_gamma = mark(
+                self.refinement, self.forest, self._levels, vertices, normals, added
+            )
+            self._marks = split, self._restless.may_go(self.forest, fine, active)
             return moved, shown, height, split_gamma
 
     @cached_property

@@ -26,6 +26,9 @@ LATE = 0.01
 one round of splitting per frame.
 """
 
+RECENT = 4
+"""Steps between taking back and splitting within which a base triangle counts as restless."""
+
 ENOUGH_SPACING = 0.35
 """Distance of vertices that suffices for the default level, in half wavelengths: about three vertices in each."""
 
@@ -169,7 +172,7 @@ def mark(
     vertices: SurfacePoints,
     normals: Array,
     displacements: Sequence[Displacement],
-) -> tuple[BoolArray, BoolArray, bool, Array]:
+) -> tuple[BoolArray, BoolArray, BoolArray, bool, Array]:
     """Mark the triangles (m,) to split and those (m,) to take back.
 
     Parameters
@@ -189,6 +192,8 @@ def mark(
     -------
     split, fine : ndarray of bool, shape (m,)
         Triangles that are too coarse, and those that are finer than needed.
+    active : ndarray of bool, shape (n,)
+        Vertices at which a layer may displace the surface.
     late : bool
         True if splitting once is not enough for one in a hundred triangles: the motion has gone far since the last.
     largest : ndarray, shape (n,)
@@ -203,7 +208,37 @@ def mark(
         triangles, levels, forest.max_level, normals, vertices.normals, vertices.points, spacing,
         across, active, bends, refinement.gamma_c, refinement.hysteresis, split, fine, largest,
     )  # fmt: skip
-    return split, fine, late > LATE * m, largest
+    return split, fine, active, late > LATE * m, largest
+
+
+class Restless:
+    """Base triangles whose triangles were split again right after they had been taken back: they keep them as long as a
+    layer is active there. Else a pose that is held could go to and fro, where splitting itself changes the bends.
+
+    Parameters
+    ----------
+    forest : RedGreenForest
+    """
+
+    def __init__(self, forest: RedGreenForest) -> None:
+        self._counts = np.bincount(forest.root)
+        self._taken = np.full(len(self._counts), -RECENT - 1)
+        self._kept = np.zeros(len(self._counts), bool)
+
+    def follow(self, forest: RedGreenForest, step: int) -> None:
+        """Take note of a change of the triangles."""
+        counts = np.bincount(forest.root, minlength=len(self._counts))
+        self._kept |= (counts > self._counts) & (step - self._taken <= RECENT)
+        self._taken[counts < self._counts] = step
+        self._counts = counts
+
+    def may_go(self, forest: RedGreenForest, fine: BoolArray, active: BoolArray) -> BoolArray:
+        """Return which of the triangles (m,) that are finer than needed may be taken back."""
+        if not self._kept.any():
+            return fine
+        here = active[forest.triangles].any(axis=1)
+        self._kept &= np.bincount(forest.root, here, len(self._kept)) > 0
+        return np.asarray(fine & ~(here & self._kept[forest.root]))
 
 
 def _finest(displacements: Sequence[Displacement], n: int) -> tuple[Array, Array, BoolArray, BoolArray]:
