@@ -59,7 +59,11 @@ class Measured:
     Attributes
     ----------
     angle : float
-        Mean angle between the direction across the lines and the principal compression, weighted by depth, degrees.
+        Mean angle between the gradient of the heights and the principal compression, weighted by depth, degrees. The
+        gradient turns away from the direction across a line where that fades out along it.
+    line_angle : float
+        The same for the direction across the lines as they are seen: the leading eigenvector of the gradient's products
+        (structure tensor), averaged over some base triangles, which are about as large as a fold is wide.
     depth : float
         From the deepest furrow to the highest bulge, mm.
     volume : float
@@ -68,6 +72,7 @@ class Measured:
     """
 
     angle: float
+    line_angle: float
     depth: float
     volume: float
     triangles: int
@@ -92,15 +97,28 @@ def measured(sim: fw.Simulation, frame: object) -> Measured:
     weight = np.where(deep & (np.trace(tensor, axis1=1, axis2=2) > 0.01), steep**2 * area, 0.0)
     cosine = np.abs((gradient * across).sum(axis=1)) / np.maximum(steep, 1e-12)
     angle = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
+    smoothed = _spread(_outer(gradient) * area[:, None, None], sim.forest.root, face.triangles)
+    seen = np.linalg.eigh(smoothed)[1][:, :, 2][sim.forest.root]
+    lines = np.degrees(np.arccos(np.clip(np.abs((seen * across).sum(axis=1)), 0.0, 1.0)))
     smooth = interpolated(vertex_normals(base, face.triangles), sim.vertices.corners, sim.vertices.barycentric)
     smooth /= np.linalg.norm(smooth, axis=1, keepdims=True)
     swept = swept_volumes(bare, height[:, None] * smooth, triangles)
     return Measured(
-        float((weight * angle).sum() / max(weight.sum(), 1e-12)),
+        *(float((weight * found).sum() / max(weight.sum(), 1e-12)) for found in (angle, lines)),
         float(np.ptp(height)),
         float(abs(swept.sum()) / max(np.abs(swept).sum(), 1e-12)),
         len(triangles),
     )
+
+
+def _spread(values: Array, root: npt.NDArray[np.integer], triangles: npt.NDArray[np.integer]) -> Array:
+    """Return sums (m0, 3, 3) of values (m, 3, 3) in each base triangle and those that share a vertex with it."""
+    own = np.zeros((len(triangles), 3, 3))
+    np.add.at(own, root, values)
+    at = np.zeros((int(triangles.max()) + 1, 3, 3))
+    for k in range(3):
+        np.add.at(at, triangles[:, k], own)
+    return np.asarray(at[triangles].sum(axis=1))
 
 
 def _base(sim: fw.Simulation) -> Array:
@@ -192,26 +210,28 @@ def report(quick: bool = False) -> Report:
         plots.append(Plot(subject, stacked([side_by_side(shots[folds]) for folds in FOLDS]), caption))
     captured = [] if quick else _captured(numbers)
     columns = ["face", "expression", *(f"{what}, {folds}" for what in UNITS for folds in FOLDS)]
-    angles = {folds: np.mean([row[2 + k] for row in [*rows, *captured]]) for k, folds in enumerate(FOLDS)}
+    angles, lines = (
+        {folds: np.mean([row[at + k] for row in [*rows, *captured]]) for k, folds in enumerate(FOLDS)} for at in (2, 4)
+    )
     return Report(
         "folds",
         "Directions, depths and volumes of folds",
-        "Angle between the direction across the lines and the principal compression of the skin, weighted by depth; "
-        "depth from furrow to bulge; net volume over what is displaced.",
-        f"On average waves lie {angles['wave']:.1f} degrees off the compression, the papers' folds "
-        f"{angles['paper']:.1f}.",
+        "Angle between the gradient of the heights, and the direction across the lines, and the principal compression "
+        "of the skin, weighted by depth; depth from furrow to bulge; net volume over what is displaced.",
+        f"On average waves lie {lines['wave']:.1f} degrees off the compression, the papers' folds "
+        f"{lines['paper']:.1f}; by their gradients, {angles['wave']:.1f} and {angles['paper']:.1f}.",
         [Table("Folds of expressions, and of captured shapes", columns, [*rows, *captured])],
         plots,
         numbers,
     )
 
 
-UNITS = ("angle (degrees)", "depth (mm)", "net volume (%)", "triangles")
+UNITS = ("angle (degrees)", "angle of lines (degrees)", "depth (mm)", "net volume (%)", "triangles")
 
 
 def _row(found: dict[Folds, Measured]) -> list[float]:
     """Cells of a table: each measurement of the waves beside that of the papers' folds."""
-    pairs = zip(*((m.angle, m.depth, 100.0 * m.volume, m.triangles) for m in found.values()), strict=True)
+    pairs = zip(*((m.angle, m.line_angle, m.depth, 100.0 * m.volume, m.triangles) for m in found.values()), strict=True)
     return [round(value, 2) for pair in pairs for value in pair]
 
 

@@ -36,14 +36,33 @@ def normalise(vectors):
 
 @njit(cache=True)
 def detail(bare, displaced, triangles, smooth, scratch, out):
-    """Normals `smooth` plus the change from the normals of the bare to those of the displaced mesh."""
-    accumulate(bare, triangles, scratch)
+    """Normals `smooth` plus the change from the normals of the bare to those of the displaced mesh.
+
+    Only triangles around vertices with a triangle that is displaced are looked at.
+    """
+    touched = np.zeros(len(bare), np.bool_)
+    for f in range(len(triangles)):
+        moved = False
+        for c in range(3):
+            v = triangles[f, c]
+            moved |= bare[v, 0] != displaced[v, 0] or bare[v, 1] != displaced[v, 1] or bare[v, 2] != displaced[v, 2]
+        if moved:
+            for c in range(3):
+                touched[triangles[f, c]] = True
+    near = np.empty((len(triangles), 3), triangles.dtype)
+    count = 0
+    for f in range(len(triangles)):
+        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        if touched[i] or touched[j] or touched[k]:
+            near[count, 0], near[count, 1], near[count, 2] = i, j, k
+            count += 1
+    accumulate(bare, near[:count], scratch)
     normalise(scratch)
-    accumulate(displaced, triangles, out)
+    accumulate(displaced, near[:count], out)
     normalise(out)
     for v in range(out.shape[0]):
         for k in range(3):
-            out[v, k] += smooth[v, k] - scratch[v, k]
+            out[v, k] = out[v, k] + (smooth[v, k] - scratch[v, k]) if touched[v] else smooth[v, k]
     normalise(out)
 
 
@@ -66,6 +85,19 @@ def displace(points, heights, directions, out):
 
 
 @njit(cache=True)
+def take_finest(own_spacing, own_across, own_active, own_bends, spacing, across, active, bends):
+    """Take over the spacing that a layer needs at each vertex, where it is finer, and where the layer is active."""
+    for v in range(len(spacing)):
+        if own_spacing[v] < spacing[v]:
+            spacing[v] = own_spacing[v]
+            for c in range(3):
+                across[v, c] = own_across[v, c]
+        if own_active[v]:
+            active[v] = True
+            bends[v] |= own_bends
+
+
+@njit(cache=True)
 def mark_triangles(
     triangles, level, max_level, normals, rest_normals, points, need, across, active, bends, gamma_c, hysteresis,
     split, fine, largest,
@@ -74,11 +106,16 @@ def mark_triangles(
 
     Triangles are split where Eq. 19 (its denominator bounded, for rest normals that are nearly orthogonal) exceeds
     `gamma_c` at vertices that count bends, and where a half cycle of a wrinkle would have too few vertices.
+
+    Returns the number of triangles that are so coarse that splitting them once is not enough: halved edges bend by a
+    fourth (Eq. 19 goes with the square of the angle), and are half as long.
     """
+    late = 0
     for f in range(triangles.shape[0]):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         split[f] = False
         fine[f] = True
+        behind = False
         if not (active[a] or active[b] or active[c]):
             continue
         for s in range(3):
@@ -102,8 +139,11 @@ def mark_triangles(
                     excess = max(excess, abs(span) / need[v])
             if level[f] < max_level and (bend > gamma_c or excess > 1.0):
                 split[f] = True
+                behind |= bend > 4.0 * gamma_c or excess > 2.0
             if bend > hysteresis * gamma_c or 2.0 * excess > 1.0 - hysteresis:
                 fine[f] = False
+        late += behind
+    return late
 
 
 @njit(cache=True)

@@ -120,6 +120,19 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
             out[n, 5] += s * xy
 
 
+@njit(cache=True)
+def largest_compression(strain, first, second, both, out):
+    """``1 - |F m|`` for the tangent m that is compressed most, from the products of two orthonormal tangents (n, 6)."""
+    for i in range(len(strain)):
+        a, b, c = 0.0, 0.0, 0.0
+        for k in range(6):
+            a += strain[i, k] * first[i, k]
+            b += strain[i, k] * second[i, k]
+            c += strain[i, k] * both[i, k]
+        half = 0.5 * (a - b)
+        out[i] = 1.0 - np.sqrt(max(1.0 + 0.5 * (a + b) - np.sqrt(half * half + c * c), 0.0))
+
+
 @_two_builds
 def strain_epsilon(starts, corners, barycentric, strain, products, out):
     """``1 - |F m|`` for the entries of each refined vertex, from the strain (n0, 6) at the vertices of the base mesh.

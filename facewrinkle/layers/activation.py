@@ -12,7 +12,7 @@ from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
 from . import _kernels as kernels
 from .base import Array, BoolArray
-from .compression import StrainField, along, principal_compression, products
+from .compression import Principal, StrainField, along, products
 
 Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]
 
@@ -94,19 +94,21 @@ class Activation:
         places = np.repeat(np.arange(len(where)), np.diff(self._starts))
         at, here = corners[places], self._share[:, None] * weights[places]
         self._vertices, column = np.unique(at, return_inverse=True)
-        self._normals = upright[self._vertices]
+        self._principal = Principal(field.metric[self._vertices], upright[self._vertices])
         self._regions = csr_array(
             (here.ravel(), (np.repeat(self._muscle, 3), column.ravel())), shape=(self._count, len(self._vertices))
         )
 
     def of(self, deformed: Array) -> Array:
         """Return the activation (k,) of the muscles in the deformed base mesh (n0, 3), mm."""
-        epsilon, strain = np.empty(len(self._share)), self._field.strain(deformed)
+        return self.at(self._field.strain(deformed))
+
+    def at(self, strain: Array) -> Array:
+        """Return the activation (k,) of the muscles at a strain (n0, 6) of the base mesh."""
+        epsilon = np.empty(len(self._share))
         kernels.strain_epsilon(self._starts, self._corners, self._weights, strain, self._products, epsilon)
         mean = np.bincount(self._muscle, self._share * np.maximum(epsilon, 0.0), self._count)
-        near = self._vertices
-        most, _ = principal_compression(strain[near], self._field.metric[near], self._normals)
-        largest = self._regions @ _lost(most)
+        largest = self._regions @ _lost(self._principal.compression(strain[self._vertices]))
         ours = np.bincount(self._muscle, self._share * _lost(epsilon), self._count)
         aligned = np.divide(ours, largest, out=np.zeros(self._count), where=largest > 0.0)
         return smoothstep((mean - SLACK) / (TAUT - SLACK)) * smoothstep((aligned - ASLANT) / (ACROSS - ASLANT))

@@ -231,19 +231,59 @@ def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple
     >>> most.round(12).tolist(), np.abs(where[0]).round(12).tolist()
     ([0.3, 0.3, 0.3], [0.0, 1.0, 0.0])
     """
-    first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first -= (first * normals).sum(axis=1, keepdims=True) * normals
-    second = np.cross(normals, first)
-    # Tangents that are orthonormal in the rest metric, by Gram-Schmidt.
-    first = first / np.sqrt(along(metric, first))[:, None]
-    second = second - mixed(metric, first, second)[:, None] * first
-    second /= np.sqrt(along(metric, second))[:, None]
+    first, second = _tangents(metric, normals)
     a, b, c = along(strain, first), along(strain, second), mixed(strain, first, second)
     least = 0.5 * (a + b) - np.hypot(0.5 * (a - b), c)
     angle = 0.5 * np.arctan2(2.0 * c, a - b) + 0.5 * np.pi
     tangents = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     return 1.0 - np.sqrt(np.maximum(1.0 + least, 0.0)), tangents
+
+
+class Principal:
+    """The largest compression at points that stay the same: :func:`principal_compression` without the tangents.
+
+    Parameters
+    ----------
+    metric : ndarray, shape (n, 6)
+    normals : ndarray, shape (n, 3)
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> field = StrainField(square, [[0, 1, 2]])
+    >>> principal = Principal(field.metric, np.tile([0.0, 0, 1], (3, 1)))
+    >>> principal.compression(field.strain(square * [1.1, 0.7, 1])).round(12).tolist()
+    [0.3, 0.3, 0.3]
+    """
+
+    def __init__(self, metric: Array, normals: Array) -> None:
+        first, second = _tangents(metric, normals)
+        self._first, self._second, self._both = products(first), products(second), _both(first, second)
+
+    def compression(self, strain: Array) -> Array:
+        """Return the largest compression (n,) at a strain (n, 6), negative where all tangents are stretched."""
+        out = np.empty(len(strain))
+        kernels.largest_compression(strain, self._first, self._second, self._both, out)
+        return out
+
+
+def _tangents(metric: Array, normals: Array) -> tuple[Array, Array]:
+    """Return two tangents (n, 3) at each point that are orthonormal in the rest metric, by Gram-Schmidt."""
+    first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    first -= (first * normals).sum(axis=1, keepdims=True) * normals
+    second = np.cross(normals, first)
+    first = first / np.sqrt(along(metric, first))[:, None]
+    second = second - mixed(metric, first, second)[:, None] * first
+    second /= np.sqrt(along(metric, second))[:, None]
+    return first, second
+
+
+def _both(left: Array, right: Array) -> Array:
+    """Return the factors (n, 6) of a symmetric tensor's components in ``l^T T r``."""
+    x, y, z = left.T
+    u, v, w = right.T
+    return np.stack([x * u, y * v, z * w, y * w + z * v, x * w + z * u, x * v + y * u], axis=-1)
 
 
 def mixed(tensors: Array, left: Array, right: Array) -> Array:
@@ -257,7 +297,4 @@ def mixed(tensors: Array, left: Array, right: Array) -> Array:
     >>> mixed(sheared, np.array([[1.0, 0, 0]]), np.array([[0.0, 1, 0]]))
     array([0.3])
     """
-    x, y, z = left.T
-    u, v, w = right.T
-    parts = np.stack([x * u, y * v, z * w, y * w + z * v, x * w + z * u, x * v + y * u], axis=-1)
-    return np.asarray((tensors * parts).sum(axis=-1))
+    return np.asarray((tensors * _both(left, right)).sum(axis=-1))

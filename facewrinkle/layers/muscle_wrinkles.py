@@ -152,8 +152,10 @@ class MuscleWrinkles:
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
         folds = self._folds
-        self._epsilon = self._compressed(state)
-        self.rates = state.rates if len(state.rates) else self._activated(state.base)
+        # Waves on the same face need the strain of the whole of it, and share it.
+        strain = state.strain if self.anatomical and state.strain_field else self._strain.strain(state.base)
+        self._epsilon = self._compressed(state, strain)
+        self.rates = state.rates if len(state.rates) else self._activated(strain)
         k0 = self._k0 * self.rates
         height, blunt, spacing, across, active = self._buffers
         spacing[self._asking_vertices], active[self._asking_vertices] = np.inf, False
@@ -208,26 +210,25 @@ class MuscleWrinkles:
 
     # --- compression -----------------------------------------------------------------------------
 
-    def _compressed(self, state: SurfaceState) -> Array:
-        """Epsilon of all entries."""
+    def _compressed(self, state: SurfaceState, strain: Array) -> Array:
+        """Epsilon of all entries, at a strain (n0, 6) of the base mesh."""
         folds, vertices = self._folds, state.vertices
         if self.compression == "edges":
             if self._edges is None:
                 rings = vertex_rings(state.triangles, len(state.bare))
                 self._edges = EdgeWeights(vertices.points * self._unit, rings, folds.starts, folds.direction)
             return self._edges.epsilon(state.bare)
-        strain = self._strain.strain(state.base)
         kernels.strain_epsilon(
             folds.starts, vertices.corners, vertices.barycentric, strain, folds.products, self._epsilon
         )
         self._gathered.put(strain, self._epsilon)
         return self._epsilon
 
-    def _activated(self, base: Array) -> Array:
-        """Activation (k,) in place of contraction rates, where the motion has none."""
+    def _activated(self, strain: Array) -> Array:
+        """Activation (k,) at a strain of the base mesh, in place of contraction rates, where the motion has none."""
         if self._activation is None:
             self._activation = Activation(self._face, self._muscles, self._zones, self._strain)
-        return self._activation.of(base)
+        return self._activation.at(strain)
 
     # --- heights ---------------------------------------------------------------------------------
 

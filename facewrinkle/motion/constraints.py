@@ -20,6 +20,11 @@ a face of average size, mm.
 LOOSE = 0.92
 """Share of its tethers that the skin on the tip of the nose lacks."""
 
+SPINE_RADIUS, SPINE = 8.0, 2.0
+"""Reach of the bone under the base of the nose, the anterior nasal spine, on a face of average size, mm, and how many
+times as many tethers as elsewhere it adds there: skin and cartilage are bound to it.
+"""
+
 GUMS_FROM, GUMS_TO = 2.0, 8.0
 """Distances above and below the line between the lips: skin behind the lips is lining of the lips up to the first, and
 holds to the gums from the second on, mm.
@@ -48,7 +53,7 @@ def from_lips(face: Face) -> Array:
 
 def tip_of_nose(face: Face) -> tuple[Array, Array]:
     """Return the share (n,) in which the skin sits on the cartilage between the tip of the nose and its base, and the
-    share (n,) of its tethers that it lacks there: cartilage gives way where the bone ends.
+    share (n,) of its tethers that it lacks there: cartilage gives way where the bone ends. Its base sits on the bone.
 
     Examples
     --------
@@ -65,7 +70,8 @@ def tip_of_nose(face: Face) -> tuple[Array, Array]:
     away = np.array([((offset - share * line) ** 2).sum(axis=1) for share in (along[:, None], 0.0)])
     reach = np.array([CARTILAGE_RADIUS, LOOSE_RADIUS]) * face.frame.scale
     firm, near = np.exp(-away / reach[:, None] ** 2)
-    return firm, LOOSE * near
+    on_bone = np.exp(-((face.points - base) ** 2).sum(axis=1) / (SPINE_RADIUS * face.frame.scale) ** 2)
+    return firm, LOOSE * near * (1.0 - on_bone) - SPINE * on_bone
 
 
 def on_gums(face: Face) -> Array:

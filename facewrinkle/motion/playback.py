@@ -48,7 +48,9 @@ class Playback(Undriven):
     def __init__(self, recorded: Recorded, face: Face, time_step: float = 0.02) -> None:
         self.recorded = recorded
         self.time_step = check_range("time_step", time_step, 1e-9, 1e9)
-        self._numbers = recorded.points_of(face)
+        numbers = recorded.points_of(face)
+        everything = np.array_equal(numbers, np.arange(recorded.n_points))
+        self._numbers = slice(None) if everything else numbers  # a slice copies nothing
         self._face, self._rest = face, face.points
         self.points = self._rest * face.unit
         # A pose that is not recorded shows in the positions: most of the head moves as one.
@@ -101,6 +103,9 @@ class Playback(Undriven):
         pose = None if recorded.pose is None else recorded.pose(time)
         if self._head is None:
             return pose
-        rest, numbers = self._rest[self._some], self._numbers[self._some]
+        rest, numbers = (
+            self._rest[self._some],
+            self._some if isinstance(self._numbers, slice) else self._numbers[self._some],
+        )
         baked = self._head.pose(replace(recorded, pose=None).positions_at(time, rest, numbers), self._still)
         return baked if pose is None else pose @ baked

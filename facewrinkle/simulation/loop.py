@@ -41,6 +41,7 @@ from .fold_shapes import give_shapes
 from .frames import FrameMaker
 from .refinement import (
     Refinement,
+    Restless,
     check_patterns,
     check_wavelength,
     default_level,
@@ -130,6 +131,7 @@ class Simulation:
         self.face = face = face if isinstance(face, Face) else surface(face)
         self.refinement = refinement or Refinement()
         self._marks: tuple[BoolArray, BoolArray] | None = None
+        self._late, self._changed = False, False
         self._edges, self._level, self._asked_level = typical_edges(face), 0, self.refinement.max_level
         with self._timed("precompute"):
             self.motion = _motion(face, time_step, material, motion)
@@ -302,7 +304,7 @@ class Simulation:
 
     def reset(self) -> None:
         """Go back to the unrefined face at rest, all muscles relaxed."""
-        self._steps = 0
+        self._steps, self._changed = 0, False
         self._asked, self._looked = np.zeros(len(self.motion.names)), np.zeros(len(self._eye_muscles))
         self.motion.reset()
         self._begin_mesh()
@@ -311,7 +313,7 @@ class Simulation:
         """Go back to the triangles of the face, of which none is split."""
         face = self.face
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
-        self._levels = self.forest.level
+        self._levels, self._restless = self.forest.level, Restless(self.forest)
         self.vertices = SurfacePoints.of_forest(self.forest, self.face.points, self._base_normals)
         for layer in self.layers:
             layer.attach(face)
@@ -359,11 +361,13 @@ class Simulation:
             return self.motion.step()
 
     def _advanced(self, rates: Array) -> pv.PolyData:
-        base = self._moved(rates)
-        self._refine()
+        base, driven = self._moved(rates), bool(self.motion.names)
+        # A recording changes triangles in every other frame: a change costs as much as the rest of a frame.
+        self._changed = (driven or not self._changed) and self._refine()
         self._steps += 1
         shape = self._shape(base)
-        if not self.motion.names:  # a recording may go far in one step, and patterns on a still surface begin at once
+        # It may go far in one step, and patterns on a still surface begin at once: then all triangles are split now.
+        if not driven and (self._late or self._steps == 1):
             while self._marks is not None and self._marks[0].any() and self._refine():
                 shape = self._shape(base)
         with self._timed("frame"):
@@ -469,6 +473,7 @@ class Simulation:
             )
             self.vertices = SurfacePoints(*map(np.concatenate, columns))
             self._levels = self.forest.level
+            self._restless.follow(self.forest, self._steps)
             self._frames.remesh()
         with self._timed("wrinkles"):
             for layer in self.layers:
@@ -496,8 +501,10 @@ class Simulation:
             if offset is not None:
                 shown = detail_normals(bare, displaced(bare, height + offset, smooth), triangles, smooth)
         with self._timed("refinement"):
-            *marks, split_gamma = mark(self.refinement, self.forest, self._levels, vertices, normals, added)
-            self._marks = marks[0], marks[1]
+            split, fine, active, self._late, split_gamma = mark(
+                self.refinement, self.forest, self._levels, vertices, normals, added
+            )
+            self._marks = split, self._restless.may_go(self.forest, fine, active)
             return moved, shown, height, split_gamma
 
     @cached_property

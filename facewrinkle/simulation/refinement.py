@@ -21,6 +21,14 @@ BoolArray = npt.NDArray[np.bool_]
 FINEST = 8
 """The most times that a triangle is ever split."""
 
+LATE = 0.01
+"""Share of triangles that splitting once does not make fine enough, from which on a motion is no longer followed with
+one round of splitting per frame.
+"""
+
+RECENT = 4
+"""Steps between taking back and splitting within which a base triangle counts as restless."""
+
 ENOUGH_SPACING = 0.35
 """Distance of vertices that suffices for the default level, in half wavelengths: about three vertices in each."""
 
@@ -164,7 +172,7 @@ def mark(
     vertices: SurfacePoints,
     normals: Array,
     displacements: Sequence[Displacement],
-) -> tuple[BoolArray, BoolArray, Array]:
+) -> tuple[BoolArray, BoolArray, BoolArray, bool, Array]:
     """Mark the triangles (m,) to split and those (m,) to take back.
 
     Parameters
@@ -184,6 +192,10 @@ def mark(
     -------
     split, fine : ndarray of bool, shape (m,)
         Triangles that are too coarse, and those that are finer than needed.
+    active : ndarray of bool, shape (n,)
+        Vertices at which a layer may displace the surface.
+    late : bool
+        True if splitting once is not enough for one in a hundred triangles: the motion has gone far since the last.
     largest : ndarray, shape (n,)
         The largest split criterion (Eq. 19) over the edges of each vertex.
     """
@@ -192,11 +204,41 @@ def mark(
     spacing, across, active, bends = _finest(displacements, n)
     spacing = spacing / refinement.samples if refinement.samples else np.full(n, np.inf)
     split, fine, largest = np.empty(m, bool), np.empty(m, bool), np.zeros(n)
-    kernels.mark_triangles(
+    late = kernels.mark_triangles(
         triangles, levels, forest.max_level, normals, vertices.normals, vertices.points, spacing,
         across, active, bends, refinement.gamma_c, refinement.hysteresis, split, fine, largest,
     )  # fmt: skip
-    return split, fine, largest
+    return split, fine, active, late > LATE * m, largest
+
+
+class Restless:
+    """Base triangles whose triangles were split again right after they had been taken back: they keep them as long as a
+    layer is active there. Else a pose that is held could go to and fro, where splitting itself changes the bends.
+
+    Parameters
+    ----------
+    forest : RedGreenForest
+    """
+
+    def __init__(self, forest: RedGreenForest) -> None:
+        self._counts = np.bincount(forest.root)
+        self._taken = np.full(len(self._counts), -RECENT - 1)
+        self._kept = np.zeros(len(self._counts), bool)
+
+    def follow(self, forest: RedGreenForest, step: int) -> None:
+        """Take note of a change of the triangles."""
+        counts = np.bincount(forest.root, minlength=len(self._counts))
+        self._kept |= (counts > self._counts) & (step - self._taken <= RECENT)
+        self._taken[counts < self._counts] = step
+        self._counts = counts
+
+    def may_go(self, forest: RedGreenForest, fine: BoolArray, active: BoolArray) -> BoolArray:
+        """Return which of the triangles (m,) that are finer than needed may be taken back."""
+        if not self._kept.any():
+            return fine
+        here = active[forest.triangles].any(axis=1)
+        self._kept &= np.bincount(forest.root, here, len(self._kept)) > 0
+        return np.asarray(fine & ~(here & self._kept[forest.root]))
 
 
 def _finest(displacements: Sequence[Displacement], n: int) -> tuple[Array, Array, BoolArray, BoolArray]:
@@ -209,9 +251,5 @@ def _finest(displacements: Sequence[Displacement], n: int) -> tuple[Array, Array
     spacing, across = np.full(n, np.inf), np.zeros((n, 3))
     active, bends = np.zeros(n, bool), np.zeros(n, bool)
     for own in displacements:
-        finer = own.spacing < spacing
-        spacing[finer], across[finer] = own.spacing[finer], own.across[finer]
-        active |= own.active
-        if own.bends:
-            bends |= own.active
+        kernels.take_finest(own.spacing, own.across, own.active, own.bends, spacing, across, active, bends)
     return spacing, across, active, bends

@@ -160,6 +160,24 @@ def test_what_no_muscle_moves_has_its_triangles_at_once(face, played):
         np.testing.assert_array_equal(first["level"], last["level"])
 
 
+def test_a_slow_recording_changes_triangles_in_every_other_frame_and_ends_where_a_fast_one_does(face, played):
+    surprise = played("surprise").held.displacement / face.unit
+    ends = []
+    for seconds in (0.02, 0.8):
+        clip = fw.Recorded.of_shapes([surprise], [[0.0], [1.0]], times=[0.0, seconds], names=["surprise"])
+        sim = fw.Simulation(face, motion=clip)
+        frames = [sim.step() for _ in range(60)]
+        counts = np.array([frame.n_cells for frame in frames])
+        if seconds > 0.5:
+            changed = np.diff(counts[5:40]) != 0
+            assert changed.any()
+            assert not (changed[1:] & changed[:-1]).any()
+        assert len(set(counts[-8:])) == 1, "held, the mesh stays"
+        ends.append(frames[-1])
+    n = len(face.points)
+    np.testing.assert_allclose(ends[1]["W"][:n], ends[0]["W"][:n], rtol=0, atol=0.01)
+
+
 def test_regions_between_the_vertices_of_a_coarse_mesh_still_fold(face):
     coarse = face.mesh.decimate(0.92)  # not every share leaves a manifold around lids and lips
     with pytest.warns(fw.FaceWrinkleWarning, match="no opening"):  # too few triangles for lids and lips
@@ -215,7 +233,7 @@ def test_without_samples_the_papers_criterion_splits_alone():
         assert split.any() == split_all
     bent = normals.copy()
     bent[4] = [0.6, 0.0, 0.8]
-    split, _, _ = mark(Refinement(samples=0), forest, forest.level, vertices, bent, [layer])
+    split, *_ = mark(Refinement(samples=0), forest, forest.level, vertices, bent, [layer])
     assert split[(triangles == 4).any(axis=1)].all()
     with pytest.raises(ParameterError, match="samples must lie in .1, 64..*0 for Eq. 19 alone"):
         Refinement(samples=0.5)

@@ -73,6 +73,8 @@ class WaveField:
     density : float
     style : Style
         See :class:`Lines`.
+    amounts : ndarray, shape (n0,), optional
+        Factors of the strength at the base vertices.
 
     Attributes
     ----------
@@ -80,12 +82,24 @@ class WaveField:
         Found on this face, or on the one that the shapes are of.
     """
 
-    def __init__(self, face: Face, shapes: FoldShapes, density: float = 1.0, style: Style | None = None) -> None:
+    def __init__(
+        self,
+        face: Face,
+        shapes: FoldShapes,
+        density: float = 1.0,
+        style: Style | None = None,
+        amounts: Array | None = None,
+    ) -> None:
         self._home = shapes.face or face
         self.lines = Lines.of(self._home, shapes, density, style or Style())
         self._unit = face.unit
         self._metric = StrainField(face.points * face.unit, face.triangles).metric
-        self._length, self._firm = wavelengths(face) / density, firmness(face)
+        self._length = wavelengths(face) / density
+        firm = firmness(face) if amounts is None else firmness(face) * amounts
+        self._of_families = [
+            np.stack([packets.window, firm, self._length, most], axis=1)
+            for packets, most in zip(self.lines.packets, self.lines.compression, strict=True)
+        ]
         self._places: tuple[Array, Array] | None = None
         if self._home is not face:
             self._places = self._home.points * self._home.unit, vertex_normals(self._home.points, face.triangles)
@@ -101,29 +115,27 @@ class WaveField:
         levels = np.log2(edges / (ENOUGH * self._length[inside].mean(axis=1)))
         return int(np.clip(np.ceil(np.quantile(levels, 0.9)), 1, MOST))
 
-    def at(self, vertices: SurfacePoints, amounts: Array | None = None) -> Waves:
-        """Return the waves at points of the surface; their strength is multiplied by amounts (n0,)."""
-        firm = self._firm if amounts is None else self._firm * amounts
+    def at(self, vertices: SurfacePoints) -> Waves:
+        """Return the waves at points of the surface."""
         parts = []
         for number, packets in enumerate(self.lines.packets):
             near = np.flatnonzero(packets.zone[vertices.host])
-            corners, weights = vertices.corners[near], vertices.barycentric[near]
-            window, firmly, length, most = (
-                (values[corners] * weights).sum(axis=1)
-                for values in (packets.window, firm, self._length, self.lines.compression[number])
-            )
+            if not len(near):
+                continue
+            values = interpolated(self._of_families[number], vertices.corners[near], vertices.barycentric[near])
             theta, strength, wave = packets.at(*self._where(vertices, near))
-            size = np.linalg.norm(wave, axis=1)
-            some = (window > 0.0) & (strength > GONE) & (firmly > 0.0) & (size > 1e-6)
-            near, window, firmly, length, most, theta, strength, wave, size = (
-                v[some] for v in (near, window, firmly, length, most, theta, strength, wave, size)
-            )
-            strength = firmly * np.clip((strength - GONE) / (WHOLE - GONE), 0.0, 1.0)
+            size = np.sqrt((wave * wave).sum(axis=1))
+            some = np.flatnonzero((values[:, 0] > 0.0) & (strength > GONE) & (values[:, 1] > 0.0) & (size > 1e-6))
+            if not len(some):
+                continue
+            window, firm, length, most = values[some].T
+            near, theta, strength, wave, size = near[some], theta[some], strength[some], wave[some], size[some]
+            strength = firm * np.clip((strength - GONE) / (WHOLE - GONE), 0.0, 1.0)
             own = np.minimum(2.0 * np.pi / size, LONGEST * length)
             old = AGED * own * np.sqrt(most) * strength**2 * window
             family = np.full(len(near), number, np.int32)
             products = directed(wave, vertices, near, self._metric)
-            parts.append((near, family, theta, strength, window, own, old, wave, *products))
+            parts.append((near, family, theta, strength, np.ascontiguousarray(window), own, old, wave, *products))
         return Waves.of(parts, len(vertices.points))
 
     def _where(self, vertices: SurfacePoints, near: np.ndarray) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from ...anatomy.face import Face
 from ...errors import ParameterError, check_range, check_whole
 from ...geometry.refinement import Change
 from .._kernels import level
-from ..base import Displacement, SurfacePoints, SurfaceState
+from ..base import Array, Displacement, SurfacePoints, SurfaceState
 from . import _height_kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
@@ -113,13 +113,13 @@ class WaveFolds:
         """Return how often triangles have to be split, at most, to carry the folds on a face."""
         return self._found(face).level_needed(face)
 
-    def _found(self, face: Face) -> WaveField:
+    def _found(self, face: Face, factors: Array | None = None) -> WaveField:
         if self.shapes is None:
             raise ParameterError(
                 "WaveFolds finds its lines from motions of the face, and has none. Give it to a Simulation of a face "
                 "with muscles or with a recording, or set its `shapes`."
             )
-        return WaveField(face, self.shapes, self.density, self.style)
+        return WaveField(face, self.shapes, self.density, self.style, factors)
 
     # --- the layer protocol ----------------------------------------------------------------------
 
@@ -135,7 +135,7 @@ class WaveFolds:
         self._age = max(face.age, 0.0) if self.age is None else self.age
         self._depth = self.depth * face.fold_depth
         self._amounts = amounts(self.amount, face)
-        self._field = self._found(face)
+        self._field = self._found(face, self._amounts)
         if self.families is not None and (lacking := [k for k in self.families if k not in self._field.lines.names]):
             raise ParameterError(
                 f"the motions of the family {lacking[0]!r} compress the skin by less than {FAINT:.0%} everywhere. Name "
@@ -146,7 +146,7 @@ class WaveFolds:
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        self._waves = self._waves.followed(change.kept, self._field.at(created, self._amounts))
+        self._waves = self._waves.followed(change.kept, self._field.at(created))
         self._resize(len(self._waves.starts) - 1)
 
     def _resize(self, n: int) -> None:

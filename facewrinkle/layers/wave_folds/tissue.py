@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ...anatomy.face import Face
 from ...anatomy.landmarks import of_side
 from ...anatomy.muscles import LidMuscle, SheetMuscle
+from ...geometry.normals import vertex_normals
+from ...geometry.smoothstep import smoothstep
+from ...geometry.topology import boundary_loops
 from ..base import Array
 from ..compression import products
 
@@ -44,6 +48,17 @@ exponent with which they fade: over the cheek bone they are whole, over the fat 
 
 OWN, OTHERS = 1.0, 0.5
 """Share of their depth that lines along an anatomical fold, and lines across it, lose where that fold is deepest."""
+
+EDGE = (1.0, 4.0)
+"""Distances, mm on a face of average size, from the edge of an opening, or through a flap of skin, up to which there
+are no folds, and from which they are whole.
+"""
+
+OPPOSED = -0.2
+"""Cosine of normals below which two points lie on different sides of a flap."""
+
+PROBES, NEAREST = (1.5, 3.5), 6
+"""Depths, mm, at which the other side of a flap is looked for, and how many of the nearest vertices are looked at."""
 
 ROLLING = 0.9
 """Share of the lines that an upper lid lacks: it rolls in as one fold."""
@@ -88,9 +103,11 @@ def scale_of(face: Face) -> float:
 
 
 def firmness(face: Face, deep: float = DEEP) -> Array:
-    """Return the share (n0,) of its depth that a fold keeps over soft tissue and on the upper lids.
+    """Return the share (n0,) of its depth that a fold keeps over soft tissue, at edges and on the upper lids.
 
-    ``1 / (1 + (h / deep)^6)``, with h the depth of the tissue: thick cheeks bulge as a whole and stay smooth.
+    ``1 / (1 + (h / deep)^6)``, with h the depth of the tissue: thick cheeks bulge as a whole and stay smooth. Along the
+    edges of lids, lips and nostrils skin is bound, and what is thin has no room for folds: lids that touch would run
+    into each other, and outer sides of lids into their inner sides.
 
     Examples
     --------
@@ -102,11 +119,40 @@ def firmness(face: Face, deep: float = DEEP) -> Array:
     """
     depth = face.tissue.depth * face.unit / scale_of(face)
     firm = np.asarray(1.0 / (1.0 + (depth / deep) ** SUDDEN))
+    firm *= smoothstep((edge_distance(face) - EDGE[0]) / (EDGE[1] - EDGE[0]))
     for name, muscle in face.muscles.items():
         if isinstance(muscle, LidMuscle) and (lid := face.joint_weights.get(name)) is not None:
             rolls = np.clip(np.abs(lid.angles) / max(np.abs(lid.angles).max(initial=0.0), 1e-9), 0.0, 1.0)
             firm[lid.vertices] *= 1.0 - ROLLING * np.sqrt(rolls)
     return np.asarray(firm * (1.0 - ROLLING * np.sqrt(face.shut_lids)))
+
+
+def edge_distance(face: Face) -> Array:
+    """Return the distance (n0,) to the next border of the mesh, or through a flap to its other side, mm on a face of
+    average size; larger ones than those that matter may be infinite.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("eye_l_outer", "glabella")]
+    >>> edge_distance(face)[at].round(1).tolist()
+    [1.7, inf]
+    """
+    points = face.points * face.unit / scale_of(face)
+    normals, tree = vertex_normals(points, face.triangles), cKDTree(points)
+    out = np.full(len(points), np.inf)
+    for depth in PROBES:
+        for other in tree.query(points - depth * normals, k=min(NEAREST, len(points)))[1].T:
+            way = points[other] - points
+            opposed = (normals * normals[other]).sum(axis=1) < OPPOSED
+            behind = ((way * normals).sum(axis=1) < 0.0) & ((way * normals[other]).sum(axis=1) > 0.0)
+            out = np.where(opposed & behind, np.minimum(out, np.linalg.norm(way, axis=1)), out)
+    loops = boundary_loops(face.triangles)
+    if loops:
+        border = cKDTree(points[np.concatenate(loops)])
+        out = np.minimum(out, border.query(points, distance_upper_bound=EDGE[1])[0])
+    return out
 
 
 def grain(face: Face) -> Array:

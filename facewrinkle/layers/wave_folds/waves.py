@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from ..base import Array, IntArray, SurfacePoints
-from ..compression import along, products
+from . import _packet_kernels as kernels
 
 COLUMNS = ("family", "theta", "strength", "window", "length", "old", "wave", "across", "along", "shear")
 """Columns with a row per entry."""
@@ -107,11 +107,7 @@ def directed(wave: Array, vertices: SurfacePoints, near: np.ndarray, metric: Arr
 
     The tangents have unit length in the rest metric (n0, 6).
     """
-    normal = vertices.normals[near]
-    first = wave - (wave * normal).sum(axis=1, keepdims=True) * normal
-    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-12)
-    second = np.cross(normal, first)
-    tensors = np.einsum("pc,pck->pk", vertices.barycentric[near], metric[vertices.corners[near]])
-    first, second = (m / np.sqrt(np.maximum(along(tensors, m), 1e-6))[:, None] for m in (first, second))
-    both = 0.25 * (products(first + second) - products(first - second))
-    return products(first), products(second), both
+    across, along, both = (np.empty((len(wave), 6)) for _ in range(3))
+    where = vertices.normals[near], vertices.corners[near], vertices.barycentric[near]
+    kernels.directed(wave, *where, metric, across, along, both)
+    return across, along, both

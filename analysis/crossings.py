@@ -1,0 +1,185 @@
+"""Folds that turn triangles over, or run through each other: action units and expressions, alone and in pairs.
+
+    python -m analysis.crossings [--faces head-0 --faces ict-0] [--minutes 30] [--alone]
+
+Every pose is held until the skin rests, and folded at ages 0 and 1. Counted are triangles that folds turn over, and
+pairs of triangles that run through each other with folds, farther than a millimetre from where bare skin does. Results
+are written into ``output/crossings``, and a run goes on where the last one stopped; pairs come in a random order, so
+that those of a run that was stopped are a sample.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+import warnings
+from collections.abc import Iterator
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+import facewrinkle as fw
+from facewrinkle.geometry.interpolation import interpolated
+from facewrinkle.geometry.self_intersections import self_intersections
+from facewrinkle.simulation.fold_layers import fold_layers
+
+from . import subjects
+from .soundness import code
+
+Array = npt.NDArray[np.float64]
+Record = dict[str, Any]
+
+OUTPUT = Path("output/crossings")
+AGES = (0.0, 1.0)
+FACES = ("head-0", "ict-0", "makehuman")
+
+GAZE = ("AU61", "AU62", "AU63", "AU64")
+"""Units that turn the eyes and fold nothing."""
+
+BESIDE = 1.0
+"""Triangles within this distance, mm, of some that run through each other on bare skin do so there, too."""
+
+SETTLED, MOST = 0.01, 120
+"""Movement in a step, mm, below which skin rests, and the most steps to get there."""
+
+
+def poses(face: fw.Face, alone: bool = False) -> list[tuple[str, ...]]:
+    """Return names of units and expressions, and of the pairs of those that act on both sides, in random order."""
+    names = [*face.atlas.action_units, *face.atlas.expressions]
+    names = [name for name in names if not name.startswith(GAZE)]
+    both = [name for name in names if not (name.startswith("AU") and name[-1] in "LR")]
+    pairs = list(combinations(both, 2))
+    np.random.default_rng(0).shuffle(pairs)
+    return [(name,) for name in names] + ([] if alone else [(str(a), str(b)) for a, b in pairs])
+
+
+class Held:
+    """The motion of a skin that rests: it hands out the present positions of another."""
+
+    def __init__(self, skin: fw.Skin) -> None:
+        self._skin = skin
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._skin, name)
+
+    def reset(self) -> None:
+        """Leave the skin as it is."""
+
+    def set_rates(self, rates: Array) -> None:
+        """Leave the rates as they are."""
+
+    def step(self) -> Array:
+        """Return where the skin is."""
+        return np.asarray(self._skin.points + self._skin.displacement)
+
+
+class Folded:
+    """A face that is folded at several ages, all on one skin."""
+
+    def __init__(self, face: fw.Face) -> None:
+        self.face, self.skin = face, fw.Skin(face)
+        held = Held(self.skin)
+        self.sims = {age: fw.Simulation(face, layers=fold_layers(face, "wave", age=age), motion=held) for age in AGES}
+
+    def pose(self, names: tuple[str, ...]) -> None:
+        """Hold a pose until the skin rests."""
+        self.skin.set_rates(self.skin.rates_of(self.face.atlas.contractions(dict.fromkeys(names, 1.0))))
+        before = np.inf
+        for _ in range(MOST):
+            now = self.skin.step().copy()
+            if np.abs(now - before).max() < SETTLED:
+                break
+            before = now
+
+    def measured(self, age: float) -> Record:
+        """Count what folds turn over, and what runs through each other, in the pose that is held."""
+        sim = self.sims[age]
+        frame = sim.settle()
+        triangles, points = np.asarray(sim.forest.triangles), np.asarray(frame.points) * self.face.unit
+        bare = interpolated(sim.motion.step(), sim.vertices.corners, sim.vertices.barycentric)
+        turned = (_crossed(points, triangles) * _crossed(bare, triangles)).sum(axis=1) <= 0.0
+        found, known = (self_intersections(p, triangles) for p in (points, bare))
+        middle = (sim.vertices.points * self.face.unit)[triangles].mean(axis=1)
+        new = found[~_near(middle[found[:, 0]], middle[np.unique(known)])]
+        return {
+            "turned": int(turned.sum()),
+            "bare": len(known),
+            "crossing": len(new),
+            "where": [self._nearest(middle[t]) for t in np.unique(new)[:400]],
+            "turned where": [self._nearest(middle[t]) for t in np.flatnonzero(turned)[:40]],
+            "deep": float(np.ptp(frame["W"])),
+        }
+
+    def _nearest(self, place: Array) -> str:
+        names = list(self.face.landmarks)
+        where = np.array([self.face.landmarks[name] for name in names]) * self.face.unit
+        return str(names[int(np.linalg.norm(where - place, axis=1).argmin())])
+
+
+def _crossed(points: Array, triangles: npt.NDArray[np.integer]) -> Array:
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+def _near(places: Array, others: Array) -> npt.NDArray[np.bool_]:
+    """Tell which places (n, 3) lie within `BESIDE` of others (m, 3)."""
+    if not len(others) or not len(places):
+        return np.zeros(len(places), bool)
+    return np.isfinite(cKDTree(others).query(places, distance_upper_bound=BESIDE)[0])
+
+
+def played(name: str, alone: bool, done: set[str]) -> Iterator[Record]:
+    """Play the poses of a face that are not done yet."""
+    folded = Folded(subjects.subject(name))
+    for pose in poses(folded.face, alone):
+        if "+".join(pose) in done:
+            continue
+        folded.pose(pose)
+        for age in AGES:
+            yield {"pose": "+".join(pose), "age": age, **folded.measured(age)}
+
+
+def main() -> None:
+    """Play poses, append what was counted, and say what was found so far."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--faces", action="append")
+    parser.add_argument("--minutes", type=float, default=30.0, help="for each face")
+    parser.add_argument("--alone", action="store_true", help="no pairs")
+    options = parser.parse_args()
+    OUTPUT.mkdir(parents=True, exist_ok=True)
+    for name in options.faces or [name for name in FACES if name in subjects.names()]:
+        path = OUTPUT / f"{name}-{code()}.jsonl"
+        known = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+        done = {record["pose"] for record in known if record["age"] == AGES[-1]}
+        end = time.monotonic() + 60.0 * options.minutes
+        with path.open("a") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
+            for record in played(name, options.alone, done):
+                known.append(record)
+                file.write(json.dumps(record) + "\n")
+                file.flush()
+                if time.monotonic() > end and record["age"] == AGES[-1]:
+                    break
+        _tell(name, known)
+
+
+def _tell(name: str, records: list[Record]) -> None:
+    for age in AGES:
+        own = [record for record in records if record["age"] == age]
+        turned, crossed = ([r for r in own if r[what]] for what in ("turned", "crossing"))
+        print(
+            f"{name}, age {age:g}: {len(own)} poses; {len(turned)} with triangles turned over, {len(crossed)} crossing"
+        )
+        for record in sorted(crossed, key=lambda record: -record["crossing"])[:10]:
+            places, counts = np.unique(record["where"], return_counts=True)
+            at = ", ".join(f"{places[k]} {counts[k]}" for k in np.argsort(-counts)[:4])
+            print(f"  {record['pose']}: {record['crossing']} pairs ({record['bare']} on bare skin) near {at}")
+
+
+if __name__ == "__main__":
+    main()
