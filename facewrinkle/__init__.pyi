@@ -9,6 +9,7 @@ from . import errors as errors
 from . import export as export
 from . import geometry as geometry
 from . import layers as layers
+from . import live as live
 from . import mesh as mesh
 from . import motion as motion
 from . import plotting as plotting
@@ -39,6 +40,7 @@ from .layers.patterns_on_skin.layer import PatternLayer as PatternLayer
 from .layers.patterns_on_skin.region import Region as Region
 from .layers.patterns_on_skin.strength import Compression as Compression
 from .layers.wave_folds import WaveFolds as WaveFolds
+from .live import studio as studio
 from .mesh import read_surface as read_surface
 from .mesh import read_texture as read_texture
 from .mesh import refine as refine
@@ -53,7 +55,6 @@ from .rigging import rig as rig
 from .rigging import write_rig as write_rig
 from .simulation import Refinement as Refinement
 from .simulation import Simulation as Simulation
-from .studio import studio as studio
 from .tears.drop import DrippingTear as DrippingTear
 from .tears.stream import SheddingTear as SheddingTear
 

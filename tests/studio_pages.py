@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 
 import aiohttp
 
-from facewrinkle.studio.encoding import decoded
+from facewrinkle.live.encoding import decoded
 
 
 class Page:

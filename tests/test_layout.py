@@ -25,7 +25,7 @@ FLOORS = (
     ("motion", "layers", "tears", "appearance"),
     ("simulation",),
     ("plotting", "export", "accessor"),
-    ("dataset", "rigging", "studio"),
+    ("dataset", "live", "rigging"),
     ("commands",),
     ("cli",),
     ("__main__",),

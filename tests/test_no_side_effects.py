@@ -42,7 +42,7 @@ ON_PURPOSE = {
 
 UNCALLED = {
     "Motion": "a protocol",
-    "studio": "opens a page: tests/studio",
+    "studio": "opens a page: tests/live",
     "anatomy.muscles.Fronts": "a type",
     "plotting.Image": "a type",
     "export.movie_writer": "takes no data; what it returns is called by write_movie",

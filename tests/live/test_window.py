@@ -19,8 +19,8 @@ from studio_pages import page
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleError, MissingPackageError, OutputError, ParameterError, UnknownNameError
-from facewrinkle.studio.saving import Folder
-from facewrinkle.studio.window import Studio, _mixture_of_live
+from facewrinkle.live.saving import Folder
+from facewrinkle.live.window import Studio, _mixture_of_live
 
 CAMERA = [0.0, 0.0, 1200.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]
 
@@ -148,7 +148,7 @@ def test_the_timeline_plays_and_is_scrubbed(studio):
 
 
 def test_without_aiohttp_the_error_says_what_to_install(face, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "facewrinkle.studio.server", None)
+    monkeypatch.setitem(__import__("sys").modules, "facewrinkle.live.server", None)
     with pytest.raises(MissingPackageError, match=r"pip install 'facewrinkle\[studio\]'"):
         Studio(face, browser=False)
 

@@ -23,7 +23,7 @@ def saved(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="package")
 def studio_of_package(face, saved):
-    from facewrinkle.studio import Studio
+    from facewrinkle.live import Studio
 
     with Studio(face, browser=False, save_to=saved) as studio:
         yield studio
@@ -32,7 +32,7 @@ def studio_of_package(face, saved):
 @pytest.fixture
 def studio(studio_of_package):
     """A studio in which nothing is set."""
-    from facewrinkle.studio.document import START
+    from facewrinkle.live.document import START
 
     stage = studio_of_package._stage
     stage.live({})

@@ -14,7 +14,7 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.appearance.furrows import cavity_shading
 from facewrinkle.appearance.seen import Appearance
-from facewrinkle.studio.visible_parts import VisibleParts
+from facewrinkle.live.visible_parts import VisibleParts
 
 
 @pytest.fixture(scope="module")

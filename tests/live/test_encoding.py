@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from facewrinkle.studio.encoding import CODES, Box, Part, decoded, message, small_normals
+from facewrinkle.live.encoding import CODES, Box, Part, decoded, message, small_normals
 
 ARRAYS = st.sampled_from(sorted(CODES)).flatmap(
     lambda name: arrays(

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.errors import FaceWrinkleError
-from facewrinkle.studio.document import MOST_ITEMS, START, Document
+from facewrinkle.live.document import MOST_ITEMS, START, Document
 
 DIMPLE = {"kind": "dimple", "centre": [40.0, -20.0, 60.0], "size": 9, "depth": 1.6}
 KEY = {"unit": "AU12", "weight": 1.0, "onset": 0.0, "apex": 0.5, "offset": 1.0, "end": 2.0}

@@ -13,20 +13,6 @@ saving, window       | files; the object that users hold
 
 from __future__ import annotations
 
-import sys
-from types import ModuleType
-from typing import Any
-
 from .window import Studio, studio
 
 __all__ = ["Studio", "studio"]
-
-
-class _Callable(ModuleType):
-    """A module that is called as the function of its name: whoever imports it first, ``facewrinkle.studio()`` works."""
-
-    def __call__(self, *arguments: Any, **options: Any) -> Studio:
-        return studio(*arguments, **options)
-
-
-sys.modules[__name__].__class__ = _Callable

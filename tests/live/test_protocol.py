@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facewrinkle.errors import FaceWrinkleError
-from facewrinkle.studio.protocol import COMMANDS, MessageError, Rate, greeting, parse
+from facewrinkle.live.protocol import COMMANDS, MessageError, Rate, greeting, parse
 
 VALUES = st.recursive(
     st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=8)),

@@ -23,9 +23,9 @@ from studio_pages import page, root
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError
-from facewrinkle.studio import Studio
-from facewrinkle.studio.encoding import Box
-from facewrinkle.studio.protocol import LARGEST_MESSAGE
+from facewrinkle.live import Studio
+from facewrinkle.live.encoding import Box
+from facewrinkle.live.protocol import LARGEST_MESSAGE
 
 
 def positions(seen):
@@ -57,8 +57,8 @@ def test_a_frame_is_that_of_the_simulation(studio):
 
 def test_the_frames_of_the_studio_are_those_of_a_simulation_of_its_own(face):
     """Nothing is asked but the expression; the same steps in a Simulation give the very same points."""
-    from facewrinkle.studio.document import Document
-    from facewrinkle.studio.stage import Stage, eased
+    from facewrinkle.live.document import Document
+    from facewrinkle.live.stage import Stage, eased
 
     document = Document(face.atlas)
     document.change([(("mixture",), {"AU12": 0.8, "AU4": 0.3})])
