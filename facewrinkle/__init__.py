@@ -49,6 +49,7 @@ _HOME = {
     "rig": "rigging",
     "studio": "live",
     "surface": "anatomy.fitting",
+    "write_atlas": "anatomy.atlas_file",
     "write_face": "anatomy.face_file",
     "write_mesh": "export",
     "write_rig": "rigging",

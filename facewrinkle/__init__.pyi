@@ -17,6 +17,7 @@ from . import rigging as rigging
 from . import simulation as simulation
 from . import tears as tears
 from .anatomy.atlas import read_atlas as read_atlas
+from .anatomy.atlas_file import write_atlas as write_atlas
 from .anatomy.face import Face as Face
 from .anatomy.face_file import read_face as read_face
 from .anatomy.face_file import write_face as write_face

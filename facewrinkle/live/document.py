@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.identity import Identity
+from ..anatomy.landmarks import NAMES
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..layers.patterns_on_skin.kinds import KINDS
 
@@ -33,7 +34,12 @@ MOST_KEYS = 256
 Patch = tuple[tuple[str, ...], Any]
 """A path and its new value; None takes an entry of a table away."""
 
+LONGEST = 600.0
+"""Seconds of a timeline at most."""
+
 START: Mapping[str, Any] = {
+    "face": "",
+    "landmarks": {},
     "mixture": {},
     "intensity": 1.0,
     "gaze": [0.0, 0.0],
@@ -62,10 +68,10 @@ TEAR: Mapping[str, tuple[float, float]] = {"width": (0.6, 6.0), "length": (5.0, 
 """Ranges of the numbers of a tear: mm, and the second at which it begins."""
 
 KEY: Mapping[str, tuple[float, float]] = {
-    "onset": (0.0, 60.0),
-    "apex": (0.0, 60.0),
-    "offset": (0.0, 60.0),
-    "end": (0.0, 60.0),
+    "onset": (0.0, LONGEST),
+    "apex": (0.0, LONGEST),
+    "offset": (0.0, LONGEST),
+    "end": (0.0, LONGEST),
     "weight": (0.0, 1.0),
 }
 """Ranges of the numbers of an event of the timeline, s: it grows from onset to apex, and fades from offset to end."""
@@ -87,6 +93,8 @@ class Document:
     ----------
     atlas : Atlas
         Of the face, for the names that a mixture may have.
+    faces : callable, optional
+        Returns the names of the faces that are open; "" is the one of the start.
 
     Examples
     --------
@@ -98,8 +106,8 @@ class Document:
     ({'AU12': 0.8}, True, {})
     """
 
-    def __init__(self, atlas: Atlas) -> None:
-        self._atlas = atlas
+    def __init__(self, atlas: Atlas, faces: Callable[[], Collection[str]] = lambda: ("",)) -> None:
+        self._atlas, self._faces = atlas, faces
         self.data: dict[str, Any] = deepcopy(dict(START))
         self.version = 0
         self._done: list[_Step] = []
@@ -190,7 +198,7 @@ class Document:
             raise unknown_name("part of the session", path[0] if path else "", START)
         head, rest = path[0], path[1:]
         check: Callable[[Sequence[str], Any], Any] = getattr(self, f"_checked_{head}")
-        if value is None and (not rest or head in ("folds", "intensity", "gaze")):
+        if value is None and (not rest or head in ("folds", "intensity", "gaze", "face")):
             raise ParameterError(f"{'.'.join(path)} cannot be taken away; set it to a value.")
         return check(rest, value)
 
@@ -201,6 +209,19 @@ class Document:
         if rest or not isinstance(value, dict) or len(value) > most:
             raise ParameterError(f"{what} must be a table of at most {most} entries, received {type(value).__name__}.")
         return {str(name): check(str(name), each) for name, each in value.items()}
+
+    def _checked_face(self, rest: Sequence[str], value: Any) -> str:
+        if rest or not isinstance(value, str) or value not in self._faces():
+            raise ParameterError(f"the face {str(value)[:64]!r} is not open. Open its file first.")
+        return value
+
+    def _checked_landmarks(self, rest: Sequence[str], value: Any) -> Any:
+        def check(name: str, place: Any) -> list[float]:
+            if name not in NAMES:
+                raise unknown_name("landmark", name, NAMES)
+            return _point(place)
+
+        return self._table("landmarks", rest, value, check, len(NAMES))
 
     def _checked_mixture(self, rest: Sequence[str], value: Any) -> Any:
         def check(name: str, weight: Any) -> float:
@@ -265,7 +286,7 @@ class Document:
                 raise ParameterError("a timeline must have length, loop and keys.")
             return {name: self._checked_timeline((name,), each) for name, each in value.items()}
         if rest[0] == "length":
-            return check_range("length", value, 0.2, 60.0)
+            return check_range("length", value, 0.2, LONGEST)
         if rest[0] == "loop":
             return bool(value)
         if rest[0] != "keys":

@@ -71,6 +71,23 @@ def _weights(value: Any) -> dict[str, float]:
     return {_text(name): float(weight) for name, weight in value.items()}
 
 
+def _corners(value: Any) -> list[int]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ParameterError("the three corners of a triangle are needed.")
+    return [_whole(corner) for corner in value]
+
+
+def _shares(value: Any) -> list[float]:
+    if (
+        not isinstance(value, list)
+        or len(value) != 3
+        or not all(isinstance(x, int | float) and not isinstance(x, bool) and 0.0 <= x <= 1.0 for x in value)
+        or sum(value) <= 0.0
+    ):
+        raise ParameterError("the shares of three corners, in [0, 1], are needed.")
+    return [float(share) for share in value]
+
+
 def _camera(value: Any) -> list[float]:
     numbers = (int, float)
     if (
@@ -89,7 +106,8 @@ COMMANDS: Mapping[str, Mapping[str, Callable[[Any], Any]]] = {
     "redo": {},
     "reset": {},
     "field": {"name": _name_or_none},
-    "probe": {"vertex": _whole, "version": _whole},
+    "probe": {"corners": _corners, "shares": _shares, "version": _whole},
+    "show": {"name": _text},
     "pose": {"time": float},
     "play": {"on": _flag},
     "live": {"weights": _weights},

@@ -11,9 +11,11 @@ import asyncio
 import hmac
 import json
 import secrets
+import tempfile
 import threading
 from collections.abc import Awaitable, Callable, Mapping
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from aiohttp import WSMsgType, web
@@ -25,6 +27,7 @@ from ..plotting.views import LIGHTS, VIEW_ANGLE
 from ..plotting.wet import FULLY_WET, tear_code
 from .clients import Client
 from .protocol import LARGEST_MESSAGE, MessageError, Rate, greeting, parse
+from .uploads import received
 
 GREETING_TIME = 5.0
 """Seconds within which a page must name its key."""
@@ -81,6 +84,8 @@ class Server:
         Returns the newest frame, the document's version, the document, and the number of the photo and the photo.
     greeting : callable
         Returns what a page is told first.
+    opened : callable
+        Called, on a thread of its own, with a folder and the names of the files in it; returns the answer.
     host, port :
         Where to listen; port 0 is any that is free.
 
@@ -96,6 +101,7 @@ class Server:
         handler: Handler,
         state: Callable[[], Mapping[str, Any]],
         greeting: Callable[[], Mapping[str, Any]],
+        opened: Callable[[Path, list[str]], Mapping[str, Any]],
         host: str = "127.0.0.1",
         port: int = 0,
     ) -> None:
@@ -103,6 +109,7 @@ class Server:
         self.host, self.port = host, port
         self.clients: set[Client] = set()
         self._handler, self._state, self._greeting = handler, state, greeting
+        self._opened, self._opening = opened, False
         self._files = page_files()
         self._downloads: dict[str, tuple[str, bytes]] = {}
         self._loop = asyncio.new_event_loop()
@@ -142,6 +149,7 @@ class Server:
         app.router.add_get("/", self._page)
         app.router.add_get("/socket", self._socket)
         app.router.add_get("/download/{token}", self._download)
+        app.router.add_post("/open", self._open)
         app.router.add_get("/{name}", self._page)
         self._runner = web.AppRunner(app, access_log=None)
         await self._runner.setup()
@@ -234,6 +242,26 @@ class Server:
         headers = {**self._headers, "Content-Disposition": f'attachment; filename="{name}"'}
         return web.Response(body=data, content_type="application/octet-stream", headers=headers)
 
+    async def _open(self, request: web.Request) -> web.Response:
+        """Take files into a new folder, have them read, and say what they were."""
+        if request.headers.get("Origin") is None or not hmac.compare_digest(
+            request.headers.get("X-Key", "").encode(), self.key.encode()
+        ):
+            raise web.HTTPForbidden(text="the key is needed")
+        if self._opening:
+            raise web.HTTPConflict(text="another file is being read; wait for it.")
+        self._opening = True
+        try:
+            with tempfile.TemporaryDirectory(prefix="facewrinkle-") as folder:
+                names = await received(request, Path(folder))
+                answer = await asyncio.to_thread(self._opened, Path(folder), names)
+            return web.json_response(answer, headers=self._headers)
+        except FaceWrinkleError as error:
+            text = " ".join(str(error).split())[:2000].replace(folder + "/", "")
+            return web.json_response({"error": text}, status=400, headers=self._headers)
+        finally:
+            self._opening = False
+
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if request.headers.get("Origin") is None:
             raise web.HTTPForbidden(text="an origin is needed")
@@ -303,7 +331,7 @@ class Server:
                     await client.socket.send_str(text)
                 state = self._state()
                 if client.needs_document(state["version"]):
-                    await client.socket.send_str(json.dumps({"is": "document", **state["document"]}))
+                    await client.socket.send_str(json.dumps({"is": "document", **state["document"]()}))
                 if state["photo"] is not None and client.needs_photo(state["photo_number"]):
                     await client.socket.send_bytes(b"PHOT" + state["photo"])
                 if (frame := client.frame(state["shown"])) is not None:

@@ -18,21 +18,22 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.face import Face
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
+from ..layers.base import Layer
 from ..simulation import Simulation
 from ..tears import SheddingTear
 from .coloured_fields import ColouredField, coloured
 from .document import Document
 from .encoding import Box, Part, small_normals
+from .library import Library, Scrubbed
 from .visible_parts import VisibleParts
-from .wishes import face_of, layers_of, mixture_of, rates_of, tear_of
-
-EASE, EASED = 0.35, 2e-3
-"""Share of the way to the rates asked for that muscles go in a step, and the rest that they take at once."""
+from .wishes import eased, layers_of, mixture_of, rates_of, run_time, tear_of
 
 STILL, STILL_STEPS = 2e-3, 6
 """The face is still when no point moves by more than the first, mm, in so many steps."""
+
+OF_FACE = ("face", "identity", "landmarks")
+"""Parts of a document that make another face."""
 
 MOST_JOBS = 64
 """Jobs that wait at most."""
@@ -70,7 +71,8 @@ class Stage(threading.Thread):
 
     Parameters
     ----------
-    face : Face
+    library : Library
+        Faces that a document may ask for.
     document : Document
         Changed by others under :attr:`condition`, which is notified.
 
@@ -80,22 +82,27 @@ class Stage(threading.Thread):
         The newest frame.
     listeners : list of callable
         Called on this thread after each frame.
+    faces : list of callable
+        Called on this thread when another face, or one with other landmarks, is shown.
     photo : tuple
         A number that grows with each photo, and the photo of the present face as a file, if it has one.
     complaints : list of callable
         Called on this thread with a sentence about what could not be done.
     """
 
-    def __init__(self, face: Face, document: Document) -> None:
+    def __init__(self, library: Library, document: Document) -> None:
         super().__init__(name="facewrinkle studio", daemon=True)
-        self.given = self.face = face
+        self.library = library
+        self.face = face = library[""].face
         self.document = document
         self.condition = threading.Condition()
         self.listeners: list[Callable[[], None]] = []
+        self.faces: list[Callable[[], None]] = []
         self.complaints: list[Callable[[str], None]] = []
         self.wanted_fields: set[str] = set()
         self.shown: Shown | None = None
         self.photo: tuple[int, bytes | None] = (0, None)
+        self._photographed: np.ndarray | None = None
         self.spent = {"step": 0.0, "parts": 0.0}
         self._jobs: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._closed = False
@@ -170,6 +177,21 @@ class Stage(threading.Thread):
         return self._simulation
 
     @property
+    def shown_face(self) -> str:
+        """Name of the face that is shown."""
+        return str(self._applied.get("face", ""))
+
+    @property
+    def layers(self) -> list[Layer]:
+        """What makes the present folds; for jobs."""
+        return self.simulation.layers
+
+    @property
+    def time_step(self) -> float:
+        """Seconds from frame to frame."""
+        return float(self.simulation.motion.time_step)
+
+    @property
     def parts(self) -> VisibleParts:
         """The present parts; for jobs."""
         return self._parts
@@ -207,7 +229,7 @@ class Stage(threading.Thread):
                 continue
             self._apply(data, version)
             now = time.monotonic()
-            step = self.simulation.motion.time_step
+            step = self.time_step
             if now < due:
                 with self.condition:
                     self.condition.wait(due - now)  # a job or a wish may come in between, and is served first
@@ -233,16 +255,8 @@ class Stage(threading.Thread):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", FaceWrinkleWarning)
-                if self._simulation is None or applied["identity"] != data["identity"]:
-                    face = face_of(data["identity"], self.given)
-                    simulation = Simulation(face, layers=layers_of(data, face))
-                    before = self._rates
-                    self.face, self._simulation = face, simulation
-                    first = self._parts.last + 1
-                    self._parts = VisibleParts(face, first)
-                    self.photo = self.photo[0] + 1, self._parts.photo()
-                    self._tears = {}
-                    simulation.contract(before)
+                if self._simulation is None or any(applied[name] != data[name] for name in OF_FACE):
+                    self._change_face(data)
                 elif applied["folds"] != data["folds"] or applied["patterns"] != data["patterns"]:
                     self.simulation.use_layers(layers_of(data, self.face))
                 self._apply_tears(data["tears"])
@@ -257,6 +271,23 @@ class Stage(threading.Thread):
                     self._seen = self.document.version
         else:
             self._applied = dict(data)
+
+    def _change_face(self, data: Mapping[str, Any]) -> None:
+        face, clip = self.library.face_of(data), self.library[data["face"]].clip
+        motion = None if clip is None else Scrubbed(clip, face)
+        simulation = Simulation(face, layers=layers_of(data, face), motion=motion)
+        rates = {name: rate for name, rate in self._rates.items() if name in face.muscles}
+        if clip is None:
+            simulation.contract(rates)
+        self.face, self._simulation, self._rates = face, simulation, rates
+        self._parts = VisibleParts(face, self._parts.last + 1)
+        if face.texture is not self._photographed or not self.photo[0]:
+            self._photographed = face.texture
+            self.photo = self.photo[0] + 1, self._parts.photo()
+        self._tears = {}
+        self._applied = {**self._applied, "face": data["face"]}
+        for tell in list(self.faces):
+            tell()
 
     def _apply_tears(self, entries: Mapping[str, Any]) -> None:
         self._tears = {name: known for name, known in self._tears.items() if entries.get(name) == known[0]}
@@ -273,16 +304,11 @@ class Stage(threading.Thread):
                 if self._time > timeline["length"]:
                     self._time = 0.0 if timeline["loop"] else timeline["length"]
                     self._playing = timeline["loop"]
-        target = rates_of({**mixture_of(data, self._time if timeline["keys"] else None), **live}, self.face)
-        arrived = self._ease(target)
-        self.simulation.contract(self._rates)
-        if self.face.eyes:
-            self.simulation.look(*data["gaze"])
-        frame = self.simulation.step()
+        frame, arrived = self._next(data, live)
         self._tear_clock += step
         middle = time.thread_time()
         moved = self._moved(frame)
-        running = any(self._tear_clock < start + _run_time(tear) for _, tear, start in self._tears.values())
+        running = any(self._tear_clock < start + run_time(tear) for _, tear, start in self._tears.values())
         self._quiet = 0 if moved > STILL or not arrived or playing or running else self._quiet + 1
         still = self._quiet >= STILL_STEPS
         parts = self._parts.at(frame, exact=still)
@@ -301,6 +327,19 @@ class Stage(threading.Thread):
         for tell in list(self.listeners):
             tell()
 
+    def _next(self, data: Mapping[str, Any], live: Mapping[str, float]) -> tuple[pv.PolyData, bool]:
+        """Return the next frame, and True if muscles contract as they were asked to."""
+        motion, arrived = self.simulation.motion, True
+        if isinstance(motion, Scrubbed):
+            motion.time = self._time
+        else:
+            time_of_keys = self._time if data["timeline"]["keys"] else None
+            arrived = self._ease(rates_of({**mixture_of(data, time_of_keys), **live}, self.face))
+            self.simulation.contract(self._rates)
+            if self.face.eyes:
+                self.simulation.look(*data["gaze"])
+        return self.simulation.step(), arrived
+
     def _ease(self, target: Mapping[str, float]) -> bool:
         """Bring the rates nearer to those asked for; return True when they are there."""
         self._rates = eased(self._rates, target)
@@ -317,7 +356,7 @@ class Stage(threading.Thread):
         for name, (_, tear, start) in self._tears.items():
             if self._tear_clock >= start:
                 with contextlib.suppress(FaceWrinkleError):
-                    found.append((name, tear.surface(min(self._tear_clock - start, _run_time(tear)), on=frame)))
+                    found.append((name, tear.surface(min(self._tear_clock - start, run_time(tear)), on=frame)))
         return found
 
     def _tear_parts(self, frame: pv.PolyData) -> list[Part]:
@@ -337,25 +376,3 @@ class Stage(threading.Thread):
                 )
             )  # fmt: skip
         return parts
-
-
-def eased(rates: Mapping[str, float], target: Mapping[str, float]) -> dict[str, float]:
-    """Return rates nearer to a target.
-
-    Examples
-    --------
-    >>> eased({"jaw": 0.0}, {"jaw": 1.0}), eased({"jaw": 0.001}, {})
-    ({'jaw': 0.35}, {})
-    """
-    out = {}
-    for name in [*rates, *(name for name in target if name not in rates)]:
-        now, asked = rates.get(name, 0.0), target.get(name, 0.0)
-        rate = asked if abs(asked - now) < EASED else now + EASE * (asked - now)
-        if rate:
-            out[name] = rate
-    return out
-
-
-def _run_time(tear: SheddingTear) -> float:
-    """Seconds until a tear has arrived."""
-    return float(max(tear.length - tear.s, 0.0) / tear.c)

@@ -8,6 +8,8 @@ import json
 import time
 import webbrowser
 from collections.abc import Mapping
+from copy import deepcopy
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -20,13 +22,15 @@ from ..anatomy.identity import Identity
 from ..arguments import checked
 from ..errors import FaceWrinkleError, MissingPackageError, OutputError, ParameterError
 from ..layers.patterns_on_skin.kinds import KINDS
-from ..motion.action_units import ARKIT, units_of
-from ..plotting.views import VIEWS
 from .coloured_fields import FIELDS, check_field, colours, labels, probe
-from .document import FOLDS, PATTERN, TEAR, Document
-from .saving import Folder, save
+from .document import FOLDS, LONGEST, PATTERN, START, TEAR, Document
+from .greeting import handles_of, mixture_of_live, of_atlas, of_face
+from .library import COMPANIONS, MESHES, Library, opened
+from .looking import Look, to_look_at
+from .saving import KINDS as KINDS_OF_FILES
+from .saving import SLOW, Folder, save, save_rig
 from .stage import Stage
-from .wishes import as_command, as_python, rates_of
+from .wishes import as_command, as_python
 
 READY = 120.0
 """Seconds that the first frame may take; compiling is part of it."""
@@ -60,6 +64,7 @@ class Studio:
         save_to: Path | None = None,
         browser: bool = True,
         source: str | None = None,
+        frame: pv.PolyData | None = None,
     ) -> None:
         try:
             from .server import Server
@@ -67,15 +72,18 @@ class Studio:
             raise MissingPackageError(
                 "the studio needs the package aiohttp, which is not installed. pip install 'facewrinkle[studio]'"
             ) from None
-        self._document = Document(face.atlas)
+        self._library = Library(face)
+        self._document = Document(face.atlas, lambda: self._library.names)
         self._folder = Folder(save_to)
         self._source = source
-        self._stage = Stage(face, self._document)
-        self._server = Server(self._handle, self._state, self._greeting, host, port)
+        stage = Stage if frame is None else partial(Look, frame)
+        self._stage = stage(self._library, self._document)
+        self._server = Server(self._handle, self._state, self._greeting, self._opened, host, port)
         self._autosaved = -1
         self._server.start()
         self._stage.listeners.append(self._server.wake)
         self._stage.listeners.append(self._autosave)
+        self._stage.faces.append(lambda: self._server.tell_all({"is": "face", **self._face()}))
         self._stage.complaints.append(lambda text: self._server.tell_all({"is": "error", "id": 0, "text": text}))
         self._stage.start()
         try:
@@ -206,27 +214,61 @@ class Studio:
         return {
             "shown": stage.shown,
             "version": self._document.version,
-            "document": {"data": self._document.data, "history": self._document.history},
+            "document": self._told_document,
             "photo": stage.photo[1],
             "photo_number": stage.photo[0],
         }
 
+    def _told_document(self) -> dict[str, Any]:
+        data = self._document.data
+        return {"data": data, "history": self._document.history, "handles": handles_of(data, self._stage.face)}
+
     def _greeting(self) -> dict[str, Any]:
-        face = self._stage.given
         return {
-            "atlas": _atlas_of(face),
+            "atlas": of_atlas(self._stage.face.atlas),
             "fields": {name: colours(name) for name in FIELDS},
             "folds": FOLDS,
             "patterns": {"kinds": list(KINDS), "numbers": PATTERN},
             "tears": TEAR,
-            "identity": sorted(Identity.__dataclass_fields__) if face.template is None and not self._source else [],
-            "views": _views_of(face),
-            "unit": face.unit,
-            "size": face.frame.pupil_distance,
-            "axes": face.frame.axes.tolist(),
             "folder": str(self._folder.path) if self._folder.path else "",
-            "film": VIEWS["front"].height,
+            "kinds": list(KINDS_OF_FILES),
+            "endings": [*MESHES, ".face", *COMPANIONS],
+            **self._face(),
         }
+
+    def _face(self) -> dict[str, Any]:
+        """What a page is told of the face, and of those that are open."""
+        face, shown = self._stage.face, self._stage.shown_face
+        built_in = not shown and self._library[""].face.template is None and not self._source
+        return {
+            "faces": {"names": list(self._library.names), "shown": shown, "first": self._source or "Built-in head"},
+            "identity": sorted(Identity.__dataclass_fields__) if built_in and face.landmarks else [],
+            **of_face(face, self._library[shown].clip),
+        }
+
+    def _opened(self, folder: Path, names: list[str]) -> dict[str, Any]:
+        """Read what was dropped onto a page, and show it; on a thread of its own."""
+
+        def tell(what: str, share: float) -> None:
+            self._server.tell_all({"is": "progress", "text": what, "share": round(share, 3)})
+
+        try:
+            name, loaded = opened(folder, names, self._library[""].face.atlas, tell)
+        finally:
+            tell("", 1.0)
+        name = self._library.add(name, loaded)
+        self._show(name)
+        return {"name": name, "said": list(loaded.said)}
+
+    def _show(self, name: str) -> None:
+        """Show a face that is open. Places of the one before mean nothing on it; a clip brings its own length."""
+        start = deepcopy({part: START[part] for part in ("identity", "landmarks", "patterns", "tears", "timeline")})
+        clip = self._library[name].clip
+        if clip is not None:
+            start["timeline"]["length"] = min(max(clip.duration, 0.2), LONGEST)
+        with self._stage.condition:
+            self._document.change([((part,), value) for part, value in {"face": name, **start}.items()])
+        self._changed()
 
     async def _handle(self, command: str, arguments: dict[str, Any], client: Any) -> Any:
         stage = self._stage
@@ -247,17 +289,16 @@ class Studio:
             stage.play(arguments["on"])
         elif command == "pose":
             stage.go_to(arguments["time"])
+        elif command == "show":
+            self._show(arguments["name"])
         elif command == "live":
-            stage.live(_mixture_of_live(arguments["weights"], stage.face))
+            stage.live(mixture_of_live(arguments["weights"], stage.face))
         elif command == "copy":
             return self._copied(arguments["what"])
         elif command == "probe":
             return await asyncio.wrap_future(stage.ask(lambda: self._probed(**arguments)))
         elif command == "save":
-            name, data = await asyncio.wrap_future(
-                stage.ask(lambda: save(arguments["what"], arguments["camera"], stage, self._document))
-            )
-            return self._saved(name, data)
+            return await self._save(**arguments)
         self._changed()
         return None
 
@@ -269,14 +310,31 @@ class Studio:
             return command + (f"\n# left out, as no option says it: {', '.join(missing)}" if missing else "")
         raise ParameterError(f"what is copied must be python or command, received {what!r}.")
 
-    def _probed(self, vertex: int, version: int) -> dict[str, Any]:
+    async def _save(self, what: str, camera: list[float]) -> dict[str, str]:
+        stage = self._stage
+
+        def tell(done: str, share: float) -> None:
+            self._server.tell_all({"is": "progress", "text": done, "share": round(share, 3)})
+
+        if what in SLOW:  # does not draw, so that the face goes on meanwhile
+            face, data = stage.face, self._document.data
+            name, content = await asyncio.to_thread(save_rig, face, data, tell)
+        else:
+            job = stage.ask(lambda: save(what, camera, stage, self._document, tell))
+            name, content = await asyncio.wrap_future(job)
+        return self._saved(name, content)
+
+    def _probed(self, corners: list[int], shares: list[float], version: int) -> dict[str, Any]:
         stage = self._stage
         assert stage.shown is not None
         parts = stage.parts
-        if version != parts.last or vertex >= len(parts.origin):
+        if version != parts.last or max(corners) >= len(parts.origin):
             raise ParameterError("the mesh has changed since. Click again.")
-        frame, layers = stage.shown.frame, stage.simulation.layers
-        found = probe(frame, stage.face, layers, int(parts.origin[vertex]))
+        frame, layers = stage.shown.frame, stage.layers
+        origin = parts.origin[corners]
+        found = probe(frame, stage.face, layers, int(origin[int(np.argmax(shares))]))
+        rest = np.asarray(frame.point_data.get("rest", frame.points))
+        found["rest"] = [float(x) for x in np.array(shares) / sum(shares) @ rest[origin]]
         return found | {"names": labels(frame, layers)["family"]}
 
     def _saved(self, name: str, data: bytes) -> dict[str, str]:
@@ -301,58 +359,6 @@ def _source_of(path: str | None) -> str:
     return f"fw.{'read_face' if path.endswith('.face') else 'fit_face'}({path!r})"
 
 
-def _mixture_of_live(weights: Mapping[str, float], face: Face) -> dict[str, float]:
-    """Return a mixture of names of the atlas, or of ARKit's shapes."""
-    names = {name for name in weights if name in face.atlas.action_units or name in face.atlas.muscles}
-    shapes = {name: weight for name, weight in weights.items() if name not in names}
-    mixture = {name: weights[name] for name in names}
-    for side in ("l", "r"):
-        for unit, weight in units_of(shapes, side).items():
-            sided = f"{unit}{side.upper()}"
-            name = sided if sided in face.atlas.action_units else unit
-            if name in face.atlas.action_units:
-                mixture[name] = max(mixture.get(name, 0.0), weight)
-    if weights and not mixture and not any(name.startswith(tuple(ARKIT)) for name in weights):
-        raise ParameterError("none of the weights is one of an action unit, a muscle or a shape of ARKit.")
-    rates_of(mixture, face)
-    return mixture
-
-
-def _atlas_of(face: Face) -> dict[str, Any]:
-    """Names of what sliders are for, with the muscles of each, and those that do nothing on this face."""
-    atlas = face.atlas
-    units = {
-        name: {"about": about, "sides": f"{name}L" in atlas.action_units}
-        for name, about in atlas.action_unit_names.items()
-    }
-    pairs: dict[str, dict[str, Any]] = {}
-    for name in atlas.muscles:
-        stem = name[:-2] if name.endswith(("_l", "_r")) else name
-        pairs[stem] = {"sides": name != stem, "about": atlas.muscles[name]["kind"]}
-    off: dict[str, str] = {}
-    if face.landmarks and not face.mouth_opens:
-        off |= dict.fromkeys(("AU26", "AU27", "jaw"), "the mouth of this face has no opening")
-    if not face.eyelid_openings:
-        why = "the lids of this face have no opening"
-        off |= dict.fromkeys(("AU5", "AU7", "AU43", "AU45", "AU46", "levator_palpebrae"), why)
-    if not face.muscles:
-        off |= dict.fromkeys((*atlas.expressions, *units, *pairs), "this surface has no muscles")
-    return {"expressions": list(atlas.expressions), "units": units, "muscles": pairs, "off": off}
-
-
-def _views_of(face: Face) -> dict[str, list[float]]:
-    """Cameras by name: direction towards the camera, the point that it looks at, and the height of the picture."""
-    axes, size = face.frame.axes, face.frame.pupil_distance
-    out = {}
-    for name, view in VIEWS.items():
-        focus = face.frame.origin
-        if face.landmarks:
-            focus = face.landmarks[view.landmark] + np.asarray(view.offset) @ axes * size
-        direction = np.asarray(view.direction) @ axes
-        out[name] = [*(direction / np.linalg.norm(direction)).tolist(), *focus.tolist(), view.height * size]
-    return out
-
-
 @checked
 def studio(
     face: Face | pv.PolyData | None = None,
@@ -366,8 +372,9 @@ def studio(
 
     Parameters
     ----------
-    face : Face, optional
-        Default: the built-in head.
+    face : Face or PolyData, optional
+        Default: the built-in head. A frame of a simulation, or any other surface, is looked at as it is: its
+        fields can be shown and read, and nothing moves.
     host : str
         Address to listen at. Others than 127.0.0.1 let everybody in the network who knows the address with its key
         use the studio.
@@ -389,7 +396,9 @@ def studio(
     MissingPackageError
         Without the package aiohttp.
     ParameterError
-        For a port that is in use, and for a surface without a face.
+        For a port that is in use, and for anything but a face and a surface.
+    MeshError
+        For a surface without triangles.
 
     Examples
     --------
@@ -400,10 +409,9 @@ def studio(
     >>> bool(frame["W"].min() < -0.2)
     True
     """
-    if face is not None and not isinstance(face, Face):
-        raise ParameterError(
-            f"the studio shows a Face, received {type(face).__name__}. Use fit_face(mesh), or surface(mesh) for a mesh "
-            "that is no face."
-        )
+    frame = None
+    if isinstance(face, pv.PolyData):
+        frame = to_look_at(face)
+        face = Face.without_anatomy(frame, 1.0)
     folder = None if save_to is None else Path(save_to)
-    return Studio(face or default_face(), host=host, port=port, save_to=folder, browser=browser)
+    return Studio(face or default_face(), host=host, port=port, save_to=folder, browser=browser, frame=frame)

@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 
 from ..anatomy.face import Face
-from ..anatomy.fitting import default_face
-from ..anatomy.identity import Identity
 from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer
 from ..layers.patterns_on_skin.layer import PatternLayer
@@ -21,14 +19,11 @@ from ..tears import Flow, Route, SheddingTear
 MIDLINE = 0.15
 """Distance from the midline over which the amounts of the two sides blend, in distances between the pupils."""
 
+EASE, EASED = 0.35, 2e-3
+"""Share of the way to the rates asked for that muscles go in a step, and the rest that they take at once."""
+
 TEAR_SPEED, TEAR_STAYS = 24.0, 1e6
 """Speed of a tear, mm/s, and the seconds for which it stays."""
-
-
-def face_of(identity: Mapping[str, float], given: Face) -> Face:
-    """Return the built-in head with an identity; without one, the face that was given."""
-    person = {name: value for name, value in identity.items() if value}
-    return default_face(Identity(**person), atlas=given.atlas) if person else given
 
 
 def layers_of(data: Mapping[str, Any], face: Face) -> list[Layer]:
@@ -77,6 +72,28 @@ def tear_of(entry: Mapping[str, Any], face: Face) -> SheddingTear:
         face, start=entry["start"], width=entry["width"], begin=0.0,
         flow=Flow(c=TEAR_SPEED, hold=TEAR_STAYS), route=Route(length=entry["length"]),
     )  # fmt: skip
+
+
+def run_time(tear: SheddingTear) -> float:
+    """Seconds until a tear has arrived."""
+    return float(max(tear.length - tear.s, 0.0) / tear.c)
+
+
+def eased(rates: Mapping[str, float], target: Mapping[str, float]) -> dict[str, float]:
+    """Return rates nearer to a target.
+
+    Examples
+    --------
+    >>> eased({"jaw": 0.0}, {"jaw": 1.0}), eased({"jaw": 0.001}, {})
+    ({'jaw': 0.35}, {})
+    """
+    out = {}
+    for name in [*rates, *(name for name in target if name not in rates)]:
+        now, asked = rates.get(name, 0.0), target.get(name, 0.0)
+        rate = asked if abs(asked - now) < EASED else now + EASE * (asked - now)
+        if rate:
+            out[name] = rate
+    return out
 
 
 def mixture_of(data: Mapping[str, Any], time: float | None = None) -> dict[str, float]:

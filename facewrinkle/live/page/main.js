@@ -1,9 +1,13 @@
 // The page: connection, view and controls, and what the keyboard does.
 
-import { Connection } from "./socket.js";
+import { Opening } from "./opening.js";
+import { Overlay } from "./overlay.js";
 import { Panels } from "./panels.js";
+import { pointers } from "./pointer.js";
 import { Sliders, element, slider } from "./sliders.js";
+import { Connection } from "./socket.js";
 import { Timeline } from "./timeline.js";
+import { Tour } from "./tour.js";
 import { View } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
@@ -20,10 +24,13 @@ class App {
     this.sliders = new Sliders($("sliders"), this.connection);
     this.panels = new Panels($("tabs"), $("panels"), this);
     this.timeline = new Timeline($("timeline"), this);
+    this.overlay = new Overlay($("overlay"), this);
+    this.opening = new Opening(this);
+    this.tour = new Tour(this);
     this.data = null;
     this.listen();
     this.controls();
-    this.pointer();
+    pointers($("canvas"), this.view, this);
     addEventListener("keydown", (event) => this.keyboard(event));
     $("keys").append(...KEYS.map(([key, what]) => element("tr", {}, element("td", {}, element("kbd", { text: key })), element("td", { text: what }))));
   }
@@ -32,22 +39,27 @@ class App {
     const on = (type, act) => this.connection.addEventListener(type, ({ detail }) => act(detail));
     on("welcome", (welcome) => {
       this.welcome = welcome;
-      this.unit = welcome.unit;
-      this.view.begin(welcome);
-      this.sliders.build(welcome.atlas);
+      this.sliders.build(welcome);
       this.panels.build(welcome);
-      $("view").replaceChildren(...Object.keys(welcome.views).map((name) =>
-        element("option", { value: name, text: name.replaceAll("_", " ") })));
+      this.takeFace(welcome);
+      $("view").replaceChildren(element("option", { value: "", text: "own", disabled: true, hidden: true }),
+        ...Object.keys(welcome.views).map((name) => element("option", { value: name, text: name.replaceAll("_", " ") })));
+      $("view").value = "front";
       $("state").textContent = "";
       if (this.view.field) this.showField(this.view.field);
     });
-    on("document", ({ data, history }) => {
+    on("face", (face) => this.takeFace(face));
+    on("progress", (what) => this.opening.progress(what));
+    on("document", ({ data, history, handles }) => {
       this.data = data;
+      this.handles = handles;
       $("probe").hidden = true; // it told of what was before
       this.sliders.update(data.mixture);
       this.panels.update(data);
       this.timeline.update(data);
       this.intensity.set(data.intensity);
+      this.sliders.setGaze(data.gaze);
+      this.overlay.build();
       [$("undo").disabled, $("redo").disabled] = history.map((count) => !count);
     });
     on("frame", (head) => {
@@ -67,6 +79,28 @@ class App {
     this.view.onrestored = () => location.reload();
   }
 
+  /** Take over a face: its size, views, landmarks, and the sliders that do nothing on it. */
+  takeFace(face) {
+    const other = !this.face || this.face.faces.shown !== face.faces.shown;
+    this.face = face;
+    this.unit = face.unit;
+    this.view.begin(face, other);
+    this.sliders.setOff(face.off, face.eyes > 0 && !face.clip);
+    this.panels.face.take(face);
+    this.handlesOf(this.panels.opened);
+    if (other && this.welcome) $("view").value = "front";
+  }
+
+  /** Show the handles that belong to a tab. */
+  handlesOf(title) {
+    if (!this.overlay) return;
+    const kind = { Face: this.panels.face?.shown.checked ? "landmarks" : "", Patterns: "patterns", Tears: "tears" }[title];
+    this.overlay.show(kind ?? "");
+  }
+
+  /** The camera is no longer that of a named view. */
+  turned() { $("view").value = ""; }
+
   controls() {
     $("undo").onclick = () => this.connection.send("undo");
     $("redo").onclick = () => this.connection.send("redo");
@@ -76,6 +110,7 @@ class App {
     $("view").onchange = () => this.view.take($("view").value);
     $("wireframe").onchange = () => { this.view.wireframe = $("wireframe").checked; this.view.request(); };
     $("help-button").onclick = () => $("help").showModal();
+    $("tour-button").onclick = () => this.tour.start();
     this.intensity = slider("Intensity of all", { usual: 1, change: (value, gesture) => this.connection.change([[["intensity"], value]], gesture) });
     document.querySelector(".row.whole").replaceChildren(element("span", { text: "Intensity" }), this.intensity.input, this.intensity.output);
   }
@@ -105,45 +140,6 @@ class App {
 
   // --- the view -----------------------------------------------------------------------------------
 
-  pointer() {
-    const canvas = $("canvas"), view = this.view, held = new Map();
-    let far = 0, apart = 0;
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      held.set(event.pointerId, event);
-      far = 0;
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      const before = held.get(event.pointerId);
-      if (!before || !view.camera) return;
-      const height = canvas.clientHeight, dx = (event.clientX - before.clientX) / height, dy = (event.clientY - before.clientY) / height;
-      held.set(event.pointerId, event);
-      far += Math.hypot(event.clientX - before.clientX, event.clientY - before.clientY);
-      if (held.size === 2) {
-        const [a, b] = [...held.values()], now = Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
-        if (apart) view.camera.zoom(apart / now);
-        apart = now;
-        view.camera.pan(dx / 2, dy / 2);
-      } else if (event.shiftKey || event.buttons & 6) view.camera.pan(dx, dy);
-      else view.camera.turn(3 * dx, 3 * dy);
-      view.request(true);
-    });
-    const end = (event) => {
-      const click = held.size === 1 && held.has(event.pointerId) && far < 5 && event.type === "pointerup" && event.button === 0;
-      held.delete(event.pointerId);
-      apart = 0;
-      if (click) this.click(event);
-    };
-    canvas.addEventListener("pointerup", end);
-    canvas.addEventListener("pointercancel", end);
-    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      view.camera?.zoom(Math.exp(0.0012 * event.deltaY * (event.deltaMode ? 30 : 1)));
-      view.request(true);
-    }, { passive: false });
-  }
-
   async click(event) {
     const hit = this.view.pick(event.clientX, event.clientY);
     if (!hit) { $("probe").hidden = true; return; }
@@ -158,11 +154,11 @@ class App {
   async probe(event, hit) {
     for (let attempt = 0; ; attempt++) {
       try {
-        return await this.connection.ask("probe", { vertex: hit.vertex, version: this.view.parts.get("skin").fixed.version });
+        return await this.connection.ask("probe", { corners: hit.corners, shares: hit.shares, version: this.view.parts.get("skin").fixed.version });
       } catch (error) {
         if (attempt > 4) { this.say(error.message); return null; }
         await new Promise((done) => setTimeout(done, 150));
-        hit = this.view.pick(event.clientX, event.clientY) ?? hit;
+        if (event) hit = this.view.pick(event.clientX, event.clientY) ?? hit;
       }
     }
   }
@@ -233,8 +229,9 @@ class App {
     }
     if (typing || command || event.altKey || $("help").open || !this.view.camera) return;
     const inView = target === $("canvas"), camera = this.view.camera;
+    if (inView && key.startsWith("Arrow")) this.turned();
     const act = {
-      r: () => this.connection.send("reset"), m: () => $("lock").click(), f: () => this.view.take("front"),
+      r: () => this.connection.send("reset"), m: () => $("lock").click(), f: () => { this.view.take("front"); $("view").value = "front"; },
       w: () => $("wireframe").click(), c: () => this.nextField(event.shiftKey ? -1 : 1), k: () => this.timeline.add(), "?": () => $("help").showModal(),
       "/": () => $("search").focus(), "+": () => camera.zoom(0.9), "-": () => camera.zoom(1 / 0.9),
       " ": () => { if (!target.matches?.("button, input")) this.timeline.toggle(); },

@@ -1,5 +1,7 @@
 // The tabs of the right side.
 
+import { FacePanel } from "./face_panel.js";
+import { saving } from "./saving.js";
 import { element, row } from "./sliders.js";
 
 const FIELD_NAMES = {
@@ -21,9 +23,11 @@ export class Panels {
     this.panel("Folds", this.folds(welcome));
     this.panel("Patterns", this.patterns(welcome));
     this.panel("Tears", this.tears(welcome));
-    if (welcome.identity.length) this.panel("Person", this.person(welcome));
+    this.face = new FacePanel(this, this.app);
+    this.panel("Face", this.face.content);
+    this.updates.push((data) => this.face.update(data));
     this.panel("Fields", this.fields(welcome));
-    this.panel("Save", this.saving(welcome));
+    this.panel("Save", saving(welcome, this.app));
     this.open("Folds");
   }
 
@@ -46,6 +50,8 @@ export class Panels {
       tab.tabIndex = name === title ? 0 : -1;
       panel.hidden = name !== title;
     }
+    this.opened = title;
+    this.app.handlesOf(title);
   }
 
   update(data) { for (const each of this.updates) each(data); }
@@ -76,7 +82,7 @@ export class Panels {
       this.app.connection.change([[["folds", "seed"], Math.floor(Math.random() * 1e6)]]);
     } });
     return [...rows, element("div", { class: "actions" }, element("label", { class: "inline" }, "Seed ", seed), other),
-      element("p", { text: "Folds appear where the skin is compressed: pull a muscle first. The sides change the waves, not the anatomical creases." })];
+      element("p", { text: "Folds appear where the skin is compressed: pull a muscle first. Left and right are the subject's own; the sides change the waves, not the anatomical creases." })];
   }
 
   patterns({ patterns: { kinds, numbers } }) {
@@ -89,7 +95,7 @@ export class Panels {
     this.updates.push((data) => this.list(list, "patterns", data.patterns, (entry) => label(entry.kind), numbers,
       { size: ["Size (mm)", 0], depth: ["Depth (mm)", 1], strength: ["Strength", 2] }));
     return [element("div", { class: "chips", role: "group", "aria-label": "Place a pattern" }, ...buttons),
-      element("p", { text: "Choose a pattern, then click on the face." }), list];
+      element("p", { text: "Choose a pattern, then click on the face. Drag its dot to move it, and its ring to size it." }), list];
   }
 
   tears({ tears }) {
@@ -98,7 +104,7 @@ export class Panels {
       { width: ["Width (mm)", 1], length: ["Length (mm)", 0] }));
     const button = element("button", { text: "Place a tear", onclick: (event) => this.app.place(
       "Click where the tear shall begin, below an eye. Escape ends it.", event.target,
-      (place) => this.app.add("tears", { start: place, width: 2.6, length: 60, begin: 0 })) });
+      (place) => this.app.add("tears", { start: place, width: 3, length: 60, begin: 0 })) });
     return [element("div", { class: "actions" }, button), list];
   }
 
@@ -126,53 +132,11 @@ export class Panels {
     for (const set of box.sets ?? []) set(entries);
   }
 
-  person({ identity }) {
-    const rows = identity.map((name) => {
-      const made = this.numberRow(label(name), ["identity", name], [-1, 1], 2, 0, "From -1 to 1; 0 is the mean head");
-      this.updates.push((data) => made.set(data.identity[name] ?? 0));
-      return made.line;
-    });
-    return [element("p", { text: "The head itself: each change takes a moment." }), ...rows];
-  }
-
   fields({ fields }) {
     const select = element("select", { id: "field", "aria-label": "Field in colour", onchange: () => this.app.showField(select.value) },
       ...["", ...Object.keys(fields)].map((name) => element("option", { value: name, text: FIELD_NAMES[name] ?? name })));
     this.select = select;
     return [element("label", { class: "inline" }, "Colour by ", select),
       element("p", { text: "Click on the face to read all fields there, and what made the fold." })];
-  }
-
-  saving({ folder }) {
-    const { connection } = this.app;
-    const code = element("pre", { tabindex: "0", hidden: true, "aria-label": "Copied text" });
-    const note = element("p", { role: "status" });
-    const copy = (what) => async () => {
-      const text = await connection.ask("copy", { what });
-      code.textContent = text;
-      code.hidden = false;
-      try { await navigator.clipboard.writeText(text); note.textContent = "Copied."; } catch { note.textContent = "Select it to copy."; }
-    };
-    const save = (what) => async () => {
-      note.textContent = "Saving …";
-      try {
-        const got = await connection.ask("save", { what, camera: this.app.cameraNumbers() });
-        note.textContent = got.path ? `Saved as ${got.path}` : `Downloaded ${got.name}.`;
-        if (got.download) element("a", { href: got.download, download: got.name }).click();
-      } catch (error) { note.textContent = error.message; }
-    };
-    const file = element("input", { type: "file", accept: ".json", hidden: true, onchange: async () => {
-      const text = await file.files[0]?.text();
-      file.value = "";
-      if (text) connection.ask("load", { text }).catch((error) => { note.textContent = error.message; });
-    } });
-    return [element("div", { class: "actions" },
-      element("button", { text: "Picture", onclick: save("picture") }), element("button", { text: "Mesh (GLB)", onclick: save("glb") }),
-      element("button", { text: "Session", onclick: save("session") }),
-      element("button", { text: "Open session …", onclick: () => file.click() }), file),
-    element("div", { class: "actions" },
-      element("button", { text: "Copy as Python", onclick: copy("python") }), element("button", { text: "Copy as command", onclick: copy("command") })),
-    note, code,
-    element("p", { text: folder ? `Files go into ${folder}; the session is saved there by itself.` : "Files are downloaded. Start with --save-to FOLDER to have them written." })];
   }
 }

@@ -25,6 +25,11 @@ export const element = (tag, attributes = {}, ...children) => {
   return made;
 };
 
+const KEY_PAUSE = 900; // ms
+const EMOTIONS = ["happiness", "sadness", "anger", "disgust", "emotion_surprise", "emotion_fear", "contempt"];
+const OF_THE_PAPER = ["surprise", "frowning", "closing_eye", "stretching_mouth", "fear"];
+const TITLES = { emotion_surprise: "Surprise", emotion_fear: "Fear", surprise: "Surprise (brows)", fear: "Fear (brows)", frowning: "Frown", closing_eye: "Close left eye",
+  stretching_mouth: "Stretch mouth, right" };
 let gestures = 0;
 
 /** A slider with its number: `change(value, gesture)` is called while it moves; a double click on the number types one. */
@@ -37,11 +42,13 @@ export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Ma
     output.textContent = shown(Number(input.value));
     input.setAttribute("aria-valuetext", String(shown(Number(input.value))));
   };
+  let last = -Infinity;
   const begin = () => { gesture = `drag ${++gestures} ${label}`; };
   const send = (value) => { input.value = value; paint(); change(Number(input.value), gesture); };
   input.addEventListener("pointerdown", begin);
   input.addEventListener("keydown", (event) => {
-    if (!event.repeat) begin();
+    if (event.timeStamp - last > KEY_PAUSE) begin(); // keys that follow each other are one step of undo
+    last = event.timeStamp;
     if (event.key === "Delete" || event.key === "Backspace") { event.preventDefault(); send(usual); }
   });
   input.addEventListener("input", () => send(input.value));
@@ -84,12 +91,15 @@ export class Sliders {
     this.locked = true;
   }
 
-  build({ expressions, units, muscles, off }) {
+  build({ atlas: { expressions, units, muscles }, off }) {
     this.off = off;
     this.rows = [];
     this.box.replaceChildren();
     const titled = (name) => name.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase());
-    this.section("Expressions", expressions.map((name) => [name, titled(name), "", null]));
+    const plain = (names) => names.filter((name) => expressions.includes(name)).map((name) => [name, TITLES[name] ?? titled(name), "", null]);
+    this.section("Emotions", plain(EMOTIONS));
+    this.section("More expressions", plain(expressions.filter((name) => !EMOTIONS.includes(name) && !OF_THE_PAPER.includes(name))));
+    this.section("Single movements", plain(OF_THE_PAPER));
     const rest = new Set(Object.keys(units).filter((name) => !GAZE.has(name)));
     const regions = structuredClone(REGIONS);
     for (const names of Object.values(regions)) names.forEach((name) => rest.delete(name));
@@ -102,6 +112,35 @@ export class Sliders {
       ([name, { sides }]) => [name, titled(name), "", sides ? [`${name}_l`, `${name}_r`] : null]));
   }
 
+  /** Sliders of the gaze, at the end of the eyes. */
+  gaze(group) {
+    const change = (k) => (value, gesture) => {
+      const gaze = [...this.looks];
+      gaze[k] = value;
+      this.connection.change([[["gaze"], gaze]], gesture);
+    };
+    this.looks = [0, 0];
+    const options = { min: -40, max: 40, step: 0.5, shown: (v) => Math.round(v), parse: (v) => v };
+    this.lookRows = [["Look sideways", "Degrees to the subject's left"], ["Look up", "Degrees upwards"]].map(([label, about], k) => {
+      const made = row(label, { ...options, about: `${about}; or drag an eye`, change: change(k) });
+      group.append(made.line);
+      this.rows.push({ line: made.line, group, name: label, words: `${label} gaze eyes aside down`.toLowerCase(), set: () => false, show: () => {}, off: () => {} });
+      return made;
+    });
+  }
+
+  setGaze(gaze) {
+    this.looks = gaze;
+    this.lookRows?.forEach((made, k) => { made.set(gaze[k]); made.line.classList.toggle("active", gaze[k] !== 0); });
+  }
+
+  /** Switch off what does nothing on this face, and say why. */
+  setOff(off, looks) {
+    this.off = off;
+    for (const each of this.rows) each.off(off[each.name]);
+    for (const made of this.lookRows ?? []) made.input.disabled = !looks;
+  }
+
   section(title, entries) {
     if (!entries.length) return;
     const group = element("div", { role: "group", "aria-label": title }, element("h3", { text: title }));
@@ -110,6 +149,7 @@ export class Sliders {
       group.append(made.line);
       this.rows.push({ ...made, name, group, words: `${name} ${label} ${code} ${title} ${EVERYDAY[name] ?? ""}`.toLowerCase() });
     }
+    if (title === "Eyes") this.gaze(group);
     this.box.append(group);
   }
 
@@ -129,8 +169,13 @@ export class Sliders {
     const apart = element("div", { class: "pair" }, ...single.map((each, k) =>
       element("div", { class: "side" }, element("span", { "aria-hidden": "true", text: k ? "R" : "L" }), each.input)));
     const numbers = element("div", { class: "pair" }, ...single.map((each) => each.output));
-    const line = element("div", { class: `row${why ? " off" : ""}` }, span, both.input, both.output);
-    for (const each of [both, ...single]) each.input.disabled = Boolean(why);
+    const line = element("div", { class: "row" }, span, both.input, both.output);
+    const off = (reason) => {
+      line.classList.toggle("off", Boolean(reason));
+      span.title = reason ?? `${code} ${label}`.trim();
+      for (const each of [both, ...single]) each.input.disabled = Boolean(reason);
+    };
+    off(why);
     let openNow = null;
     const show = (locked) => {
       const open = !locked && Boolean(sides);
@@ -145,7 +190,7 @@ export class Sliders {
       line.classList.toggle("active", Math.max(...values) > 0);
       return sides && values[0] !== values[1];
     };
-    return { line, set, show, sides };
+    return { line, set, show, sides, off };
   }
 
   /** A weight that was given for both sides goes to the side that does not move. */

@@ -53,9 +53,9 @@ export class View {
   }
 
   /** Begin with a face: its axes, its size and the named views. */
-  begin({ axes, size, views }) {
+  begin({ axes, size, views }, other = false) {
     this.views = views;
-    if (!this.camera) {
+    if (!this.camera || other) {
       this.camera = new Camera(axes, size, VIEW_ANGLE, 9 * size);
       this.camera.take(views.front);
     }
@@ -181,6 +181,7 @@ export class View {
     requestAnimationFrame(() => {
       this.asked = false;
       this.draw();
+      this.ondraw?.();
       if (this.pending) {
         this.pending = false;
         this.drawn();
@@ -386,10 +387,46 @@ export class View {
       if (depth > 0 && depth < nearest) {
         nearest = depth;
         const shares = [1 - s - r, s, r], corner = shares.indexOf(Math.max(...shares));
-        best = { vertex: index[t + corner], triangle: t / 3, shares };
+        best = { vertex: index[t + corner], corners: [index[t], index[t + 1], index[t + 2]], triangle: t / 3, shares };
       }
     }
-    if (best) best.place = add(start, direction, nearest);
+    if (best) Object.assign(best, { place: add(start, direction, nearest), depth: nearest, shares: best.shares.map((s) => Math.max(0, Math.min(1, s))) });
     return best;
+  }
+
+  /** The eye under a pixel of the page, if the skin does not cover it. */
+  pickEye(clientX, clientY) {
+    const eyes = [...this.parts.values()].filter((part) => part.kind === "eye");
+    if (!eyes.length || !this.camera) return null;
+    const bounds = this.canvas.getBoundingClientRect();
+    const x = (2 * (clientX - bounds.left)) / bounds.width - 1, y = 1 - (2 * (clientY - bounds.top)) / bounds.height;
+    const { start, direction } = this.camera.ray(x, y, bounds.width / bounds.height);
+    for (const { fixed: { centre, radius } } of eyes) {
+      const away = add(start, centre, -1), b = dot(away, direction), under = b * b - dot(away, away) + radius * radius;
+      if (under < 0) continue;
+      const depth = -b - Math.sqrt(under), skin = this.pick(clientX, clientY);
+      if (skin && skin.depth < depth) return null;
+      return { radius, side: Math.sign(dot(this.camera.basis().right, this.camera.axes[0])) || 1 };
+    }
+    return null;
+  }
+
+  /** Where a vertex of the skin is. */
+  pointOf(vertex) {
+    const { position } = this.parts.get("skin").arrays, scale = this.box[3] / 65535;
+    return [0, 1, 2].map((k) => this.box[k] + scale * position[3 * vertex + k]);
+  }
+
+  /** The pixel of the page, from the corner of the view, where a place is seen. */
+  project(place) {
+    const { towards, right, up } = this.camera.basis(), { clientWidth: width, clientHeight: height } = this.canvas;
+    const focal = this.camera.matrices(width / height).focal, at = add(place, this.camera.position, -1), deep = -dot(at, towards);
+    return { x: 0.5 * width + (0.5 * height * focal * dot(at, right)) / deep, y: 0.5 * height - (0.5 * height * focal * dot(at, up)) / deep };
+  }
+
+  /** Does the skin at a vertex face the camera? */
+  faces(vertex, place) {
+    const { normal } = this.parts.get("skin").arrays, outwards = [0, 1, 2].map((k) => normal[4 * vertex + k] / 127);
+    return dot(outwards, add(this.camera.position, place, -1)) > 0;
   }
 }
