@@ -81,7 +81,7 @@ def landmarks_of(face: Face) -> dict[str, dict[str, Any]]:
 
 
 def handles_of(data: Mapping[str, Any], face: Face) -> dict[str, dict[str, Any]]:
-    """Return where the patterns and tears of a document are: a vertex that each goes along with, and how far from it."""
+    """Return where patterns and tears are: the vertex that each goes along with, and how far from it."""
     found: dict[str, dict[str, Any]] = {}
     for table, key in (("patterns", "centre"), ("tears", "start")):
         found[table] = {}

@@ -21,17 +21,17 @@ from ..motion.recorded import Recorded
 
 T = TypeVar("T")
 
-MESHES = (".obj", ".off", ".ply", ".stl", ".glb", ".gltf", ".vrm", ".vtp", ".vtk", ".usd", ".usda", ".usdc", ".usdz")
-"""Endings of files that may hold a face."""
-
-ANIMATED = (".glb", ".gltf", ".vrm", ".usd", ".usda", ".usdc", ".usdz")
+ANIMATED = (".glb", ".gltf", ".vrm", ".usd", ".usda", ".usdc", ".usdz", ".vtkhdf")
 """Endings of files that may hold a clip."""
+
+MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", *ANIMATED)
+"""Endings of files that may hold a face."""
 
 COMPANIONS = (".mtl", ".png", ".jpg", ".jpeg", ".bin", ".json")
 """Endings of files that go with a mesh: materials, pictures, buffers, and landmarks."""
 
-MOST = 8
-"""Faces that are kept besides the first; the one that was opened first goes."""
+MOST = 32
+"""Faces that are open besides the first at most."""
 
 Tell = Callable[[str, float], None]
 """Called with what is being done, and the share of it that is done."""
@@ -89,13 +89,12 @@ class Library:
     def add(self, name: str, loaded: Loaded) -> str:
         """Keep a face, under a name that is not taken, and return that name."""
         with self._lock:
-            taken, number, stem = name, 2, name
+            if len(self._loaded) > MOST:
+                raise ParameterError(f"{MOST} faces are open already. Start another studio.")
+            taken, number = name, 2
             while taken in self._loaded:
-                taken, number = f"{stem} ({number})", number + 1
+                taken, number = f"{name} ({number})", number + 1
             self._loaded = {**self._loaded, taken: loaded}
-            if len(self._loaded) > MOST + 1:
-                oldest = next(each for each in self._loaded if each)
-                self._loaded = {each: kept for each, kept in self._loaded.items() if each != oldest}
             return taken
 
     def face_of(self, data: Mapping[str, Any]) -> Face:

@@ -163,6 +163,14 @@ def greeting(text: str) -> str:
     return key if content.get("do") == "hello" and isinstance(key, str) and len(key) <= 128 else ""
 
 
+def is_greeting(text: str) -> bool:
+    """Return True for the first message of a page or a widget."""
+    try:
+        return _object(text).get("do") == "hello"
+    except MessageError:
+        return False
+
+
 def _object(text: str) -> dict[str, Any]:
     try:
         content = json.loads(text, parse_constant=_refused)

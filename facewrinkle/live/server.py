@@ -13,6 +13,7 @@ import json
 import secrets
 import tempfile
 import threading
+import traceback
 from collections.abc import Awaitable, Callable, Mapping
 from importlib.resources import files
 from pathlib import Path
@@ -109,6 +110,7 @@ class Server:
         self.host, self.port = host, port
         self.clients: set[Client] = set()
         self._handler, self._state, self._greeting = handler, state, greeting
+        self._senders: dict[Client, asyncio.Task[None]] = {}
         self._opened, self._opening = opened, False
         self._files = page_files()
         self._downloads: dict[str, tuple[str, bytes]] = {}
@@ -168,6 +170,8 @@ class Server:
             self._loop.close()
 
     async def _end(self) -> None:
+        for client in list(self._senders):
+            await self._leave(client)
         for client in list(self.clients):
             await client.socket.close(code=1001, message=b"the studio was closed")
         assert self._runner is not None
@@ -282,15 +286,46 @@ class Server:
         if len(self.clients) >= MOST_CLIENTS:
             await socket.close(code=1013, message=b"too many pages are open")
             return socket
-        self.clients.add(client)
-        client.tell({"is": "welcome", **self._greeting()})
-        sender = asyncio.create_task(self._send(client))
+        sender = self._welcome(client)
         try:
             await self._listen(client)
         finally:
             self.clients.discard(client)
             sender.cancel()
         return socket
+
+    def _welcome(self, client: Client) -> asyncio.Task[None]:
+        self.clients.add(client)
+        client.tell({"is": "welcome", **self._greeting()})
+        return asyncio.create_task(self._send(client))
+
+    # --- clients that are no pages -------------------------------------------------------------
+
+    def attach(self, client: Client, before: Client | None = None) -> Client:
+        """Let a client, such as a widget, take part from now on, in place of another; from any thread."""
+
+        async def attached() -> None:
+            if before is not None:
+                await self._leave(before)
+            self._senders[client] = self._welcome(client)
+
+        asyncio.run_coroutine_threadsafe(attached(), self._loop)
+        return client
+
+    def detach(self, client: Client) -> None:
+        """Let a client that was attached go; from any thread."""
+        if self._loop.is_running():
+            asyncio.run_coroutine_threadsafe(self._leave(client), self._loop)
+
+    async def _leave(self, client: Client) -> None:
+        self.clients.discard(client)
+        if (sender := self._senders.pop(client, None)) is not None:
+            sender.cancel()
+
+    def receive(self, client: Client, text: str) -> None:
+        """Take a message of a client that was attached; from any thread."""
+        if self._loop.is_running():
+            asyncio.run_coroutine_threadsafe(self._take(client, text), self._loop)
 
     async def _listen(self, client: Client) -> None:
         rate, mistakes = Rate(), 0
@@ -301,26 +336,32 @@ class Server:
             if not rate.allows():
                 await client.socket.close(code=1008, message=b"too many messages")
                 return
-            number = 0
-            try:
-                command, arguments, number = parse(got.data)
-                if command == "shown":
-                    client.drawn()
-                    continue
-                answer = await self._handler(command, arguments, client)
-            except FaceWrinkleError as error:
-                mistakes += isinstance(error, MessageError)
-                client.tell({"is": "error", "id": number, "text": " ".join(str(error).split())[:2000]})
-                if mistakes >= MOST_MISTAKES:
-                    await client.socket.close(code=1008, message=b"too many mistakes")
-                    return
-            except asyncio.CancelledError:
-                raise
-            except Exception:
-                client.tell({"is": "error", "id": number, "text": "an error in facewrinkle itself; see the terminal."})
-            else:
-                if number:
-                    client.tell({"is": "answer", "id": number, "value": answer})
+            mistakes += not await self._take(client, got.data)
+            if mistakes >= MOST_MISTAKES:
+                await client.socket.close(code=1008, message=b"too many mistakes")
+                return
+
+    async def _take(self, client: Client, text: str) -> bool:
+        """Do what a message asks for; return False if it is none of the protocol."""
+        number = 0
+        try:
+            command, arguments, number = parse(text)
+            if command == "shown":
+                client.drawn()
+                return True
+            answer = await self._handler(command, arguments, client)
+        except FaceWrinkleError as error:
+            client.tell({"is": "error", "id": number, "text": " ".join(str(error).split())[:2000]})
+            return not isinstance(error, MessageError)
+        except asyncio.CancelledError:
+            raise
+        except Exception:
+            traceback.print_exc()
+            client.tell({"is": "error", "id": number, "text": "an error in facewrinkle itself; see the terminal."})
+        else:
+            if number:
+                client.tell({"is": "answer", "id": number, "value": answer})
+        return True
 
     async def _send(self, client: Client) -> None:
         """Send a page what it may be sent, as long as it is connected; one that stalls waits here, alone."""

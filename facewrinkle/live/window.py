@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from copy import deepcopy
 from functools import partial
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import pyvista as pv
@@ -20,7 +20,7 @@ from ..anatomy.face import Face
 from ..anatomy.fitting import default_face
 from ..anatomy.identity import Identity
 from ..arguments import checked
-from ..errors import FaceWrinkleError, MissingPackageError, OutputError, ParameterError
+from ..errors import FaceWrinkleError, MissingPackageError, OutputError, ParameterError, check_whole
 from ..layers.patterns_on_skin.kinds import KINDS
 from .coloured_fields import FIELDS, check_field, colours, labels, probe
 from .document import FOLDS, LONGEST, PATTERN, START, TEAR, Document
@@ -31,6 +31,9 @@ from .saving import KINDS as KINDS_OF_FILES
 from .saving import SLOW, Folder, save, save_rig
 from .stage import Stage
 from .wishes import as_command, as_python
+
+if TYPE_CHECKING:
+    from .widget import StudioWidget
 
 READY = 120.0
 """Seconds that the first frame may take; compiling is part of it."""
@@ -186,6 +189,28 @@ class Studio:
     def _settled(self) -> bool:
         shown = self._stage.shown
         return shown is not None and shown.still and not self._stage.busy
+
+    def widget(self, height: int = 520) -> StudioWidget:
+        """Return the view and the sliders as a widget, to be shown in a notebook; what changes there changes here.
+
+        Parameters
+        ----------
+        height : int
+            Pixels, 200 to 4000.
+
+        Raises
+        ------
+        MissingPackageError
+            Without the package anywidget.
+        """
+        check_whole("height", height, 200, 4000)
+        try:
+            from .widget import StudioWidget
+        except ImportError:
+            raise MissingPackageError(
+                "the widget needs the package anywidget, which is not installed. pip install 'facewrinkle[studio]'"
+            ) from None
+        return StudioWidget(self._server, height)
 
     def wait(self) -> None:
         """Wait until the studio is closed, or Ctrl-C."""

@@ -5,18 +5,27 @@ search, lock, undo, reset         | the same
 picks                             | VTK's ray through the same pixel
 patterns and tears by a click     | the document
 the picture                       | that of `Scene` with the same camera
-names of controls                 | every one has one
+names of controls                 | every one has one; axe-core finds nothing serious
+eyes, landmarks, rings of patterns | dragged: the document
+a mesh that is dropped            | its face is shown, and undone
+a lost connection, a new server   | the page goes on, or says what to do
 """
 
 from __future__ import annotations
 
+import asyncio
 import io
+import json
+import os
 import time
+from pathlib import Path
 
 import numpy as np
+import pytest
 import pyvista as pv
 from PIL import Image
 
+from facewrinkle.live import Studio
 from facewrinkle.plotting import Scene, Style
 
 SLIDER = "input[type=range][aria-label='{}']"
@@ -77,7 +86,7 @@ def test_a_number_can_be_typed_and_sides_be_opened(page, studio):
 
 def test_what_python_sets_shows_on_the_page(page, studio):
     studio.rates = {"surprise": 0.5}
-    until(lambda: page.locator(SLIDER.format("Surprise")).input_value() == "0.5")
+    until(lambda: page.locator(SLIDER.format("Surprise (brows)")).input_value() == "0.5")
 
 
 def test_search_finds_everyday_words(page):
@@ -189,7 +198,18 @@ def test_every_control_has_a_name_and_can_be_reached(page):
     while len(reached) < 200 and (not reached or reached[-1] != "Time"):
         page.keyboard.press("Tab")
         reached.append(page.evaluate("document.activeElement.getAttribute('aria-label') || document.activeElement.id"))
-    wanted = ["Intensity of all", "Surprise", "Jaw drop", "canvas", "tab-folds", "Depth", "Seed", "play", "Time"]
+    wanted = [
+        "Intensity of all",
+        "Surprise",
+        "Jaw drop",
+        "Look up",
+        "canvas",
+        "tab-folds",
+        "Depth",
+        "Seed",
+        "play",
+        "Time",
+    ]
     names = [name if name != page.locator("#canvas").get_attribute("aria-label") else "canvas" for name in reached]
     assert [name for name in names if name in wanted] == wanted
 
@@ -202,3 +222,131 @@ def test_reloading_and_a_wrong_key(page, studio, browser):
     other.wait_for_selector("#message:visible")
     assert "not of a studio that is open" in other.inner_text("#message")
     other.close()
+
+
+def drag(page, start, by):
+    page.mouse.move(*start)
+    page.mouse.down()
+    page.mouse.move(start[0] + by[0], start[1] + by[1], steps=4)
+    page.mouse.up()
+
+
+def centre(page, selector):
+    box = page.locator(selector).bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def test_an_eye_is_dragged(page, studio):
+    """The pupil goes along with the pointer: the turn is that of the eyeball by the arc that was dragged."""
+    shown(page, studio)
+    eye = studio.face.eyes[0]
+    front = eye.centre + eye.radius * studio.face.frame.axes[2]
+    at = page.evaluate("(p) => app.view.project(p)", front.tolist())
+    box = page.locator("canvas").bounding_box()
+    drag(page, (box["x"] + at["x"], box["y"] + at["y"]), (6, -3))
+    until(lambda: any(studio.document["gaze"]))
+    pixel = page.evaluate("app.view.camera.height / app.view.canvas.clientHeight")
+    wanted = np.degrees(np.arctan2([6 * pixel, 3 * pixel], eye.radius))
+    until(lambda: np.allclose(studio.document["gaze"], wanted, atol=0.1))
+    before = studio._document.history[0]
+    page.locator(SLIDER.format("Look up")).focus()
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("ArrowUp")
+    until(lambda: studio.document["gaze"][1] > wanted[1] + 0.5)
+    assert studio._document.history[0] == before + 1  # keys that follow each other are one step
+
+
+def test_landmarks_and_patterns_are_dragged(page, studio):
+    page.locator("#tab-face").click()
+    page.get_by_label("Show, and drag them on the face").check()
+    page.wait_for_selector("[data-handle=mouth_l]")
+    shown(page, studio)
+    drag(page, centre(page, "[data-handle=mouth_l]"), (0, -8))
+    until(lambda: studio.document["landmarks"])
+    moved = np.array(studio.document["landmarks"]["mouth_l"]) - studio._library[""].face.landmarks["mouth_l"]
+    pixel = page.evaluate("app.view.camera.height / app.view.canvas.clientHeight")
+    assert abs(moved[1] - 8 * pixel) < 1.0
+    studio.frame()
+    assert np.allclose(studio.face.landmarks["mouth_l"], studio.document["landmarks"]["mouth_l"])
+    page.get_by_role("button", name="Landmarks as found").click()
+    until(lambda: not studio.document["landmarks"])
+    dimple = {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 30.0, "depth": 2.0}
+    studio.change(patterns={"d": dimple})
+    page.locator("#tab-patterns").click()
+    page.wait_for_selector("#overlay .ring")
+    shown(page, studio)
+    until(lambda: page.locator("#overlay .ring").get_attribute("r") is not None)
+    x, y = centre(page, "#overlay .placed")
+    radius = float(page.locator("#overlay .ring").get_attribute("r"))
+    drag(page, (x + radius, y), (10, 0))
+    until(lambda: abs(studio.document["patterns"]["d"]["size"] - 30.0 - 20 * pixel) < 2.0)
+    page.locator("#overlay .placed").focus()
+    page.keyboard.press("ArrowDown")
+    until(lambda: studio.document["patterns"]["d"]["centre"][1] < -31.0)
+
+
+def test_a_mesh_that_is_opened_is_shown_and_undone(page, studio, tmp_path):
+    head = studio.face.mesh.copy()
+    head.point_data.clear()
+    head.save(tmp_path / "head.ply")
+    landmarks = {name: place.tolist() for name, place in studio.face.landmarks.items()}
+    (tmp_path / "head.json").write_text(json.dumps(landmarks))
+    page.locator("input[type=file]").set_input_files([tmp_path / "head.ply", tmp_path / "head.json"])
+    until(lambda: studio.document["face"] == "head.ply")
+    until(lambda: page.evaluate("app.face.faces.shown") == "head.ply")
+    shown(page, studio)
+    assert not page.evaluate("Boolean(app.view.parts.get('skin').arrays.texture)")
+    page.keyboard.press("Control+z")
+    until(lambda: page.evaluate("app.face.faces.shown") == "")
+    shown(page, studio)
+    assert page.evaluate("Boolean(app.view.parts.get('skin').arrays.texture)")
+
+
+def test_the_tour_leads_through_the_page(page):
+    page.locator("#tour-button").click()
+    page.wait_for_selector("#tour:visible")
+    titles = []
+    while page.locator("#tour").is_visible():
+        titles.append(page.inner_text("#tour h2"))
+        assert page.locator(".outlined").count() >= 1
+        page.keyboard.press("Enter")  # the button for the next step has the focus
+    assert len(titles) == len(set(titles)) == 9
+    assert page.evaluate("document.activeElement.id") == "tour-button"
+
+
+def test_axe_finds_nothing_serious(page, studio):
+    folder = os.environ.get("FACEWRINKLE_NODE_MODULES")
+    axe = Path(folder or "", "axe-core", "axe.min.js")
+    if not folder or not axe.is_file():
+        pytest.skip("axe-core is not there: name a folder node_modules with it in FACEWRINKLE_NODE_MODULES")
+    studio.change(patterns={"d": {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0}})
+    page.evaluate(axe.read_text(encoding="utf-8"))
+    found = []
+    for tab in ("folds", "patterns", "face", "fields", "save"):
+        page.locator(f"#tab-{tab}").click()
+        result = page.evaluate("axe.run()")
+        found += [(tab, each["id"], each["nodes"][0]["html"]) for each in result["violations"]
+                  if each["impact"] in ("serious", "critical")]  # fmt: skip
+    assert not found
+
+
+def test_a_lost_connection_comes_back_and_a_new_server_is_not_mistaken(browser, face):
+    with Studio(face, browser=False) as first:
+        port = first._server.port
+        page = browser.new_page(viewport={"width": 800, "height": 400})
+        page.goto(first.url)
+        page.wait_for_selector("body[data-step]", timeout=60_000)
+        for client in list(first._server.clients):
+            asyncio.run_coroutine_threadsafe(client.socket.close(code=1001), first._server._loop).result(5.0)
+        until(lambda: first._server.clients and "trying again" not in page.inner_text("#state"))
+        first.rates = {"AU26": 1.0}
+        until(lambda: page.locator(SLIDER.format("Jaw drop")).input_value() == "1")
+        first.frame()
+    until(lambda: "trying again" in page.inner_text("#state"))
+    with Studio(face, browser=False, port=port) as second:
+        page.wait_for_selector("#message:visible", timeout=20_000)
+        assert "not of a studio that is open" in page.inner_text("#message")
+        page.goto(second.url)
+        page.reload()  # else the address differs by its fragment alone
+        page.wait_for_selector("body[data-step]", timeout=60_000)
+    page.close()

@@ -62,7 +62,7 @@ def test_only_messages_that_are_none_of_the_protocol_count_as_mistakes():
     with pytest.raises(MessageError):
         parse("nonsense")
     with pytest.raises(FaceWrinkleError) as error:
-        parse('{"do": "probe", "vertex": -1, "version": 1}')
+        parse('{"do": "probe", "corners": [0, 1, -1], "shares": [1, 0, 0], "version": 1}')
     assert not isinstance(error.value, MessageError)
 
 

@@ -58,11 +58,13 @@ def test_a_frame_is_that_of_the_simulation(studio):
 def test_the_frames_of_the_studio_are_those_of_a_simulation_of_its_own(face):
     """Nothing is asked but the expression; the same steps in a Simulation give the very same points."""
     from facewrinkle.live.document import Document
-    from facewrinkle.live.stage import Stage, eased
+    from facewrinkle.live.library import Library
+    from facewrinkle.live.stage import Stage
+    from facewrinkle.live.wishes import eased
 
     document = Document(face.atlas)
     document.change([(("mixture",), {"AU12": 0.8, "AU4": 0.3})])
-    stage, frames = Stage(face, document), []
+    stage, frames = Stage(Library(face), document), []
     stage.listeners.append(lambda: frames.append(stage.shown.frame))
     stage.start()
     try:
@@ -146,7 +148,8 @@ def test_bad_messages_are_answered_without_a_traceback(studio):
         '{"do": "change", "patches": [[["mixture", "AU12"], 7]], "gesture": ""}',
         '{"do": "change", "patches": [[["__class__"], 1]], "gesture": ""}',
         '{"do": "change", "patches": [[["folds", "depth"], NaN]], "gesture": ""}',
-        '{"do": "probe", "vertex": 99999999, "version": 1}', '{"do": "save", "what": "/etc/passwd", "camera": []}',
+        '{"do": "probe", "corners": [1, 2, 99999999], "shares": [0, 0, 1], "version": 1}',
+        '{"do": "save", "what": "/etc/passwd", "camera": []}',
         '{"do": "field", "name": "../x"}', '{"do": "live", "weights": {"AU12": 1e999}}', "[" * 2000 + "]" * 2000,
     ]  # fmt: skip
 

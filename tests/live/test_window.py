@@ -18,9 +18,17 @@ import pyvista as pv
 from studio_pages import page
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleError, MissingPackageError, OutputError, ParameterError, UnknownNameError
+from facewrinkle.errors import (
+    FaceWrinkleError,
+    MeshError,
+    MissingPackageError,
+    OutputError,
+    ParameterError,
+    UnknownNameError,
+)
+from facewrinkle.live.greeting import mixture_of_live
 from facewrinkle.live.saving import Folder
-from facewrinkle.live.window import Studio, _mixture_of_live
+from facewrinkle.live.window import Studio
 
 CAMERA = [0.0, 0.0, 1200.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]
 
@@ -110,12 +118,12 @@ def test_the_folder_takes_plain_names_only(tmp_path, name):
 
 
 def test_live_weights_are_units_or_shapes(face):
-    assert _mixture_of_live({"mouthSmileLeft": 0.5, "jawOpen": 1.0, "AU4": 0.2}, face) == {
+    assert mixture_of_live({"mouthSmileLeft": 0.5, "jawOpen": 1.0, "AU4": 0.2}, face) == {
         "AU12L": 0.5, "AU27": 1.0, "AU4": 0.2,
     }  # fmt: skip
-    assert _mixture_of_live({}, face) == {}
+    assert mixture_of_live({}, face) == {}
     with pytest.raises(ParameterError, match="none of the weights"):
-        _mixture_of_live({"hairLong": 1.0}, face)
+        mixture_of_live({"hairLong": 1.0}, face)
 
 
 def test_live_weights_move_the_face_and_leave_the_document(studio):
@@ -153,6 +161,29 @@ def test_without_aiohttp_the_error_says_what_to_install(face, monkeypatch):
         Studio(face, browser=False)
 
 
-def test_what_is_no_face_is_refused():
-    with pytest.raises(ParameterError, match="the studio shows a Face, received PolyData"):
-        fw.studio(pv.Plane())
+def test_a_frame_is_looked_at_as_it_is(face):
+    sim = fw.Simulation(face)
+    sim.express("surprise")
+    frame = sim.settle()
+    before = frame.copy()
+    with fw.studio(frame, browser=False) as window:
+        assert np.array_equal(window.frame().points, frame.points)
+        window.rates = {"AU26": 1.0}  # nothing moves
+        assert np.array_equal(window.frame().points, frame.points)
+        deepest = int(np.argmin(frame["W"]))
+        corners = np.asarray(frame.regular_faces)[np.any(np.asarray(frame.regular_faces) == deepest, axis=1)][0]
+        shares = [float(corner == deepest) for corner in corners]
+        drawn = [int(np.flatnonzero(window._stage.parts.origin == corner)[0]) for corner in corners]
+        told = window._probed(drawn, shares, window._stage.parts.last)
+        assert told["values"]["W"] == pytest.approx(float(frame["W"][deepest]), abs=1e-5)
+        assert set(window._face()["off"].values()) == {"this surface has no muscles"}
+    assert frame == before
+
+
+def test_any_surface_can_be_looked_at_and_a_line_cannot():
+    with fw.studio(pv.Plane(), browser=False) as window:  # of quads
+        assert window.frame().n_cells == 200
+    with pytest.raises(MeshError, match="no triangles to look at"):
+        fw.studio(pv.Line())
+    with pytest.raises(ParameterError, match="face must be"):
+        fw.studio("head.obj")

@@ -29,13 +29,13 @@ export class FacePanel {
     const { names, shown, first } = faces;
     this.choice.replaceChildren(...names.map((name) => element("option", { value: name, text: name || first.split(/[\\/]/).at(-1) })));
     this.choice.value = shown;
-    const all = Object.entries(landmarks), unsure = all.filter(([, each]) => each.confidence !== null && each.confidence < 0.5).map(([name]) => name.replaceAll("_", " "));
+    const all = Object.values(landmarks), unsure = all.some(({ confidence, estimated }) => estimated || (confidence !== null && confidence < 0.5));
     this.shown.disabled = !all.length;
     this.about.textContent = [
       all.length ? "" : "This surface has no landmarks, and so no muscles.",
       clip ? `A recorded clip of ${clip.toFixed(1)} s moves it: Space plays it.` : "",
       likeness === null ? "" : `Likeness to a face: ${likeness.toFixed(2)}.`,
-      unsure.length ? `Check these landmarks: ${unsure.join(", ")}.` : "",
+      unsure ? "Yellow landmarks are the least sure." : "",
     ].filter(Boolean).join(" ");
     this.about.hidden = !this.about.textContent;
     this.report.replaceChildren(...report.map((text) => element("li", { text })));

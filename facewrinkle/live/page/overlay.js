@@ -45,7 +45,7 @@ export class Overlay {
     }
     const focused = document.activeElement?.dataset?.handle;
     this.handles = made;
-    this.box.replaceChildren(...made.flatMap(({ ring, dot }) => (ring ? [ring, dot] : [dot])));
+    this.box.replaceChildren(...made.flatMap(({ ring, grip, dot }) => (ring ? [ring, grip, dot] : [dot])));
     if (focused) made.find(({ dot }) => dot.dataset.handle === focused)?.dot.focus();
     this.follow();
   }
@@ -82,7 +82,8 @@ export class Overlay {
 
   /** A ring around a pattern, by which it is sized. */
   sized(handle, name) {
-    const ring = (handle.ring = drawn("circle", { class: "ring", "aria-hidden": "true" }));
+    handle.ring = drawn("circle", { class: "ring", "aria-hidden": "true" });
+    const ring = (handle.grip = drawn("circle", { class: "grip", "aria-hidden": "true" })); // wider than what is seen
     let gesture = "";
     ring.addEventListener("pointerdown", (event) => { ring.setPointerCapture(event.pointerId); gesture = `size ${name} ${event.timeStamp}`; });
     ring.addEventListener("pointermove", (event) => {
@@ -122,17 +123,17 @@ export class Overlay {
     const { view, handles } = this;
     if (!handles.length || !view.camera || !view.parts.get("skin")) { this.name.hidden = true; return; }
     for (const handle of handles) {
-      const { dot, ring, where, hit } = handle;
+      const { dot, ring, grip, where, hit } = handle;
       const place = hit ? hit.place : add(view.pointOf(where.vertex), where.offset);
       const at = view.project(place), hidden = !hit && !view.faces(where.vertex, place);
       handle.x = at.x; handle.y = at.y;
-      for (const each of ring ? [dot, ring] : [dot]) {
+      for (const each of ring ? [dot, ring, grip] : [dot]) {
         each.setAttribute("cx", at.x.toFixed(1));
         each.setAttribute("cy", at.y.toFixed(1));
         each.classList.toggle("behind", hidden);
       }
       const entry = ring && this.app.data.patterns[handle.name];
-      if (entry) ring.setAttribute("r", Math.max(12, entry.size / 2 / this.long).toFixed(1));
+      if (entry) for (const each of [ring, grip]) each.setAttribute("r", Math.max(12, entry.size / 2 / this.long).toFixed(1));
       if (this.named === handle) Object.assign(this.name.style, { left: `${at.x + 10}px`, top: `${at.y - 26}px` });
     }
   }
