@@ -26,18 +26,22 @@ export class Overlay {
 
   build() {
     const { data, face, handles } = this.app, made = [];
-    if (this.dragged) return; // it would lose the pointer
+    const places = (this.kind === "landmarks" ? face?.landmarks : handles?.[this.kind]) ?? {};
+    const names = `${this.kind} ${face?.faces.shown} ${Object.keys(places)}`;
+    if (names === this.names) { // a handle that was made anew would lose the pointer
+      for (const handle of this.handles) handle.where = places[handle.name];
+      return this.follow();
+    }
+    this.names = names;
     if (this.kind === "landmarks" && face) {
-      for (const [name, { vertex, offset, confidence, estimated }] of Object.entries(face.landmarks)) {
-        const unsure = estimated || (confidence !== null && confidence < 0.5);
-        made.push(this.handle(name, { vertex, offset }, `landmark${unsure ? " unsure" : ""}`, `Landmark ${name.replaceAll("_", " ")}`,
+      for (const [name, where] of Object.entries(places)) {
+        const { confidence, estimated } = where, unsure = estimated || (confidence !== null && confidence < 0.5);
+        made.push(this.handle(name, where, `landmark${unsure ? " unsure" : ""}`, `Landmark ${name.replaceAll("_", " ")}`,
           (place) => [["landmarks", name], place]));
       }
-    } else if ((this.kind === "patterns" || this.kind === "tears") && data && handles) {
+    } else if ((this.kind === "patterns" || this.kind === "tears") && data) {
       const key = this.kind === "patterns" ? "centre" : "start";
-      for (const [name, where] of Object.entries(handles[this.kind])) {
-        const entry = data[this.kind][name];
-        if (!entry) continue;
+      for (const [name, where] of Object.entries(places)) {
         const handle = this.handle(name, where, "placed", `Place of ${name}`, (place) => [[this.kind, name], { ...this.app.data[this.kind][name], [key]: place }]);
         if (this.kind === "patterns") this.sized(handle, name);
         made.push(handle);
