@@ -29,7 +29,7 @@ class Page:
         if got.data[:4] == b"PHOT":
             self.photo = got.data[4:]
             return {"is": "photo"}
-        self.head, arrays = decoded(got.data)
+        self.head, arrays = decoded(got.data, self.arrays)
         for name, values in arrays.items():
             self.arrays.setdefault(name, {}).update(values)
         self.frames += 1

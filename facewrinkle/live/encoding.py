@@ -17,8 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-Known = dict[str, tuple[int, int]]
-"""Things that a page has: the version and the last change of each part, by name."""
+Known = dict[str, tuple[int, int, dict[str, np.ndarray]]]
+"""Things that a page has: the version, the last change and the arrays of each part, by name."""
+
+FEW = 256
+"""Arrays of fewer rows are always sent whole."""
 
 LARGEST = 65535
 """Largest whole number that a coordinate becomes."""
@@ -127,7 +130,7 @@ def message(head: Mapping[str, Any], parts: Iterable[Part], known: Known) -> tup
     """
     entries, chunks, offset, has = [], [], 0, {}
     for part in parts:
-        version, changed = known.get(part.name, (-1, -1))
+        version, changed, had = known.get(part.name, (-1, -1, {}))
         entry: dict[str, Any] = {"name": part.name, "kind": part.kind, "info": dict(part.info), "arrays": {}}
         arrays: dict[str, np.ndarray] = {}
         if version != part.version:
@@ -136,28 +139,66 @@ def message(head: Mapping[str, Any], parts: Iterable[Part], known: Known) -> tup
         if changed != part.changed or version != part.version:
             arrays |= part.moving
         for name, values in arrays.items():
-            data = np.ascontiguousarray(values).tobytes()
             width = values.shape[1] if values.ndim > 1 else 1
+            mask = changed_rows(had.get(name), values)
+            sent = [values] if mask is None else [values[mask], np.packbits(mask, bitorder="little")]
             entry["arrays"][name] = [CODES[values.dtype.name], offset, int(values.size), int(width)]
-            chunks += [data, b"\0" * (-len(data) % 4)]
-            offset += len(data) + -len(data) % 4
-        has[part.name] = part.version, part.changed
+            for each in sent:
+                if each is not sent[0]:
+                    entry["arrays"][name].append(offset)
+                data = np.ascontiguousarray(each).tobytes()
+                chunks += [data, b"\0" * (-len(data) % 4)]
+                offset += len(data) + -len(data) % 4
+        kept = {name: values for name, values in had.items() if name in part.fixed or name in part.moving}
+        has[part.name] = part.version, part.changed, kept | arrays
         entries.append(entry)
     text = json.dumps({**head, "parts": entries}, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     return b"".join([struct.pack("<I", len(text)), text, *chunks]), has
 
 
-def decoded(data: bytes) -> tuple[dict[str, Any], dict[str, dict[str, np.ndarray]]]:
-    """Return the header of a message and its arrays, by the names of the parts."""
+def changed_rows(before: np.ndarray | None, now: np.ndarray) -> npt.NDArray[np.bool_] | None:
+    """Return True (n,) for rows that a page does not have; None if all are better sent.
+
+    Examples
+    --------
+    >>> before = np.zeros((300, 2), np.int8)
+    >>> now = before.copy()
+    >>> now[5] = 1
+    >>> np.flatnonzero(changed_rows(before, now)).tolist(), changed_rows(before[:5], now)
+    ([5], None)
+    """
+    if before is None or len(now) < FEW or before.dtype != now.dtype or before.shape[1:] != now.shape[1:]:
+        return None
+    mask, both = np.ones(len(now), bool), min(len(before), len(now))
+    differs = before[:both] != now[:both]
+    mask[:both] = differs.any(axis=1) if now.ndim > 1 else differs
+    return mask if np.count_nonzero(mask) < 0.9 * len(now) else None
+
+
+def decoded(
+    data: bytes, had: Mapping[str, Mapping[str, np.ndarray]] | None = None
+) -> tuple[dict[str, Any], dict[str, dict[str, np.ndarray]]]:
+    """Return the header of a message and its arrays, by the names of the parts; `had` are those of earlier messages."""
     types = {code: np.dtype(name) for name, code in CODES.items()}
     length = struct.unpack_from("<I", data)[0]
     head = json.loads(data[4 : 4 + length])
+    begin = 4 + length
+
+    def array(part: str, name: str, code: str, offset: int, count: int, width: int, mask_at: int = -1) -> np.ndarray:
+        if mask_at < 0:
+            return np.frombuffer(data, types[code], count, begin + offset).reshape(-1, width)
+        n = count // width
+        bits = np.frombuffer(data, np.uint8, -(-n // 8), begin + mask_at)
+        mask = np.unpackbits(bits, count=n, bitorder="little").astype(bool)
+        values, before = np.zeros((n, width), types[code]), (had or {})[part][name]
+        values[: len(before)] = before[:n]
+        few = np.count_nonzero(mask)
+        values[mask] = np.frombuffer(data, types[code], few * width, begin + offset).reshape(-1, width)
+        return values
+
     arrays = {
-        part["name"]: {
-            name: np.frombuffer(data, types[code], count, 4 + length + offset).reshape(-1, width)
-            for name, (code, offset, count, width) in part["arrays"].items()
-        }
+        part["name"]: {name: array(part["name"], name, *entry) for name, entry in part["arrays"].items()}
         for part in head["parts"]
     }
     return head, arrays

@@ -29,12 +29,15 @@ from ..mesh.frame_state import FrameState
 from ..mesh.seams import corner_texture
 from ..plotting.scene import PLAIN_COLOUR
 from .encoding import LARGEST, Box, Part, small_normals
+from .slots import keys_of, placed
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[Any]
 
 LID_SAMPLES = 48
 """Places along the lids, from -1.1 to 1.1 radii, at which a page gets their heights."""
+
+NOTHING_HELD = np.empty(0, np.uint64)
 
 LARGEST_PHOTO = 4096
 """Photos are reduced to so many pixels on their longer side, which all graphics cards take."""
@@ -126,6 +129,8 @@ class VisibleParts:
             "position": self.box.quantised(points[topology.origin]),
             "normal": small_normals(normals[topology.origin], shade),
         }
+        for values in moving.values():
+            values[topology.free] = 0
         changed = self._change("skin", np.concatenate([values.view(np.uint8).ravel() for values in moving.values()]))
         return Part("skin", "skin", topology.version, changed, topology.fixed, moving, topology.info)
 
@@ -240,7 +245,9 @@ class _Topology:
         self.version = first - 1
         self._triangles: IntArray | None = None
         self.triangles = np.empty((0, 3), np.int64)
-        self.origin = np.empty(0, np.int64)
+        self.origin, self.free = np.empty(0, np.int64), np.empty(0, bool)
+        self._vertices, self._own = NOTHING_HELD, np.empty((0, 3), np.uint8)
+        self._held: dict[str, npt.NDArray[np.uint64]] = {}
         self.fixed: dict[str, np.ndarray] = {}
         self.info: dict[str, Any] = {}
 
@@ -249,23 +256,38 @@ class _Topology:
         if self._triangles is not None and np.array_equal(triangles, self._triangles):
             return
         self._triangles, self.version = triangles.copy(), self.version + 1
-        lined = visible.lined(frame, triangles)
-        across = visible.across(frame, triangles)
-        order = np.argsort(lined, kind="stable")
-        self.info = {"lined": int(3 * lined.sum()), "base": appearance.face.mesh.n_points, "version": self.version}
+        self.info = {"base": appearance.face.mesh.n_points, "version": self.version}
         corners = corner_texture(frame) if appearance.face.texture is not None else None
-        self.origin, drawn = np.arange(frame.n_points), triangles
-        self.fixed = {}
-        if corners is not None:
-            parts = split_vertices(triangles, corners, frame.n_points)
-            self.origin, drawn = parts.origin, parts.triangles
-            small = parts.values.min() >= 0.0 and parts.values.max() <= 1.0
-            places = np.rint(LARGEST * parts.values).astype(np.uint16) if small else parts.values.astype(np.float32)
-            self.fixed["texture"] = places
+        if corners is None:
+            origin, drawn, own = np.arange(frame.n_points), triangles, _skin_colours(frame, appearance)
         else:
-            self.fixed["colour"] = _skin_colours(frame, appearance)
-        self.triangles = np.vstack([across, np.asarray(drawn)[order]])
-        self.fixed["index"] = _indices(self.triangles)
+            parts = split_vertices(triangles, corners, frame.n_points)
+            origin, drawn = parts.origin, parts.triangles
+            small = parts.values.min() >= 0.0 and parts.values.max() <= 1.0
+            own = np.rint(LARGEST * parts.values).astype(np.uint16) if small else parts.values.astype(np.float32)
+        lined = visible.lined(frame, triangles)
+        open_ones = np.vstack([visible.across(frame, triangles), np.asarray(drawn)[~lined]])
+        self._arrange(frame, origin, own, {"index": open_ones, "lined": np.asarray(drawn)[lined]})
+        self.fixed["texture" if corners is not None else "colour"] = self._own
+
+    def _arrange(self, frame: pv.PolyData, origin: IntArray, own: np.ndarray, groups: dict[str, IntArray]) -> None:
+        """Put vertices and triangles where they were before, if they were there: a page is sent what changed."""
+        rest = np.asarray(frame.point_data.get("rest", frame.points), np.float64)[origin]
+        places, self._vertices = placed(self._vertices, keys_of(np.column_stack([rest, own])))
+        self.origin = np.zeros(len(self._vertices), np.int64)
+        self.origin[places] = origin
+        self.free = np.ones(len(self.origin), bool)
+        self.free[places] = False
+        self._own = np.zeros((len(self.origin), own.shape[1]), own.dtype)
+        self._own[places] = own
+        self.fixed = {}
+        for name, triangles in groups.items():
+            corners = places[triangles]
+            at, self._held[name] = placed(self._held.get(name, NOTHING_HELD), keys_of(corners), compact=True)
+            ordered = np.empty_like(corners)
+            ordered[at] = corners
+            self.fixed[name] = ordered.astype(np.uint16 if len(self.origin) <= LARGEST else np.uint32)
+        self.triangles = np.vstack([self.fixed[name] for name in groups])
 
 
 def _skin_colours(frame: pv.PolyData, appearance: Appearance) -> npt.NDArray[np.uint8]:

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from facewrinkle.live.encoding import CODES, Box, Part, decoded, message, small_normals
+from facewrinkle.live.encoding import CODES, FEW, Box, Part, decoded, message, small_normals
 
 ARRAYS = st.sampled_from(sorted(CODES)).flatmap(
     lambda name: arrays(
@@ -62,3 +62,20 @@ def test_normals_keep_their_direction():
     back = small[:, :3] / np.linalg.norm(small[:, :3], axis=1, keepdims=True)
     assert np.degrees(np.arccos(np.clip((back * normals).sum(axis=1), -1, 1))).max() < 0.5
     assert np.abs(small[:, 3] / 127 - np.linspace(0, 1, 500)).max() <= 0.5 / 127 + 1e-9
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.data())
+def test_rows_that_changed_are_put_into_what_there_was(data):
+    """A page that adds up what it is sent has what the server has, as arrays grow, shrink and change their type."""
+    known, has = {}, {}
+    for step in range(1, 5):
+        n = data.draw(st.sampled_from([0, FEW - 1, FEW, 2 * FEW]))
+        dtype = data.draw(st.sampled_from([np.uint16, np.uint32]))
+        values = np.zeros((n, 3), dtype)
+        few = data.draw(st.lists(st.integers(0, max(n - 1, 0)), max_size=5 if n else 0))
+        values[few] = step
+        sent, known = message({}, [Part("a", "mesh", step, step, {"x": values})], known)
+        has = decoded(sent, has)[1]
+        assert has["a"]["x"].dtype == dtype
+        assert np.array_equal(has["a"]["x"], values)

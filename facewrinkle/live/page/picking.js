@@ -8,10 +8,10 @@ export class Picking {
     const skin = this.parts.get("skin");
     if (!skin) return null;
     const { start, direction } = this.rayAt(clientX, clientY);
-    const points = this.skinPoints(), index = skin.arrays.index;
+    const points = this.skinPoints();
     let best = null, nearest = Infinity;
     const at = (v) => [points[3 * v], points[3 * v + 1], points[3 * v + 2]];
-    for (let t = 0; t < index.length; t += 3) {
+    for (const index of [skin.arrays.index, skin.arrays.lined]) for (let t = 0; t < index.length; t += 3) {
       const a = at(index[t]), u = add(at(index[t + 1]), a, -1), v = add(at(index[t + 2]), a, -1);
       const p = cross(direction, v), det = dot(u, p);
       if (det < 1e-12) continue; // seen from behind

@@ -8,11 +8,28 @@ export function decode(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
   for (const part of head.parts) {
-    for (const [name, [type, offset, count, width]] of Object.entries(part.arrays)) {
-      part.arrays[name] = { data: new ARRAYS[type](buffer, 4 + length + offset, count), width };
+    for (const [name, [type, offset, count, width, mask]] of Object.entries(part.arrays)) {
+      const begin = 4 + length, Type = ARRAYS[type];
+      if (mask === undefined) part.arrays[name] = { data: new Type(buffer, begin + offset, count), width };
+      else { // only rows that changed: they are put into what there is
+        const bits = new Uint8Array(buffer, begin + mask, Math.ceil(count / width / 8));
+        const rows = new Type(buffer, begin + offset, Math.floor((begin + mask - begin - offset) / Type.BYTES_PER_ELEMENT));
+        part.arrays[name] = { count, width, put: (before) => changed(before, new Type(count), rows, bits, width) };
+      }
     }
   }
   return head;
+}
+
+/** An array with some of its rows replaced. */
+function changed(before, after, rows, bits, width) {
+  after.set(before.subarray(0, after.length));
+  for (let row = 0, from = 0; row * width < after.length; row++) {
+    if (bits[row >> 3] & (1 << (row & 7))) {
+      for (let k = 0; k < width; k++) after[row * width + k] = rows[from++];
+    }
+  }
+  return after;
 }
 
 export class Connection extends EventTarget {

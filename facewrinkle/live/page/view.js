@@ -111,28 +111,48 @@ export class View extends Picking {
     const gl = this.gl;
     if (kind === "field") return this.updateField(arrays, info);
     let part = this.parts.get(name);
-    if (fixed || !part) {
-      this.drop(name);
-      part = { name, kind, fixed: fixed ?? {}, buffers: {}, arrays: {}, vao: gl.createVertexArray() };
+    const had = part?.arrays ?? {};
+    if (fixed && part && kind !== "skin") this.drop(name);
+    if (!part || (fixed && kind !== "skin")) {
+      part = { name, kind, buffers: {}, arrays: {}, indices: {}, vao: gl.createVertexArray() };
       this.parts.set(name, part);
     }
+    if (fixed) {
+      part.fixed = fixed;
+      part.lines = null;
+      for (const key of Object.keys({ ...part.arrays, value: 0 })) if (!arrays[key]) this.forget(part, key);
+    }
+    part.fixed ??= {};
     part.info = info;
-    for (const [key, { data, width }] of Object.entries(arrays)) {
+    for (const [key, { data: whole, put, width }] of Object.entries(arrays)) {
+      const data = put ? put(had[key]) : whole;
       part.arrays[key] = data;
-      if (key === "index") {
+      if (key === "index" || key === "lined") {
         gl.bindVertexArray(part.vao);
-        part.index = gl.createBuffer();
-        gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, part.index);
-        gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, data, gl.STATIC_DRAW);
-        part.count = data.length;
+        const buffer = part.indices[key]?.buffer ?? gl.createBuffer();
+        gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+        gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
+        part.indices[key] = { buffer, count: data.length };
         part.type = data instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
-        part.lines = null;
+        if (key === "index") part.count = data.length;
       } else if (ATTRIBUTES[key] && kind !== "brows" && kind !== "lashes") {
         this.attribute(part, key, data, width);
       }
     }
     gl.bindVertexArray(null);
     if (name === "skin" && arrays.position) this.version = (this.version ?? 0) + 1;
+  }
+
+  /** What a part does not have any more, as its photo where another face has none, or a field that is too short. */
+  forget(part, key) {
+    const gl = this.gl, known = part.buffers[key];
+    delete part.arrays[key];
+    if (!known) return;
+    gl.bindVertexArray(part.vao);
+    gl.disableVertexAttribArray(PLACES[ATTRIBUTES[key][0]]);
+    gl.deleteBuffer(known.buffer);
+    delete part.buffers[key];
+    if (key === "value") part.coloured = null;
   }
 
   attribute(part, key, data, width) {
@@ -153,9 +173,10 @@ export class View extends Picking {
   updateField(arrays, info) {
     const skin = this.parts.get("skin");
     this.fieldInfo = info;
-    if (skin && arrays.value && arrays.value.data.length * 3 === skin.arrays.position.length) {
+    if (skin && arrays.value && (arrays.value.data?.length ?? arrays.value.count) * 3 === skin.arrays.position.length) {
       // 65534 is the largest value, and 65535 means nothing; the shader gets numbers above 1 for these
-      const values = Float32Array.from(arrays.value.data, (v) => (v === 65535 ? 2 : v / 65534));
+      this.numbers = arrays.value.data ?? arrays.value.put(this.numbers);
+      const values = Float32Array.from(this.numbers, (v) => (v === 65535 ? 2 : v / 65534));
       this.attribute(skin, "value", values, 1);
       this.gl.bindVertexArray(null);
       skin.coloured = this.field;
@@ -168,7 +189,7 @@ export class View extends Picking {
     if (!part) return;
     const gl = this.gl;
     for (const { buffer } of Object.values(part.buffers)) gl.deleteBuffer(buffer);
-    if (part.index) gl.deleteBuffer(part.index);
+    for (const { buffer } of Object.values(part.indices)) gl.deleteBuffer(buffer);
     gl.deleteVertexArray(part.vao);
     this.parts.delete(name);
   }
@@ -264,11 +285,12 @@ export class View extends Picking {
     gl.uniform1i(uniforms.labels, ["muscle", "family", "level"].includes(this.field) ? 1 : 0);
     gl.uniform1i(uniforms.field, this.field && part.coloured === this.field ? 1 : 0);
     gl.bindVertexArray(part.vao);
-    const open = part.count - part.fixed.lined, width = part.type === gl.UNSIGNED_INT ? 4 : 2;
-    gl.drawElements(gl.TRIANGLES, open, part.type, 0);
-    if (part.fixed.lined) { // linings are not seen from behind
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, part.indices.index.buffer);
+    gl.drawElements(gl.TRIANGLES, part.count, part.type, 0);
+    if (part.indices.lined?.count) { // linings are not seen from behind
       gl.enable(gl.CULL_FACE);
-      gl.drawElements(gl.TRIANGLES, part.fixed.lined, part.type, open * width);
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, part.indices.lined.buffer);
+      gl.drawElements(gl.TRIANGLES, part.indices.lined.count, part.type, 0);
       gl.disable(gl.CULL_FACE);
     }
   }
@@ -327,7 +349,7 @@ export class View extends Picking {
   drawLines(part) {
     const { gl } = this;
     if (!part.lines) {
-      const index = part.arrays.index, edges = new Set(), out = [];
+      const { index } = part.arrays, edges = new Set(), out = [];
       for (let t = 0; t < index.length; t += 3) {
         for (let k = 0; k < 3; k++) {
           const a = index[t + k], b = index[t + ((k + 1) % 3)], key = a < b ? a * 2 ** 26 + b : b * 2 ** 26 + a;
