@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,8 +51,11 @@ def colours(name: str) -> list[int]:
     return [round(255.0 * float(value)) for value in cmap(np.linspace(0.0, 1.0, 64))[:, :3].ravel()]
 
 
-def coloured(frame: pv.PolyData, name: str, parts: VisibleParts) -> ColouredField:
-    """Return a field of a frame for a page; one that the frame does not have means nothing anywhere."""
+def coloured(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequence[Layer] = ()) -> ColouredField:
+    """Return a field of a frame for a page; one that the frame does not have means nothing anywhere.
+
+    Where its numbers stand for names, those that appear are told.
+    """
     origin = parts.origin
     info: dict[str, Any] = {"name": name, "about": ARRAYS.get(name, ""), "unit": "mm" if name == "W" else ""}
     if name not in frame.point_data:
@@ -65,13 +68,17 @@ def coloured(frame: pv.PolyData, name: str, parts: VisibleParts) -> ColouredFiel
     some = np.isfinite(values)
     largest = float(np.abs(values[some]).max(initial=0.0)) or 1.0
     low, high = limits or ((-largest, largest) if scheme == "RdBu_r" else (0.0, largest))
+    names = labels(frame, layers).get(name, [])
+    if names:
+        present = np.unique(values[some]).astype(int)
+        info["names"] = {int(each): names[each] for each in present if 0 <= each < len(names)}
     numbers = np.full(len(values), NOTHING, np.uint16)
     share = np.clip((values[some] - low) / (high - low), 0.0, 1.0)
     numbers[some] = np.rint(share * (NOTHING - 1)).astype(np.uint16)
     return ColouredField(numbers[origin], {**info, "range": [float(low), float(high)]})
 
 
-def probe(frame: pv.PolyData, face: Face, layers: list[Layer], vertex: int) -> dict[str, Any]:
+def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) -> dict[str, Any]:
     """Return what is known at a vertex of a frame: fields, what made the fold, and by which formula."""
     if not 0 <= vertex < frame.n_points:
         raise ParameterError(f"the frame has {frame.n_points} vertices, received {vertex}.")
@@ -119,7 +126,7 @@ def check_field(name: str | None) -> str | None:
     return name
 
 
-def labels(frame: pv.PolyData, layers: list[Layer]) -> Mapping[str, list[str]]:
+def labels(frame: pv.PolyData, layers: Sequence[Layer]) -> Mapping[str, list[str]]:
     """Return the names that the numbers of muscles and families stand for."""
     waves = next((layer for layer in layers if isinstance(layer, WaveFolds)), None)
     muscles = [str(name) for name in frame.field_data["muscles"]] if "muscles" in frame.field_data else []

@@ -10,6 +10,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..errors import FaceWrinkleError
+from ..geometry.smoothstep import smoothstep
 from ..motion.recorded import Recorded
 from ..simulation import Refinement, Simulation
 from .library import Scrubbed
@@ -18,8 +19,8 @@ from .wishes import eased, layers_of, mixture_of, rates_of, run_time, tear_of
 FPS = 25.0
 """Pictures a second."""
 
-RISE = 2.0
-"""Seconds of a movie without keys, in which the face goes from rest to what the sliders show."""
+LENGTH, ARRIVED = 2.4, 1.2
+"""Seconds of a movie without keys, and when the face, at rest at its beginning, shows what the sliders show."""
 
 
 class Moment(NamedTuple):
@@ -49,7 +50,7 @@ class Played:
     >>> from facewrinkle.live.document import START
     >>> played = Played(fw.default_face(), {**START, "mixture": {"AU26": 1.0}})
     >>> next(iter(played)).time, played.count
-    (0.04, 50)
+    (0.04, 60)
     """
 
     def __init__(self, face: Face, data: Mapping[str, Any], clip: Recorded | None = None, coarsen: bool = True) -> None:
@@ -58,7 +59,7 @@ class Played:
         self.simulation = Simulation(face, Refinement(coarsen=coarsen), layers_of(data, face), motion=motion)
         timeline = data["timeline"]
         self._timed = bool(timeline["keys"]) or clip is not None
-        self.count = max(round(FPS * (timeline["length"] if self._timed else RISE)), 1)
+        self.count = max(round(FPS * (timeline["length"] if self._timed else LENGTH)), 1)
 
     @property
     def times(self) -> list[float]:
@@ -76,7 +77,10 @@ class Played:
                 motion.time = time
                 frame = simulation.step()
             else:
-                target = rates_of(mixture_of(data, time if self._timed else None), self.face)
+                weights = mixture_of(data, time if self._timed else None)
+                if not self._timed:
+                    weights = {name: weight * float(smoothstep(time / ARRIVED)) for name, weight in weights.items()}
+                target = rates_of(weights, self.face)
                 if self.face.eyes:
                     simulation.look(*data["gaze"])
                 for _ in range(steps):

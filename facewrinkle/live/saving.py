@@ -167,9 +167,7 @@ def _animation(played: Played, path: Path, camera: list[float], tell: Tell) -> N
 
 def _told(items: Iterable[T], count: int, what: str, tell: Tell) -> Iterator[T]:
     """Yield items, and tell how many have been."""
-    try:
-        for number, item in enumerate(items):
-            tell(what, number / max(count, 1))
-            yield item
-    finally:
-        tell("", 1.0)
+    tell(what, 0.0)
+    for number, item in enumerate(items):
+        tell(what, number / max(count, 1))
+        yield item

@@ -313,7 +313,7 @@ class Stage(threading.Thread):
         still = self._quiet >= STILL_STEPS
         parts = self._parts.at(frame, exact=still)
         parts += self._tear_parts(frame)
-        fields = {name: coloured(frame, name, self._parts) for name in sorted(self.wanted_fields)}
+        fields = {name: coloured(frame, name, self._parts, self.layers) for name in sorted(self.wanted_fields)}
         self._steps += 1
         shown = Shown(frame, self._steps, parts, self._parts.box, fields, still, self._time)
         self.spent["step"] += middle - begin

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import shlex
 import time
 import webbrowser
 from collections.abc import Mapping
@@ -25,7 +26,7 @@ from ..layers.patterns_on_skin.kinds import KINDS
 from .coloured_fields import FIELDS, check_field, colours, labels, probe
 from .document import FOLDS, LONGEST, PATTERN, START, TEAR, Document
 from .greeting import handles_of, mixture_of_live, of_atlas, of_face
-from .library import COMPANIONS, MESHES, Library, opened
+from .library import COMPANIONS, MESHES, Library, Tell, opened
 from .looking import Look, to_look_at
 from .saving import KINDS as KINDS_OF_FILES
 from .saving import SLOW, Folder, save, save_rig
@@ -82,7 +83,7 @@ class Studio:
         stage = Stage if frame is None else partial(Look, frame)
         self._stage = stage(self._library, self._document)
         self._server = Server(self._handle, self._state, self._greeting, self._opened, host, port)
-        self._autosaved = -1
+        self._autosaved, self._saving = -1, False
         self._server.start()
         self._stage.listeners.append(self._server.wake)
         self._stage.listeners.append(self._autosave)
@@ -274,9 +275,7 @@ class Studio:
     def _opened(self, folder: Path, names: list[str]) -> dict[str, Any]:
         """Read what was dropped onto a page, and show it; on a thread of its own."""
 
-        def tell(what: str, share: float) -> None:
-            self._server.tell_all({"is": "progress", "text": what, "share": round(share, 3)})
-
+        tell = self._teller()
         try:
             name, loaded = opened(folder, names, self._library[""].face.atlas, tell)
         finally:
@@ -328,26 +327,46 @@ class Studio:
         return None
 
     def _copied(self, what: str) -> str:
+        data = self._document.data
+        source = data["face"] or self._source
+        if what in ("python", "command") and self._library[data["face"]].clip is not None:
+            command = f"facewrinkle play {shlex.quote(data['face'])}"
+            return _clip_as_python(data["face"]) if what == "python" else command
         if what == "python":
-            return as_python(self._document.data, self._stage.face, _source_of(self._source))
+            return as_python(data, self._stage.face, _source_of(source))
         if what == "command":
-            command, missing = as_command(self._document.data, self._source)
+            command, missing = as_command(data, source)
             return command + (f"\n# left out, as no option says it: {', '.join(missing)}" if missing else "")
         raise ParameterError(f"what is copied must be python or command, received {what!r}.")
 
     async def _save(self, what: str, camera: list[float]) -> dict[str, str]:
-        stage = self._stage
-
-        def tell(done: str, share: float) -> None:
-            self._server.tell_all({"is": "progress", "text": done, "share": round(share, 3)})
-
-        if what in SLOW:  # does not draw, so that the face goes on meanwhile
-            face, data = stage.face, self._document.data
-            name, content = await asyncio.to_thread(save_rig, face, data, tell)
-        else:
-            job = stage.ask(lambda: save(what, camera, stage, self._document, tell))
-            name, content = await asyncio.wrap_future(job)
+        if self._saving:
+            raise ParameterError("another file is being written; wait for it.")
+        stage, tell, self._saving = self._stage, self._teller(), True
+        tell("Saving", 0.0)
+        try:
+            if what in SLOW:  # does not draw, so that the face goes on meanwhile
+                face, data = stage.face, self._document.data
+                name, content = await asyncio.to_thread(save_rig, face, data, tell)
+            else:
+                job = stage.ask(lambda: save(what, camera, stage, self._document, tell))
+                name, content = await asyncio.wrap_future(job)
+        finally:
+            self._saving = False
+            tell("", 1.0)
         return self._saved(name, content)
+
+    def _teller(self) -> Tell:
+        """Return a function that tells all pages how far something is, in few messages."""
+        last: tuple[str, int] | None = None
+
+        def tell(what: str, share: float) -> None:
+            nonlocal last
+            if (what, int(40 * share)) != last:
+                last = what, int(40 * share)
+                self._server.tell_all({"is": "progress", "text": what, "share": round(share, 3)})
+
+        return tell
 
     def _probed(self, corners: list[int], shares: list[float], version: int) -> dict[str, Any]:
         stage = self._stage
@@ -382,6 +401,17 @@ def _source_of(path: str | None) -> str:
     if path is None:
         return "fw.default_face()"
     return f"fw.{'read_face' if path.endswith('.face') else 'fit_face'}({path!r})"
+
+
+def _clip_as_python(path: str) -> str:
+    lines = [
+        "import facewrinkle as fw",
+        f"mesh, recorded = fw.read_animation({path!r})",
+        "face = fw.fit_face(mesh)",
+        "sim = fw.Simulation(face, motion=recorded)",
+        "frames = list(sim.run(round(recorded.duration / 0.02)))",
+    ]
+    return "\n".join(lines) + "\n"
 
 
 @checked

@@ -140,7 +140,10 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
     folds = data["folds"]
     lines = ["import facewrinkle as fw", ""]
     person = {name: value for name, value in data["identity"].items() if value}
-    lines.append(f"face = fw.default_face({person!r})" if person else f"face = {source}")
+    lines.append(f"face = fw.default_face({person!r})" if person and not data["face"] else f"face = {source}")
+    if data["landmarks"]:
+        lines.insert(1, "from facewrinkle.anatomy.fitting import refitted")
+        lines.append(f"face = refitted(face, {data['landmarks']!r})")
     sides = folds["left"] != 1.0 or folds["right"] != 1.0
     special = {
         name: int(value) if name == "seed" else value
@@ -201,7 +204,8 @@ def as_command(data: Mapping[str, Any], face: str | None = None) -> tuple[str, l
     for name in ("depth", "density", "seed", "age"):
         if folds[name] != {**_USUAL_WAVES, "depth": 1.0}[name]:
             words.append(f"--{name} {folds[name]:g}")
-    missing = [what for what in ("patterns", "tears") if data[what]]
+    missing = [what for what in ("landmarks", "patterns", "tears") if data[what]]
+    missing += ["timeline"] if data["timeline"]["keys"] else []
     missing += ["gaze"] if any(data["gaze"]) else []
     missing += ["amounts of the sides"] if folds["left"] != folds["right"] else []
     missing += ["irregularity"] if folds["irregularity"] != 1.0 else []

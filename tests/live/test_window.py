@@ -76,6 +76,44 @@ def test_copied_python_gives_what_is_shown(studio):
     assert studio._copied("command").endswith("# left out, as no option says it: patterns")
 
 
+def test_copied_python_moves_landmarks_too(studio, face):
+    moved = (face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]).tolist()
+    studio.change(mixture={"AU12": 1.0}, landmarks={"mouth_l": moved})
+    frame, words = studio.frame(), {}
+    exec(studio._copied("python"), words)
+    n = studio.face.mesh.n_points
+    assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
+    assert studio._copied("command") == "facewrinkle express AU12=1\n# left out, as no option says it: landmarks"
+
+
+def test_movies_animations_and_atlases_are_saved(studio, saved):
+    key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.1, "offset": 0.2, "end": 0.2}
+    timeline = {"length": 0.2, "loop": False, "keys": {"k": key}}
+    studio.change(timeline=timeline, mixture={"AU12L": 0.5})
+    told = []
+
+    async def visit():
+        async with page(studio) as seen:
+            await seen.until(lambda got: "step" in got)
+            paths = {
+                what: (await seen.ask("save", what=what, camera=CAMERA))["value"]["path"]
+                for what in ("movie", "animation", "atlas", "face")
+            }
+            told.extend(got for got in seen.texts if got["is"] == "progress")
+            return paths
+
+    paths = asyncio.run(visit())
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    assert ffmpeg.count_frames_and_secs(paths["movie"])[0] == 5  # 0.2 s of 25 pictures
+    _, recorded = fw.read_animation(paths["animation"], mesh="face")
+    assert recorded.duration == pytest.approx(0.16)
+    atlas = fw.read_atlas(paths["atlas"])
+    assert atlas.expressions["studio"] == {"zygomaticus_major_l": 0.5}
+    assert fw.read_face(paths["face"]).mesh.n_points == studio.face.mesh.n_points
+    assert {"Movie", "Animation"} <= {got["text"] for got in told}
+    assert "" in {got["text"] for got in told}  # which ends the bar
+
+
 def test_what_cannot_be_made_is_taken_back_with_a_sentence(studio):
     async def visit():
         async with page(studio) as seen:

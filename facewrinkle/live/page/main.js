@@ -128,8 +128,18 @@ class App {
     if (!this.view.field || box.hidden) return;
     const colours = this.welcome.fields[info.name], stops = [];
     for (let k = 0; k < colours.length; k += 9) stops.push(`rgb(${colours.slice(k, k + 3)})`);
-    if (box.dataset.name !== info.name) {
-      box.dataset.name = info.name;
+    const named = Object.entries(info.names ?? {}), shown = `${info.name} ${named}`;
+    if (box.dataset.name !== shown) {
+      box.dataset.name = shown;
+      if (named.length) { // each name with its colour
+        const [low, high] = info.range, at = (v) => 3 * Math.round((63 * (v - low)) / (high - low || 1));
+        box.replaceChildren(element("div", { text: info.name }), ...named.map(([number, name]) => {
+          const swatch = element("i");
+          swatch.style.background = `rgb(${colours.slice(at(number), at(number) + 3)})`;
+          return element("div", { class: "name" }, swatch, name.replaceAll("_", " "));
+        }));
+        return;
+      }
       const scale = element("div", { class: "scale" });
       scale.style.background = `linear-gradient(to right, ${stops})`;
       box.replaceChildren(element("div", { text: `${info.name}: ${info.about}` }), scale,
