@@ -35,7 +35,7 @@ class Client:
         self._known: Known = {}
         self._step = 0
         self._document = -1
-        self._photo = 0
+        self._photos = 0
         self._texts: deque[str] = deque()
         self.lost = False
 
@@ -63,11 +63,11 @@ class Client:
         self._document = version
         return True
 
-    def needs_photo(self, number: int) -> bool:
-        """Return True, once, if the page does not have this photo."""
-        if number == self._photo:
+    def needs_photos(self, number: int) -> bool:
+        """Return True, once, if the page does not have these photos."""
+        if number == self._photos:
             return False
-        self._photo = number
+        self._photos = number
         return True
 
     def frame(self, shown: Shown | None) -> bytes | None:

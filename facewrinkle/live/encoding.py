@@ -157,6 +157,18 @@ def message(head: Mapping[str, Any], parts: Iterable[Part], known: Known) -> tup
     return b"".join([struct.pack("<I", len(text)), text, *chunks]), has
 
 
+def photo_message(name: str, photo: bytes) -> bytes:
+    """Return a message with the photo of a part.
+
+    Examples
+    --------
+    >>> photo_message("skin", b"...")[:12]
+    b'PHOT\\x04\\x00\\x00\\x00skin'
+    """
+    text = name.encode()
+    return b"PHOT" + struct.pack("<I", len(text)) + text + photo
+
+
 def changed_rows(before: np.ndarray | None, now: np.ndarray) -> npt.NDArray[np.bool_] | None:
     """Return True (n,) for rows that a page does not have; None if all are better sent.
 

@@ -59,7 +59,7 @@ class Look(Stage):
     def _apply(self, data: Mapping[str, Any], version: int) -> None:
         if not self._applied:
             self._parts = VisibleParts(self.face)
-            self.photo = 1, self._parts.photo()
+            self.photos = 1, self._parts.photos()
         self._seen, self._applied = version, dict(data)
 
     def _next(self, data: Mapping[str, Any], live: Mapping[str, float]) -> tuple[pv.PolyData, bool]:

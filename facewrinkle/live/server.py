@@ -27,6 +27,7 @@ from ..plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
 from ..plotting.views import LIGHTS, VIEW_ANGLE
 from ..plotting.wet import FULLY_WET, tear_code
 from .clients import Client
+from .encoding import photo_message
 from .protocol import LARGEST_MESSAGE, MessageError, Rate, greeting, parse
 from .uploads import received
 
@@ -82,7 +83,7 @@ class Server:
     handler : callable
         Called with the name of a command, its arguments and the page; it returns the answer.
     state : callable
-        Returns the newest frame, the document's version, the document, and the number of the photo and the photo.
+        Returns the newest frame, the document's version, the document, and the number of the photos and the photos.
     greeting : callable
         Returns what a page is told first.
     opened : callable
@@ -373,8 +374,10 @@ class Server:
                 state = self._state()
                 if client.needs_document(state["version"]):
                     await client.socket.send_str(json.dumps({"is": "document", **state["document"]()}))
-                if state["photo"] is not None and client.needs_photo(state["photo_number"]):
-                    await client.socket.send_bytes(b"PHOT" + state["photo"])
+                number, photos = state["photos"]
+                if client.needs_photos(number):
+                    for name, photo in photos.items():
+                        await client.socket.send_bytes(photo_message(name, photo))
                 if (frame := client.frame(state["shown"])) is not None:
                     await client.socket.send_bytes(frame)
                     continue

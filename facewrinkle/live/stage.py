@@ -84,8 +84,8 @@ class Stage(threading.Thread):
         Called on this thread after each frame.
     faces : list of callable
         Called on this thread when another face, or one with other landmarks, is shown.
-    photo : tuple
-        A number that grows with each photo, and the photo of the present face as a file, if it has one.
+    photos : tuple
+        A number that grows when they change, and the photos of the present face as files, by the names of parts.
     complaints : list of callable
         Called on this thread with a sentence about what could not be done.
     """
@@ -101,8 +101,8 @@ class Stage(threading.Thread):
         self.complaints: list[Callable[[str], None]] = []
         self.wanted_fields: set[str] = set()
         self.shown: Shown | None = None
-        self.photo: tuple[int, bytes | None] = (0, None)
-        self._photographed: np.ndarray | None = None
+        self.photos: tuple[int, dict[str, bytes]] = (0, {})
+        self._photographed: list[np.ndarray | None] = []
         self.spent = {"step": 0.0, "parts": 0.0}
         self._jobs: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._closed = False
@@ -281,9 +281,10 @@ class Stage(threading.Thread):
             simulation.contract(rates)
         self.face, self._simulation, self._rates = face, simulation, rates
         self._parts = VisibleParts(face, self._parts.last + 1)
-        if face.texture is not self._photographed or not self.photo[0]:
-            self._photographed = face.texture
-            self.photo = self.photo[0] + 1, self._parts.photo()
+        pictures = [face.texture, *(part.texture for part in face.parts.values())]
+        if [id(each) for each in pictures] != [id(each) for each in self._photographed] or not self.photos[0]:
+            self._photographed = pictures  # held, so that no other picture gets the same id
+            self.photos = self.photos[0] + 1, self._parts.photos()
         self._tears = {}
         self._applied = {**self._applied, "face": data["face"]}
         for tell in list(self.faces):

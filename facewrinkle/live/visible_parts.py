@@ -19,7 +19,7 @@ from ..anatomy.face import Face
 from ..appearance.eye import COLOURS, PaintedEye
 from ..appearance.furrows import cavity_shading, furrow_shade
 from ..appearance.hair import Brows
-from ..appearance.own_parts import has_colours
+from ..appearance.own_parts import has_colours, own_parts
 from ..appearance.seen import Appearance
 from ..appearance.visible_skin import VisibleSkin
 from ..geometry.normals import vertex_normals
@@ -199,13 +199,12 @@ class VisibleParts:
 
     def _own(self, frame: pv.PolyData) -> list[Part]:
         parts = []
-        for name, mesh in (self.face.parts_at(frame) if self._appearance.own else {}).items():
-            if name in self._appearance.own:
-                kind = "eye_part" if name.startswith("eye") else "skin_part"
-                parts.append(self._mesh(f"own {name}", mesh, kind))
+        for name, mesh in own_parts(self.face, frame).items():
+            kind = "eye_part" if name.startswith("eye") else "skin_part"
+            parts.append(self._mesh(f"own {name}", mesh, kind, self.face.parts[name].texture is not None))
         return parts
 
-    def _mesh(self, name: str, mesh: pv.PolyData, kind: str) -> Part:
+    def _mesh(self, name: str, mesh: pv.PolyData, kind: str, textured: bool = False) -> Part:
         """A part whose points move freely and whose triangles stay."""
         points, triangles = points_and_triangles(mesh)
         points = np.asarray(points, np.float64)
@@ -217,7 +216,13 @@ class VisibleParts:
         if kind != "plain":
             normals = mesh.point_data.get("Normals")
             moving["normal"] = small_normals(vertex_normals(points, triangles) if normals is None else normals)
-        fixed = known.fixed if known is not None else {"index": _indices(triangles), "colour": _colours(mesh)}
+        if known is not None:
+            fixed = known.fixed
+        elif textured and mesh.active_texture_coordinates is not None:
+            places = np.asarray(mesh.active_texture_coordinates, np.float32)
+            fixed = {"index": _indices(triangles), "texture": places}
+        else:
+            fixed = {"index": _indices(triangles), "colour": _colours(mesh)}
         self._still_parts[name] = Part(name, kind, self._first, changed, fixed, moving)
         return self._still_parts[name]
 
@@ -227,15 +232,11 @@ class VisibleParts:
             self._still_parts[name].version = self._first
         return self._still_parts[name]
 
-    def photo(self) -> bytes | None:
-        """Return the face's photo as a PNG or JPEG file; None without one."""
-        if self.face.texture is None:
-            return None
-        image = Image.fromarray(np.ascontiguousarray(self.face.texture[..., :3]))
-        image.thumbnail((LARGEST_PHOTO, LARGEST_PHOTO))
-        out = io.BytesIO()
-        image.save(out, "JPEG", quality=92, subsampling=0)
-        return out.getvalue()
+    def photos(self) -> dict[str, bytes]:
+        """Return photos as JPEG files, or PNG where they are transparent: of the skin, and of parts by their names."""
+        pictures = {"skin": self.face.texture}
+        pictures |= {f"own {name}": self.face.parts[name].texture for name in self._appearance.own}
+        return {name: _file(picture) for name, picture in pictures.items() if picture is not None}
 
 
 class _Topology:
@@ -372,6 +373,18 @@ def _brows(brows: Brows, face: Face) -> Part:
         "tint": np.rint(np.clip(brows.tint, 0.0, 255.0)).astype(np.uint8),
     }
     return Part("brows", "brows", 0, 0, fixed, {}, {"knots": int(lines.shape[1])})
+
+
+def _file(picture: np.ndarray) -> bytes:
+    clear = picture.shape[-1] == 4 and bool((picture[..., 3] < 255).any())
+    image = Image.fromarray(np.ascontiguousarray(picture if clear else picture[..., :3]))
+    image.thumbnail((LARGEST_PHOTO, LARGEST_PHOTO))
+    out = io.BytesIO()
+    if clear:
+        image.save(out, "PNG")
+    else:
+        image.save(out, "JPEG", quality=92, subsampling=0)
+    return out.getvalue()
 
 
 def _numbers(values: Sequence[float] | np.ndarray) -> list[float]:

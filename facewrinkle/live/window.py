@@ -213,6 +213,10 @@ class Studio:
             ) from None
         return StudioWidget(self._server, height)
 
+    def as_python(self) -> str:
+        """Return a program that makes what is shown, as the page copies it."""
+        return self._copied("python")
+
     def wait(self) -> None:
         """Wait until the studio is closed, or Ctrl-C."""
         while self._stage.is_alive():
@@ -241,8 +245,7 @@ class Studio:
             "shown": stage.shown,
             "version": self._document.version,
             "document": self._told_document,
-            "photo": stage.photo[1],
-            "photo_number": stage.photo[0],
+            "photos": stage.photos,
         }
 
     def _told_document(self) -> dict[str, Any]:

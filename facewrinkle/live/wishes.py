@@ -157,7 +157,7 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
             lines += [
                 "from facewrinkle.geometry.smoothstep import smoothstep",
                 "aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance",
-                f"amount = {folds['right']!r} + {folds['left'] - folds['right']!r} * "
+                f"amount = {folds['right']!r} + {round(folds['left'] - folds['right'], 6)!r} * "
                 f"smoothstep(0.5 + {0.5 / MIDLINE!r} * aside)",
             ]
         words = "".join(f", {name}={value!r}" for name, value in special.items()) + (", amount=amount" if sides else "")

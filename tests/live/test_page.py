@@ -4,6 +4,7 @@ sliders by keyboard and by number | the document of the studio, and the pixels
 search, lock, undo, reset         | the same
 picks                             | VTK's ray through the same pixel
 patterns and tears by a click     | the document
+pictures of parts beside the skin  | those of `Scene`
 the picture                       | that of `Scene` with the same camera
 names of controls                 | every one has one; axe-core finds nothing serious
 eyes, landmarks, rings of patterns | dragged: the document
@@ -18,6 +19,7 @@ import io
 import json
 import os
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +27,7 @@ import pytest
 import pyvista as pv
 from PIL import Image
 
+from facewrinkle.anatomy.parts import Part
 from facewrinkle.live import Studio
 from facewrinkle.plotting import Scene, Style
 
@@ -211,6 +214,40 @@ def test_reloading_and_a_wrong_key(page, studio, browser):
     other.wait_for_selector("#message:visible")
     assert "not of a studio that is open" in other.inner_text("#message")
     other.close()
+
+
+def test_parts_of_a_scan_have_their_pictures(browser, face):
+    """A sheet before the face: red, green, and clear, where the face is seen; as `Scene` draws it."""
+    sheet = pv.Plane(center=(0.0, 20.0, 140.0), i_size=90.0, j_size=60.0, i_resolution=6, j_resolution=6).triangulate()
+    colours = np.zeros((64, 96, 4), np.uint8)
+    colours[:, :32] = 255, 0, 0, 255
+    colours[:, 32:64] = 0, 255, 0, 255
+    carried = replace(face, parts={"other": Part(sheet, "skull", texture=colours)})
+    page = browser.new_page(viewport={"width": 1180, "height": 560})
+    with Studio(carried, browser=False) as studio:
+        page.goto(studio.url)
+        page.wait_for_selector("body[data-step]", timeout=60_000)
+        shown(page, studio)
+        until(lambda: page.evaluate("app.view.photos.has('own other')"))
+        shown(page, studio)
+        page.wait_for_timeout(300)
+        places = [(-30.0, 20.0, 140.0), (0.0, 20.0, 140.0), (30.0, 20.0, 140.0)]
+        pixels = [page.evaluate("(p) => app.view.project(p)", place) for place in places]
+        mine = picture(page)
+        height, width = mine.shape[:2]
+        place, focus, up = np.array(page.evaluate("app.cameraNumbers()")).reshape(3, 3)
+        frame = studio.frame()
+    page.close()
+    with Scene(carried, Style((width, height))) as scene:
+        camera = scene.plotter.camera
+        camera.position, camera.focal_point, camera.up = place, focus, up
+        theirs = np.asarray(scene.picture(frame), float)
+    seen = [(mine[round(p["y"]), round(p["x"])], theirs[round(p["y"]), round(p["x"])]) for p in pixels]
+    for own, other in seen:
+        assert np.abs(own - other).max() < 30.0
+    assert seen[0][0].argmax() == 0
+    assert seen[1][0].argmax() == 1
+    assert seen[2][0].min() > 40.0  # skin
 
 
 def drag(page, start, by):

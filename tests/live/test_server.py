@@ -53,7 +53,7 @@ def test_a_frame_is_that_of_the_simulation(studio):
     faces = {tuple(sorted(triangle)) for triangle in np.asarray(frame.regular_faces).tolist()}
     assert {tuple(sorted(triangle)) for triangle in drawn.tolist()} == faces
     assert frame.n_cells > studio.face.mesh.n_cells  # it was refined
-    assert seen.photo[:2] == b"\xff\xd8"  # the texture came as JPEG
+    assert seen.photos["skin"][:2] == b"\xff\xd8"  # the texture came as JPEG
 
 
 def test_the_frames_of_the_studio_are_those_of_a_simulation_of_its_own(face):

@@ -111,4 +111,4 @@ def test_a_scan_without_landmarks_is_only_skin():
 
     sheet = fw.surface(pv.Plane(i_resolution=4, j_resolution=4).triangulate())
     assert [part.name for part in VisibleParts(sheet).at(sheet.mesh)] == ["skin"]
-    assert VisibleParts(sheet).photo() is None
+    assert VisibleParts(sheet).photos() == {}

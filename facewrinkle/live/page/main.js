@@ -68,7 +68,7 @@ class App {
       document.body.dataset.step = head.step;
       document.body.dataset.still = head.still;
     });
-    on("photo", (bytes) => this.view.setPhoto(bytes));
+    on("photo", (photo) => this.view.setPhoto(photo));
     on("error", (text) => this.say(text));
     on("lost", ({ final, reason }) => {
       this.timeline.toggle(false);

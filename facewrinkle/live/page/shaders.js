@@ -37,14 +37,30 @@ uniform mat4 model;
 in vec3 position;
 in vec4 small_normal;
 in vec3 colour;
+in vec2 texture_place;
 out vec3 place, normal, tint;
+out vec2 texture_at;
 void main() {
+  texture_at = vec2(texture_place.x, 1.0 - texture_place.y);
   vec4 at = view * model * vec4(low + size * position, 1.0);
   place = at.xyz;
   normal = mat3(view) * mat3(model) * small_normal.xyz;
   tint = colour;
   gl_Position = projection * at;
 }`;
+
+const OWN_INPUTS = `
+in vec3 tint;
+in vec2 texture_at;
+uniform sampler2D photo;
+uniform bool textured;
+`;
+
+const OWN_COLOUR = `
+  vec4 painted = textured ? texture(photo, texture_at) : vec4(tint, 1.0);
+  if (painted.a < 0.5) discard;
+  vec3 diffuseColor = painted.rgb;
+`;
 
 const SKIN_VERTEX = `${START}${CAMERA}
 in vec3 position;
@@ -199,9 +215,9 @@ void main() {
 
 const SOURCES = {
   skin: [SKIN_VERTEX, SKIN_FRAGMENT],
-  skin_part: [MESH_VERTEX, shaded("skin", "vec3 diffuseColor = tint;", "in vec3 tint;")],
+  skin_part: [MESH_VERTEX, shaded("skin", OWN_COLOUR, OWN_INPUTS)],
   teeth: [MESH_VERTEX, shaded("teeth", "vec3 diffuseColor = tint;", "in vec3 tint;")],
-  eye_part: [MESH_VERTEX, shaded("eye", "vec3 diffuseColor = tint;", "in vec3 tint;")],
+  eye_part: [MESH_VERTEX, shaded("eye", OWN_COLOUR, OWN_INPUTS)],
   eye: [EYE_VERTEX, shaded("eye", "vec3 diffuseColor = tint;", "in vec3 tint;")],
   plain: [MESH_VERTEX, PLAIN_FRAGMENT],
   hair: [HAIR_VERTEX, HAIR_FRAGMENT],

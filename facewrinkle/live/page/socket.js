@@ -21,6 +21,12 @@ export function decode(buffer) {
   return head;
 }
 
+/** The name of the part that a photo is of, and the file. */
+export function photoOf(buffer) {
+  const length = new DataView(buffer).getUint32(4, true);
+  return { name: new TextDecoder().decode(new Uint8Array(buffer, 8, length)), bytes: new Uint8Array(buffer, 8 + length) };
+}
+
 /** An array with some of its rows replaced. */
 function changed(before, after, rows, bits, width) {
   after.set(before.subarray(0, after.length));
@@ -68,7 +74,7 @@ export class Connection extends EventTarget {
     if (data instanceof ArrayBuffer) {
       this.bytes += data.byteLength;
       if (data.byteLength > 4 && new DataView(data).getUint32(0, true) === PHOTO) {
-        this.tell("photo", new Uint8Array(data, 4));
+        this.tell("photo", photoOf(data));
       } else {
         this.frames += 1;
         const head = decode(data);

@@ -42,16 +42,20 @@ export class View extends Picking {
       ["skin", "skin_part", "teeth", "eye_part", "eye", "plain", "hair", "line", "ground", "tear"].map((n) => [n, program(gl, n)]));
     this.parts = new Map();
     this.empty = gl.createVertexArray();
-    this.photo = gl.createTexture();
-    this.colours = gl.createTexture();
-    this.behind = gl.createTexture();
-    for (const texture of [this.photo, this.colours, this.behind]) {
-      gl.bindTexture(gl.TEXTURE_2D, texture);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array([211, 169, 142, 255]));
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
-    }
+    this.photos = new Map();
+    this.colours = this.texture();
+    this.behind = this.texture();
+  }
+
+  /** A texture of one colour, to be filled. */
+  texture() {
+    const gl = this.gl, texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array([211, 169, 142, 255]));
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+    return texture;
   }
 
   /** Begin with a face: its axes, its size and the named views. */
@@ -67,18 +71,24 @@ export class View extends Picking {
 
   // --- what comes from the server ---------------------------------------------------------------
 
-  setPhoto(bytes) {
-    createImageBitmap(new Blob([bytes], { type: "image/jpeg" })).then((image) => {
-      const gl = this.gl;
-      gl.bindTexture(gl.TEXTURE_2D, this.photo);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, gl.RGB, gl.UNSIGNED_BYTE, image);
+  setPhoto({ name, bytes }) {
+    const clear = bytes[0] === 0x89; // PNG, which is transparent
+    createImageBitmap(new Blob([bytes], { type: clear ? "image/png" : "image/jpeg" })).then((image) => {
+      const gl = this.gl, form = clear ? gl.RGBA : gl.RGB;
+      gl.bindTexture(gl.TEXTURE_2D, this.photoOf(name));
+      gl.texImage2D(gl.TEXTURE_2D, 0, form, form, gl.UNSIGNED_BYTE, image);
       gl.generateMipmap(gl.TEXTURE_2D);
       gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
       const sharp = gl.getExtension("EXT_texture_filter_anisotropic");
       if (sharp) gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, this.software ? 1 : 8);
-      this.hasPhoto = true;
       this.request();
     });
+  }
+
+  /** The texture for the photo of a part. */
+  photoOf(name) {
+    if (!this.photos.has(name)) this.photos.set(name, this.texture());
+    return this.photos.get(name);
   }
 
   setField(name, colours) {
@@ -275,7 +285,7 @@ export class View extends Picking {
   drawSkin(part) {
     const { gl } = this, uniforms = this.use("skin");
     gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, this.photo);
+    gl.bindTexture(gl.TEXTURE_2D, this.photoOf("skin"));
     gl.activeTexture(gl.TEXTURE1);
     gl.bindTexture(gl.TEXTURE_2D, this.colours);
     gl.activeTexture(gl.TEXTURE0);
@@ -299,6 +309,12 @@ export class View extends Picking {
     const { gl } = this, whole = part.arrays.position instanceof Float32Array;
     const uniforms = whole ? this.use(part.kind, [0, 0, 0], 1) : this.use(part.kind);
     gl.uniformMatrix4fv(uniforms.model, false, part.info.matrix ?? UNIT);
+    if (uniforms.textured) {
+      gl.uniform1i(uniforms.textured, part.arrays.texture ? 1 : 0);
+      gl.uniform1i(uniforms.photo, 0);
+      gl.activeTexture(gl.TEXTURE0);
+      if (part.arrays.texture) gl.bindTexture(gl.TEXTURE_2D, this.photoOf(part.name));
+    }
     gl.bindVertexArray(part.vao);
     gl.drawElements(gl.TRIANGLES, part.count, part.type, 0);
   }

@@ -2,7 +2,7 @@
 
 import { pointers } from "./pointer.js";
 import { Sliders, element } from "./sliders.js";
-import { decode } from "./socket.js";
+import { decode, photoOf } from "./socket.js";
 import { View } from "./view.js";
 
 class Channel {
@@ -45,7 +45,7 @@ function render({ model, el }) {
       told[content.is]?.(content);
     } else if (buffers?.length) {
       const { buffer, byteOffset, byteLength } = buffers[0], whole = buffer.slice(byteOffset, byteOffset + byteLength);
-      if (message.photo) return view.setPhoto(new Uint8Array(whole, 4));
+      if (message.photo) return view.setPhoto(photoOf(whole));
       const head = decode(whole);
       head.fresh = fresh;
       fresh = false;
