@@ -90,8 +90,9 @@ def walk(film: Film) -> None:
     """Smile, deepen crow's feet on one side, put a dimple, let a tear run, look aside, take it back."""
     page = film.page
     film.shoot(10, still=True)
+    film.move(640.0, 330.0)
     for _ in range(6):
-        page.mouse.wheel(0, -40)
+        page.mouse.wheel(0, -45)
         film.shoot()
     film.shoot(3, still=True)
     film.pull("Happiness", 1.0)

@@ -37,6 +37,7 @@ def of_face(face: Face, clip: Recorded | None = None) -> dict[str, Any]:
         "unit": face.unit,
         "size": face.frame.pupil_distance,
         "axes": face.frame.axes.tolist(),
+        "origin": face.frame.origin.tolist(),
         "landmarks": landmarks_of(face),
         "report": list(face.report),
         "likeness": face.likeness,

@@ -148,9 +148,12 @@ def test_a_dimple_and_a_tear_are_placed_by_clicks_and_undone(page, studio):
     shown(page, studio)
     box = page.locator("canvas").bounding_box()
     page.locator("#tab-patterns").click()
+    page.get_by_label("On both sides").check()
     page.get_by_role("button", name="Dimple", exact=True).click()
     page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.63 * box["height"])
-    until(lambda: studio.document["patterns"])
+    until(lambda: len(studio.document["patterns"]) == 2)
+    one, two = (np.array(entry["centre"]) for entry in studio.document["patterns"].values())
+    assert np.allclose(one * [-1.0, 1.0, 1.0], two)
     until(lambda: studio.frame()["W"].min() < -0.8)
     page.locator("#tab-tears").click()
     page.get_by_role("button", name="Place a tear").click()
@@ -292,6 +295,8 @@ def test_landmarks_and_patterns_are_dragged(page, studio):
     moved = np.array(studio.document["landmarks"]["mouth_l"]) - studio._library[""].face.landmarks["mouth_l"]
     pixel = page.evaluate("app.view.camera.height / app.view.canvas.clientHeight")
     assert abs(moved[1] - 8 * pixel) < 1.0
+    other = np.array(studio.document["landmarks"]["mouth_r"]) - studio._library[""].face.landmarks["mouth_r"]
+    assert np.allclose(other, moved * [-1.0, 1.0, 1.0], atol=1e-3)  # both sides are moved together
     studio.frame()
     assert np.allclose(studio.face.landmarks["mouth_l"], studio.document["landmarks"]["mouth_l"])
     page.get_by_role("button", name="Landmarks as found").click()

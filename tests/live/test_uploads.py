@@ -50,9 +50,10 @@ def scan(face, tmp_path):
 def test_a_scan_is_shown_and_undone(studio, scan):
     before = set(Path(tempfile.gettempdir()).glob("facewrinkle-*"))
     status, text = send(studio, scan)
-    assert (status, json.loads(text)["name"]) == (200, "head.ply")
+    assert status == 200
     studio.frame()
-    assert studio.document["face"] == "head.ply"
+    assert studio.document["face"] == json.loads(text)["name"]  # "head.ply", or with a number if that is open
+    assert studio.document["face"].startswith("head.ply")
     assert studio.face.texture is None
     assert set(Path(tempfile.gettempdir()).glob("facewrinkle-*")) == before
     studio.undo()

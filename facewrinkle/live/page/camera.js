@@ -4,6 +4,8 @@ const { sin, cos, tan, hypot, max, min, PI } = Math;
 export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const add = (a, b, s = 1) => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]];
+/** A place mirrored in the plane through a point, across a direction. */
+export const mirrored = (place, origin, across) => add(place, across, -2 * dot(add(place, origin, -1), across));
 export const unit = (a) => { const l = hypot(...a) || 1; return [a[0] / l, a[1] / l, a[2] / l]; };
 
 export class Camera {

@@ -202,10 +202,14 @@ class App {
     $("canvas").classList.remove("placing");
   }
 
-  add(table, entry) {
-    let number = 1;
-    while (this.data[table][`${table.slice(0, -1)} ${number}`]) number += 1;
-    this.connection.change([[[table, `${table.slice(0, -1)} ${number}`], entry]]);
+  add(table, ...entries) {
+    const taken = new Set(Object.keys(this.data[table])), stem = table.slice(0, -1);
+    this.connection.change(entries.map((entry) => {
+      let number = 1;
+      while (taken.has(`${stem} ${number}`)) number += 1;
+      taken.add(`${stem} ${number}`);
+      return [[table, `${stem} ${number}`], entry];
+    }));
   }
 
   cameraNumbers() {

@@ -1,6 +1,6 @@
 // Handles on the face: landmarks, and the places and sizes of patterns and tears.
 
-import { add } from "./camera.js";
+import { add, mirrored } from "./camera.js";
 import { element } from "./sliders.js";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -37,12 +37,12 @@ export class Overlay {
       for (const [name, where] of Object.entries(places)) {
         const { confidence, estimated } = where, unsure = estimated || (confidence !== null && confidence < 0.5);
         made.push(this.handle(name, where, `landmark${unsure ? " unsure" : ""}`, `Landmark ${name.replaceAll("_", " ")}`,
-          (place) => [["landmarks", name], place]));
+          (place) => this.landmarks(name, place)));
       }
     } else if ((this.kind === "patterns" || this.kind === "tears") && data) {
       const key = this.kind === "patterns" ? "centre" : "start";
       for (const [name, where] of Object.entries(places)) {
-        const handle = this.handle(name, where, "placed", `Place of ${name}`, (place) => [[this.kind, name], { ...this.app.data[this.kind][name], [key]: place }]);
+        const handle = this.handle(name, where, "placed", `Place of ${name}`, (place) => [[[this.kind, name], { ...this.app.data[this.kind][name], [key]: place }]]);
         if (this.kind === "patterns") this.sized(handle, name);
         made.push(handle);
       }
@@ -84,6 +84,17 @@ export class Overlay {
     return handle;
   }
 
+  /** A landmark at another place; while both sides are moved together, its mirror image goes as far. */
+  landmarks(name, place) {
+    const { landmarks, axes } = this.app.face, patches = [[["landmarks", name], place]];
+    const other = name.includes("_l") ? name.replace(/_l(?=_|$)/, "_r") : name.replace(/_r(?=_|$)/, "_l");
+    if (this.app.sliders.locked && other !== name && landmarks[other]) {
+      const by = mirrored(add(place, landmarks[name].place, -1), [0, 0, 0], axes[0]);
+      patches.push([["landmarks", other], add(landmarks[other].place, by)]);
+    }
+    return patches;
+  }
+
   /** A ring around a pattern, by which it is sized. */
   sized(handle, name) {
     handle.ring = drawn("circle", { class: "ring", "aria-hidden": "true" });
@@ -119,7 +130,7 @@ export class Overlay {
     if (!hit) return;
     const found = await this.app.probe(null, hit);
     handle.hit = null;
-    if (found) this.app.connection.change([handle.patch(found.rest)]);
+    if (found) this.app.connection.change(handle.patch(found.rest));
   }
 
   /** Put all handles where their places on the moving face are in the picture. */

@@ -1,5 +1,6 @@
 // The tabs of the right side.
 
+import { mirrored } from "./camera.js";
 import { FacePanel } from "./face_panel.js";
 import { saving } from "./saving.js";
 import { element, row } from "./sliders.js";
@@ -86,15 +87,18 @@ export class Panels {
   }
 
   patterns({ patterns: { kinds, numbers } }) {
+    const both = element("input", { type: "checkbox" });
     const buttons = kinds.map((kind) => element("button", { text: label(kind), onclick: (event) => this.app.place(
       `Click where the ${label(kind).toLowerCase()} shall be. Escape ends it.`, event.target, (place) => {
         const usual = { dimple: [9, 1.6], eye_pouch: [26, 2], forehead: [60, 1], frown: [24, 1.5], cheek: [34, 1], eye_corner: [26, 1] }[kind] ?? [24, 1];
-        this.app.add("patterns", { kind, centre: place, size: usual[0] / this.app.unit, depth: usual[1], strength: 1 });
+        const { origin, axes } = this.app.face, places = both.checked ? [place, mirrored(place, origin, axes[0])] : [place];
+        this.app.add("patterns", ...places.map((centre) => ({ kind, centre, size: usual[0], depth: usual[1], strength: 1 })));
       }) }));
     const list = element("div");
     this.updates.push((data) => this.list(list, "patterns", data.patterns, (entry) => label(entry.kind), numbers,
       { size: ["Size (mm)", 0], depth: ["Depth (mm)", 1], strength: ["Strength", 2] }));
     return [element("div", { class: "chips", role: "group", "aria-label": "Place a pattern" }, ...buttons),
+      element("label", { class: "inline" }, both, "On both sides"),
       element("p", { text: "Choose a pattern, then click on the face. Drag its dot to move it, and its ring to size it." }), list];
   }
 
