@@ -23,7 +23,7 @@ def keys_of(rows: np.ndarray) -> Keys:
     Examples
     --------
     >>> keys = keys_of(np.array([[1.0, 2.0], [3.0, 4.0], [1.0, 2.0]]))
-    >>> keys[0] == keys_of(np.array([[1.0, 2.0]]))[0], len(set(keys.tolist()))
+    >>> bool(keys[0] == keys_of(np.array([[1.0, 2.0]]))[0]), len(set(keys.tolist()))
     (True, 3)
     """
     if not len(rows):

@@ -133,7 +133,7 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
     Examples
     --------
     >>> from facewrinkle.anatomy.fitting import default_face
-    >>> from facewrinkle.studio.document import START
+    >>> from facewrinkle.live.document import START
     >>> print(as_python({**START, "mixture": {"AU12L": 0.5, "AU12R": 0.5}}, default_face()).splitlines()[4])
     sim.express({'AU12': 0.5})
     """
@@ -190,7 +190,7 @@ def as_command(data: Mapping[str, Any], face: str | None = None) -> tuple[str, l
 
     Examples
     --------
-    >>> from facewrinkle.studio.document import START
+    >>> from facewrinkle.live.document import START
     >>> as_command({**START, "mixture": {"AU12": 0.5}})[0]
     'facewrinkle express AU12=0.5'
     """
