@@ -134,8 +134,12 @@ class Document:
         self.data, self.version = data, self.version + 1
         self._undone.clear()
         if gesture and self._done and self._done[-1].gesture == gesture:
-            self._done[-1].done.extend(checked)
-            self._done[-1].back.extend(back)
+            last, many = self._done[-1], len(checked)
+            if [path for path, _ in last.done[-many:]] == [path for path, _ in checked]:
+                last.done[-many:] = checked  # of a long drag, the last values and the first are enough
+            else:
+                last.done.extend(checked)
+                last.back.extend(back)
         else:
             self._done.append(_Step(gesture, checked, back))
             del self._done[:-MOST_STEPS]

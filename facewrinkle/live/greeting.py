@@ -1,4 +1,4 @@
-"""What a page is told first: the names that sliders are for, and all that it needs to know of a face."""
+"""The first things that a page is told: names of what sliders are for, and all that it needs to know of a face."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class Moment(NamedTuple):
 
 
 class Played:
-    """What a document asks for, from its beginning.
+    """The motion that a document asks for, from its beginning.
 
     Parameters
     ----------

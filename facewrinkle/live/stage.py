@@ -183,7 +183,7 @@ class Stage(threading.Thread):
 
     @property
     def layers(self) -> list[Layer]:
-        """What makes the present folds; for jobs."""
+        """The layers that make the present folds; for jobs."""
         return self.simulation.layers
 
     @property

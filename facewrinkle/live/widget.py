@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from aiohttp import web
 
 IMPORT = re.compile(r'from "\./([\w]+\.js)"')
-"""What one module of the page says to use another."""
+"""How one module of the page names another that it uses."""
 
 STYLE = """
 .facewrinkle-studio {{ {inner}

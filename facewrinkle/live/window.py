@@ -266,7 +266,7 @@ class Studio:
         }
 
     def _face(self) -> dict[str, Any]:
-        """What a page is told of the face, and of those that are open."""
+        """All that a page is told of the face, and of those that are open."""
         face, shown = self._stage.face, self._stage.shown_face
         built_in = not shown and self._library[""].face.template is None and not self._source
         return {
