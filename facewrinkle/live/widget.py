@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from aiohttp import web
 
 IMPORT = re.compile(r'from "\./([\w]+\.js)"')
-"""How one module of the page names another that it uses."""
+"""The words by which a module of the page names another that it uses."""
 
 STYLE = """
 .facewrinkle-studio {{ {inner}

@@ -38,7 +38,9 @@ export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Ma
   const output = element("output", { title: "Double click to type a number; Delete on the slider sets it back" });
   let gesture = "";
   const paint = () => {
-    input.style.setProperty("--fill", `${(100 * (input.value - min)) / (max - min)}%`);
+    const share = (value) => (100 * (value - min)) / (max - min), zero = share(Math.max(min, 0)), at = share(input.value);
+    input.style.setProperty("--from", `${Math.min(zero, at)}%`); // from 0, which may be in the middle
+    input.style.setProperty("--fill", `${Math.max(zero, at)}%`);
     output.textContent = shown(Number(input.value));
     input.setAttribute("aria-valuetext", String(shown(Number(input.value))));
   };
