@@ -47,8 +47,9 @@ _HOME = {
     "read_texture": "mesh",
     "refine": "mesh",
     "rig": "rigging",
-    "studio": "studio",
+    "studio": "live",
     "surface": "anatomy.fitting",
+    "write_atlas": "anatomy.atlas_file",
     "write_face": "anatomy.face_file",
     "write_mesh": "export",
     "write_rig": "rigging",
@@ -62,6 +63,7 @@ _SUBPACKAGES = (
     "export",
     "geometry",
     "layers",
+    "live",
     "mesh",
     "motion",
     "plotting",
@@ -76,7 +78,7 @@ __all__ = sorted([*_HOME, *_TABLES])
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         home = import_module(f".{_HOME[name]}", __name__)
-        value = home if _HOME[name] == name else getattr(home, name)  # the studio is a package that can be called
+        value = getattr(home, name)
     elif name in _TABLES:
         value = getattr(import_module(".anatomy.atlas", __name__).load_atlas(), _TABLES[name])
     elif name in _SUBPACKAGES:

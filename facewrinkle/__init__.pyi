@@ -9,6 +9,7 @@ from . import errors as errors
 from . import export as export
 from . import geometry as geometry
 from . import layers as layers
+from . import live as live
 from . import mesh as mesh
 from . import motion as motion
 from . import plotting as plotting
@@ -16,6 +17,7 @@ from . import rigging as rigging
 from . import simulation as simulation
 from . import tears as tears
 from .anatomy.atlas import read_atlas as read_atlas
+from .anatomy.atlas_file import write_atlas as write_atlas
 from .anatomy.face import Face as Face
 from .anatomy.face_file import read_face as read_face
 from .anatomy.face_file import write_face as write_face
@@ -39,6 +41,7 @@ from .layers.patterns_on_skin.layer import PatternLayer as PatternLayer
 from .layers.patterns_on_skin.region import Region as Region
 from .layers.patterns_on_skin.strength import Compression as Compression
 from .layers.wave_folds import WaveFolds as WaveFolds
+from .live import studio as studio
 from .mesh import read_surface as read_surface
 from .mesh import read_texture as read_texture
 from .mesh import refine as refine
@@ -53,7 +56,6 @@ from .rigging import rig as rig
 from .rigging import write_rig as write_rig
 from .simulation import Refinement as Refinement
 from .simulation import Simulation as Simulation
-from .studio import studio as studio
 from .tears.drop import DrippingTear as DrippingTear
 from .tears.stream import SheddingTear as SheddingTear
 

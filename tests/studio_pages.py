@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 
 import aiohttp
 
-from facewrinkle.studio.encoding import decoded
+from facewrinkle.live.encoding import decoded
 
 
 class Page:
@@ -16,7 +16,7 @@ class Page:
 
     def __init__(self, socket):
         self.socket, self.arrays, self.head = socket, {}, None
-        self.texts, self.frames, self.bytes, self.photo, self.number = [], 0, [], None, 0
+        self.texts, self.frames, self.bytes, self.photos, self.number = [], 0, [], {}, 0
 
     async def receive(self, timeout=20.0, shown=True):
         """The next message: its text as an object, the head of a frame, or None when the socket is closed."""
@@ -27,9 +27,10 @@ class Page:
         if got.type is not aiohttp.WSMsgType.BINARY:
             return None
         if got.data[:4] == b"PHOT":
-            self.photo = got.data[4:]
+            length = int.from_bytes(got.data[4:8], "little")
+            self.photos[got.data[8 : 8 + length].decode()] = got.data[8 + length :]
             return {"is": "photo"}
-        self.head, arrays = decoded(got.data)
+        self.head, arrays = decoded(got.data, self.arrays)
         for name, values in arrays.items():
             self.arrays.setdefault(name, {}).update(values)
         self.frames += 1

@@ -42,7 +42,7 @@ ON_PURPOSE = {
 
 UNCALLED = {
     "Motion": "a protocol",
-    "studio": "opens a page: tests/studio",
+    "studio": "opens a page: tests/live",
     "anatomy.muscles.Fronts": "a type",
     "plotting.Image": "a type",
     "export.movie_writer": "takes no data; what it returns is called by write_movie",
@@ -267,6 +267,7 @@ SPECIAL = {
     "read_texture": lambda e: [e["image"]],
     "read_face": lambda e: [fw.write_face(face(), e["path"].parent / "face.vtp")],
     "write_face": lambda e: [face(), e["path"].parent / "face.vtp"],
+    "write_atlas": lambda e: [face().atlas, e["path"].parent / "atlas.toml"],
     "plotting.pictures": lambda e: [[frame()], face(), e["style"]],
     "plotting.picture": lambda e: [frame(), face(), e["style"]],
     "plotting.View": lambda e: [(0.5, 0.0, 1.0)],

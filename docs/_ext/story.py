@@ -9,6 +9,7 @@ ORDER = (
     "people",
     "data",
     "own_scan",
+    "studio",
     "animation",
     "muscles",
     "skin",

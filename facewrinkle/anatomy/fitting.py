@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..arguments import checked
-from ..errors import LandmarkError, MeshError, ParameterError, warn
+from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..geometry.interpolation import barycentric
 from ..mesh import CleanSurface, as_texture, merged_texture, prepare, read_surface, read_texture, to_polydata
 from ..mesh.arrays import IMAGE
@@ -219,6 +219,56 @@ def fit_face(
         warn(sentence)
         face = dataclasses.replace(face, report=(*face.report, sentence))
     return face if clean.others is None else _with_parts(face, clean.others)
+
+
+def refitted(face: Face, moved: Mapping[str, npt.ArrayLike]) -> Face:
+    """Return a face with landmarks at other places: skull, eyes and muscles anew, on the same mesh.
+
+    Parameters
+    ----------
+    face : Face
+    moved : dict of str to array_like, shape (3,)
+        The new places, in the coordinates of the mesh. The other landmarks stay where they are.
+
+    Raises
+    ------
+    LandmarkError
+        If landmarks lie off the mesh, or do not make a face.
+
+    Examples
+    --------
+    >>> face = default_face()
+    >>> higher = refitted(face, {"mouth_l": face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]})
+    >>> change = higher.muscles["zygomaticus_major_l"].insertion - face.muscles["zygomaticus_major_l"].insertion
+    >>> bool(change[1] > 2.0)
+    True
+    """
+    for name in moved:
+        if name not in face.landmarks:
+            raise unknown_name("landmark", name, face.landmarks)
+    changed = {name: np.asarray(place, np.float64) for name, place in moved.items()}
+    landmarks = {**face.landmarks, **changed}
+    off = {
+        name: float(np.linalg.norm(face.points - place, axis=1).min())
+        for name, place in changed.items()
+        if name not in NOT_ON_SKIN
+    }
+    size = frame_of(landmarks).pupil_distance
+    far = [f"{name} ({distance / size:.2g})" for name, distance in off.items() if distance > OFF_MESH * size]
+    if far:
+        raise LandmarkError(
+            "landmarks off the mesh, with their distance in distances between the pupils: "
+            f"{', '.join(far)}; at most {OFF_MESH:g} is allowed."
+        )
+    estimated = tuple(name for name in face.estimated if name not in moved)
+    again = Face.from_landmarks(face.mesh, landmarks, face.unit, face.atlas, estimated)
+    kept = ("texture", "brows", "source_points", "parts", "report", "likeness", "age", "template")
+    return dataclasses.replace(
+        again,
+        eyes=eyes_of(again.eyes, face.parts, again.frame),
+        confidences={**face.confidences, **dict.fromkeys(moved, 1.0)},
+        **{name: getattr(face, name) for name in kept},
+    )
 
 
 def _left_out(face: Face) -> list[str]:

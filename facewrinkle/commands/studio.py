@@ -38,7 +38,7 @@ def studio(
     browser
         Open the browser.
     """
-    from ..studio import Studio  # which needs a package of the extra "studio"
+    from ..live import Studio  # which needs a package of the extra "studio"
 
     source, report = source or FaceOptions(), Report(quiet=False)
     check_whole("port", port, 0, 65535)

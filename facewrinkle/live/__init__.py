@@ -1,0 +1,18 @@
+"""The studio: a face in the browser, simulated here, with a slider for everything.
+
+The page is plain HTML, CSS and ES modules in `page/`, drawn with WebGL2; nothing is built, and nothing comes from
+elsewhere.
+
+document, protocol   | what was set by hand; the messages of a page
+encoding             | parts of a picture as bytes
+visible_parts        | what is seen of a frame, as parts
+wishes, stage        | what a document asks of a simulation; the thread that simulates
+clients, server      | pages that are connected; the web server
+saving, window       | files; the object that users hold
+"""
+
+from __future__ import annotations
+
+from .window import Studio, studio
+
+__all__ = ["Studio", "studio"]

@@ -1,0 +1,160 @@
+"""Faces and recorded clips that a studio can show, by name; and those that are dropped onto a page."""
+
+from __future__ import annotations
+
+import threading
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from ..anatomy.atlas import Atlas
+from ..anatomy.face import Face
+from ..anatomy.face_file import read_face
+from ..anatomy.fitting import default_face, fit_face, refitted
+from ..anatomy.identity import Identity
+from ..errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
+from ..motion.animation import read_animation
+from ..motion.playback import Playback
+from ..motion.recorded import Recorded
+
+T = TypeVar("T")
+
+ANIMATED = (".glb", ".gltf", ".vrm", ".usd", ".usda", ".usdc", ".usdz", ".vtkhdf")
+"""Endings of files that may hold a clip."""
+
+MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", *ANIMATED)
+"""Endings of files that may hold a face."""
+
+COMPANIONS = (".mtl", ".png", ".jpg", ".jpeg", ".bin", ".json")
+"""Endings of files that go with a mesh: materials, pictures, buffers, and landmarks."""
+
+MOST = 32
+"""Faces that are open besides the first at most."""
+
+Tell = Callable[[str, float], None]
+"""Called with what is being done, and the share of it that is done."""
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """A face, and what was recorded of it."""
+
+    face: Face
+    clip: Recorded | None = None
+    said: tuple[str, ...] = ()
+
+
+class Scrubbed(Playback):
+    """A recording that shows any time: each step leads to :attr:`time`, s."""
+
+    time = 0.0
+
+    def step(self) -> Any:
+        """See :class:`facewrinkle.Motion`."""
+        self._steps = self.time / self.time_step - 1.0  # type: ignore[assignment]
+        return super().step()
+
+
+class Library:
+    """Faces by name; "" is the one that a studio was opened with.
+
+    Parameters
+    ----------
+    face : Face
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> library = Library(fw.default_face())
+    >>> library.add("scan.obj", Loaded(fw.default_face())), list(library.names)
+    ('scan.obj', ['', 'scan.obj'])
+    """
+
+    def __init__(self, face: Face) -> None:
+        self._loaded: dict[str, Loaded] = {"": Loaded(face)}
+        self._lock = threading.Lock()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all."""
+        return tuple(self._loaded)
+
+    def __getitem__(self, name: str) -> Loaded:
+        if name not in self._loaded:
+            raise ParameterError(f"the face {name!r} is not open. Open its file first.")
+        return self._loaded[name]
+
+    def add(self, name: str, loaded: Loaded) -> str:
+        """Keep a face, under a name that is not taken, and return that name."""
+        with self._lock:
+            if len(self._loaded) > MOST:
+                raise ParameterError(f"{MOST} faces are open already. Start another studio.")
+            taken, number = name, 2
+            while taken in self._loaded:
+                taken, number = f"{name} ({number})", number + 1
+            self._loaded = {**self._loaded, taken: loaded}
+            return taken
+
+    def face_of(self, data: Mapping[str, Any]) -> Face:
+        """Return the face that a document asks for: its name, its identity and the landmarks that were moved."""
+        face = self[data["face"]].face
+        person = {name: value for name, value in data["identity"].items() if value}
+        if person and not data["face"]:
+            face = default_face(Identity(**person), atlas=face.atlas)
+        return refitted(face, data["landmarks"]) if data["landmarks"] else face
+
+
+def opened(folder: Path, names: Iterable[str], atlas: Atlas, tell: Tell) -> tuple[str, Loaded]:
+    """Read the face or the clip among the files of a folder, and return its name and what was read.
+
+    Raises
+    ------
+    ParameterError
+        If there is not one file of a face.
+    FaceWrinkleError
+        If it cannot be read, or shows no face.
+    """
+    files = [folder / name for name in names]
+    main = [file for file in files if file.suffix.lower() in (*MESHES, ".face")]
+    if len(main) != 1:
+        raise ParameterError(
+            f"drop one file of a face ({', '.join((*MESHES, '.face'))}), with its materials and pictures beside it; "
+            f"received {', '.join(file.name for file in files)}."
+        )
+    file = main[0]
+    landmarks = next((each for each in files if each.suffix.lower() == ".json"), None)
+    pictures = [each for each in files if each.suffix.lower() in (".png", ".jpg", ".jpeg")]
+    named = any(each.suffix.lower() == ".mtl" for each in files) or file.suffix.lower() not in (".obj", ".ply")
+    texture = pictures[0] if len(pictures) == 1 and not named else None
+
+    def search(steps: Iterable[T], count: int) -> Iterator[T]:
+        for number, step in enumerate(steps):
+            tell("Finding the face", number / max(count, 1))
+            yield step
+
+    tell(f"Reading {file.name}", 0.0)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", FaceWrinkleWarning)
+        if file.suffix.lower() == ".face":
+            loaded = Loaded(read_face(file, atlas))
+        else:
+            clip, mesh = _clip_of(file)
+            face = fit_face(file if mesh is None else mesh, landmarks, atlas=atlas, progress=search, texture=texture)
+            if clip is not None:
+                clip.points_of(face)  # raises if it does not fit
+            loaded = Loaded(face, clip)
+    said = tuple(dict.fromkeys(str(each.message) for each in caught))
+    return file.name, Loaded(loaded.face, loaded.clip, said)
+
+
+def _clip_of(file: Path) -> tuple[Recorded | None, Any]:
+    """Return the animation of a file and its mesh at rest, if it has one."""
+    if file.suffix.lower() not in ANIMATED:
+        return None, None
+    try:
+        mesh, clip = read_animation(file)
+    except FaceWrinkleError:
+        return None, None  # a mesh that does not move; what else is wrong with it shows when it is read as one
+    return (clip, mesh) if clip.duration > 0.0 else (None, None)

@@ -1,0 +1,286 @@
+// The page: connection, view and controls, and what the keyboard does.
+
+import { Opening } from "./opening.js";
+import { Overlay } from "./overlay.js";
+import { Panels } from "./panels.js";
+import { pointers } from "./pointer.js";
+import { Sliders, element, slider } from "./sliders.js";
+import { Connection } from "./socket.js";
+import { Timeline } from "./timeline.js";
+import { Tour } from "./tour.js";
+import { View } from "./view.js";
+
+const $ = (id) => document.getElementById(id);
+const KEYS = [
+  ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["R", "set everything back"], ["M", "move both sides together, or each"],
+  ["F", "front view"], ["1 to 9", "named views"], ["W", "wireframe"], ["C", "next field in colour"], ["Space", "play or stop"],
+  ["K", "add a key"], ["← →", "turn the view (in the view), a frame (else)"], ["/", "search"], ["?", "this page"],
+];
+
+class App {
+  constructor() {
+    this.connection = new Connection();
+    this.view = new View($("canvas"), () => this.connection.send("shown"));
+    this.sliders = new Sliders($("sliders"), this.connection);
+    this.panels = new Panels($("tabs"), $("panels"), this);
+    this.timeline = new Timeline($("timeline"), this);
+    this.overlay = new Overlay($("overlay"), this);
+    this.opening = new Opening(this);
+    this.tour = new Tour(this);
+    this.data = null;
+    this.listen();
+    this.controls();
+    pointers($("canvas"), this.view, this);
+    addEventListener("keydown", (event) => this.keyboard(event));
+    $("keys").append(...KEYS.map(([key, what]) => element("tr", {}, element("td", {}, element("kbd", { text: key })), element("td", { text: what }))));
+  }
+
+  listen() {
+    const on = (type, act) => this.connection.addEventListener(type, ({ detail }) => act(detail));
+    on("welcome", (welcome) => {
+      this.welcome = welcome;
+      this.sliders.build(welcome);
+      this.panels.build(welcome);
+      this.takeFace(welcome);
+      $("view").replaceChildren(element("option", { value: "", text: "own", disabled: true, hidden: true }),
+        ...Object.keys(welcome.views).map((name) => element("option", { value: name, text: name.replaceAll("_", " ") })));
+      $("view").value = "front";
+      $("state").textContent = "";
+      if (this.view.field) this.showField(this.view.field);
+    });
+    on("face", (face) => this.takeFace(face));
+    on("progress", (what) => this.opening.progress(what));
+    on("document", ({ data, history, handles }) => {
+      this.data = data;
+      this.handles = handles;
+      $("probe").hidden = true; // it told of what was before
+      this.sliders.update(data.mixture);
+      this.panels.update(data);
+      this.timeline.update(data);
+      this.intensity.set(data.intensity);
+      this.sliders.setGaze(data.gaze);
+      this.overlay.build();
+      [$("undo").disabled, $("redo").disabled] = history.map((count) => !count);
+    });
+    on("frame", (head) => {
+      this.view.frame(head);
+      if (head.time !== this.timeline.time && this.timeline.length) this.timeline.show(head.time);
+      document.body.dataset.step = head.step;
+      document.body.dataset.still = head.still;
+    });
+    on("photo", (photo) => this.view.setPhoto(photo));
+    on("error", (text) => this.say(text));
+    on("lost", ({ final, reason }) => {
+      this.timeline.toggle(false);
+      $("state").textContent = final ? "" : "Connection lost; trying again …";
+      if (final) this.say(`This address is not of a studio that is open (${reason}). Use the one that was printed at its start.`, true);
+    });
+    this.view.onfield = (info) => this.legend(info);
+    this.view.onrestored = () => location.reload();
+  }
+
+  /** Take over a face: its size, views, landmarks, and the sliders that do nothing on it. */
+  takeFace(face) {
+    const other = !this.face || this.face.faces.shown !== face.faces.shown;
+    this.face = face;
+    this.unit = face.unit;
+    this.view.begin(face, other);
+    this.sliders.setOff(face.off, face.eyes > 0 && !face.clip);
+    this.panels.face.take(face);
+    this.handlesOf(this.panels.opened);
+    if (other && this.welcome) $("view").value = "front";
+  }
+
+  /** Show the handles that belong to a tab. */
+  handlesOf(title) {
+    if (!this.overlay) return;
+    const kind = { Face: this.panels.face?.shown.checked ? "landmarks" : "", Patterns: "patterns", Tears: "tears" }[title];
+    this.overlay.show(kind ?? "");
+  }
+
+  /** The camera is no longer that of a named view. */
+  turned() { $("view").value = ""; }
+
+  controls() {
+    $("undo").onclick = () => this.connection.send("undo");
+    $("redo").onclick = () => this.connection.send("redo");
+    $("reset").onclick = () => this.connection.send("reset");
+    $("lock").onchange = () => this.sliders.lock($("lock").checked);
+    $("search").oninput = () => this.sliders.search($("search").value);
+    $("view").onchange = () => this.view.take($("view").value);
+    $("wireframe").onchange = () => { this.view.wireframe = $("wireframe").checked; this.view.request(); };
+    $("help-button").onclick = () => $("help").showModal();
+    $("tour-button").onclick = () => this.tour.start();
+    this.intensity = slider("Intensity of all", { usual: 1, change: (value, gesture) => this.connection.change([[["intensity"], value]], gesture) });
+    document.querySelector(".row.whole").replaceChildren(element("span", { text: "Intensity" }), this.intensity.input, this.intensity.output);
+  }
+
+  /** Show a field in colour; "" for skin. */
+  showField(name) {
+    this.connection.send("field", { name: name || null });
+    this.view.setField(name || null, name ? this.welcome.fields[name] : []);
+    this.panels.select.value = name;
+    $("legend").hidden = !name;
+  }
+
+  legend(info) {
+    const box = $("legend");
+    if (!this.view.field || box.hidden) return;
+    const colours = this.welcome.fields[info.name], stops = [];
+    for (let k = 0; k < colours.length; k += 9) stops.push(`rgb(${colours.slice(k, k + 3)})`);
+    const named = Object.entries(info.names ?? {}), shown = `${info.name} ${named}`;
+    if (box.dataset.name !== shown) {
+      box.dataset.name = shown;
+      if (named.length) { // each name with its colour
+        const [low, high] = info.range, at = (v) => 3 * Math.round((63 * (v - low)) / (high - low || 1));
+        box.replaceChildren(element("div", { text: info.name }), ...named.map(([number, name]) => {
+          const swatch = element("i");
+          swatch.style.background = `rgb(${colours.slice(at(number), at(number) + 3)})`;
+          return element("div", { class: "name" }, swatch, name.replaceAll("_", " "));
+        }));
+        return;
+      }
+      const scale = element("div", { class: "scale" });
+      scale.style.background = `linear-gradient(to right, ${stops})`;
+      box.replaceChildren(element("div", { text: `${info.name}: ${info.about}` }), scale,
+        element("div", { class: "ends" }, element("span"), element("span")));
+    }
+    box.querySelectorAll(".ends span").forEach((end, k) => { end.textContent = Number(info.range[k].toPrecision(3)); });
+  }
+
+  // --- the view -----------------------------------------------------------------------------------
+
+  async click(event) {
+    const hit = this.view.pick(event.clientX, event.clientY);
+    if (!hit) { $("probe").hidden = true; return; }
+    const act = this.placing;
+    this.endPlacing();
+    const found = await this.probe(event, hit);
+    if (found && act) act(found.rest);
+    else if (found) this.showProbe(found);
+  }
+
+  /** What is known at a place; while triangles change, the newest frame is asked for again. */
+  async probe(event, hit) {
+    for (let attempt = 0; ; attempt++) {
+      try {
+        return await this.connection.ask("probe", { corners: hit.corners, shares: hit.shares, version: this.view.parts.get("skin").fixed.version });
+      } catch (error) {
+        if (attempt > 4) { this.say(error.message); return null; }
+        await new Promise((done) => setTimeout(done, 150));
+        if (event) hit = this.view.pick(event.clientX, event.clientY) ?? hit;
+      }
+    }
+  }
+
+  showProbe({ made_by: maker, formula, values, numbers = {}, level, vertex }) {
+    const box = $("probe"), rows = [...Object.entries(values), ...Object.entries(numbers), ["refinement level", level], ["vertex", vertex]];
+    box.replaceChildren(element("button", { class: "small", text: "×", "aria-label": "Close", onclick: () => { box.hidden = true; } }),
+      element("strong", { text: maker.replaceAll("_", " ") }),
+      element("table", {}, element("tbody", {}, ...rows.map(([name, value]) => element("tr", {}, element("td", { text: name === "W" ? "W (mm)" : name }),
+        element("td", { text: Number(Number(value).toPrecision(4)) }))))));
+    if (formula) box.append(element("div", { class: "formula", text: formula }));
+    box.hidden = false;
+  }
+
+  /** Wait for a click on the face, and call `act` with the place at rest. */
+  place(hint, button, act) {
+    this.endPlacing();
+    $("probe").hidden = true;
+    this.placing = act;
+    this.placingButton = button;
+    button.setAttribute("aria-pressed", "true");
+    $("hint").textContent = hint;
+    $("hint").hidden = false;
+    $("canvas").classList.add("placing");
+  }
+
+  endPlacing() {
+    this.placing = null;
+    this.placingButton?.setAttribute("aria-pressed", "false");
+    $("hint").hidden = true;
+    $("canvas").classList.remove("placing");
+  }
+
+  add(table, ...entries) {
+    const taken = new Set(Object.keys(this.data[table])), stem = table.slice(0, -1);
+    this.connection.change(entries.map((entry) => {
+      let number = 1;
+      while (taken.has(`${stem} ${number}`)) number += 1;
+      taken.add(`${stem} ${number}`);
+      return [[table, `${stem} ${number}`], entry];
+    }));
+  }
+
+  cameraNumbers() {
+    const { camera } = this.view;
+    return [...camera.position, ...camera.focus, ...camera.basis().up];
+  }
+
+  async ask(command, values) {
+    try { return await this.connection.ask(command, values); } catch (error) { this.say(error.message); return null; }
+  }
+
+  /** Say something for a while. */
+  say(text, stay = false) {
+    const box = $("message");
+    box.textContent = text;
+    box.hidden = false;
+    clearTimeout(this.saying);
+    if (!stay) this.saying = setTimeout(() => { box.hidden = true; }, 9000);
+  }
+
+  // --- the keyboard -------------------------------------------------------------------------------
+
+  keyboard(event) {
+    const { key, target } = event, command = event.ctrlKey || event.metaKey;
+    const typing = target.matches?.("input[type=search], input[type=text], input[type=number], select, textarea");
+    if (key === "Escape") { this.endPlacing(); $("probe").hidden = true; if (typing) target.blur(); return; }
+    if (command && key.toLowerCase() === "z") {
+      event.preventDefault();
+      this.connection.send(event.shiftKey ? "redo" : "undo");
+      return;
+    }
+    if (typing || command || event.altKey || $("help").open || !this.view.camera) return;
+    const inView = target === $("canvas"), camera = this.view.camera;
+    if (inView && key.startsWith("Arrow")) this.turned();
+    const act = {
+      r: () => this.connection.send("reset"), m: () => $("lock").click(), f: () => { this.view.take("front"); $("view").value = "front"; },
+      w: () => $("wireframe").click(), c: () => this.nextField(event.shiftKey ? -1 : 1), k: () => this.timeline.add(), "?": () => $("help").showModal(),
+      "/": () => $("search").focus(), "+": () => camera.zoom(0.9), "-": () => camera.zoom(1 / 0.9),
+      " ": () => { if (!target.matches?.("button, input")) this.timeline.toggle(); },
+      ArrowLeft: () => inView ? camera.turn(-0.08, 0) : this.nudge(-1), ArrowRight: () => inView ? camera.turn(0.08, 0) : this.nudge(1),
+      ArrowUp: () => inView && camera.turn(0, -0.08), ArrowDown: () => inView && camera.turn(0, 0.08),
+    }[key.length === 1 ? key.toLowerCase() : key];
+    if (key >= "1" && key <= "9") {
+      const name = Object.keys(this.view.views)[Number(key) - 1];
+      if (name) { this.view.take(name); $("view").value = name; }
+    } else if (act && !(key.startsWith("Arrow") && target.matches?.("input[type=range], [role=slider], [role=tab]"))) {
+      if (key === " " && target.matches?.("button, input")) return;
+      event.preventDefault();
+      act();
+      this.view.request(true);
+    }
+  }
+
+  nudge(frames) {
+    this.timeline.toggle(false);
+    const time = Math.max(0, Math.min(this.timeline.length, this.timeline.time + 0.04 * frames));
+    this.connection.send("pose", { time });
+  }
+
+  nextField(by) {
+    const names = ["", ...Object.keys(this.welcome.fields)], at = names.indexOf(this.view.field ?? "");
+    this.showField(names.at((at + by) % names.length));
+    this.panels.open("Fields");
+  }
+}
+
+try {
+  globalThis.app = new App();
+} catch (error) {
+  $("message").textContent = error.message;
+  $("message").hidden = false;
+  $("state").textContent = "";
+  throw error;
+}

@@ -1,0 +1,155 @@
+// Handles on the face: landmarks, and the places and sizes of patterns and tears.
+
+import { add, mirrored } from "./camera.js";
+import { element } from "./sliders.js";
+
+const SVG = "http://www.w3.org/2000/svg";
+const drawn = (tag, attributes) => {
+  const made = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return made;
+};
+
+export class Overlay {
+  constructor(box, app) {
+    Object.assign(this, { box, app, view: app.view, kind: "", handles: [], place: {} });
+    this.name = element("div", { class: "handle-name", hidden: true });
+    box.after(this.name);
+    this.view.ondraw = () => this.follow();
+  }
+
+  /** Show handles of a kind: "landmarks", "patterns", "tears" or none. */
+  show(kind) {
+    this.kind = kind;
+    this.build();
+  }
+
+  build() {
+    const { data, face, handles } = this.app, made = [];
+    const places = (this.kind === "landmarks" ? face?.landmarks : handles?.[this.kind]) ?? {};
+    const names = `${this.kind} ${face?.faces.shown} ${Object.keys(places)}`;
+    if (names === this.names) { // a handle that was made anew would lose the pointer
+      for (const handle of this.handles) handle.where = places[handle.name];
+      return this.follow();
+    }
+    this.names = names;
+    if (this.kind === "landmarks" && face) {
+      for (const [name, where] of Object.entries(places)) {
+        const { confidence, estimated } = where, unsure = estimated || (confidence !== null && confidence < 0.5);
+        made.push(this.handle(name, where, `landmark${unsure ? " unsure" : ""}`, `Landmark ${name.replaceAll("_", " ")}`,
+          (place) => this.landmarks(name, place)));
+      }
+    } else if ((this.kind === "patterns" || this.kind === "tears") && data) {
+      const key = this.kind === "patterns" ? "centre" : "start";
+      for (const [name, where] of Object.entries(places)) {
+        const handle = this.handle(name, where, "placed", `Place of ${name}`, (place) => [[[this.kind, name], { ...this.app.data[this.kind][name], [key]: place }]]);
+        if (this.kind === "patterns") this.sized(handle, name);
+        made.push(handle);
+      }
+    }
+    const focused = document.activeElement?.dataset?.handle;
+    this.handles = made;
+    this.box.replaceChildren(...made.flatMap(({ ring, grip, dot }) => (ring ? [ring, grip, dot] : [dot])));
+    if (focused) made.find(({ dot }) => dot.dataset.handle === focused)?.dot.focus();
+    this.follow();
+  }
+
+  handle(name, where, kind, label, patch) {
+    const dot = drawn("circle", { class: kind, r: kind === "placed" ? 6 : 4, tabindex: 0, role: "button", "aria-label": `${label}. Arrow keys move it.` });
+    dot.dataset.handle = name;
+    const handle = { name, where, dot, patch, label };
+    const named = (on) => { this.name.textContent = name.replaceAll("_", " "); this.name.hidden = !on; this.named = on ? handle : null; this.follow(); };
+    dot.addEventListener("pointerenter", () => named(true));
+    dot.addEventListener("pointerleave", () => { if (!this.dragged) named(false); });
+    dot.addEventListener("focus", () => named(true));
+    dot.addEventListener("blur", () => named(false));
+    dot.addEventListener("pointerdown", (event) => {
+      event.preventDefault();
+      dot.setPointerCapture(event.pointerId);
+      this.dragged = handle;
+    });
+    dot.addEventListener("pointermove", (event) => { if (this.dragged === handle) this.move(handle, event.clientX, event.clientY); });
+    dot.addEventListener("pointerup", () => this.drop(handle));
+    dot.addEventListener("pointercancel", () => { this.dragged = handle.hit = null; this.follow(); });
+    dot.addEventListener("keydown", (event) => {
+      const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+      if (!by) return;
+      event.preventDefault();
+      event.stopPropagation();
+      const box = this.view.canvas.getBoundingClientRect(), step = event.shiftKey ? 8 : 2;
+      this.move(handle, box.left + handle.x + step * by[0], box.top + handle.y + step * by[1]);
+      clearTimeout(this.later);
+      this.later = setTimeout(() => this.drop(handle), 400);
+    });
+    return handle;
+  }
+
+  /** A landmark at another place; while both sides are moved together, its mirror image goes as far. */
+  landmarks(name, place) {
+    const { landmarks, axes } = this.app.face, patches = [[["landmarks", name], place]];
+    const other = name.includes("_l") ? name.replace(/_l(?=_|$)/, "_r") : name.replace(/_r(?=_|$)/, "_l");
+    if (this.app.sliders.locked && other !== name && landmarks[other]) {
+      const by = mirrored(add(place, landmarks[name].place, -1), [0, 0, 0], axes[0]);
+      patches.push([["landmarks", other], add(landmarks[other].place, by)]);
+    }
+    return patches;
+  }
+
+  /** A ring around a pattern, by which it is sized. */
+  sized(handle, name) {
+    handle.ring = drawn("circle", { class: "ring", "aria-hidden": "true" });
+    const ring = (handle.grip = drawn("circle", { class: "grip", "aria-hidden": "true" })); // wider than what is seen
+    let gesture = "";
+    ring.addEventListener("pointerdown", (event) => { ring.setPointerCapture(event.pointerId); gesture = `size ${name} ${event.timeStamp}`; });
+    ring.addEventListener("pointermove", (event) => {
+      if (!gesture) return;
+      const box = this.view.canvas.getBoundingClientRect(), entry = this.app.data.patterns[name];
+      const away = Math.hypot(event.clientX - box.left - handle.x, event.clientY - box.top - handle.y);
+      const [least, most] = this.app.welcome.patterns.numbers.size;
+      const size = Math.max(least, Math.min(most, 2 * away * this.long));
+      this.app.connection.change([[["patterns", name], { ...entry, size: Math.round(10 * size) / 10 }]], gesture);
+    });
+    const end = () => { gesture = ""; };
+    ring.addEventListener("pointerup", end);
+    ring.addEventListener("pointercancel", end);
+  }
+
+  /** Millimetres of a pixel at the distance of the face. */
+  get long() { return (this.view.camera.height / this.view.canvas.clientHeight) * this.app.unit; }
+
+  move(handle, clientX, clientY) {
+    const hit = this.view.pick(clientX, clientY);
+    if (!hit) return;
+    handle.hit = hit;
+    this.follow();
+  }
+
+  async drop(handle) {
+    const { hit } = handle;
+    this.dragged = null;
+    if (!hit) return;
+    const found = await this.app.probe(null, hit);
+    handle.hit = null;
+    if (found) this.app.connection.change(handle.patch(found.rest));
+  }
+
+  /** Put all handles where their places on the moving face are in the picture. */
+  follow() {
+    const { view, handles } = this;
+    if (!handles.length || !view.camera || !view.parts.get("skin")) { this.name.hidden = true; return; }
+    for (const handle of handles) {
+      const { dot, ring, grip, where, hit } = handle;
+      const place = hit ? hit.place : add(view.pointOf(where.vertex), where.offset);
+      const at = view.project(place), hidden = !hit && !view.faces(where.vertex, place);
+      handle.x = at.x; handle.y = at.y;
+      for (const each of ring ? [dot, ring, grip] : [dot]) {
+        each.setAttribute("cx", at.x.toFixed(1));
+        each.setAttribute("cy", at.y.toFixed(1));
+        each.classList.toggle("behind", hidden);
+      }
+      const entry = ring && this.app.data.patterns[handle.name];
+      if (entry) for (const each of [ring, grip]) each.setAttribute("r", Math.max(12, entry.size / 2 / this.long).toFixed(1));
+      if (this.named === handle) Object.assign(this.name.style, { left: `${at.x + 10}px`, top: `${at.y - 26}px` });
+    }
+  }
+}

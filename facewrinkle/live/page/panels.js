@@ -1,0 +1,146 @@
+// The tabs of the right side.
+
+import { mirrored } from "./camera.js";
+import { FacePanel } from "./face_panel.js";
+import { saving } from "./saving.js";
+import { element, row } from "./sliders.js";
+
+const FIELD_NAMES = {
+  "": "None: skin", W: "Height of folds (W)", epsilon: "Compression (ε)", lambda: "Along the muscle (λ)", gamma: "Across the muscle (γ)",
+  theta: "Phase of waves (θ)", split_gamma: "Split criterion", muscle: "Muscle", family: "Family of waves", level: "Refinement",
+};
+const number = (digits) => ({ shown: (v) => v.toFixed(digits), parse: (v) => v });
+const label = (name) => name.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase());
+
+export class Panels {
+  constructor(tabs, box, app) {
+    Object.assign(this, { tabs, box, app, panels: {}, updates: [] });
+  }
+
+  build(welcome) {
+    this.tabs.replaceChildren();
+    this.box.replaceChildren();
+    this.updates = [];
+    this.panel("Folds", this.folds(welcome));
+    this.panel("Patterns", this.patterns(welcome));
+    this.panel("Tears", this.tears(welcome));
+    this.face = new FacePanel(this, this.app);
+    this.panel("Face", this.face.content);
+    this.updates.push((data) => this.face.update(data));
+    this.panel("Fields", this.fields(welcome));
+    this.panel("Save", saving(welcome, this.app));
+    this.open("Folds");
+  }
+
+  panel(title, content) {
+    const id = title.toLowerCase();
+    const tab = element("button", { role: "tab", id: `tab-${id}`, "aria-controls": `panel-${id}`, text: title, onclick: () => this.open(title) });
+    tab.addEventListener("keydown", (event) => {
+      const all = [...this.tabs.children], at = all.indexOf(tab) + { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      if (Number.isInteger(at)) { event.preventDefault(); const next = all.at(at % all.length); next.focus(); next.click(); }
+    });
+    const panel = element("div", { role: "tabpanel", id: `panel-${id}`, "aria-labelledby": `tab-${id}` }, ...content);
+    this.tabs.append(tab);
+    this.box.append(panel);
+    this.panels[title] = { tab, panel };
+  }
+
+  open(title) {
+    for (const [name, { tab, panel }] of Object.entries(this.panels)) {
+      tab.setAttribute("aria-selected", name === title);
+      tab.tabIndex = name === title ? 0 : -1;
+      panel.hidden = name !== title;
+    }
+    this.opened = title;
+    this.app.handlesOf(title);
+  }
+
+  update(data) { for (const each of this.updates) each(data); }
+
+  numberRow(title, path, [min, max], digits, usual, about) {
+    const made = row(title, {
+      min, max, step: digits ? 10 ** -digits : 1, ...number(digits), usual, about,
+      change: (value, gesture) => this.app.connection.change([[path, value]], gesture),
+    });
+    return made;
+  }
+
+  folds({ folds }) {
+    const names = {
+      depth: ["Depth", "Factor of the depth of all folds"], left: ["Left side", "Factor on the subject's left"],
+      right: ["Right side", "Factor on the subject's right"], density: ["Number", "Factor of the number of lines"],
+      irregularity: ["Irregularity", "From even lines to wild ones"], age: ["Age", "Lines that stay at rest"],
+    };
+    const rows = Object.entries(names).map(([name, [title, about]]) => {
+      const made = this.numberRow(title, ["folds", name], folds[name], 2, name === "age" ? 0 : 1, about);
+      this.updates.push((data) => made.set(data.folds[name]));
+      return made.line;
+    });
+    const seed = element("input", { type: "number", min: 0, max: 2147483648, step: 1, "aria-label": "Seed", id: "seed" });
+    seed.addEventListener("change", () => this.app.connection.change([[["folds", "seed"], Math.max(0, Math.round(Number(seed.value)))]]));
+    this.updates.push((data) => { if (document.activeElement !== seed) seed.value = data.folds.seed; });
+    const other = element("button", { text: "Another", title: "Lines of another person", onclick: () => {
+      this.app.connection.change([[["folds", "seed"], Math.floor(Math.random() * 1e6)]]);
+    } });
+    return [...rows, element("div", { class: "actions" }, element("label", { class: "inline" }, "Seed ", seed), other),
+      element("p", { text: "Folds appear where the skin is compressed: pull a muscle first. Left and right are the subject's own; the sides change the waves, not the anatomical creases." })];
+  }
+
+  patterns({ patterns: { kinds, numbers } }) {
+    const both = element("input", { type: "checkbox" });
+    const buttons = kinds.map((kind) => element("button", { text: label(kind), onclick: (event) => this.app.place(
+      `Click where the ${label(kind).toLowerCase()} shall be. Escape ends it.`, event.target, (place) => {
+        const usual = { dimple: [9, 1.6], eye_pouch: [26, 2], forehead: [60, 1], frown: [24, 1.5], cheek: [34, 1], eye_corner: [26, 1] }[kind] ?? [24, 1];
+        const { origin, axes } = this.app.face, places = both.checked ? [place, mirrored(place, origin, axes[0])] : [place];
+        this.app.add("patterns", ...places.map((centre) => ({ kind, centre, size: usual[0], depth: usual[1], strength: 1 })));
+      }) }));
+    const list = element("div");
+    this.updates.push((data) => this.list(list, "patterns", data.patterns, (entry) => label(entry.kind), numbers,
+      { size: ["Size (mm)", 0], depth: ["Depth (mm)", 1], strength: ["Strength", 2] }));
+    return [element("div", { class: "chips", role: "group", "aria-label": "Place a pattern" }, ...buttons),
+      element("label", { class: "inline" }, both, "On both sides"),
+      element("p", { text: "Choose a pattern, then click on the face. Drag its dot to move it, and its ring to size it." }), list];
+  }
+
+  tears({ tears }) {
+    const list = element("div");
+    this.updates.push((data) => this.list(list, "tears", data.tears, () => "Tear", tears,
+      { width: ["Width (mm)", 1], length: ["Length (mm)", 0] }));
+    const button = element("button", { text: "Place a tear", onclick: (event) => this.app.place(
+      "Click where the tear shall begin, below an eye. Escape ends it.", event.target,
+      (place) => this.app.add("tears", { start: place, width: 3, length: 60, begin: 0 })) });
+    return [element("div", { class: "actions" }, button), list];
+  }
+
+  /** Entries of a table of the document, with their sliders; built anew only when entries come or go. */
+  list(box, table, entries, title, ranges, rows) {
+    const names = Object.keys(entries);
+    if (box.dataset.names !== names.join()) {
+      box.dataset.names = names.join();
+      box.sets = [];
+      box.replaceChildren(...names.map((name, k) => {
+        const heading = `${title(entries[name])} ${k + 1}`;
+        const made = Object.entries(rows).map(([key, [text, digits]]) => {
+          const range = ranges[key];
+          const line = row(`${text}`, { min: range[0], max: range[1], step: digits ? 10 ** -digits : 1, ...number(digits), usual: range[0],
+            change: (value, gesture) => this.app.connection.change([[[table, name], { ...this.app.data[table][name], [key]: value }]], gesture) });
+          line.input.setAttribute("aria-label", `${heading}: ${text}`);
+          box.sets.push((all) => line.set(all[name][key]));
+          return line.line;
+        });
+        return element("div", { class: "item" }, element("header", {}, element("span", { text: heading }),
+          element("button", { class: "small", text: "Remove", "aria-label": `Remove ${heading}`,
+            onclick: () => this.app.connection.change([[[table, name], null]]) })), ...made);
+      }));
+    }
+    for (const set of box.sets ?? []) set(entries);
+  }
+
+  fields({ fields }) {
+    const select = element("select", { id: "field", "aria-label": "Field in colour", onchange: () => this.app.showField(select.value) },
+      ...["", ...Object.keys(fields)].map((name) => element("option", { value: name, text: FIELD_NAMES[name] ?? name })));
+    this.select = select;
+    return [element("label", { class: "inline" }, "Colour by ", select),
+      element("p", { text: "Click on the face to read all fields there, and what made the fold." })];
+  }
+}

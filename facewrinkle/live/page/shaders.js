@@ -1,0 +1,254 @@
+// Programs of the view. The shading of skin, eyes and teeth is that of the toolkit's pictures, handed over by the server.
+
+import { LIGHTS, MATERIALS } from "./materials.js";
+
+const vec = (v) => `vec3(${v.map((x) => x.toFixed(6)).join(", ")})`;
+const lights = LIGHTS.map(({ direction, colour }, k) =>
+  `const vec3 lightDirectionVC${k} = -normalize(${vec(direction)});\nconst vec3 lightColor${k} = ${vec(colour)};`).join("\n");
+
+const START = `#version 300 es
+precision highp float;
+precision highp int;
+`;
+
+const CAMERA = `
+uniform mat4 view, projection;
+uniform vec3 low;
+uniform float size;
+`;
+
+const shaded = (material, colour, inputs = "") => `${START}
+in vec3 place;
+in vec3 normal;
+${inputs}
+${lights}
+out vec4 result;
+void main() {
+  vec3 normalVCVSOutput = normalize(gl_FrontFacing ? normal : -normal);
+  vec4 vertexVC = vec4(place, 1.0), fragOutput0;
+  float opacity = 1.0;
+  ${colour}
+  ${MATERIALS[material]}
+  result = vec4(fragOutput0.rgb, 1.0);
+}`;
+
+const MESH_VERTEX = `${START}${CAMERA}
+uniform mat4 model;
+in vec3 position;
+in vec4 small_normal;
+in vec3 colour;
+in vec2 texture_place;
+out vec3 place, normal, tint;
+out vec2 texture_at;
+void main() {
+  texture_at = vec2(texture_place.x, 1.0 - texture_place.y);
+  vec4 at = view * model * vec4(low + size * position, 1.0);
+  place = at.xyz;
+  normal = mat3(view) * mat3(model) * small_normal.xyz;
+  tint = colour;
+  gl_Position = projection * at;
+}`;
+
+const OWN_INPUTS = `
+in vec3 tint;
+in vec2 texture_at;
+uniform sampler2D photo;
+uniform bool textured;
+`;
+
+const OWN_COLOUR = `
+  vec4 painted = textured ? texture(photo, texture_at) : vec4(tint, 1.0);
+  if (painted.a < 0.5) discard;
+  vec3 diffuseColor = painted.rgb;
+`;
+
+const SKIN_VERTEX = `${START}${CAMERA}
+in vec3 position;
+in vec4 small_normal;
+in vec3 colour;
+in vec2 texture_place;
+in float value;
+out vec3 place, normal, tint;
+out vec2 texture_at;
+out float dark, shown;
+flat out float label;
+void main() {
+  vec4 at = view * vec4(low + size * position, 1.0);
+  place = at.xyz;
+  normal = mat3(view) * small_normal.xyz;
+  tint = colour;
+  texture_at = vec2(texture_place.x, 1.0 - texture_place.y);
+  dark = small_normal.w;
+  shown = value;
+  label = value;
+  gl_Position = projection * at;
+}`;
+
+const SKIN_INPUTS = `
+in vec3 tint;
+in vec2 texture_at;
+in float dark, shown;
+flat in float label;
+uniform sampler2D photo, colours;
+uniform bool textured, field, labels;
+`;
+
+const SKIN_FRAGMENT = shaded("skin", `
+  if (field) {
+    float facing = max(normalVCVSOutput.z, 0.0);
+    float at = labels ? label : shown;  // labels are not interpolated
+    vec3 shown_colour = at > 1.0 ? vec3(0.553, 0.522, 0.502) : texture(colours, vec2(0.008 + 0.984 * at, 0.5)).rgb;
+    result = vec4(shown_colour * (0.3 + 0.58 * facing), 1.0);
+    return;
+  }
+  vec3 diffuseColor = (textured ? texture(photo, texture_at).rgb : tint) * (1.0 - dark * vec3(0.75, 1.0, 1.0));
+`, SKIN_INPUTS);
+
+const EYE_VERTEX = `${START}${CAMERA}
+uniform vec3 centre, corner, caruncle, tears, ahead_axis, up_axis, side_axis, lid_side, lid_up, lid_ahead;
+uniform float radius, lids[96];
+in vec3 sphere, cornea, colour;
+out vec3 place, normal, tint;
+float lid(int row, float across) {
+  float at = clamp((across + 1.1) / 2.2, 0.0, 1.0) * 47.0;
+  int k = min(int(at), 46);
+  return mix(lids[48 * row + k], lids[48 * row + k + 1], at - float(k));
+}
+void main() {
+  mat3 axes = mat3(side_axis, up_axis, ahead_axis);
+  vec3 towards = axes * sphere;
+  float from_corner = degrees(acos(clamp(dot(towards, corner), -1.0, 1.0)));
+  vec3 paint = mix(colour, caruncle, smoothstep(0.0, 1.0, 1.25 - from_corner / 11.0));
+  float across = dot(towards, lid_side), height = degrees(atan(dot(towards, lid_up), dot(towards, lid_ahead)));
+  float below = lid(0, across) - height, above = height - lid(1, across);
+  paint = mix(paint, tears, 0.6 * exp(-pow(max(above, 0.0) / 2.2, 2.0)));
+  float shade = 0.62 * exp(-max(below, 0.0) / 6.5) + 0.22 * exp(-max(above - 1.0, 0.0) / 4.0);
+  tint = clamp(paint * (1.0 - min(shade, 0.85) * vec3(0.92, 1.0, 1.0)), 0.0, 1.0);
+  vec4 at = view * vec4(centre + radius * towards, 1.0);
+  place = at.xyz;
+  normal = mat3(view) * (axes * cornea);
+  gl_Position = projection * at;
+}`;
+
+const PLAIN_FRAGMENT = `${START}
+in vec3 place, normal, tint;
+out vec4 result;
+void main() { result = vec4(tint, 1.0); }`;
+
+const HAIR_VERTEX = `${START}${CAMERA}
+uniform float pixel, bias;
+in vec3 position, along;
+in float half_width, side;
+in vec3 colour;
+out vec4 tint;
+void main() {
+  vec4 at = view * vec4(position, 1.0);
+  vec3 forward = mat3(view) * along;
+  vec2 across = normalize(vec2(-forward.y, forward.x) + 1e-6);
+  float least = 0.5 * pixel * -at.z, wide = max(half_width, least);
+  at.xy += side * wide * across;
+  at.z += bias;
+  tint = vec4(colour * 0.95, half_width / wide);
+  gl_Position = projection * at;
+}`;
+
+const HAIR_FRAGMENT = `${START}
+in vec4 tint;
+out vec4 result;
+void main() { result = tint; }`;
+
+const LINE_VERTEX = `${START}${CAMERA}
+in vec3 position;
+void main() {
+  vec4 at = view * vec4(low + size * position, 1.0);
+  at.z += 0.0008 * -at.z;
+  gl_Position = projection * at;
+}`;
+
+const LINE_FRAGMENT = `${START}
+out vec4 result;
+void main() { result = vec4(0.06, 0.04, 0.035, 0.55); }`;
+
+const GROUND_VERTEX = `${START}
+out float height;
+void main() {
+  vec2 at = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  height = 0.5 + 0.5 * at.y;
+  gl_Position = vec4(at, 1.0, 1.0);
+}`;
+
+const GROUND_FRAGMENT = `${START}
+in float height;
+uniform vec3 bottom, top;
+out vec4 result;
+void main() { result = vec4(mix(bottom, top, height), 1.0); }`;
+
+const TEAR_VERTEX = `${START}${CAMERA}
+in vec3 position;
+in vec4 small_normal, under;
+in float thickness;
+out vec3 place, normal, skin_normal;
+out float depth;
+void main() {
+  vec4 at = view * vec4(low + size * position, 1.0);
+  place = at.xyz;
+  normal = mat3(view) * small_normal.xyz;
+  skin_normal = mat3(view) * under.xyz;
+  depth = thickness;
+  gl_Position = projection * at;
+}`;
+
+const TEAR_FRAGMENT = `${START}
+in vec3 place, normal, skin_normal;
+in float depth;
+uniform sampler2D behind;
+uniform float focal, aspect;
+out vec4 result;
+${MATERIALS.tear_declarations}
+void main() {
+  vec4 vertexVC = vec4(place, 1.0);
+  vec3 normalVCVSOutput = normalize(normal), underVSOutput = skin_normal;
+  float depthVSOutput = depth;
+  ${MATERIALS.tear}
+  result = colour_of_tear;
+}`;
+
+const SOURCES = {
+  skin: [SKIN_VERTEX, SKIN_FRAGMENT],
+  skin_part: [MESH_VERTEX, shaded("skin", OWN_COLOUR, OWN_INPUTS)],
+  teeth: [MESH_VERTEX, shaded("teeth", "vec3 diffuseColor = tint;", "in vec3 tint;")],
+  eye_part: [MESH_VERTEX, shaded("eye", OWN_COLOUR, OWN_INPUTS)],
+  eye: [EYE_VERTEX, shaded("eye", "vec3 diffuseColor = tint;", "in vec3 tint;")],
+  plain: [MESH_VERTEX, PLAIN_FRAGMENT],
+  hair: [HAIR_VERTEX, HAIR_FRAGMENT],
+  line: [LINE_VERTEX, LINE_FRAGMENT],
+  ground: [GROUND_VERTEX, GROUND_FRAGMENT],
+  tear: [TEAR_VERTEX, TEAR_FRAGMENT],
+};
+
+/** Places of attributes, the same in all programs. */
+export const PLACES = {
+  position: 0, small_normal: 1, colour: 2, texture_place: 3, value: 4, sphere: 5, cornea: 6, along: 7, half_width: 8, side: 9,
+  under: 10, thickness: 11,
+};
+
+/** Compile a program, with its uniforms by name. */
+export function program(gl, name) {
+  const made = gl.createProgram();
+  SOURCES[name].forEach((source, k) => {
+    const shader = gl.createShader(k ? gl.FRAGMENT_SHADER : gl.VERTEX_SHADER);
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(`${name}: ${gl.getShaderInfoLog(shader)}`);
+    gl.attachShader(made, shader);
+  });
+  for (const [attribute, place] of Object.entries(PLACES)) gl.bindAttribLocation(made, place, attribute);
+  gl.linkProgram(made);
+  if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(`${name}: ${gl.getProgramInfoLog(made)}`);
+  const uniforms = {};
+  for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); k++) {
+    const uniform = gl.getActiveUniform(made, k).name.replace("[0]", "");
+    uniforms[uniform] = gl.getUniformLocation(made, uniform);
+  }
+  return { made, uniforms };
+}

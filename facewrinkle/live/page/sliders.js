@@ -1,0 +1,226 @@
+// The sliders of the left side: expressions, action units and muscles, with left and right.
+
+const REGIONS = {
+  "Brows and forehead": ["AU1", "AU2", "AU4"],
+  Eyes: ["AU5", "AU6", "AU7", "AU43", "AU45", "AU46"],
+  "Nose and cheeks": ["AU9", "AU10", "AU11"],
+  "Mouth and chin": [],
+};
+const EVERYDAY = { // words that people search for
+  AU1: "worry raise", AU2: "raise surprise", AU4: "frown angry", AU6: "smile crow's feet wink", AU9: "disgust wrinkle", AU12: "smile grin happy",
+  AU15: "sad frown", AU17: "pout", AU18: "kiss", AU26: "open jaw mouth", AU27: "open yawn", AU43: "shut", AU45: "shut", happiness: "smile joy",
+  laughter: "smile laugh",
+};
+const GAZE = new Set(["AU61", "AU62", "AU63", "AU64"]);
+
+export const element = (tag, attributes = {}, ...children) => {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else if (name === "text") made.textContent = value;
+    else if (value === true) made.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) made.setAttribute(name, value);
+  }
+  made.append(...children);
+  return made;
+};
+
+const KEY_PAUSE = 900; // ms
+const EMOTIONS = ["happiness", "sadness", "anger", "disgust", "emotion_surprise", "emotion_fear", "contempt"];
+const OF_THE_PAPER = ["surprise", "frowning", "closing_eye", "stretching_mouth", "fear"];
+const TITLES = { emotion_surprise: "Surprise", emotion_fear: "Fear", surprise: "Surprise (brows)", fear: "Fear (brows)", frowning: "Frown", closing_eye: "Close left eye",
+  stretching_mouth: "Stretch mouth, right" };
+let gestures = 0;
+
+/** A slider with its number: `change(value, gesture)` is called while it moves; a double click on the number types one. */
+export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Math.round(100 * v), parse = (v) => v / 100, usual = 0, change }) {
+  const input = element("input", { type: "range", min, max, step, "aria-label": label });
+  const output = element("output", { title: "Double click to type a number; Delete on the slider sets it back" });
+  let gesture = "";
+  const paint = () => {
+    const share = (value) => (100 * (value - min)) / (max - min), zero = share(Math.max(min, 0)), at = share(input.value);
+    input.style.setProperty("--from", `${Math.min(zero, at)}%`); // from 0, which may be in the middle
+    input.style.setProperty("--fill", `${Math.max(zero, at)}%`);
+    output.textContent = shown(Number(input.value));
+    input.setAttribute("aria-valuetext", String(shown(Number(input.value))));
+  };
+  let last = -Infinity;
+  const begin = () => { gesture = `drag ${++gestures} ${label}`; };
+  const send = (value) => { input.value = value; paint(); change(Number(input.value), gesture); };
+  input.addEventListener("pointerdown", begin);
+  input.addEventListener("keydown", (event) => {
+    if (event.timeStamp - last > KEY_PAUSE) begin(); // keys that follow each other are one step of undo
+    last = event.timeStamp;
+    if (event.key === "Delete" || event.key === "Backspace") { event.preventDefault(); send(usual); }
+  });
+  input.addEventListener("input", () => send(input.value));
+  output.addEventListener("dblclick", () => {
+    const typed = element("input", { type: "text", class: "typed", "aria-label": `${label}, number`, value: shown(Number(input.value)) });
+    let over = false;
+    const done = (take) => {
+      if (over) return; // taking it away blurs it
+      over = true;
+      const value = parse(Number(typed.value.replace(",", ".")));
+      typed.replaceWith(output);
+      if (take && Number.isFinite(value)) { begin(); send(Math.max(min, Math.min(max, value))); }
+      input.focus();
+    };
+    typed.addEventListener("keydown", (event) => {
+      event.stopPropagation();
+      if (event.key === "Enter") done(true);
+      if (event.key === "Escape") done(false);
+    });
+    typed.addEventListener("blur", () => done(true));
+    output.replaceWith(typed);
+    typed.select();
+  });
+  paint();
+  return { input, output, set(value) { if (Number(input.value) !== value) { input.value = value; paint(); } } };
+}
+
+/** A labelled row with one slider. */
+export function row(label, options) {
+  const made = slider(label, options);
+  const line = element("div", { class: "row" }, element("span", { text: label, title: options.about ?? label }), made.input, made.output);
+  return { ...made, line };
+}
+
+export class Sliders {
+  constructor(box, connection) {
+    this.box = box;
+    this.connection = connection;
+    this.rows = [];
+    this.locked = true;
+  }
+
+  build({ atlas: { expressions, units, muscles }, off }) {
+    this.off = off;
+    this.rows = [];
+    this.box.replaceChildren();
+    const titled = (name) => name.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase());
+    const plain = (names) => names.filter((name) => expressions.includes(name)).map((name) => [name, TITLES[name] ?? titled(name), "", null]);
+    this.section("Emotions", plain(EMOTIONS));
+    this.section("More expressions", plain(expressions.filter((name) => !EMOTIONS.includes(name) && !OF_THE_PAPER.includes(name))));
+    this.section("Single movements", plain(OF_THE_PAPER));
+    const rest = new Set(Object.keys(units).filter((name) => !GAZE.has(name)));
+    const regions = structuredClone(REGIONS);
+    for (const names of Object.values(regions)) names.forEach((name) => rest.delete(name));
+    regions["Mouth and chin"] = [...rest];
+    for (const [title, names] of Object.entries(regions)) {
+      const known = names.filter((name) => units[name]);
+      this.section(title, known.map((name) => [name, units[name].about, name, units[name].sides ? [`${name}L`, `${name}R`] : null]));
+    }
+    this.section("Muscles", Object.entries(muscles).filter(([, { about }]) => about !== "eye" && about !== "crease").map(
+      ([name, { sides }]) => [name, titled(name), "", sides ? [`${name}_l`, `${name}_r`] : null]));
+  }
+
+  /** Sliders of the gaze, at the end of the eyes. */
+  gaze(group) {
+    const change = (k) => (value, gesture) => {
+      const gaze = [...this.looks];
+      gaze[k] = value;
+      this.connection.change([[["gaze"], gaze]], gesture);
+    };
+    this.looks = [0, 0];
+    const options = { min: -40, max: 40, step: 0.5, shown: (v) => Math.round(v), parse: (v) => v };
+    this.lookRows = [["Look sideways", "Degrees to the subject's left"], ["Look up", "Degrees upwards"]].map(([label, about], k) => {
+      const made = row(label, { ...options, about: `${about}; or drag an eye`, change: change(k) });
+      group.append(made.line);
+      this.rows.push({ line: made.line, group, name: label, words: `${label} gaze eyes aside down`.toLowerCase(), set: () => false, show: () => {}, off: () => {} });
+      return made;
+    });
+  }
+
+  setGaze(gaze) {
+    this.looks = gaze;
+    this.lookRows?.forEach((made, k) => { made.set(gaze[k]); made.line.classList.toggle("active", gaze[k] !== 0); });
+  }
+
+  /** Switch off what does nothing on this face, and say why. */
+  setOff(off, looks) {
+    this.off = off;
+    for (const each of this.rows) each.off(off[each.name]);
+    for (const made of this.lookRows ?? []) made.input.disabled = !looks;
+  }
+
+  section(title, entries) {
+    if (!entries.length) return;
+    const group = element("div", { role: "group", "aria-label": title }, element("h3", { text: title }));
+    for (const [name, label, code, sides] of entries) {
+      const made = this.pair(name, label, code, sides);
+      group.append(made.line);
+      this.rows.push({ ...made, name, group, words: `${name} ${label} ${code} ${title} ${EVERYDAY[name] ?? ""}`.toLowerCase() });
+    }
+    if (title === "Eyes") this.gaze(group);
+    this.box.append(group);
+  }
+
+  /** A row for a name, or for the names of both sides: one slider while they are locked. */
+  pair(name, label, code, sides) {
+    const why = this.off[name], names = sides ?? [name];
+    const change = (which) => (value, gesture) => this.connection.change(
+      [...new Set([...which, ...(which.length === names.length ? [name] : [])])]
+        .filter((each) => names.includes(each) || this.mixture?.[each] !== undefined)
+        .map((each) => [["mixture", each], names.includes(each) && value > 0 ? value : null])
+        .concat(sides && which.length < 2 && this.mixture?.[name] !== undefined ? this.opened(name, sides, which) : []), gesture);
+    const both = slider(label, { change: change(names) });
+    const single = (sides ?? []).map((side, k) => slider(`${label}, ${k ? "right" : "left"}`, { change: change([side]) }));
+    const span = element("span", { title: why ?? `${code} ${label}`.trim() });
+    if (code) span.append(element("small", { text: code }));
+    span.append(label);
+    const apart = element("div", { class: "pair" }, ...single.map((each, k) =>
+      element("div", { class: "side" }, element("span", { "aria-hidden": "true", text: k ? "R" : "L" }), each.input)));
+    const numbers = element("div", { class: "pair" }, ...single.map((each) => each.output));
+    const line = element("div", { class: "row" }, span, both.input, both.output);
+    const off = (reason) => {
+      line.classList.toggle("off", Boolean(reason));
+      span.title = reason ?? `${code} ${label}`.trim();
+      for (const each of [both, ...single]) each.input.disabled = Boolean(reason);
+    };
+    off(why);
+    let openNow = null;
+    const show = (locked) => {
+      const open = !locked && Boolean(sides);
+      if (open === openNow) return; // else the slider that is being moved would lose the focus
+      openNow = open;
+      line.replaceChildren(span, ...(open ? [apart, numbers] : [both.input, both.output]));
+    };
+    const set = (mixture) => {
+      const whole = mixture[name] ?? 0, values = names.map((each) => Math.max(mixture[each] ?? 0, whole));
+      both.set(Math.max(...values));
+      single.forEach((each, k) => each.set(values[k]));
+      line.classList.toggle("active", Math.max(...values) > 0);
+      return sides && values[0] !== values[1];
+    };
+    return { line, set, show, sides, off };
+  }
+
+  /** A weight that was given for both sides goes to the side that does not move. */
+  opened(name, sides, which) {
+    const other = sides.find((side) => !which.includes(side));
+    return [[["mixture", name], null], [["mixture", other], Math.max(this.mixture[name], this.mixture[other] ?? 0)]];
+  }
+
+  lock(on) {
+    this.locked = on;
+    this.update(this.mixture ?? {});
+  }
+
+  /** Show a mixture; rows whose sides differ show both, locked or not. */
+  update(mixture) {
+    this.mixture = mixture;
+    for (const each of this.rows) each.show(!each.set(mixture) && this.locked);
+  }
+
+  search(text) {
+    const words = text.toLowerCase().split(/\s+/).filter(Boolean), full = new Set();
+    for (const each of this.rows) {
+      each.line.hidden = !words.every((word) => each.words.includes(word));
+      if (!each.line.hidden) full.add(each.group);
+    }
+    for (const each of this.rows) each.group.hidden = !full.has(each.group);
+    this.nothing ??= element("p", { class: "nothing", text: "Nothing of that name." });
+    this.nothing.hidden = full.size > 0;
+    this.box.append(this.nothing);
+  }
+}

@@ -1,0 +1,122 @@
+// The connection to the studio: messages, frames, and connecting again when it was lost.
+
+const ARRAYS = { u8: Uint8Array, i8: Int8Array, u16: Uint16Array, u32: Uint32Array, f32: Float32Array };
+const PHOTO = 0x544f4850; // "PHOT"
+
+/** The header and the arrays of a frame; arrays are views of the buffer. */
+export function decode(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  for (const part of head.parts) {
+    for (const [name, [type, offset, count, width, mask]] of Object.entries(part.arrays)) {
+      const begin = 4 + length, Type = ARRAYS[type];
+      if (mask === undefined) part.arrays[name] = { data: new Type(buffer, begin + offset, count), width };
+      else { // only rows that changed: they are put into what there is
+        const bits = new Uint8Array(buffer, begin + mask, Math.ceil(count / width / 8));
+        const rows = new Type(buffer, begin + offset, Math.floor((begin + mask - begin - offset) / Type.BYTES_PER_ELEMENT));
+        part.arrays[name] = { count, width, put: (before) => changed(before, new Type(count), rows, bits, width) };
+      }
+    }
+  }
+  return head;
+}
+
+/** The name of the part that a photo is of, and the file. */
+export function photoOf(buffer) {
+  const length = new DataView(buffer).getUint32(4, true);
+  return { name: new TextDecoder().decode(new Uint8Array(buffer, 8, length)), bytes: new Uint8Array(buffer, 8 + length) };
+}
+
+/** An array with some of its rows replaced. */
+function changed(before, after, rows, bits, width) {
+  after.set(before.subarray(0, after.length));
+  for (let row = 0, from = 0; row * width < after.length; row++) {
+    if (bits[row >> 3] & (1 << (row & 7))) {
+      for (let k = 0; k < width; k++) after[row * width + k] = rows[from++];
+    }
+  }
+  return after;
+}
+
+export class Connection extends EventTarget {
+  constructor() {
+    super();
+    this.key = location.hash.slice(1) || sessionStorage.getItem("key") || "";
+    sessionStorage.setItem("key", this.key);
+    this.number = 0;
+    this.waiting = new Map();
+    this.bytes = 0;
+    this.frames = 0;
+    this.pause = 250;
+    this.open();
+  }
+
+  open() {
+    const socket = (this.socket = new WebSocket(`ws://${location.host}/socket`));
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.pause = 250;
+      this.fresh = true;
+      socket.send(JSON.stringify({ do: "hello", key: this.key }));
+    };
+    socket.onmessage = ({ data }) => this.receive(data);
+    socket.onclose = ({ code, reason }) => {
+      for (const { refuse } of this.waiting.values()) refuse(new Error("the connection was lost"));
+      this.waiting.clear();
+      const final = code === 1008 && /key/.test(reason);
+      this.tell("lost", { final, reason });
+      if (!final) setTimeout(() => this.open(), this.pause);
+      this.pause = Math.min(2 * this.pause, 4000);
+    };
+  }
+
+  receive(data) {
+    if (data instanceof ArrayBuffer) {
+      this.bytes += data.byteLength;
+      if (data.byteLength > 4 && new DataView(data).getUint32(0, true) === PHOTO) {
+        this.tell("photo", photoOf(data));
+      } else {
+        this.frames += 1;
+        const head = decode(data);
+        head.fresh = this.fresh;
+        this.fresh = false;
+        this.tell("frame", head);
+      }
+      return;
+    }
+    const message = JSON.parse(data);
+    const answer = this.waiting.get(message.id);
+    this.waiting.delete(message.id);
+    if (message.is === "error") {
+      if (answer) answer.refuse(new Error(message.text));
+      else this.tell("error", message.text);
+    } else if (message.is === "answer") {
+      answer?.take(message.value);
+    } else {
+      this.tell(message.is, message);
+    }
+  }
+
+  tell(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+
+  /** Send a command without waiting. */
+  send(command, values = {}) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ do: command, ...values }));
+  }
+
+  /** Send a command, and return a promise of the answer. */
+  ask(command, values = {}) {
+    const id = ++this.number;
+    return new Promise((take, refuse) => {
+      this.waiting.set(id, { take, refuse });
+      this.send(command, { ...values, id });
+    });
+  }
+
+  /** Change the document; changes of one gesture are one step of undo. */
+  change(patches, gesture = "") {
+    this.send("change", { patches, gesture });
+  }
+}

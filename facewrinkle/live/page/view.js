@@ -1,0 +1,405 @@
+// The view: keeps the parts of the newest frame on the graphics card, and draws them.
+
+import { BACKGROUND, VIEW_ANGLE } from "./materials.js";
+import { Camera } from "./camera.js";
+import { Ribbons, bound } from "./hair.js";
+import { Picking } from "./picking.js";
+import { PLACES, program } from "./shaders.js";
+
+const UNIT = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+const ATTRIBUTES = { // array of a part: attribute, components, normalised
+  position: ["position", 3, true], normal: ["small_normal", 4, true], colour: ["colour", 3, true],
+  texture: ["texture_place", 2, true], value: ["value", 1, true], sphere: ["sphere", 3, false], cornea: ["cornea", 3, false],
+  under: ["under", 4, true], thickness: ["thickness", 1, false],
+};
+const MOVING_TIME = 220; // ms after the last change for which software draws at half the resolution
+
+const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255);
+
+export class View extends Picking {
+  constructor(canvas, drawn) {
+    super();
+    this.canvas = canvas;
+    this.drawn = drawn; // called after a new frame was drawn
+    const probe = document.createElement("canvas").getContext("webgl2");
+    if (!probe) throw new Error("This browser has no WebGL2, which the view needs.");
+    const info = probe.getExtension("WEBGL_debug_renderer_info");
+    const renderer = String(probe.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : probe.RENDERER));
+    this.software = /swiftshader|llvmpipe|software|basic render/i.test(renderer);
+    probe.getExtension("WEBGL_lose_context")?.loseContext();
+    this.setUp();
+    this.wireframe = false;
+    this.field = null;
+    this.busyUntil = 0;
+    new ResizeObserver(() => this.request()).observe(canvas);
+    canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+    canvas.addEventListener("webglcontextrestored", () => { this.setUp(); this.onrestored?.(); });
+  }
+
+  setUp() {
+    const gl = this.gl = this.canvas.getContext("webgl2", { antialias: !this.software, alpha: false, preserveDrawingBuffer: false });
+    this.programs = Object.fromEntries(
+      ["skin", "skin_part", "teeth", "eye_part", "eye", "plain", "hair", "line", "ground", "tear"].map((n) => [n, program(gl, n)]));
+    this.parts = new Map();
+    this.empty = gl.createVertexArray();
+    this.photos = new Map();
+    this.colours = this.texture();
+    this.behind = this.texture();
+  }
+
+  /** A texture of one colour, to be filled. */
+  texture() {
+    const gl = this.gl, texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array([211, 169, 142, 255]));
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+    return texture;
+  }
+
+  /** Begin with a face: its axes, its size and the named views. */
+  begin({ axes, size, views }, other = false) {
+    this.views = views;
+    if (!this.camera || other) {
+      this.camera = new Camera(axes, size, VIEW_ANGLE, 9 * size);
+      this.camera.take(views.front);
+    }
+  }
+
+  take(name) { this.camera.take(this.views[name]); this.request(); }
+
+  // --- what comes from the server ---------------------------------------------------------------
+
+  setPhoto({ name, bytes }) {
+    const clear = bytes[0] === 0x89; // PNG, which is transparent
+    createImageBitmap(new Blob([bytes], { type: clear ? "image/png" : "image/jpeg" })).then((image) => {
+      const gl = this.gl, form = clear ? gl.RGBA : gl.RGB;
+      gl.bindTexture(gl.TEXTURE_2D, this.photoOf(name));
+      gl.texImage2D(gl.TEXTURE_2D, 0, form, form, gl.UNSIGNED_BYTE, image);
+      gl.generateMipmap(gl.TEXTURE_2D);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
+      const sharp = gl.getExtension("EXT_texture_filter_anisotropic");
+      if (sharp) gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, this.software ? 1 : 8);
+      this.request();
+    });
+  }
+
+  /** The texture for the photo of a part. */
+  photoOf(name) {
+    if (!this.photos.has(name)) this.photos.set(name, this.texture());
+    return this.photos.get(name);
+  }
+
+  setField(name, colours) {
+    this.field = name;
+    if (name) {
+      const gl = this.gl, n = colours.length / 3;
+      gl.bindTexture(gl.TEXTURE_2D, this.colours);
+      gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, n, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, new Uint8Array(colours));
+      gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+    }
+    this.request();
+  }
+
+  frame(head) {
+    if (head.fresh) this.parts.clear();
+    this.box = head.box;
+    const names = new Set();
+    for (const part of head.parts) {
+      names.add(part.name);
+      this.update(part);
+    }
+    for (const name of [...this.parts.keys()]) if (!names.has(name)) this.drop(name);
+    this.step = head.step;
+    this.pending = true;
+    this.request(!head.still);
+  }
+
+  update({ name, kind, arrays, info, fixed }) {
+    const gl = this.gl;
+    if (kind === "field") return this.updateField(arrays, info);
+    let part = this.parts.get(name);
+    const had = part?.arrays ?? {};
+    if (fixed && part && kind !== "skin") this.drop(name);
+    if (!part || (fixed && kind !== "skin")) {
+      part = { name, kind, buffers: {}, arrays: {}, indices: {}, vao: gl.createVertexArray() };
+      this.parts.set(name, part);
+    }
+    if (fixed) {
+      part.fixed = fixed;
+      part.lines = null;
+      for (const key of Object.keys({ ...part.arrays, value: 0 })) if (!arrays[key]) this.forget(part, key);
+    }
+    part.fixed ??= {};
+    part.info = info;
+    for (const [key, { data: whole, put, width }] of Object.entries(arrays)) {
+      const data = put ? put(had[key]) : whole;
+      part.arrays[key] = data;
+      if (key === "index" || key === "lined") {
+        gl.bindVertexArray(part.vao);
+        const buffer = part.indices[key]?.buffer ?? gl.createBuffer();
+        gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+        gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
+        part.indices[key] = { buffer, count: data.length };
+        part.type = data instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
+        if (key === "index") part.count = data.length;
+      } else if (ATTRIBUTES[key] && kind !== "brows" && kind !== "lashes") {
+        this.attribute(part, key, data, width);
+      }
+    }
+    gl.bindVertexArray(null);
+    if (name === "skin" && arrays.position) this.version = (this.version ?? 0) + 1;
+  }
+
+  /** What a part does not have any more, as its photo where another face has none, or a field that is too short. */
+  forget(part, key) {
+    const gl = this.gl, known = part.buffers[key];
+    delete part.arrays[key];
+    if (!known) return;
+    gl.bindVertexArray(part.vao);
+    gl.disableVertexAttribArray(PLACES[ATTRIBUTES[key][0]]);
+    gl.deleteBuffer(known.buffer);
+    delete part.buffers[key];
+    if (key === "value") part.coloured = null;
+  }
+
+  attribute(part, key, data, width) {
+    const gl = this.gl, [attribute, components, normalised] = ATTRIBUTES[key];
+    const type = data instanceof Uint16Array ? gl.UNSIGNED_SHORT : data instanceof Int8Array ? gl.BYTE
+      : data instanceof Uint8Array ? gl.UNSIGNED_BYTE : gl.FLOAT;
+    gl.bindVertexArray(part.vao);
+    const known = part.buffers[key];
+    const buffer = known?.buffer ?? gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    if (known?.bytes === data.byteLength) gl.bufferSubData(gl.ARRAY_BUFFER, 0, data);
+    else gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
+    part.buffers[key] = { buffer, bytes: data.byteLength };
+    gl.enableVertexAttribArray(PLACES[attribute]);
+    gl.vertexAttribPointer(PLACES[attribute], Math.min(components, width), type, normalised && type !== gl.FLOAT, 0, 0);
+  }
+
+  updateField(arrays, info) {
+    const skin = this.parts.get("skin");
+    this.fieldInfo = info;
+    if (skin && arrays.value && (arrays.value.data?.length ?? arrays.value.count) * 3 === skin.arrays.position.length) {
+      // 65534 is the largest value, and 65535 means nothing; the shader gets numbers above 1 for these
+      this.numbers = arrays.value.data ?? arrays.value.put(this.numbers);
+      const values = Float32Array.from(this.numbers, (v) => (v === 65535 ? 2 : v / 65534));
+      this.attribute(skin, "value", values, 1);
+      this.gl.bindVertexArray(null);
+      skin.coloured = this.field;
+    }
+    this.onfield?.(info);
+  }
+
+  drop(name) {
+    const part = this.parts.get(name);
+    if (!part) return;
+    const gl = this.gl;
+    for (const { buffer } of Object.values(part.buffers)) gl.deleteBuffer(buffer);
+    for (const { buffer } of Object.values(part.indices)) gl.deleteBuffer(buffer);
+    gl.deleteVertexArray(part.vao);
+    this.parts.delete(name);
+  }
+
+  // --- drawing ----------------------------------------------------------------------------------
+
+  /** Draw soon; `moving` while more is to come. */
+  request(moving = false) {
+    if (moving) this.busyUntil = performance.now() + MOVING_TIME;
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame(() => {
+      this.asked = false;
+      this.draw();
+      this.ondraw?.();
+      if (this.pending) {
+        this.pending = false;
+        this.drawn();
+      }
+      if (this.coarse) {
+        clearTimeout(this.timer);
+        this.timer = setTimeout(() => this.request(), MOVING_TIME + 20);
+      }
+    });
+  }
+
+  resize() {
+    this.coarse = this.software && performance.now() < this.busyUntil;
+    const ratio = (this.software ? 1 : Math.min(devicePixelRatio, 2)) * (this.coarse ? 0.5 : 1);
+    const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
+  }
+
+  draw() {
+    const { gl, camera } = this;
+    if (!camera || !this.box || gl.isContextLost()) return;
+    this.resize();
+    const { width, height } = this.canvas;
+    gl.viewport(0, 0, width, height);
+    gl.depthMask(true);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    this.aspect = width / height;
+    this.matrices = camera.matrices(this.aspect);
+    this.ground();
+    gl.enable(gl.DEPTH_TEST);
+    gl.disable(gl.BLEND);
+    const parts = [...this.parts.values()], of = (...kinds) => parts.filter((p) => kinds.includes(p.kind));
+    for (const part of of("skin")) this.drawSkin(part);
+    for (const part of of("skin_part", "plain", "eye_part", "teeth")) if (part.info.visible !== false) this.drawMesh(part);
+    for (const part of of("eye")) this.drawEye(part);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    if (this.wireframe) for (const part of of("skin")) this.drawLines(part);
+    gl.depthMask(false);
+    if (!this.field) for (const part of of("brows", "lashes")) this.drawHair(part);
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
+    const tears = of("tear");
+    if (tears.length) this.drawTears(tears);
+  }
+
+  use(name, low = this.box.slice(0, 3), size = this.box[3]) {
+    const { gl } = this, { made, uniforms } = this.programs[name];
+    gl.useProgram(made);
+    gl.uniformMatrix4fv(uniforms.view, false, this.matrices.view);
+    gl.uniformMatrix4fv(uniforms.projection, false, this.matrices.projection);
+    if (uniforms.low) gl.uniform3fv(uniforms.low, low);
+    if (uniforms.size) gl.uniform1f(uniforms.size, size);
+    return uniforms;
+  }
+
+  ground() {
+    const { gl } = this, { made, uniforms } = this.programs.ground;
+    gl.disable(gl.DEPTH_TEST);
+    gl.useProgram(made);
+    gl.uniform3fv(uniforms.bottom, rgb(BACKGROUND[0]));
+    gl.uniform3fv(uniforms.top, rgb(BACKGROUND[1]));
+    gl.bindVertexArray(this.empty);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  drawSkin(part) {
+    const { gl } = this, uniforms = this.use("skin");
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, this.photoOf("skin"));
+    gl.activeTexture(gl.TEXTURE1);
+    gl.bindTexture(gl.TEXTURE_2D, this.colours);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform1i(uniforms.photo, 0);
+    gl.uniform1i(uniforms.colours, 1);
+    gl.uniform1i(uniforms.textured, part.arrays.texture ? 1 : 0);
+    gl.uniform1i(uniforms.labels, ["muscle", "family", "level"].includes(this.field) ? 1 : 0);
+    gl.uniform1i(uniforms.field, this.field && part.coloured === this.field ? 1 : 0);
+    gl.bindVertexArray(part.vao);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, part.indices.index.buffer);
+    gl.drawElements(gl.TRIANGLES, part.count, part.type, 0);
+    if (part.indices.lined?.count) { // linings are not seen from behind
+      gl.enable(gl.CULL_FACE);
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, part.indices.lined.buffer);
+      gl.drawElements(gl.TRIANGLES, part.indices.lined.count, part.type, 0);
+      gl.disable(gl.CULL_FACE);
+    }
+  }
+
+  drawMesh(part) {
+    const { gl } = this, whole = part.arrays.position instanceof Float32Array;
+    const uniforms = whole ? this.use(part.kind, [0, 0, 0], 1) : this.use(part.kind);
+    gl.uniformMatrix4fv(uniforms.model, false, part.info.matrix ?? UNIT);
+    if (uniforms.textured) {
+      gl.uniform1i(uniforms.textured, part.arrays.texture ? 1 : 0);
+      gl.uniform1i(uniforms.photo, 0);
+      gl.activeTexture(gl.TEXTURE0);
+      if (part.arrays.texture) gl.bindTexture(gl.TEXTURE_2D, this.photoOf(part.name));
+    }
+    gl.bindVertexArray(part.vao);
+    gl.drawElements(gl.TRIANGLES, part.count, part.type, 0);
+  }
+
+  drawEye(part) {
+    const { gl } = this, uniforms = this.use("eye"), { fixed, info } = part;
+    for (const name of ["centre", "corner", "caruncle", "tears"]) gl.uniform3fv(uniforms[name], fixed[name]);
+    ["side_axis", "up_axis", "ahead_axis"].forEach((name, k) => gl.uniform3fv(uniforms[name], info.axes.slice(3 * k, 3 * k + 3)));
+    ["lid_side", "lid_up", "lid_ahead"].forEach((name, k) => gl.uniform3fv(uniforms[name], fixed.lid_axes.slice(3 * k, 3 * k + 3)));
+    gl.uniform1f(uniforms.radius, fixed.radius);
+    gl.uniform1fv(uniforms.lids, part.arrays.lids);
+    gl.bindVertexArray(part.vao);
+    gl.drawElements(gl.TRIANGLES, part.count, part.type, 0);
+  }
+
+  /** Positions of the first vertices of the skin. */
+  skinPoints(count) {
+    const { position } = this.parts.get("skin").arrays, scale = this.box[3] / 65535, n = 3 * (count ?? position.length / 3);
+    if (!this.decoded || this.decoded.length < n) this.decoded = new Float32Array(position.length);
+    for (let k = 0; k < n; k++) this.decoded[k] = this.box[k % 3] + scale * position[k];
+    return this.decoded;
+  }
+
+  drawHair(part) {
+    const { gl } = this;
+    if (!part.ribbons) {
+      part.ribbons = new Ribbons(gl, part.arrays.half, part.arrays.tint, part.info.knots ?? part.fixed.knots);
+    }
+    if (part.kind === "brows") {
+      if (part.moved !== this.version) {
+        part.points ??= new Float32Array(part.arrays.corners.length);
+        part.ribbons.move(bound(part.arrays.corners, part.arrays.place, this.skinPoints(this.parts.get("skin").fixed.base), part.points));
+        part.moved = this.version;
+      }
+    } else if (part.moved !== part.arrays.away) {
+      const { root, away } = part.arrays, { knots, scale } = part.info, step = this.box[3] / 65535;
+      part.ribbons.move(Float32Array.from(away, (v, k) =>
+        this.box[k % 3] + step * root[3 * Math.floor(k / (3 * knots)) + (k % 3)] + scale * v));
+      part.moved = away;
+    }
+    const uniforms = this.use("hair"), size = this.camera.size;
+    gl.uniform1f(uniforms.pixel, 2 / (this.matrices.focal * this.canvas.height));
+    gl.uniform1f(uniforms.bias, (part.kind === "brows" ? 0.022 : 0.003) * size);
+    gl.bindVertexArray(part.ribbons.vao);
+    gl.drawElements(gl.TRIANGLES, part.ribbons.count, gl.UNSIGNED_SHORT, 0);
+  }
+
+  drawLines(part) {
+    const { gl } = this;
+    if (!part.lines) {
+      const { index } = part.arrays, edges = new Set(), out = [];
+      for (let t = 0; t < index.length; t += 3) {
+        for (let k = 0; k < 3; k++) {
+          const a = index[t + k], b = index[t + ((k + 1) % 3)], key = a < b ? a * 2 ** 26 + b : b * 2 ** 26 + a;
+          if (!edges.has(key)) { edges.add(key); out.push(a, b); }
+        }
+      }
+      part.lines = gl.createVertexArray();
+      part.lineCount = out.length;
+      gl.bindVertexArray(part.lines);
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(out), gl.STATIC_DRAW);
+    }
+    this.use("line");
+    gl.bindVertexArray(part.lines);
+    gl.bindBuffer(gl.ARRAY_BUFFER, part.buffers.position.buffer);
+    gl.enableVertexAttribArray(PLACES.position);
+    gl.vertexAttribPointer(PLACES.position, 3, gl.UNSIGNED_SHORT, true, 0, 0);
+    gl.drawElements(gl.LINES, part.lineCount, gl.UNSIGNED_INT, 0);
+  }
+
+  drawTears(tears) {
+    const { gl } = this, { width, height } = this.canvas;
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, this.behind);
+    gl.copyTexImage2D(gl.TEXTURE_2D, 0, gl.RGB, 0, 0, width, height, 0);
+    const uniforms = this.use("tear");
+    gl.uniform1i(uniforms.behind, 0);
+    gl.uniform1f(uniforms.focal, this.matrices.focal);
+    gl.uniform1f(uniforms.aspect, this.aspect);
+    gl.enable(gl.CULL_FACE);
+    for (const part of tears) {
+      gl.bindVertexArray(part.vao);
+      gl.drawElements(gl.TRIANGLES, part.count, part.type, 0);
+    }
+    gl.disable(gl.CULL_FACE);
+  }
+}

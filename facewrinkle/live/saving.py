@@ -1,0 +1,173 @@
+"""Files of a studio: pictures, movies, meshes, rigs and sessions, into one folder or as downloads."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from PIL import Image
+
+from ..anatomy.atlas_file import atlas_text
+from ..anatomy.face import Face
+from ..anatomy.face_file import write_face
+from ..errors import OutputError, ParameterError
+from ..export import movie_writer, write_mesh
+from ..export.animation import AnimationWriter
+from ..plotting import Style, TearScene
+from .document import Document
+from .library import Tell
+from .playing import FPS, Played
+from .stage import Stage
+from .wishes import mixture_of
+
+T = TypeVar("T")
+
+WIDTH, HEIGHT = 1200, 1200
+"""Pixels of a picture."""
+
+FILM = 720
+"""Pixels of each side of a movie."""
+
+KINDS = ("picture", "movie", "glb", "animation", "rig", "face", "atlas", "session")
+"""Things that can be saved."""
+
+SLOW = ("rig",)
+"""Things that take a minute, and do not draw."""
+
+MOST = 10_000
+"""Files of one name and different numbers."""
+
+OWN_EXPRESSION = "studio"
+"""Name of the expression that the sliders make in an atlas."""
+
+
+class Folder:
+    """The one folder that a page may have written to.
+
+    Parameters
+    ----------
+    path : Path or None
+        Made if it does not exist.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = None if path is None else path.resolve()
+        if self.path is not None:
+            try:
+                self.path.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise OutputError(f"cannot make the folder {str(path)!r}: {error.strerror}.") from None
+
+    def write(self, name: str, data: bytes, anew: bool = True) -> Path:
+        """Write data under a name; with `anew`, never over another file: the name gets a number."""
+        assert self.path is not None
+        if not re.fullmatch(r"[a-z]+\.[a-z0-9]+", name):
+            raise OutputError(f"the studio writes files with plain names, received {name!r}.")
+        stem, _, ending = name.partition(".")
+        try:
+            for number in range(1, MOST):
+                path = self.path / (f"{stem}_{number}.{ending}" if anew else name)
+                try:
+                    with path.open("xb" if anew else "wb") as file:
+                        file.write(data)
+                    return path
+                except FileExistsError:
+                    continue
+        except OSError as error:
+            raise OutputError(f"cannot write {str(path)!r}: {error.strerror}.") from None
+        raise OutputError(f"there are {MOST} files of the name {name} in {str(self.path)!r} already.")
+
+
+def save(what: str, camera: list[float], stage: Stage, document: Document, tell: Tell) -> tuple[str, bytes]:
+    """Return the name and the content of a file; on the thread of the stage.
+
+    Parameters
+    ----------
+    what : str
+        One of `KINDS`, but none of `SLOW`.
+    camera : list of float
+        Position, focal point and upward direction, for pictures and movies.
+    tell : callable
+        Told what is done, and the share of it.
+    """
+    if what not in KINDS:
+        raise ParameterError(f"what is saved must be one of {', '.join(KINDS)}, received {what!r}.")
+    assert stage.shown is not None
+    data = document.data
+    if what == "session":
+        return "session.json", document.text().encode()
+    if what == "atlas":
+        return "atlas.toml", atlas_with(stage.face, data).encode()
+    with tempfile.TemporaryDirectory() as folder:
+        if what == "glb":
+            path = Path(folder) / "face.glb"
+            write_mesh(stage.shown.frame, path, stage.face, parts=True, tears=stage.tears)
+        elif what == "face":
+            path = write_face(stage.face, Path(folder) / "scan.face")
+        elif what == "picture":
+            path = Path(folder) / "picture.png"
+            with _scene(stage.face, camera, WIDTH, HEIGHT) as scene:
+                Image.fromarray(scene.picture(stage.shown.frame, stage.tears)).save(path)
+        else:
+            clip = stage.library[stage.shown_face].clip
+            played = Played(stage.face, data, clip, coarsen=what == "movie")
+            path = Path(folder) / ("movie.mp4" if what == "movie" else "animation.glb")
+            (_movie if what == "movie" else _animation)(played, path, camera, tell)
+        return path.name, path.read_bytes()
+
+
+def save_rig(face: Face, data: Mapping[str, Any], tell: Tell) -> tuple[str, bytes]:
+    """Return the name and the content of a file with ARKit's blend shapes of a face; on any thread."""
+    from ..rigging import rig, write_rig
+
+    def progress(items: Iterable[T], what: str, total: int) -> Iterator[T]:
+        return _told(items, total, f"Rig: {what}", tell)
+
+    if not face.muscles:
+        raise ParameterError("a rig needs a face with muscles, and this surface has none.")
+    made = rig(face, level=1, progress=progress)
+    with tempfile.TemporaryDirectory() as folder:
+        return "rig.glb", write_rig(made, Path(folder) / "rig.glb").read_bytes()
+
+
+def atlas_with(face: Face, data: Mapping[str, Any]) -> str:
+    """Return the atlas of a face as TOML, with what the sliders show as an expression of its own."""
+    atlas, mixture = face.atlas, mixture_of(data)
+    if mixture:
+        own = {OWN_EXPRESSION: {name: round(rate, 6) for name, rate in atlas.contractions(mixture).items()}}
+        atlas = dataclasses.replace(atlas, expressions={**atlas.expressions, **own})
+    return atlas_text(atlas)
+
+
+def _scene(face: Face, camera: list[float], width: int, height: int) -> TearScene:
+    scene = TearScene(face, Style((width, height)))
+    view = scene.plotter.camera
+    view.position, view.focal_point, view.up = np.array(camera).reshape(3, 3)
+    scene.plotter.renderer.ResetCameraClippingRange()
+    return scene
+
+
+def _movie(played: Played, path: Path, camera: list[float], tell: Tell) -> None:
+    with _scene(played.face, camera, FILM, FILM) as scene, movie_writer(path, FPS) as append:
+        for moment in _told(played, played.count, "Movie", tell):
+            append(scene.picture(moment.frame, moment.tears))
+
+
+def _animation(played: Played, path: Path, camera: list[float], tell: Tell) -> None:
+    writer = AnimationWriter(played.face, path)
+    for moment in _told(played, played.count, "Animation", tell):
+        writer.add(moment.frame)
+    writer.write(played.times, played.simulation.forest)
+
+
+def _told(items: Iterable[T], count: int, what: str, tell: Tell) -> Iterator[T]:
+    """Yield items, and tell how many have been."""
+    tell(what, 0.0)
+    for number, item in enumerate(items):
+        tell(what, number / max(count, 1))
+        yield item

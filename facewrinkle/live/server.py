@@ -1,0 +1,387 @@
+"""The web server of a studio: pages and scripts of the package, and one socket.
+
+It listens on this computer alone unless asked otherwise. A page must name the key that was made at the start, in its
+first message; requests from other origins, or for other hosts, are refused. No path of the file system ever comes from
+a page.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hmac
+import json
+import secrets
+import tempfile
+import threading
+import traceback
+from collections.abc import Awaitable, Callable, Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from aiohttp import WSMsgType, web
+
+from ..errors import FaceWrinkleError, ParameterError
+from ..plotting.scene import BACKGROUND
+from ..plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
+from ..plotting.views import LIGHTS, VIEW_ANGLE
+from ..plotting.wet import FULLY_WET, tear_code
+from .clients import Client
+from .encoding import photo_message
+from .protocol import LARGEST_MESSAGE, MessageError, Rate, greeting, parse
+from .uploads import received
+
+GREETING_TIME = 5.0
+"""Seconds within which a page must name its key."""
+
+MOST_CLIENTS = 8
+"""Pages that may be connected at once."""
+
+MOST_MISTAKES = 32
+"""Messages that are none of the protocol after which a page is disconnected."""
+
+BREATH = 20.0
+"""Seconds between two signs of life that a page must give."""
+
+TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
+"""Kinds of files of the page, by their endings."""
+
+Handler = Callable[[str, dict[str, Any], Client], Awaitable[Any]]
+
+
+def page_files() -> dict[str, tuple[str, bytes]]:
+    """Return the files of the page with their types, by name; the shaders are made of those of pictures."""
+    found = {}
+    for entry in files(__package__).joinpath("page").iterdir():
+        ending = entry.name.rpartition(".")[2]
+        if ending in TYPES:
+            found[entry.name] = TYPES[ending], entry.read_bytes()
+    lights = [{"direction": where, "colour": [strength * c for c in colour]} for where, colour, strength in LIGHTS]
+    room, tear = tear_code("aspect", "focal", FULLY_WET)
+    materials = {
+        "tear_declarations": room,
+        "tear": tear.replace("gl_FragData[0]", "vec4 colour_of_tear"),
+        "skin": SKIN_MATERIAL.code(len(LIGHTS)),
+        "eye": EYE_MATERIAL.code(len(LIGHTS)),
+        "teeth": TEETH_MATERIAL.code(len(LIGHTS)),
+    }
+    lines = [
+        f"export const MATERIALS = {json.dumps(materials)};",
+        f"export const LIGHTS = {json.dumps(lights)};",
+        f"export const VIEW_ANGLE = {VIEW_ANGLE};",
+        f"export const BACKGROUND = {json.dumps(BACKGROUND)};",
+    ]
+    found["materials.js"] = TYPES["js"], "\n".join(lines).encode()
+    return found
+
+
+class Server:
+    """A server on a thread of its own.
+
+    Parameters
+    ----------
+    handler : callable
+        Called with the name of a command, its arguments and the page; it returns the answer.
+    state : callable
+        Returns the newest frame, the document's version, the document, and the number of the photos and the photos.
+    greeting : callable
+        Returns what a page is told first.
+    opened : callable
+        Called, on a thread of its own, with a folder and the names of the files in it; returns the answer.
+    host, port :
+        Where to listen; port 0 is any that is free.
+
+    Attributes
+    ----------
+    key : str
+        What a page must know.
+    port : int
+    """
+
+    def __init__(
+        self,
+        handler: Handler,
+        state: Callable[[], Mapping[str, Any]],
+        greeting: Callable[[], Mapping[str, Any]],
+        opened: Callable[[Path, list[str]], Mapping[str, Any]],
+        host: str = "127.0.0.1",
+        port: int = 0,
+    ) -> None:
+        self.key = secrets.token_urlsafe(24)
+        self.host, self.port = host, port
+        self.clients: set[Client] = set()
+        self._handler, self._state, self._greeting = handler, state, greeting
+        self._senders: dict[Client, asyncio.Task[None]] = {}
+        self._opened, self._opening = opened, False
+        self._files = page_files()
+        self._downloads: dict[str, tuple[str, bytes]] = {}
+        self._loop = asyncio.new_event_loop()
+        self._runner: web.AppRunner | None = None
+        self._thread = threading.Thread(target=self._loop.run_forever, name="facewrinkle studio server", daemon=True)
+
+    @property
+    def url(self) -> str:
+        """Address of the page, with the key."""
+        return f"http://{self._shown_host}:{self.port}/#{self.key}"
+
+    @property
+    def _shown_host(self) -> str:
+        host = "127.0.0.1" if self.host in ("0.0.0.0", "") else self.host
+        return f"[{host}]" if ":" in host else host
+
+    def start(self) -> None:
+        """Listen.
+
+        Raises
+        ------
+        ParameterError
+            If the port is in use, or the address is not one of this computer.
+        """
+        self._thread.start()
+        try:
+            asyncio.run_coroutine_threadsafe(self._start(), self._loop).result(10.0)
+        except OSError as error:
+            self.close()
+            raise ParameterError(
+                f"cannot listen at {self.host}, port {self.port}: {error.strerror or error}. Choose another port, or 0 "
+                "for any that is free."
+            ) from None
+
+    async def _start(self) -> None:
+        app = web.Application(middlewares=[self._guard], client_max_size=LARGEST_MESSAGE)
+        app.router.add_get("/", self._page)
+        app.router.add_get("/socket", self._socket)
+        app.router.add_get("/download/{token}", self._download)
+        app.router.add_post("/open", self._open)
+        app.router.add_get("/{name}", self._page)
+        self._runner = web.AppRunner(app, access_log=None)
+        await self._runner.setup()
+        site = web.TCPSite(self._runner, self.host, self.port)
+        await site.start()
+        self.port = int(self._runner.addresses[0][1])
+
+    def close(self) -> None:
+        """Disconnect all pages, and stop listening."""
+        if self._loop.is_running():
+            if self._runner is not None:
+                asyncio.run_coroutine_threadsafe(self._end(), self._loop).result(10.0)
+            self._loop.call_soon_threadsafe(self._loop.stop)
+            self._thread.join(10.0)
+        if not self._loop.is_closed():
+            self._loop.close()
+
+    async def _end(self) -> None:
+        for client in list(self._senders):
+            await self._leave(client)
+        for client in list(self.clients):
+            await client.socket.close(code=1001, message=b"the studio was closed")
+        assert self._runner is not None
+        await self._runner.cleanup()
+
+    def wake(self) -> None:
+        """Look for what pages can be sent; from any thread."""
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._wake)
+
+    def _wake(self) -> None:
+        for client in self.clients:
+            client.wake.set()
+
+    def tell_all(self, what: dict[str, Any]) -> None:
+        """Tell all pages something; from any thread."""
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._tell_all, what)
+
+    def _tell_all(self, what: dict[str, Any]) -> None:
+        for client in self.clients:
+            client.tell(what)
+
+    def offer(self, name: str, data: bytes) -> str:
+        """Return the address, good for one download, of data under a name."""
+        token = secrets.token_urlsafe(24)
+        while len(self._downloads) >= 4:
+            self._downloads.pop(next(iter(self._downloads)))
+        self._downloads[token] = name, data
+        return f"/download/{token}"
+
+    # --- requests ------------------------------------------------------------------------------
+
+    @web.middleware
+    async def _guard(self, request: web.Request, handler: Any) -> web.StreamResponse:
+        if request.headers.get("Host") not in self._hosts:
+            raise web.HTTPForbidden(text="unknown host")
+        origin = request.headers.get("Origin")
+        if origin is not None and origin not in {f"http://{host}" for host in self._hosts}:
+            raise web.HTTPForbidden(text="unknown origin")
+        response: web.StreamResponse = await handler(request)
+        return response
+
+    @property
+    def _hosts(self) -> set[str]:
+        return {f"{host}:{self.port}" for host in ("127.0.0.1", "localhost", self._shown_host)}
+
+    @property
+    def _headers(self) -> dict[str, str]:
+        sockets = " ".join(f"ws://{host}" for host in sorted(self._hosts))
+        return {
+            "Content-Security-Policy": f"default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self' "
+            f"{sockets}; img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+            "X-Content-Type-Options": "nosniff",
+            "Referrer-Policy": "no-referrer",
+            "Cross-Origin-Opener-Policy": "same-origin",
+            "Cross-Origin-Resource-Policy": "same-origin",
+            "Cache-Control": "no-store",
+        }
+
+    async def _page(self, request: web.Request) -> web.Response:
+        name = request.match_info.get("name", "index.html")
+        if name not in self._files:
+            raise web.HTTPNotFound(text="not found", headers=self._headers)
+        kind, data = self._files[name]
+        return web.Response(body=data, content_type=kind, charset="utf-8", headers=self._headers)
+
+    async def _download(self, request: web.Request) -> web.Response:
+        name, data = self._downloads.pop(request.match_info["token"], ("", b""))
+        if not name:
+            raise web.HTTPNotFound(text="not found", headers=self._headers)
+        headers = {**self._headers, "Content-Disposition": f'attachment; filename="{name}"'}
+        return web.Response(body=data, content_type="application/octet-stream", headers=headers)
+
+    async def _open(self, request: web.Request) -> web.Response:
+        """Take files into a new folder, have them read, and say what they were."""
+        if request.headers.get("Origin") is None or not hmac.compare_digest(
+            request.headers.get("X-Key", "").encode(), self.key.encode()
+        ):
+            raise web.HTTPForbidden(text="the key is needed")
+        if self._opening:
+            raise web.HTTPConflict(text="another file is being read; wait for it.")
+        self._opening = True
+        try:
+            with tempfile.TemporaryDirectory(prefix="facewrinkle-") as folder:
+                names = await received(request, Path(folder))
+                answer = await asyncio.to_thread(self._opened, Path(folder), names)
+            return web.json_response(answer, headers=self._headers)
+        except FaceWrinkleError as error:
+            text = " ".join(str(error).split())[:2000].replace(folder + "/", "")
+            return web.json_response({"error": text}, status=400, headers=self._headers)
+        finally:
+            self._opening = False
+
+    async def _socket(self, request: web.Request) -> web.StreamResponse:
+        if request.headers.get("Origin") is None:
+            raise web.HTTPForbidden(text="an origin is needed")
+        if len(self.clients) >= MOST_CLIENTS:
+            raise web.HTTPServiceUnavailable(text="too many pages are open")
+        socket = web.WebSocketResponse(max_msg_size=LARGEST_MESSAGE, heartbeat=BREATH, compress=False)
+        await socket.prepare(request)
+        client = Client(socket)
+        try:
+            first = await asyncio.wait_for(socket.receive(), GREETING_TIME)
+        except TimeoutError:
+            await socket.close(code=1008, message=b"no key")
+            return socket
+        key = greeting(first.data) if first.type is WSMsgType.TEXT else ""
+        if not hmac.compare_digest(key.encode(), self.key.encode()):
+            await socket.close(code=1008, message=b"wrong key")
+            return socket
+        if len(self.clients) >= MOST_CLIENTS:
+            await socket.close(code=1013, message=b"too many pages are open")
+            return socket
+        sender = self._welcome(client)
+        try:
+            await self._listen(client)
+        finally:
+            self.clients.discard(client)
+            sender.cancel()
+        return socket
+
+    def _welcome(self, client: Client) -> asyncio.Task[None]:
+        self.clients.add(client)
+        client.tell({"is": "welcome", **self._greeting()})
+        return asyncio.create_task(self._send(client))
+
+    # --- clients that are no pages -------------------------------------------------------------
+
+    def attach(self, client: Client, before: Client | None = None) -> Client:
+        """Let a client, such as a widget, take part from now on, in place of another; from any thread."""
+
+        async def attached() -> None:
+            if before is not None:
+                await self._leave(before)
+            self._senders[client] = self._welcome(client)
+
+        asyncio.run_coroutine_threadsafe(attached(), self._loop)
+        return client
+
+    def detach(self, client: Client) -> None:
+        """Let a client that was attached go; from any thread."""
+        if self._loop.is_running():
+            asyncio.run_coroutine_threadsafe(self._leave(client), self._loop)
+
+    async def _leave(self, client: Client) -> None:
+        self.clients.discard(client)
+        if (sender := self._senders.pop(client, None)) is not None:
+            sender.cancel()
+
+    def receive(self, client: Client, text: str) -> None:
+        """Take a message of a client that was attached; from any thread."""
+        if self._loop.is_running():
+            asyncio.run_coroutine_threadsafe(self._take(client, text), self._loop)
+
+    async def _listen(self, client: Client) -> None:
+        rate, mistakes = Rate(), 0
+        async for got in client.socket:
+            if got.type is not WSMsgType.TEXT:
+                await client.socket.close(code=1003, message=b"text is needed")
+                return
+            if not rate.allows():
+                await client.socket.close(code=1008, message=b"too many messages")
+                return
+            mistakes += not await self._take(client, got.data)
+            if mistakes >= MOST_MISTAKES:
+                await client.socket.close(code=1008, message=b"too many mistakes")
+                return
+
+    async def _take(self, client: Client, text: str) -> bool:
+        """Do what a message asks for; return False if it is none of the protocol."""
+        number = 0
+        try:
+            command, arguments, number = parse(text)
+            if command == "shown":
+                client.drawn()
+                return True
+            answer = await self._handler(command, arguments, client)
+        except FaceWrinkleError as error:
+            client.tell({"is": "error", "id": number, "text": " ".join(str(error).split())[:2000]})
+            return not isinstance(error, MessageError)
+        except asyncio.CancelledError:
+            raise
+        except Exception:
+            traceback.print_exc()
+            client.tell({"is": "error", "id": number, "text": "an error in facewrinkle itself; see the terminal."})
+        else:
+            if number:
+                client.tell({"is": "answer", "id": number, "value": answer})
+        return True
+
+    async def _send(self, client: Client) -> None:
+        """Send a page what it may be sent, as long as it is connected; one that stalls waits here, alone."""
+        try:
+            while not client.lost:
+                client.wake.clear()
+                while (text := client.next_text()) is not None:
+                    await client.socket.send_str(text)
+                state = self._state()
+                if client.needs_document(state["version"]):
+                    await client.socket.send_str(json.dumps({"is": "document", **state["document"]()}))
+                number, photos = state["photos"]
+                if client.needs_photos(number):
+                    for name, photo in photos.items():
+                        await client.socket.send_bytes(photo_message(name, photo))
+                if (frame := client.frame(state["shown"])) is not None:
+                    await client.socket.send_bytes(frame)
+                    continue
+                await client.wake.wait()
+        except (ConnectionError, RuntimeError):
+            return
+        await client.socket.close(code=1008, message=b"nothing is read")

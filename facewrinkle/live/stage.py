@@ -1,0 +1,379 @@
+"""The simulation of a studio, on a thread of its own: it takes the newest wish, steps, and publishes what is seen.
+
+It sleeps when nothing is asked and nothing moves. All that touches the simulation, and VTK, happens on this thread.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+import warnings
+from collections import deque
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from ..errors import FaceWrinkleError, FaceWrinkleWarning
+from ..layers.base import Layer
+from ..simulation import Simulation
+from ..tears import SheddingTear
+from .coloured_fields import ColouredField, coloured
+from .document import Document
+from .encoding import Box, Part, small_normals
+from .library import Library, Scrubbed
+from .visible_parts import VisibleParts
+from .wishes import eased, layers_of, mixture_of, rates_of, run_time, tear_of
+
+STILL, STILL_STEPS = 2e-3, 6
+"""The face is still when no point moves by more than the first, mm, in so many steps."""
+
+OF_FACE = ("face", "identity", "landmarks")
+"""Parts of a document that make another face."""
+
+MOST_JOBS = 64
+"""Jobs that wait at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A frame as it was published.
+
+    Attributes
+    ----------
+    frame : PolyData
+    step : int
+        Number of the frame, growing by one.
+    parts : list of Part
+    box : Box
+    fields : dict of str to ColouredField
+    still : bool
+        True if the face is at rest.
+    time : float
+        Of the timeline, s.
+    """
+
+    frame: pv.PolyData
+    step: int
+    parts: list[Part]
+    box: Box
+    fields: dict[str, ColouredField]
+    still: bool
+    time: float
+
+
+class Stage(threading.Thread):
+    """The thread of a simulation.
+
+    Parameters
+    ----------
+    library : Library
+        Faces that a document may ask for.
+    document : Document
+        Changed by others under :attr:`condition`, which is notified.
+
+    Attributes
+    ----------
+    shown : Shown or None
+        The newest frame.
+    listeners : list of callable
+        Called on this thread after each frame.
+    faces : list of callable
+        Called on this thread when another face, or one with other landmarks, is shown.
+    photos : tuple
+        A number that grows when they change, and the photos of the present face as files, by the names of parts.
+    complaints : list of callable
+        Called on this thread with a sentence about what could not be done.
+    """
+
+    def __init__(self, library: Library, document: Document) -> None:
+        super().__init__(name="facewrinkle studio", daemon=True)
+        self.library = library
+        self.face = face = library[""].face
+        self.document = document
+        self.condition = threading.Condition()
+        self.listeners: list[Callable[[], None]] = []
+        self.faces: list[Callable[[], None]] = []
+        self.complaints: list[Callable[[str], None]] = []
+        self.wanted_fields: set[str] = set()
+        self.shown: Shown | None = None
+        self.photos: tuple[int, dict[str, bytes]] = (0, {})
+        self._photographed: list[np.ndarray | None] = []
+        self.spent = {"step": 0.0, "parts": 0.0}
+        self._jobs: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
+        self._closed = False
+        self._live: dict[str, float] = {}
+        self._playing, self._time = False, 0.0
+        self._seen = -1
+        self._applied: dict[str, Any] = {}
+        self._simulation: Simulation | None = None
+        self._parts: VisibleParts = VisibleParts(face)
+        self._rates: dict[str, float] = {}
+        self._tears: dict[str, tuple[Any, SheddingTear, float]] = {}
+        self._steps, self._quiet, self._awake = 0, 0, True
+        self._tear_clock = 0.0
+
+    # --- from other threads --------------------------------------------------------------------
+
+    def wake(self) -> None:
+        """Look at the document again."""
+        with self.condition:
+            self._awake = True
+            self.condition.notify_all()
+
+    def ask(self, job: Callable[[], Any]) -> Future[Any]:
+        """Run a function on this thread between two steps; the future has what it returns."""
+        future: Future[Any] = Future()
+        with self.condition:
+            if self._closed or len(self._jobs) >= MOST_JOBS:
+                future.set_exception(FaceWrinkleError("the studio is busy, or closed. Try again later."))
+            else:
+                self._jobs.append((job, future))
+                self.condition.notify_all()
+        return future
+
+    def live(self, weights: Mapping[str, float]) -> None:
+        """Show a mixture on top of the document until the next one; an empty one ends that."""
+        with self.condition:
+            self._live = dict(weights)
+            self._awake = True
+            self.condition.notify_all()
+
+    def play(self, on: bool) -> None:
+        """Let the timeline run, or stop it."""
+        with self.condition:
+            self._playing, self._awake = on, True
+            self.condition.notify_all()
+
+    def go_to(self, seconds: float) -> None:
+        """Show a time of the timeline."""
+        with self.condition:
+            self._time, self._awake = max(seconds, 0.0), True
+            self.condition.notify_all()
+
+    def close(self) -> None:
+        """End the thread."""
+        with self.condition:
+            self._closed = True
+            self.condition.notify_all()
+        if self.is_alive() and threading.current_thread() is not self:
+            self.join(30.0)
+
+    # --- on this thread ------------------------------------------------------------------------
+
+    @property
+    def busy(self) -> bool:
+        """True if something was asked that is not shown yet; under the condition."""
+        return self._awake or bool(self._jobs) or self._seen != self.document.version
+
+    @property
+    def simulation(self) -> Simulation:
+        """The present simulation; for jobs."""
+        assert self._simulation is not None
+        return self._simulation
+
+    @property
+    def shown_face(self) -> str:
+        """Name of the face that is shown."""
+        return str(self._applied.get("face", ""))
+
+    @property
+    def layers(self) -> list[Layer]:
+        """The layers that make the present folds; for jobs."""
+        return self.simulation.layers
+
+    @property
+    def time_step(self) -> float:
+        """Seconds from frame to frame."""
+        return float(self.simulation.motion.time_step)
+
+    @property
+    def parts(self) -> VisibleParts:
+        """The present parts; for jobs."""
+        return self._parts
+
+    @property
+    def tears(self) -> list[pv.PolyData]:
+        """The tears as they are shown; for jobs."""
+        assert self.shown is not None
+        return [mesh for _, mesh in self._tear_meshes(self.shown.frame)]
+
+    def run(self) -> None:
+        """Work until closed."""
+        try:
+            self._work()
+        finally:
+            with self.condition:
+                self._closed = True
+                while self._jobs:
+                    self._jobs.popleft()[1].cancel()
+                self.condition.notify_all()
+
+    def _work(self) -> None:
+        due = 0.0
+        while True:
+            with self.condition:
+                while not (self._closed or self._jobs or self._awake):
+                    self.condition.wait()
+                if self._closed:
+                    return
+                job = self._jobs.popleft() if self._jobs else None
+                data, version = self.document.data, self.document.version
+                live, playing = self._live, self._playing
+            if job is not None:
+                self._do(*job)
+                continue
+            self._apply(data, version)
+            now = time.monotonic()
+            step = self.time_step
+            if now < due:
+                with self.condition:
+                    self.condition.wait(due - now)  # a job or a wish may come in between, and is served first
+                if time.monotonic() < due:
+                    continue
+            due = max(due + step, time.monotonic())
+            self._step(data, live, playing, step)
+
+    def _do(self, job: Callable[[], Any], future: Future[Any]) -> None:
+        if not future.set_running_or_notify_cancel():
+            return
+        try:
+            future.set_result(job())
+        except BaseException as error:
+            future.set_exception(error)
+
+    def _apply(self, data: Mapping[str, Any], version: int) -> None:
+        """Bring face, layers and tears in step with the document."""
+        if version == self._seen:
+            return
+        self._seen = version
+        applied = self._applied
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", FaceWrinkleWarning)
+                if self._simulation is None or any(applied[name] != data[name] for name in OF_FACE):
+                    self._change_face(data)
+                elif applied["folds"] != data["folds"] or applied["patterns"] != data["patterns"]:
+                    self.simulation.use_layers(layers_of(data, self.face))
+                self._apply_tears(data["tears"])
+        except FaceWrinkleError as error:
+            if self._simulation is None:
+                raise
+            for tell in self.complaints:
+                tell(str(error))
+            with self.condition:
+                if self.document.version == version:
+                    self.document.undo()
+                    self._seen = self.document.version
+        else:
+            self._applied = dict(data)
+
+    def _change_face(self, data: Mapping[str, Any]) -> None:
+        face, clip = self.library.face_of(data), self.library[data["face"]].clip
+        motion = None if clip is None else Scrubbed(clip, face)
+        simulation = Simulation(face, layers=layers_of(data, face), motion=motion)
+        rates = {name: rate for name, rate in self._rates.items() if name in face.muscles}
+        if clip is None:
+            simulation.contract(rates)
+        self.face, self._simulation, self._rates = face, simulation, rates
+        self._parts = VisibleParts(face, self._parts.last + 1)
+        pictures = [face.texture, *(part.texture for part in face.parts.values())]
+        if [id(each) for each in pictures] != [id(each) for each in self._photographed] or not self.photos[0]:
+            self._photographed = pictures  # held, so that no other picture gets the same id
+            self.photos = self.photos[0] + 1, self._parts.photos()
+        self._tears = {}
+        self._applied = {**self._applied, "face": data["face"]}
+        for tell in list(self.faces):
+            tell()
+
+    def _apply_tears(self, entries: Mapping[str, Any]) -> None:
+        self._tears = {name: known for name, known in self._tears.items() if entries.get(name) == known[0]}
+        for name, entry in entries.items():
+            if name not in self._tears:
+                self._tears[name] = entry, tear_of(entry, self.face), self._tear_clock + entry["begin"]
+
+    def _step(self, data: Mapping[str, Any], live: Mapping[str, float], playing: bool, step: float) -> None:
+        begin = time.thread_time()
+        timeline = data["timeline"]
+        if playing:
+            with self.condition:
+                self._time += step
+                if self._time > timeline["length"]:
+                    self._time = 0.0 if timeline["loop"] else timeline["length"]
+                    self._playing = timeline["loop"]
+        frame, arrived = self._next(data, live)
+        self._tear_clock += step
+        middle = time.thread_time()
+        moved = self._moved(frame)
+        running = any(self._tear_clock < start + run_time(tear) for _, tear, start in self._tears.values())
+        self._quiet = 0 if moved > STILL or not arrived or playing or running else self._quiet + 1
+        still = self._quiet >= STILL_STEPS
+        parts = self._parts.at(frame, exact=still)
+        parts += self._tear_parts(frame)
+        fields = {name: coloured(frame, name, self._parts, self.layers) for name in sorted(self.wanted_fields)}
+        self._steps += 1
+        shown = Shown(frame, self._steps, parts, self._parts.box, fields, still, self._time)
+        self.spent["step"] += middle - begin
+        self.spent["parts"] += time.thread_time() - middle
+        with self.condition:
+            self.shown = shown
+            self._awake = not still or self.document.version != self._seen
+            if still:
+                self._quiet = 0
+            self.condition.notify_all()
+        for tell in list(self.listeners):
+            tell()
+
+    def _next(self, data: Mapping[str, Any], live: Mapping[str, float]) -> tuple[pv.PolyData, bool]:
+        """Return the next frame, and True if muscles contract as they were asked to."""
+        motion, arrived = self.simulation.motion, True
+        if isinstance(motion, Scrubbed):
+            motion.time = self._time
+        else:
+            time_of_keys = self._time if data["timeline"]["keys"] else None
+            arrived = self._ease(rates_of({**mixture_of(data, time_of_keys), **live}, self.face))
+            self.simulation.contract(self._rates)
+            if self.face.eyes:
+                self.simulation.look(*data["gaze"])
+        return self.simulation.step(), arrived
+
+    def _ease(self, target: Mapping[str, float]) -> bool:
+        """Bring the rates nearer to those asked for; return True when they are there."""
+        self._rates = eased(self._rates, target)
+        return self._rates == {name: rate for name, rate in target.items() if rate}
+
+    def _moved(self, frame: pv.PolyData) -> float:
+        if self.shown is None or self.shown.frame.n_points != frame.n_points:
+            return np.inf
+        before, now = np.asarray(self.shown.frame.points), np.asarray(frame.points)
+        return float(np.abs(now - before).max()) * self.face.unit
+
+    def _tear_meshes(self, frame: pv.PolyData) -> list[tuple[str, pv.PolyData]]:
+        found = []
+        for name, (_, tear, start) in self._tears.items():
+            if self._tear_clock >= start:
+                with contextlib.suppress(FaceWrinkleError):
+                    found.append((name, tear.surface(min(self._tear_clock - start, run_time(tear)), on=frame)))
+        return found
+
+    def _tear_parts(self, frame: pv.PolyData) -> list[Part]:
+        parts = []
+        for name, mesh in self._tear_meshes(frame):
+            triangles = np.asarray(mesh.regular_faces)
+            parts.append(
+                Part(
+                    f"tear {name}", "tear", self._steps + 1, self._steps + 1,
+                    {"index": np.ascontiguousarray(triangles, np.uint32).ravel()},
+                    {
+                        "position": self._parts.box.quantised(np.asarray(mesh.points, np.float64)),
+                        "normal": small_normals(np.asarray(mesh.point_data["Normals"])),
+                        "under": small_normals(np.asarray(mesh.point_data["under"])),
+                        "thickness": np.asarray(mesh.point_data["thickness"], np.float32),
+                    },
+                )
+            )  # fmt: skip
+        return parts

@@ -1,0 +1,391 @@
+"""A face as parts for a page: much of it is worked out there, from a few numbers of each frame.
+
+Eyes turn and are shaded in the page, by the heights of their lids; teeth go with a matrix; brows are bound to triangles
+of the skin; lashes are lines.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from PIL import Image
+
+from ..anatomy.face import Face
+from ..appearance.eye import COLOURS, PaintedEye
+from ..appearance.furrows import cavity_shading, furrow_shade
+from ..appearance.hair import Brows
+from ..appearance.own_parts import has_colours, own_parts
+from ..appearance.seen import Appearance
+from ..appearance.visible_skin import VisibleSkin
+from ..geometry.normals import vertex_normals
+from ..geometry.seams import split_vertices
+from ..mesh.arrays import COLORS, points_and_triangles
+from ..mesh.frame_state import FrameState
+from ..mesh.seams import corner_texture
+from ..plotting.scene import PLAIN_COLOUR
+from .encoding import LARGEST, Box, Part, small_normals
+from .slots import keys_of, placed
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[Any]
+
+LID_SAMPLES = 48
+"""Places along the lids, from -1.1 to 1.1 radii, at which a page gets their heights."""
+
+NOTHING_HELD = np.empty(0, np.uint64)
+
+LARGEST_PHOTO = 4096
+"""Photos are reduced to so many pixels on their longer side, which all graphics cards take."""
+
+
+class VisibleParts:
+    """The parts of a face, and what of them changes from frame to frame.
+
+    Parameters
+    ----------
+    face : Face
+    first : int
+        The first number of versions; larger than those of the face that was shown before.
+
+    Attributes
+    ----------
+    box : Box
+        Around all positions.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> parts = VisibleParts(face)
+    >>> [part.name for part in parts.at(face.mesh)][:3]
+    ['skin', 'eye_l', 'eye_r']
+    """
+
+    def __init__(self, face: Face, first: int = 1) -> None:
+        self.face, self._first = face, first
+        self._appearance = Appearance.of(face)
+        self._mouth = self._appearance.mouth
+        self._visible = VisibleSkin(face, self._mouth.bag)
+        own = [np.asarray(part.mesh.points, np.float64) for part in face.parts.values()]
+        self.box = Box.around(face.points, *own)
+        self._topology = _Topology(first)
+        self._changes: dict[str, tuple[int, np.ndarray]] = {}
+        self._still_parts: dict[str, Part] = {}
+
+    @property
+    def last(self) -> int:
+        """The largest version that was used."""
+        return self._topology.version
+
+    @property
+    def origin(self) -> IntArray:
+        """The vertex (p,) of the frame that each drawn vertex comes from; at seams of a photo there are several."""
+        return self._topology.origin
+
+    @property
+    def drawn(self) -> IntArray:
+        """Vertices of the frame (m, 3) at the corners of the triangles that were drawn last."""
+        return self._topology.origin[self._topology.triangles]
+
+    def at(self, frame: pv.PolyData, exact: bool = False) -> list[Part]:
+        """Return the parts in a frame of a simulation, or in the mesh of the face.
+
+        With `exact`, furrows are shaded as in pictures, where round pits are not; that takes 20 ms.
+        """
+        state = self.face.state_of(frame)
+        points = np.asarray(state.points)
+        skin = np.asarray(frame.points, np.float64)
+        if not self.box.holds(skin):
+            self.box = Box.around(skin, *([self.box.low[None], self.box.low[None] + self.box.size]))
+        parts = [self._skin(frame, exact), *self._eyes(points, state)]
+        parts += self._mouth_parts(points, state)
+        parts += self._hair(points)
+        parts += self._own(frame)
+        return parts
+
+    def _change(self, name: str, values: np.ndarray) -> int:
+        """A number that grows when the values differ from those at the last call."""
+        number, before = self._changes.get(name, (0, None))
+        if before is None or not np.array_equal(before, values):
+            number += 1
+            self._changes[name] = number, values
+        return number
+
+    def _skin(self, frame: pv.PolyData, exact: bool) -> Part:
+        topology = self._topology
+        topology.update(frame, self._visible, self._appearance)
+        points, normals = np.asarray(frame.points, np.float64), _normals_of(frame)
+        shade: Any = 0.0
+        if "W" in frame.point_data:
+            dark = furrow_shade(np.asarray(frame.point_data["W"]))
+            shade = 1.0 - cavity_shading(frame)[:, 1] / 255.0 if exact and dark.any() else dark
+            shade = shade[topology.origin]
+        moving: dict[str, np.ndarray] = {
+            "position": self.box.quantised(points[topology.origin]),
+            "normal": small_normals(normals[topology.origin], shade),
+        }
+        for values in moving.values():
+            values[topology.free] = 0
+        changed = self._change("skin", np.concatenate([values.view(np.uint8).ravel() for values in moving.values()]))
+        return Part("skin", "skin", topology.version, changed, topology.fixed, moving, topology.info)
+
+    def _eyes(self, points: Array, state: FrameState) -> list[Part]:
+        parts = []
+        balls = [b for b in self._appearance.balls if b.open and f"eye_{b.eye.side}" not in self._appearance.own]
+        for ball in balls:
+            name = f"eye_{ball.eye.side}"
+            gaze = state.gazes.get(ball.eye.side, ball.eye.gaze)
+            lids = ball.lid_heights(points, np.linspace(-1.1, 1.1, LID_SAMPLES)).astype(np.float32)
+            fixed = self._fixed(name, lambda ball=ball: _eye(ball))
+            parts.append(
+                Part(
+                    name, "eye", self._first, self._change(name, lids), fixed.fixed, {"lids": lids}, fixed.fixed_info,
+                    {"axes": np.round(ball.axes(np.asarray(gaze)), 6).ravel().tolist()},
+                )
+            )  # fmt: skip
+        for margin in self._appearance.lid_margins:
+            mesh = margin.at(points)
+            parts.append(self._mesh(f"rim_{margin.eye.side}", mesh, "skin_part"))
+        return parts
+
+    def _mouth_parts(self, points: Array, state: FrameState) -> list[Part]:
+        mouth, parts = self._mouth, []
+        if len(mouth.loop):
+            parts.append(self._mesh("mouth", mouth.pocket(points), "plain"))
+        if not (len(mouth.loop) or mouth.bag):
+            return parts
+        shown = mouth.parted(points)
+        turn, hinge = mouth.turn(points, state.jaw_angle) if shown else (np.eye(3), np.zeros(3))
+        for name in ("upper_teeth", "lower_teeth", "tongue"):
+            if name in self._appearance.own:
+                continue
+            fixed = self._fixed(name, lambda name=name: _rigid(mouth.inside(self.face.points, 0.0)[name], name))
+            moves = name != "upper_teeth"
+            matrix = np.eye(4)
+            if moves:
+                matrix[:3, :3], matrix[:3, 3] = turn, hinge - turn @ hinge
+            info: dict[str, Any] = {"visible": shown, "matrix": np.round(matrix, 6).T.ravel().tolist()}
+            parts.append(Part(name, "teeth", self._first, 0, fixed.fixed, {}, fixed.fixed_info, info))
+        return parts
+
+    def _hair(self, points: Array) -> list[Part]:
+        parts = []
+        for row in self._appearance.lashes:
+            name = f"lashes_{row.eye.side}"
+            margin = np.concatenate([points[chain] for chain, _ in row.roots])
+            changed = self._change(name, margin)
+            known = self._still_parts.get(name)
+            if known is None or known.changed != changed:
+                lines = row.lines(points).points
+                fixed = {"half": row.half.astype(np.float32), "tint": np.rint(row.tint).astype(np.uint8)}
+                away = lines - lines[:, :1]
+                scale = float(np.abs(away).max()) / 127.0
+                moving: dict[str, np.ndarray] = {
+                    "root": self.box.quantised(lines[:, 0]),
+                    "away": np.rint(away / scale).astype(np.int8).reshape(-1, 3),
+                }
+                info = {"knots": lines.shape[1], "scale": scale}
+                self._still_parts[name] = Part(name, "lashes", self._first, changed, fixed, moving, info=info)
+            parts.append(self._still_parts[name])
+        if self._appearance.brows is not None:
+            brows = self._appearance.brows
+            parts.append(self._fixed("brows", lambda: _brows(brows, self.face)))
+        return parts
+
+    def _own(self, frame: pv.PolyData) -> list[Part]:
+        parts = []
+        for name, mesh in own_parts(self.face, frame).items():
+            kind = "eye_part" if name.startswith("eye") else "skin_part"
+            parts.append(self._mesh(f"own {name}", mesh, kind, self.face.parts[name].texture is not None))
+        return parts
+
+    def _mesh(self, name: str, mesh: pv.PolyData, kind: str, textured: bool = False) -> Part:
+        """A part whose points move freely and whose triangles stay."""
+        points, triangles = points_and_triangles(mesh)
+        points = np.asarray(points, np.float64)
+        changed = self._change(name, points)
+        known = self._still_parts.get(name)
+        if known is not None and known.changed == changed:
+            return known
+        moving: dict[str, np.ndarray] = {"position": self.box.quantised(points)}
+        if kind != "plain":
+            normals = mesh.point_data.get("Normals")
+            moving["normal"] = small_normals(vertex_normals(points, triangles) if normals is None else normals)
+        if known is not None:
+            fixed = known.fixed
+        elif textured and mesh.active_texture_coordinates is not None:
+            places = np.asarray(mesh.active_texture_coordinates, np.float32)
+            fixed = {"index": _indices(triangles), "texture": places}
+        else:
+            fixed = {"index": _indices(triangles), "colour": _colours(mesh)}
+        self._still_parts[name] = Part(name, kind, self._first, changed, fixed, moving)
+        return self._still_parts[name]
+
+    def _fixed(self, name: str, make: Any) -> Part:
+        if name not in self._still_parts:
+            self._still_parts[name] = make()
+            self._still_parts[name].version = self._first
+        return self._still_parts[name]
+
+    def photos(self) -> dict[str, bytes]:
+        """Return photos as JPEG files, or PNG where they are transparent: of the skin, and of parts by their names."""
+        pictures = {"skin": self.face.texture}
+        pictures |= {f"own {name}": self.face.parts[name].texture for name in self._appearance.own}
+        return {name: _file(picture) for name, picture in pictures.items() if picture is not None}
+
+
+class _Topology:
+    """The triangles of the skin, with all that changes only with them."""
+
+    def __init__(self, first: int) -> None:
+        self.version = first - 1
+        self._triangles: IntArray | None = None
+        self.triangles = np.empty((0, 3), np.int64)
+        self.origin, self.free = np.empty(0, np.int64), np.empty(0, bool)
+        self._vertices, self._own = NOTHING_HELD, np.empty((0, 3), np.uint8)
+        self._held: dict[str, npt.NDArray[np.uint64]] = {}
+        self.fixed: dict[str, np.ndarray] = {}
+        self.info: dict[str, Any] = {}
+
+    def update(self, frame: pv.PolyData, visible: VisibleSkin, appearance: Appearance) -> None:
+        triangles = np.asarray(points_and_triangles(frame)[1])
+        if self._triangles is not None and np.array_equal(triangles, self._triangles):
+            return
+        self._triangles, self.version = triangles.copy(), self.version + 1
+        self.info = {"base": appearance.face.mesh.n_points, "version": self.version}
+        corners = corner_texture(frame) if appearance.face.texture is not None else None
+        if corners is None:
+            origin, drawn, own = np.arange(frame.n_points), triangles, _skin_colours(frame, appearance)
+        else:
+            parts = split_vertices(triangles, corners, frame.n_points)
+            origin, drawn = parts.origin, parts.triangles
+            small = parts.values.min() >= 0.0 and parts.values.max() <= 1.0
+            own = np.rint(LARGEST * parts.values).astype(np.uint16) if small else parts.values.astype(np.float32)
+        lined = visible.lined(frame, triangles)
+        open_ones = np.vstack([visible.across(frame, triangles), np.asarray(drawn)[~lined]])
+        self._arrange(frame, origin, own, {"index": open_ones, "lined": np.asarray(drawn)[lined]})
+        self.fixed["texture" if corners is not None else "colour"] = self._own
+
+    def _arrange(self, frame: pv.PolyData, origin: IntArray, own: np.ndarray, groups: dict[str, IntArray]) -> None:
+        """Put vertices and triangles where they were before, if they were there: a page is sent what changed."""
+        rest = np.asarray(frame.point_data.get("rest", frame.points), np.float64)[origin]
+        places, self._vertices = placed(self._vertices, keys_of(np.column_stack([rest, own])))
+        self.origin = np.zeros(len(self._vertices), np.int64)
+        self.origin[places] = origin
+        self.free = np.ones(len(self.origin), bool)
+        self.free[places] = False
+        self._own = np.zeros((len(self.origin), own.shape[1]), own.dtype)
+        self._own[places] = own
+        self.fixed = {}
+        for name, triangles in groups.items():
+            corners = places[triangles]
+            at, self._held[name] = placed(self._held.get(name, NOTHING_HELD), keys_of(corners), compact=True)
+            ordered = np.empty_like(corners)
+            ordered[at] = corners
+            self.fixed[name] = ordered.astype(np.uint16 if len(self.origin) <= LARGEST else np.uint32)
+        self.triangles = np.vstack([self.fixed[name] for name in groups])
+
+
+def _skin_colours(frame: pv.PolyData, appearance: Appearance) -> npt.NDArray[np.uint8]:
+    if has_colours(frame):
+        return _bytes(np.asarray(frame.point_data[COLORS]))
+    if appearance.painter is not None:
+        return appearance.at(frame).paint
+    return np.tile(np.rint(255.0 * np.array(PLAIN_COLOUR)).astype(np.uint8), (frame.n_points, 1))
+
+
+def _colours(mesh: pv.PolyData) -> npt.NDArray[np.uint8]:
+    for name in ("paint", COLORS):
+        if name in mesh.point_data:
+            return _bytes(np.asarray(mesh.point_data[name]))
+    return np.full((mesh.n_points, 3), 180, np.uint8)
+
+
+def _bytes(colours: np.ndarray) -> npt.NDArray[np.uint8]:
+    colours = colours[:, :3]
+    return np.asarray(colours if colours.dtype == np.uint8 else np.rint(255.0 * np.clip(colours, 0, 1)), np.uint8)
+
+
+def _normals_of(frame: pv.PolyData) -> Array:
+    if "split_gamma" in frame.point_data:  # those of a frame
+        return np.asarray(frame.point_data["Normals"])
+    return vertex_normals(np.asarray(frame.points, np.float64), frame.regular_faces)
+
+
+def _indices(triangles: IntArray) -> npt.NDArray[Any]:
+    small = not len(triangles) or triangles.max() <= 65535
+    return np.ascontiguousarray(triangles, np.uint16 if small else np.uint32).ravel()
+
+
+def _eye(ball: PaintedEye) -> Part:
+    eye = ball.eye
+    quads = ball.quads
+    triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    fixed: dict[str, np.ndarray] = {
+        "sphere": ball.sphere.astype(np.float32),
+        "cornea": ball.cornea.astype(np.float32),
+        "colour": np.rint(np.clip(ball.tints, 0.0, 255.0)).astype(np.uint8),
+        "index": _indices(triangles),
+    }
+    corner = ball.corners[0] - eye.centre
+    info = {
+        "centre": _numbers(eye.centre),
+        "radius": float(eye.radius),
+        "lid_axes": _numbers(ball.lid_axes),
+        "corner": _numbers(corner / np.linalg.norm(corner)),
+        "caruncle": _numbers(COLOURS["caruncle"] / 255.0),
+        "tears": _numbers(COLOURS["tears"] / 255.0),
+    }
+    return Part(f"eye_{eye.side}", "eye", 0, 0, fixed, {}, info)
+
+
+def _rigid(mesh: pv.PolyData, name: str) -> Part:
+    points, triangles = points_and_triangles(mesh)
+    fixed: dict[str, np.ndarray] = {
+        "position": np.asarray(points, np.float32),
+        "normal": small_normals(np.asarray(mesh.point_data["Normals"])),
+        "colour": np.asarray(mesh.point_data["paint"], np.uint8),
+        "index": _indices(np.asarray(triangles)),
+    }
+    return Part(name, "teeth", 0, 0, fixed)
+
+
+def _brows(brows: Brows, face: Face) -> Part:
+    """Hairs bound to the triangles under them: coordinates along two edges, and the height above."""
+    points, triangles = face.points, face.triangles
+    lines = brows.lines(points, triangles, vertex_normals(points, triangles)).points
+    under = np.repeat(brows.hairs.triangles, brows.STRANDS, axis=0)
+    corners = triangles[under]
+    a, b, c = (points[corners[..., k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
+    frame = np.stack([b - a, c - a, normal], axis=-1)
+    place = np.linalg.solve(frame, (lines - a)[..., None])[..., 0]
+    fixed: dict[str, np.ndarray] = {
+        "corners": corners.reshape(-1, 3).astype(np.uint32),
+        "place": place.reshape(-1, 3).astype(np.float32),
+        "half": np.ascontiguousarray(brows.half, np.float32),
+        "tint": np.rint(np.clip(brows.tint, 0.0, 255.0)).astype(np.uint8),
+    }
+    return Part("brows", "brows", 0, 0, fixed, {}, {"knots": int(lines.shape[1])})
+
+
+def _file(picture: np.ndarray) -> bytes:
+    clear = picture.shape[-1] == 4 and bool((picture[..., 3] < 255).any())
+    image = Image.fromarray(np.ascontiguousarray(picture if clear else picture[..., :3]))
+    image.thumbnail((LARGEST_PHOTO, LARGEST_PHOTO))
+    out = io.BytesIO()
+    if clear:
+        image.save(out, "PNG")
+    else:
+        image.save(out, "JPEG", quality=92, subsampling=0)
+    return out.getvalue()
+
+
+def _numbers(values: Sequence[float] | np.ndarray) -> list[float]:
+    return [float(number) for number in np.round(np.asarray(values, np.float64), 6).ravel()]

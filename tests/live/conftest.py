@@ -1,0 +1,75 @@
+"""A studio on the built-in face, and a browser where there is one."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("aiohttp", reason="the studio needs aiohttp")
+
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update", "--enable-unsafe-swiftshader",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="package")
+def saved(tmp_path_factory) -> Path:
+    """The folder that the studio may write to."""
+    return tmp_path_factory.mktemp("saved")
+
+
+@pytest.fixture(scope="package")
+def studio_of_package(face, saved):
+    from facewrinkle.live import Studio
+
+    with Studio(face, browser=False, save_to=saved) as studio:
+        yield studio
+
+
+@pytest.fixture
+def studio(studio_of_package):
+    """A studio in which nothing is set."""
+    from facewrinkle.live.document import START
+
+    stage = studio_of_package._stage
+    stage.live({})
+    stage.play(False)
+    stage.go_to(0.0)
+    studio_of_package.change(**START)
+    studio_of_package.frame()
+    return studio_of_package
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium without a window; skips where there is none. Its driver keeps an event loop running in this thread, so
+    it ends with its module: other tests run loops of their own.
+    """
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if path is None:
+        pytest.skip("there is no chromium")
+    with playwright.sync_playwright() as driver:
+        try:
+            chromium = driver.chromium.launch(executable_path=path, args=list(FLAGS))
+        except playwright.Error as error:
+            pytest.skip(f"chromium does not start: {str(error).splitlines()[0]}")
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def page(browser, studio):
+    """The page of the studio, small, with the errors of its console collected."""
+    page = browser.new_page(viewport={"width": 1180, "height": 560})
+    errors = []
+    page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(studio.url)
+    page.wait_for_selector("body[data-step]", timeout=60_000)
+    yield page
+    page.close()
+    assert not errors

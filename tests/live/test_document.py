@@ -1,0 +1,149 @@
+"""The document of a session.
+
+changes, undo, redo        | a list of snapshots, by random sequences
+gestures                   | one step however many patches
+what is refused            | nothing has changed; the message names what is allowed
+files                      | written and read again
+"""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facewrinkle.anatomy.atlas import load_atlas
+from facewrinkle.errors import FaceWrinkleError
+from facewrinkle.live.document import MOST_ITEMS, START, Document
+
+DIMPLE = {"kind": "dimple", "centre": [40.0, -20.0, 60.0], "size": 9, "depth": 1.6}
+KEY = {"unit": "AU12", "weight": 1.0, "onset": 0.0, "apex": 0.5, "offset": 1.0, "end": 2.0}
+WORDS = st.one_of(
+    st.tuples(
+        st.sampled_from([("mixture", "AU12L"), ("mixture", "jaw")]), st.one_of(st.none(), st.floats(0, 1, width=16))
+    ),
+    st.tuples(st.sampled_from([("folds", "depth"), ("folds", "left")]), st.floats(0, 4, width=16)),
+    st.tuples(st.just(("patterns", "a")), st.one_of(st.none(), st.just({**DIMPLE, "strength": 1.0}))),
+    st.tuples(st.just(("timeline", "keys", "k")), st.one_of(st.none(), st.just(KEY))),
+    st.tuples(st.just(("gaze",)), st.lists(st.floats(-40, 40, width=16), min_size=2, max_size=2)),
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.one_of(WORDS, st.sampled_from(["undo", "redo", "reset"])), max_size=24))
+def test_undo_and_redo_are_those_of_a_list_of_snapshots(steps):
+    document = Document(load_atlas())
+    snapshots, at = [deepcopy(document.data)], 0
+    for step in steps:
+        if step == "undo":
+            assert document.undo() == (at > 0)
+            at = max(at - 1, 0)
+        elif step == "redo":
+            assert document.redo() == (at < len(snapshots) - 1)
+            at = min(at + 1, len(snapshots) - 1)
+        elif step != "reset" or document.data != START:
+            document.reset() if step == "reset" else document.change([step])
+            snapshots[at + 1 :] = [deepcopy(document.data)]
+            at += 1
+        assert document.data == snapshots[at]
+        assert document.history == (at, len(snapshots) - 1 - at)
+
+
+def test_a_drag_is_one_step_and_an_undone_one_is_not_continued():
+    document = Document(load_atlas())
+    for k in range(50):
+        document.change([(("intensity",), k / 50)], gesture="drag 1")
+    assert document.history == (1, 0)
+    document.undo()
+    document.redo()
+    document.change([(("intensity",), 0.1)], gesture="drag 1")
+    assert document.history == (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        (("mixtures",), {}, "unknown part of the session 'mixtures'. Did you mean 'mixture'"),
+        ((), 1, "unknown part of the session"),
+        (("mixture", "AU99"), 0.5, "unknown expression, action unit or muscle 'AU99'"),
+        (("mixture", "AU12"), 1.5, r"must lie in \[0, 1\], received 1.5"),
+        (("mixture", "AU12"), "1", "must be a number, received '1'"),
+        (("mixture",), [], "a mixture must be a table"),
+        (("folds", "deep"), 1.0, "unknown number of folds 'deep'. Did you mean 'depth'"),
+        (("folds", "depth"), float("nan"), "depth must lie in"),
+        (("folds", "depth"), None, "cannot be taken away"),
+        (("folds", "seed"), 1.5, "seed must be a whole number"),
+        (("identity", "jaws"), 0.1, "unknown parameter of an identity 'jaws'"),
+        (("gaze",), [0.0], "gaze must be two angles"),
+        (("patterns", "a"), {**DIMPLE, "kind": "beard"}, "unknown pattern 'beard'"),
+        (("patterns", "a"), {**DIMPLE, "centre": [0, 0]}, "three finite coordinates"),
+        (("patterns", "a"), {**DIMPLE, "centre": [0, 0, float("inf")]}, "three finite coordinates"),
+        (("patterns", "a"), {"kind": "dimple"}, "a pattern needs 'centre'"),
+        (("patterns", "a"), {**DIMPLE, "colour": 1}, "unknown entry of a pattern 'colour'"),
+        (("tears", "a"), {"start": [0, 0, 0], "width": 99}, r"width must lie in \[0.6, 6\]"),
+        (("timeline", "keys", "k"), {**KEY, "apex": 5.0}, "must follow each other"),
+        (("timeline", "speed"), 1, "unknown part of the timeline"),
+        (("timeline",), {"length": 1}, "must have length, loop and keys"),
+    ],
+)
+def test_what_is_not_allowed_changes_nothing(path, value, message):
+    document = Document(load_atlas())
+    with pytest.raises(FaceWrinkleError, match=message):
+        document.change([(("intensity",), 0.5), (path, value)])
+    assert document.data == START
+    assert document.version == 0
+    assert document.history == (0, 0)
+
+
+def test_there_is_a_limit_to_patterns():
+    document = Document(load_atlas())
+    document.change([(("patterns", str(k)), DIMPLE) for k in range(MOST_ITEMS)])
+    with pytest.raises(FaceWrinkleError, match="there are 32 patterns already"):
+        document.change([(("patterns", "one more"), DIMPLE)])
+    document.change([(("patterns", "3"), {**DIMPLE, "depth": 2.0})])  # changing one is allowed
+
+
+def test_a_session_is_read_as_it_was_written():
+    first, second = Document(load_atlas()), Document(load_atlas())
+    first.change([(("mixture", "AU1"), 0.3), (("tears", "t"), {"start": [1, 2, 3]}), (("timeline", "keys", "k"), KEY)])
+    second.load(first.text())
+    assert second.data == first.data
+    assert second.undo()
+    assert second.data == START
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "not a session of the studio"),
+        ("[1]", "not a session"),
+        ("[" * 100_000, "not a session"),
+        ('{"a": 1}', "not a session"),
+        (json.dumps({"facewrinkle session": 99}), "the session has the version 99"),
+        (json.dumps({"facewrinkle session": 1, "mixture": {"AU12": 7}}), "the weight of AU12 must lie in"),
+        (json.dumps({"facewrinkle session": 1, "files": "/etc"}), "unknown part of the session 'files'"),
+    ],
+)
+def test_other_files_are_refused(text, message):
+    document = Document(load_atlas())
+    with pytest.raises(FaceWrinkleError, match=message):
+        document.load(text)
+    assert document.data == START
+
+
+def test_a_long_drag_holds_two_values():
+    """Its first and its last: memory does not grow with the number of changes."""
+    document = Document(load_atlas())
+    document.change([(("mixture", "AU4"), 0.2)], "drag")
+    for k in range(100):
+        document.change([(("mixture", "AU12"), k / 100), (("intensity",), k / 100)], "drag")
+    step = document._done[-1]
+    assert len(step.done) == len(step.back) == 3
+    document.undo()
+    assert document.data == START
+    document.redo()
+    assert document.data["mixture"] == {"AU4": 0.2, "AU12": 0.99}
+    assert document.data["intensity"] == 0.99

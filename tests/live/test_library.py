@@ -1,0 +1,108 @@
+"""Faces and clips that are opened, and what plays them.
+
+a mesh with its landmarks | fit_face on the same file
+a series of frames        | opened again, it moves as it was played
+faces of a document       | refitted from the same landmarks
+names                     | never taken twice
+"""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.anatomy.face import Face
+from facewrinkle.errors import LandmarkError, MeshError, ParameterError, UnknownNameError
+from facewrinkle.export import write_series
+from facewrinkle.live.document import START
+from facewrinkle.live.library import MOST, Library, Loaded, opened
+from facewrinkle.live.playing import Played
+
+
+def heard():
+    told = []
+    return told, lambda what, share: told.append((what, share))
+
+
+def written(folder, face):
+    mesh = face.mesh.copy()
+    mesh.point_data.clear()
+    mesh.save(folder / "head.ply")
+    landmarks = {name: place.tolist() for name, place in face.landmarks.items()}
+    (folder / "head.json").write_text(json.dumps(landmarks))
+    return ["head.ply", "head.json"]
+
+
+def test_a_mesh_with_landmarks_is_fitted(tmp_path, face):
+    told, tell = heard()
+    names = written(tmp_path, face)
+    name, loaded = opened(tmp_path, names, face.atlas, tell)
+    own = fw.fit_face(tmp_path / "head.ply", tmp_path / "head.json")
+    assert name == "head.ply"
+    assert loaded.clip is None
+    assert np.array_equal(loaded.face.points, own.points)
+    assert told[0] == ("Reading head.ply", 0.0)
+
+
+def test_what_is_no_face_is_refused(tmp_path, face):
+    _, tell = heard()
+    (tmp_path / "a.ply").write_bytes(b"ply nonsense")
+    with pytest.raises(MeshError):
+        opened(tmp_path, ["a.ply"], face.atlas, tell)
+    with pytest.raises(ParameterError, match="drop one file of a face .* received a.png"):
+        opened(tmp_path, ["a.png"], face.atlas, tell)
+    with pytest.raises(ParameterError, match="drop one file"):
+        opened(tmp_path, ["a.ply", "b.obj"], face.atlas, tell)
+
+
+def test_a_written_series_is_a_clip(tmp_path, face):
+    """The jaw opens by keys; what is read again has the same points at the same times."""
+    key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.1, "offset": 0.2, "end": 0.24}
+    played = Played(face, {**START, "timeline": {"length": 0.24, "loop": False, "keys": {"k": key}}})
+    assert np.allclose(played.times, 0.04 * np.arange(1, 7))
+    frames = [fw.Simulation(face).step(), *(moment.frame for moment in played)]
+    written(tmp_path, face)
+    write_series(frames, [0.0, *played.times], tmp_path / "jaw.vtkhdf")
+    name, loaded = opened(tmp_path, ["jaw.vtkhdf", "head.json"], face.atlas, heard()[1])
+    assert name == "jaw.vtkhdf"
+    assert loaded.clip is not None
+    assert loaded.clip.duration == pytest.approx(0.24)
+    chin = np.argmin(np.linalg.norm(face.points - face.landmarks["pogonion"], axis=1))
+    own = np.argmin(np.linalg.norm(loaded.face.points - face.points[chin], axis=1))
+    again = Played(loaded.face, {**START, "timeline": {"length": 0.24, "loop": False, "keys": {}}}, loaded.clip)
+    for moment, frame in zip(again, frames[1:], strict=True):
+        assert np.linalg.norm(np.asarray(moment.frame.points)[own] - np.asarray(frame.points)[chin]) < 0.5
+    assert np.linalg.norm(np.asarray(frames[4].points)[chin] - face.points[chin]) > 5.0
+
+
+def test_landmarks_of_a_document_refit_the_face(face):
+    library = Library(face)
+    moved = (face.landmarks["mouth_l"] + [0.0, 4.0, 0.0]).tolist()
+    data = {**START, "landmarks": {"mouth_l": moved}}
+    again = library.face_of(data)
+    assert np.allclose(again.landmarks["mouth_l"], moved)
+    assert again.texture is face.texture
+    own = Face.from_landmarks(face.mesh, again.landmarks, face.unit, face.atlas, face.estimated)
+    for name, muscle in own.muscles.items():
+        if hasattr(muscle, "insertion"):
+            assert np.array_equal(again.muscles[name].insertion, muscle.insertion)
+    assert again.muscles["zygomaticus_major_l"].insertion[1] > face.muscles["zygomaticus_major_l"].insertion[1] + 2.0
+    assert library.face_of(START) is face
+    with pytest.raises(LandmarkError, match="off the mesh.*mouth_l"):
+        library.face_of({**START, "landmarks": {"mouth_l": [0.0, 0.0, 400.0]}})
+    with pytest.raises(UnknownNameError, match="chin_l"):
+        library.face_of({**START, "landmarks": {"chin_l": moved}})
+
+
+def test_names_are_never_taken_twice_and_faces_are_limited(face):
+    library = Library(face)
+    names = [library.add("head.obj", Loaded(face)) for _ in range(MOST)]
+    assert len({*names, ""}) == MOST + 1
+    assert library.names == ("", *names)
+    with pytest.raises(ParameterError, match="faces are open already"):
+        library.add("one.obj", Loaded(face))
+    with pytest.raises(ParameterError, match=r"'one.obj' is not open"):
+        library["one.obj"]

@@ -1,0 +1,383 @@
+"""The page in a real browser without a window; skipped where there is none.
+
+sliders by keyboard and by number | the document of the studio, and the pixels
+search, lock, undo, reset         | the same
+picks                             | VTK's ray through the same pixel
+patterns and tears by a click     | the document
+pictures of parts beside the skin  | those of `Scene`
+the picture                       | that of `Scene` with the same camera
+names of controls                 | every one has one; axe-core finds nothing serious
+eyes, landmarks, rings of patterns | dragged: the document
+a mesh that is dropped            | its face is shown, and undone
+a lost connection, a new server   | the page goes on, or says what to do
+"""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import os
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from PIL import Image
+
+from facewrinkle.anatomy.parts import Part
+from facewrinkle.live import Studio
+from facewrinkle.plotting import Scene, Style
+
+SLIDER = "input[type=range][aria-label='{}']"
+
+
+def until(right, seconds=30.0):
+    """Wait until something holds; the page forbids strings of code, so it is asked from here."""
+    end = time.monotonic() + seconds
+    while not (value := right()):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    return value
+
+
+def shown(page, studio):
+    """Wait until the page shows the studio at rest, in full resolution."""
+    until(studio._settled)
+    until(lambda: int(page.evaluate("document.body.dataset.step")) == studio._stage.shown.step)
+    ready = "(v) => !v.asked && !v.coarse && !v.pending && performance.now() > v.busyUntil"
+    until(lambda: page.evaluate(f"({ready})(app.view)"))
+
+
+def picture(page):
+    return np.asarray(Image.open(io.BytesIO(page.locator("canvas").screenshot())).convert("RGB"), float)
+
+
+def test_a_slider_by_keyboard_changes_the_face_and_undo_takes_it_back(page, studio):
+    shown(page, studio)
+    before = picture(page)
+    page.locator(SLIDER.format("Jaw drop")).focus()
+    page.keyboard.press("End")
+    until(lambda: studio.rates == {"AU26": 1.0})
+    shown(page, studio)
+    assert (np.abs(picture(page) - before).max(axis=2) > 30).mean() > 0.01
+    page.keyboard.press("Control+z")
+    until(lambda: studio.rates == {})
+    shown(page, studio)
+    assert np.abs(picture(page) - before).mean() < 1.0
+    page.keyboard.press("Control+Shift+z")
+    until(lambda: studio.rates == {"AU26": 1.0})
+    page.keyboard.press("Delete")
+    until(lambda: studio.rates == {})
+
+
+def test_a_number_can_be_typed_and_sides_be_opened(page, studio):
+    row = page.locator(".row", has_text="Lip corner puller")
+    row.locator("output").first.dblclick()
+    page.keyboard.type("40")
+    page.keyboard.press("Enter")
+    until(lambda: studio.rates == {"AU12L": 0.4, "AU12R": 0.4})
+    page.keyboard.press("m")
+    page.locator(SLIDER.format("Lip corner puller, right")).focus()
+    page.keyboard.press("Home")
+    until(lambda: studio.rates == {"AU12L": 0.4})
+    page.keyboard.press("r")
+    until(lambda: studio.rates == {})
+
+
+def test_what_python_sets_shows_on_the_page(page, studio):
+    studio.rates = {"surprise": 0.5}
+    until(lambda: page.locator(SLIDER.format("Surprise (brows)")).input_value() == "0.5")
+
+
+def test_search_finds_everyday_words(page):
+    page.keyboard.press("/")
+    page.keyboard.type("crow's feet")
+    until(lambda: page.locator("#sliders .row:visible").count() == 1)
+    assert "Cheek raiser" in page.locator("#sliders .row:visible").inner_text()
+
+
+def test_picks_are_those_of_vtk(page, studio):
+    studio.rates = {"happiness": 1.0}
+    shown(page, studio)
+    frame, box = studio.frame(), page.locator("canvas").bounding_box()
+    hits = 0
+    for share in ((0.5, 0.4), (0.42, 0.5), (0.58, 0.62), (0.5, 0.2), (0.05, 0.05)):
+        x, y = box["x"] + share[0] * box["width"], box["y"] + share[1] * box["height"]
+        found, ray = page.evaluate(
+            """([x, y]) => { const v = app.view, b = v.canvas.getBoundingClientRect();
+            const r = v.camera.ray(2 * (x - b.left) / b.width - 1, 1 - 2 * (y - b.top) / b.height, b.width / b.height);
+            return [v.pick(x, y), r]; }""", [x, y],
+        )  # fmt: skip
+        start = np.array(ray["start"])
+        hit = frame.ray_trace(start, start + 5000.0 * np.array(ray["direction"]))[0]
+        assert (found is None) == (len(hit) == 0)
+        if found is not None:
+            hits += 1
+            points = hit[np.argmin(np.linalg.norm(hit - start, axis=1))]
+            assert np.linalg.norm(np.array(found["place"]) - points) < 0.05
+            origin = studio._stage.parts.origin[found["vertex"]]
+            assert np.linalg.norm(np.asarray(frame.points)[origin] - points) < 12.0
+    assert hits >= 4
+
+
+def test_a_click_tells_what_made_the_fold(page, studio):
+    studio.rates = {"surprise": 1.0}
+    shown(page, studio)
+    box = page.locator("canvas").bounding_box()
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.24 * box["height"])
+    page.wait_for_selector("#probe:visible")
+    text = page.inner_text("#probe")
+    assert "forehead" in text
+    assert "W (mm)" in text
+    page.keyboard.press("Escape")
+    page.wait_for_selector("#probe", state="hidden")
+
+
+def test_fields_have_a_legend(page, studio):
+    page.locator("#tab-fields").click()
+    page.locator("#field").select_option("epsilon")
+    page.wait_for_selector("#legend:visible")
+    until(lambda: "compression" in page.inner_text("#legend"))
+    until(lambda: studio._stage.wanted_fields == {"epsilon"})
+
+
+def test_a_dimple_and_a_tear_are_placed_by_clicks_and_undone(page, studio):
+    shown(page, studio)
+    box = page.locator("canvas").bounding_box()
+    page.locator("#tab-patterns").click()
+    page.get_by_label("On both sides").check()
+    page.get_by_role("button", name="Dimple", exact=True).click()
+    page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.63 * box["height"])
+    until(lambda: len(studio.document["patterns"]) == 2)
+    one, two = (np.array(entry["centre"]) for entry in studio.document["patterns"].values())
+    assert np.allclose(one * [-1.0, 1.0, 1.0], two)
+    until(lambda: studio.frame()["W"].min() < -0.8)
+    page.locator("#tab-tears").click()
+    page.get_by_role("button", name="Place a tear").click()
+    page.mouse.click(box["x"] + 0.57 * box["width"], box["y"] + 0.47 * box["height"])
+    until(lambda: studio.document["tears"])
+    until(lambda: page.evaluate("[...app.view.parts.values()].some((part) => part.kind === 'tear')"))
+    page.keyboard.press("Escape")
+    page.locator("#undo").click()
+    page.locator("#undo").click()
+    until(lambda: not studio.document["patterns"] and not studio.document["tears"])
+
+
+def test_files_are_saved_into_the_folder(page, studio, saved):
+    page.locator("#tab-save").click()
+    page.get_by_role("button", name="Mesh (GLB)").click()
+    file = until(lambda: next(saved.glob("face_*.glb"), None))
+    until(lambda: "Saved as" in page.inner_text("#panel-save"))
+    assert pv.read(file).n_blocks >= 1
+    page.get_by_role("button", name="Copy as command").click()
+    until(lambda: "facewrinkle express" in page.inner_text("#panel-save"))
+
+
+def test_the_page_shows_what_pictures_show(page, studio):
+    """The same camera; without multisampling, and with brows that are not lifted out of folds."""
+    studio.rates = {"happiness": 1.0}
+    shown(page, studio)
+    mine = picture(page)
+    height, width = mine.shape[:2]
+    place, focus, up = np.array(page.evaluate("app.cameraNumbers()")).reshape(3, 3)
+    with Scene(studio.face, Style((width, height))) as scene:
+        camera = scene.plotter.camera
+        camera.position, camera.focal_point, camera.up = place, focus, up
+        theirs = np.asarray(scene.picture(studio.frame()), float)
+    apart = np.abs(mine - theirs).max(axis=2)
+    inner = apart[height // 8 : -height // 8, width // 4 : -width // 4]
+    assert np.median(inner) < 4.0
+    assert (inner > 40).mean() < 0.03
+
+
+def test_every_control_has_a_name_and_can_be_reached(page):
+    unnamed = page.evaluate(
+        """() => [...document.querySelectorAll("button, input, select, [role=slider], [role=tab], canvas")]
+        .filter((e) => !e.hidden && !(e.ariaLabel || e.title || e.textContent.trim() || e.labels?.length))
+        .map((e) => e.outerHTML)"""
+    )
+    assert not unnamed
+    reached = []
+    while len(reached) < 200 and (not reached or reached[-1] != "Time"):
+        page.keyboard.press("Tab")
+        reached.append(page.evaluate("document.activeElement.getAttribute('aria-label') || document.activeElement.id"))
+    wanted = ["Intensity of all", "Surprise", "Look up", "Jaw drop", "canvas", "tab-folds", "Depth", "play", "Time"]
+    names = [name if name != page.locator("#canvas").get_attribute("aria-label") else "canvas" for name in reached]
+    assert [name for name in names if name in wanted] == wanted
+
+
+def test_reloading_and_a_wrong_key(page, studio, browser):
+    page.reload()
+    page.wait_for_selector("body[data-step]", timeout=60_000)
+    other = browser.new_page()
+    other.goto(studio.url.partition("#")[0] + "#wrong")
+    other.wait_for_selector("#message:visible")
+    assert "not of a studio that is open" in other.inner_text("#message")
+    other.close()
+
+
+def test_parts_of_a_scan_have_their_pictures(browser, face):
+    """A sheet before the face: red, green, and clear, where the face is seen; as `Scene` draws it."""
+    sheet = pv.Plane(center=(0.0, 20.0, 140.0), i_size=90.0, j_size=60.0, i_resolution=6, j_resolution=6).triangulate()
+    colours = np.zeros((64, 96, 4), np.uint8)
+    colours[:, :32] = 255, 0, 0, 255
+    colours[:, 32:64] = 0, 255, 0, 255
+    carried = replace(face, parts={"other": Part(sheet, "skull", texture=colours)})
+    page = browser.new_page(viewport={"width": 1180, "height": 560})
+    with Studio(carried, browser=False) as studio:
+        page.goto(studio.url)
+        page.wait_for_selector("body[data-step]", timeout=60_000)
+        shown(page, studio)
+        until(lambda: page.evaluate("app.view.photos.has('own other')"))
+        shown(page, studio)
+        page.wait_for_timeout(300)
+        places = [(-30.0, 20.0, 140.0), (0.0, 20.0, 140.0), (30.0, 20.0, 140.0)]
+        pixels = [page.evaluate("(p) => app.view.project(p)", place) for place in places]
+        mine = picture(page)
+        height, width = mine.shape[:2]
+        place, focus, up = np.array(page.evaluate("app.cameraNumbers()")).reshape(3, 3)
+        frame = studio.frame()
+    page.close()
+    with Scene(carried, Style((width, height))) as scene:
+        camera = scene.plotter.camera
+        camera.position, camera.focal_point, camera.up = place, focus, up
+        theirs = np.asarray(scene.picture(frame), float)
+    seen = [(mine[round(p["y"]), round(p["x"])], theirs[round(p["y"]), round(p["x"])]) for p in pixels]
+    for own, other in seen:
+        assert np.abs(own - other).max() < 30.0
+    assert seen[0][0].argmax() == 0
+    assert seen[1][0].argmax() == 1
+    assert seen[2][0].min() > 40.0  # skin
+
+
+def drag(page, start, by):
+    page.mouse.move(*start)
+    page.mouse.down()
+    page.mouse.move(start[0] + by[0], start[1] + by[1], steps=4)
+    page.mouse.up()
+
+
+def centre(page, selector):
+    box = page.locator(selector).bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def test_an_eye_is_dragged(page, studio):
+    """The pupil goes along with the pointer: the turn is that of the eyeball by the arc that was dragged."""
+    shown(page, studio)
+    eye = studio.face.eyes[0]
+    front = eye.centre + eye.radius * studio.face.frame.axes[2]
+    at = page.evaluate("(p) => app.view.project(p)", front.tolist())
+    box = page.locator("canvas").bounding_box()
+    drag(page, (box["x"] + at["x"], box["y"] + at["y"]), (6, -3))
+    until(lambda: any(studio.document["gaze"]))
+    pixel = page.evaluate("app.view.camera.height / app.view.canvas.clientHeight")
+    wanted = np.degrees(np.arctan2([6 * pixel, 3 * pixel], eye.radius))
+    until(lambda: np.allclose(studio.document["gaze"], wanted, atol=0.1))
+    before = studio._document.history[0]
+    page.locator(SLIDER.format("Look up")).focus()
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("ArrowUp")
+    until(lambda: studio.document["gaze"][1] > wanted[1] + 0.5)
+    assert studio._document.history[0] == before + 1  # keys that follow each other are one step
+
+
+def test_landmarks_and_patterns_are_dragged(page, studio):
+    page.locator("#tab-face").click()
+    page.get_by_label("Show, and drag them on the face").check()
+    page.wait_for_selector("[data-handle=mouth_l]")
+    shown(page, studio)
+    drag(page, centre(page, "[data-handle=mouth_l]"), (0, -8))
+    until(lambda: studio.document["landmarks"])
+    moved = np.array(studio.document["landmarks"]["mouth_l"]) - studio._library[""].face.landmarks["mouth_l"]
+    pixel = page.evaluate("app.view.camera.height / app.view.canvas.clientHeight")
+    assert abs(moved[1] - 8 * pixel) < 1.0
+    other = np.array(studio.document["landmarks"]["mouth_r"]) - studio._library[""].face.landmarks["mouth_r"]
+    assert np.allclose(other, moved * [-1.0, 1.0, 1.0], atol=1e-3)  # both sides are moved together
+    studio.frame()
+    assert np.allclose(studio.face.landmarks["mouth_l"], studio.document["landmarks"]["mouth_l"])
+    page.get_by_role("button", name="Landmarks as found").click()
+    until(lambda: not studio.document["landmarks"])
+    dimple = {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 30.0, "depth": 2.0}
+    studio.change(patterns={"d": dimple})
+    page.locator("#tab-patterns").click()
+    page.wait_for_selector("#overlay .ring")
+    shown(page, studio)
+    until(lambda: page.locator("#overlay .ring").get_attribute("r") is not None)
+    x, y = centre(page, "#overlay .placed")
+    radius = float(page.locator("#overlay .ring").get_attribute("r"))
+    drag(page, (x + radius, y), (10, 0))
+    until(lambda: abs(studio.document["patterns"]["d"]["size"] - 30.0 - 20 * pixel) < 2.0)
+    page.locator("#overlay .placed").focus()
+    page.keyboard.press("ArrowDown")
+    until(lambda: studio.document["patterns"]["d"]["centre"][1] < -31.0)
+
+
+def test_a_mesh_that_is_opened_is_shown_and_undone(page, studio, tmp_path):
+    head = studio.face.mesh.copy()
+    head.point_data.clear()
+    head.save(tmp_path / "head.ply")
+    landmarks = {name: place.tolist() for name, place in studio.face.landmarks.items()}
+    (tmp_path / "head.json").write_text(json.dumps(landmarks))
+    page.locator("input[type=file]").set_input_files([tmp_path / "head.ply", tmp_path / "head.json"])
+    until(lambda: studio.document["face"] == "head.ply")
+    until(lambda: page.evaluate("app.face.faces.shown") == "head.ply")
+    shown(page, studio)
+    assert not page.evaluate("Boolean(app.view.parts.get('skin').arrays.texture)")
+    page.keyboard.press("Control+z")
+    until(lambda: page.evaluate("app.face.faces.shown") == "")
+    shown(page, studio)
+    assert page.evaluate("Boolean(app.view.parts.get('skin').arrays.texture)")
+
+
+def test_the_tour_leads_through_the_page(page):
+    page.locator("#tour-button").click()
+    page.wait_for_selector("#tour:visible")
+    titles = []
+    while page.locator("#tour").is_visible():
+        titles.append(page.inner_text("#tour h2"))
+        assert page.locator(".outlined").count() >= 1
+        page.keyboard.press("Enter")  # the button for the next step has the focus
+    assert len(titles) == len(set(titles)) == 9
+    assert page.evaluate("document.activeElement.id") == "tour-button"
+
+
+def test_axe_finds_nothing_serious(page, studio):
+    folder = os.environ.get("FACEWRINKLE_NODE_MODULES")
+    axe = Path(folder or "", "axe-core", "axe.min.js")
+    if not folder or not axe.is_file():
+        pytest.skip("axe-core is not there: name a folder node_modules with it in FACEWRINKLE_NODE_MODULES")
+    studio.change(patterns={"d": {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0}})
+    page.evaluate(axe.read_text(encoding="utf-8"))
+    found = []
+    for tab in ("patterns", "face"):
+        page.locator(f"#tab-{tab}").click()
+        result = page.evaluate("axe.run()")
+        found += [(tab, each["id"], each["nodes"][0]["html"]) for each in result["violations"]
+                  if each["impact"] in ("serious", "critical")]  # fmt: skip
+    assert not found
+
+
+def test_a_lost_connection_comes_back_and_a_new_server_is_not_mistaken(browser, face):
+    with Studio(face, browser=False) as first:
+        port = first._server.port
+        page = browser.new_page(viewport={"width": 800, "height": 400})
+        page.goto(first.url)
+        page.wait_for_selector("body[data-step]", timeout=60_000)
+        for client in list(first._server.clients):
+            asyncio.run_coroutine_threadsafe(client.socket.close(code=1001), first._server._loop).result(5.0)
+        until(lambda: first._server.clients and "trying again" not in page.inner_text("#state"))
+        first.rates = {"AU26": 1.0}
+        until(lambda: page.locator(SLIDER.format("Jaw drop")).input_value() == "1")
+        first.frame()
+    until(lambda: "trying again" in page.inner_text("#state"))
+    with Studio(face, browser=False, port=port) as second:
+        page.wait_for_selector("#message:visible", timeout=20_000)
+        assert "not of a studio that is open" in page.inner_text("#message")
+        page.goto(second.url)
+        page.reload()  # else the address differs by its fragment alone
+        page.wait_for_selector("body[data-step]", timeout=60_000)
+    page.close()

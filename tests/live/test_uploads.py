@@ -1,0 +1,111 @@
+"""Files that are sent to a studio: who may, what is taken, and that nothing stays.
+
+the key and the origin | refused without
+names, number and size | an error as a sentence
+what names other files | only those that were sent with it
+undo                   | the face before
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import tempfile
+from pathlib import Path
+
+import aiohttp
+import pytest
+from studio_pages import root
+
+from facewrinkle.errors import ParameterError
+from facewrinkle.live import uploads
+
+
+def send(studio, files, key=None, origin=None):
+    async def sent():
+        form = aiohttp.FormData()
+        for name, content in files.items():
+            form.add_field("file", content, filename=name, content_type="application/octet-stream")
+        headers = {"X-Key": studio.url.partition("#")[2] if key is None else key}
+        if origin != "":
+            headers["Origin"] = origin or root(studio)
+        async with (
+            aiohttp.ClientSession() as session,
+            session.post(f"{root(studio)}/open", data=form, headers=headers) as answer,
+        ):
+            return answer.status, await answer.text()
+
+    return asyncio.run(sent())
+
+
+@pytest.fixture
+def scan(face, tmp_path):
+    mesh = face.mesh.copy()
+    mesh.point_data.clear()
+    mesh.save(tmp_path / "head.ply")
+    landmarks = {name: place.tolist() for name, place in face.landmarks.items()}
+    return {"head.ply": (tmp_path / "head.ply").read_bytes(), "head.json": json.dumps(landmarks).encode()}
+
+
+def test_a_scan_is_shown_and_undone(studio, scan):
+    before = set(Path(tempfile.gettempdir()).glob("facewrinkle-*"))
+    status, text = send(studio, scan)
+    assert status == 200
+    studio.frame()
+    assert studio.document["face"] == json.loads(text)["name"]  # "head.ply", or with a number if that is open
+    assert studio.document["face"].startswith("head.ply")
+    assert studio.face.texture is None
+    assert set(Path(tempfile.gettempdir()).glob("facewrinkle-*")) == before
+    studio.undo()
+    studio.frame()
+    assert studio.face.texture is not None
+
+
+@pytest.mark.parametrize("how", [{"key": ""}, {"key": "wrong"}, {"origin": "http://evil.example"}, {"origin": ""}])
+def test_others_may_not_send_files(studio, how):
+    assert send(studio, {"head.ply": b""}, **how)[0] == 403
+    assert studio.document["face"] == ""
+
+
+def test_bad_files_are_sentences(studio, monkeypatch):
+    status, text = send(studio, {"head.ply": b"nonsense"})
+    assert status == 400
+    assert tempfile.gettempdir() not in text
+    monkeypatch.setattr(uploads, "LARGEST_UPLOAD", 100)
+    status, text = send(studio, {"head.ply": b"x" * 101})
+    assert (status, "too large" in text) == (400, True)
+    assert studio.document["face"] == ""
+
+
+def test_a_file_cannot_fetch_others(studio, scan, tmp_path):
+    """The materials name a file of the computer: it is not read."""
+    from PIL import Image
+
+    secret = tmp_path / "secret.png"
+    Image.new("RGB", (4, 4), (255, 0, 0)).save(secret)
+    lines = ["mtllib head.mtl", "usemtl skin"]
+    from facewrinkle.mesh import read_surface
+
+    (tmp_path / "head.ply").write_bytes(scan["head.ply"])
+    mesh = read_surface(tmp_path / "head.ply")
+    lines += [f"v {x} {y} {z}" for x, y, z in mesh.points]
+    lines += ["vt 0 0", "vt 1 0", "vt 0 1"]
+    lines += [f"f {a + 1}/1 {b + 1}/2 {c + 1}/3" for a, b, c in mesh.regular_faces]
+    files = {
+        "head.obj": "\n".join(lines).encode(),
+        "head.mtl": f"newmtl skin\nmap_Kd {secret}\n".encode(),
+        "head.json": scan["head.json"],
+    }
+    status, text = send(studio, files)
+    assert status in (200, 400)
+    studio.frame()
+    shown = studio.face.texture
+    assert shown is None or not (shown.reshape(-1, 3) == [255, 0, 0]).all(axis=1).any(), text
+
+
+@pytest.mark.parametrize(
+    "name", ["../a.ply", "/etc/passwd", ".hidden.ply", "a/b.ply", "a.exe", "a", "", "x" * 120 + ".ply", "a\0.ply"]
+)
+def test_names_that_are_not_taken(name):
+    with pytest.raises(ParameterError, match="may not be called|no file that the studio reads"):
+        uploads.checked_name(name)

@@ -1,0 +1,106 @@
+"""The widget, without a notebook: its messages, and its module in a browser."""
+
+from __future__ import annotations
+
+import base64
+import json
+import time
+
+import pytest
+
+pytest.importorskip("anywidget", reason="the widget needs anywidget")
+
+from facewrinkle.live.encoding import decoded
+from facewrinkle.live.server import page_files
+from facewrinkle.live.widget import bundled, style
+
+
+class Notebook:
+    """Keeps what a widget sends, and sends to it."""
+
+    def __init__(self, widget, monkeypatch):
+        self.widget, self.sent = widget, []
+        monkeypatch.setattr(type(widget), "send", lambda _, content, buffers=(): self.sent.append((content, buffers)))
+
+    def say(self, do, **words):
+        self.widget._received(self.widget, {"text": json.dumps({"do": do, **words})}, [])
+
+    def until(self, right, seconds=20.0):
+        end = time.monotonic() + seconds
+        while not (found := [each for each in list(self.sent) if right(each)]):
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        return found[0]
+
+
+def texts(kind):
+    return lambda each: each[0].get("text", "").startswith(f'{{"is": "{kind}"')
+
+
+def test_a_widget_shows_and_changes_the_studio(studio, monkeypatch):
+    widget = studio.widget(height=300)
+    try:
+        notebook = Notebook(widget, monkeypatch)
+        notebook.say("undo")  # before it is shown, it has no say
+        notebook.say("hello")
+        notebook.until(texts("welcome"))
+        _, buffers = notebook.until(lambda each: each[1] and each[1][0][:4] != b"PHOT")
+        _, arrays = decoded(bytes(buffers[0]))
+        assert len(arrays["skin"]["position"]) >= studio.face.mesh.n_points
+        notebook.say("change", patches=[[["mixture", "AU26"], 0.5]], gesture="")
+        notebook.until(lambda each: texts("document")(each) and "AU26" in each[0]["text"])
+        assert studio.rates == {"AU26": 0.5}
+        notebook.say("reboot")
+        assert "reboot" in notebook.until(texts("error"))[0]["text"]
+    finally:
+        widget.close()
+    end = time.monotonic() + 5.0
+    while studio._server.clients and time.monotonic() < end:
+        time.sleep(0.02)
+    assert not studio._server.clients
+
+
+def test_its_style_stays_in_the_widget():
+    text = style(page_files())
+    assert text.count("{") == text.count("}")
+    assert ":root" not in text
+    assert "body {" not in text
+
+
+def test_its_module_draws_in_a_browser(studio, browser, monkeypatch):
+    """The module alone, on an empty page, with what a kernel would send."""
+    widget = studio.widget(height=300)
+    notebook = Notebook(widget, monkeypatch)
+    notebook.say("hello")
+    welcome = notebook.until(texts("welcome"))[0]
+    document = notebook.until(texts("document"))[0]
+    frame = notebook.until(lambda each: each[1] and each[1][0][:4] != b"PHOT")[1][0]
+    widget.close()
+    page = browser.new_page(viewport={"width": 800, "height": 320})
+    errors = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    sent = page.evaluate(
+        """async ([module, texts, frame]) => {
+        const place = URL.createObjectURL(new Blob([module], { type: "text/javascript" }));
+        const { default: widget } = await import(place), sent = [], hears = {};
+        const send = (what) => sent.push(JSON.parse(what.text)), on = (name, act) => { hears[name] = act; };
+        const model = { get: () => 300, send, on, off() {} };
+        const el = document.createElement("div");
+        document.body.append(el);
+        widget.render({ model, el });
+        for (const text of texts) hears["msg:custom"]({ text }, []);
+        const bytes = Uint8Array.from(atob(frame), (c) => c.charCodeAt(0));
+        hears["msg:custom"]({}, [new DataView(bytes.buffer)]);
+        await new Promise((done) => setTimeout(done, 1500));
+        const slider = el.querySelector("input[aria-label='Jaw drop']");
+        slider.value = 0.5;
+        slider.dispatchEvent(new Event("input"));
+        return sent;
+        }""",
+        [bundled(page_files(), "widget.js"), [welcome["text"], document["text"]], base64.b64encode(frame).decode()],
+    )  # fmt: skip
+    page.close()
+    assert not errors
+    assert sent[0] == {"do": "hello"}
+    assert {"do": "shown"} in sent
+    assert sent[-1]["patches"] == [[["mixture", "AU26"], 0.5]]

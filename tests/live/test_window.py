@@ -1,0 +1,227 @@
+"""The object that users hold, against simulations of their own.
+
+rates, frame, undo          | the same asked of a Simulation
+folds of one side           | none, against a simulation without waves; the other side
+copied Python               | run, it gives the frame that is shown
+saved files                 | in one folder, never over another file
+live weights                | units of ARKit's shapes
+what cannot be done         | a sentence, and the document as it was
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+import numpy as np
+import pytest
+import pyvista as pv
+from studio_pages import page
+
+import facewrinkle as fw
+from facewrinkle.errors import (
+    FaceWrinkleError,
+    MeshError,
+    MissingPackageError,
+    OutputError,
+    ParameterError,
+    UnknownNameError,
+)
+from facewrinkle.live.greeting import mixture_of_live
+from facewrinkle.live.saving import Folder
+from facewrinkle.live.window import Studio
+
+CAMERA = [0.0, 0.0, 1200.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+
+
+def test_a_frame_is_that_of_a_settled_simulation(studio, face):
+    studio.rates = {"AU4": 1.0}
+    assert studio.rates == {"AU4": 1.0}
+    sim = fw.Simulation(face)
+    sim.express({"AU4": 1.0})
+    own = sim.settle()
+    n = face.mesh.n_points
+    assert np.abs(np.asarray(studio.frame().points)[:n] - np.asarray(own.points)[:n]).max() < 0.05
+    assert studio.undo()
+    assert studio.rates == {}
+    with pytest.raises(UnknownNameError, match="'AU99'"):
+        studio.rates = {"AU99": 1.0}
+
+
+def test_folds_of_one_side_can_be_changed(studio, face):
+    """With none on the left, the left has the anatomical creases alone; the right is as it was."""
+    studio.rates = {"AU6": 1.0, "AU12": 1.0}
+    n, left = face.mesh.n_points, face.points[:, 0] > 10.0
+    even = studio.frame()["W"][:n]
+    studio.change(folds={**studio.document["folds"], "left": 0.0})
+    bare = studio.frame()["W"][:n]
+    sim = fw.Simulation(face, layers=[fw.MuscleWrinkles(anatomical=True)])
+    sim.express({"AU6": 1.0, "AU12": 1.0})
+    creases = sim.settle()["W"][:n]
+    right = face.points[:, 0] < -10.0
+    assert np.abs(bare - creases)[left].max() < 0.02
+    assert np.abs(bare - even)[right].max() < 0.02
+    assert np.abs(bare - even)[left].max() > 0.3
+
+
+def test_copied_python_gives_what_is_shown(studio):
+    studio.change(
+        mixture={"AU1": 1.0, "AU2": 0.5},
+        patterns={"d": {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0}},
+    )
+    frame, words = studio.frame(), {}
+    exec(studio._copied("python"), words)
+    assert words["frame"]["W"].min() == pytest.approx(frame["W"].min(), abs=0.05)
+    n = studio.face.mesh.n_points
+    assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
+    assert studio._copied("command").endswith("# left out, as no option says it: patterns")
+
+
+def test_copied_python_moves_landmarks_too(studio, face):
+    moved = (face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]).tolist()
+    studio.change(mixture={"AU12": 1.0}, landmarks={"mouth_l": moved})
+    frame, words = studio.frame(), {}
+    exec(studio._copied("python"), words)
+    n = studio.face.mesh.n_points
+    assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
+    assert studio._copied("command") == "facewrinkle express AU12=1\n# left out, as no option says it: landmarks"
+
+
+def test_movies_animations_and_atlases_are_saved(studio, saved):
+    key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.1, "offset": 0.2, "end": 0.2}
+    timeline = {"length": 0.2, "loop": False, "keys": {"k": key}}
+    studio.change(timeline=timeline, mixture={"AU12L": 0.5})
+    told = []
+
+    async def visit():
+        async with page(studio) as seen:
+            await seen.until(lambda got: "step" in got)
+            paths = {
+                what: (await seen.ask("save", what=what, camera=CAMERA))["value"]["path"]
+                for what in ("movie", "animation", "atlas", "face")
+            }
+            told.extend(got for got in seen.texts if got["is"] == "progress")
+            return paths
+
+    paths = asyncio.run(visit())
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    assert ffmpeg.count_frames_and_secs(paths["movie"])[0] == 5  # 0.2 s of 25 pictures
+    _, recorded = fw.read_animation(paths["animation"], mesh="face")
+    assert recorded.duration == pytest.approx(0.16)
+    atlas = fw.read_atlas(paths["atlas"])
+    assert atlas.expressions["studio"] == {"zygomaticus_major_l": 0.5}
+    assert fw.read_face(paths["face"]).mesh.n_points == studio.face.mesh.n_points
+    assert {"Movie", "Animation"} <= {got["text"] for got in told}
+    assert "" in {got["text"] for got in told}  # which ends the bar
+
+
+def test_what_cannot_be_made_is_taken_back_with_a_sentence(studio):
+    async def visit():
+        async with page(studio) as seen:
+            await seen.until(lambda got: "step" in got)
+            entry = {"start": [5000.0, 0.0, 0.0]}
+            await seen.send({"do": "change", "patches": [[["tears", "far"], entry]], "gesture": ""})
+            error = await seen.until(lambda got: got.get("is") == "error")
+            while studio._document.data["tears"]:
+                await asyncio.sleep(0.01)
+            await seen.settled(studio)
+            return error["text"], [got for got in seen.texts if got["is"] == "document"][-1]["data"]["tears"]
+
+    error, told = asyncio.run(visit())
+    assert error.startswith("start must lie on the surface")
+    assert told == {}
+    assert studio.document["tears"] == {}
+
+
+def test_pictures_meshes_and_sessions_are_saved_in_one_folder(studio, saved):
+    async def visit():
+        async with page(studio) as seen:
+            await seen.until(lambda got: "step" in got)
+            return [
+                (await seen.ask("save", what=what, camera=CAMERA))["value"]["path"]
+                for what in ("picture", "glb", "glb")
+            ]
+
+    paths = [saved / name for name in asyncio.run(visit())]
+    assert len(set(paths)) == 3
+    assert all(path.parent == saved.resolve() for path in paths)
+    assert pv.read(paths[0]).dimensions[:2] == (1200, 1200)
+    assert paths[1].read_bytes()[:4] == b"glTF"
+
+
+@pytest.mark.parametrize("name", ["../x.png", "/etc/passwd", "a/b.png", "..", "X.png", "a.b.c"])
+def test_the_folder_takes_plain_names_only(tmp_path, name):
+    with pytest.raises(OutputError, match="plain names"):
+        Folder(tmp_path / "out").write(name, b"")
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_live_weights_are_units_or_shapes(face):
+    assert mixture_of_live({"mouthSmileLeft": 0.5, "jawOpen": 1.0, "AU4": 0.2}, face) == {
+        "AU12L": 0.5, "AU27": 1.0, "AU4": 0.2,
+    }  # fmt: skip
+    assert mixture_of_live({}, face) == {}
+    with pytest.raises(ParameterError, match="none of the weights"):
+        mixture_of_live({"hairLong": 1.0}, face)
+
+
+def test_live_weights_move_the_face_and_leave_the_document(studio):
+    async def visit():
+        async with page(studio) as seen:
+            await seen.until(lambda got: "step" in got)
+            await seen.ask("live", weights={"jawOpen": 1.0})
+
+    asyncio.run(visit())
+    moved = studio.frame()
+    assert studio.rates == {}
+    studio._stage.live({})
+    rest = studio.frame()
+    n = studio.face.mesh.n_points
+    assert np.abs(np.asarray(moved.points)[:n] - np.asarray(rest.points)[:n]).max() > 5.0
+
+
+def test_the_timeline_plays_and_is_scrubbed(studio):
+    key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.4, "offset": 1.0, "end": 2.0}
+    studio.change(timeline={"length": 2.0, "loop": True, "keys": {"k": key}})
+    n = studio.face.mesh.n_points
+    closed = np.asarray(studio.frame().points)[:n]
+    studio._stage.go_to(0.7)
+    opened = np.asarray(studio.frame().points)[:n]
+    assert np.abs(opened - closed).max() > 5.0
+    studio._stage.play(True)
+    with pytest.raises(FaceWrinkleError, match="still moves after 0.3 s"):
+        studio.frame(timeout=0.3)
+    studio._stage.play(False)
+
+
+def test_without_aiohttp_the_error_says_what_to_install(face, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "facewrinkle.live.server", None)
+    with pytest.raises(MissingPackageError, match=r"pip install 'facewrinkle\[studio\]'"):
+        Studio(face, browser=False)
+
+
+def test_a_frame_is_looked_at_as_it_is(face):
+    sim = fw.Simulation(face)
+    sim.express("surprise")
+    frame = sim.settle()
+    before = frame.copy()
+    with fw.studio(frame, browser=False) as window:
+        assert np.array_equal(window.frame().points, frame.points)
+        window.rates = {"AU26": 1.0}  # nothing moves
+        assert np.array_equal(window.frame().points, frame.points)
+        deepest = int(np.argmin(frame["W"]))
+        corners = np.asarray(frame.regular_faces)[np.any(np.asarray(frame.regular_faces) == deepest, axis=1)][0]
+        shares = [float(corner == deepest) for corner in corners]
+        drawn = [int(np.flatnonzero(window._stage.parts.origin == corner)[0]) for corner in corners]
+        told = window._probed(drawn, shares, window._stage.parts.last)
+        assert told["values"]["W"] == pytest.approx(float(frame["W"][deepest]), abs=1e-5)
+        assert set(window._face()["off"].values()) == {"this surface has no muscles"}
+    assert frame == before
+
+
+def test_any_surface_can_be_looked_at_and_a_line_cannot():
+    with fw.studio(pv.Plane(), browser=False) as window:  # of quads
+        assert window.frame().n_cells == 200
+    with pytest.raises(MeshError, match="no triangles to look at"):
+        fw.studio(pv.Line())
+    with pytest.raises(ParameterError, match="face must be"):
+        fw.studio("head.obj")
