@@ -74,7 +74,7 @@ def test_mixtures_turn_no_lip_inside_out(face, skin, index, frames):
 
 def test_the_nearest_triangle_aside_is_that_of_densely_sampled_sides():
     rng = np.random.default_rng(4)
-    local, samples = rng.normal(size=(12, 3)), rng.normal(size=(30, 3)) + [8.0, 0.0, 0.0]
+    local, samples = rng.normal(size=(12, 3)), rng.normal([8.0, 0.0, 0.0], size=(30, 3))
     triangles = rng.permutation(12).reshape(4, 3)
     distance, which = aside(samples, local, triangles)
     share = np.linspace(0.0, 1.0, 2001)[:, None]
