@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from ..geometry.laplacian import graph_laplacian
 from ..geometry.nested_dissection import nested_dissection
@@ -108,7 +109,7 @@ def tissue_of(
     array([ 4.7,  5.5,  8. , 10.5, 11.3])
     """
     where, depths, stiffness = samples
-    square = ((points[:, None, :] - where[None]) ** 2).sum(axis=2) / size**2
+    square = cdist(points, where, "sqeuclidean") / size**2
     weights = (square + SAMPLE_RADIUS**2) ** -1.5
     weights /= weights.sum(axis=1, keepdims=True)
     depth = weights @ depths
