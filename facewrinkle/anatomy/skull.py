@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import diags_array, eye_array
+from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from ..geometry.laplacian import graph_laplacian
+from ..geometry.nested_dissection import nested_dissection
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops, unique_edges
 
@@ -107,7 +109,7 @@ def tissue_of(
     array([ 4.7,  5.5,  8. , 10.5, 11.3])
     """
     where, depths, stiffness = samples
-    square = ((points[:, None, :] - where[None]) ** 2).sum(axis=2) / size**2
+    square = cdist(points, where, "sqeuclidean") / size**2
     weights = (square + SAMPLE_RADIUS**2) ** -1.5
     weights /= weights.sum(axis=1, keepdims=True)
     depth = weights @ depths
@@ -144,6 +146,17 @@ def _smoother(points: Array, triangles: npt.NDArray[np.int32], radius: float):  
     length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     weight = np.bincount(sides.ravel()) / np.maximum(length, 1e-12 * radius) ** 2  # edges count once per triangle
     degree = np.bincount(edges.ravel(), minlength=len(points))
-    laplacian = diags_array(1.0 / np.maximum(degree, 1)) @ graph_laplacian(edges, weight, len(points))
-    system = (eye_array(len(points)) + radius**2 * laplacian).tocsc()
-    return splu(system).solve
+    # Both sides times the degrees: so the matrix is symmetric, and its factors stay small if they are well ordered.
+    mass = np.maximum(degree, 1).astype(float)
+    system = csr_array(diags_array(mass) + radius**2 * graph_laplacian(edges, weight, len(points)))
+    order = nested_dissection((system.indptr, system.indices), points)
+    factor = splu(
+        system[order][:, order].tocsc(), permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
+
+    def smooth(values: Array) -> Array:
+        out = np.empty(values.shape)
+        out[order] = factor.solve((mass[:, None] * values)[order])
+        return out
+
+    return smooth

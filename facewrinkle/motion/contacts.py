@@ -8,7 +8,7 @@ stiff contacts cost no iterations, and steps end at what they meet.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ from . import _plane_kernels
 from .flat_triangles import LEAST_AREA, flat_triangles
 from .lid_surfaces import facing_lids
 from .lip_surfaces import FacingSkin, facing_lips
+from .lip_thickness import behind_lips
 from .solids import bone_below, dental_arches, eyeballs, joined
 
 Array = npt.NDArray[np.float64]
@@ -51,7 +52,8 @@ class Contacts:
     ----------
     solids : Solids
         Eyeballs, dental arches and bone.
-    lips, lids : FacingSkin
+    lips, lids, flesh : FacingSkin
+        Lips that meet each other, lids that do, and lips that are pressed flat.
 
     Examples
     --------
@@ -82,17 +84,19 @@ class Contacts:
         ]
         self.solids = joined(solids)
         self.lips, self.lids = facing_lips(face, area, share), facing_lids(face, area)
+        self.flesh = behind_lips(face, area)
         self._eyes = np.array([eye.centre * face.unit for eye in face.eyes]).reshape(-1, 3)
         self.flats = flat_triangles(face, resistance)
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))
-        most = len(self.solids.corners) + len(self.lips.corners) + len(self.lids.corners) + len(face.triangles)
+        samples = [len(skin.corners) for skin in (self.lips, self.lids, self.flesh)]
+        self._gaps = [np.empty(k) for k in samples]
+        most = len(self.solids.corners) + sum(samples) + len(face.triangles)
         self._rows: Rows = (
             np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip
         self._known: tuple[Array, float, Array] | None = None
         self._rate = np.nan
         self._meeting_solids = np.unique(self.solids.corners)
-        self._gaps = np.empty(len(self.lips.corners)), np.empty(len(self.lids.corners))
         self._facing: Array = self.flats.facing
         self.place(0.0, self._facing)
 
@@ -122,9 +126,9 @@ class Contacts:
             self._near_solids = kernels.near_solids(x, *self._placed, REACH)
         return x
 
-    def _facing_skin(self) -> tuple[tuple[FacingSkin, Array], ...]:
-        """Lips and lids, with arrays for their gaps."""
-        return (self.lips, self._gaps[0]), (self.lids, self._gaps[1])
+    def _facing_skin(self) -> Iterator[tuple[FacingSkin, Array]]:
+        """Lips, lids and flesh, with arrays for their gaps."""
+        return zip((self.lips, self.lids, self.flesh), self._gaps, strict=True)
 
     def energy(self, u: Array, gradient: Array) -> float:
         """Return the energy at displacements `u`; add its gradient."""

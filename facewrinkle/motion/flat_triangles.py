@@ -15,7 +15,7 @@ IntArray = npt.NDArray[np.int64]
 LEAST_AREA = 0.1
 """Triangles are kept from falling below this share of their area, seen along the normal that joints have turned."""
 
-FIRMER = 10.0
+FIRMER = 100.0
 """Stiffness of this contact, relative to the resistance of the skin when one vertex alone is moved."""
 
 

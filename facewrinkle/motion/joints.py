@@ -21,7 +21,7 @@ LONGEST_PART = 1.5
 
 
 class Joints:
-    """All joints of a face.
+    """Joints of a face.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Joints:
     tethers : ndarray, shape (n,)
         Stiffness of the tethers to bone.
     plates : mapping of str to ndarray, shape (k,)
-        Stiffness of the tethers to the plates of lids, for the vertices of each joint.
+        Stiffness of the tethers to the plates of lids, for the vertices of each of the joints.
 
     Examples
     --------
@@ -53,8 +53,8 @@ class Joints:
         self._turning: dict[str, tuple[IntArray, Array]] = {}
         self._muscles: dict[str, tuple[int, list[int]]] = {}
         self._reach: dict[str, float] = {}
-        for name, joint in face.joint_weights.items():
-            plate = plates[name]
+        for name, plate in plates.items():
+            joint = face.joint_weights[name]
             with np.errstate(invalid="ignore"):
                 share = np.ones(len(plate)) if joint.bone else plate / (plate + tethers[joint.vertices])
             share = np.nan_to_num(share)
@@ -108,6 +108,13 @@ class Joints:
     def shift(self, rates: Array) -> Array:
         """Return the displacements (n, 3) of what the skin is tethered to."""
         return self.carried(self._points, np.zeros_like(rates), rates) - self._points
+
+    def turn(self, out: Array, rates: Array, sign: float = 1.0) -> None:
+        """Add to `out` (n, 3) the displacements by each joint alone, times a sign."""
+        for name, turn in self._rates(rates).items():
+            joint, share = self._joints[name]
+            offset = self._points[joint.vertices] - joint.centre
+            out[joint.vertices] += sign * turned(offset, joint.axis, turn * share * joint.angles)
 
     def facing(self, normals: Array, rates: Array) -> Array:
         """Return the normals (m, 3) of triangles as the joints turn them."""

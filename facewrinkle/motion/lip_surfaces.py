@@ -3,7 +3,8 @@
 A point of a lip and the triangle of the other lip straight below (or above) it at rest stay a pair: the point is kept
 above the plane of its triangle, wherever both go. So the energy of this contact is a smooth function of the place of
 the skin; which side is the right one never depends on the past, and lips that were flung through each other part
-again. Where lips are rounded, the plane lies outside them, so that lips that slide over each other do not enter.
+again. Samples beyond the border of the other lip take its nearest triangle. Where lips are rounded, the plane lies
+outside them, so that lips that slide over each other do not enter.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
-from ..anatomy.teeth import BEHIND_LIPS
+from ..anatomy.teeth import BEHIND_LIPS, OVERJET
 from ..geometry.normals import vertex_normals
 from . import _plane_kernels as kernels
 from .constraints import from_lips
@@ -46,6 +47,9 @@ STEEPEST = 0.1
 
 FACING = -0.3
 """Cosine between the normals of a sample and a triangle below which they face each other."""
+
+BEYOND = 4.0
+"""Samples no farther than this from straight above (or below) the other lip face its nearest triangle, mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +130,7 @@ def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> FacingSkin:
     (True, True)
     """
     points, up = face.points * face.unit, face.frame.axes[1]
-    near, looks_up = _around_mouth(face), vertex_normals(points, face.triangles) @ up
+    near, looks_up = around_mouth(face), vertex_normals(points, face.triangles) @ up
     lower = share_of_jaw > 0.5 - AT_CORNERS * looks_up
     found = [facing_none()]
     for own, other, side in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
@@ -152,7 +156,13 @@ def _faced(face: Face, corners: IntArray, shares: Array, triangles: IntArray, si
     i, k, _, gaps = columns(samples, local, triangles, side)
     faced = np.flatnonzero((of_samples[i] * facing[k]).sum(axis=1) < FACING)
     faced = faced[nearest(i[faced], gaps[faced], k[faced])]
-    return i[faced], triangles[k[faced]]
+    i, k = i[faced], k[faced]
+    if len(triangles):
+        beyond = np.setdiff1d(np.arange(len(samples)), i)
+        away, closest = aside(samples[beyond], local, triangles)
+        near = (away < BEYOND) & ((of_samples[beyond] * facing[closest]).sum(axis=1) < FACING)
+        i, k = np.concatenate([i, beyond[near]]), np.concatenate([k, closest[near]])
+    return i, triangles[k]
 
 
 def columns(
@@ -196,6 +206,37 @@ def columns(
     return i[over], k[over], shares[over], gaps[over]
 
 
+def aside(samples: Array, local: Array, triangles: npt.NDArray[np.integer]) -> tuple[Array, IntArray]:
+    """Return the horizontal distances (k,) of samples from the nearest of some triangles, and its number (k,).
+
+    Parameters
+    ----------
+    samples : ndarray, shape (k, 3)
+        Places as [left, up, forward], mm.
+    local : ndarray, shape (n, 3)
+        Vertices of the triangles, likewise.
+    triangles : ndarray of int, shape (m, 3)
+        At least one. Samples lie above or below none of them.
+
+    Examples
+    --------
+    >>> triangle = np.array([[0.0, 0, 0], [3, 0, 0], [0, 0, 3]])
+    >>> distance, which = aside(np.array([[-2.0, 7, 1]]), triangle, np.array([[0, 1, 2]]))
+    >>> distance.tolist(), which.tolist()
+    ([2.0], [0])
+    """
+    flat, places = local[:, [0, 2]], samples[:, None, [0, 2]]
+    square = np.full((len(samples), len(triangles)), np.inf)
+    for corner in range(3):
+        start, end = flat[triangles[:, corner]], flat[triangles[:, corner - 2]]
+        line = end - start
+        long = np.maximum((line**2).sum(axis=1), 1e-300)
+        share = np.clip(((places - start) * line).sum(axis=2) / long, 0.0, 1.0)
+        square = np.minimum(square, ((places - start - share[:, :, None] * line) ** 2).sum(axis=2))
+    closest = square.argmin(axis=1)
+    return np.sqrt(square[np.arange(len(samples)), closest]), closest
+
+
 def nearest(samples: IntArray, gaps: Array, triangles: IntArray) -> IntArray:
     """Return the index of the pair with the least gap for each sample; of equal ones, that with the first triangle.
 
@@ -208,15 +249,15 @@ def nearest(samples: IntArray, gaps: Array, triangles: IntArray) -> IntArray:
     return np.asarray(order[np.unique(samples[order], return_index=True)[1]])
 
 
-def _around_mouth(face: Face) -> BoolArray:
-    """True (n,) for vertices of the lips and of their lining in front of the teeth."""
+def around_mouth(face: Face) -> BoolArray:
+    """Return True (n,) for vertices of the lips and of their lining in front of the teeth of either jaw."""
     left, up, _ = face.frame.axes
     marks = face.landmarks
     reach = 0.55 * abs((marks["mouth_l"] - marks["mouth_r"]) @ left)
     thick = 0.75 * abs((marks["upper_lip_mid"] - marks["lower_lip_mid"]) @ up)
     side, height, depth = from_lips(face).T
     near = (np.abs(side) < reach) & (np.abs(height) < thick + 0.1 * face.frame.pupil_distance)
-    return np.asarray(near & (depth > -BEHIND_LIPS * face.frame.scale - (side / reach) ** 2 * reach))
+    return np.asarray(near & (depth > -(BEHIND_LIPS + OVERJET) * face.frame.scale - (side / reach) ** 2 * reach))
 
 
 def _candidates(places: Array, flat: Array, triangles: npt.NDArray[np.integer]) -> tuple[IntArray, IntArray]:

@@ -112,6 +112,7 @@ class Skin:
         self.time_step = float(time_step)
         self.names = tuple(face.muscles)
         self.points, self.mesh = face.points * face.unit, SkinMesh(face, vertices)
+        self._lids_of = None if self.mesh.face is face else (self._lids(self.mesh.face), self._lids(face))
         face = self.mesh.face
         self._rest_points, self._triangles = face.points * face.unit, face.triangles
         self._area = vertex_areas(self._rest_points, self._triangles)
@@ -163,14 +164,24 @@ class Skin:
         base = self._area / m.decay**2
         lips, directions = lip_tethers(face)
         self._normals = np.ascontiguousarray(directions)
-        tethers = base * face.tissue.stiffness * (1.0 - tip_of_nose(face)[1])
-        plates, of_lids = base * ((1.0 + m.lid_stiffness) ** face.shut_lids - 1.0), {}
-        for name, joint in face.joint_weights.items():
-            plate = of_lids[name] = base[joint.vertices] * m.lid_stiffness * joint.hold
-            plates[joint.vertices] = np.maximum(plates[joint.vertices], plate)
+        tethers, of_lids = self._held(face)
         self._joints = Joints(face, self.names, tethers, of_lids)
-        self._along = (1.0 + m.lip_firmness * lips) * tethers + plates
-        self._across = m.normal_ratio * tethers + plates
+        plates = (1.0 + m.lid_stiffness) ** face.shut_lids - 1.0
+        for name, joint in face.joint_weights.items():
+            plates[joint.vertices] = np.maximum(plates[joint.vertices], of_lids[name])
+        self._along = base * ((1.0 + m.lip_firmness * lips) * tethers + plates)
+        self._across = base * (m.normal_ratio * tethers + plates)
+
+    def _held(self, face: Face) -> tuple[Array, dict[str, Array]]:
+        """Return the stiffness (n,) of the tethers to bone, and to each plate, relative to the forehead."""
+        plates = {name: self.material.lid_stiffness * joint.hold for name, joint in face.joint_weights.items()}
+        return face.tissue.stiffness * (1.0 - tip_of_nose(face)[1]), plates
+
+    def _lids(self, face: Face) -> Joints:
+        """Return those joints of a face that are no bones."""
+        tethers, plates = self._held(face)
+        lids = {name: plate for name, plate in plates.items() if not face.joint_weights[name].bone}
+        return Joints(face, self.names, tethers, lids)
 
     def _forces(self, face: Face) -> Array:
         """Return the force (k, n, 3) of each muscle at full contraction."""
@@ -213,8 +224,18 @@ class Skin:
 
     @property
     def displacement(self) -> Array:
-        """Displacement (n, 3) of the face's vertices, mm."""
-        return self.mesh.follow(self._displacement)
+        """Displacement (n, 3) of the face's vertices, mm.
+
+        Vertices that are not simulated go along with the lids as these turn, and follow the rest.
+        """
+        if self._lids_of is None:
+            return self.mesh.follow(self._displacement)
+        simulated, followed = self._lids_of
+        beyond = self._displacement.copy()
+        simulated.turn(beyond, self._placed, -1.0)
+        out = self.mesh.follow(beyond)
+        followed.turn(out, self._placed)
+        return out
 
     @displacement.setter
     def displacement(self, displacement: Array) -> None:

@@ -189,3 +189,16 @@ def test_captured_faces(real_face, stem):
     own, whole = settled(skins, face.atlas.contractions("happiness", 1.0))
     apart = np.linalg.norm(own - whole, axis=1)
     assert np.sqrt((apart**2).mean()) < 2.0 * RMS  # of half as many vertices as by default
+
+
+def test_vertices_that_follow_go_along_with_the_lids_exactly(face):
+    """If the skin of the mesh does no more than turn with shutting lids, all vertices of the face turn with them."""
+    skin, whole = fw.Skin(face, vertices=1200), fw.Skin(face, vertices=None)
+    rates = np.array([name in ("orbicularis_oculi_l", "orbicularis_oculi_r") for name in skin.names], float)
+    assert rates.sum() == 2.0
+    for each in (skin, whole):
+        each._place(rates)
+    skin._displacement = skin._joints.shift(rates)
+    wanted = whole._joints.shift(rates)
+    assert np.linalg.norm(wanted, axis=1).max() > 5.0
+    np.testing.assert_allclose(skin.displacement, wanted, atol=1e-9)

@@ -101,7 +101,7 @@ def degenerate(points: Array, triangles: IntArray) -> BoolArray:
 def without_duplicates(mesh: RepairedMesh) -> RepairedMesh:
     """Keep each triangle once, by the positions of its corners, so that two sheets back to back become one."""
     places = _places(mesh.points, np.arange(len(mesh.points)))[mesh.triangles]
-    _, first = np.unique(np.sort(places, axis=1), axis=0, return_index=True)
+    first = _numbered(np.sort(places, axis=1))[1]
     count = len(mesh.triangles)
     flat = (places == np.roll(places, 1, axis=1)).any(axis=1)  # these are not duplicates of each other
     kept = np.sort(np.union1d(first, np.flatnonzero(flat)))
@@ -114,8 +114,21 @@ def _places(points: Array, which: IntArray) -> IntArray:
     """Number the positions of the points `which`, with equal numbers where they coincide; (n,), -1 for other points."""
     place = np.full(len(points), -1)
     if len(which):
-        place[which] = np.unique(points[which], axis=0, return_inverse=True)[1].ravel()
+        place[which] = _numbered(points[which])[0]
     return place
+
+
+def _numbered(rows: NDArray[np.generic]) -> tuple[IntArray, IntArray]:
+    """Return a number (n,) for each row, equal ones for equal rows, ascending; and the first row (k,) of each number.
+
+    As :func:`numpy.unique` along an axis does, which takes three times as long.
+    """
+    order = np.lexsort(rows.T[::-1])
+    new = np.ones(len(rows), bool)
+    new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    number = np.empty(len(rows), np.int64)
+    number[order] = np.cumsum(new) - 1
+    return number, order[new]
 
 
 def without_slivers(mesh: RepairedMesh) -> RepairedMesh:
@@ -206,7 +219,8 @@ def stitched(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
     ends = place[border]
     turned = ends[:, 0] > ends[:, 1]
     border[turned], ends[turned] = border[turned][:, ::-1], ends[turned][:, ::-1]
-    _, group, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    group, _ = _numbered(ends)
+    count = np.bincount(group)
     group = group.ravel()
     shared = (count[group] > 1) & (ends[:, 0] != ends[:, 1])
     order = np.flatnonzero(shared)[np.argsort(group[shared], kind="stable")]

@@ -1,0 +1,86 @@
+"""The flesh of the lips.
+
+what                                   checked against
+pairs of vertices and triangles        each lies behind the other at rest, by dot products
+rest                                   nothing presses
+a lining drawn through the skin        it is pushed back, towards where it was
+violent mixtures on the built-in head  the oracle: lips in each other, triangles turned over
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from analysis.oracle import DEEPEST, Oracle
+from analysis.sequences import sequence
+from facewrinkle.motion.lip_surfaces import aside
+from facewrinkle.motion.lip_thickness import THINNEST, behind_lips
+
+
+@pytest.fixture(scope="module")
+def face():
+    return fw.default_face()
+
+
+@pytest.fixture(scope="module")
+def skin(face):
+    return fw.Skin(face)
+
+
+def test_vertices_lie_behind_the_skin_that_they_are_kept_behind(face):
+    flesh = behind_lips(face, np.ones(len(face.points)))
+    a, b, c = (face.points[flesh.triangles[:, k]] for k in range(3))
+    inwards = np.cross(b - a, c - a)
+    place = face.points[flesh.corners[:, 0]]
+    height = ((place - a) * inwards).sum(axis=1) / np.linalg.norm(inwards, axis=1)
+    np.testing.assert_allclose(flesh.gaps(face.points), height, atol=1e-12)
+    assert (height > flesh.allowed).all()
+    assert (flesh.allowed <= THINNEST * height).all()
+    share = np.linalg.norm(place - (a + b + c) / 3.0, axis=1)
+    assert (height > 0.49 * share).all(), "straight through the flesh"
+
+
+def test_lining_in_front_of_the_skin_is_pushed_back(face, skin):
+    contacts = skin.contacts
+    u = np.zeros_like(face.points)
+    lining = np.unique(contacts.flesh.corners[face.lining.vertices[contacts.flesh.corners[:, 0]], 0])
+    assert len(lining) > 20
+    u[lining] += 12.0 * face.frame.axes[2]
+    flesh = contacts.flesh
+    deep = flesh.gaps(face.points + u) < flesh.allowed
+    assert deep.sum() > 20
+    a, b, c = (face.points[flesh.triangles[deep, k]] for k in range(3))
+    out = -np.cross(b - a, c - a) @ face.frame.axes[2]
+    gradient = np.zeros_like(u)
+    assert contacts.energy(u, gradient) > 0.0
+    pushed = flesh.corners[deep, 0][out > 0.0]
+    assert np.median(gradient[pushed] @ face.frame.axes[2]) > 0.0, "the force points backwards"
+
+
+@pytest.mark.parametrize(("index", "frames"), [(2, 32), (5, 34)])
+def test_mixtures_turn_no_lip_inside_out(face, skin, index, frames):
+    """All muscles about the mouth at once, in jumps: lips came .6 mm through each other, and triangles turned over."""
+    oracle = Oracle(face)
+    skin.reset()
+    for rates in sequence(face, 0, "head-0", index).rates[:frames]:
+        skin.set_rates(rates)
+        found = oracle.findings(skin.step())
+        assert found.lips < DEEPEST
+        assert not found.inverted
+    skin.reset()
+
+
+def test_the_nearest_triangle_aside_is_that_of_densely_sampled_sides():
+    rng = np.random.default_rng(4)
+    local, samples = rng.normal(size=(12, 3)), rng.normal([8.0, 0.0, 0.0], size=(30, 3))
+    triangles = rng.permutation(12).reshape(4, 3)
+    distance, which = aside(samples, local, triangles)
+    share = np.linspace(0.0, 1.0, 2001)[:, None]
+    sides = [
+        np.concatenate([local[t[k]] + share * (local[t[k - 1]] - local[t[k]]) for k in range(3)]) for t in triangles
+    ]
+    offsets = [np.linalg.norm(s[:, None, [0, 2]] - samples[:, [0, 2]], axis=2).min(axis=0) for s in sides]
+    np.testing.assert_allclose(distance, np.min(offsets, axis=0), atol=1e-3)
+    np.testing.assert_allclose(np.array(offsets)[which, np.arange(30)], distance, atol=1e-3)
