@@ -77,17 +77,18 @@ def furrows_of(
     component = np.where(deep, connected_components(graph, directed=False)[1], -1)
     rest = unit * np.asarray(frame.point_data.get("rest", frame.points))
     found = []
-    for own in np.unique(component[deep]):
-        vertices = np.flatnonzero(component == own)
-        length = float(np.ptp(rest[vertices] @ _direction(rest[vertices])))
+    members = np.flatnonzero(deep)
+    members = members[np.argsort(component[members], kind="stable")]
+    for vertices in np.split(members, np.flatnonzero(np.diff(component[members])) + 1):
+        length = float(np.ptp(rest[vertices] @ _direction(rest[vertices]))) if len(vertices) else 0.0
         if length >= LONG:
             found.append((float(-height[vertices].min()), length, vertices))
     found.sort(key=lambda entry: (-entry[0], int(entry[2][0])))
     number = np.zeros(len(height), np.int64)
-    furrows = []
-    for k, (depth, length, vertices) in enumerate(found, start=1):
+    for k, (_, _, vertices) in enumerate(found, start=1):
         number[vertices] = k
-        furrows.append(Furrow(k, _source(frame, vertices, families), depth, length))
+    sources = _sources(frame, number, families)
+    furrows = [Furrow(k, sources[k], depth, length) for k, (depth, length, _) in enumerate(found, start=1)]
     return number, furrows
 
 
@@ -97,10 +98,16 @@ def _direction(points: Array) -> Array:
     return np.asarray(np.linalg.eigh(centred.T @ centred)[1][:, -1])
 
 
-def _source(frame: pv.PolyData, vertices: npt.NDArray[Any], families: tuple[str, ...]) -> str:
-    names: list[str] = []
+def _sources(frame: pv.PolyData, number: npt.NDArray[Any], families: tuple[str, ...]) -> list[str]:
+    """The name of the muscle or family that is strongest at most vertices of each number, from 0."""
     muscles = [str(name) for name in frame.field_data[MUSCLES]] if MUSCLES in frame.field_data else []
+    count = int(number.max(initial=0)) + 1
+    names, votes = ["skin"], [np.full(count, 0.5)]
     for array, known in (("muscle", muscles), ("family", list(families))):
-        if array in frame.point_data:
-            names += [known[k] for k in np.asarray(frame.point_data[array])[vertices].tolist() if 0 <= k < len(known)]
-    return max(sorted(set(names)), key=names.count) if names else "skin"
+        if array in frame.point_data and known:
+            own = np.asarray(frame.point_data[array]).astype(np.int64)
+            some = (own >= 0) & (own < len(known)) & (number > 0)
+            names += known
+            votes.append(np.bincount(number[some] * len(known) + own[some], minlength=count * len(known)))
+    columns = np.concatenate([each.reshape(count, -1) for each in votes], axis=1)
+    return [names[k] for k in columns.argmax(axis=1)]

@@ -106,10 +106,17 @@ class SampleMaker:
         self._labeller = Labeller(spec.size)
         self._person: Person | None = None
         self._simulation: Simulation | None = None
+        self._scene: TearScene | None = None
 
     def close(self) -> None:
-        """Free the window."""
+        """Free the windows."""
         self._labeller.close()
+        self._close_scene()
+
+    def _close_scene(self) -> None:
+        if self._scene is not None:
+            self._scene.close()
+            self._scene = None
 
     def __enter__(self) -> Self:
         return self
@@ -154,9 +161,8 @@ class SampleMaker:
         if plan.tears is not None and face.eyes:
             smiling = plan.expression.keys() & {"happiness", "laughter", "AU12"}
             tears = surfaces(preset("joy" if smiling else "weeping", face, plan.index), plan.tears, frame)
-        with stage(face, plan, self.spec, wet=bool(tears)) as scene:
-            image = scene.picture(frame, tears) if isinstance(scene, TearScene) else scene.picture(frame)
-            camera = scene.plotter.camera.copy()
+        scene = self._staged(face, plan)
+        image, camera = scene.picture(frame, tears), scene.plotter.camera.copy()
         families = next((tuple(layer.lines) for layer in simulation.layers if isinstance(layer, WaveFolds)), ())
         seen = Appearance.of(face).at(frame)
         labels, facts = self._labeller(face, seen, frame, camera, tears, families)
@@ -169,6 +175,15 @@ class SampleMaker:
         facts |= {"size": list(self.spec.size), "unit": face.unit, "spec": self.spec.digest, "version": __version__}
         facts |= {"steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP}, "parts": list(PARTS)}
         return Sample(plan.index, image, labels, facts)
+
+    def _staged(self, face: Face, plan: Plan) -> TearScene:
+        """A scene of the face with what a plan puts around it; that of the last sample, if it shows the same face."""
+        scene = self._scene
+        if scene is None or scene.face is not face or face.texture is not None or Appearance.of(face).own:
+            self._close_scene()
+            self._scene = scene = TearScene(face, Style(self.spec.size, quick=self.spec.quick))
+        place(scene, plan)
+        return scene
 
     def _settled(self, simulation: Simulation, plan: Plan) -> pv.PolyData:
         if simulation.face.eyes:
@@ -208,11 +223,10 @@ def view_of(camera: dict[str, float]) -> View:
     return View(direction, offset=offset, height=camera["height"])
 
 
-def stage(face: Face, plan: Plan, spec: Spec, wet: bool = False) -> Scene:
-    """Return a scene with the camera, the lamps and the background of a plan."""
-    style = Style(spec.size, view_of(plan.camera), quick=spec.quick)
-    scene = TearScene(face, style) if wet else Scene(face, style)
-    plotter, lamps = scene.plotter, plan.lights
+def place(scene: Scene, plan: Plan) -> None:
+    """Give a scene the camera, the lamps and the background of a plan."""
+    scene.look(view_of(plan.camera))
+    face, plotter, lamps = scene.face, scene.plotter, plan.lights
     plotter.camera.roll += plan.camera["roll"]
     plotter.remove_all_lights()
     focus = np.array(plotter.camera.focal_point)
@@ -233,4 +247,3 @@ def stage(face: Face, plan: Plan, spec: Spec, wet: bool = False) -> Scene:
     tint = np.array([1.0 + behind["warmth"], 1.0, 1.0 - behind["warmth"]])
     bottom, top = (np.clip(tint * behind[end], 0.0, 1.0).tolist() for end in ("bottom", "top"))
     plotter.renderer.set_background(bottom, top=top)
-    return scene

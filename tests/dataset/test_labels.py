@@ -12,9 +12,11 @@ from facewrinkle.appearance.seen import Appearance
 from facewrinkle.dataset.furrows import furrows_of
 from facewrinkle.dataset.labels import DEPTH_STEP, HEIGHT_STEP, NO_PLACE, PARTS, PLACE_STEP, Labeller
 from facewrinkle.dataset.plan import plan_of
-from facewrinkle.dataset.sample import stage
+from facewrinkle.dataset.sample import place
 from facewrinkle.dataset.spec import Spec
 from facewrinkle.dataset.visible import Camera
+from facewrinkle.plotting.scene import Scene
+from facewrinkle.plotting.views import Style
 
 SIZE = (160, 120)
 
@@ -30,7 +32,8 @@ def labelled(face, frame, yaw=0.0, tears=()):
     spec = Spec.of({"size": list(SIZE), "camera": {"yaw": yaw, "pitch": 0, "roll": 7, "aside": 0, "above": 0}})
     labeller = Labeller(SIZE)
     try:
-        with stage(face, plan_of(spec, 0), spec) as scene:
+        with Scene(face, Style(SIZE)) as scene:
+            place(scene, plan_of(spec, 0))
             scene.picture(frame)
             camera = scene.plotter.camera.copy()
             labels = labeller(face, Appearance.of(face).at(frame), frame, camera, tears)
