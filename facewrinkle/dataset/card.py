@@ -61,6 +61,7 @@ def _text(spec: Spec, count: int, table: dict[str, list[Any]], failed: int, redr
     faces = spec.written["faces"]
     named = [entry | {"path": scan.path.name} for entry, scan in zip(faces["scans"], spec.scans, strict=True)]
     specification = json.dumps(spec.written | {"faces": {**faces, "scans": named}}, indent=1)
+    pictures = "a picture each" if spec.frames == 1 else f"clips of {spec.frames} pictures"
     return f"""\
 ---
 task_categories: [image-segmentation, depth-estimation, keypoint-detection]
@@ -69,16 +70,16 @@ tags: [synthetic, faces, wrinkles, webdataset]
 
 # Faces with labelled wrinkles
 
-{len(table["index"])} of {count} samples of {spec.size[0]} x {spec.size[1]} pixels, made by facewrinkle {__version__};
-{failed} could not be made. {redrawn:.1%} were drawn again because the face was not in the picture or did not come to
-rest.
+{len(set(table["index"]))} of {count} samples, {pictures} of {spec.size[0]} x {spec.size[1]} pixels, made by
+facewrinkle {__version__}; {failed} could not be made. {redrawn:.1%} were drawn again because the face was not in the
+picture or did not come to rest.
 
 ![Distributions](distributions.png)
 
 ## Files
 
-`shard-NNNNNN.tar` are WebDataset shards of {spec.shard} samples; `index/` has Parquet tables with a row for each. A
-sample has
+`shard-NNNNNN.tar` are WebDataset shards of {spec.shard} samples; `index/` has Parquet tables with a row for each
+picture. Pictures of a clip have keys with the number of the sample and of the frame. A picture has
 
 - `png`: the picture, 8 bits of red, green and blue;
 - `npz`: arrays of its pixels, without anti-aliasing:
@@ -89,6 +90,7 @@ sample has
   - `height` (int16): height of wrinkles above the smooth skin, in {HEIGHT_STEP} mm; furrows are negative;
   - `furrow` (uint8): number of the furrow, 0 for none; `furrows` in the JSON tells the muscle or family of each;
   - `place` (int16 x 3): where the same point of the skin is on the face at rest, in {PLACE_STEP} mm; -32768 for none;
+- `mesh.npz`, if asked for: `points` of the skin and where they are at `rest`, in the unit of the face, and `triangles`;
 - `json`: landmarks in 3D and in pixels with their visibility, contractions of all muscles, action units, identity,
   camera matrices (OpenCV's convention), lamps, background, furrows.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from ..mesh import MUSCLES
 from ..mesh.arrays import points_and_triangles
@@ -30,7 +31,7 @@ class Furrow:
     Attributes
     ----------
     number : int
-        From 1, the deepest first.
+        From 1, the deepest first; in a clip, that of the same furrow in the frame before.
     source : str
         The muscle or the family of waves that makes most of it.
     depth : float
@@ -90,6 +91,57 @@ def furrows_of(
     sources = _sources(frame, number, families)
     furrows = [Furrow(k, sources[k], depth, length) for k, (depth, length, _) in enumerate(found, start=1)]
     return number, furrows
+
+
+class FurrowTracker:
+    """Gives furrows the same numbers from frame to frame.
+
+    A furrow is the same as one of the frame before if they share skin: the face at rest tells where each lies. Of
+    several that share some, those that share most go together first; a furrow without a match gets a new number.
+
+    Parameters
+    ----------
+    reach : float
+        Places at rest that are no further apart than this count as shared, in the unit of the mesh.
+
+    Examples
+    --------
+    Two furrows, of which one gets longer and becomes the deeper one:
+
+    >>> places = np.array([[0.0, 0, 0], [1, 0, 0], [0, 9, 0], [1, 9, 0]])
+    >>> tracker = FurrowTracker(0.5)
+    >>> first = tracker(places, np.array([1, 0, 2, 2]), [Furrow(1, "a", 2.0, 3.0), Furrow(2, "b", 1.0, 3.0)])
+    >>> number, furrows = tracker(places, np.array([2, 2, 1, 1]), [Furrow(1, "b", 3.0, 3.0), Furrow(2, "a", 2.0, 4.0)])
+    >>> number.tolist(), [(furrow.number, furrow.source) for furrow in furrows]
+    ([1, 1, 2, 2], [(2, 'b'), (1, 'a')])
+    """
+
+    def __init__(self, reach: float) -> None:
+        self._reach, self._last = reach, 0
+        self._before: tuple[cKDTree, npt.NDArray[Any]] | None = None
+
+    def __call__(
+        self, rest: Array, number: npt.NDArray[Any], furrows: list[Furrow]
+    ) -> tuple[npt.NDArray[Any], list[Furrow]]:
+        """Return the numbers of the furrow at each vertex (n,), and the furrows, both renumbered."""
+        own = np.flatnonzero(number)
+        new = np.zeros(len(furrows) + 1, np.int64)
+        if self._before is not None and len(own):
+            tree, known = self._before
+            distance, near = tree.query(rest[own], distance_upper_bound=self._reach)
+            some = np.isfinite(distance)
+            shared = np.zeros((len(furrows) + 1, self._last + 1), np.int64)
+            np.add.at(shared, (number[own[some]], known[near[some]]), 1)
+            for flat in np.argsort(-shared, axis=None, kind="stable")[: np.count_nonzero(shared)]:
+                now, then = np.unravel_index(flat, shared.shape)
+                if not new[now] and then not in new:
+                    new[now] = then
+        fresh = 1 + np.flatnonzero(new[1:] == 0)
+        new[fresh] = self._last + 1 + np.arange(len(fresh))
+        self._last = int(max(new.max(), self._last))
+        number = new[number]
+        self._before = (cKDTree(rest[own]), number[own]) if len(own) else None
+        return number, [replace(furrow, number=int(new[furrow.number])) for furrow in furrows]
 
 
 def _direction(points: Array) -> Array:

@@ -12,14 +12,18 @@ import pyvista as pv
 from scipy.ndimage import find_objects
 
 from ..anatomy.face import Face
+from ..appearance.eye import IRIS, PUPIL
 from ..appearance.hair import HairCards
-from ..appearance.seen import Seen
-from .furrows import DEEP, furrows_of
+from ..appearance.seen import Appearance, Seen
+from .furrows import DEEP, FurrowTracker, furrows_of
 from .visible import Camera, Hits, TriangleBuffer, hits_of, parts_of
 
 Array = npt.NDArray[np.float64]
 
-PARTS = ("background", "skin", "eye", "mouth", "teeth", "tongue", "brows", "lashes", "hair", "glasses", "other", "tear")
+PARTS = (
+    "background", "skin", "eye", "mouth", "teeth", "tongue", "brows", "lashes", "hair", "glasses", "other", "tear",
+    "iris", "pupil",
+)  # fmt: skip
 """Names of the numbers in the label ``part``."""
 
 TRANSPARENT = ("brows", "lashes", "tear")
@@ -56,6 +60,7 @@ class Labeller:
         camera: pv.Camera,
         tears: Iterable[pv.PolyData] = (),
         families: tuple[str, ...] = (),
+        tracker: FurrowTracker | None = None,
     ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Any]]:
         """Return arrays of pixels by name, and facts for which a row of a table has room.
 
@@ -70,10 +75,13 @@ class Labeller:
         tears : iterable of PolyData
         families : tuple of str
             Names of the families of waves.
+        tracker : FurrowTracker, optional
+            Of a clip: it numbers furrows as in the frame before.
         """
         own = Camera.of(camera, self._size)
         solid = solid_parts(seen)
-        hits = hits_of(self._buffer.drawn(solid, camera), solid, "skin", own)
+        drawn = self._buffer.drawn(solid, camera)
+        hits = hits_of(drawn, solid, "skin", own)
         everything = (
             solid | {f"tear {k}": tear for k, tear in enumerate(tears)} | hair_parts(seen, self._pixel(face, own))
         )
@@ -81,12 +89,17 @@ class Labeller:
         if len(everything) > len(solid):
             part = parts_of(self._buffer.drawn(everything, camera), everything)
         number, furrows = furrows_of(frame, families, face.unit)
+        if tracker is not None:
+            number, furrows = tracker(np.asarray(frame.point_data["rest"]), number, furrows)
         arrays = skin_labels(frame, hits, own, number, face.unit)
         arrays["part"] = np.array([0, *(class_of(name) for name in everything)], np.uint8)[part + 1]
+        label_irises(arrays["part"], Appearance.of(face), drawn, solid, own)
         facts: dict[str, Any] = {"landmarks": landmark_labels(face, frame, hits, own), "furrows": []}
-        pixels = np.bincount(arrays["furrow"].ravel(), minlength=len(furrows) + 1)
-        boxes = find_objects(arrays["furrow"], len(furrows))
-        for furrow, box in zip(furrows, boxes, strict=True):
+        highest = max((furrow.number for furrow in furrows), default=0)
+        pixels = np.bincount(arrays["furrow"].ravel(), minlength=highest + 1)
+        boxes = find_objects(arrays["furrow"], highest)
+        for furrow in furrows:
+            box = boxes[furrow.number - 1]
             corners = None if box is None else [box[1].start, box[0].start, box[1].stop, box[0].stop]
             facts["furrows"].append(asdict(furrow) | {"pixels": int(pixels[furrow.number]), "box": corners})
         facts["camera"] = {"intrinsic": own.intrinsic.tolist(), "extrinsic": own.extrinsic.tolist()}
@@ -120,6 +133,20 @@ def hair_parts(seen: Seen, pixel: float) -> dict[str, pv.PolyData]:
         ribbons = HairCards(np.zeros(shape), np.zeros((shape[0], 3)), pixel).along(hair)
         found[name] = ribbons.triangulate().transform(seen.pose, inplace=False)
     return found
+
+
+def label_irises(
+    part: npt.NDArray[np.uint8], appearance: Appearance, drawn: npt.NDArray[Any], solid: dict[str, Any], camera: Camera
+) -> None:
+    """Write iris and pupil into the parts (h, w) where they show painted eyes, by the angle to the axis of the eye."""
+    for ball in appearance.balls:
+        name = f"eye {ball.eye.side}"
+        if name in solid and solid[name].n_points == len(ball.angles):
+            hits = hits_of(drawn, solid, name, camera)
+            angle, own = hits.interpolated(ball.angles), part[hits.rows, hits.columns]
+            inner = np.where(angle < PUPIL, PARTS.index("pupil"), PARTS.index("iris"))
+            seen = (own == PARTS.index("eye")) & (angle < IRIS)
+            part[hits.rows, hits.columns] = np.where(seen, inner, own)
 
 
 def class_of(name: str) -> int:

@@ -441,8 +441,8 @@ class Simulation:
     def _held_shape(self, base: Array) -> tuple[Array, Array, Array, Array]:
         """Return the shape, see :meth:`_shape`, of a face that does not move, on the triangles that it needs.
 
-        Triangles are taken back as long as the mesh gets smaller by it: folds that ask for triangles only while they lack
-        them would let those come and go for ever.
+        Triangles are taken back as long as the mesh gets smaller by it: folds that ask for triangles only while they
+        lack them would let those come and go for ever.
         """
         shape, least = self._shape(base), np.inf
         while True:

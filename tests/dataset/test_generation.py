@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import logging
 import os
@@ -53,8 +54,8 @@ def remembered(backwards, monkeypatch):
     """Samples that were made before are not made again: for tests of what becomes of them."""
 
     class Remembering(SampleMaker):
-        def sample(self, index):
-            return backwards[index]
+        def pictures(self, index):
+            return [backwards[index]]
 
     for module in (shards_module, generation_module, verification_module):
         monkeypatch.setattr(module, "SampleMaker", Remembering)
@@ -101,6 +102,29 @@ def test_a_scheduler_that_is_lost(tmp_path, monkeypatch):
             made.result(60.0)
 
 
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory):
+    """A set of one clip of three pictures, with meshes. Not to be changed."""
+    spec = {**SPEC, "clip": {"frames": 3, "interval": 0.06}, "mesh": True, "expression": {"neutral": 0.0, "named": 1.0}}
+    spec["expression"] |= {"names": ["emotion_surprise"], "intensity": 1.0}
+    return generate(spec, tmp_path_factory.mktemp("set") / "clip", count=1)
+
+
+def test_a_clip_goes_from_rest_into_the_expression(clip):
+    assert [problems for _, problems in check(clip, remade=1)] == [[], []]
+    rates, meshes = [], []
+    with tarfile.open(clip / "shard-000000.tar") as tar:
+        assert len(tar.getnames()) == 12
+        for k in range(3):
+            read = {ending: tar.extractfile(f"000000000-{k:04d}.{ending}").read() for ending in ("json", "mesh.npz")}
+            rates.append(json.loads(read["json"])["contractions"]["frontalis_inner_l"])
+            meshes.append(np.load(io.BytesIO(read["mesh.npz"])))
+    assert 0.0 < rates[0] < rates[1] < rates[2] <= 1.0
+    assert all(mesh["triangles"].max() == len(mesh["points"]) - 1 for mesh in meshes)
+    moved = [np.abs(mesh["points"] - mesh["rest"]).max() for mesh in meshes]
+    assert moved[0] < moved[1] < moved[2]
+
+
 def workers_of(parent):
     """Numbers of all processes that a process has started, and these in turn."""
     listed = subprocess.run(["ps", "-eo", "pid=,ppid="], capture_output=True, text=True, check=True).stdout
@@ -134,9 +158,9 @@ import pickle, sys, time
 from facewrinkle.dataset import SampleMaker, generate, shards
 samples = pickle.load(open(sys.argv[1], "rb"))
 class Slow(SampleMaker):
-    def sample(self, index):
+    def pictures(self, index):
         time.sleep(60.0 if index == 2 else 0.0)
-        return samples[index]
+        return [samples[index]]
 shards.SampleMaker = Slow
 generate(eval(sys.argv[2]), sys.argv[3], count=3)
 """
@@ -164,10 +188,10 @@ def test_a_killed_run_goes_on(small, tmp_path, backwards, remembered):
 
 def test_a_sample_that_fails_is_listed_and_left_out(tmp_path, backwards, monkeypatch):
     class Stubborn(SampleMaker):
-        def sample(self, index):
+        def pictures(self, index):
             if index == 1:
                 raise ZeroDivisionError("never")
-            return backwards[index]
+            return [backwards[index]]
 
     monkeypatch.setattr(shards_module, "SampleMaker", Stubborn)
     spec = Spec.of(SPEC)
@@ -219,6 +243,28 @@ def test_webdataset_reads_it(small):
     assert json.loads(out.stdout) == [[f"{k:09d}" for k in range(3)], [48, 48, 3], [48, 48], 0]
 
 
+def test_hugging_face_datasets_reads_it(small, tmp_path):
+    pytest.importorskip("datasets")
+    code = HUGGING.format(folder=str(small), cache=str(tmp_path))
+    environment = os.environ | {"HF_HOME": str(tmp_path), "HF_HUB_OFFLINE": "1"}
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, env=environment)
+    rows, streamed, local = json.loads(out.stdout)
+    assert rows == [0, 1, 2]
+    assert streamed == local == [[f"{k:09d}" for k in range(3)], [48, 48], 0]
+
+
+HUGGING = """
+import json, datasets
+table = datasets.load_dataset("parquet", data_files="{folder}/index/*.parquet", split="train", cache_dir="{cache}")
+found = [table["index"]]
+for streaming in (True, False):
+    files = dict(data_files="{folder}/shard-*.tar", split="train", cache_dir="{cache}")
+    read = list(datasets.load_dataset("webdataset", streaming=streaming, **files))
+    found.append([[one["__key__"] for one in read], read[0]["png"].size, read[0]["json"]["plan"]["index"]])
+print(json.dumps([list(found[0]), *found[1:]]))
+"""
+
+
 def test_pandas_reads_the_table(small):
     pandas = pytest.importorskip("pandas")
     table = pandas.read_parquet(small / "index")
@@ -229,7 +275,7 @@ def test_pandas_reads_the_table(small):
 
 def test_the_card_tells_what_it_is(small):
     text = (small / "README.md").read_text(encoding="utf-8")
-    assert "3 of 3 samples of 48 x 48 pixels" in text
+    assert "3 of 3 samples, a picture each of 48 x 48 pixels" in text
     assert json.loads(text.split("```json")[1].split("```")[0])["per_person"] == 2
 
 
