@@ -72,7 +72,7 @@ tags: [synthetic, faces, wrinkles, webdataset]
 
 {len(set(table["index"]))} of {count} samples, {pictures} of {spec.size[0]} x {spec.size[1]} pixels, made by
 facewrinkle {__version__}; {failed} could not be made. {redrawn:.1%} were drawn again because the face was not in the
-picture or did not come to rest.
+picture, showed the inside of its skin, or did not come to rest.
 
 ![Distributions](distributions.png)
 

@@ -42,6 +42,11 @@ IN_PICTURE = ("nose_tip", "glabella", "pogonion", "eye_l_outer", "eye_r_outer")
 """At least three of these landmarks must lie in the picture, or another one is drawn."""
 
 
+AWAY, INSIDE = 0.2, 0.005
+"""Skin whose normal points away from the camera by more than this shows its inside; this share of it is allowed: at the
+borders of lids and lips, normals are those of vertices.
+"""
+
 SHARED = 0.5
 """Furrows of neighbouring frames share skin where their vertices are no further apart at rest, mm."""
 
@@ -220,10 +225,8 @@ class SampleMaker:
         families = next((tuple(layer.lines) for layer in simulation.layers if isinstance(layer, WaveFolds)), ())
         seen = Appearance.of(face).at(frame)
         labels, facts = self._labeller(face, seen, frame, camera, tears, families, tracker)
-        width, height = self.spec.size
-        pixels = [facts["landmarks"][name]["pixel"] for name in IN_PICTURE if name in facts["landmarks"]]
-        if pixels and sum(0 <= x < width and 0 <= y < height for x, y in pixels) < 3:
-            raise BadDraw("the face is not in the picture")
+        if fault := fault_of(labels, facts, self.spec.size):
+            raise BadDraw(fault)
         return image, labels, facts
 
     def _staged(self, face: Face, plan: Plan) -> TearScene:
@@ -268,6 +271,21 @@ def mesh_of(frame: pv.PolyData) -> dict[str, npt.NDArray[Any]]:
         "points": np.asarray(points, np.float32), "rest": rest.astype(np.float32),
         "triangles": np.asarray(triangles, np.int32),
     }  # fmt: skip
+
+
+def fault_of(labels: dict[str, npt.NDArray[Any]], facts: dict[str, Any], size: tuple[int, int]) -> str:
+    """Return why a picture is not fit for a set, in words; nothing if it is.
+
+    The face must be in the picture, and the inside of the skin must not be, as through the open neck of a bust.
+    """
+    pixels = [facts["landmarks"][name]["pixel"] for name in IN_PICTURE if name in facts["landmarks"]]
+    if pixels and sum(0 <= x < size[0] and 0 <= y < size[1] for x, y in pixels) < 3:
+        return "the face is not in the picture"
+    skin = labels["depth"] > 0
+    inside = skin & (labels["normal"][..., 2] > 127 * AWAY)
+    if inside.sum() > INSIDE * skin.sum():
+        return "the inside of the skin is seen"
+    return ""
 
 
 def face_of(spec: Spec, person: Person) -> Face:

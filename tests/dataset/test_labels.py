@@ -16,7 +16,7 @@ from facewrinkle.appearance.seen import Appearance
 from facewrinkle.dataset.furrows import FurrowTracker, furrows_of
 from facewrinkle.dataset.labels import DEPTH_STEP, HEIGHT_STEP, NO_PLACE, PARTS, PLACE_STEP, Labeller
 from facewrinkle.dataset.plan import plan_of
-from facewrinkle.dataset.sample import place
+from facewrinkle.dataset.sample import fault_of, place
 from facewrinkle.dataset.spec import Spec
 from facewrinkle.dataset.visible import Camera
 from facewrinkle.plotting.scene import Scene
@@ -32,8 +32,9 @@ def frame(face):
     return sim.settle()
 
 
-def labelled(face, frame, yaw=0.0, tears=()):
-    spec = Spec.of({"size": list(SIZE), "camera": {"yaw": yaw, "pitch": 0, "roll": 7, "aside": 0, "above": 0}})
+def labelled(face, frame, tears=(), **camera):
+    camera = {"yaw": 0, "pitch": 0, "roll": 7, "aside": 0, "above": 0, **camera}
+    spec = Spec.of({"size": list(SIZE), "camera": camera})
     labeller = Labeller(SIZE)
     try:
         with Scene(face, Style(SIZE)) as scene:
@@ -171,6 +172,14 @@ def test_furrows_keep_their_numbers_through_a_clip(face):
         kept, total = kept + (old[near] == new[own])[both].sum(), total + both.sum()
     assert total > 2000
     assert kept / total > 0.97  # the rest is where two furrows run together
+
+
+def test_pictures_that_are_not_fit_for_a_set(face, frame, front):
+    arrays, facts, *_ = front
+    assert fault_of(arrays, facts, SIZE) == ""
+    assert fault_of(*labelled(face, frame, aside=4.0)[:2], SIZE) == "the face is not in the picture"
+    below = {"pitch": -35.0, "height": 7.0, "above": -1.0}  # into the neck
+    assert fault_of(*labelled(face, frame, **below)[:2], SIZE) == "the inside of the skin is seen"
 
 
 def test_irises_are_discs_around_the_gaze(face):
