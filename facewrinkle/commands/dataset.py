@@ -70,7 +70,7 @@ def dataset(
         return
     with report.counting("Making samples", count) as done:
         generate(spec, where, count, workers, scheduler, done)
-    attempts = read_table(where)["attempt"]
+    attempts = read_table(where, ("attempt",))["attempt"]
     again = sum(attempt > 0 for attempt in attempts)
     report.say(
         f"{where}: {len(attempts)} pictures of {count} samples; the first draw of {again} was not fit, and another was "

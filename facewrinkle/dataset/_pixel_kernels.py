@@ -32,3 +32,17 @@ def meet(points, corners, rays, weights, depth):
         total = u + v + w
         weights[i, 0], weights[i, 1], weights[i, 2] = u / total, v / total, w / total
         depth[i] = (u * a[2] + v * b[2] + w * c[2]) / total
+
+
+@njit(cache=True)
+def nearest(places, points, numbers, far, out):
+    """Write the number of the point (k, 3) that is nearest to each place (p, 3), if it is within a distance."""
+    for i in range(len(places)):
+        best = far * far
+        for k in range(len(points)):
+            square = 0.0
+            for c in range(3):
+                square += (places[i, c] - points[k, c]) ** 2
+            if square < best:
+                best = square
+                out[i] = numbers[k]

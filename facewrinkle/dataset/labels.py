@@ -16,6 +16,7 @@ from ..appearance.eye import IRIS, PUPIL
 from ..appearance.hair import HairCards
 from ..appearance.seen import Appearance, Seen
 from .furrows import DEEP, FurrowTracker, furrows_of
+from .regions import regions_at
 from .visible import Camera, Hits, TriangleBuffer, hits_of, parts_of
 
 Array = npt.NDArray[np.float64]
@@ -91,7 +92,7 @@ class Labeller:
         number, furrows = furrows_of(frame, families, face.unit)
         if tracker is not None:
             number, furrows = tracker(np.asarray(frame.point_data["rest"]), number, furrows)
-        arrays = skin_labels(frame, hits, own, number, face.unit)
+        arrays = skin_labels(face, frame, hits, own, number)
         arrays["part"] = np.array([0, *(class_of(name) for name in everything)], np.uint8)[part + 1]
         label_irises(arrays["part"], Appearance.of(face), drawn, solid, own)
         facts: dict[str, Any] = {"landmarks": landmark_labels(face, frame, hits, own), "furrows": []}
@@ -162,32 +163,33 @@ def class_of(name: str) -> int:
     return PARTS.index({"fuzz": "hair", "beard": "hair"}.get(word, word))
 
 
-def skin_labels(frame: pv.PolyData, hits: Hits, camera: Camera, furrow: Array, unit: float) -> dict[str, Any]:
-    """Return depth, normals, heights, places at rest and furrows, of the pixels that show skin.
+def skin_labels(face: Face, frame: pv.PolyData, hits: Hits, camera: Camera, furrow: Array) -> dict[str, Any]:
+    """Return depth, normals, heights, places at rest, regions and furrows, of the pixels that show skin.
 
     Returns
     -------
     dict of str to ndarray, shape (h, w) or (h, w, 3)
         ``depth``, uint16, in :data:`DEPTH_STEP` from the camera along its axis, 0 for no skin; ``normal``, int8,
         127 times the normal in the camera's coordinates; ``height``, int16, of wrinkles, in :data:`HEIGHT_STEP`;
-        ``place``, int16, of the same point of the face at rest, in :data:`PLACE_STEP`; ``furrow``, uint8, the number of
+        ``place``, int16, of the same point of the face at rest, in :data:`PLACE_STEP`; ``region``, uint8, in
+        :data:`facewrinkle.dataset.regions.REGIONS`; ``furrow``, uint8, the number of
         the furrow, 0 for none.
     """
-    at, shape = (hits.rows, hits.columns), hits.part.shape
+    at, shape, unit = (hits.rows, hits.columns), hits.part.shape, face.unit
     depth, height = np.zeros(shape, np.uint16), np.zeros(shape, np.int16)
     normal, place = np.zeros((*shape, 3), np.int8), np.full((*shape, 3), NO_PLACE, np.int16)
-    instance = np.zeros(shape, np.uint8)
+    instance, region = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
     depth[at] = _whole(hits.depth * unit / DEPTH_STEP, np.uint16)
     turned = hits.interpolated(np.asarray(frame.point_data["Normals"], dtype=np.float64)) @ camera.extrinsic[:3, :3].T
     normal[at] = _whole(127.0 * turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12), np.int8)
     height[at] = _whole(hits.interpolated(np.asarray(frame.point_data["W"])) / HEIGHT_STEP, np.int16)
-    rest = np.asarray(frame.point_data.get("rest", frame.points), dtype=np.float64)
-    place[at] = _whole(hits.interpolated(rest) * unit / PLACE_STEP, np.int16)
+    rest = hits.interpolated(np.asarray(frame.point_data.get("rest", frame.points), dtype=np.float64))
+    place[at], region[at] = _whole(rest * unit / PLACE_STEP, np.int16), regions_at(face, rest)
     own = furrow[hits.corners]
     nearest = np.where(own > 0, hits.barycentric, -1.0).argmax(axis=1)
     deep = hits.interpolated(np.asarray(frame.point_data["W"])) <= -DEEP
     instance[at] = np.where(deep, np.minimum(own[np.arange(len(own)), nearest], 255), 0)
-    return {"depth": depth, "normal": normal, "height": height, "place": place, "furrow": instance}
+    return {"depth": depth, "normal": normal, "height": height, "place": place, "region": region, "furrow": instance}
 
 
 def _whole(values: Array, kind: Any) -> npt.NDArray[Any]:

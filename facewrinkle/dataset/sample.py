@@ -33,6 +33,7 @@ from ..tears.presets import preset, surfaces
 from .furrows import FurrowTracker
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, Labeller
 from .plan import Person, Plan, person_of, plan_of
+from .regions import REGIONS
 from .spec import TIME_STEP, Spec
 
 ATTEMPTS = 5
@@ -134,7 +135,7 @@ class SampleMaker:
     >>> with SampleMaker(Spec.of({"size": [48, 48]})) as maker:
     ...     sample = maker.sample(0)
     >>> sample.image.shape, sorted(sample.labels), sample.facts["person"]["number"]
-    ((48, 48, 3), ['depth', 'furrow', 'height', 'normal', 'part', 'place'], 0)
+    ((48, 48, 3), ['depth', 'furrow', 'height', 'normal', 'part', 'place', 'region'], 0)
     """
 
     def __init__(self, spec: Spec) -> None:
@@ -206,6 +207,7 @@ class SampleMaker:
             facts |= {"contractions": {name: rate for name, rate in rates.items() if rate > 0.0}}
             facts |= {"size": list(self.spec.size), "unit": simulation.face.unit, "spec": self.spec.digest}
             facts |= {"steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP}, "parts": list(PARTS)}
+            facts |= {"regions": list(REGIONS)}
             facts |= {"version": __version__} | ({"frame": number} if clip else {})
             mesh = mesh_of(frame) if self.spec.mesh else {}
             made.append(Sample(plan.index, image, labels, facts, number if clip else None, mesh))

@@ -126,7 +126,7 @@ def _damage(files: dict[str, bytes], spec: Spec) -> str:
 def _differences(spec: Spec, folder: Path, count: int, remade: int, version: str) -> list[str]:
     if version != __version__:
         return [f"the set was made by version {version}, this is {__version__}: samples cannot be compared"]
-    known = set(read_table(folder)["index"])
+    known = set(read_table(folder, ("index",))["index"])
     problems = []
     with SampleMaker(spec) as maker:
         for index in sorted({round(k) for k in np.linspace(0, count - 1, remade)} & known):

@@ -16,6 +16,7 @@ from facewrinkle.appearance.seen import Appearance
 from facewrinkle.dataset.furrows import FurrowTracker, furrows_of
 from facewrinkle.dataset.labels import DEPTH_STEP, HEIGHT_STEP, NO_PLACE, PARTS, PLACE_STEP, Labeller
 from facewrinkle.dataset.plan import plan_of
+from facewrinkle.dataset.regions import FAR, REGIONS, anchors_of, regions_at
 from facewrinkle.dataset.sample import fault_of, place
 from facewrinkle.dataset.spec import Spec
 from facewrinkle.dataset.visible import Camera
@@ -172,6 +173,21 @@ def test_furrows_keep_their_numbers_through_a_clip(face):
         kept, total = kept + (old[near] == new[own])[both].sum(), total + both.sum()
     assert total > 2000
     assert kept / total > 0.97  # the rest is where two furrows run together
+
+
+def test_regions_lie_where_their_landmarks_are(front, face):
+    arrays, facts, *_ = front
+    assert (arrays["region"] > 0).sum() == (arrays["depth"] > 0).sum()
+    expected = {"forehead_mid": "forehead", "brow_l_mid": "brow", "nose_tip": "nose", "malar_r": "cheek"}
+    expected |= {"upper_lip_mid": "mouth", "pogonion": "chin", "glabella": "glabella"}
+    for name, region in expected.items():
+        column, row = np.floor(facts["landmarks"][name]["pixel"]).astype(int)
+        assert REGIONS[arrays["region"][row, column]] == region
+    points, number = anchors_of(face)
+    places = np.random.default_rng(1).choice(face.points, 200)
+    distance, near = cKDTree(points).query(places)
+    far = distance > FAR * face.frame.pupil_distance
+    assert np.array_equal(regions_at(face, places), np.where(far, REGIONS.index("elsewhere"), number[near]))
 
 
 def test_pictures_that_are_not_fit_for_a_set(face, frame, front):
