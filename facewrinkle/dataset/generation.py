@@ -223,6 +223,7 @@ def _version() -> str:
 def _made(spec: Spec, shard: Shard, folder: Path) -> int:
     """Make a shard, in a worker."""
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    os.environ.setdefault("LP_NUM_THREADS", "1")  # of software that draws: each worker has a core
     return sum(1 for _ in write_shard(spec, shard, folder))
 
 
