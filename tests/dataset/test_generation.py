@@ -122,7 +122,7 @@ def test_a_clip_goes_from_rest_into_the_expression(clip):
     assert 0.0 < rates[0] < rates[1] == rates[2] == 1.0  # the ramp takes three fifths of the clip
     assert all(mesh["triangles"].max() == len(mesh["points"]) - 1 for mesh in meshes)
     moved = [np.abs(mesh["points"] - mesh["rest"]).max() for mesh in meshes]
-    assert moved[0] < moved[1] < moved[2]
+    assert moved[0] < min(moved[1:])  # from then on the skin only comes to rest
 
 
 def workers_of(parent):
