@@ -8,6 +8,7 @@ ORDER = (
     "own_expression",
     "people",
     "data",
+    "dataset",
     "own_scan",
     "studio",
     "animation",

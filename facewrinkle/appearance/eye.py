@@ -60,6 +60,9 @@ class PaintedEye:
         Inner and outer corner between the lids, at rest.
     margins : tuple of ndarray of int, optional
         Vertices of the skin along the upper and the lower lid, if the lids are open.
+    angles : ndarray, shape (n,)
+        Angles between the axis of the eye and its vertices, degrees, as on the eye of an adult: :data:`PUPIL` and
+        :data:`IRIS` are borders.
 
     Examples
     --------
@@ -78,7 +81,8 @@ class PaintedEye:
             grid.ravel() for grid in np.meshgrid(ANGLES, np.arange(SPOKES) * (2.0 * np.pi / SPOKES), indexing="ij")
         )
         adult = RADIUS * face.frame.pupil_distance  # irises are as large in larger eyes
-        self.tints = _eye_paint(angle * eye.radius / adult, spoke)
+        self.angles = angle * eye.radius / adult
+        self.tints = _eye_paint(self.angles, spoke)
         self.sphere = _directions(angle, spoke)
         bulge = 1.0 - smoothstep((angle - 25.0) / 9.0)
         self.cornea = _directions(angle * (1.0 + 0.5 * bulge), spoke)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from ..dataset.card import read_table
 from ..dataset.generation import generate, preview
 from ..dataset.spec import DEFAULT, Spec
 from ..dataset.verification import check
@@ -69,7 +70,12 @@ def dataset(
         return
     with report.counting("Making samples", count) as done:
         generate(spec, where, count, workers, scheduler, done)
-    report.say(f"{where}: {count} samples asked for; see README.md there.")
+    attempts = read_table(where, ("attempt",))["attempt"]
+    again = sum(attempt > 0 for attempt in attempts)
+    report.say(
+        f"{where}: {len(attempts)} pictures of {count} samples; the first draw of {again} was not fit, and another was "
+        "made. See README.md there."
+    )
 
 
 def _preview(spec: Spec, path: Path, report: Report) -> Path:

@@ -12,6 +12,7 @@ import numpy as np
 from .. import __version__
 from ..mesh.files import written
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP
+from .regions import REGIONS
 from .shards import FAILED, arrow
 from .spec import Spec
 
@@ -33,7 +34,7 @@ BIASES = """\
 
 def write_card(folder: Path, spec: Spec, count: int) -> Path:
     """Write README.md and a picture of distributions, and return the path of the first."""
-    table = read_table(folder)
+    table = read_table(folder, ("index", "attempt", *SHOWN))
     lists = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob(f"*{FAILED}"))]
     failed = sum(map(len, lists))
     redrawn = float(np.mean(np.asarray(table["attempt"]) > 0)) if len(table["index"]) else 0.0
@@ -44,15 +45,16 @@ def write_card(folder: Path, spec: Spec, count: int) -> Path:
     return folder / "README.md"
 
 
-def read_table(folder: Path) -> dict[str, list[Any]]:
-    """Return the columns of the tables of all shards of a set, in order of the samples."""
-    pyarrow, parquet = arrow()
-    tables = [parquet.read_table(path) for path in sorted((folder / "index").glob("*.parquet"))]
-    tables = [table for table in tables if table.num_rows]
-    if not tables:
-        return {name: [] for name in ("index", "attempt", *SHOWN)}
-    whole: dict[str, list[Any]] = pyarrow.concat_tables(tables, promote_options="permissive").to_pydict()
-    return whole
+def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
+    """Return columns of the tables of all shards of a set, in order of the samples; None where a row lacks one."""
+    _, parquet = arrow()
+    found: dict[str, list[Any]] = {name: [] for name in columns}
+    for path in sorted((folder / "index").glob("*.parquet")):
+        with parquet.ParquetFile(path) as file:
+            table = file.read([name for name in columns if name in file.schema_arrow.names]).to_pydict()
+            for name in columns:
+                found[name] += table.get(name, [None] * file.metadata.num_rows)
+    return found
 
 
 def _text(spec: Spec, count: int, table: dict[str, list[Any]], failed: int, redrawn: float) -> str:
@@ -61,6 +63,8 @@ def _text(spec: Spec, count: int, table: dict[str, list[Any]], failed: int, redr
     faces = spec.written["faces"]
     named = [entry | {"path": scan.path.name} for entry, scan in zip(faces["scans"], spec.scans, strict=True)]
     specification = json.dumps(spec.written | {"faces": {**faces, "scans": named}}, indent=1)
+    regions = ", ".join(f"{number} {name}" for number, name in enumerate(REGIONS))
+    pictures = "a picture each" if spec.frames == 1 else f"clips of {spec.frames} pictures"
     return f"""\
 ---
 task_categories: [image-segmentation, depth-estimation, keypoint-detection]
@@ -69,16 +73,16 @@ tags: [synthetic, faces, wrinkles, webdataset]
 
 # Faces with labelled wrinkles
 
-{len(table["index"])} of {count} samples of {spec.size[0]} x {spec.size[1]} pixels, made by facewrinkle {__version__};
-{failed} could not be made. {redrawn:.1%} were drawn again because the face was not in the picture or did not come to
-rest.
+{len(set(table["index"]))} of {count} samples, {pictures} of {spec.size[0]} x {spec.size[1]} pixels, made by
+facewrinkle {__version__}; {failed} could not be made. {redrawn:.1%} were drawn again because the face was not in the
+picture, showed the inside of its skin, or did not come to rest.
 
 ![Distributions](distributions.png)
 
 ## Files
 
-`shard-NNNNNN.tar` are WebDataset shards of {spec.shard} samples; `index/` has Parquet tables with a row for each. A
-sample has
+`shard-NNNNNN.tar` are WebDataset shards of {spec.shard} samples; `index/` has Parquet tables with a row for each
+picture. Pictures of a clip have keys with the number of the sample and of the frame. A picture has
 
 - `png`: the picture, 8 bits of red, green and blue;
 - `npz`: arrays of its pixels, without anti-aliasing:
@@ -89,6 +93,9 @@ sample has
   - `height` (int16): height of wrinkles above the smooth skin, in {HEIGHT_STEP} mm; furrows are negative;
   - `furrow` (uint8): number of the furrow, 0 for none; `furrows` in the JSON tells the muscle or family of each;
   - `place` (int16 x 3): where the same point of the skin is on the face at rest, in {PLACE_STEP} mm; -32768 for none;
+  - `region` (uint8) of the skin, by the nearest of points that landmarks span, with plain borders between:
+    {regions};
+- `mesh.npz`, if asked for: `points` of the skin and where they are at `rest`, in the unit of the face, and `triangles`;
 - `json`: landmarks in 3D and in pixels with their visibility, contractions of all muscles, action units, identity,
   camera matrices (OpenCV's convention), lamps, background, furrows.
 

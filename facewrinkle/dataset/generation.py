@@ -223,6 +223,7 @@ def _version() -> str:
 def _made(spec: Spec, shard: Shard, folder: Path) -> int:
     """Make a shard, in a worker."""
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    os.environ.setdefault("LP_NUM_THREADS", "1")  # of software that draws: each worker has a core
     return sum(1 for _ in write_shard(spec, shard, folder))
 
 
@@ -230,13 +231,13 @@ def _distribute(client: Any, spec: Spec, shards: list[Shard], folder: Path, repo
     from distributed import as_completed
 
     futures = [client.submit(_made, spec, shard, folder, retries=RETRIES, pure=False) for shard in shards]
-    problems = []
+    problem = "the scheduler was lost"  # then futures are cancelled, and have no error
     for future in as_completed(futures):
         if future.status == "finished":
             report(future.result())
-        else:
-            problems.append(future.exception())
-    if problems:
+        elif future.status == "error":
+            problem = str(future.exception())
+    if missing := sum(not shard.done(folder) for shard in shards):
         raise FaceWrinkleError(
-            f"{len(problems)} of {len(shards)} shards could not be made ({problems[0]}). Run the same again to go on."
+            f"{missing} of {len(shards)} shards are missing: {problem}. Run the same again to go on."
         )

@@ -12,14 +12,19 @@ import pyvista as pv
 from scipy.ndimage import find_objects
 
 from ..anatomy.face import Face
+from ..appearance.eye import IRIS, PUPIL
 from ..appearance.hair import HairCards
-from ..appearance.seen import Seen
-from .furrows import DEEP, furrows_of
+from ..appearance.seen import Appearance, Seen
+from .furrows import DEEP, FurrowTracker, furrows_of
+from .regions import regions_at
 from .visible import Camera, Hits, TriangleBuffer, hits_of, parts_of
 
 Array = npt.NDArray[np.float64]
 
-PARTS = ("background", "skin", "eye", "mouth", "teeth", "tongue", "brows", "lashes", "hair", "glasses", "other", "tear")
+PARTS = (
+    "background", "skin", "eye", "mouth", "teeth", "tongue", "brows", "lashes", "hair", "glasses", "other", "tear",
+    "iris", "pupil",
+)  # fmt: skip
 """Names of the numbers in the label ``part``."""
 
 TRANSPARENT = ("brows", "lashes", "tear")
@@ -56,6 +61,7 @@ class Labeller:
         camera: pv.Camera,
         tears: Iterable[pv.PolyData] = (),
         families: tuple[str, ...] = (),
+        tracker: FurrowTracker | None = None,
     ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Any]]:
         """Return arrays of pixels by name, and facts for which a row of a table has room.
 
@@ -70,10 +76,13 @@ class Labeller:
         tears : iterable of PolyData
         families : tuple of str
             Names of the families of waves.
+        tracker : FurrowTracker, optional
+            Of a clip: it numbers furrows as in the frame before.
         """
         own = Camera.of(camera, self._size)
         solid = solid_parts(seen)
-        hits = hits_of(self._buffer.drawn(solid, camera), solid, "skin", own)
+        drawn = self._buffer.drawn(solid, camera)
+        hits = hits_of(drawn, solid, "skin", own)
         everything = (
             solid | {f"tear {k}": tear for k, tear in enumerate(tears)} | hair_parts(seen, self._pixel(face, own))
         )
@@ -81,12 +90,17 @@ class Labeller:
         if len(everything) > len(solid):
             part = parts_of(self._buffer.drawn(everything, camera), everything)
         number, furrows = furrows_of(frame, families, face.unit)
-        arrays = skin_labels(frame, hits, own, number, face.unit)
+        if tracker is not None:
+            number, furrows = tracker(np.asarray(frame.point_data["rest"]), number, furrows)
+        arrays = skin_labels(face, frame, hits, own, number)
         arrays["part"] = np.array([0, *(class_of(name) for name in everything)], np.uint8)[part + 1]
+        label_irises(arrays["part"], Appearance.of(face), drawn, solid, own)
         facts: dict[str, Any] = {"landmarks": landmark_labels(face, frame, hits, own), "furrows": []}
-        pixels = np.bincount(arrays["furrow"].ravel(), minlength=len(furrows) + 1)
-        boxes = find_objects(arrays["furrow"], len(furrows))
-        for furrow, box in zip(furrows, boxes, strict=True):
+        highest = max((furrow.number for furrow in furrows), default=0)
+        pixels = np.bincount(arrays["furrow"].ravel(), minlength=highest + 1)
+        boxes = find_objects(arrays["furrow"], highest)
+        for furrow in furrows:
+            box = boxes[furrow.number - 1]
             corners = None if box is None else [box[1].start, box[0].start, box[1].stop, box[0].stop]
             facts["furrows"].append(asdict(furrow) | {"pixels": int(pixels[furrow.number]), "box": corners})
         facts["camera"] = {"intrinsic": own.intrinsic.tolist(), "extrinsic": own.extrinsic.tolist()}
@@ -122,6 +136,20 @@ def hair_parts(seen: Seen, pixel: float) -> dict[str, pv.PolyData]:
     return found
 
 
+def label_irises(
+    part: npt.NDArray[np.uint8], appearance: Appearance, drawn: npt.NDArray[Any], solid: dict[str, Any], camera: Camera
+) -> None:
+    """Write iris and pupil into the parts (h, w) where they show painted eyes, by the angle to the axis of the eye."""
+    for ball in appearance.balls:
+        name = f"eye {ball.eye.side}"
+        if name in solid and solid[name].n_points == len(ball.angles):
+            hits = hits_of(drawn, solid, name, camera)
+            angle, own = hits.interpolated(ball.angles), part[hits.rows, hits.columns]
+            inner = np.where(angle < PUPIL, PARTS.index("pupil"), PARTS.index("iris"))
+            seen = (own == PARTS.index("eye")) & (angle < IRIS)
+            part[hits.rows, hits.columns] = np.where(seen, inner, own)
+
+
 def class_of(name: str) -> int:
     """Return the number in :data:`PARTS` of a mesh, by its name.
 
@@ -135,32 +163,33 @@ def class_of(name: str) -> int:
     return PARTS.index({"fuzz": "hair", "beard": "hair"}.get(word, word))
 
 
-def skin_labels(frame: pv.PolyData, hits: Hits, camera: Camera, furrow: Array, unit: float) -> dict[str, Any]:
-    """Return depth, normals, heights, places at rest and furrows, of the pixels that show skin.
+def skin_labels(face: Face, frame: pv.PolyData, hits: Hits, camera: Camera, furrow: Array) -> dict[str, Any]:
+    """Return depth, normals, heights, places at rest, regions and furrows, of the pixels that show skin.
 
     Returns
     -------
     dict of str to ndarray, shape (h, w) or (h, w, 3)
         ``depth``, uint16, in :data:`DEPTH_STEP` from the camera along its axis, 0 for no skin; ``normal``, int8,
         127 times the normal in the camera's coordinates; ``height``, int16, of wrinkles, in :data:`HEIGHT_STEP`;
-        ``place``, int16, of the same point of the face at rest, in :data:`PLACE_STEP`; ``furrow``, uint8, the number of
+        ``place``, int16, of the same point of the face at rest, in :data:`PLACE_STEP`; ``region``, uint8, in
+        :data:`facewrinkle.dataset.regions.REGIONS`; ``furrow``, uint8, the number of
         the furrow, 0 for none.
     """
-    at, shape = (hits.rows, hits.columns), hits.part.shape
+    at, shape, unit = (hits.rows, hits.columns), hits.part.shape, face.unit
     depth, height = np.zeros(shape, np.uint16), np.zeros(shape, np.int16)
     normal, place = np.zeros((*shape, 3), np.int8), np.full((*shape, 3), NO_PLACE, np.int16)
-    instance = np.zeros(shape, np.uint8)
+    instance, region = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
     depth[at] = _whole(hits.depth * unit / DEPTH_STEP, np.uint16)
     turned = hits.interpolated(np.asarray(frame.point_data["Normals"], dtype=np.float64)) @ camera.extrinsic[:3, :3].T
     normal[at] = _whole(127.0 * turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12), np.int8)
     height[at] = _whole(hits.interpolated(np.asarray(frame.point_data["W"])) / HEIGHT_STEP, np.int16)
-    rest = np.asarray(frame.point_data.get("rest", frame.points), dtype=np.float64)
-    place[at] = _whole(hits.interpolated(rest) * unit / PLACE_STEP, np.int16)
+    rest = hits.interpolated(np.asarray(frame.point_data.get("rest", frame.points), dtype=np.float64))
+    place[at], region[at] = _whole(rest * unit / PLACE_STEP, np.int16), regions_at(face, rest)
     own = furrow[hits.corners]
     nearest = np.where(own > 0, hits.barycentric, -1.0).argmax(axis=1)
     deep = hits.interpolated(np.asarray(frame.point_data["W"])) <= -DEEP
     instance[at] = np.where(deep, np.minimum(own[np.arange(len(own)), nearest], 255), 0)
-    return {"depth": depth, "normal": normal, "height": height, "place": place, "furrow": instance}
+    return {"depth": depth, "normal": normal, "height": height, "place": place, "region": region, "furrow": instance}
 
 
 def _whole(values: Array, kind: Any) -> npt.NDArray[Any]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import json
 import warnings
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from itertools import islice
 from typing import Any, Self, cast
 
 import numpy as np
@@ -20,6 +22,7 @@ from ..anatomy.identity import Identity
 from ..appearance.seen import Appearance
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..layers.wave_folds import WaveFolds
+from ..mesh.arrays import points_and_triangles
 from ..plotting.images import Image
 from ..plotting.scene import Scene
 from ..plotting.views import LIGHTS, Style, View, add_lamps
@@ -27,15 +30,26 @@ from ..plotting.wet import TearScene
 from ..simulation import Simulation
 from ..simulation.fold_layers import fold_layers
 from ..tears.presets import preset, surfaces
+from .furrows import FurrowTracker
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, Labeller
 from .plan import Person, Plan, person_of, plan_of
-from .spec import Spec
+from .regions import REGIONS
+from .spec import TIME_STEP, Spec
 
 ATTEMPTS = 5
 """So many draws of a sample are tried before it counts as failed."""
 
 IN_PICTURE = ("nose_tip", "glabella", "pogonion", "eye_l_outer", "eye_r_outer")
 """At least three of these landmarks must lie in the picture, or another one is drawn."""
+
+
+AWAY, INSIDE = 0.2, 0.005
+"""Skin whose normal points away from the camera by more than this shows its inside; this share of it is allowed: at the
+borders of lids and lips, normals are those of vertices.
+"""
+
+SHARED = 0.5
+"""Furrows of neighbouring frames share skin where their vertices are no further apart at rest, mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +59,16 @@ class Sample:
     Attributes
     ----------
     index : int
+    frame : int or None
+        Number of the picture in a clip; None for a single picture.
     image : ndarray of uint8, shape (h, w, 3)
     labels : dict of str to ndarray
         Arrays of pixels; see :func:`facewrinkle.dataset.labels.skin_labels` and, for ``part``,
         :data:`facewrinkle.dataset.labels.PARTS`.
     facts : dict
         All else that is known: person, expression, contractions, landmarks, camera, furrows.
+    mesh : dict of str to ndarray
+        ``points``, ``rest`` (n, 3), in the unit of the face, and ``triangles`` (m, 3), if asked for.
 
     Examples
     --------
@@ -63,21 +81,40 @@ class Sample:
     image: Image
     labels: dict[str, npt.NDArray[Any]]
     facts: dict[str, Any]
+    frame: int | None = None
+    mesh: dict[str, npt.NDArray[Any]] = field(default_factory=dict)
 
     @property
     def key(self) -> str:
-        """The name of the sample in its shard."""
-        return f"{self.index:09d}"
+        """The name of the picture in its shard."""
+        return key_of(self.index, self.frame)
 
     def files(self) -> dict[str, bytes]:
         """Return the contents of the sample's files by ending; the same bytes for the same sample."""
         from PIL import Image as Pillow
 
-        picture, arrays = io.BytesIO(), io.BytesIO()
+        picture = io.BytesIO()
         Pillow.fromarray(self.image).save(picture, format="PNG", compress_level=3)
-        np.savez_compressed(arrays, **cast(dict[str, Any], self.labels))
         text = json.dumps(self.facts, sort_keys=True, separators=(",", ":"))
-        return {"png": picture.getvalue(), "npz": arrays.getvalue(), "json": text.encode()}
+        files = {"png": picture.getvalue(), "npz": _compressed(self.labels), "json": text.encode()}
+        return files | ({"mesh.npz": _compressed(self.mesh)} if self.mesh else {})
+
+
+def key_of(index: int, frame: int | None = None) -> str:
+    """Return the name of a picture in its shard.
+
+    Examples
+    --------
+    >>> key_of(12), key_of(12, 3)
+    ('000000012', '000000012-0003')
+    """
+    return f"{index:09d}" if frame is None else f"{index:09d}-{frame:04d}"
+
+
+def _compressed(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
+    file = io.BytesIO()
+    np.savez_compressed(file, **cast(dict[str, Any], arrays))
+    return file.getvalue()
 
 
 class BadDraw(Exception):
@@ -98,7 +135,7 @@ class SampleMaker:
     >>> with SampleMaker(Spec.of({"size": [48, 48]})) as maker:
     ...     sample = maker.sample(0)
     >>> sample.image.shape, sorted(sample.labels), sample.facts["person"]["number"]
-    ((48, 48, 3), ['depth', 'furrow', 'height', 'normal', 'part', 'place'], 0)
+    ((48, 48, 3), ['depth', 'furrow', 'height', 'normal', 'part', 'place', 'region'], 0)
     """
 
     def __init__(self, spec: Spec) -> None:
@@ -106,10 +143,17 @@ class SampleMaker:
         self._labeller = Labeller(spec.size)
         self._person: Person | None = None
         self._simulation: Simulation | None = None
+        self._scene: TearScene | None = None
 
     def close(self) -> None:
-        """Free the window."""
+        """Free the windows."""
         self._labeller.close()
+        self._close_scene()
+
+    def _close_scene(self) -> None:
+        if self._scene is not None:
+            self._scene.close()
+            self._scene = None
 
     def __enter__(self) -> Self:
         return self
@@ -118,7 +162,11 @@ class SampleMaker:
         self.close()
 
     def sample(self, index: int) -> Sample:
-        """Make a sample; bad draws are replaced by others.
+        """Make a sample; of a clip, return the last picture. See :meth:`pictures`."""
+        return self.pictures(index)[-1]
+
+    def pictures(self, index: int) -> list[Sample]:
+        """Make the pictures of a sample: one, or those of a clip. Bad draws are replaced by others.
 
         Raises
         ------
@@ -142,45 +190,104 @@ class SampleMaker:
             options: dict[str, Any] = dict(person.folds)
             if person.scan is not None:
                 options["age"] = max(person.identity["age"], 0.0)
-            self._simulation = Simulation(face, layers=fold_layers(face, "wave", **options))
+            self._simulation = Simulation(face, layers=fold_layers(face, "wave", **options), time_step=TIME_STEP)
         self._simulation.reset()
         return self._person, self._simulation
 
-    def _made(self, plan: Plan, refused: list[str]) -> Sample:
+    def _made(self, plan: Plan, refused: list[str]) -> list[Sample]:
         person, simulation = self.simulation_of(plan.person)
+        clip = self.spec.frames > 1
+        tracker = FurrowTracker(SHARED / simulation.face.unit) if clip else None
+        made = []
+        for number, frame in enumerate(self._frames(simulation, plan)):
+            time = None if plan.tears is None else plan.tears + number * self.spec.stride * TIME_STEP
+            image, labels, facts = self._drawn(simulation, plan, frame, time, tracker)
+            rates = dict(zip(simulation.motion.names, simulation.motion.rates.tolist(), strict=True))
+            facts |= {"plan": plan.as_dict(), "person": asdict(person), "refused": refused}
+            facts |= {"contractions": {name: rate for name, rate in rates.items() if rate > 0.0}}
+            facts |= {"size": list(self.spec.size), "unit": simulation.face.unit, "spec": self.spec.digest}
+            facts |= {"steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP}, "parts": list(PARTS)}
+            facts |= {"regions": list(REGIONS)}
+            facts |= {"version": __version__} | ({"frame": number} if clip else {})
+            mesh = mesh_of(frame) if self.spec.mesh else {}
+            made.append(Sample(plan.index, image, labels, facts, number if clip else None, mesh))
+        return made
+
+    def _drawn(
+        self, simulation: Simulation, plan: Plan, frame: pv.PolyData, time: float | None, tracker: FurrowTracker | None
+    ) -> tuple[Image, dict[str, npt.NDArray[Any]], dict[str, Any]]:
+        """The picture of a frame, its labels, and facts; with tears that began so many seconds ago."""
         face = simulation.face
-        frame = self._settled(simulation, plan)
         tears: list[pv.PolyData] = []
-        if plan.tears is not None and face.eyes:
+        if time is not None and face.eyes:
             smiling = plan.expression.keys() & {"happiness", "laughter", "AU12"}
-            tears = surfaces(preset("joy" if smiling else "weeping", face, plan.index), plan.tears, frame)
-        with stage(face, plan, self.spec, wet=bool(tears)) as scene:
-            image = scene.picture(frame, tears) if isinstance(scene, TearScene) else scene.picture(frame)
-            camera = scene.plotter.camera.copy()
+            tears = surfaces(preset("joy" if smiling else "weeping", face, plan.index), time, frame)
+        scene = self._staged(face, plan)
+        image, camera = scene.picture(frame, tears), scene.plotter.camera.copy()
         families = next((tuple(layer.lines) for layer in simulation.layers if isinstance(layer, WaveFolds)), ())
         seen = Appearance.of(face).at(frame)
-        labels, facts = self._labeller(face, seen, frame, camera, tears, families)
-        width, height = self.spec.size
-        pixels = [facts["landmarks"][name]["pixel"] for name in IN_PICTURE if name in facts["landmarks"]]
-        if pixels and sum(0 <= x < width and 0 <= y < height for x, y in pixels) < 3:
-            raise BadDraw("the face is not in the picture")
-        rates = face.atlas.contractions(plan.expression) if plan.expression else {}
-        facts |= {"plan": plan.as_dict(), "person": asdict(person), "refused": refused, "contractions": rates}
-        facts |= {"size": list(self.spec.size), "unit": face.unit, "spec": self.spec.digest, "version": __version__}
-        facts |= {"steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP}, "parts": list(PARTS)}
-        return Sample(plan.index, image, labels, facts)
+        labels, facts = self._labeller(face, seen, frame, camera, tears, families, tracker)
+        if fault := fault_of(labels, facts, self.spec.size):
+            raise BadDraw(fault)
+        return image, labels, facts
 
-    def _settled(self, simulation: Simulation, plan: Plan) -> pv.PolyData:
+    def _staged(self, face: Face, plan: Plan) -> TearScene:
+        """A scene of the face with what a plan puts around it; that of the last sample, if it shows the same face."""
+        scene = self._scene
+        if scene is None or scene.face is not face or face.texture is not None or Appearance.of(face).own:
+            self._close_scene()
+            self._scene = scene = TearScene(face, Style(self.spec.size, quick=self.spec.quick))
+        place(scene, plan)
+        return scene
+
+    def _frames(self, simulation: Simulation, plan: Plan) -> Iterator[pv.PolyData]:
+        """Yield the frames of a plan: the face that holds its expression, or on the way there."""
         if simulation.face.eyes:
             simulation.look(plan.gaze["yaw"], plan.gaze["pitch"])
         if plan.expression:
             simulation.express(plan.expression)
+        if self.spec.frames > 1:
+            steps = simulation.run(self.spec.frames * self.spec.stride)
+            yield from islice(steps, self.spec.stride - 1, None, self.spec.stride)
+            return
         with warnings.catch_warnings():
             warnings.simplefilter("error", FaceWrinkleWarning)
             try:
-                return simulation.settle(most=150)
+                yield simulation.settle(most=150)
             except FaceWrinkleWarning:
                 raise BadDraw("the face does not come to rest") from None
+
+
+def mesh_of(frame: pv.PolyData) -> dict[str, npt.NDArray[Any]]:
+    """Return the arrays of a mesh file: ``points`` and ``rest``, float32 (n, 3), and ``triangles``, int32 (m, 3).
+
+    Examples
+    --------
+    >>> frame = default_face().mesh
+    >>> {name: array.shape[1] for name, array in mesh_of(frame).items()}
+    {'points': 3, 'rest': 3, 'triangles': 3}
+    """
+    points, triangles = points_and_triangles(frame)
+    rest = np.asarray(frame.point_data.get("rest", points))
+    return {
+        "points": np.asarray(points, np.float32), "rest": rest.astype(np.float32),
+        "triangles": np.asarray(triangles, np.int32),
+    }  # fmt: skip
+
+
+def fault_of(labels: dict[str, npt.NDArray[Any]], facts: dict[str, Any], size: tuple[int, int]) -> str:
+    """Return why a picture is not fit for a set, in words; nothing if it is.
+
+    The face must be in the picture, and the inside of the skin must not be, as through the open neck of a bust.
+    """
+    pixels = [facts["landmarks"][name]["pixel"] for name in IN_PICTURE if name in facts["landmarks"]]
+    if pixels and sum(0 <= x < size[0] and 0 <= y < size[1] for x, y in pixels) < 3:
+        return "the face is not in the picture"
+    skin = labels["depth"] > 0
+    inside = skin & (labels["normal"][..., 2] > 127 * AWAY)
+    if inside.sum() > INSIDE * skin.sum():
+        return "the inside of the skin is seen"
+    return ""
 
 
 def face_of(spec: Spec, person: Person) -> Face:
@@ -208,11 +315,10 @@ def view_of(camera: dict[str, float]) -> View:
     return View(direction, offset=offset, height=camera["height"])
 
 
-def stage(face: Face, plan: Plan, spec: Spec, wet: bool = False) -> Scene:
-    """Return a scene with the camera, the lamps and the background of a plan."""
-    style = Style(spec.size, view_of(plan.camera), quick=spec.quick)
-    scene = TearScene(face, style) if wet else Scene(face, style)
-    plotter, lamps = scene.plotter, plan.lights
+def place(scene: Scene, plan: Plan) -> None:
+    """Give a scene the camera, the lamps and the background of a plan."""
+    scene.look(view_of(plan.camera))
+    face, plotter, lamps = scene.face, scene.plotter, plan.lights
     plotter.camera.roll += plan.camera["roll"]
     plotter.remove_all_lights()
     focus = np.array(plotter.camera.focal_point)
@@ -233,4 +339,3 @@ def stage(face: Face, plan: Plan, spec: Spec, wet: bool = False) -> Scene:
     tint = np.array([1.0 + behind["warmth"], 1.0, 1.0 - behind["warmth"]])
     bottom, top = (np.clip(tint * behind[end], 0.0, 1.0).tolist() for end in ("bottom", "top"))
     plotter.renderer.set_background(bottom, top=top)
-    return scene

@@ -77,8 +77,7 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
     table.parent.mkdir(parents=True, exist_ok=True)
     with SampleMaker(spec) as maker, written(archive) as partial, tarfile.open(partial, "w", format=FORMAT) as tar:
         for index in range(shard.first, shard.last):
-            sample = _tried(maker, index, failures)
-            if sample is not None:
+            for sample in _tried(maker, index, failures):
                 rows.append(row_of(sample) | {"shard": archive.name})
                 for ending, content in sample.files().items():
                     member = tarfile.TarInfo(f"{sample.key}.{ending}")
@@ -91,14 +90,14 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
     write_table(rows, table)
 
 
-def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> Sample | None:
+def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> list[Sample]:
     for attempt in range(2):
         try:
-            return maker.sample(index)
+            return maker.pictures(index)
         except Exception as problem:  # one sample must not stop a night's work
             if attempt:
                 failures.append({"index": index, "error": f"{type(problem).__name__}: {problem}"})
-    return None
+    return []
 
 
 def row_of(sample: Sample) -> dict[str, Any]:
@@ -106,6 +105,7 @@ def row_of(sample: Sample) -> dict[str, Any]:
     facts = sample.facts
     plan, person = facts["plan"], facts["person"]
     row: dict[str, Any] = {"index": sample.index, "key": sample.key, "person": person["number"]}
+    row["frame"] = 0 if sample.frame is None else sample.frame
     row["scan"] = -1 if person["scan"] is None else person["scan"]
     row["expression"] = json.dumps(plan["expression"], sort_keys=True)
     row["tears"] = plan["tears"] is not None

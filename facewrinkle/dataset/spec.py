@@ -21,6 +21,9 @@ from .distributions import Distribution
 
 DEFAULT = Path(__file__).parent / "data" / "default.toml"
 
+TIME_STEP = 0.02
+"""Seconds of a step in clips."""
+
 GAZE = {"yaw": (-40.0, 40.0), "pitch": (-40.0, 40.0)}
 FOLDS = {"seed": (0.0, 2.0**31), "depth": (0.0, 3.0), "density": (0.25, 4.0), "irregularity": (0.0, 3.0)}
 TEARS = {"time": (0.0, 60.0)}
@@ -40,13 +43,14 @@ NUMBERS = {
 OTHERS = {
     "faces": {"built_in", "scans"},
     "tears": {"share"},
+    "clip": {"frames", "interval"},
     "expression": {
         "neutral", "named", "names", "intensity", "count", "units", "contraction", "one_sided", "together", "apart",
     },
 }  # fmt: skip
 """Further keys of the tables."""
 
-GENERAL = ("seed", "size", "quick", "shard", "per_person")
+GENERAL = ("seed", "size", "quick", "mesh", "shard", "per_person")
 """Keys before the first table."""
 
 SCAN_KEYS = ("path", "weight", "licence")
@@ -89,6 +93,10 @@ class Spec:
         Width and height of the pictures, pixels.
     quick : bool
         Draw with one lamp and without the shader of the skin.
+    mesh : bool
+        Keep the mesh of each picture.
+    frames, stride : int
+        Number of pictures of a sample, and of steps of :data:`TIME_STEP` between them.
     shard : int
         Number of samples in a file.
     per_person : int
@@ -114,6 +122,9 @@ class Spec:
     seed: int
     size: tuple[int, int]
     quick: bool
+    mesh: bool
+    frames: int
+    stride: int
     shard: int
     per_person: int
     built_in: float
@@ -159,6 +170,9 @@ class Spec:
             seed=check_whole("seed", whole["seed"], 0, 2**63),
             size=_size(whole["size"]),
             quick=_truth("quick", whole["quick"]),
+            mesh=_truth("mesh", whole["mesh"]),
+            frames=check_whole("clip.frames", whole["clip"]["frames"], 1, 1e4),
+            stride=_stride(whole["clip"]["interval"]),
             shard=check_whole("shard", whole["shard"], 1, 1e6),
             per_person=check_whole("per_person", whole["per_person"], 1, 1e6),
             built_in=check_range("built_in", faces["built_in"], 0.0, 1e9),
@@ -221,6 +235,13 @@ def _truth(name: str, value: Any) -> bool:
     if not isinstance(value, bool):
         raise ParameterError(f"{name} must be true or false, received {value!r}.")
     return value
+
+
+def _stride(interval: Any) -> int:
+    steps = check_range("clip.interval", interval, TIME_STEP, 10.0, "Seconds.") / TIME_STEP
+    if abs(steps - round(steps)) > 1e-6:
+        raise ParameterError(f"clip.interval must be a whole number of steps of {TIME_STEP} s, received {interval!r}.")
+    return round(steps)
 
 
 def _size(value: Any) -> tuple[int, int]:

@@ -14,11 +14,12 @@ from .. import __version__
 from ..errors import check_whole
 from .card import read_table
 from .generation import read_state
-from .sample import SampleMaker
+from .sample import SampleMaker, key_of
 from .shards import FAILED, Shard, arrow, shards_of
 from .spec import Spec
 
-ENDINGS = ("png", "npz", "json")
+ENDINGS = ("json", "npz", "png")
+"""Endings of the files of a picture; with meshes, one more."""
 
 
 def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]]:
@@ -54,12 +55,12 @@ def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]
     state = read_state(folder)
     spec = Spec.of(state["spec"], folder)
     for shard in shards_of(state["count"], spec.shard):
-        yield f"{shard.name}.tar", _problems(shard, folder)
+        yield f"{shard.name}.tar", _problems(shard, folder, spec)
     if remade:
         yield "samples made again", _differences(spec, folder, state["count"], remade, state["version"])
 
 
-def _problems(shard: Shard, folder: Path) -> list[str]:
+def _problems(shard: Shard, folder: Path, spec: Spec) -> list[str]:
     archive, table = shard.paths(folder)
     missing = [path.name for path in (archive, table) if not path.is_file()]
     if missing:
@@ -68,7 +69,8 @@ def _problems(shard: Shard, folder: Path) -> list[str]:
     failed = (
         {entry["index"] for entry in json.loads(failures.read_text(encoding="utf-8"))} if failures.is_file() else set()
     )
-    wanted = [f"{index:09d}" for index in range(shard.first, shard.last) if index not in failed]
+    frames: list[int | None] = [None] if spec.frames == 1 else list(range(spec.frames))
+    wanted = [key_of(i, frame) for i in range(shard.first, shard.last) if i not in failed for frame in frames]
     try:
         found = _members(archive)
         rows = [key for key in read_table_of(table) if key is not None]
@@ -76,10 +78,10 @@ def _problems(shard: Shard, folder: Path) -> list[str]:
         return [f"cannot be read: {type(problem).__name__}: {problem}"]
     problems = []
     if sorted(found) != wanted:
-        problems.append(f"holds {len(found)} samples of {len(wanted)}")
+        problems.append(f"holds {len(found)} pictures of {len(wanted)}")
     if rows != wanted:
-        problems.append(f"its table has {len(rows)} rows for {len(wanted)} samples")
-    problems += [f"{key}: {what}" for key, files in found.items() if (what := _damage(files))]
+        problems.append(f"its table has {len(rows)} rows for {len(wanted)} pictures")
+    problems += [f"{key}: {what}" for key, files in found.items() if (what := _damage(files, spec))]
     return problems
 
 
@@ -89,22 +91,26 @@ def read_table_of(path: Path) -> list[str]:
     return keys
 
 
-def _members(archive: Path) -> dict[str, dict[str, bytes]]:
+def _members(archive: Path, index: int | None = None) -> dict[str, dict[str, bytes]]:
+    """The files of a shard, or those of one sample, by key and ending."""
     found: dict[str, dict[str, bytes]] = {}
     with tarfile.open(archive) as tar:
         for member in tar:
             key, _, ending = member.name.partition(".")
+            if index is not None and not key.startswith(key_of(index)):
+                continue
             file = tar.extractfile(member)
             found.setdefault(key, {})[ending] = file.read() if file is not None else b""
     return found
 
 
-def _damage(files: dict[str, bytes]) -> str:
+def _damage(files: dict[str, bytes], spec: Spec) -> str:
     """Return what is wrong with the files of a sample, in words; nothing if all is well."""
     from PIL import Image
 
-    if sorted(files) != sorted(ENDINGS):
-        return f"has {sorted(files)} in place of {sorted(ENDINGS)}"
+    endings = sorted([*ENDINGS, *(["mesh.npz"] if spec.mesh else [])])
+    if sorted(files) != endings:
+        return f"has {sorted(files)} in place of {endings}"
     try:
         width, height = json.loads(files["json"])["size"]
         with Image.open(io.BytesIO(files["png"])) as picture:
@@ -120,15 +126,15 @@ def _damage(files: dict[str, bytes]) -> str:
 def _differences(spec: Spec, folder: Path, count: int, remade: int, version: str) -> list[str]:
     if version != __version__:
         return [f"the set was made by version {version}, this is {__version__}: samples cannot be compared"]
-    known = set(read_table(folder)["index"])
+    known = set(read_table(folder, ("index",))["index"])
     problems = []
     with SampleMaker(spec) as maker:
         for index in sorted({round(k) for k in np.linspace(0, count - 1, remade)} & known):
             archive = folder / f"shard-{index // spec.shard:06d}.tar"
             try:
-                stored = _members(archive).get(f"{index:09d}", {})
+                stored = _members(archive, index)
             except (OSError, tarfile.TarError):
                 stored = {}
-            if maker.sample(index).files() != stored:
+            if {sample.key: sample.files() for sample in maker.pictures(index)} != stored:
                 problems.append(f"{index:09d} differs from what is stored")
     return problems

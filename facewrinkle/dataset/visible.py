@@ -11,8 +11,10 @@ import numpy.typing as npt
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
+from ..geometry.interpolation import interpolated
 from ..mesh.arrays import of_own_arrays, points_and_triangles
 from ..plotting.window import rendered
+from . import _pixel_kernels as kernels
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -94,14 +96,15 @@ class Hits:
     part: IntArray
     rows: IntArray
     columns: IntArray
-    corners: IntArray
+    corners: npt.NDArray[np.int32]
     barycentric: Array
     depth: Array
 
     def interpolated(self, values: Array) -> Array:
         """Return values of vertices, (n,) or (n, k), at the pixels."""
-        weights = self.barycentric.reshape(*self.barycentric.shape, *[1] * (values.ndim - 1))
-        return np.asarray((weights * values[self.corners]).sum(axis=1))
+        columns = np.ascontiguousarray(values, dtype=np.float64).reshape(len(values), -1)
+        found = interpolated(columns, self.corners, self.barycentric)
+        return found[:, 0] if values.ndim == 1 else found
 
 
 class TriangleBuffer:
@@ -185,21 +188,8 @@ def hits_of(numbers: IntArray, meshes: Mapping[str, pv.PolyData], about: str, ca
     which = list(meshes).index(about)
     rows, columns = np.nonzero(part == which)
     points, triangles = points_and_triangles(meshes[about])
-    corners = np.asarray(triangles, dtype=np.int64)[numbers[rows, columns] - counts[which]]
+    corners = np.asarray(triangles, dtype=np.int32)[numbers[rows, columns] - counts[which]]
     local = np.asarray(points, dtype=np.float64) @ camera.extrinsic[:3, :3].T + camera.extrinsic[:3, 3]
-    a, b, c = (local[corners[:, k]] for k in range(3))
-    ray = camera.rays(rows, columns)
-    # The line t ray meets the plane of the triangle where its volumes with two corners tell the weights.
-    weights = np.stack([_volume(ray, b, c), _volume(ray, c, a), _volume(ray, a, b)], axis=1)
-    total = weights.sum(axis=1, keepdims=True)
-    flat = np.abs(total) < 1e-300
-    weights = np.where(flat, 1.0 / 3.0, weights / np.where(flat, 1.0, total))
-    weights = np.maximum(weights, 0.0)  # a pixel at an edge may be given to the triangle beside
-    weights /= weights.sum(axis=1, keepdims=True)
-    depth = (weights * np.stack([a[:, 2], b[:, 2], c[:, 2]], axis=1)).sum(axis=1)
+    weights, depth = np.empty((len(rows), 3)), np.empty(len(rows))
+    kernels.meet(local, corners, camera.rays(rows, columns), weights, depth)
     return Hits(part, rows, columns, corners, weights, depth)
-
-
-def _volume(a: Array, b: Array, c: Array) -> Array:
-    (bx, by, bz), (cx, cy, cz) = b.T, c.T
-    return np.asarray(a[:, 0] * (by * cz - bz * cy) + a[:, 1] * (bz * cx - bx * cz) + a[:, 2] * (bx * cy - by * cx))

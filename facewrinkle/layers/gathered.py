@@ -54,7 +54,8 @@ class Gathered:
     """
 
     def __init__(self, face: Face, muscles: list[Muscle], zones: BoolArray, metric: Array) -> None:
-        upright = vertex_normals(face.points, face.triangles)
+        points, triangles = face.points, face.triangles
+        upright = vertex_normals(points, triangles)
         own = [k for k, muscle in enumerate(muscles) if isinstance(muscle, Crease) and zones[k].any()]
         self._row = np.full(len(muscles), -1)
         self._row[own] = np.arange(len(own))
@@ -64,8 +65,9 @@ class Gathered:
             crease, near = muscles[k], np.flatnonzero(zones[k])
             assert isinstance(crease, Crease)
             places = crease.points_at(*np.meshgrid(np.linspace(*crease.span, PLACES), ACROSS, indexing="ij"))
-            found = [closest.closest(face.points, face.triangles[near], place) for place in places]
-            at = face.triangles[near[[triangle for triangle, _, _ in found]]]
+            inside = triangles[near]
+            found = [closest.closest(points, inside, place) for place in places]
+            at = inside[[triangle for triangle, _, _ in found]]
             share = np.array([barycentric for _, barycentric, _ in found])
             normal, rest = (np.einsum("pc,pck->pk", share, values[at]) for values in (upright, metric))
             across = crease.fold_direction(places)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import cache
 from typing import Any, Literal, Self
 
@@ -24,7 +25,7 @@ from .fields import field_colouring
 from .images import Image
 from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair, headlight
 from .textures import texels_per_pixel, texture
-from .views import LIGHTS, Style, aim, height_of
+from .views import LIGHTS, Style, View, aim, height_of
 from .window import begun, window_of
 
 Array = npt.NDArray[np.float64]
@@ -82,7 +83,6 @@ class Scene:
         self.plotter.disable_anti_aliasing()
         self.plotter.renderer.SetUseOIT(False)  # hairs of one colour blend in any order
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
-        aim(self.plotter, face, self.style)
         self._parts: dict[str, pv.PolyData] = {}
         self._actors: dict[str, pv.Actor] = {}
         self._posed: Array | None = None
@@ -100,6 +100,34 @@ class Scene:
         }
         balls = appearance.balls if self.style.eyes else []
         self._eyes = [b.eye.side for b in balls if b.open and f"eye_{b.eye.side}" not in appearance.own]
+        self._aim(pixel)
+
+    def look(self, view: View) -> None:
+        """Look from elsewhere from now on, with lamps and camera as they were made.
+
+        A texture stays filtered for the distance that the scene was made for.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> from facewrinkle.plotting.views import View
+        >>> face, style = fw.default_face(), Style(size=(60, 80))
+        >>> with Scene(face, style) as scene:
+        ...     front = scene.picture(face.mesh)
+        ...     scene.look(View((1.0, 0.0, 0.0)))
+        ...     side = scene.picture(face.mesh)
+        >>> bool((front == side).all())
+        False
+        """
+        self.style = replace(self.style, view=view)
+        self.plotter.remove_all_lights()
+        self._aim(height_of(self.face, self.style) / self._window[1])
+        self._shown = None
+
+    def _aim(self, pixel: float) -> None:
+        """Place the camera, and make the hairs, of which none is drawn thinner than a pixel."""
+        appearance = self._appearance
+        aim(self.plotter, self.face, self.style)
         hairy = self.style.brows and self.style.scalars is None
         lashes = appearance.lashes if hairy and self.style.eyes else []
         self._lashes = {row.eye.side: row.cards(pixel) for row in lashes}

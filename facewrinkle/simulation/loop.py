@@ -435,15 +435,27 @@ class Simulation:
             warn(
                 f"the face still moves after {most} steps. Allow more of them with most=, or more motion with within=."
             )
-        shape = self._shape(base)
-        for _ in range(most):  # only now: no triangle is split on the way that the held face does not need
+        with self._timed("frame"):
+            return self._frame(*self._held_shape(base, most))
+
+    # --- one frame -----------------------------------------------------------------------------
+
+    def _held_shape(self, base: Array, most: int) -> tuple[Array, Array, Array, Array]:
+        """Return the shape, see :meth:`_shape`, of a face that does not move, on the triangles that it needs.
+
+        Triangles are taken back as long as the mesh gets smaller by it: folds that ask for triangles only while they
+        lack them would let those come and go for ever. It ends after `most` changes in any case.
+        """
+        shape, least = self._shape(base), np.inf
+        for _ in range(most):
+            if self._marks is None or not self._marks[0].any():
+                if self.forest.n_points >= least:
+                    return shape
+                least = self.forest.n_points
             if not self._refine():
                 break
             shape = self._shape(base)
-        with self._timed("frame"):
-            return self._frame(*shape)
-
-    # --- one frame -----------------------------------------------------------------------------
+        return shape
 
     def _refine(self) -> bool:
         """Split or take back the triangles that the last shape marked; return False if there were none."""

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
+import logging
 import os
+import pickle
 import shutil
 import signal
 import subprocess
 import sys
 import tarfile
 import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from facewrinkle.dataset import SampleMaker, Spec, check, generate, preview
+from facewrinkle.dataset import generation as generation_module
 from facewrinkle.dataset import shards as shards_module
+from facewrinkle.dataset import verification as verification_module
 from facewrinkle.dataset.shards import Shard, shards_of, write_shard
-from facewrinkle.errors import OutputError, ParameterError
+from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError
 
 pytest.importorskip("pyarrow", reason="data sets need pyarrow")
-SPEC = {"size": [48, 48], "shard": 3, "per_person": 2, "tears": {"share": 0.0}}
+SPEC = {"size": [48, 48], "quick": True, "shard": 2, "per_person": 2, "tears": {"share": 0.0}}
 
 
 def hashes(folder):
@@ -31,60 +38,160 @@ def hashes(folder):
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
-    """A set of five samples in two shards. Not to be changed."""
-    return generate(SPEC, tmp_path_factory.mktemp("set") / "small", count=5)
+    """A set of three samples in two shards. Not to be changed."""
+    return generate(SPEC, tmp_path_factory.mktemp("set") / "small", count=3)
 
 
-def test_a_sample_is_the_same_in_any_order(small):
+@pytest.fixture(scope="module")
+def backwards():
+    """The same samples, made the other way round."""
     with SampleMaker(Spec.of(SPEC)) as maker:
-        backwards = {index: maker.sample(index).files() for index in (4, 3, 0)}
-    for index, files in backwards.items():
-        with tarfile.open(small / f"shard-{index // 3:06d}.tar") as tar:
-            for ending, content in files.items():
+        return {index: maker.sample(index) for index in (2, 1, 0)}
+
+
+@pytest.fixture
+def remembered(backwards, monkeypatch):
+    """Samples that were made before are not made again: for tests of what becomes of them."""
+
+    class Remembering(SampleMaker):
+        def pictures(self, index):
+            return [backwards[index]]
+
+    for module in (shards_module, generation_module, verification_module):
+        monkeypatch.setattr(module, "SampleMaker", Remembering)
+
+
+def test_a_sample_is_the_same_in_any_order(small, backwards):
+    for index, sample in backwards.items():
+        with tarfile.open(small / f"shard-{index // 2:06d}.tar") as tar:
+            for ending, content in sample.files().items():
                 assert tar.extractfile(f"{index:09d}.{ending}").read() == content
 
 
-def test_two_workers_make_the_same_bytes(small, tmp_path):
+def test_workers_make_the_same_bytes_also_if_one_is_killed(small, tmp_path):
     pytest.importorskip("distributed", reason="several workers need Dask")
-    assert hashes(generate(SPEC, tmp_path / "other", count=5, workers=2)) == hashes(small)
+    other = tmp_path / "other"
+    with ThreadPoolExecutor() as pool:
+        made = pool.submit(generate, SPEC, other, count=3, workers=2)
+        end = time.monotonic() + 120.0
+        while not (begun := list(other.glob(".*.tar"))) and not made.done() and time.monotonic() < end:
+            time.sleep(0.02)
+        victim = next(child for child in workers_of(os.getpid()) if begun and holds(child, begun[0]))
+        os.kill(victim, signal.SIGKILL)
+        made.result()
+    assert hashes(other) == hashes(small)
 
 
-def test_what_is_missing_is_made_again(small, tmp_path):
+def test_a_scheduler_that_is_lost(tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="several workers need Dask")
+    begun = tmp_path / "begun"
+
+    def slow(spec, shard, folder):
+        begun.touch()
+        time.sleep(1.0)
+
+    monkeypatch.setattr(generation_module, "_made", slow)
+    monkeypatch.setattr(generation_module, "REACH", 1.0)
+    options = {"n_workers": 1, "processes": False, "dashboard_address": None, "silence_logs": logging.CRITICAL}
+    with distributed.LocalCluster(**options, protocol="tcp") as cluster, ThreadPoolExecutor() as pool:
+        made = pool.submit(generate, SPEC, tmp_path / "other", count=3, scheduler=cluster.scheduler_address)
+        while not begun.exists() and not made.done():
+            time.sleep(0.02)
+        cluster.close()
+        with pytest.raises(FaceWrinkleError, match="2 of 2 shards are missing: the scheduler was lost. .* go on"):
+            made.result(60.0)
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory):
+    """A set of one clip of three pictures, with meshes. Not to be changed."""
+    spec = {**SPEC, "clip": {"frames": 3, "interval": 0.06}, "mesh": True, "expression": {"neutral": 0.0, "named": 1.0}}
+    spec["expression"] |= {"names": ["emotion_surprise"], "intensity": 1.0}
+    return generate(spec, tmp_path_factory.mktemp("set") / "clip", count=1)
+
+
+def test_a_clip_goes_from_rest_into_the_expression(clip):
+    assert [problems for _, problems in check(clip, remade=1)] == [[], []]
+    rates, meshes = [], []
+    with tarfile.open(clip / "shard-000000.tar") as tar:
+        assert len(tar.getnames()) == 12
+        for k in range(3):
+            read = {ending: tar.extractfile(f"000000000-{k:04d}.{ending}").read() for ending in ("json", "mesh.npz")}
+            rates.append(json.loads(read["json"])["contractions"]["frontalis_inner_l"])
+            meshes.append(np.load(io.BytesIO(read["mesh.npz"])))
+    assert 0.0 < rates[0] < rates[1] == rates[2] == 1.0  # the ramp takes three fifths of the clip
+    assert all(mesh["triangles"].max() == len(mesh["points"]) - 1 for mesh in meshes)
+    moved = [np.abs(mesh["points"] - mesh["rest"]).max() for mesh in meshes]
+    assert moved[0] < min(moved[1:])  # from then on the skin only comes to rest
+
+
+def workers_of(parent):
+    """Numbers of all processes that a process has started, and these in turn."""
+    listed = subprocess.run(["ps", "-eo", "pid=,ppid="], capture_output=True, text=True, check=True).stdout
+    pairs = [tuple(map(int, line.split())) for line in listed.splitlines()]
+    found = [pid for pid, above in pairs if above == parent]
+    return found + [pid for child in found for pid in workers_of(child)]
+
+
+def holds(process, path):
+    """True if a process has a file open."""
+    try:
+        return any(os.path.samefile(link, path) for link in Path(f"/proc/{process}/fd").iterdir() if link.exists())
+    except OSError:
+        return False
+
+
+def test_what_is_missing_is_made_again(small, tmp_path, remembered):
     other = tmp_path / "other"
     shutil.copytree(small, other)
     kept = (other / "shard-000000.tar").stat().st_mtime_ns
     (other / "shard-000001.tar").unlink()
     done = []
-    generate(SPEC, other, count=5, progress=done.append)
+    generate(SPEC, other, count=3, progress=done.append)
     assert hashes(other) == hashes(small)
     assert (other / "shard-000000.tar").stat().st_mtime_ns == kept
-    assert sum(done) == 5
+    assert sum(done) == 3
 
 
-def test_a_killed_run_goes_on(small, tmp_path):
-    other = tmp_path / "other"
-    code = f"from facewrinkle.dataset import generate; generate({SPEC!r}, {str(other)!r}, count=5)"
-    process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE)
+KILLED = """
+import pickle, sys, time
+from facewrinkle.dataset import SampleMaker, generate, shards
+samples = pickle.load(open(sys.argv[1], "rb"))
+class Slow(SampleMaker):
+    def pictures(self, index):
+        time.sleep(60.0 if index == 2 else 0.0)
+        return [samples[index]]
+shards.SampleMaker = Slow
+generate(eval(sys.argv[2]), sys.argv[3], count=3)
+"""
+
+
+def test_a_killed_run_goes_on(small, tmp_path, backwards, remembered):
+    other, kept = tmp_path / "other", tmp_path / "samples"
+    kept.write_bytes(pickle.dumps(backwards))
+    process = subprocess.Popen(
+        [sys.executable, "-c", KILLED, str(kept), repr(SPEC), str(other)], stderr=subprocess.PIPE
+    )
     end = time.monotonic() + 120.0
-    while not (other / "shard-000000.tar").exists() and process.poll() is None and time.monotonic() < end:
+    while not list(other.glob(".*shard-000001.tar")) and process.poll() is None and time.monotonic() < end:
         time.sleep(0.02)
     process.send_signal(signal.SIGKILL)
     _, complaint = process.communicate()
     assert process.returncode == -signal.SIGKILL, complaint
     (other / ".gitattributes").write_text("*.tar filter=lfs")  # of the user
-    assert not (other / "shard-000001.tar").exists()
-    generate(SPEC, other, count=5)
+    assert [path.name for path in other.glob("shard*")] == ["shard-000000.tar"]
+    generate(SPEC, other, count=3)
     found = {name: value for name, value in hashes(other).items() if not os.path.basename(name).startswith(".")}
     assert found == hashes(small)
     assert [path.name for path in other.glob(".*")] == [".gitattributes"]  # nothing that the killed run left
 
 
-def test_a_sample_that_fails_is_listed_and_left_out(tmp_path, monkeypatch):
+def test_a_sample_that_fails_is_listed_and_left_out(tmp_path, backwards, monkeypatch):
     class Stubborn(SampleMaker):
-        def sample(self, index):
+        def pictures(self, index):
             if index == 1:
                 raise ZeroDivisionError("never")
-            return super().sample(index)
+            return [backwards[index]]
 
     monkeypatch.setattr(shards_module, "SampleMaker", Stubborn)
     spec = Spec.of(SPEC)
@@ -95,7 +202,7 @@ def test_a_sample_that_fails_is_listed_and_left_out(tmp_path, monkeypatch):
     assert parquet.read_table(tmp_path / "index" / "shard-000000.parquet")["index"].to_pylist() == [0, 2]
 
 
-def test_a_check_finds_what_is_wrong(small, tmp_path):
+def test_a_check_finds_what_is_wrong(small, tmp_path, remembered):
     assert [problems for _, problems in check(small, remade=2)] == [[], [], []]
     other = tmp_path / "other"
     shutil.copytree(small, other)
@@ -133,40 +240,62 @@ def test_webdataset_reads_it(small):
     out = subprocess.run(
         [sys.executable, "-c", READING, *urls], capture_output=True, check=True
     )  # it leaves files open
-    assert json.loads(out.stdout) == [[f"{k:09d}" for k in range(5)], [48, 48, 3], [48, 48], 0]
+    assert json.loads(out.stdout) == [[f"{k:09d}" for k in range(3)], [48, 48, 3], [48, 48], 0]
+
+
+def test_hugging_face_datasets_reads_it(small, tmp_path):
+    pytest.importorskip("datasets")
+    code = HUGGING.format(folder=str(small), cache=str(tmp_path))
+    environment = os.environ | {"HF_HOME": str(tmp_path), "HF_HUB_OFFLINE": "1"}
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, env=environment)
+    rows, streamed, local = json.loads(out.stdout)
+    assert rows == [0, 1, 2]
+    assert streamed == local == [[f"{k:09d}" for k in range(3)], [48, 48], 0]
+
+
+HUGGING = """
+import json, datasets
+table = datasets.load_dataset("parquet", data_files="{folder}/index/*.parquet", split="train", cache_dir="{cache}")
+found = [table["index"]]
+for streaming in (True, False):
+    files = dict(data_files="{folder}/shard-*.tar", split="train", cache_dir="{cache}")
+    read = list(datasets.load_dataset("webdataset", streaming=streaming, **files))
+    found.append([[one["__key__"] for one in read], read[0]["png"].size, read[0]["json"]["plan"]["index"]])
+print(json.dumps([list(found[0]), *found[1:]]))
+"""
 
 
 def test_pandas_reads_the_table(small):
     pandas = pytest.importorskip("pandas")
     table = pandas.read_parquet(small / "index")
-    assert sorted(table["index"]) == list(range(5))
-    assert table["person"].nunique() == 3
+    assert sorted(table["index"]) == list(range(3))
+    assert table["person"].nunique() == 2
     assert table["identity_age"].between(-0.5, 1.0).all()
 
 
 def test_the_card_tells_what_it_is(small):
     text = (small / "README.md").read_text(encoding="utf-8")
-    assert "5 of 5 samples of 48 x 48 pixels" in text
+    assert "3 of 3 samples, a picture each of 48 x 48 pixels" in text
     assert json.loads(text.split("```json")[1].split("```")[0])["per_person"] == 2
 
 
-def test_a_preview_shows_different_people():
-    people = [sample.facts["person"]["number"] for sample in preview(SPEC, count=3)]
-    assert people == [0, 1, 2]
+def test_a_preview_shows_different_people(remembered):
+    people = [sample.facts["person"]["number"] for sample in preview(SPEC, count=2)]
+    assert people == [0, 1]
 
 
 def test_wrong_folders(small, tmp_path):
     with pytest.raises(OutputError, match="another specification"):
-        generate({**SPEC, "seed": 1}, small, count=5)
+        generate({**SPEC, "seed": 1}, small, count=3)
     with pytest.raises(OutputError, match="same count"):
-        generate(SPEC, small, count=4)
+        generate(SPEC, small, count=2)
     with pytest.raises(OutputError, match="same count"):
         generate(SPEC, small, count=9)
     (tmp_path / "letter.txt").write_text("dear")
     with pytest.raises(OutputError, match="other files"):
-        generate(SPEC, tmp_path, count=5)
+        generate(SPEC, tmp_path, count=3)
     with pytest.raises(OutputError, match="is not a folder"):
-        generate(SPEC, tmp_path / "letter.txt", count=5)
+        generate(SPEC, tmp_path / "letter.txt", count=3)
     with pytest.raises(OutputError, match="holds no data set"):
         list(check(tmp_path))
     assert (tmp_path / "letter.txt").read_text() == "dear"
@@ -176,12 +305,11 @@ def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="several workers need Dask")
     monkeypatch.setattr("facewrinkle.dataset.generation.REACH", 0.5)
     with pytest.raises(ParameterError, match="cannot be reached"):
-        generate(SPEC, tmp_path / "set", count=5, scheduler="tcp://127.0.0.1:1")
+        generate(SPEC, tmp_path / "set", count=3, scheduler="tcp://127.0.0.1:1")
 
 
-def test_labels_fit_the_picture(small):
-    with SampleMaker(Spec.of(SPEC)) as maker:
-        sample = maker.sample(2)
+def test_labels_fit_the_picture(backwards):
+    sample = backwards[2]
     skin = sample.labels["depth"] > 0
     background = sample.labels["part"] == 0
     assert 0.05 < skin.mean() < 0.95

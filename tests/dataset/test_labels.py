@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from itertools import islice, pairwise
+
 import numpy as np
 import pytest
 import pyvista as pv
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
+from facewrinkle.anatomy.eyeball import RADIUS
+from facewrinkle.appearance.eye import IRIS
 from facewrinkle.appearance.seen import Appearance
-from facewrinkle.dataset.furrows import furrows_of
+from facewrinkle.dataset.furrows import FurrowTracker, furrows_of
 from facewrinkle.dataset.labels import DEPTH_STEP, HEIGHT_STEP, NO_PLACE, PARTS, PLACE_STEP, Labeller
 from facewrinkle.dataset.plan import plan_of
-from facewrinkle.dataset.sample import stage
+from facewrinkle.dataset.regions import FAR, REGIONS, anchors_of, regions_at
+from facewrinkle.dataset.sample import fault_of, place
 from facewrinkle.dataset.spec import Spec
 from facewrinkle.dataset.visible import Camera
+from facewrinkle.plotting.scene import Scene
+from facewrinkle.plotting.views import Style
 
 SIZE = (160, 120)
 
@@ -26,11 +33,13 @@ def frame(face):
     return sim.settle()
 
 
-def labelled(face, frame, yaw=0.0, tears=()):
-    spec = Spec.of({"size": list(SIZE), "camera": {"yaw": yaw, "pitch": 0, "roll": 7, "aside": 0, "above": 0}})
+def labelled(face, frame, tears=(), **camera):
+    camera = {"yaw": 0, "pitch": 0, "roll": 7, "aside": 0, "above": 0, **camera}
+    spec = Spec.of({"size": list(SIZE), "camera": camera})
     labeller = Labeller(SIZE)
     try:
-        with stage(face, plan_of(spec, 0), spec) as scene:
+        with Scene(face, Style(SIZE)) as scene:
+            place(scene, plan_of(spec, 0))
             scene.picture(frame)
             camera = scene.plotter.camera.copy()
             labels = labeller(face, Appearance.of(face).at(frame), frame, camera, tears)
@@ -65,8 +74,8 @@ def test_depth_is_that_of_rays_through_the_middles_of_pixels(front, frame):
 def test_landmarks_are_where_vtk_projects_them(front, face, frame):
     _, facts, camera, _ = front
     matrix = pv.array_from_vtkmatrix(camera.GetCompositeProjectionTransformMatrix(SIZE[0] / SIZE[1], -1.0, 1.0))
-    for name, place in face.landmarks_on(frame).items():
-        x, y, _, w = matrix @ np.append(place, 1.0)
+    for name, where in face.landmarks_on(frame).items():
+        x, y, _, w = matrix @ np.append(where, 1.0)
         expected = 0.5 * np.array([(1.0 + x / w) * SIZE[0], (1.0 - y / w) * SIZE[1]])
         assert facts["landmarks"][name]["pixel"] == pytest.approx(expected, abs=1e-3)
 
@@ -146,6 +155,68 @@ def test_furrows_are_low_and_each_has_one_source(front, frame):
     assert depths[0] == pytest.approx(-frame["W"].min())
     counted = np.bincount(arrays["furrow"].ravel(), minlength=len(depths) + 1)
     assert [furrow["pixels"] for furrow in facts["furrows"]] == counted[1:].tolist()
+
+
+def test_furrows_keep_their_numbers_through_a_clip(face):
+    sim, tracker, frames = fw.Simulation(face, folds="paper"), FurrowTracker(0.5), []
+    sim.express("surprise")
+    for frame in islice(sim.run(60), 15, None, 3):
+        number, furrows = tracker(np.asarray(frame["rest"]), *furrows_of(frame))
+        frames.append((np.asarray(frame["rest"]), number))
+        assert {furrow.number for furrow in furrows} == set(np.unique(number[number > 0]))
+        assert len({furrow.number for furrow in furrows}) == len(furrows)
+    kept = total = 0
+    for (before, old), (now, new) in pairwise(frames):
+        own = np.flatnonzero(new)
+        distance, near = cKDTree(before).query(now[own])
+        both = (distance < 1e-9) & (old[near] > 0)  # vertices that lie in furrows of both frames
+        kept, total = kept + (old[near] == new[own])[both].sum(), total + both.sum()
+    assert total > 2000
+    assert kept / total > 0.97  # the rest is where two furrows run together
+
+
+def test_regions_lie_where_their_landmarks_are(front, face):
+    arrays, facts, *_ = front
+    assert (arrays["region"] > 0).sum() == (arrays["depth"] > 0).sum()
+    expected = {"forehead_mid": "forehead", "brow_l_mid": "brow", "nose_tip": "nose", "malar_r": "cheek"}
+    expected |= {"upper_lip_mid": "mouth", "pogonion": "chin", "glabella": "glabella"}
+    for name, region in expected.items():
+        column, row = np.floor(facts["landmarks"][name]["pixel"]).astype(int)
+        assert REGIONS[arrays["region"][row, column]] == region
+    points, number = anchors_of(face)
+    places = np.random.default_rng(1).choice(face.points, 200)
+    distance, near = cKDTree(points).query(places)
+    far = distance > FAR * face.frame.pupil_distance
+    assert np.array_equal(regions_at(face, places), np.where(far, REGIONS.index("elsewhere"), number[near]))
+
+
+def test_pictures_that_are_not_fit_for_a_set(face, frame, front):
+    arrays, facts, *_ = front
+    assert fault_of(arrays, facts, SIZE) == ""
+    assert fault_of(*labelled(face, frame, aside=4.0)[:2], SIZE) == "the face is not in the picture"
+    below = {"pitch": -35.0, "height": 7.0, "above": -1.0}  # into the neck
+    assert fault_of(*labelled(face, frame, **below)[:2], SIZE) == "the inside of the skin is seen"
+
+
+def test_irises_are_discs_around_the_gaze(face):
+    sim = fw.Simulation(face, layers=[])
+    sim.look(yaw=15.0)
+    frame = sim.settle()
+    arrays, _, camera, _ = labelled(face, frame)
+    eye = face.eyes[0]
+    gaze = frame.field_data[f"gaze_{eye.side}"][0]
+    (middle,), _ = Camera.of(camera, SIZE).project((eye.centre + eye.radius * gaze)[None])
+    rows, columns = np.nonzero(np.isin(arrays["part"], [PARTS.index("iris"), PARTS.index("pupil")]))
+    own = np.abs(columns + 0.5 - middle[0]) < 12
+    assert own.sum() > 20
+    assert abs(columns[own].mean() + 0.5 - middle[0]) < 1.0
+    away = np.hypot(columns + 0.5 - middle[0], rows + 0.5 - middle[1])[own]
+    pixel = Camera.of(camera, SIZE).project(eye.centre[None])[1][0] / Camera.of(camera, SIZE).intrinsic[0, 0]
+    widest = RADIUS * face.frame.pupil_distance * np.sin(np.radians(IRIS)) / pixel
+    assert 0.85 * widest < away.max() < widest + 1.0
+    pupils = np.argwhere(arrays["part"] == PARTS.index("pupil"))[:, ::-1] + 0.5
+    near = np.linalg.norm(pupils - middle, axis=1)
+    assert near.min() < 1.5
 
 
 def test_two_grooves_on_a_sheet_are_two_furrows():

@@ -277,6 +277,31 @@ def test_a_face_that_does_not_settle(face):
         sim.settle(within=0.0)
 
 
+class Undecided:
+    """A layer that asks for triangles only as long as it lacks them."""
+
+    def attach(self, face):
+        self.fewest, self.n, self.follows = len(face.points), 0, 0
+
+    def follow(self, change, created):
+        self.n, self.follows = len(np.empty(self.n)[change.kept]) + len(created.points), self.follows + 1
+
+    def displacement(self, state):
+        across, active = np.tile([1.0, 0.0, 0.0], (self.n, 1)), np.arange(self.n) < 50
+        spacing = np.full(self.n, 0.5 if self.n == self.fewest else np.inf)
+        return Displacement(np.zeros(self.n), spacing, across, active, bends=False)
+
+    def fields(self):
+        return {}
+
+
+def test_settling_ends_although_triangles_come_and_go(face):
+    sim = fw.Simulation(face, layers=[Undecided()])
+    frame = sim.settle()
+    assert frame.n_points > len(face.points)  # it ends with all that is asked for
+    assert sim.layers[0].follows < 6
+
+
 def test_what_simulates_prints_itself_in_a_line(face):
     sim = fw.Simulation(face)
     sim.step()
