@@ -225,10 +225,17 @@ class Movements:
         all displacements that do so, this has the least squares of the Laplacian.
         """
         upper, lower = self._pairs
-        target, held = np.zeros_like(moved), np.zeros(len(moved), bool)
+        target, (free, bending, solve) = np.zeros(moved.shape), self._sealing
         target[lower] = (1.0 - SEAL_UP) * moved[upper] - moved[lower]
         target[upper] = -SEAL_UP * moved[upper]
-        held[upper] = held[lower] = True
+        target[free] = solve(-(bending[:, free].T @ (bending @ target)))
+        return target
+
+    @cached_property
+    def _sealing(self) -> tuple[IntArray, csr_array, Callable[[Array], Array]]:
+        """Vertices that follow sealed lips, the bending (n, n) of the skin, and what solves its least squares."""
+        held = np.zeros(len(self.face.points), bool)
+        held[np.concatenate(self._pairs)] = True
         near = np.linalg.norm(self._local, axis=1) < SEAL_REACH
         free = np.flatnonzero(near & ~held)
         points = self.face.points / self.face.frame.pupil_distance
@@ -237,8 +244,7 @@ class Movements:
         bending = csr_array(weights @ cotangent_laplacian(points, self.face.triangles))
         system = bending[:, free]
         damped = system.T @ system + 1e-6 * diags_array(np.ones(len(free)))
-        target[free] = splu(damped.tocsc()).solve(-(system.T @ (bending @ target)))
-        return target
+        return free, bending, splu(damped.tocsc()).solve
 
     @cached_property
     def _half_width(self) -> float:

@@ -69,11 +69,11 @@ class Held(Undriven):
 
     def reset(self) -> None:
         """Hold the face at rest."""
-        self.base, self.rates = self.points, np.zeros(len(self.names))
+        self.base, self.rates, self.mandible = self.points, np.zeros(len(self.names)), np.eye(4)
 
     def hold(self, pose: Pose) -> None:
         """Hold the face in a pose."""
-        self.base, self.rates = pose.base, pose.rates
+        self.base, self.rates, self.mandible = pose.base, pose.rates, pose.mandible
 
     def set_rates(self, rates: Array) -> None:
         """Do nothing: the rates are those of the pose."""
@@ -118,11 +118,7 @@ class Posing:
         rates = np.zeros(len(self._skin.names))
         modelled: dict[tuple[str, Side | None], float] = {}
         for shape, weight in mixture.values():
-            units = {unit: weight * rate for unit, rate in shape.units.items()}
-            contracted = self._skin.rates_of(self.face.atlas.contractions(units))
-            if shape.side is not None:
-                contracted *= [not name.endswith("_r" if shape.side == "l" else "_l") for name in self._skin.names]
-            rates = np.maximum(rates, contracted)
+            rates = np.maximum(rates, contractions_of(self._skin, self.face, shape, weight))
             for name, share in shape.modelled.items():
                 key = name, shape.side
                 modelled[key] = max(modelled.get(key, 0.0), weight * share)
@@ -170,6 +166,25 @@ class Posing:
                     smooth = np.maximum(lift, self._mean @ smooth)
                 out += smooth[:, None] * end
         return out
+
+
+def contractions_of(skin: Skin, face: Face, shape: Shape, weight: float) -> Array:
+    """Return the contraction rates (k,) of a shape at a weight, of the muscles of its side alone.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> skin = Skin(face, STEP)
+    >>> rates = contractions_of(skin, face, Shape({"AU12": 1.0}, side="l"), 0.5)
+    >>> [name for name, rate in zip(skin.names, rates, strict=True) if rate]
+    ['zygomaticus_major_l']
+    """
+    units = {unit: weight * rate for unit, rate in shape.units.items()}
+    rates = skin.rates_of(face.atlas.contractions(units))
+    if shape.side is not None:
+        rates *= [not name.endswith("_r" if shape.side == "l" else "_l") for name in skin.names]
+    return rates
 
 
 def share_of_side(face: Face, points: Array, side: Side | None) -> Array:
