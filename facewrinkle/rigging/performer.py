@@ -21,7 +21,7 @@ from .takes import Take
 Array = npt.NDArray[np.float64]
 
 PIVOT = np.array([0.0, -0.6, -1.3])
-"""Where a head turns on its neck, [left, up, forward] from between the eyes, in distances between the pupils."""
+"""Place at which a head turns on its neck, [left, up, forward] from between the eyes, in distances between the pupils."""
 
 SHOWN = 0.02
 """Shapes that a face cannot make and whose weight stays below this are not worth a word."""

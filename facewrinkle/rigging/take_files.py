@@ -37,7 +37,7 @@ _ACTION_UNIT = re.compile(r"au0*(\d+)(r?)")
 
 
 class Table(NamedTuple):
-    """What a file holds: values (f, c) of columns, NaN where there is none, and time codes or times of the rows."""
+    """The content of a file: values (f, c) of columns, NaN where there is none, and time codes or times of the rows."""
 
     names: list[str]
     values: Array

@@ -154,10 +154,10 @@ def read_take(path: str | Path, fps: float | None = None) -> Take:
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder) / "take.csv"
-    ...     _ = path.write_text("time, JawOpen, mouth_smile\\n0.0, 0.1, 0\\n0.1, 0.6, 0.5\\n")
+    ...     _ = path.write_text("time, JawOpen, mouth_frown\\n0.0, 0.1, 0\\n0.1, 0.6, 0.5\\n")
     ...     take = read_take(path)
     >>> take, take.names
-    (Take(3 shapes, 0.1 s), ('jawOpen', 'mouthSmileLeft', 'mouthSmileRight'))
+    (Take(3 shapes, 0.1 s), ('jawOpen', 'mouthFrownLeft', 'mouthFrownRight'))
     """
     path = Path(os.path.expanduser(path))
     check_file(path)
