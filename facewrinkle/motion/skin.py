@@ -42,7 +42,7 @@ IntArray = npt.NDArray[np.integer]
 INVERSION_STIFFNESS = 20.0
 """Stiffness of the inversion barrier against triangles that turn over, relative to the membrane stiffness."""
 
-CLEARED_IN = 3
+CLEARED_IN = 6
 """Steps that take the skin out of what it was put into; see :meth:`Skin.cleared`."""
 
 AT_REST = 1e-6

@@ -14,14 +14,14 @@ from ..motion.base import Undriven
 from ..motion.material import SkinMaterial
 from ..motion.skin import Skin
 from .modelled import ADDED, Movements
-from .poses import contractions_of, share_of_side
+from .poses import CLEARING, contractions_of, share_of_side
 from .shapes import Shape, shapes_of
 from .takes import Take
 
 Array = npt.NDArray[np.float64]
 
 PIVOT = np.array([0.0, -0.6, -1.3])
-"""Place at which a head turns on its neck, [left, up, forward] from between the eyes, in distances between the pupils."""
+"""Place about which a head turns, [left, up, forward] from between the eyes, in distances between the pupils."""
 
 SHOWN = 0.02
 """Shapes that a face cannot make and whose weight stays below this are not worth a word."""
@@ -32,7 +32,7 @@ class Performer(Undriven):
 
     At each time the muscles of all shapes contract as strongly as the weights say, those that several shapes ask for as
     the strongest says; the skin moves as in any simulation, with its contacts. What no muscle does (the jaw forward or
-    aside, cheeks puffed, lips rolled in or sealed) is added to that.
+    aside, cheeks puffed, lips rolled in or sealed) is added to that, and cleared of teeth and of the other lip.
 
     Parameters
     ----------
@@ -100,6 +100,8 @@ class Performer(Undriven):
         self._contractions = np.array([self._contraction(shape) for shape in shapes.values()])
         self._ways, self._thrusts = self._modelled(list(shapes.values()))
         self._sealing = _column(shapes, "mouthClose"), _column(shapes, "jawOpen")
+        modelled = self._ways or self._sealing[0] is not None
+        self._clearing = Skin(face, CLEARING, material) if modelled else None
         self.reset()
 
     def _contraction(self, shape: Shape) -> Array:
@@ -171,7 +173,10 @@ class Performer(Undriven):
             share = weights[closing] / max(weights[closing], 0.0 if opening is None else weights[opening])
             parted = (moved - self.points) / self.face.unit + way
             way += share * self._movements.seal(parted)
-        return moved + self.face.unit * way if way.any() else moved
+        if self._clearing is None or not way.any():
+            return moved
+        self._clearing.set_rates(self.rates)
+        return self.points + self._clearing.cleared(moved + self.face.unit * way - self.points)
 
     def _pose(self, time: float) -> Array | None:
         """Return the matrix (4, 4) of the head at a time, in the unit of the face."""
