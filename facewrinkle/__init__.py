@@ -39,6 +39,7 @@ _HOME = {
     "TriangularMuscle": "anatomy.muscles",
     "WaveFolds": "layers.wave_folds",
     "Wrinkles": "anatomy.muscles",
+    "bake_maps": "rigging",
     "default_face": "anatomy.fitting",
     "find_landmarks": "anatomy.finding",
     "fit_face": "anatomy.fitting",
@@ -53,6 +54,7 @@ _HOME = {
     "studio": "studio",
     "surface": "anatomy.fitting",
     "write_face": "anatomy.face_file",
+    "write_maps": "rigging",
     "write_mesh": "export",
     "write_rig": "rigging",
 }

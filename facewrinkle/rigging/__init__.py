@@ -1,5 +1,6 @@
 """Rigs: a face with blend shapes that wrinkle, for other programs."""
 
+from .maps import Maps, bake_maps, write_maps
 from .page import write_page
 from .performer import Performer
 from .rig import Rig, RigError, rig
@@ -7,4 +8,17 @@ from .sheet import sheet
 from .takes import Take, read_take
 from .write import write_rig
 
-__all__ = ["Performer", "Rig", "RigError", "Take", "read_take", "rig", "sheet", "write_page", "write_rig"]
+__all__ = [
+    "Maps",
+    "Performer",
+    "Rig",
+    "RigError",
+    "Take",
+    "bake_maps",
+    "read_take",
+    "rig",
+    "sheet",
+    "write_maps",
+    "write_page",
+    "write_rig",
+]
