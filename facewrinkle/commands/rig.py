@@ -13,8 +13,8 @@ from ..mesh.files import written
 from ..plotting import save_picture
 from ..rigging import rig as make_rig
 from ..rigging import write_rig
-from ..rigging.rig import report_text
 from ..rigging.page import write_page
+from ..rigging.rig import report_text
 from ..rigging.sheet import sheet as draw_sheet
 from .options import FaceOptions
 from .parsing import Whole
@@ -62,8 +62,8 @@ def rig(
     page
         Write a page with sliders that shows the rig in any browser, in one file, too.
     errors
-        Measure how far the shapes and common mixtures are from the simulation, print the worst, and write all beside the
-        rig as NAME.rig.json.
+        Measure how far the shapes and common mixtures are from the simulation, print the worst, and write all to
+        NAME.rig.json beside the rig.
     out
         Folder to write to. Default: output/rig, or output/FACE/rig.
     quiet

@@ -195,7 +195,7 @@ class Texels:
     --------
     >>> texels = Texels(np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]]), 2)
     >>> texels.of(np.array([[0, 1, 2]]), np.array([0.0, 1.0, 2.0])).round(2)
-    array([[1.25, 0.  ],
+    array([[1.75, 0.  ],
            [0.75, 1.25]])
     """
 
