@@ -32,7 +32,7 @@ def rig(
     shapes: str = "arkit",
     wrinkles: Literal["baked", "separate", "none"] = "baked",
     level: Whole = 2,
-    format: Literal["glb", "gltf"] = "glb",
+    format: Literal["glb", "gltf", "usd", "usdc", "usda"] = "glb",
     dense: bool = False,
     sheet: bool = False,
     page: bool = False,
@@ -54,7 +54,7 @@ def rig(
     level
         How often a triangle may be split where any shape folds; 0 keeps the mesh as it is.
     format
-        glb, or gltf with all data embedded.
+        glb; gltf with all data embedded; usd (UsdSkel, without pictures).
     dense
         Write every vertex of every shape, for importers that know no sparse accessors.
     sheet
