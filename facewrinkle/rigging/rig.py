@@ -32,6 +32,9 @@ Wrinkling = Literal["baked", "separate", "none"]
 CUT = 0.1
 """Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""
 
+HAIR_CUT = 0.2
+"""The same for brows and lashes, whose hairs are many, and lie on skin that hardly moves then."""
+
 RINGS = 2
 """The longest way of vertices within so many edges decides about fading: between crest and furrow a vertex hardly
 moves, but its normal turns.
@@ -326,9 +329,9 @@ def rig(
         bare.follow(baker)
         smooth = _fields(wanted, poses, neutral, bare, progress)
         fields, names = _separated(fields, smooth, names)
-    cut = CUT / face.unit
+    cuts = {part: (HAIR_CUT if part.split("_")[0] in HAIRY else CUT) / face.unit for part in fields}
     morphs = {
-        part: Morphs(tuple(names), *_faded(deltas, _kept(part, normals), baker.models[part].triangles, cut))
+        part: Morphs(tuple(names), *_faded(deltas, _kept(part, normals), baker.models[part].triangles, cuts[part]))
         for part, (deltas, normals) in fields.items()
     }
     return Rig(face, tuple(names), baker.models, morphs, left_out, wanted, posing, baker)
