@@ -51,8 +51,13 @@ from .motion.base import Still as Still
 from .motion.recorded import Recorded as Recorded
 from .motion.skin import Skin as Skin
 from .motion.skin import SkinMaterial as SkinMaterial
+from .rigging import Performer as Performer
 from .rigging import Rig as Rig
+from .rigging import Take as Take
+from .rigging import bake_maps as bake_maps
+from .rigging import read_take as read_take
 from .rigging import rig as rig
+from .rigging import write_maps as write_maps
 from .rigging import write_rig as write_rig
 from .simulation import Refinement as Refinement
 from .simulation import Simulation as Simulation

@@ -85,21 +85,23 @@ class Attachments:
         pose: Array | None = None,
         given: Mapping[str, Array] | None = None,
         jaw_angle: float | None = None,
+        mandible: Array | None = None,
     ) -> dict[str, pv.PolyData]:
         """Return the parts by name, moved with the face's vertices (n, 3) and its eyes' directions `gazes`.
 
         `pose`, a matrix (4, 4), is the motion of the head; without it, the motion is found from the vertices. `given`
         holds points (k, 3) of parts that move by themselves, by name; those that are NaN move as if not given. Without
-        `jaw_angle`, radians, the turn of the mandible is measured on the skin.
+        `jaw_angle`, radians, the turn of the mandible is measured on the skin; `mandible`,
+        a matrix (4, 4), moves it after that turn.
         """
-        moved = self._moved(points, gazes, pose, jaw_angle)
+        moved = self._moved(points, gazes, pose, jaw_angle, np.eye(4) if mandible is None else mandible)
         for name, own in (given or {}).items():
             part = moved[name]
             moved[name] = _with(part, np.where(np.isnan(own), part.points, own), None)
         return moved
 
     def _moved(
-        self, points: Array, gazes: Mapping[str, Array], pose: Array | None, jaw_angle: float | None
+        self, points: Array, gazes: Mapping[str, Array], pose: Array | None, jaw_angle: float | None, mandible: Array
     ) -> dict[str, pv.PolyData]:
         pose = self._still.pose(points, STILL * self._size) if pose is None else pose
         turn, shift = pose[:3, :3], pose[:3, 3]
@@ -110,14 +112,16 @@ class Attachments:
             if name in self._on_skin:
                 out[name] = _with(part.mesh, self._on_skin[name].at(points), None)
                 continue
-            own, centre = np.eye(3), np.zeros(3)
+            own, centre, thrust = np.eye(3), np.zeros(3), np.zeros(3)
             if part.follows == "eye" and part.side in eyes:
                 eye = eyes[part.side]
                 own, centre = _axes(eye.looking(gazes.get(part.side, eye.gaze))).T @ _axes(eye), eye.centre
             elif part.follows == "mandible" and self._mandible is not None:
                 own = self._mandible.rotation((points - shift) @ np.linalg.inv(turn).T, jaw_angle)
                 centre = self._mandible.hinge
-            moved = ((rest - centre) @ own.T + centre) @ turn.T + shift
+                thrust = mandible[:3, :3] @ centre + mandible[:3, 3] - centre
+                own = mandible[:3, :3] @ own
+            moved = ((rest - centre) @ own.T + centre + thrust) @ turn.T + shift
             out[name] = _with(part.mesh, moved, normals @ (turn @ own).T)
         return out
 

@@ -322,7 +322,7 @@ class Face:
             return {}
         state = self.state_of(frame)
         own = {name: points for name, points in state.parts.items() if name in self.parts}
-        return self._attachments.at(state.points, state.gazes, state.pose, own, state.jaw_angle)
+        return self._attachments.at(state.points, state.gazes, state.pose, own, state.jaw_angle, state.mandible)
 
     def with_parts(self, frame: pv.PolyData) -> pv.PolyData:
         """Return a frame and the parts besides the skin in one mesh, for files; without parts, the frame itself.

@@ -162,17 +162,19 @@ class Mouth:
         triangles = ring_triangles(n, 4, last=4 * n)[:, [0, 2, 1]]
         return to_polydata(np.zeros((len(paint), 3)), triangles, {"paint": paint})
 
-    def inside(self, points: Array, jaw_angle: float | None = None) -> dict[str, pv.PolyData]:
+    def inside(
+        self, points: Array, jaw_angle: float | None = None, mandible: Array | None = None
+    ) -> dict[str, pv.PolyData]:
         """Return teeth and tongue by name, with `paint` (rgb), in a face with vertices at `points` (n, 3).
 
         The lower teeth and the tongue go with the mandible, which has turned by `jaw_angle`, radians, or else as the
-        skin over it shows.
+        skin over it shows, and then moved by the matrix (4, 4) `mandible`.
         """
-        turn, hinge = self.turn(points, jaw_angle)
+        turn, shift = self.motion(points, jaw_angle, mandible)
         parts = {}
         for arch, paint, normals in zip(self.teeth, self._teeth_paint, self._teeth_normals, strict=True):
             moves = arch.jaw == "lower"
-            places = (arch.points - hinge) @ turn.T + hinge if moves else arch.points
+            places = arch.points @ turn.T + shift if moves else arch.points
             if moves:
                 gum = (self._centre - arch.points) @ self._axes[1] > GUM_FROM * self._size
                 places = np.where(gum[:, None], self._behind_skin(places, points), places)
@@ -180,7 +182,7 @@ class Mouth:
             mesh.point_data["Normals"] = normals @ turn.T if moves else normals
             mesh.point_data["paint"] = paint
             parts[f"{arch.jaw}_teeth"] = mesh
-        places = (self._tongue - hinge) @ turn.T + hinge
+        places = self._tongue @ turn.T + shift
         tongue = to_polydata(places, self._tongue_triangles)
         tongue.point_data["Normals"] = self._tongue_normals @ turn.T
         tongue.point_data["paint"] = self._tongue_paint
@@ -205,11 +207,16 @@ class Mouth:
         inside[:, 2] = np.minimum(inside[:, 2], most)
         return np.asarray(self._centre + self._size * inside @ self._axes)
 
-    def turn(self, points: Array, jaw_angle: float | None) -> tuple[Array, Array]:
-        """Return the rotation (3, 3) of the mandible and a point (3,) of its hinge; see :meth:`inside`."""
-        if self._mandible is None:
-            return np.eye(3), np.zeros(3)
-        return self._mandible.rotation(points, jaw_angle), self._mandible.hinge
+    def motion(self, points: Array, jaw_angle: float | None, mandible: Array | None = None) -> tuple[Array, Array]:
+        """Return the rotation (3, 3) of the mandible and the shift (3,) that follows it; see :meth:`inside`."""
+        turn, shift = np.eye(3), np.zeros(3)
+        if self._mandible is not None:
+            hinge = self._mandible.hinge
+            turn = self._mandible.rotation(points, jaw_angle)
+            shift = hinge - turn @ hinge
+        if mandible is None:
+            return turn, shift
+        return mandible[:3, :3] @ turn, mandible[:3, :3] @ shift + mandible[:3, 3]
 
 
 def _mouth_loop(face: Face, centre: Array) -> IntArray:

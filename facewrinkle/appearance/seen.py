@@ -173,7 +173,7 @@ class Seen:
         """Teeth and tongue by name, if none came with the face, whether they can be seen or not."""
         if not self._of.mouth.opens:
             return {}
-        parts = self._of.mouth.inside(self._points, self._state.jaw_angle)
+        parts = self._of.mouth.inside(self._points, self._state.jaw_angle, self._state.mandible)
         return {name: part for name, part in parts.items() if name not in self._of.own}
 
     @cached_property

@@ -18,6 +18,7 @@ from ..layers.base import Layer
 from ..motion.base import Motion
 from ..plotting import Image, closeup, picture, side_by_side
 from ..plotting.views import Style
+from ..rigging.maps import bake_maps, check_map_size, write_maps
 from ..simulation import Refinement, Simulation
 from .options import FaceOptions, FoldOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_mixture
@@ -45,6 +46,7 @@ def express(
     count: WholeOrNone = None,
     compression: Literal["gradient", "edges"] = "gradient",
     ends: Literal["continuous", "paper"] | None = None,
+    maps: WholeOrNone = None,
     folds: FoldOptions | None = None,
     output: OutputOptions | None = None,
 ) -> None:
@@ -73,6 +75,8 @@ def express(
     ends
         Wrinkles that begin and end at height 0, or in a furrow as in the paper, with --folds paper. Default: what the
         atlas says.
+    maps
+        Bake the wrinkles into maps of this width, texels: normals, heights, cavity and tension, for the mesh as it is.
     """
     begin, output, source = time.perf_counter(), output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)
@@ -83,7 +87,8 @@ def express(
             f"--{next(iter(changes))} belongs to the papers' folds: add --folds paper, or leave it out."
         )
     face = source.load(report)
-    rates = face.atlas.contractions(parse_mixture(name, face.atlas), intensity)
+    mixture = parse_mixture(name, face.atlas)
+    rates = face.atlas.contractions(mixture, intensity)
     performance = Performance(
         face=_with_folds(face, rates, changes),
         rates=rates,
@@ -97,7 +102,15 @@ def express(
         view=output.view,
     )
     stem = re.sub(r"[^\w.=-]+", "_", name)[:100]  # the names of files must not become too long
-    record(performance, output.folder(stem, source.label), stem, report, output)
+    if maps is not None:
+        check_map_size(maps)
+    folder = output.folder(stem, source.label)
+    record(performance, folder, stem, report, output)
+    if maps is not None:
+        with report.waiting("Baking the maps"):
+            baked = bake_maps(performance.face, mixture, intensity, maps, performance.layers)
+            written = write_maps(baked, folder / stem)
+        report.say(f"maps: {', '.join(path.name for path in written)}")
     report.say(f"{time.perf_counter() - begin:.1f} s")
 
 

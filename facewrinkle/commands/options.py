@@ -158,10 +158,10 @@ class OutputOptions:
         Also write the wrinkled mesh with its texture and tears: as glb or gltf (with eyes and teeth), obj, or ply
         (tears in a second file).
     save_animation
-        Also write the animation to this file, on one mesh: .glb or .gltf (a few morph targets, with eyes and teeth), or
-        .pc2 (a point cache of the skin, beside an .obj).
+        Also write the animation to this file, on one mesh: .glb, .gltf or .usd (a few morph targets, with eyes and
+        teeth), or .pc2 (a point cache of the skin, beside an .obj).
     animation_error
-        The largest distance of any point of a .glb from where it should be, mm.
+        The largest distance of any point of a .glb or .usd from where it should be, mm.
     out
         Folder to write to. Default: output/NAME, or output/FACE/NAME for --face and --identity.
     quiet

@@ -12,14 +12,18 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.atlas import Atlas, read_atlas
+from ..anatomy.face import Face
 from ..anatomy.fitting import fit_face
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..geometry.normals import vertex_areas
 from ..motion.animation import read_animation
+from ..motion.recorded import Recorded
 from ..plotting import closeup, side_by_side, stacked
 from ..plotting.views import Style
+from ..rigging import Performer, read_take
+from ..rigging.takes import SUFFIXES as TAKES
 from ..simulation import Refinement, Simulation
-from .options import FoldOptions, OutputOptions
+from .options import FaceOptions, FoldOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_shapes, parse_units
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
@@ -35,13 +39,13 @@ def play(
     file: Path,
     /,
     *,
-    landmarks: Path | None = None,
-    units: str | None = None,
-    texture: Path | None = None,
-    atlas: Path | None = None,
+    source: FaceOptions | None = None,
     mesh: str | None = None,
     animation: str | None = None,
     shapes: str | None = None,
+    gain: str | None = None,
+    take_fps: float | None = None,
+    head: bool = True,
     speed: float = 1.0,
     max_level: WholeOrNone = None,
     moments: Whole = 5,
@@ -49,26 +53,26 @@ def play(
     folds: FoldOptions | None = None,
     output: OutputOptions | None = None,
 ) -> None:
-    """Write pictures, a movie and a time series of a recorded animation.
+    """Write pictures, a movie and a time series of a recorded animation, or of a take on a face.
 
     Parameters
     ----------
     file
-        glTF or USD with an animation of blend shapes, bones or points, or a .vtkhdf time series.
-    landmarks
-        JSON file with the coordinates of landmarks on the face at rest. Default: all are found by shape.
-    units
-        Unit of the file: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
-    texture
-        Photo to draw on the face. Default: the image that the file names or holds.
-    atlas
-        TOML file with your own muscles, action units and expressions; see `facewrinkle atlas`.
+        glTF or USD with an animation of blend shapes, bones or points, or a .vtkhdf time series, which are faces
+        themselves; or the take of a phone or tracker, which --face performs: a .csv of Live Link Face, another table of
+        weights, or a .json of MediaPipe.
     mesh
         Name of the mesh in the file that is the face.
     animation
         Name of the animation in the file. Default: the first that moves the mesh.
     shapes
         Shapes of a glTF file and their weights, such as mouthSmile=0.8,jawOpen=0.3, in place of an animation.
+    gain
+        Factors of the weights of a take, such as mouthSmile=1.5,cheekPuff=2.
+    take_fps
+        Frames per second of a take that does not tell its times.
+    head
+        Turn the head as a take says.
     speed
         Factor of the speed: 0.5 plays at half speed.
     max_level
@@ -79,18 +83,25 @@ def play(
         Turn the camera with the head.
     """
     begin, output, folds = time.perf_counter(), output or OutputOptions(), folds or FoldOptions()
-    report = Report(output.quiet)
+    report, source = Report(output.quiet), source or FaceOptions()
     count = check_whole("moments", moments, 1, 100)
     step = 1.0 / check_range("fps", output.fps, 1.0, 100.0)
     styles = [Style(output.pixels, view, follow=follow) for view in ("front", output.view or "cheeks")]
-    rest, recorded = read_animation(file, mesh, animation, None if shapes is None else parse_shapes(shapes))
-    recorded = recorded.played(speed)
-    face = fit_face(rest, landmarks, parse_units(units), _atlas(atlas), progress=report.search, texture=texture)
+    if file.suffix.lower() in TAKES:
+        _refuse(file, "is a take, which has none of its own", mesh=mesh, animation=animation, shapes=shapes)
+        clip = _take_on_face(file, source, report, step, gain, take_fps, head, speed)
+    else:
+        chosen = {"face": source.face, "identity": source.identity}
+        _refuse(file, "has a face of its own", **chosen, gain=gain, take_fps=take_fps)
+        clip = _animation(file, source, report, mesh, animation, shapes, speed)
+    face = clip.face
     with report.waiting("Preparing the skin"):
         refinement = Refinement(max_level=max_level, coarsen=output.save_animation is None)
         layers = folds.layers(face)
-        simulation = Simulation(face, refinement, layers, step, motion=recorded)
-    steps = max(int(np.ceil(recorded.duration / step - 1e-6)), 1)
+        simulation = Simulation(
+            face, refinement, layers, step if isinstance(clip.motion, Recorded) else None, motion=clip.motion
+        )
+    steps = max(int(np.ceil(clip.duration / step - 1e-6)), 1)
     if steps > MAX_STEPS:
         raise ParameterError(f"the clip would have {steps} steps, at most {MAX_STEPS} are allowed. Raise --speed.")
     recorder = Recorder(output.folder(file.stem), file.stem, output, report)
@@ -101,9 +112,9 @@ def play(
             shares.append(folds.limited_share(simulation.layers))
             yield frame
 
-    clip = Clip(face, frames(), (1 + np.arange(steps)) * step, simulation)
+    played = Clip(face, frames(), (1 + np.arange(steps)) * step, simulation)
     with Scenes(face) as scenes:
-        deepest = _record(clip, recorder, scenes, styles, count)
+        deepest = _record(played, recorder, scenes, styles, count)
         folds.tell_limited(max(shares))
         if max(float(np.ptp(moment.frame["W"])) for moment in deepest) < SMOOTH:
             warn(
@@ -116,14 +127,73 @@ def play(
     recorder.tabulate(
         file.name,
         {
-            "shapes": str(len(recorded.names)),
-            "clip": f"{recorded.duration:.2f} s, {steps} steps",
+            "shapes": str(clip.shapes),
+            "clip": f"{clip.duration:.2f} s, {steps} steps",
             "triangles": f"{face.mesh.n_cells} → {max(moment.frame.n_cells for moment in deepest)}",
             "deepest at": ", ".join(f"{moment.time:.2f} s ({moment.depth:.2f} mm)" for moment in deepest),
             "simulation": f"{1000.0 * seconds / steps:.1f} ms a frame",
         },
     )
     report.say(f"{time.perf_counter() - begin:.1f} s")
+
+
+class Played(NamedTuple):
+    """A face, what moves it, for how many seconds, and how many shapes that has."""
+
+    face: Face
+    motion: Recorded | Performer
+    duration: float
+    shapes: int
+
+
+def _refuse(file: Path, why: str, **options: object) -> None:
+    """Raise a ParameterError for options that were given and do not belong to a file."""
+    for name, value in options.items():
+        if value is not None:
+            option = f"--{name.replace('_', '-')}"
+            raise ParameterError(f"{file.name} {why}: leave out {option}.")
+
+
+def _animation(
+    file: Path,
+    source: FaceOptions,
+    report: Report,
+    mesh: str | None,
+    animation: str | None,
+    shapes: str | None,
+    speed: float,
+) -> Played:
+    """Return an animation and the face in its file."""
+    rest, recorded = read_animation(file, mesh, animation, None if shapes is None else parse_shapes(shapes))
+    recorded = recorded.played(speed)
+    face = fit_face(
+        rest,
+        source.landmarks,
+        parse_units(source.units),
+        _atlas(source.atlas),
+        progress=report.search,
+        texture=source.texture,
+    )
+    return Played(face, recorded, recorded.duration, len(recorded.names))
+
+
+def _take_on_face(
+    file: Path,
+    source: FaceOptions,
+    report: Report,
+    step: float,
+    gain: str | None,
+    fps: float | None,
+    head: bool,
+    speed: float,
+) -> Played:
+    """Return a take, performed by the face that was asked for."""
+    take = read_take(file, fps)
+    if gain is not None:
+        take = take.gained(parse_shapes(gain))
+    face = source.load(report)
+    performer = Performer(take, face, step, speed=speed, head=head)
+    return Played(face, performer, take.duration / speed, len(take.names))
 
 
 def _atlas(path: Path | None) -> Atlas | None:

@@ -9,10 +9,12 @@ from typing import Literal
 
 from ..errors import ParameterError
 from ..export import output_folder
+from ..mesh.files import written
 from ..plotting import save_picture
 from ..rigging import rig as make_rig
 from ..rigging import write_rig
 from ..rigging.page import write_page
+from ..rigging.rig import report_text
 from ..rigging.sheet import sheet as draw_sheet
 from .options import FaceOptions
 from .parsing import Whole
@@ -30,7 +32,7 @@ def rig(
     shapes: str = "arkit",
     wrinkles: Literal["baked", "separate", "none"] = "baked",
     level: Whole = 2,
-    format: Literal["glb", "gltf"] = "glb",
+    format: Literal["glb", "gltf", "usd", "usdc", "usda"] = "glb",
     dense: bool = False,
     sheet: bool = False,
     page: bool = False,
@@ -52,7 +54,7 @@ def rig(
     level
         How often a triangle may be split where any shape folds; 0 keeps the mesh as it is.
     format
-        glb, or gltf with all data embedded.
+        glb; gltf with all data embedded; usd (UsdSkel, without pictures).
     dense
         Write every vertex of every shape, for importers that know no sparse accessors.
     sheet
@@ -60,7 +62,8 @@ def rig(
     page
         Write a page with sliders that shows the rig in any browser, in one file, too.
     errors
-        Measure how far the shapes and common mixtures are from the simulation, and print the worst.
+        Measure how far the shapes and common mixtures are from the simulation, print the worst, and write all to
+        NAME.rig.json beside the rig.
     out
         Folder to write to. Default: output/rig, or output/FACE/rig.
     quiet
@@ -97,6 +100,9 @@ def rig(
             f"{name}: {error.mean:.2f} mm on average, {error.largest:.2f} at most, of {error.motion:.1f}"
             for name, error in found
         )
+        with written(folder / f"{stem}.rig.json") as whole:
+            whole.write_text(report_text(made), encoding="utf-8")
+        files.append(folder / f"{stem}.rig.json")
     rows[f"files in {folder}"] = "\n".join([f"{files[0].name} ({size:.1f} MB)", *(path.name for path in files[1:])])
     report.table(stem, rows)
     report.say(f"{time.perf_counter() - begin:.1f} s")

@@ -21,11 +21,13 @@ from .gltf import gltf
 from .meshes import part_models, upright_rotation, write_mesh
 from .model import Model, part_model, skin_model
 from .morphs import Morphs, WeightTrack
+from .usd import SUFFIXES as USD
+from .usd import write_usd
 
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]
 
-SUFFIXES = (".glb", ".gltf", ".pc2")
+SUFFIXES = (".glb", ".gltf", ".pc2", *USD)
 
 PC2_HEADER = struct.Struct("<12siiffi")
 """POINTCACHE2: signature, version, points, first frame, frames per sample, samples."""
@@ -123,7 +125,7 @@ class AnimationWriter:
     ----------
     face : Face
     path : path
-        Ends in .glb, .gltf or .pc2.
+        Ends in .glb, .gltf, .usd, .usdc, .usda or .pc2.
     error : float
         The largest distance of any point, but those of hairs, in any frame from where it should be, mm. Point caches
         are exact.
@@ -229,16 +231,15 @@ class AnimationWriter:
             turned = np.tensordot(inverse, tracks[name][1] - model.normals.astype(np.float32), axes=1)
             turned *= np.linalg.norm(turned, axis=2, keepdims=True) > TURN
             morphs[name] = Morphs(labels, own, turned)
-        content = gltf(
-            models,
-            self.face.unit,
-            upright_rotation(self.face),
-            binary=self.path.suffix.lower() == ".glb",
-            morphs=morphs if self.targets else None,
-            track=WeightTrack(times, weights.astype(np.float64)) if self.targets else None,
-        )
+        unit, turn = self.face.unit, upright_rotation(self.face)
+        shapes = morphs if self.targets else None
+        track = WeightTrack(times, weights.astype(np.float64)) if self.targets else None
         with written(self.path) as whole:
-            whole.write_bytes(content)
+            if self.path.suffix.lower() in USD:
+                write_usd(whole, models, unit, turn, shapes, track)
+                return
+            binary = self.path.suffix.lower() == ".glb"
+            whole.write_bytes(gltf(models, unit, turn, binary=binary, morphs=shapes, track=track))
 
 
 def _grown(values: Single, forest: RedGreenForest) -> Single:

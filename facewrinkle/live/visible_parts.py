@@ -160,7 +160,7 @@ class VisibleParts:
         if not (len(mouth.loop) or mouth.bag):
             return parts
         shown = mouth.parted(points)
-        turn, hinge = mouth.turn(points, state.jaw_angle) if shown else (np.eye(3), np.zeros(3))
+        turn, shift = mouth.motion(points, state.jaw_angle, state.mandible) if shown else (np.eye(3), np.zeros(3))
         for name in ("upper_teeth", "lower_teeth", "tongue"):
             if name in self._appearance.own:
                 continue
@@ -168,7 +168,7 @@ class VisibleParts:
             moves = name != "upper_teeth"
             matrix = np.eye(4)
             if moves:
-                matrix[:3, :3], matrix[:3, 3] = turn, hinge - turn @ hinge
+                matrix[:3, :3], matrix[:3, 3] = turn, shift
             info: dict[str, Any] = {"visible": shown, "matrix": np.round(matrix, 6).T.ravel().tolist()}
             parts.append(Part(name, "teeth", self._first, 0, fixed.fixed, {}, fixed.fixed_info, info))
         return parts

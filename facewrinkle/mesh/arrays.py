@@ -47,6 +47,10 @@ GAZE = "gaze_"
 JAW = "jaw_angle"
 """Field-data array of a frame with the turn of the mandible, radians, where muscles turn it."""
 
+MANDIBLE = "mandible"
+"""Field-data array of a frame whose mandible moves besides turning about its hinge: a matrix (4, 4), in the unit of the
+mesh, which is applied after the turn."""
+
 OF_PART = "part_"
 """Prefix of the field-data arrays of a frame that hold the points (k, 3) of parts that a recording moves, such as
 eyes, in the unit of the mesh; NaN for parts that simply follow the skin."""

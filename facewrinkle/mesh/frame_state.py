@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..errors import MeshError
-from .arrays import GAZE, JAW, OF_PART, POSE
+from .arrays import GAZE, JAW, MANDIBLE, OF_PART, POSE
 
 Array = npt.NDArray[np.float64]
 
@@ -31,6 +31,8 @@ class FrameState:
         Points of the parts that move by themselves, by name; NaN for points that follow the skin.
     jaw_angle : float, optional
         Turn of the mandible, radians; None if it has to be measured on the skin.
+    mandible : ndarray, shape (4, 4), optional
+        Motion of the mandible after that turn, such as forward or aside, on the head at rest.
 
     Examples
     --------
@@ -48,6 +50,7 @@ class FrameState:
     gazes: Mapping[str, Array]
     parts: Mapping[str, Array]
     jaw_angle: float | None = None
+    mandible: Array | None = None
 
     @classmethod
     def of(cls, frame: pv.PolyData, n_points: int) -> FrameState:
@@ -71,6 +74,7 @@ class FrameState:
             {key[len(GAZE) :]: np.array(data[key], np.float64).ravel() for key in keys if key.startswith(GAZE)},
             {key[len(OF_PART) :]: np.asarray(data[key]) for key in keys if key.startswith(OF_PART)},
             float(data[JAW][0]) if JAW in keys else None,
+            np.asarray(data[MANDIBLE], dtype=np.float64) if MANDIBLE in keys else None,
         )
 
     @property

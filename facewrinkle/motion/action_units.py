@@ -95,15 +95,20 @@ def looks_of(shapes: Iterable[str]) -> dict[str, tuple[str, str]]:
     >>> looks_of(["jawOpen", "eyeLookInLeft", "eyeLookUp_R"])
     {'eyeLookInLeft': ('l', 'inwards'), 'eyeLookUp_R': ('r', 'up')}
     """
-    sided = {shape: _sided(shape) for shape in shapes}
-    return {shape: (side, LOOKS[stem]) for shape, (stem, side) in sided.items() if side and stem in LOOKS}
+    found = {shape: sided(shape) for shape in shapes}
+    return {shape: (side, LOOKS[stem]) for shape, (stem, side) in found.items() if side and stem in LOOKS}
 
 
-def _sided(shape: str) -> tuple[str, str | None]:
+def sided(shape: str) -> tuple[str, str | None]:
     """Return ARKit's name of a shape, without its side, and the side; shapes unknown to ARKit keep their name.
 
     Programs change case and underscores, and put names of meshes and numbers before the name: ``head.eyeBlink_L``,
     ``A14_Eye_Blink_Left``.
+
+    Examples
+    --------
+    >>> sided("A14_Eye_Blink_Left"), sided("jawOpen"), sided("hair")
+    (('eyeBlink', 'l'), ('jawOpen', None), ('hair', None))
     """
     for plain in (_plain(shape), _plain(_PREFIX.sub("", shape))):
         if plain in _KNOWN:
@@ -132,8 +137,8 @@ def named_shapes(asked: str, names: Sequence[str]) -> list[str]:
     same = [name for name in names if _plain(asked) in plain[name]]
     sides = [name for name in names if any((m := _SIDE.fullmatch(p)) and m[1] == _plain(asked) for p in plain[name])]
     if not same and not sides:
-        stem = _sided(asked)
-        sides = [name for name in names if _sided(name) == stem or (stem[1] is None and _sided(name)[0] == stem[0])]
+        stem = sided(asked)
+        sides = [name for name in names if sided(name) == stem or (stem[1] is None and sided(name)[0] == stem[0])]
     if not same and not sides:
         raise unknown_name("shape", asked, names)
     return same or sides
@@ -167,7 +172,7 @@ def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None
         raise unknown_name("side", side, ("l", "r"))
     found: dict[str, float] = {}
     for shape, weight in weights.items():
-        stem, own = _sided(shape)
+        stem, own = sided(shape)
         stem = f"{stem}_{own}" if f"{stem}_{own}" in ARKIT else stem
         if stem in ARKIT and weight > 0.0 and (side is None or own in (None, side)):
             unit = ARKIT[stem]

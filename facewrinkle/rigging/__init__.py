@@ -1,8 +1,24 @@
 """Rigs: a face with blend shapes that wrinkle, for other programs."""
 
+from .maps import Maps, bake_maps, write_maps
 from .page import write_page
+from .performer import Performer
 from .rig import Rig, RigError, rig
 from .sheet import sheet
+from .takes import Take, read_take
 from .write import write_rig
 
-__all__ = ["Rig", "RigError", "rig", "sheet", "write_page", "write_rig"]
+__all__ = [
+    "Maps",
+    "Performer",
+    "Rig",
+    "RigError",
+    "Take",
+    "bake_maps",
+    "read_take",
+    "rig",
+    "sheet",
+    "write_maps",
+    "write_page",
+    "write_rig",
+]

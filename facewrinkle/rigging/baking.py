@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,9 +29,6 @@ SAMPLES, BEND = 2.75, 0.1
 
 ROUNDS = 4
 """Each round of all poses may ask for triangles that the rounds before did not; the mesh is done long before this."""
-
-WITH_MANDIBLE = ("lower_teeth", "tongue")
-"""Parts of the painted mouth that go with the mandible."""
 
 
 def silent(items: Iterable[Pose], what: str, total: int) -> Iterator[Pose]:
@@ -100,20 +97,7 @@ class Baker:
         frame = self._frame(pose)
         origin = self.models["face"].origin
         found = {"face": Placed(np.asarray(frame.points)[origin], np.asarray(frame.point_data["Normals"])[origin])}
-        for name, mesh in self._companions(frame, pose).items() if parts else ():
+        for name, mesh in companion_meshes(self.face, frame, always=True).items() if parts else ():
             model = part_model(mesh)
             found[name] = Placed(model.points, model.normals)
-        return found
-
-    def _companions(self, frame: pv.PolyData, pose: Pose) -> Mapping[str, pv.PolyData]:
-        found = companion_meshes(self.face, frame, always=True)
-        matrix = pose.mandible
-        if np.array_equal(matrix, np.eye(4)):
-            return found
-        follow = {name for name, part in self.face.parts.items() if part.follows == "mandible"} | {*WITH_MANDIBLE}
-        for name in follow & found.keys():
-            mesh = found[name]
-            mesh.points = np.asarray(mesh.points) @ matrix[:3, :3].T + matrix[:3, 3]
-            if "Normals" in mesh.point_data:
-                mesh.point_data["Normals"] = np.asarray(mesh.point_data["Normals"]) @ matrix[:3, :3].T
         return found

@@ -42,21 +42,37 @@ MOUTH_ASIDE, MOUTH_REACH, ARCH = 0.2, 1.15, 0.55
 around which it slides.
 """
 
-PUFFED = 0.2
-"""Height of puffed cheeks at their highest."""
+PUFFED, PUFF_CENTRE = 0.19, np.array([0.0, 0.05, -0.8])
+"""Height of puffed cheeks at their highest, and the place, [lateral, up, forward], away from which the air pushes."""
 
-PUFF_WIDTH, PUFF_ABOVE, PUFF_BELOW, PUFF_DEPTH = 0.95, 0.6, 0.6, 0.75
-"""Half the width, and the heights and the depth of the region about the mouth that air under pressure fills."""
+PUFF_SIZE = np.array([1.15, 0.7, 0.48, 1.6])
+"""Half the width, the heights above and below and the depth of the room between cheeks and gums, about the mouth."""
+
+PUFF_EDGE = 0.35
+"""Share of that room, from its middle, in which the cheeks come out by their full height."""
+
+PUFF_LIPS, PUFF_MOUTH = 0.45, 0.35
+"""Share of the height that the ring of muscle around the mouth takes from the lips, and half the width of that ring."""
+
+PUFF_NOSE = np.array([[0.0, 0.62], [0.45, 0.45]])
+"""Middle and half axes, [lateral, up], of where the nose holds the skin."""
 
 SEALED_WITHIN, SEAL_REACH, SEAL_UP = 0.1, 0.95, 0.9
 """Lips at rest are this close at most; what the sealing of the lips moves lies this close to the mouth; and the share
 of the way back to rest that sealed lips take: the lower lip comes to the upper one.
 """
 
-ROLL_AXIS, ROLL_ANGLE, ROLL_SIZE = np.array([0.16, -0.09]), np.deg2rad(45.0), 0.2
-"""Height of the axis about which a lip rolls in, away from the line of the lips, and its depth; the angle; and the size
-of what rolls.
-"""
+ROLL_UPPER, ROLL_LOWER, ROLL_STEPS = 0.1, 0.125, 10
+"""Ways that the skin of the upper and of the lower lip goes when it rolls in, and the number of steps of that way."""
+
+ROLL_REACH = 0.5
+"""Distance from the line of the lips at which the skin no longer rolls in."""
+
+ROLL_LIFT = 0.01
+"""Way of a lip towards the other one while it rolls in, which it becomes thinner by."""
+
+SMOOTHED_OVER = 12
+"""Vertices over which the normals of a lip are averaged."""
 
 LIFTED, LIFT_SIZE = 0.09, np.array([0.3, 0.24, 0.4])
 """Way of an upper lip that a lower one pushes up, and the size of what goes along, [lateral, up, forward]."""
@@ -105,6 +121,11 @@ class Movements:
         """Places (n, 3) as [left, up, forward] from the middle of the lips, in distances between the pupils."""
         frame = self.face.frame
         return frame.local(self.face.points) - frame.local(lips_middle(self.face.landmarks))
+
+    @cached_property
+    def _scaled(self) -> Array:
+        """Points (n, 3) in distances between the pupils."""
+        return np.asarray(self.face.points / self.face.frame.pupil_distance)
 
     def _world(self, local: Array) -> Array:
         return np.asarray(local @ self.face.frame.axes * self.face.frame.pupil_distance)
@@ -159,37 +180,51 @@ class Movements:
         return self._world(moved)
 
     def puff(self) -> Array:
-        """Displacement (n, 3) of cheeks and lips under pressure from inside: a membrane held at the rim of the cheeks.
+        """Displacement (n, 3) of cheeks and lips that air pushes away from the teeth.
 
-        Its displacement u solves ``-laplace u = p n`` (p the pressure, n the normals), with u = 0 at the rim; the
-        lining behind the lips, on which the pressure does not act, goes along.
+        It is a smooth field of the place alone, so that lips stay on each other and their lining goes along.
         """
-        face, local = self.face, self._local
-        tall = np.where(local[:, 1] > 0.0, PUFF_ABOVE, PUFF_BELOW)
-        ways = np.stack([local[:, 0] / PUFF_WIDTH, local[:, 1] / tall, np.minimum(local[:, 2], 0.0) / PUFF_DEPTH])
-        away = np.linalg.norm(ways, axis=0)
-        pressure = (1.0 - smoothstep((away - 0.6) / 0.4)) * (face.cavities.depth(face.points) <= 0.0)
-        normals = vertex_normals(face.points, face.triangles)
-        field = _membrane(face.points, face.triangles, pressure[:, None] * normals, away > 1.0)
-        top = float(np.linalg.norm(field, axis=1).max())
-        return np.asarray(field / max(top, 1e-300) * PUFFED * face.frame.pupil_distance)
+        local = self._local
+        tall = np.where(local[:, 1] > 0.0, PUFF_SIZE[1], PUFF_SIZE[2])
+        ways = np.stack([local[:, 0] / PUFF_SIZE[0], local[:, 1] / tall, np.minimum(local[:, 2], 0.0) / PUFF_SIZE[3]])
+        away = np.cbrt((np.abs(ways) ** 3).sum(axis=0))
+        height = 1.0 - smoothstep((away - PUFF_EDGE) / (1.0 - PUFF_EDGE))
+        height *= smoothstep(np.linalg.norm((local[:, :2] - PUFF_NOSE[0]) / PUFF_NOSE[1], axis=1) / 0.6 - 0.4)
+        height *= 1.0 - PUFF_LIPS * np.exp(-((local[:, 0] / PUFF_MOUTH) ** 2))
+        outwards = (local - PUFF_CENTRE) * [1.0, 0.4, 1.0]
+        outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 0.3)
+        return self._world(PUFFED * height[:, None] * outwards)
 
     def roll_upper(self) -> Array:
         """Displacement (n, 3) of an upper lip that rolls in over the teeth."""
-        return self._rolled(1.0, 1.0 - self.lower)
+        return self._rolled(1.0, 1.0 - self.lower, ROLL_UPPER)
 
     def roll_lower(self) -> Array:
         """Displacement (n, 3) of a lower lip that rolls in over the teeth."""
-        return self._rolled(-1.0, self.lower)
+        return self._rolled(-1.0, self.lower, ROLL_LOWER)
 
-    def _rolled(self, sign: float, lip: Array) -> Array:
+    def _rolled(self, sign: float, lip: Array, amount: float) -> Array:
+        """Displacement (n, 3) of skin that slides along its own surface, over the margin of the lip, and inwards.
+
+        Each vertex goes ``dx/dt = x_hat × n(x)``, with the smoothed normals n of the lip at rest: down the skin of the
+        upper lip, back under its red, and up again behind it.
+        """
         local, half = self._local, self._half_width
-        y, z = sign * local[:, 1] - ROLL_AXIS[0], local[:, 2] - ROLL_AXIS[1]
-        outside = 1.0 - smoothstep(np.hypot(y, z) / ROLL_SIZE - 0.6)
-        weight = outside * lip * (1.0 - smoothstep((np.abs(local[:, 0]) / half - 0.35) / 0.75))
-        angle = ROLL_ANGLE * weight
-        cos, sin = np.cos(angle), np.sin(angle)  # towards the axis is up for the lower lip: its margin goes back
-        moved = np.stack([np.zeros(len(y)), sign * (cos * y - sin * z - y), sin * y + cos * z - z], axis=1)
+        beyond = smoothstep((np.abs(local[:, 0]) / half - 0.65) / 0.5)
+        far = smoothstep((np.hypot(local[:, 1], np.minimum(local[:, 2] + 0.1, 0.0)) - 0.2) / (ROLL_REACH - 0.2))
+        weight = lip * (1.0 - beyond) * (1.0 - far)
+        moving, near = np.flatnonzero(weight > 0.0), np.flatnonzero((lip > 0.5) & (np.abs(local).max(axis=1) < 1.0))
+        if not len(moving) or len(near) < SMOOTHED_OVER:
+            return np.zeros_like(local)
+        tree = cKDTree(local[near])
+        normals = (vertex_normals(self.face.points, self.face.triangles) @ self.face.frame.axes.T)[near]
+        places, step = local[moving].copy(), amount / ROLL_STEPS * weight[moving, None]
+        for _ in range(ROLL_STEPS):
+            normal = normals[tree.query(places, SMOOTHED_OVER)[1]].mean(axis=1)
+            along = sign * np.stack([np.zeros(len(places)), -normal[:, 2], normal[:, 1]], axis=1)
+            places += step * along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 0.3)
+        moved = np.zeros_like(local)
+        moved[moving] = places - local[moving] - [0.0, sign * ROLL_LIFT, 0.0] * weight[moving, None]
         return self._world(moved)
 
     def lift_upper(self) -> Array:
@@ -225,20 +260,26 @@ class Movements:
         all displacements that do so, this has the least squares of the Laplacian.
         """
         upper, lower = self._pairs
-        target, held = np.zeros_like(moved), np.zeros(len(moved), bool)
+        target, (free, bending, solve) = np.zeros(moved.shape), self._sealing
         target[lower] = (1.0 - SEAL_UP) * moved[upper] - moved[lower]
         target[upper] = -SEAL_UP * moved[upper]
-        held[upper] = held[lower] = True
+        target[free] = solve(-(bending[:, free].T @ (bending @ target)))
+        return target
+
+    @cached_property
+    def _sealing(self) -> tuple[IntArray, csr_array, Callable[[Array], Array]]:
+        """Vertices that follow sealed lips, the bending (n, n) of the skin, and what solves its least squares."""
+        held = np.zeros(len(self.face.points), bool)
+        held[np.concatenate(self._pairs)] = True
         near = np.linalg.norm(self._local, axis=1) < SEAL_REACH
         free = np.flatnonzero(near & ~held)
-        points = self.face.points / self.face.frame.pupil_distance
+        points = self._scaled
         area = vertex_areas(points, self.face.triangles)
         weights = diags_array(1.0 / np.sqrt(np.maximum(area, 1e-9)))
         bending = csr_array(weights @ cotangent_laplacian(points, self.face.triangles))
         system = bending[:, free]
         damped = system.T @ system + 1e-6 * diags_array(np.ones(len(free)))
-        target[free] = splu(damped.tocsc()).solve(-(system.T @ (bending @ target)))
-        return target
+        return free, bending, splu(damped.tocsc()).solve
 
     @cached_property
     def _half_width(self) -> float:
@@ -269,16 +310,6 @@ class Movements:
         touching = gap <= np.quantile(gap, 0.35)
         pairs = np.unique(pairs[touching], axis=0)
         return pairs[:, 0], pairs[:, 1]
-
-
-def _membrane(points: Array, triangles: npt.NDArray[np.int32], pressure: Array, held: npt.NDArray[np.bool_]) -> Array:
-    """Displacement (n, 3) of a membrane under pressure (n, 3) that is held at some vertices."""
-    laplacian, free = cotangent_laplacian(points, triangles), np.flatnonzero(~held)
-    out = np.zeros_like(points)
-    if len(free):
-        load = (vertex_areas(points, triangles)[:, None] * pressure)[free]
-        out[free] = splu(laplacian[free][:, free].tocsc()).solve(load)
-    return out
 
 
 ADDED: Mapping[str, Callable[[Movements, Array], Array]] = MappingProxyType(

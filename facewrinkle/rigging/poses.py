@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
-from ..geometry.laplacian import neighbour_mean
 from ..geometry.smoothstep import smoothstep
-from ..geometry.topology import unique_edges
 from ..motion.base import Undriven
 from ..motion.skin import Skin
 from .modelled import ADDED, Movements
@@ -27,8 +26,14 @@ BAND = 0.15
 the left and the right, in distances between the pupils.
 """
 
-SMOOTHINGS = 6
-"""Number of times that neighbours are averaged: skin that is pushed out takes the skin around along."""
+CLEARING = 0.0005
+"""Time of the step that takes skin out of eyes, teeth and the other lip where modelled movements have brought it, s."""
+
+INSIDE = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
+"""Barycentric coordinates of the points of a triangle that must clear the balls."""
+
+REACH = 0.4
+"""Skin that is pushed out of a ball takes along what lies within so many radii of the ball, of either lid."""
 
 GRAZING = 0.05
 """Lids may come closer to a ball than at rest by this, in mm, on their straight way from rest to a shape."""
@@ -69,11 +74,11 @@ class Held(Undriven):
 
     def reset(self) -> None:
         """Hold the face at rest."""
-        self.base, self.rates = self.points, np.zeros(len(self.names))
+        self.base, self.rates, self.mandible = self.points, np.zeros(len(self.names)), np.eye(4)
 
     def hold(self, pose: Pose) -> None:
         """Hold the face in a pose."""
-        self.base, self.rates = pose.base, pose.rates
+        self.base, self.rates, self.mandible = pose.base, pose.rates, pose.mandible
 
     def set_rates(self, rates: Array) -> None:
         """Do nothing: the rates are those of the pose."""
@@ -105,9 +110,8 @@ class Posing:
 
     def __init__(self, face: Face) -> None:
         self.face, self.rest = face, face.points * face.unit
-        self._skin = Skin(face, STEP)
+        self._skin, self._clearing = Skin(face, STEP), Skin(face, CLEARING)
         self._movements = Movements(face)
-        self._mean = neighbour_mean(unique_edges(face.triangles)[0], len(face.points))
 
     def neutral(self) -> Pose:
         """Return the face at rest."""
@@ -118,11 +122,7 @@ class Posing:
         rates = np.zeros(len(self._skin.names))
         modelled: dict[tuple[str, Side | None], float] = {}
         for shape, weight in mixture.values():
-            units = {unit: weight * rate for unit, rate in shape.units.items()}
-            contracted = self._skin.rates_of(self.face.atlas.contractions(units))
-            if shape.side is not None:
-                contracted *= [not name.endswith("_r" if shape.side == "l" else "_l") for name in self._skin.names]
-            rates = np.maximum(rates, contracted)
+            rates = np.maximum(rates, contractions_of(self._skin, self.face, shape, weight))
             for name, share in shape.modelled.items():
                 key = name, shape.side
                 modelled[key] = max(modelled.get(key, 0.0), weight * share)
@@ -133,6 +133,9 @@ class Posing:
             moved = moved + share * own * ADDED[name](self._movements, moved)
             mandible += share * (self._movements.mandible(name) - np.eye(4))
         base = self.rest + self.face.unit * moved
+        if modelled:
+            self._clearing.set_rates(rates)
+            base = self.rest + self._clearing.cleared(base - self.rest)
         return Pose(self._clear_of_eyes(base), rates, mandible)
 
     def _settled(self, rates: Array) -> Array:
@@ -156,20 +159,41 @@ class Posing:
 
         A blend shape moves each vertex along a chord, and the skin of a lid goes along an arc around the ball.
         """
-        out = base.copy()
+        out, triangles = base.copy(), self.face.triangles
         for eye in self.face.eyes:
             centre, radius = eye.centre * self.face.unit, eye.radius * self.face.unit
-            start, end = self.rest - centre, base - centre
-            floor = np.minimum(np.minimum(np.linalg.norm(start, axis=1), np.linalg.norm(end, axis=1)), radius) - GRAZING
-            low = np.flatnonzero((_closest(start, end) < floor) & (np.linalg.norm(start, axis=1) < 2.0 * radius))
-            if len(low):
-                lift = np.zeros(len(base))
-                lift[low] = _lifts(start[low], end[low], floor[low])
-                smooth = lift
-                for _ in range(SMOOTHINGS):
-                    smooth = np.maximum(lift, self._mean @ smooth)
-                out += smooth[:, None] * end
+            near = triangles[(np.linalg.norm(self.rest - centre, axis=1) < 2.0 * radius)[triangles].any(axis=1)]
+            start, end = (np.einsum("bc,tcx->tbx", INSIDE, (x - centre)[near]) for x in (self.rest, base))
+            allowed = np.minimum(np.linalg.norm(start, axis=2), np.linalg.norm(end, axis=2))
+            floor = np.minimum(allowed, radius) - GRAZING
+            low = _closest(start, end) < floor
+            if not low.any():
+                continue
+            lifts, lift = np.zeros(low.shape), np.zeros(len(base))
+            lifts[low] = _lifts(start[low], end[low], floor[low])
+            for corner in range(3):
+                np.maximum.at(lift, near[:, corner], (lifts * (INSIDE[:, corner] > 0.0)).max(axis=1))
+            out += _spread(lift, base, REACH * radius)[:, None] * (base - centre)
         return out
+
+
+def contractions_of(skin: Skin, face: Face, shape: Shape, weight: float) -> Array:
+    """Return the contraction rates (k,) of a shape at a weight, of the muscles of its side alone.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> skin = Skin(face, STEP)
+    >>> rates = contractions_of(skin, face, Shape({"AU12": 1.0}, side="l"), 0.5)
+    >>> [name for name, rate in zip(skin.names, rates, strict=True) if rate]
+    ['zygomaticus_major_l']
+    """
+    units = {unit: weight * rate for unit, rate in shape.units.items()}
+    rates = skin.rates_of(face.atlas.contractions(units))
+    if shape.side is not None:
+        rates *= [not name.endswith("_r" if shape.side == "l" else "_l") for name in skin.names]
+    return rates
 
 
 def share_of_side(face: Face, points: Array, side: Side | None) -> Array:
@@ -191,10 +215,26 @@ def share_of_side(face: Face, points: Array, side: Side | None) -> Array:
 
 
 def _closest(start: Array, end: Array) -> Array:
-    """Least distance (n,) from the origin of the ways (n, 3) from start to end."""
+    """Least distance (...) from the origin of the ways (..., 3) from start to end."""
     way = end - start
-    t = -(start * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-300)
-    return np.asarray(np.linalg.norm(start + np.clip(t, 0.0, 1.0)[:, None] * way, axis=1))
+    t = -(start * way).sum(axis=-1) / np.maximum((way * way).sum(axis=-1), 1e-300)
+    return np.asarray(np.linalg.norm(start + np.clip(t, 0.0, 1.0)[..., None] * way, axis=-1))
+
+
+def _spread(values: Array, points: Array, reach: float) -> Array:
+    """Return values (n,) that fall smoothly to 0 within a distance from each point (n, 3) that has one.
+
+    Examples
+    --------
+    >>> _spread(np.array([1.0, 0.0, 0.0]), np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), 2.0)
+    array([1. , 0.5, 0. ])
+    """
+    sources = np.flatnonzero(values)
+    pairs = cKDTree(points[sources]).sparse_distance_matrix(cKDTree(points), reach, output_type="ndarray")
+    out = values.copy()
+    shares = smoothstep(1.0 - pairs["v"] / reach)
+    np.maximum.at(out, pairs["j"], shares * values[sources[pairs["i"]]])
+    return out
 
 
 def _lifts(start: Array, end: Array, floor: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -31,6 +32,9 @@ Wrinkling = Literal["baked", "separate", "none"]
 CUT = 0.1
 """Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""
 
+HAIR_CUT = 0.2
+"""The same for brows and lashes, whose hairs are many, and lie on skin that hardly moves then."""
+
 RINGS = 2
 """The longest way of vertices within so many edges decides about fading: between crest and furrow a vertex hardly
 moves, but its normal turns.
@@ -53,6 +57,8 @@ MIXTURES: tuple[Mapping[str, float], ...] = (
     {"browInnerUp": 1.0, "browOuterUpLeft": 1.0, "browOuterUpRight": 1.0},
     {"browDownLeft": 1.0, "browDownRight": 1.0, "noseSneerLeft": 1.0, "noseSneerRight": 1.0},
     {"jawOpen": 0.6, "mouthSmileLeft": 1.0, "mouthSmileRight": 1.0},
+    {"jawOpen": 0.6, "mouthFunnel": 1.0},
+    {"jawOpen": 1.0, "mouthClose": 1.0},
     {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0, "mouthSmileLeft": 0.5, "mouthSmileRight": 0.5},
 )
 """Common mixtures, of which the report tells the error."""
@@ -213,13 +219,32 @@ class Rig:
         off = np.linalg.norm(ours - truth, axis=1)[moved]
         return RigError(float(off.mean()), float(off.max()), float(way[moved].mean()))
 
+    @property
+    def mixtures(self) -> list[Mapping[str, float]]:
+        """Weights of which :attr:`report` tells the error: each shape, half and full, and common mixtures."""
+        shapes = [name for name in self.names if name in self._shapes and not self._shapes[name].beyond]
+        asked: list[Mapping[str, float]] = [{name: weight} for name in shapes for weight in (0.5, 1.0)]
+        return asked + [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
+
     @cached_property
     def report(self) -> dict[str, RigError]:
         """Errors of each shape at half its weight and at full weight, and of common mixtures, by what was mixed."""
-        shapes = [name for name in self.names if name in self._shapes and not self._shapes[name].beyond]
-        asked: list[Mapping[str, float]] = [{name: weight} for name in shapes for weight in (0.5, 1.0)]
-        asked += [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
-        return {label(weights): self.error(weights) for weights in asked}
+        return {label(weights): self.error(weights) for weights in self.mixtures}
+
+
+def report_text(rig: Rig) -> str:
+    """Return the errors of a rig as JSON: of each shape and common mixture, in mm, with the mean way of the skin."""
+    errors = [
+        {
+            "weights": dict(weights),
+            "mean_mm": round(found.mean, 4),
+            "largest_mm": round(found.largest, 4),
+            "motion_mm": round(found.motion, 4),
+        }
+        for weights, found in zip(rig.mixtures, rig.report.values(), strict=True)
+    ]
+    content = {"shapes": list(rig.names), "left_out": dict(rig.left_out), "errors": errors}
+    return json.dumps(content, indent=1) + "\n"
 
 
 def label(weights: Mapping[str, float]) -> str:
@@ -304,9 +329,9 @@ def rig(
         bare.follow(baker)
         smooth = _fields(wanted, poses, neutral, bare, progress)
         fields, names = _separated(fields, smooth, names)
-    cut = CUT / face.unit
+    cuts = {part: (HAIR_CUT if part.split("_")[0] in HAIRY else CUT) / face.unit for part in fields}
     morphs = {
-        part: Morphs(tuple(names), *_faded(deltas, _kept(part, normals), baker.models[part].triangles, cut))
+        part: Morphs(tuple(names), *_faded(deltas, _kept(part, normals), baker.models[part].triangles, cuts[part]))
         for part, (deltas, normals) in fields.items()
     }
     return Rig(face, tuple(names), baker.models, morphs, left_out, wanted, posing, baker)

@@ -212,6 +212,8 @@ def _named(word: str, face: Face) -> Mapping[str, Shape]:
     single: dict[str, Shape] = {}
     for shapes in SETS.values():
         single |= {name: shape for name, shape in shapes.items() if name == word}
+    if not single and word in face.atlas.action_units:
+        return {word: Shape({word: 1.0})}
     if not single:
         raise unknown_name("set of shapes", word, _known_words())
     return single

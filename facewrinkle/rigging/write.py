@@ -10,10 +10,12 @@ from ..arguments import checked
 from ..export.gltf import gltf
 from ..export.meshes import upright_rotation
 from ..export.model import Model
+from ..export.usd import SUFFIXES as USD
+from ..export.usd import write_usd
 from ..mesh.files import output_file, written
 from .rig import Rig
 
-SUFFIXES = (".glb", ".gltf")
+SUFFIXES = (".glb", ".gltf", *USD)
 
 QUALITY = 92
 """Quality of photos."""
@@ -21,7 +23,7 @@ QUALITY = 92
 
 @checked
 def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
-    """Write a rig as glTF: all meshes with their shapes as morph targets, with morph normals.
+    """Write a rig as glTF or USD: all meshes with their shapes as morph targets, with morph normals.
 
     Every mesh has all shapes, in the same order, with their names in ``mesh.extras.targetNames``, as Blender, three.js,
     Unity and Unreal read them. Points are kept as they are, and nodes scale them to metres, as in
@@ -31,7 +33,7 @@ def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     ----------
     rig : Rig
     path : path
-        Ends in .glb or .gltf. An existing file is replaced.
+        Ends in .glb, .gltf, .usd, .usdc or .usda. An existing file is replaced. USD (UsdSkel) has no pictures.
     dense : bool
         Write every vertex of every shape. By default only those that move are written (sparse accessors), which a few
         importers do not read.
@@ -44,6 +46,8 @@ def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     ------
     OutputError
         If the file cannot be written.
+    MissingPackageError
+        For USD without usd-core (extra `export`).
 
     Examples
     --------
@@ -56,6 +60,10 @@ def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     'head.glb'
     """
     path = output_file(path, SUFFIXES)
+    if path.suffix.lower() in USD:
+        with written(path) as whole:
+            write_usd(whole, rig.parts, rig.face.unit, upright_rotation(rig.face), rig.morphs)
+        return path
     content = rig_bytes(rig, binary=path.suffix.lower() == ".glb", dense=dense)
     with written(path) as whole:
         whole.write_bytes(content)

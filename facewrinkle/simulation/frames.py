@@ -13,7 +13,7 @@ from ..anatomy.muscles import EyeMuscle, JawMuscle
 from ..geometry.refinement import RedGreenForest
 from ..layers.base import SurfacePoints
 from ..mesh import MUSCLES, POSE, UNIT, interpolated_point_data, refilled, refine_seams, to_polydata
-from ..mesh.arrays import GAZE, JAW, OF_PART, use_texture
+from ..mesh.arrays import GAZE, JAW, MANDIBLE, OF_PART, use_texture
 from ..motion.base import Motion
 
 Array = npt.NDArray[np.float64]
@@ -72,6 +72,8 @@ class FrameMaker:
         motion = self._motion
         if (pose := motion.pose) is not None:
             frame.field_data[POSE] = pose
+        if (mandible := getattr(motion, "mandible", None)) is not None:  # few motions have one
+            frame.field_data[MANDIBLE] = mandible
         for side, gaze in motion.gazes.items():
             frame.field_data[GAZE + side] = gaze[None]
         for name, part in motion.parts.items():

@@ -175,3 +175,15 @@ def test_a_depth_that_skin_does_not_allow_is_said_and_can_be_had(tmp_path, capsy
 def deepest_furrow(printed):
     """Millimetres in the table that a command prints."""
     return float(re.search(r"deepest furrow\D+([\d.]+) mm", printed)[1])
+
+
+def test_maps_of_an_expression(tmp_path, capsys):
+    quick = ["--frames", "4", "--max-level", "1", "--size", "60", "--no-movie", "--no-series"]
+    assert main(["express", "AU1", "--maps", "64", *quick, "--out", str(tmp_path)]) == 0
+    assert "AU1_normal.png, AU1_height.png, AU1_cavity.png, AU1_tension.png" in capsys.readouterr().out
+    assert {f"AU1_{name}" for name in ("normal.png", "height.png", "maps.obj", "maps.json")} <= {
+        path.name for path in tmp_path.iterdir()
+    }
+    assert main(["express", "AU1", "--maps", "100", *quick, "--out", str(tmp_path / "no")]) == 1
+    assert "power of two from 64 to 8192, received 100" in capsys.readouterr().err
+    assert not (tmp_path / "no").exists()

@@ -187,3 +187,30 @@ def test_shapes_in_place_of_an_animation(clip, tmp_path, capsys):
     told = " ".join(capsys.readouterr().out.split())
     assert "(1) browsUp" in told
     assert "animations 0" in told
+
+
+def test_a_take_of_a_phone_on_a_face(tmp_path, capsys):
+    take = tmp_path / "take.csv"
+    take.write_text("time,browInnerUp,tongueOut,HeadYaw,HeadPitch,HeadRoll\n0,0,0,0,0,0\n0.2,0.6,0,0.2,0,0\n")
+    options = ["--gain", "browInnerUp=1.5", "--identity", "age=0.5", "--no-series", *SMALL]
+    animation = tmp_path / "take.glb"
+    out = ["--out", str(tmp_path / "out"), "--save-animation", str(animation)]
+    assert main(["play", str(take), *options, *out]) == 0
+    said, told = capsys.readouterr()
+    assert "0.20 s, 5 steps" in said
+    assert "no wrinkles" not in told
+    assert animation.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["take.csv", "--mesh", "head"], "leave out --mesh"),
+        (["clip.glb", "--take-fps", "30"], "leave out --take-fps"),
+        (["clip.glb", "--identity", "age=1"], "leave out --identity"),
+        (["take.csv"], "no file"),
+    ],
+)
+def test_options_of_takes_and_of_clips(options, message, tmp_path, capsys):
+    assert main(["play", *options, "--out", str(tmp_path / "out")]) == 1
+    assert message in capsys.readouterr().err

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 from glb_files import read_glb
 
@@ -12,7 +14,16 @@ from facewrinkle.cli import main
 def test_a_rig_with_its_sheet_and_page(tmp_path, capsys):
     options = ["--shapes", "jawOpen+browInnerUp+tongueOut", "--level", "0", "--sheet", "--page", "--errors"]
     assert main(["rig", *options, "--out", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["head.glb", "head.html", "head_sheet.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "head.glb",
+        "head.html",
+        "head.rig.json",
+        "head_sheet.png",
+    ]
+    facts = json.loads((tmp_path / "head.rig.json").read_text())
+    assert [error["weights"] for error in facts["errors"]][:2] == [{"jawOpen": 0.5}, {"jawOpen": 1.0}]
+    assert all(0.0 <= error["mean_mm"] <= error["largest_mm"] for error in facts["errors"])
+    assert facts["left_out"] == {"tongueOut": "there is no tongue that moves"}
     said = capsys.readouterr().out
     for text in ("2, of 10 meshes", "tongueOut: there is no tongue", "mm on average", "head.glb"):
         assert text in said

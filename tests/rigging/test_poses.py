@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from analysis.oracle import DEEPEST, Oracle
 from facewrinkle.rigging.poses import Posing, _closest, _lifts, share_of_side
 from facewrinkle.rigging.shapes import ARKIT
 
@@ -17,6 +18,11 @@ FINITE = st.floats(-3.0, 3.0, allow_nan=False, width=32)
 @pytest.fixture(scope="module")
 def posing(face):
     return Posing(face)
+
+
+@pytest.fixture(scope="module")
+def oracle(face):
+    return Oracle(face)
 
 
 @given(arrays.arrays(float, (8, 3), elements=FINITE), arrays.arrays(float, (8, 3), elements=FINITE))
@@ -64,3 +70,16 @@ def test_shares_of_both_sides_add_up_to_one(face):
     np.testing.assert_allclose(left + right, 1.0, atol=1e-15)
     assert set(np.unique(left[np.abs(face.frame.local(face.points)[:, 0]) > 0.15])) == {0.0, 1.0}
     assert (share_of_side(face, face.points, None) == 1.0).all()
+
+
+@pytest.mark.parametrize(
+    "name", ["cheekPuff", "jawLeft", "mouthClose", "mouthLeft", "mouthRollLower", "mouthRollUpper"]
+)
+def test_modelled_movements_clear_teeth_and_lips_at_all_weights(face, posing, oracle, name):
+    pose = posing.at({name: (ARKIT[name], 1.0)})
+    full = face.jaw_angle(dict(zip(face.muscles, pose.rates, strict=True)))
+    for weight in (0.25, 0.5, 0.75, 1.0):
+        moved = posing.rest + weight * (pose.base - posing.rest)
+        found = oracle.findings(moved, weight * full)
+        assert max(found.lips, found.teeth, found.eyes) < DEEPEST
+        assert found.inverted == 0

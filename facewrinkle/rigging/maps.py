@@ -1,0 +1,349 @@
+"""Maps: the wrinkles of an expression as pictures, for meshes that are too coarse to hold them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from scipy.ndimage import distance_transform_edt, gaussian_filter
+
+from ..anatomy.face import Face
+from ..arguments import checked
+from ..errors import ParameterError, check_range, check_whole, warn
+from ..export import write_mesh
+from ..export.model import Model, skin_model
+from ..geometry import _texel_kernels as kernels
+from ..geometry.normals import vertex_areas
+from ..layers.base import Layer
+from ..mesh.files import written
+from ..mesh.seams import corner_texture
+from ..simulation import Refinement, Simulation
+
+Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+OVERLAP = 0.02
+"""Share of the texels on which several triangles may lie before a word is said."""
+
+MARGIN = 16
+"""Texels around each island that are filled with the nearest value, for filters and small versions of a map."""
+
+CAVITY_REACH = 1.5
+"""Standard deviation of the heights around with which the height of a place is compared for a cavity, mm."""
+
+TENSION_MOST = 0.5
+"""Shortening or lengthening of the skin that is white in a map of tension."""
+
+CHART_CENTRE = np.array([0.0, -0.5, -1.0])
+"""Middle of the head, [left, up, forward] from between the eyes, around which the chart of the face is laid, in
+distances between the pupils.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Maps:
+    """Maps of an expression, on the texture coordinates of a face; the first row is the uppermost.
+
+    Attributes
+    ----------
+    normal : ndarray of uint8, shape (h, w, 3)
+        Normals of the wrinkles in the tangent space of the smooth skin in this expression, green upwards (+Y, as in
+        OpenGL, glTF, Blender and Unity).
+    height : ndarray of uint16, shape (h, w)
+        Heights of the wrinkles from -`most` to `most` mm; 32768 is none.
+    cavity : ndarray of uint8, shape (h, w)
+        Dark in furrows, light on ridges, 128 in between.
+    tension : ndarray of uint8, shape (h, w, 3)
+        Red where the skin is shorter than at rest, green where it is longer: white is a half.
+    most : float
+        Of the heights, mm.
+    smooth : PolyData
+        The skin in this expression without wrinkles, with the texture coordinates of the maps.
+    rest : PolyData
+        The same at rest.
+    covered : ndarray of bool, shape (h, w)
+        Texels that lie on the skin.
+    """
+
+    normal: npt.NDArray[np.uint8]
+    height: npt.NDArray[np.uint16]
+    cavity: npt.NDArray[np.uint8]
+    tension: npt.NDArray[np.uint8]
+    most: float
+    smooth: pv.PolyData
+    rest: pv.PolyData
+    covered: npt.NDArray[np.bool_]
+
+
+@checked
+def bake_maps(
+    face: Face,
+    expression: str | Mapping[str, float],
+    intensity: float = 1.0,
+    size: int = 1024,
+    layers: Sequence[Layer] | None = None,
+) -> Maps:
+    """Bake the wrinkles of an expression into maps for the face's own triangles.
+
+    Each texel's place on the refined skin is known, as its triangles lie in those of the face: nothing is searched for
+    along rays, which go astray at lips and lids.
+
+    Parameters
+    ----------
+    face : Face
+        With texture coordinates in [0, 1]. Without any, those of a chart around the head are made: the whole face lies
+        on it once; what is behind lips and in nostrils is not drawn.
+    expression : str or mapping
+        As for :meth:`facewrinkle.Simulation.express`.
+    intensity : float
+    size : int
+        Width and height, texels.
+    layers : sequence of Layer, optional
+        Default: the folds of a :class:`facewrinkle.Simulation`.
+
+    Returns
+    -------
+    Maps
+
+    Raises
+    ------
+    ParameterError
+        For texture coordinates outside [0, 1], and sizes that are no power of two from 64 to 8192.
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        If triangles overlap on the texture.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> maps = bake_maps(fw.default_face(), "surprise", size=256)
+    >>> maps.normal.shape, maps.most > 0.3
+    ((256, 256, 3), True)
+    """
+    size = check_map_size(size)
+    check_range("intensity", intensity, 0.0, 1.0)
+    own = corner_texture(face.mesh)
+    if own is not None and (own.min() < -1e-6 or own.max() > 1.0 + 1e-6):
+        raise ParameterError(
+            f"maps need texture coordinates in [0, 1], received some from {own.min():.3g} to {own.max():.3g}. "
+            "Move the islands of all tiles into one, or cut the mesh by tiles."
+        )
+    wrinkled = Simulation(face, layers=layers)
+    bare = Simulation(face, Refinement(max_level=0), layers=[], motion=wrinkled.motion)
+    wrinkled.express(expression, intensity)
+    fine = wrinkled.settle()
+    smooth = _held(bare, wrinkled)
+    rest = face.mesh.copy()
+    if own is None:
+        for mesh in (rest, smooth, fine):
+            start = np.asarray(mesh.point_data["rest"]) if "rest" in mesh.point_data else np.asarray(mesh.points)
+            mesh.active_texture_coordinates = _around_head(face, start)
+        fine = _visible_first(fine, face)
+        smooth = _visible_first(smooth, face)
+    return _baked(face, fine, smooth, rest, size)
+
+
+def check_map_size(size: int) -> int:
+    """Return the width of a map, a power of two from 64 to 8192; raise a ParameterError for another."""
+    size = check_whole("the size of a map", size, 64, 8192, "Maps are squares.")
+    if size & (size - 1):
+        raise ParameterError(f"the size of a map must be a power of two from 64 to 8192, received {size}.")
+    return size
+
+
+def _held(bare: Simulation, wrinkled: Simulation) -> pv.PolyData:
+    """Return the frame without wrinkles of the pose that another simulation holds."""
+    rates = wrinkled.motion.rates.copy()
+    bare.contract(dict(zip(wrinkled.muscles, rates.tolist(), strict=True)))
+    return bare.settle()
+
+
+def _around_head(face: Face, points: Array) -> Array:
+    """Return places (n, 2) on a chart: directions from the middle of the head, in Lambert's azimuthal projection."""
+    local = face.frame.local(points) - CHART_CENTRE
+    local /= np.linalg.norm(local, axis=1, keepdims=True)
+    half = 0.5 / np.sqrt(2.0 * np.maximum(1.0 + local[:, 2:], 1e-6))
+    return np.asarray(0.5 + np.clip(0.999 * half * local[:, :2], -0.5, 0.5))
+
+
+def _visible_first(mesh: pv.PolyData, face: Face) -> pv.PolyData:
+    """Return a mesh whose outer triangles come last, so that these are drawn over the ones behind."""
+    triangles = np.asarray(mesh.regular_faces)
+    away = np.linalg.norm(face.frame.local(np.asarray(mesh.point_data["rest"])) - CHART_CENTRE, axis=1)
+    out = mesh.copy()
+    out.regular_faces = triangles[np.argsort(away[triangles].mean(axis=1), kind="stable")]
+    return out
+
+
+class Texels:
+    """The texels that the triangles of a mesh cover.
+
+    Parameters
+    ----------
+    corners : ndarray, shape (m, 3, 2)
+        Texture coordinates, v upwards.
+    size : int
+
+    Examples
+    --------
+    >>> texels = Texels(np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]]), 2)
+    >>> texels.of(np.array([[0, 1, 2]]), np.array([0.0, 1.0, 2.0])).round(2)
+    array([[1.75, 0.  ],
+           [0.75, 1.25]])
+    """
+
+    def __init__(self, corners: Array, size: int) -> None:
+        self.triangle = np.full((size, size), -1, np.int64)
+        self.shares, self.hits = np.zeros((size, size, 3)), np.zeros((size, size), np.int64)
+        kernels.rasterise(np.ascontiguousarray(corners * size), self.triangle, self.shares, self.hits)
+        for values in (self.triangle, self.shares, self.hits):
+            values[:] = values[::-1].copy()  # the first row of a picture is the uppermost
+        self.covered = self.triangle >= 0
+
+    def of(self, triangles: IntArray, values: Array) -> Array:
+        """Return values (n, ...) of vertices, interpolated at the texels, 0 where there is no triangle."""
+        out = np.zeros((*self.triangle.shape, *values.shape[1:]))
+        chosen = values[triangles[self.triangle[self.covered]]]
+        out[self.covered] = np.einsum("tc,tc...->t...", self.shares[self.covered], chosen)
+        return out
+
+
+def _baked(face: Face, fine: pv.PolyData, smooth: pv.PolyData, rest: pv.PolyData, size: int) -> Maps:
+    corners, coarse = corner_texture(fine), corner_texture(smooth)
+    assert corners is not None
+    assert coarse is not None
+    texels, below = Texels(corners, size), Texels(coarse, size)
+    several = _shared_places(below)
+    if several > OVERLAP and corner_texture(face.mesh) is not None:
+        warn(
+            f"on {100.0 * several:.0f} % of the texture several triangles lie on each other, such as halves that share "
+            "a place: the maps hold one of them. Lay the islands side by side for both."
+        )
+    covered = texels.covered & below.covered
+    triangles, base = np.asarray(fine.regular_faces, np.int64), np.asarray(smooth.regular_faces, np.int64)
+    height = np.where(covered, texels.of(triangles, np.asarray(fine["W"], np.float64)), 0.0)
+    normal = _in_tangent_space(
+        texels.of(triangles, np.asarray(fine.point_data["Normals"], np.float64)), below, skin_model(smooth, None)
+    )
+    normal[~covered] = [0.0, 0.0, 1.0]
+    start, end = (np.asarray(mesh.points, np.float64) for mesh in (rest, smooth))
+    longer = np.sqrt(vertex_areas(end, base) / np.maximum(vertex_areas(start, base), 1e-300)) - 1.0
+    tension = np.clip(below.of(base, np.stack([-longer, longer], axis=1)) / TENSION_MOST, 0.0, 1.0)
+    most = max(float(np.abs(height).max()), 1e-6)
+    per_texel = float(np.sqrt(vertex_areas(start, base).sum() * face.unit**2 / max(below.covered.sum(), 1)))
+    around = gaussian_filter(height, CAVITY_REACH / per_texel)
+    nearest = _nearest(covered)
+    return Maps(
+        _bytes(0.5 + 0.5 * normal)[nearest],
+        np.rint(32768.0 + 32767.0 * height / most).astype(np.uint16)[nearest],
+        _bytes(0.5 + 0.5 * np.clip((height - around) / (0.5 * most), -1.0, 1.0) * (128.0 / 127.5))[nearest],
+        _bytes(np.concatenate([tension, np.zeros((size, size, 1))], axis=2))[nearest],
+        most,
+        smooth,
+        rest,
+        covered,
+    )
+
+
+def _shared_places(texels: Texels) -> float:
+    """Return the share of the covered texels on which several triangles lie."""
+    return float((texels.hits[texels.covered] > 1).mean()) if texels.covered.any() else 0.0
+
+
+def _in_tangent_space(normals: Array, texels: Texels, model: Model) -> Array:
+    """Return normals (h, w, 3) relative to the frames of a smooth mesh that programs make from its texture."""
+    assert model.uv is not None
+    tangent, sign = tangents_of(model)
+    shading, along = texels.of(model.triangles, model.normals), texels.of(model.triangles, tangent)
+    across = np.cross(shading, along) * np.sign(texels.of(model.triangles, sign))[..., None]
+    local = np.stack([(axis * normals).sum(axis=-1) for axis in (along, across, shading)], axis=-1)
+    return np.asarray(local / np.maximum(np.linalg.norm(local, axis=-1, keepdims=True), 1e-12))
+
+
+def tangents_of(model: Model) -> tuple[Array, Array]:
+    """Return unit tangents (n, 3) along u, and the sign (n,) of ``normal × tangent`` along v, of the vertices.
+
+    Examples
+    --------
+    >>> points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> up, one = np.tile([0.0, 0, 1], (3, 1)), np.array([[0, 1, 2]])
+    >>> tangent, sign = tangents_of(Model(points, up, one, np.arange(3), points[:, :2], None, None))
+    >>> tangent[0].tolist(), float(sign[0])
+    ([1.0, 0.0, 0.0], 1.0)
+    """
+    assert model.uv is not None
+    p, uv = model.points[model.triangles], model.uv[model.triangles]
+    e1, e2, d1, d2 = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0], uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    turned = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
+    side = np.sign(turned)[:, None]
+    ways = side * (d2[:, 1:] * e1 - d1[:, 1:] * e2), side * (d1[:, :1] * e2 - d2[:, :1] * e1)
+    sums = []
+    for way in ways:
+        way = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+        total = np.zeros_like(model.points)
+        for corner in range(3):
+            np.add.at(total, model.triangles[:, corner], way)
+        sums.append(total)
+    tangent = sums[0] - (sums[0] * model.normals).sum(axis=1, keepdims=True) * model.normals
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-300)
+    sign = np.where((np.cross(model.normals, tangent) * sums[1]).sum(axis=1) < 0.0, -1.0, 1.0)
+    return tangent, sign
+
+
+def _bytes(values: Array) -> npt.NDArray[np.uint8]:
+    return np.rint(255.0 * np.clip(values, 0.0, 1.0)).astype(np.uint8)
+
+
+def _nearest(covered: npt.NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
+    """Return the row and column of the covered texel that each texel near an island takes its value from."""
+    distance, (rows, columns) = distance_transform_edt(~covered, return_indices=True)
+    far = distance > MARGIN
+    own = np.indices(covered.shape)
+    return np.where(far, own[0], rows), np.where(far, own[1], columns)
+
+
+@checked
+def write_maps(maps: Maps, path: str | Path) -> list[Path]:
+    """Write maps as PNG files, the smooth mesh that they belong to, at rest, as OBJ, and what the numbers mean as JSON.
+
+    Parameters
+    ----------
+    maps : Maps
+    path : path
+        Beginning of the names: ``brows`` makes ``brows_normal.png``, ``brows_height.png`` and so on.
+
+    Returns
+    -------
+    list of pathlib.Path
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written.
+    """
+    from PIL import Image as Pillow
+
+    path, files = Path(path), []
+    for name in ("normal", "height", "cavity", "tension"):
+        files.append(path.with_name(f"{path.name}_{name}.png"))
+        with written(files[-1]) as whole:
+            Pillow.fromarray(getattr(maps, name)).save(whole, format="PNG")
+    rest = maps.rest.copy()
+    files.append(write_mesh(rest, path.with_name(f"{path.name}_maps.obj")))
+    files.append(path.with_name(f"{path.name}_maps.json"))
+    facts = {
+        "normal": {"space": "tangent", "green": "up"},
+        "height": {"mm_at_65535": maps.most, "mm_at_0": -maps.most, "zero": 32768},
+        "cavity": {"zero": 128},
+        "tension": {"red": "compression", "green": "stretch", "at_255": TENSION_MOST},
+    }
+    with written(files[-1]) as whole:
+        whole.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
+    return files

@@ -1,0 +1,153 @@
+"""Maps of wrinkles.
+
+what           checked against
+normals        normals of the refined geometry, and a naive search of the triangles below
+heights        the field W of the refined skin, at its vertices
+tangents       a plane that is turned and mirrored
+"""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleWarning, ParameterError
+from facewrinkle.export.model import Model, skin_model
+from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.mesh.seams import corner_texture
+from facewrinkle.rigging.maps import Texels, _around_head, _shared_places, tangents_of
+
+SIZE = 1024
+
+
+@pytest.fixture(scope="module")
+def raised(face):
+    """Maps of raised brows, and the refined skin."""
+    sim = fw.Simulation(face)
+    sim.express("AU1")
+    return fw.bake_maps(face, "AU1", size=SIZE), sim.settle()
+
+
+def barycentric(corners, place):
+    """Naive barycentric coordinates (m, 3) of a place in triangles (m, 3, 2)."""
+    system = np.concatenate([corners.transpose(0, 2, 1), np.ones((len(corners), 1, 3))], axis=1)
+    solvable = np.abs(np.linalg.det(system)) > 1e-12
+    out = np.full((len(corners), 3), np.nan)
+    out[solvable] = np.linalg.solve(system[solvable], np.array([[*place, 1.0]]).T)[..., 0]
+    return out
+
+
+def test_the_normal_map_on_the_smooth_mesh_shows_the_refined_skin(raised):
+    maps, fine = raised
+    chart, triangles = corner_texture(fine), np.asarray(fine.regular_faces)
+    model = skin_model(maps.smooth, None)
+    base, coarse = model.triangles, model.uv
+    tangent, sign = tangents_of(model)
+    folded = np.flatnonzero((np.abs(fine["W"][triangles]) > 0.2).all(axis=1))
+    chosen = np.random.default_rng(0).choice(folded, 150, replace=False)
+    points = np.asarray(fine.points, float)
+    geometric = vertex_normals(points, triangles)
+    off, flat = [], []
+    for k in chosen:
+        place = chart[k].mean(axis=0)
+        true = geometric[triangles[k]].mean(axis=0)
+        true /= np.linalg.norm(true)
+        shares = barycentric(coarse[base], place)
+        (host, *_) = np.flatnonzero((shares > -1e-9).all(axis=1))
+        t, n = (shares[host] @ values[base[host]] for values in (tangent, model.normals))
+        column, row = (place * SIZE).astype(int)
+        x, y, z = maps.normal[SIZE - 1 - row, column] / 127.5 - 1.0
+        shown = x * t + y * sign[base[host, 0]] * np.cross(n, t) + z * n
+        angles = [np.degrees(np.arccos(np.clip(m / np.linalg.norm(m) @ true, -1, 1))) for m in (shown, n)]
+        off.append(angles[0])
+        flat.append(angles[1])
+    assert np.mean(off) < 5.0
+    assert np.mean(flat) > 2.0 * np.mean(off)  # what the smooth mesh alone shows
+
+
+def test_heights_are_those_of_the_skin(raised):
+    maps, fine = raised
+    column, row = np.minimum(np.asarray(fine.active_texture_coordinates) * SIZE, SIZE - 1).astype(int).T
+    shown = (maps.height[SIZE - 1 - row, column] / 65535.0 * 2.0 - 1.0) * maps.most
+    folded = np.abs(fine["W"]) > 0.1
+    assert np.corrcoef(shown[folded], fine["W"][folded])[0, 1] > 0.98
+    assert maps.most == pytest.approx(np.abs(fine["W"]).max(), rel=0.1)
+    deep = folded & (fine["W"] < -0.3)
+    assert maps.cavity[SIZE - 1 - row, column][deep].mean() < 100
+    forehead = maps.tension[SIZE - 1 - row, column][deep]
+    assert forehead[:, 0].mean() > forehead[:, 1].mean() + 20
+
+
+def test_tangents_follow_the_texture():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    up, one = np.tile([0.0, 0.0, 1.0], (3, 1)), np.array([[0, 1, 2]])
+    for uv, along, sign in (
+        (points[:, [1, 0]] * [1, -1] + [0, 1], [0, 1, 0], 1.0),
+        (points[:, :2] * [-1, 1] + [1, 0], [-1, 0, 0], -1.0),
+    ):
+        tangent, found = tangents_of(Model(points, up, one, np.arange(3), uv, None, None))
+        np.testing.assert_allclose(tangent, np.tile(along, (3, 1)), atol=1e-12)
+        np.testing.assert_array_equal(found, sign)
+
+
+def test_texels_are_in_one_triangle_each():
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])
+    texels = Texels(square[triangles], 33)
+    assert texels.covered.all()
+    middles = (np.arange(33) + 0.5) / 33
+    np.testing.assert_allclose(texels.of(triangles, square)[..., 0], np.tile(middles, (33, 1)), atol=1e-12)
+    np.testing.assert_allclose(texels.of(triangles, square)[..., 1], np.tile(middles[::-1, None], (1, 33)), atol=1e-12)
+    assert _shared_places(texels) == pytest.approx(1 / 33)  # the diagonal
+    assert _shared_places(Texels(np.concatenate([square[triangles]] * 2), 33)) == 1.0
+
+
+def test_files_of_maps(raised, tmp_path):
+    maps, _ = raised
+    files = {path.name: path for path in fw.write_maps(maps, tmp_path / "brows")}
+    assert set(files) == {f"brows_{n}" for n in ("normal.png", "height.png", "cavity.png", "tension.png")} | {
+        "brows_maps.obj", "brows_maps.json",
+    }  # fmt: skip
+    with Image.open(files["brows_height.png"]) as picture:
+        np.testing.assert_array_equal(np.asarray(picture, np.uint16), maps.height)
+    assert json.loads(files["brows_maps.json"].read_text())["height"]["mm_at_65535"] == maps.most
+    mesh = fw.read_surface(files["brows_maps.obj"])
+    np.testing.assert_allclose(mesh.points, maps.rest.points, rtol=1e-6)
+    np.testing.assert_allclose(mesh.active_texture_coordinates, maps.rest.active_texture_coordinates, atol=1e-6)
+
+
+def test_a_face_without_texture_coordinates_gets_a_chart():
+    face = fw.default_face()
+    face.mesh.GetPointData().SetTCoords(None)
+    for name in set(face.mesh.point_data) | set(face.mesh.cell_data):
+        if "Texture" in name:
+            (face.mesh.point_data if name in face.mesh.point_data else face.mesh.cell_data).remove(name)
+    assert corner_texture(face.mesh) is None
+    maps = fw.bake_maps(face, "AU1", size=512)
+    chart = _around_head(face, face.points)
+    np.testing.assert_allclose(maps.rest.active_texture_coordinates, chart, atol=1e-6)
+    # The middle of the projection keeps areas: seen from the head's centre, a part of the chart is as large as a share
+    # of the sphere, so that the half in front fills half of the disc.
+    local = face.frame.local(face.points) - [0.0, -0.5, -1.0]
+    front = local[:, 2] > 0.0
+    away = np.linalg.norm(chart - 0.5, axis=1)
+    assert away[front].max() < 0.5 * np.sqrt(0.5) < away[~front].min() + 1e-3
+    row, column = np.unravel_index(np.argmin(maps.height), maps.height.shape)
+    assert row < 230  # the forehead is above the middle of the chart
+    assert abs(column - 256) < 60
+
+
+def test_what_cannot_be_baked_is_refused():
+    face = fw.default_face()
+    with pytest.raises(ParameterError, match="power of two"):
+        fw.bake_maps(face, "AU1", size=1000)
+    face.mesh.active_texture_coordinates = 2.0 * _around_head(face, face.points)
+    with pytest.raises(ParameterError, match=r"coordinates in \[0, 1\], received some from .* to [12]"):
+        fw.bake_maps(face, "AU1", size=64)
+    face.mesh.active_texture_coordinates = np.abs(_around_head(face, face.points) - [0.5, 0.0])
+    with pytest.warns(FaceWrinkleWarning, match="several triangles lie on each other"):
+        fw.bake_maps(face, "AU1", size=64)

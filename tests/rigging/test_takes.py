@@ -1,0 +1,160 @@
+"""Takes: what is read from tables and JSON, when, and what is refused.
+
+what                checked against
+time codes          seconds that were written as codes
+JSON                the same take as a table
+turns of the head   rotation matrices
+"""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError, UnknownNameError
+from facewrinkle.rigging.shapes import ARKIT
+
+HEAD = ["HeadYaw", "HeadPitch", "HeadRoll"]
+PHONE = [name[0].upper() + name[1:] for name in ARKIT] + HEAD + [f"{s}Eye{t}" for s in ("Left", "Right") for t in
+         ("Yaw", "Pitch", "Roll")]  # fmt: skip
+
+
+def code(time, rate, hour=10):
+    """A time after 10:59:58 as hours, minutes, seconds and frames."""
+    seconds, frames = divmod(time * rate + 1e-6, rate)
+    total = int(seconds) + 58
+    return f"{hour + (59 * 60 + total) // 3600:02d}:{(59 + total // 60) % 60:02d}:{total % 60:02d}:{frames:06.3f}"
+
+
+def written(path, text):
+    path.write_text(text)
+    return path
+
+
+@pytest.fixture
+def phone(tmp_path):
+    """A take as Live Link Face writes it, of 3 s at 60 Hz, with a frame without a face; its times and its weights."""
+    times = np.arange(180) / 60.0
+    values = np.random.default_rng(0).uniform(size=(180, len(PHONE))).round(4)
+    rows = [f"{code(t, 60)},{len(PHONE)}," + ",".join(map(str, row)) for t, row in zip(times, values, strict=True)]
+    rows[7] = f"{code(times[7], 60)},0"
+    text = "\n".join([f"Timecode,BlendShapeCount,{','.join(PHONE)}", *rows])
+    return written(tmp_path / "take.csv", text), np.delete(times, 7), np.delete(values, 7, axis=0)
+
+
+def test_the_table_of_a_phone(phone):
+    path, times, values = phone
+    with pytest.warns(FaceWrinkleWarning, match=r"1 of 180 frames lack values"):
+        take = fw.read_take(path)
+    assert take.names == tuple(ARKIT)
+    np.testing.assert_allclose(take.times, times, atol=1e-4)
+    np.testing.assert_array_equal(take.weights, values[:, : len(ARKIT)])
+    np.testing.assert_allclose(take.head, values[:, len(ARKIT) : len(ARKIT) + 3])
+
+
+@pytest.mark.parametrize("rate", [24, 25, 30, 60])
+def test_time_codes_count_frames(tmp_path, rate):
+    times = np.arange(2 * rate) / rate
+    path = written(tmp_path / "a.csv", "Timecode,jawOpen\n" + "\n".join(f"{code(t, rate)},0.5" for t in times))
+    np.testing.assert_allclose(fw.read_take(path).times, times, atol=1e-4)
+    assert fw.read_take(path, fps=2 * rate).duration < 0.9 * times[-1] + 0.1
+
+
+@pytest.mark.parametrize(
+    ("text", "names", "weights", "duration"),
+    [
+        ("time;Jaw_Open;eyeBlink_L\n0;0,25;0\n0,5;1;0,5\n", ("jawOpen", "eyeBlinkLeft"), [[0.25, 0], [1, 0.5]], 0.5),
+        ("jawOpen\t_neutral\n0.1\t0.9\n0.2\t0.9\n0.3\t1\n", ("jawOpen",), [[0.1], [0.2], [0.3]], 2 / 30),
+        (" timestamp, AU01_r, AU12_r\n0.0, 2.5, 0\n0.1, 5, 1\n", ("AU1", "AU12"), [[0.5, 0], [1, 0.2]], 0.1),
+        ("timestampMs,viseme_aa\n100,0\n133,1\n", ("viseme_aa",), [[0.0], [1.0]], 0.033),
+    ],
+)  # fmt: skip
+def test_tables_of_others(tmp_path, text, names, weights, duration):
+    take = fw.read_take(written(tmp_path / "take.txt", text))
+    assert take.names == names
+    np.testing.assert_allclose(take.weights, weights)
+    assert take.duration == pytest.approx(duration)
+
+
+def test_all_ways_to_write_json_say_the_same(tmp_path):
+    weights = {"jawOpen": [0.0, 0.5], "mouthSmileLeft": [1.0, 0.25]}
+    frames = [dict(zip(weights, row, strict=True)) for row in zip(*weights.values(), strict=True)]
+    turn = Rotation.from_euler("YXZ", [0.3, -0.2, 0.1])
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn.as_matrix(), [1.0, 2.0, -40.0]
+
+    def categories(frame, key):
+        return [{key: "_neutral", "score": 1e-6}, *({key: name, "score": x, "index": 3} for name, x in frame.items())]
+
+    browser = [
+        {
+            "timestamp": 40.0 * k,
+            "faceBlendshapes": [{"categories": categories(frame, "categoryName"), "headName": ""}],
+            "facialTransformationMatrixes": [{"rows": 4, "columns": 4, "data": matrix.T.ravel().tolist()}],
+        }
+        for k, frame in enumerate(frames)
+    ]
+    python = [categories(frame, "category_name") for frame in frames]
+    for number, content in enumerate([weights, frames, {"frames": frames}, browser, {"results": browser}, python]):
+        take = fw.read_take(written(tmp_path / f"{number}.json", json.dumps(content)))
+        assert take.names == tuple(weights)
+        np.testing.assert_array_equal(take.weights, np.array(list(weights.values())).T)
+        if content is browser:
+            assert take.duration == pytest.approx(0.04)
+            np.testing.assert_allclose(take.turn(0.02), turn.as_matrix(), atol=1e-12)
+        elif number < 3:
+            np.testing.assert_array_equal(take.turn(0.0), np.eye(3))
+
+
+def test_the_head_turns_to_where_it_is_said_to():
+    for angles, seen in (((0.5, 0, 0), [1, 0, 0]), ((0, 0.5, 0), [0, 1, 0])):
+        take = fw.Take(("jawOpen",), [0.0], [[0.0]], np.array([angles], float))
+        assert take.turn(0.0)[:, 2] @ seen == pytest.approx(np.sin(0.5))  # where the nose points: left, or up
+    rolled = fw.Take(("jawOpen",), [0.0], [[0.0]], np.array([[0.0, 0.0, 0.5]])).turn(0.0)
+    assert rolled[:, 1] @ [1, 0, 0] == pytest.approx(-np.sin(0.5))  # the crown goes to the subject's right
+
+
+def test_weights_are_clamped_once(tmp_path):
+    path = written(tmp_path / "a.csv", "jawOpen,mouthPucker\n-0.1,0\n1.5,0.5\n")
+    with pytest.warns(FaceWrinkleWarning, match=r"clamped, in 2 frames: jawOpen\.") as told:
+        take = fw.read_take(path)
+    assert len(told) == 1
+    np.testing.assert_array_equal(take.weights, [[0.0, 0.0], [1.0, 0.5]])
+    with pytest.raises(UnknownNameError, match="shape 'smile'"):
+        take.gained({"smile": 2.0})
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.csv", "Timecode,jawOpen\n", "has no frames"),
+        ("a.csv", "\n", "is empty"),
+        ("a.csv", "hair,nose\n1,2\n", "no column for a shape.*received hair, nose"),
+        ("a.csv", "time,jawOpen,mouthPucker\n0,1,1\n1,1,1,4\n", "row 3 has 4 columns, the first row has 3"),
+        ("a.csv", "time,jawOpen\n0,wide\n", "column jawOpen must hold numbers, received 'wide'"),
+        ("a.csv", "time,jawOpen\n0.2,1\n0.1,1\n", "row 3 comes before the one above"),
+        ("a.csv", "time,jawOpen\nnoon,1\n", "time codes such as .*received 'noon'"),
+        ("a.csv", "jawOpen,mouthPucker\n,1\n1,\n", "no frame with a weight for each"),
+        ("a.json", "{", "no JSON"),
+        ("a.json", "3", "has no frames"),
+        ("a.json", '{"jawOpen": [1, 2], "mouthPucker": [1]}', "same number of weights"),
+        ("a.bvh", "HIERARCHY", "takes are read from .csv"),
+    ],
+)
+def test_what_is_no_take_is_refused(tmp_path, name, text, message):
+    with pytest.raises(ParameterError, match=message):
+        fw.read_take(written(tmp_path / name, text))
+
+
+def test_damaged_files_are_refused(tmp_path):
+    with pytest.raises(MeshError, match="no file"):
+        fw.read_take(tmp_path / "lost.csv")
+    with pytest.raises(MeshError, match="makes no sense"):
+        fw.read_take(written(tmp_path / "a.json", '[{"categories": [{"categoryName": "jawOpen", "score": "x"}]}]'))
+    path = written(tmp_path / "a.csv", "jawOpen,hair\n1,long\n")
+    with pytest.warns(FaceWrinkleWarning, match="1 columns are no shapes, and are left out: hair"):
+        assert fw.read_take(path).names == ("jawOpen",)
