@@ -14,7 +14,7 @@ from ..plotting import save_picture
 from ..rigging import rig as make_rig
 from ..rigging import write_rig
 from ..rigging.page import write_page
-from ..rigging.rig import report_text
+from ..rigging.linear_rig import report_text
 from ..rigging.sheet import sheet as draw_sheet
 from .options import FaceOptions
 from .parsing import Whole

@@ -3,7 +3,7 @@
 from .maps import Maps, bake_maps, write_maps
 from .page import write_page
 from .performer import Performer
-from .rig import Rig, RigError, rig
+from .linear_rig import Rig, RigError, rig
 from .sheet import sheet
 from .takes import Take, read_take
 from .write import write_rig

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..arguments import checked
 from ..mesh.files import output_file, written
-from .rig import Rig
+from .linear_rig import Rig
 from .write import rig_bytes
 
 SUFFIXES = (".html",)

@@ -15,7 +15,7 @@ from ..plotting import Image, Style, side_by_side, stacked
 from ..plotting.textures import texture
 from ..plotting.views import aim
 from ..plotting.window import rendered
-from .rig import Rig
+from .linear_rig import Rig
 
 NamesProgress = Callable[[Iterable[str], str, int], Iterator[str]]
 

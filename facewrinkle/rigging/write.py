@@ -13,7 +13,7 @@ from ..export.model import Model
 from ..export.usd import SUFFIXES as USD
 from ..export.usd import write_usd
 from ..mesh.files import output_file, written
-from .rig import Rig
+from .linear_rig import Rig
 
 SUFFIXES = (".glb", ".gltf", *USD)
 

@@ -15,7 +15,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
-from facewrinkle.rigging.rig import BOTH_WAYS, _faded, label
+from facewrinkle.rigging.linear_rig import BOTH_WAYS, _faded, label
 
 
 def test_all_meshes_have_all_shapes(rig):
