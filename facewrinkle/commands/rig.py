@@ -13,8 +13,8 @@ from ..mesh.files import written
 from ..plotting import save_picture
 from ..rigging import rig as make_rig
 from ..rigging import write_rig
-from ..rigging.page import write_page
 from ..rigging.linear_rig import report_text
+from ..rigging.page import write_page
 from ..rigging.sheet import sheet as draw_sheet
 from .options import FaceOptions
 from .parsing import Whole

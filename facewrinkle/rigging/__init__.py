@@ -1,9 +1,9 @@
 """Rigs: a face with blend shapes that wrinkle, for other programs."""
 
+from .linear_rig import Rig, RigError, rig
 from .maps import Maps, bake_maps, write_maps
 from .page import write_page
 from .performer import Performer
-from .linear_rig import Rig, RigError, rig
 from .sheet import sheet
 from .takes import Take, read_take
 from .write import write_rig
