@@ -121,6 +121,20 @@ def frame():
     return last
 
 
+def take():
+    return fw.Take(("mouthSmileLeft",), np.array([0.0, 0.1]), np.array([[0.0], [0.5]]))
+
+
+def written_take(path):
+    path.write_text("time,jawOpen\n0,0\n0.1,0.5\n")
+    return path
+
+
+@cache
+def small_maps():
+    return fw.bake_maps(face(), "AU2", size=64)
+
+
 def seamed(corners):
     """Texture coordinates of which every other triangle has its own."""
     apart = corners.copy()
@@ -174,7 +188,9 @@ def examples(tmp_path):
         "face": face(), "frame": frame(), "landmarks": {k: np.array(v) for k, v in face().landmarks.items()},
         "unit": 1.0, "units": "mm", "rates": {"corrugator_l": 0.4}, "muscle": "frontalis_l", "what": {"AU12": 0.7},
         "identity": {"jaw": 0.3}, "changes": {"depth": 1.0}, "atlas": None, "estimated": (), "name": "frown",
-        "side": "l", "along": 0.5, "tears": [fw.DrippingTear(face(), "l")], "frames": 2,
+        "expression": "AU2", "displacement": np.zeros((face().mesh.n_points, 3)), "take": take(),
+        "names": ("jawOpen",), "maps": small_maps(), "side": "l", "along": 0.5,
+        "tears": [fw.DrippingTear(face(), "l")], "frames": 2,
         # files and pictures
         "path": tmp_path / "out.ply", "style": Style((48, 48)), "image": image, "factor": 2,
         "images": [image, image.copy()],
@@ -189,6 +205,9 @@ def examples(tmp_path):
 SHEET = (np.array([[-9.0, 0.0, 0.0], [9.0, 0.0, 0.0]]), np.array([[-9.0, 9.0, 0.0], [9.0, 9.0, 0.0]]))
 
 SPECIAL = {
+    "Take": lambda e: [e["names"], e["times"], e["weights"]],
+    "bake_maps": lambda e: [face(), e["what"], 1.0, 64],
+    "read_take": lambda e: [written_take(e["path"].with_suffix(".csv"))],
     "Found": lambda e: [e["landmarks"], {"nose_tip": 1.0}, (), 1.0, None],
     "Identity.of": lambda e: [e["identity"]],
     "SheddingTear": lambda e: [face(), None, np.array(face().landmarks["eye_l_outer"])],

@@ -200,6 +200,10 @@ def _atlas(path: Path | None) -> Atlas | None:
     return None if path is None else read_atlas(path)
 
 
+CLEARLY = 0.9
+"""Wrinkles fall and rise when they get shallower by this factor, or deeper by its inverse; less is the mesh's doing."""
+
+
 class Moment(NamedTuple):
     """A frame, its time, and the root mean square of the heights of its wrinkles in mm."""
 
@@ -220,20 +224,27 @@ class DeepestMoments:
     def __init__(self, count: int) -> None:
         self.count = count
         self._kept: list[Moment] = []
-        self._last: Moment | None = None
-        self._rising = True
+        self._deepest_yet: Moment | None = None
+        self._shallowest, self._rising = 0.0, True
 
     def add(self, time: float, frame: pv.PolyData) -> None:
-        """Look at the next frame; the one before is kept if wrinkles rose until then and fall now."""
-        now, last = Moment(_depth(frame), time, frame), self._last
-        if last is not None and self._rising and now.depth < last.depth:
-            self._kept = self._deepest([*self._kept, last])
-        self._rising = last is None or now.depth > last.depth or (self._rising and now.depth == last.depth)
-        self._last = now
+        """Look at the next frame; the deepest since wrinkles rose is kept when they have clearly fallen."""
+        now = Moment(_depth(frame), time, frame)
+        if self._rising:
+            if self._deepest_yet is None or now.depth >= self._deepest_yet.depth:
+                self._deepest_yet = now
+            elif now.depth < CLEARLY * self._deepest_yet.depth:
+                self._kept = self._deepest([*self._kept, self._deepest_yet])
+                self._shallowest, self._rising = now.depth, False
+        elif CLEARLY * now.depth > self._shallowest:
+            self._deepest_yet, self._rising = now, True
+        else:
+            self._shallowest = min(self._shallowest, now.depth)
 
     def found(self) -> list[Moment]:
         """Return the moments, from the first to the last."""
-        rest = [self._last] if self._last is not None and (self._rising or not self._kept) else []
+        last = self._deepest_yet
+        rest = [last] if last is not None and (self._rising or not self._kept) else []
         return self._deepest([*self._kept, *rest])
 
     def _deepest(self, moments: list[Moment]) -> list[Moment]:

@@ -68,6 +68,13 @@ class Maps:
         The same at rest.
     covered : ndarray of bool, shape (h, w)
         Texels that lie on the skin.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> maps = bake_maps(fw.default_face(), "surprise", size=64)
+    >>> maps.height.shape, maps.height.dtype.name, bool(0.2 < maps.covered.mean() < 1.0)
+    ((64, 64), 'uint16', True)
     """
 
     normal: npt.NDArray[np.uint8]
@@ -327,6 +334,15 @@ def write_maps(maps: Maps, path: str | Path) -> list[Path]:
     ------
     OutputError
         If a file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import facewrinkle as fw
+    >>> maps = bake_maps(fw.default_face(), "surprise", size=64)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     [file.name for file in write_maps(maps, Path(folder) / "brows")][:2]
+    ['brows_normal.png', 'brows_height.png']
     """
     from PIL import Image as Pillow
 

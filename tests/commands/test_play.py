@@ -56,11 +56,11 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, capsys):
     assert main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path), *SMALL]) == 0
     said, told = capsys.readouterr()
     assert "no wrinkles" not in told
-    assert {path.name for path in tmp_path.iterdir()} == {
-        "brows.mp4", "brows.vtkhdf", "brows.png", "brows_0.20s.png",
-    }  # fmt: skip
+    # Triangles change in every other frame: the deepest wrinkles may come a frame after the most motion.
+    (close,) = {path.name for path in tmp_path.iterdir()} - {"brows.mp4", "brows.vtkhdf", "brows.png"}
+    assert close in ("brows_0.20s.png", "brows_0.24s.png")
     assert pv.read_texture(tmp_path / "brows.png").to_array().shape[:2] == (132, 64)
-    for line in ("0.40 s, 10 steps", "0.20 s (", "4517 →"):
+    for line in ("0.40 s, 10 steps", f"{close[6:10]} s (", "4517 →"):
         assert line in said
     # The last frame of the series is the face at rest, in the file's unit and place.
     steps = series_meshes(tmp_path / "brows.vtkhdf")
@@ -163,6 +163,7 @@ def test_a_file_without_animation_is_refused(tmp_path, capsys):
         ([3, 2, 1], 5, [1]),
         ([0, 0, 0], 5, [3]),
         ([2], 5, [1]),
+        ([0, 2, 1.9, 2.1, 2, 0], 5, [4]),
     ],
 )
 def test_moments_are_those_of_the_deepest_wrinkles(depths, count, times):

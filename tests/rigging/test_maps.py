@@ -75,7 +75,9 @@ def test_heights_are_those_of_the_skin(raised):
     shown = (maps.height[SIZE - 1 - row, column] / 65535.0 * 2.0 - 1.0) * maps.most
     folded = np.abs(fine["W"]) > 0.1
     assert np.corrcoef(shown[folded], fine["W"][folded])[0, 1] > 0.98
-    assert maps.most == pytest.approx(np.abs(fine["W"]).max(), rel=0.1)
+    depths = np.abs(fine["W"])
+    assert maps.most <= depths.max()
+    assert np.mean(depths > maps.most) < 1e-3, "only the bottoms of the sharpest furrows lie between texels"
     deep = folded & (fine["W"] < -0.3)
     assert maps.cavity[SIZE - 1 - row, column][deep].mean() < 100
     forehead = maps.tension[SIZE - 1 - row, column][deep]

@@ -155,20 +155,21 @@ class App {
     if (!hit) { $("probe").hidden = true; return; }
     const act = this.placing;
     this.endPlacing();
-    const found = await this.probe(event, hit);
+    const found = await this.probe(hit);
     if (found && act) act(found.rest);
     else if (found) this.showProbe(found);
   }
 
   /** What is known at a place; while triangles change, the newest frame is asked for again. */
-  async probe(event, hit) {
+  async probe(hit) {
     for (let attempt = 0; ; attempt++) {
       try {
         return await this.connection.ask("probe", { corners: hit.corners, shares: hit.shares, version: this.view.parts.get("skin").fixed.version });
       } catch (error) {
         if (attempt > 4) { this.say(error.message); return null; }
         await new Promise((done) => setTimeout(done, 150));
-        if (event) hit = this.view.pick(event.clientX, event.clientY) ?? hit;
+        hit = this.view.pick(...hit.pixel); // corners have other numbers in the newer mesh
+        if (!hit) return null;
       }
     }
   }

@@ -128,7 +128,7 @@ export class Overlay {
     const { hit } = handle;
     this.dragged = null;
     if (!hit) return;
-    const found = await this.app.probe(null, hit);
+    const found = await this.app.probe(hit);
     handle.hit = null;
     if (found) this.app.connection.change(handle.patch(found.rest));
   }
