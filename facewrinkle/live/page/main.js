@@ -164,7 +164,7 @@ class App {
   async probe(hit) {
     for (let attempt = 0; ; attempt++) {
       try {
-        return await this.connection.ask("probe", { corners: hit.corners, shares: hit.shares, version: this.view.parts.get("skin").fixed.version });
+        return await this.connection.ask("probe", { corners: hit.corners, shares: hit.shares, version: hit.version });
       } catch (error) {
         if (attempt > 4) { this.say(error.message); return null; }
         await new Promise((done) => setTimeout(done, 150));

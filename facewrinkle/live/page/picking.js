@@ -26,7 +26,7 @@ export class Picking {
         best = { vertex: index[t + corner], corners: [index[t], index[t + 1], index[t + 2]], triangle: t / 3, shares };
       }
     }
-    if (best) Object.assign(best, { pixel: [clientX, clientY], place: add(start, direction, nearest), depth: nearest, shares: best.shares.map((s) => Math.max(0, Math.min(1, s))) });
+    if (best) Object.assign(best, { pixel: [clientX, clientY], version: skin.fixed.version, place: add(start, direction, nearest), depth: nearest, shares: best.shares.map((s) => Math.max(0, Math.min(1, s))) });
     return best;
   }
 
