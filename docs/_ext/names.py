@@ -17,7 +17,7 @@ def summary(name):
     value = getattr(facewrinkle, name)
     if not callable(value):
         return f"The {name.lower().replace('_', ' ')} of the built-in atlas."
-    return re.split(r"(?<=[.:])\s", " ".join(inspect.getdoc(value).split()), maxsplit=1)[0].rstrip(":")
+    return re.split(r"(?<=\.)\s", " ".join(inspect.getdoc(value).split()), maxsplit=1)[0]
 
 
 def pages():
@@ -39,7 +39,8 @@ class Names(SphinxDirective):
         """Return the table."""
         lines, chosen = [".. list-table::", "   :widths: 22 48 30", ""], pages()
         for name in sorted(facewrinkle.__all__, key=str.lower):
-            lines += [f"   * - :obj:`~facewrinkle.{name}`", f"     - {summary(name)}"]
+            room = "errors." if facewrinkle._HOME.get(name) == "errors" else ""  # documented by where they are
+            lines += [f"   * - :obj:`~facewrinkle.{room}{name}`", f"     - {summary(name)}"]
             thumbnail = f"gallery/images/thumb/sphx_glr_{chosen.get(name)}_thumb.png"
             if (Path(self.env.srcdir) / thumbnail).exists():
                 lines += [f"     - .. figure:: /{thumbnail}", "          :width: 180", ""]

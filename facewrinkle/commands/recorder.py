@@ -28,6 +28,12 @@ Drawing = Callable[[], Image]
 """A picture that is being drawn: waits for it, and returns it."""
 
 
+def beside(drawings: Iterable[Drawing]) -> Drawing:
+    """Return a function that waits for pictures that are being drawn, and returns them side by side."""
+    begun = list(drawings)
+    return lambda: side_by_side([picture() for picture in begun])
+
+
 @dataclass(frozen=True, eq=False)
 class Clip:
     """A clip of a face, to be played once.
@@ -183,8 +189,7 @@ class Scenes:
 
     def begun(self, frame: pv.PolyData, *styles: Style) -> Drawing:
         """Begin pictures of a frame, and return a function that waits for them and returns them side by side."""
-        pictures = [self._scene(style).begun(frame) for style in styles]
-        return lambda: side_by_side([picture() for picture in pictures])
+        return beside(self._scene(style).begun(frame) for style in styles)
 
     def _scene(self, style: Style) -> Scene:
         if style not in self._scenes:

@@ -21,7 +21,7 @@ from ..simulation import Refinement, Simulation
 from ..tears.presets import PRESETS, Tear, preset, surfaces
 from .options import FaceOptions, OutputOptions
 from .parsing import Whole, parse_mixture
-from .recorder import Clip, Drawing, Recorder
+from .recorder import Clip, Drawing, Recorder, beside
 from .report import Report
 
 Kind = Literal["dripping", "shedding", "one_tear", "weeping", "joy"]
@@ -169,8 +169,7 @@ def _record(crying: Crying, recorder: Recorder, close: Style, *, plain: bool) ->
         still = [stack.enter_context(TearScene(face, style)) for style in styles] if plain else quick
 
         def draw(frame: pv.PolyData) -> Drawing:
-            pictures = [scene.begun(frame, crying.now) for scene in quick]
-            return lambda: side_by_side([picture() for picture in pictures])
+            return beside(scene.begun(frame, crying.now) for scene in quick)
 
         def watch(number: int, frame: pv.PolyData) -> None:
             if recorder.output.series and crying.now:
