@@ -15,13 +15,14 @@ from ..anatomy.face_file import read_face
 from ..anatomy.fitting import default_face, fit_face, refitted
 from ..anatomy.identity import Identity
 from ..errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
+from ..mesh.formats.reading import GLTF, USD
 from ..motion.animation import read_animation
 from ..motion.playback import Playback
 from ..motion.recorded import Recorded
 
 T = TypeVar("T")
 
-ANIMATED = (".glb", ".gltf", ".vrm", ".usd", ".usda", ".usdc", ".usdz", ".vtkhdf")
+ANIMATED = (*GLTF, *USD, ".vtkhdf")
 """Endings of files that may hold a clip."""
 
 MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", *ANIMATED)

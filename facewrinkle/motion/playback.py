@@ -48,9 +48,9 @@ class Playback(Undriven):
     def __init__(self, recorded: Recorded, face: Face, time_step: float = 0.02) -> None:
         self.recorded = recorded
         self.time_step = check_range("time_step", time_step, 1e-9, 1e9)
-        numbers = recorded.points_of(face)
-        everything = np.array_equal(numbers, np.arange(recorded.n_points))
-        self._numbers = slice(None) if everything else numbers  # a slice copies nothing
+        self._numbers = recorded.points_of(face)
+        everything = np.array_equal(self._numbers, np.arange(recorded.n_points))
+        self._taken = slice(None) if everything else self._numbers  # a slice copies nothing
         self._face, self._rest = face, face.points
         self.points = self._rest * face.unit
         # A pose that is not recorded shows in the positions: most of the head moves as one.
@@ -77,7 +77,7 @@ class Playback(Undriven):
         """See :class:`facewrinkle.Motion`; the first step leads to the time `time_step`."""
         self._steps += 1
         time = self.recorded.recorded_time(self._steps * self.time_step)
-        moved = self.recorded.positions_at(time, self._rest, self._numbers) * self._face.unit
+        moved = self.recorded.positions_at(time, self._rest, self._taken) * self._face.unit
         self._move_parts(time)
         return moved
 
@@ -103,9 +103,6 @@ class Playback(Undriven):
         pose = None if recorded.pose is None else recorded.pose(time)
         if self._head is None:
             return pose
-        rest, numbers = (
-            self._rest[self._some],
-            self._some if isinstance(self._numbers, slice) else self._numbers[self._some],
-        )
+        rest, numbers = self._rest[self._some], self._numbers[self._some]
         baked = self._head.pose(replace(recorded, pose=None).positions_at(time, rest, numbers), self._still)
         return baked if pose is None else pose @ baked

@@ -131,9 +131,6 @@ class Performer(Undriven):
         self._steps = 0
         self.rates, self.pose, self.mandible = self._skin.rates, self._pose(0.0), None
 
-    def set_rates(self, rates: Array) -> None:
-        """Do nothing: the take sets the rates."""
-
     def rates_of(self, rates: Mapping[str, float]) -> Array:
         """Return the present rates; raise a ParameterError if others are asked for."""
         if rates:
