@@ -4,6 +4,7 @@
 
 Every file is read in a process of its own, with 2 GB of memory and ten seconds. The seeds are small files that
 the package and its libraries write; what fails is kept in ``output/fuzzing``. A run goes on where the last one stopped.
+Animations, takes, landmarks, sessions and specs have names of their own: ``clip.glb``, ``take.csv`` and so on.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import tempfile
 import time
 import warnings
 from collections import Counter
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -24,17 +26,82 @@ import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
+from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
+from facewrinkle.anatomy.landmarks import NAMES, read_landmarks
+from facewrinkle.dataset.spec import Spec
 from facewrinkle.errors import FaceWrinkleError
+from facewrinkle.export.gltf import gltf
+from facewrinkle.export.model import skin_model
+from facewrinkle.export.morphs import Morphs, WeightTrack
+from facewrinkle.live.document import Document
 
 MEMORY, SECONDS = 2 * 2**30, 10
 
-READERS = {
+TEXTS: dict[str, tuple[str, ...]] = {
+    "take.csv": (
+        "Timecode,BlendShapeCount,JawOpen,MouthSmileLeft,HeadYaw,HeadPitch,HeadRoll\n"
+        + "".join(f"00:00:01:{n:02}.000,61,{0.1 * n:.3f},0.25,0.01,-0.02,0.0\n" for n in range(9)),
+        "time\tAU12_r\tAU04_r\n0.0\t0.5\t1.5\n0.1\t4.5\t0.0\n",
+    ),
+    "take.json": (
+        json.dumps([{"timestamp": 0.1 * n, "jawOpen": 0.1 * n, "browInnerUp": 0.5} for n in range(5)]),
+        json.dumps(
+            {
+                "faceBlendshapes": [
+                    [
+                        {
+                            "categories": [
+                                {"categoryName": "jawOpen", "score": 0.3},
+                                {"categoryName": "_neutral", "score": 0},
+                            ]
+                        }
+                    ]
+                ]
+                * 3
+            }
+        ),
+        json.dumps({"jawOpen": [0.0, 0.5, 1.0], "mouthPucker": [0.0, 0.1, 0.2]}),
+    ),
+    "spec.toml": (
+        "seed = 7\nsize = [256, 256]\n[identity]\nage = { normal = [0.4, 0.2], within = [0.0, 1.0] }\n",
+        "[gaze]\nyaw = [-30.0, 30.0]\n[clip]\nframes = 4\n[folds]\n",
+    ),
+    "landmarks.json": (
+        json.dumps({name: [1.0, 2.0, 3.0] for name in NAMES}),
+        json.dumps({"landmarks": {name: {"xyz": [0.0, 1.5, -2.0], "found": [0.0, 1.5, -2.0]} for name in NAMES[:6]}}),
+    ),
+    "session.json": (
+        json.dumps(
+            {
+                "facewrinkle session": 1,
+                "mixture": {"AU12": 0.7},
+                "gaze": [5.0, 0.0],
+                "identity": {"nose_width": 0.2},
+                "timeline": {
+                    "length": 2.0,
+                    "loop": True,
+                    "keys": {"a": {"unit": "AU4", "weight": 1.0, "onset": 0.1, "apex": 0.5, "offset": 1.0, "end": 1.5}},
+                },
+            }
+        ),
+    ),
+}
+"""Small good files of text, by their names."""
+
+READERS: dict[str, Callable[[Path], object]] = {
     **dict.fromkeys((".obj", ".off", ".ply", ".stl", ".glb", ".gltf", ".usda", ".usdc"), fw.read_surface),
     **dict.fromkeys((".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf"), fw.read_surface),
+    **dict.fromkeys(("clip.glb", "clip.vtkhdf", "clip.usda"), fw.read_animation),
+    **dict.fromkeys(("take.csv", "take.json"), fw.read_take),
     ".face": fw.read_face,
     ".toml": fw.read_atlas,
+    "spec.toml": Spec.read,
+    "landmarks.json": read_landmarks,
+    "session.json": lambda path: Document(fw.read_atlas(DEFAULT_ATLAS)).load(
+        path.read_text(encoding="utf-8", errors="replace")
+    ),
 }
-"""Readers of the files with each ending."""
+"""Readers of files: by their ending, or by their whole name where an ending has several."""
 
 WORDS = (
     b"0",
@@ -57,10 +124,15 @@ def _ball() -> pv.PolyData:
     return ball
 
 
-def seeds(folder: Path, ending: str) -> list[bytes]:
-    """Return small good files with an ending; `folder` is for temporary ones."""
-    ball, path = _ball(), folder / f"seed{ending}"
-    match ending:
+def file_name(kind: str) -> str:
+    """Return the name of a file that is read as a key of :data:`READERS` says."""
+    return f"mutant{kind}" if kind.startswith(".") else kind
+
+
+def seeds(folder: Path, kind: str) -> list[bytes]:
+    """Return small good files of a kind; `folder` is for temporary ones."""
+    ball, path = _ball(), folder / f"seed{kind}"
+    match kind:
         case ".obj" | ".ply" | ".glb" | ".gltf":
             return [fw.write_mesh(ball, path).read_bytes()]
         case ".stl":
@@ -84,10 +156,15 @@ def seeds(folder: Path, ending: str) -> list[bytes]:
         case ".face":
             return [fw.write_face(fw.default_face(), path).read_bytes()]
         case ".toml":
-            from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
-
             return [DEFAULT_ATLAS.read_bytes()]
-    raise ValueError(ending)
+        case "clip.glb":
+            return [_animated(ball)]
+        case "clip.vtkhdf":
+            return seeds(folder, ".vtkhdf")
+        case "clip.usda":
+            return [_usd(ball, folder / "seed.usda", times=(0.0, 12.0))]
+        case _:
+            return [seed.encode() for seed in TEXTS[kind]]
 
 
 def _saved(mesh: pv.DataObject, path: Path, **options: bool) -> bytes:
@@ -95,13 +172,22 @@ def _saved(mesh: pv.DataObject, path: Path, **options: bool) -> bytes:
     return path.read_bytes()
 
 
-def _usd(ball: pv.PolyData, path: Path) -> bytes:
+def _animated(ball: pv.PolyData) -> bytes:
+    ways = np.stack([0.1 * ball.points, 0.1 * ball.point_normals]).astype(np.float32)
+    shapes = Morphs(("jawOpen", "mouthSmileLeft"), ways, np.zeros_like(ways))
+    track = WeightTrack(np.array([0.0, 0.5, 1.0]), np.array([[0.0, 0.0], [1.0, 0.2], [0.1, 0.9]]))
+    return gltf({"ball": skin_model(ball, None)}, 1.0, binary=True, morphs={"ball": shapes}, track=track)
+
+
+def _usd(ball: pv.PolyData, path: Path, times: Sequence[float] = ()) -> bytes:
     from pxr import Usd, UsdGeom
 
     path.unlink(missing_ok=True)
     stage = Usd.Stage.CreateNew(str(path))
     mesh = UsdGeom.Mesh.Define(stage, "/ball")
-    mesh.CreatePointsAttr(ball.points.tolist())
+    points = mesh.CreatePointsAttr(ball.points.tolist())
+    for moment in times:
+        points.Set(((1.0 + 0.01 * moment) * ball.points).tolist(), moment)
     mesh.CreateFaceVertexCountsAttr([3] * ball.n_cells)
     mesh.CreateFaceVertexIndicesAttr(ball.regular_faces.ravel().tolist())
     stage.GetRootLayer().Save()
@@ -172,7 +258,7 @@ def _read(path: Path) -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            found = READERS[path.suffix](path)
+            found = (READERS.get(path.name) or READERS[path.suffix])(path)
         except FaceWrinkleError:
             return "refused"
         except BaseException as error:
@@ -185,28 +271,28 @@ def _read(path: Path) -> str:
 def main() -> None:
     """Mutate files for some minutes, and tell what came of it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("ending", choices=sorted(READERS))
+    parser.add_argument("kind", choices=sorted(READERS))
     parser.add_argument("--minutes", type=float, default=60.0)
     options = parser.parse_args()
-    folder = Path("output") / "fuzzing" / options.ending[1:]
+    folder = Path("output") / "fuzzing" / options.kind.removeprefix(".")
     folder.mkdir(parents=True, exist_ok=True)
     table = folder / "counts.json"
     counts = Counter(json.loads(table.read_text()) if table.exists() else {})
     end = time.monotonic() + 60.0 * options.minutes
     with tempfile.TemporaryDirectory() as scratch:
-        found = seeds(Path(scratch), options.ending)
+        found = seeds(Path(scratch), options.kind)
         while time.monotonic() < end:
             number = counts["files"]
-            path = Path(scratch) / f"mutant{options.ending}"
+            path = Path(scratch) / file_name(options.kind)
             path.write_bytes(mutated(found[number % len(found)], np.random.default_rng(number)))
             came = outcome(path)
             counts["files"] += 1
             counts[came if came in ("read", "refused") else "failed"] += 1
             if came not in ("read", "refused"):
-                path.rename(folder / f"{number}{options.ending}")
+                path.rename(folder / f"{number}_{path.name}")
                 print(number, came, flush=True)
             table.write_text(json.dumps(counts))
-    print(options.ending, dict(counts), file=sys.stderr)
+    print(options.kind, dict(counts), file=sys.stderr)
 
 
 if __name__ == "__main__":

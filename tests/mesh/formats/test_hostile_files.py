@@ -14,7 +14,7 @@ import pyvista as pv
 from PIL import Image
 
 import facewrinkle as fw
-from analysis.fuzzing import READERS, mutated, outcome, seeds
+from analysis.fuzzing import READERS, file_name, mutated, outcome, seeds
 from facewrinkle.errors import MeshError
 from facewrinkle.mesh import outside_allowed
 from facewrinkle.mesh.formats import probing
@@ -23,12 +23,12 @@ PER_READER = 12
 """Mutants of each seed; `python -m analysis.fuzzing` makes more."""
 
 
-@pytest.mark.parametrize("ending", sorted(READERS))
-def test_mutants(tmp_path, ending):
-    found = seeds(tmp_path, ending)
+@pytest.mark.parametrize("kind", sorted(READERS))
+def test_mutants(tmp_path, kind):
+    found = seeds(tmp_path, kind)
     generator = np.random.default_rng(7)
     for number in range(PER_READER):
-        path = tmp_path / f"mutant{ending}"
+        path = tmp_path / file_name(kind)
         path.write_bytes(mutated(found[number % len(found)], generator))
         assert outcome(path) in ("read", "refused"), number
 
@@ -197,10 +197,10 @@ def test_without_a_python_of_its_own_the_file_is_read_at_once(tmp_path, monkeypa
     assert fw.read_surface(tmp_path / "mesh.vtp").n_cells == pv.Sphere().n_cells
 
 
-@pytest.mark.parametrize("ending", [".usdc"])
-def test_a_library_that_dies_of_a_file(tmp_path, ending):
+@pytest.mark.parametrize("kind", [".usdc"])
+def test_a_library_that_dies_of_a_file(tmp_path, kind):
     """This mutant made USD crash."""
-    (seed,) = seeds(tmp_path, ending)
-    path = tmp_path / f"mutant{ending}"
+    (seed,) = seeds(tmp_path, kind)
+    path = tmp_path / file_name(kind)
     path.write_bytes(mutated(seed, np.random.default_rng(670)))
     assert outcome(path) == "refused"
