@@ -13,19 +13,23 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from .errors import ParameterError, type_of, unknown_name
+import numpy as np
+import numpy.typing as npt
+
+from .errors import LARGEST, ParameterError, type_of, unknown_name
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-ORIGINS = (collections.abc.Mapping, collections.abc.Iterable, collections.abc.Iterator, dict, list, tuple)
-"""Generic types whose kind is checked, and not what they hold."""
+ORIGINS = (collections.abc.Mapping, collections.abc.Iterable, collections.abc.Iterator, dict, list)
+"""Generic types whose kind is checked."""
 
 
 def checked(function: F) -> F:
-    """Check the arguments of a function against its annotations whenever it is called.
+    """Check the arguments of a function, or of the making of a class, against the annotations at every call.
 
-    Classes, their unions, None, numbers, text, paths, mappings, iterables and functions are checked; whatever else an
-    annotation says is let pass: the functions themselves tell best which sequences and names they take.
+    Classes, their unions, None, numbers, text, paths, mappings, iterables and what they hold, and functions with the
+    number of their arguments are checked; whatever else an annotation says is let pass: the functions themselves tell
+    best which numbers and names they take.
 
     Raises
     ------
@@ -47,6 +51,10 @@ def checked(function: F) -> F:
         ...
     facewrinkle.errors.UnknownNameError: unknown argument of pictures 'counts'. Did you mean 'count'?
     """
+    if isinstance(function, type):
+        made = checked(function.__init__)  # type: ignore[misc]
+        function.__init__ = made  # type: ignore[misc]
+        return function
     signature = inspect.signature(function)
     owner = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
     hints: dict[str, Any] = {}
@@ -74,26 +82,35 @@ def checked(function: F) -> F:
 
 
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:
-    try:
-        return typing.get_type_hints(function)
-    except NameError:  # names that only type checkers import
-        return {"return": Any}
+    """Return the annotations of a function; Any where names are imported for type checkers alone."""
+    found: dict[str, Any] = {}
+    for name, annotation in function.__annotations__.items():
+        alone = types.SimpleNamespace(__annotations__={name: annotation})
+        try:
+            found |= typing.get_type_hints(alone, globalns=function.__globals__)
+        except NameError:
+            found[name] = Any
+    return found
 
 
 def _fits(value: object, hint: Any) -> bool:
-    origin = typing.get_origin(hint)
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
     if hint is Any:
         return True
     if origin in (typing.Union, types.UnionType):
-        return any(_fits(value, part) for part in typing.get_args(hint))
+        return any(_fits(value, part) for part in inner)
     if hint is None or hint is type(None):
         return value is None
-    if origin in (typing.Literal, collections.abc.Sequence):
-        return True  # the function itself says best what is meant
+    if origin is typing.Literal:
+        return isinstance(value, tuple({type(choice) for choice in inner}))  # the function suggests the nearest name
     if origin is collections.abc.Callable:
-        return callable(value)
+        return callable(value) and _takes(value, inner[0])
+    if origin is tuple:
+        return isinstance(value, tuple | list | np.ndarray)
     if isinstance(origin, type):
-        return isinstance(value, origin) if issubclass(origin, ORIGINS) else True
+        if not issubclass(origin, ORIGINS):
+            return True
+        return isinstance(value, origin) and (len(inner) != 1 or _holds(value, inner[0]))
     if hint in (float, int):
         return _is_number(value)
     if hint is bool:
@@ -103,6 +120,26 @@ def _fits(value: object, hint: Any) -> bool:
     if isinstance(hint, type) and not getattr(hint, "_is_protocol", False):
         return isinstance(value, hint)
     return True
+
+
+def _takes(function: Callable[..., Any], kinds: Any) -> bool:
+    """Return True if a function can be called with so many arguments, as far as it says."""
+    if not isinstance(kinds, list):
+        return True
+    try:
+        inspect.signature(function).bind(*kinds)
+    except TypeError:
+        return False
+    except ValueError:  # functions of C may not tell
+        pass
+    return True
+
+
+def _holds(things: object, hint: Any) -> bool:
+    """Return True if things that can be looked at without being used up are of a type that is a class."""
+    if not isinstance(hint, type) or not isinstance(things, list | tuple | str | bytes):
+        return True
+    return (hint is not str or not isinstance(things, str)) and all(_fits(thing, hint) for thing in things)
 
 
 def _is_number(value: object) -> bool:
@@ -134,9 +171,32 @@ def _words(hint: Any) -> str:
     if hint in plain:
         return plain[hint]
     if origin is collections.abc.Callable:
-        return "a function"
+        kinds = typing.get_args(hint)[0]
+        return (
+            f"a function of {len(kinds)} argument{'s' * (len(kinds) != 1)}" if isinstance(kinds, list) else "a function"
+        )
+    if origin is typing.Literal:
+        return " or ".join(map(repr, typing.get_args(hint)))
     if origin is collections.abc.Mapping:
         return "a dictionary"
     named = origin if isinstance(origin, type) else hint
     name = getattr(named, "__name__", str(named))
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
+
+
+def finite(name: str, values: object) -> npt.NDArray[np.float64]:
+    """Return an array of numbers that are finite and not huge; raise a ParameterError for anything else.
+
+    Examples
+    --------
+    >>> finite("times", [0, 1])
+    array([0., 1.])
+    """
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise ParameterError(f"{name} must be numbers in rows of one length, received {type_of(values)}.") from None
+    if not (np.abs(array) < LARGEST).all():
+        broken = np.argwhere(~(np.abs(array) < LARGEST))[0].tolist()
+        raise ParameterError(f"{name} must be finite; entry {broken} is {array[tuple(broken)]}. Replace it.")
+    return array

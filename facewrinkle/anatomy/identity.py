@@ -12,6 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arguments import checked
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.closest_point import closest_point
 from ..geometry.smoothstep import smoothstep
@@ -53,6 +54,7 @@ that of grey hair at most.
 """
 
 
+@checked
 @dataclass(frozen=True)
 class Identity:
     """A person: every parameter is in [-1, 1]; 0 is the mean head.

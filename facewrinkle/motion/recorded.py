@@ -12,10 +12,11 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
+from ..arguments import finite
 from ..errors import ParameterError, check_range, warn
 from .action_units import units_of
 from .skinning import Bones
-from .track import Track, finite
+from .track import Track
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]

@@ -9,7 +9,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import LARGEST, ParameterError, unknown_name
+from ..arguments import finite
+from ..errors import ParameterError, unknown_name
 
 Array = npt.NDArray[np.float64]
 Interpolation = Literal["linear", "step", "cubic"]
@@ -47,7 +48,7 @@ class Track:
         if self.interpolation not in INTERPOLATIONS:
             raise unknown_name("interpolation", self.interpolation, INTERPOLATIONS)
         if self.times.ndim != 1 or not len(self.times) or not (np.diff(self.times) > 0.0).all():
-            raise ParameterError(f"times must be a list of increasing seconds, received {self.times[:8]}.")
+            raise ParameterError(f"times must be a list of increasing seconds, received {np.ravel(self.times)[:8]}.")
         if self.values.ndim < 1 or len(self.values) != len(self.times):
             raise ParameterError(
                 f"there must be as many values as times, received {len(self.times)} times and values of the shape "
@@ -85,17 +86,3 @@ class Track:
         third = np.diff(self.times).reshape(-1, *[1] * (self.values.ndim - 1)) / 3.0
         start, end = self.values[:-1], self.values[1:]
         return BPoly(np.stack([start, start + third * leaving[:-1], end - third * arriving[1:], end]), self.times)
-
-
-def finite(name: str, values: object) -> Array:
-    """Return an array of numbers that are finite and not huge; raise a ParameterError for anything else."""
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ParameterError(
-            f"{name} must be numbers in rows of one length, received {type(values).__name__}."
-        ) from None
-    if not (np.abs(array) < LARGEST).all():
-        broken = np.argwhere(~(np.abs(array) < LARGEST))[0].tolist()
-        raise ParameterError(f"{name} must be finite; entry {broken} is {array[tuple(broken)]}. Record it again.")
-    return array

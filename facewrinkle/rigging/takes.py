@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from ..arguments import checked
+from ..arguments import checked, finite
 from ..errors import ParameterError, check_range, warn
 from ..mesh.files import reading, text_of
 from ..mesh.formats.reading import check_file
@@ -34,6 +34,7 @@ RATES = (24, 25, 30, 50, 60, 100, 120)
 _CODE = re.compile(r"(\d+):(\d+):(\d+)[:;.](\d+(?:\.\d+)?)")
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Take:
     """Weights of shapes over time; made by :func:`facewrinkle.read_take` or from arrays.
@@ -65,6 +66,14 @@ class Take:
 
     def __post_init__(self) -> None:
         track = Track(self.times, self.weights)
+        if self.head is not None:
+            head = finite("head", self.head)
+            if head.shape != (len(track.times), 3):
+                raise ParameterError(
+                    f"a take needs three angles of the head at each of its {len(track.times)} times, received the "
+                    f"shape {head.shape}."
+                )
+            object.__setattr__(self, "head", head)
         if track.values.shape[1:] != (len(self.names),) or not self.names:
             raise ParameterError(
                 f"a take needs a column of weights for each of its {len(self.names)} shapes, received the shape "

@@ -11,6 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from ..arguments import finite
 from ..errors import ParameterError
 from ..geometry.topology import unique_edges
 from . import _kernels as kernels
@@ -151,11 +152,10 @@ def painted(support: SupportSurface, weight: npt.ArrayLike, width: float) -> Arr
     >>> path[0].round(3) + 0.0, path[-1].round(3) + 0.0
     (array([ 4., 10.,  0.]), array([  4., -10.,   0.]))
     """
-    paint = np.asarray(weight, dtype=np.float64)
-    if paint.shape != (len(support.points),) or not np.isfinite(paint).all():
+    paint = finite("weight", weight)
+    if paint.shape != (len(support.points),):
         raise ParameterError(
-            f"painted weights must be {len(support.points)} finite numbers, one for each vertex, received {paint.shape}"
-            f"{'' if np.isfinite(paint).all() else ', some of them not finite'}."
+            f"weight must be {len(support.points)} numbers, one for each vertex, received the shape {paint.shape}."
         )
     vertices = _shortest_descent(support, paint)
     if len(vertices) < 2:

@@ -276,7 +276,7 @@ def test_refuses_starts_weights_and_sizes(face, sphere):
         fw.SheddingTear(face, start="x")
     with pytest.raises(ParameterError, match="no water runs"):
         fw.SheddingTear(sphere, start=(0.0, -50.0, 0.0))
-    with pytest.raises(ParameterError, match="painted weights must be"):
+    with pytest.raises(ParameterError, match="weight must be"):
         fw.SheddingTear(face, weight=np.ones(3))
     with pytest.raises(ParameterError, match="nothing is painted"):
         fw.SheddingTear(face, weight=np.zeros(face.mesh.n_points))

@@ -9,6 +9,7 @@ from typing import Literal, Self
 import numpy as np
 import numpy.typing as npt
 
+from ...arguments import checked
 from ...errors import ParameterError, check_range, unknown_name
 from ...geometry import profile
 from ...geometry.smoothstep import smoothstep
@@ -46,6 +47,7 @@ def unit(vectors: Array) -> Array:
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Wrinkles:
     """Folds of the skin over a muscle.

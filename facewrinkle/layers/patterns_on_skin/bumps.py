@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from ...arguments import checked
 from ...errors import ParameterError, check_positive, check_range, check_whole
 from .. import patterns
 from ..base import Array
@@ -15,6 +16,7 @@ from . import _kernels as kernels
 from .base import Pattern, ReliefAdder
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Dimple(Pattern):
     """A pit (see :func:`facewrinkle.layers.patterns.dimple`); its t falls from infinity to `sharpest` as the strength
@@ -74,6 +76,7 @@ region.
 """
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class EyePouch(Pattern):
     """A pouch of skin that trembles (see :func:`facewrinkle.layers.patterns.eye_pouch`).
@@ -186,6 +189,7 @@ class EyePouch(Pattern):
         return add
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Custom(Pattern):
     """Any function f(x, y, t), 0 where it leaves the skin alone.

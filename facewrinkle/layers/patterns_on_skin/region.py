@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...anatomy.face import Face
+from ...arguments import checked
 from ...errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from ...geometry.chart import geodesic_chart, gradients, projected_chart, smoothed, smoothly_interpolated, tangents
 from ...geometry.closest_point import ClosestPoint, closest_point
@@ -45,6 +46,7 @@ def given_centre(centre: npt.ArrayLike | None, words: dict[str, Any]) -> npt.Arr
     return given
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Region:
     """An area of a surface.

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...anatomy.face import Face
+from ...arguments import checked
 from ...errors import ParameterError, check_range, check_whole
 from ...geometry.refinement import Change
 from .._kernels import level
@@ -75,6 +76,7 @@ class WaveFolds:
     shapes: FoldShapes | None = None
     """The motions that the lines are found from; a :class:`facewrinkle.Simulation` sets them."""
 
+    @checked
     def __init__(
         self,
         depth: float = 1.0,
