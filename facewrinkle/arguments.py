@@ -105,8 +105,13 @@ def _fits(value: object, hint: Any) -> bool:
         return isinstance(value, tuple({type(choice) for choice in inner}))  # the function suggests the nearest name
     if origin is collections.abc.Callable:
         return callable(value) and _takes(value, inner[0])
-    if origin is tuple:
+    if origin is tuple and Ellipsis not in inner:
+        fits = isinstance(value, tuple | list | np.ndarray) and np.shape(value)[:1] == (len(inner),)
+        return fits and all(map(_fits, value, inner))  # type: ignore[call-overload]
+    if origin in (tuple, np.ndarray):
         return isinstance(value, tuple | list | np.ndarray)
+    if origin is collections.abc.Sequence:
+        return True  # rows of numbers may come as anything
     if isinstance(origin, type):
         if not issubclass(origin, ORIGINS):
             return True
@@ -117,9 +122,9 @@ def _fits(value: object, hint: Any) -> bool:
         return isinstance(value, bool) or type(value).__name__ in ("bool", "bool_")
     if hint in (str, Path):
         return isinstance(value, str if hint is str else os.PathLike)
-    if isinstance(hint, type) and not getattr(hint, "_is_protocol", False):
-        return isinstance(value, hint)
-    return True
+    if getattr(hint, "_is_protocol", False):
+        return not isinstance(value, str | bytes | int | float | np.generic)
+    return isinstance(value, hint) if isinstance(hint, type) else True
 
 
 def _takes(function: Callable[..., Any], kinds: Any) -> bool:
@@ -137,9 +142,11 @@ def _takes(function: Callable[..., Any], kinds: Any) -> bool:
 
 def _holds(things: object, hint: Any) -> bool:
     """Return True if things that can be looked at without being used up are of a type that is a class."""
-    if not isinstance(hint, type) or not isinstance(things, list | tuple | str | bytes):
+    if isinstance(things, str | bytes):
+        return False
+    if hint in (float, int) or not isinstance(things, list | tuple | np.ndarray):  # numbers may be many
         return True
-    return (hint is not str or not isinstance(things, str)) and all(_fits(thing, hint) for thing in things)
+    return all(_fits(thing, hint) for thing in things)
 
 
 def _is_number(value: object) -> bool:
@@ -179,6 +186,8 @@ def _words(hint: Any) -> str:
         return " or ".join(map(repr, typing.get_args(hint)))
     if origin is collections.abc.Mapping:
         return "a dictionary"
+    if origin is tuple and Ellipsis not in (kinds := typing.get_args(hint)):
+        return f"{len(kinds)} values"
     named = origin if isinstance(origin, type) else hint
     name = getattr(named, "__name__", str(named))
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
@@ -200,3 +209,19 @@ def finite(name: str, values: object) -> npt.NDArray[np.float64]:
         broken = np.argwhere(~(np.abs(array) < LARGEST))[0].tolist()
         raise ParameterError(f"{name} must be finite; entry {broken} is {array[tuple(broken)]}. Replace it.")
     return array
+
+
+def picture(image: object) -> npt.NDArray[np.uint8]:
+    """Return a picture as an array (height, width, 3 or 4) of bytes; raise a ParameterError for anything else.
+
+    Examples
+    --------
+    >>> picture(np.zeros((20, 30, 3), np.uint8)).shape
+    (20, 30, 3)
+    """
+    found = np.asarray(image)
+    if found.ndim != 3 or found.shape[2] not in (3, 4) or found.dtype != np.uint8 or not found.size:
+        raise ParameterError(
+            f"pictures must be uint8 arrays (height, width, 3 or 4), received {found.dtype} of {found.shape}."
+        )
+    return found

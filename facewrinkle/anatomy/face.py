@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import MeshError
+from ..arguments import checked
+from ..errors import LandmarkError, MeshError
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops
 from ..mesh import to_polydata
@@ -27,7 +28,7 @@ from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim
 from .eyelids import LidWeights, lid_share, lid_weights
 from .jaw import Mandible, jaw_weights
 from .joint_weights import JointWeights
-from .landmarks import NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
+from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
 from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle, zones
 from .parts import Part
 from .skull import Tissue, tissue_of
@@ -117,6 +118,7 @@ class Face:
     template: Face | None = None
 
     @classmethod
+    @checked
     def from_landmarks(
         cls,
         mesh: pv.PolyData,
@@ -133,6 +135,10 @@ class Face:
         )
         if len(triangles) == 0:
             raise MeshError("a face needs triangles; the mesh has none.")
+        if missing := [name for name in NAMES if name not in landmarks]:
+            raise LandmarkError(
+                f"landmarks are missing: {', '.join(missing[:3])} ... fit_face estimates those not given."
+            )
         frame = frame_of(landmarks)
         where, depth, stiffness = atlas.tissue_samples(landmarks, frame)
         tissue = tissue_of(points, triangles, (where, depth / unit, stiffness), frame.pupil_distance)
@@ -140,6 +146,7 @@ class Face:
         return cls(mesh, dict(landmarks), atlas.place(landmarks, frame), eyes, tissue, unit, atlas, estimated)
 
     @classmethod
+    @checked
     def without_anatomy(
         cls, mesh: pv.PolyData, unit: float, source_points: npt.NDArray[np.int64] | None = None
     ) -> Self:
@@ -271,6 +278,7 @@ class Face:
                 found[name] = dataclasses.replace(weights, angles=angle * weights.angles, yields=(closing,))
         return found
 
+    @checked
     def gazes(self, rates: Mapping[str, float]) -> dict[str, Array]:
         """Return unit directions (3,) in which the eyes look, by side, at contraction rates by muscle."""
         turns = {eye.side: np.zeros(2) for eye in self.eyes}
@@ -279,6 +287,7 @@ class Face:
                 turns[muscle.side] += rates.get(name, 0.0) * muscle.angle * np.array(TURNS[muscle.turn])
         return {eye.side: eye.turned(*turns[eye.side]) for eye in self.eyes}
 
+    @checked
     def jaw_angle(self, rates: Mapping[str, float]) -> float | None:
         """Return the turn of the mandible, radians, at contraction rates by muscle; None if no muscle turns it."""
         jaws = [(name, muscle) for name, muscle in self.muscles.items() if isinstance(muscle, JawMuscle)]
@@ -288,6 +297,7 @@ class Face:
     def _attachments(self) -> Attachments:
         return Attachments(self.parts, self.eyes, self.mandible, self.points, self.triangles, self.frame.pupil_distance)
 
+    @checked
     def state_of(self, frame: pv.PolyData) -> FrameState:
         """Return the vertices, pose, gazes and moving parts of this face in a frame of its simulation, or in its mesh.
 
@@ -334,6 +344,7 @@ class Face:
             part.point_data["rest"] = np.asarray(self.parts[name].mesh.points)
         return combined_mesh(frame, parts) if parts else frame
 
+    @checked
     def landmarks_on(self, frame: pv.PolyData) -> dict[str, Array]:
         """Return the landmarks on the moved and wrinkled skin of a frame of :meth:`facewrinkle.Simulation.step`.
 
@@ -391,6 +402,7 @@ class Face:
         """The bone under the skin, one vertex under each vertex of the skin."""
         return to_polydata(self.tissue.anchors, self.triangles)
 
+    @checked
     def with_muscles(self, changes: Mapping[str, Muscle]) -> Self:
         """Return the face with some muscles replaced or added.
 

@@ -20,6 +20,7 @@ from ..anatomy.face_file import read_face
 from ..anatomy.fitting import default_face, fit_face
 from ..anatomy.identity import Identity
 from ..appearance.seen import Appearance
+from ..arguments import checked
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..layers.wave_folds import WaveFolds
 from ..mesh.arrays import points_and_triangles
@@ -138,6 +139,7 @@ class SampleMaker:
     ((48, 48, 3), ['depth', 'furrow', 'height', 'normal', 'part', 'place', 'region'], 0)
     """
 
+    @checked
     def __init__(self, spec: Spec) -> None:
         self.spec = spec
         self._labeller = Labeller(spec.size)

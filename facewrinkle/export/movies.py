@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
+from ..arguments import checked, picture
 from ..errors import MissingPackageError, ParameterError, check_range
 from ..mesh.files import not_written, output_file, replaced
 
@@ -189,11 +189,7 @@ def _imageio() -> ModuleType:
 
 def _checked(image: np.ndarray, shapes: list[tuple[int, ...]]) -> np.ndarray:
     """Return the picture without transparency; its shape is appended to `shapes`, and must be that of the first."""
-    image = np.asarray(image)
-    if image.ndim != 3 or image.shape[2] not in (3, 4) or image.dtype != np.uint8 or not image.size:
-        raise ParameterError(
-            f"pictures must be uint8 arrays (height, width, 3 or 4), received {image.dtype} of {image.shape}."
-        )
+    image = picture(image)
     shapes.append(image.shape[:2])
     if shapes[-1] != shapes[0]:
         raise ParameterError(

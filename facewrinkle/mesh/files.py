@@ -13,6 +13,7 @@ from pathlib import Path
 from stat import S_ISDIR
 from tempfile import TemporaryFile
 
+from ..arguments import checked
 from ..errors import FaceWrinkleError, MeshError, OutputError
 
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -178,6 +179,7 @@ def _remove(temporary: Path) -> None:
             folder.rmdir()
 
 
+@checked
 def output_folder(path: str | Path, make: bool = True) -> Path:
     """Return the folder, made if need be, after checking that a file can be written to it.
 

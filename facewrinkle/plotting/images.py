@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import OutputError, check_whole
+from ..arguments import checked, picture
+from ..errors import OutputError, ParameterError, check_whole, type_of
 from ..mesh.files import not_written, written
 
 Image = npt.NDArray[np.uint8]
@@ -18,6 +19,7 @@ LEVEL = 3
 """Compression of PNG files. At level 6 they are 4 % smaller and take twice as long; palettes get the best."""
 
 
+@checked
 def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
     """Return pictures of one height in a row.
 
@@ -27,11 +29,10 @@ def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
     >>> side_by_side([dark, light]).shape, stacked([dark, light]).shape
     ((20, 64, 3), (44, 30, 3))
     """
-    spacer = np.full((images[0].shape[0], gap, 3), 255, np.uint8)
-    parts = [part for image in images for part in (spacer, image)][1:]
-    return np.concatenate(parts, axis=1)
+    return _in_a_row(_pictures(images), gap)
 
 
+@checked
 def stacked(images: Sequence[Image], gap: int = 4) -> Image:
     """Return pictures of one width, one below the other.
 
@@ -42,9 +43,26 @@ def stacked(images: Sequence[Image], gap: int = 4) -> Image:
     >>> both.shape, both[::10, 0, 0].tolist()
     ((50, 30, 3), [0, 0, 255, 255, 255])
     """
-    return side_by_side([image.swapaxes(0, 1) for image in images], gap).swapaxes(0, 1)
+    return _in_a_row([image.swapaxes(0, 1) for image in _pictures(images)], gap).swapaxes(0, 1)
 
 
+def _pictures(images: Sequence[Image]) -> list[Image]:
+    if not isinstance(images, list | tuple | np.ndarray) or not len(images):
+        raise ParameterError(f"one picture at least is needed, in a list, received {type_of(images)}.")
+    return [picture(image) for image in images]
+
+
+def _in_a_row(images: list[Image], gap: int) -> Image:
+    sizes = {image.shape[::2] for image in images}
+    if len(sizes) > 1:
+        raise ParameterError(
+            f"the pictures must be of one size across the row and as opaque, received {sorted(sizes)}."
+        )
+    spacer = np.full((images[0].shape[0], check_whole("gap", gap, 0, 1e4), images[0].shape[2]), 255, np.uint8)
+    return np.concatenate([part for image in images for part in (spacer, image)][1:], axis=1)
+
+
+@checked
 def figure(image: Image) -> Any:
     """Return a picture as a figure of Matplotlib, pixel by pixel, as notebooks and galleries show it.
 
@@ -59,7 +77,7 @@ def figure(image: Image) -> Any:
     """
     import matplotlib.pyplot as plt
 
-    height, width = image.shape[:2]
+    height, width = picture(image).shape[:2]
     shown = plt.figure(figsize=(width / 100, height / 100), dpi=100)
     axes = shown.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.imshow(image, aspect="auto", interpolation="nearest")
@@ -67,6 +85,7 @@ def figure(image: Image) -> Any:
     return shown
 
 
+@checked
 def save_picture(image: Image, path: str | Path, colours: int | None = None) -> Path:
     """Write a picture as PNG. With a palette of `colours` (at most 256) it takes a third of the space.
 
@@ -82,12 +101,12 @@ def save_picture(image: Image, path: str | Path, colours: int | None = None) -> 
     """
     from PIL import Image as Pillow
 
-    picture = Pillow.fromarray(np.ascontiguousarray(image))
+    pixels = Pillow.fromarray(np.ascontiguousarray(picture(image)))
     if colours is not None:
-        picture = picture.quantize(check_whole("colours", colours, 1, 256))
+        pixels = pixels.quantize(check_whole("colours", colours, 1, 256))
     try:
         with written(path) as whole:
-            picture.save(whole, format="PNG", optimize=colours is not None, compress_level=LEVEL)
+            pixels.save(whole, format="PNG", optimize=colours is not None, compress_level=LEVEL)
     except ValueError as problem:
         raise problem if isinstance(problem, OutputError) else not_written(path, str(problem)) from None
     return Path(path)

@@ -75,6 +75,7 @@ class Scene:
     (80, 60, 3)
     """
 
+    @checked
     def __init__(self, face: Face, style: Style | None = None) -> None:
         self.face, self.style = face, style or Style()
         self._samples = 1 if self.style.quick else SUPERSAMPLING
@@ -343,6 +344,7 @@ def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image
         return scene.picture(frame)
 
 
+@checked
 def pictures(frames: Iterable[pv.PolyData], face: Face, style: Style | None = None) -> Iterator[Image]:
     """Yield pictures of many frames, one after the other, from one scene: for movies.
 

@@ -19,6 +19,7 @@ from ..geometry.normals import vertex_areas
 Array = npt.NDArray[np.float64]
 
 
+@checked
 @dataclass(frozen=True)
 class View:
     """Place of the camera in front of any face, by its axes and landmarks.
@@ -107,6 +108,7 @@ LIGHTS: tuple[Lamp, ...] = (
 """A warm key light, a cool fill light and a rim light: direction [right, up, towards the camera], colour, intensity."""
 
 
+@checked
 @dataclass(frozen=True)
 class Style:
     """Size, view and content of a picture.

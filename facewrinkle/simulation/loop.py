@@ -321,6 +321,7 @@ class Simulation:
         self._marks = None
         self._frames: FrameMaker = FrameMaker(face, self.motion)
 
+    @checked
     def take_triangles(self, other: Simulation) -> None:
         """Go back to the face at rest, on the present triangles of another simulation of the same face.
 
@@ -533,6 +534,7 @@ class Simulation:
         data["W"] = height  # of all layers together
         return self._frames.frame(points, data, self.vertices, self.forest)
 
+    @checked
     def fields(self, muscle: str) -> dict[str, np.ndarray]:
         """Return one muscle's own lambda, gamma, epsilon, W and region on the present mesh.
 

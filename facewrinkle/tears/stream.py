@@ -80,6 +80,7 @@ class Film:
         check_whole("degree", self.degree, 0, 3)
 
 
+@checked
 @dataclass(frozen=True)
 class Flow:
     """The progress of a tear that is shed: it covers a length ``h = s + c t`` of its path.

@@ -12,6 +12,7 @@ import pyvista as pv
 
 from ..anatomy.eyeball import Eyeball
 from ..anatomy.face import Face
+from ..arguments import checked
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
@@ -219,6 +220,7 @@ def directions(down: npt.ArrayLike | None, forward: Array | None = None) -> tupl
     return falling, ahead / np.linalg.norm(ahead)
 
 
+@checked
 def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
     """Return a point on the margin of the lower lid.
 

@@ -189,7 +189,6 @@ class EyePouch(Pattern):
         return add
 
 
-@checked
 @dataclass(frozen=True, kw_only=True)
 class Custom(Pattern):
     """Any function f(x, y, t), 0 where it leaves the skin alone.

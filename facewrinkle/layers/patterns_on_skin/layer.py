@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ...anatomy.face import Face
-from ...arguments import checked
 from ...errors import ParameterError, check_range
 from ...geometry.refinement import Change
 from ..base import Array, BoolArray, Displacement, SurfacePoints, SurfaceState
@@ -81,7 +80,6 @@ class PatternLayer:
     def __repr__(self) -> str:
         return f"PatternLayer({self.name!r}, depth={'default' if self.depth is None else f'{self.depth:g}'})"
 
-    @checked
     def __init__(
         self,
         pattern: str | Pattern | PatternFunction | Sequence[str | Pattern | PatternFunction],

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...anatomy.face import Face
-from ...arguments import checked
 from ...errors import ParameterError, check_range
 from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.smoothstep import smoothstep
@@ -16,7 +15,6 @@ from ..compression import StrainField, compression_along, principal_compression
 from .region import LaidRegion, check_vector
 
 
-@checked
 @dataclass(frozen=True)
 class Compression:
     """A strength set by the skin under the pattern: 0 up to a compression of `low`, 1 from `full` on.

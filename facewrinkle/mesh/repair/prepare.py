@@ -8,6 +8,7 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
+from ...arguments import checked
 from ...errors import LARGEST, MeshError, ParameterError, warn
 from ...geometry import topology
 from ..arrays import COLORS, CORNERS, IMAGE, MOVED, PART, SOURCE, with_data
@@ -63,6 +64,7 @@ class CleanSurface:
     others: pv.PolyData | None = None
 
 
+@checked
 def prepare(
     mesh: object,
     near: np.ndarray | None = None,
