@@ -13,7 +13,7 @@ from ..mesh.files import written
 from ..plotting import save_picture
 from ..rigging import rig as make_rig
 from ..rigging import write_rig
-from ..rigging.linear_rig import report_text
+from ..rigging.linear_rig import facts_text, report_text
 from ..rigging.page import write_page
 from ..rigging.sheet import sheet as draw_sheet
 from .options import FaceOptions
@@ -32,6 +32,7 @@ def rig(
     shapes: str = "arkit",
     wrinkles: Literal["baked", "separate", "none"] = "baked",
     level: Whole = 2,
+    correctives: Whole = 0,
     format: Literal["glb", "gltf", "usd", "usdc", "usda"] = "glb",
     dense: bool = False,
     sheet: bool = False,
@@ -53,6 +54,9 @@ def rig(
         In the shapes themselves; separate, as targets NAME_wrinkle to be driven by the square of the weight; or none.
     level
         How often a triangle may be split where any shape folds; 0 keeps the mesh as it is.
+    correctives
+        At most so many pairs of shapes get a corrective, a target to be driven by the product of their weights: those
+        whose sum is farthest from the simulation. NAME.rig.json lists them.
     format
         glb; gltf with all data embedded; usd (UsdSkel, without pictures).
     dense
@@ -77,7 +81,12 @@ def rig(
     folder = output_folder(out or Path("output") / source.label / "rig", make=False)
     loaded = source.load(report)
     made = make_rig(
-        loaded, shapes, wrinkles, level, progress=lambda items, what, n: report.progress(iter(items), what, n)
+        loaded,
+        shapes,
+        wrinkles,
+        level,
+        correctives,
+        progress=lambda items, what, n: report.progress(iter(items), what, n),
     )
     stem = source.label or "head"
     files = [write_rig(made, folder / f"{stem}.{format}", dense=dense)]
@@ -91,6 +100,8 @@ def rig(
         "shapes": f"{len(made.names)}, of {len(made.parts)} meshes: {', '.join(made.parts)}",
         "vertices of the skin": f"{loaded.mesh.n_points} → {len(made.parts['face'].points)}",
     }
+    if made.drivers:
+        rows["driven by products of weights"] = f"{len(made.drivers)} of them, listed in {stem}.rig.json"
     if made.left_out:
         rows["left out"] = "\n".join(f"{name}: {why}" for name, why in made.left_out.items())
     if errors:
@@ -100,8 +111,9 @@ def rig(
             f"{name}: {error.mean:.2f} mm on average, {error.largest:.2f} at most, of {error.motion:.1f}"
             for name, error in found
         )
+    if errors or made.drivers:
         with written(folder / f"{stem}.rig.json") as whole:
-            whole.write_text(report_text(made), encoding="utf-8")
+            whole.write_text(report_text(made) if errors else facts_text(made), encoding="utf-8")
         files.append(folder / f"{stem}.rig.json")
     rows[f"files in {folder}"] = "\n".join([f"{files[0].name} ({size:.1f} MB)", *(path.name for path in files[1:])])
     report.table(stem, rows)

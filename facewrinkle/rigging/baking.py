@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +21,8 @@ from .poses import Held, Pose
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]
 
-Progress = Callable[[Iterable[Pose], str, int], Iterator[Pose]]
-"""Yields poses while it shows what is done, and how many there are."""
+Progress = Callable[[Iterable[Any], str, int], Iterator[Any]]
+"""Yields items, such as poses, while it shows what is done, and how many there are."""
 
 SAMPLES, BEND = 2.75, 0.1
 """Vertices from bulge to furrow, and the threshold of Eq. 19: a bit coarser than for pictures, as rigs are sent around.
@@ -31,8 +32,8 @@ ROUNDS = 4
 """Each round of all poses may ask for triangles that the rounds before did not; the mesh is done long before this."""
 
 
-def silent(items: Iterable[Pose], what: str, total: int) -> Iterator[Pose]:
-    """Yield the poses without a word."""
+def silent(items: Iterable[Any], what: str, total: int) -> Iterator[Any]:
+    """Yield the items without a word."""
     return iter(items)
 
 
