@@ -75,7 +75,7 @@ class Baker:
                 self._grown(pose)
             if self.simulation.forest.n_points == before:
                 break
-        frame = self._frame(neutral)
+        frame = self.frame(neutral)
         self.models = rest_models(self.face, frame)
 
     def follow(self, other: Baker) -> None:
@@ -87,15 +87,16 @@ class Baker:
         count = -1
         while self.simulation.forest.n_points != count:
             count = self.simulation.forest.n_points
-            self._frame(pose)
+            self.frame(pose)
 
-    def _frame(self, pose: Pose) -> pv.PolyData:
+    def frame(self, pose: Pose) -> pv.PolyData:
+        """Return the skin in a pose, with its fields."""
         self._motion.hold(pose)
         return self.simulation.step()
 
     def placed(self, pose: Pose, parts: bool = True) -> dict[str, Placed]:
         """Return all meshes in a pose."""
-        frame = self._frame(pose)
+        frame = self.frame(pose)
         origin = self.models["face"].origin
         found = {"face": Placed(np.asarray(frame.points)[origin], np.asarray(frame.point_data["Normals"])[origin])}
         for name, mesh in companion_meshes(self.face, frame, always=True).items() if parts else ():

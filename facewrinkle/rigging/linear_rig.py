@@ -22,13 +22,16 @@ from ..geometry.topology import unique_edges
 from ..mesh import to_polydata
 from .baking import Baker, Placed, Progress, silent
 from .correctives import Pair, worst_pairs
+from .maps import around_head, check_texture
 from .poses import Pose, Posing, share_of_side
 from .shapes import ARKIT, Shape, Side, shapes_of
 
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]
 
-Wrinkling = Literal["baked", "separate", "none"]
+Wrinkling = Literal["baked", "separate", "maps", "none"]
+
+WRINKLING = ("baked", "separate", "maps", "none")
 
 CUT = 0.1
 """Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""
@@ -134,6 +137,24 @@ class Rig:
         return f"Rig({len(self.names)} shapes, {len(self.parts)} meshes, {len(self.parts['face'].points)} vertices)"
 
     @property
+    def shapes(self) -> Mapping[str, Shape]:
+        """What the shapes are made of, by name; without those that others drive."""
+        return self._shapes
+
+    @property
+    def posing(self) -> Posing:
+        """What brings the face into the poses of shapes.
+
+        Raises
+        ------
+        ParameterError
+            If the rig was not made by :func:`facewrinkle.rig`.
+        """
+        if self._posing is None:
+            raise ParameterError("this rig has no simulation to compare with: it was not made by facewrinkle.rig.")
+        return self._posing
+
+    @property
     def mesh(self) -> pv.PolyData:
         """The skin at rest; the vertices of the face come first, in their order."""
         return self.at({})
@@ -229,12 +250,11 @@ class Rig:
         >>> found.mean < 0.2 * found.motion
         True
         """
-        if self._posing is None or self._baker is None:
-            raise ParameterError("this rig has no simulation to compare with: it was not made by facewrinkle.rig.")
         mixed = self._weights(weights)
         asked = {self.names[k]: float(mixed[k]) for k in np.flatnonzero(mixed)}
-        pose = self._posing.at({name: (self._shapes[name], weight) for name, weight in asked.items()})
+        pose = self.posing.at({name: (self._shapes[name], weight) for name, weight in asked.items()})
         unit, rest = self.face.unit, self.parts["face"].points
+        assert self._baker is not None
         truth = (self._baker.placed(pose, parts=False)["face"].points - rest) * unit
         ours = (np.asarray(self.at(self.driven(asked)).points) - rest) * unit
         way = np.linalg.norm(truth, axis=1)
@@ -314,9 +334,10 @@ def rig(
     shapes : str
         Sets joined by +: "arkit" (Apple's 52 names), "visemes" (15), "extras" (what web avatars ask for besides), "aus"
         (the action units of the face's atlas); or names of single shapes.
-    wrinkles : {"baked", "separate", "none"}
+    wrinkles : {"baked", "separate", "maps", "none"}
         In the shapes themselves; as targets of their own, called NAME_wrinkle, which are to be driven by the square of
-        the weight; or none.
+        the weight; in maps (:func:`facewrinkle.bake_layers`), for which the rig is smooth, on the mesh as it is, and
+        has texture coordinates; or none.
     level : int
         How often a triangle may be split where any shape folds; 0 keeps the mesh as it is.
     correctives : int
@@ -353,17 +374,20 @@ def rig(
     """
     level = check_whole("level", level, 0, FINEST, "Each level has up to four times as many triangles.")
     correctives = check_whole("correctives", correctives, 0, MOST_PAIRS, "They are pairs of shapes.")
-    if wrinkles not in ("baked", "separate", "none"):
-        raise unknown_name("kind of wrinkles", wrinkles, ("baked", "separate", "none"))
+    if wrinkles not in WRINKLING:
+        raise unknown_name("kind of wrinkles", wrinkles, WRINKLING)
+    if wrinkles == "maps":
+        check_texture(face)
+        level = 0
     wanted, left_out = shapes_of(shapes, face)
     lacking = [name for name in left_out if name != "tongueOut"]
     if lacking:
         reasons = "; ".join(dict.fromkeys(left_out[name] for name in lacking))
         warn(f"{len(lacking)} shapes are left out ({reasons}): {', '.join(lacking)}.")
     posing = Posing(face)
-    poses = _poses(wanted, posing)
+    poses = movement_poses(wanted, posing)
     neutral = posing.neutral()
-    baker = Baker(face, [] if wrinkles == "none" else None, level)
+    baker = Baker(face, [] if wrinkles in ("none", "maps") else None, level)
     wrinkled = baker
     baker.refine(list(poses.values()), neutral, progress)
     fields = _fields(wanted, poses, neutral, baker, progress)
@@ -386,10 +410,13 @@ def rig(
         part: Morphs(names, *_faded(deltas, _kept(part, normals), baker.models[part].triangles, cuts[part]), drivers)
         for part, (deltas, normals) in fields.items()
     }
-    return Rig(face, tuple(names), baker.models, morphs, left_out, drivers, wanted, posing, wrinkled)
+    parts = baker.models
+    if wrinkles == "maps" and parts["face"].uv is None:
+        parts = parts | {"face": replace(parts["face"], uv=around_head(face, parts["face"].points))}
+    return Rig(face, tuple(names), parts, morphs, left_out, drivers, wanted, posing, wrinkled)
 
 
-def _poses(shapes: Mapping[str, Shape], posing: Posing) -> dict[tuple[object, ...], Pose]:
+def movement_poses(shapes: Mapping[str, Shape], posing: Posing) -> dict[tuple[object, ...], Pose]:
     """Return the poses that shapes are made of, by their movements: both sides of a pair are one, moved together."""
     found: dict[tuple[object, ...], Pose] = {}
     for shape in [*shapes.values(), *(ARKIT[shape.beyond] for shape in shapes.values() if shape.beyond)]:
