@@ -65,7 +65,7 @@ def rig(
     map_size
         Width of maps, texels: a power of two.
     format
-        glb; gltf with all data embedded; usd (UsdSkel, without pictures).
+        glb; gltf with all data embedded; usd (UsdSkel, with pictures in files beside).
     dense
         Write every vertex of every shape, for importers that know no sparse accessors.
     sheet
