@@ -4,8 +4,9 @@
 A character that a phone drives
 ===============================
 
-Any face becomes a rig: a mesh with blend shapes that other programs mix by themselves, with wrinkles in them. A phone sends the weights of
-these shapes, and either the rig follows, which is a sum, or the muscles of the face perform the take, which is a simulation.
+Any face becomes a rig: a mesh with blend shapes that other programs mix by themselves, with wrinkles in them. A phone
+sends the weights of these shapes, and either the rig follows, which is a sum, or the muscles of the face perform the
+take, which is a simulation. :ref:`howto_character` takes it to three.js, Blender and Unity.
 """
 
 import tempfile
