@@ -232,12 +232,7 @@ def _baked(face: Face, fine: pv.PolyData, smooth: pv.PolyData, rest: pv.PolyData
     assert corners is not None
     assert coarse is not None
     texels, below = Texels(corners, size), Texels(coarse, size)
-    several = _shared_places(below)
-    if several > OVERLAP and corner_texture(face.mesh) is not None:
-        warn(
-            f"on {100.0 * several:.0f} % of the texture several triangles lie on each other, such as halves that share "
-            "a place: the maps hold one of them. Lay the islands side by side for both."
-        )
+    tell_shared_places(face, below)
     covered = texels.covered & below.covered
     triangles, base = np.asarray(fine.regular_faces, np.int64), np.asarray(smooth.regular_faces, np.int64)
     height = np.where(covered, texels.of(triangles, np.asarray(fine["W"], np.float64)), 0.0)
@@ -262,6 +257,16 @@ def _baked(face: Face, fine: pv.PolyData, smooth: pv.PolyData, rest: pv.PolyData
         rest,
         covered,
     )
+
+
+def tell_shared_places(face: Face, texels: Texels) -> None:
+    """Warn if triangles of a face lie on each other on its own texture."""
+    several = _shared_places(texels)
+    if several > OVERLAP and corner_texture(face.mesh) is not None:
+        warn(
+            f"on {100.0 * several:.0f} % of the texture several triangles lie on each other, such as halves that share "
+            "a place: the maps hold one of them. Lay the islands side by side for both."
+        )
 
 
 def _shared_places(texels: Texels) -> float:

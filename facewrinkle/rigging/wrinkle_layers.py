@@ -35,6 +35,7 @@ from .maps import (
     check_texture,
     in_tangent_space,
     nearest_covered,
+    tell_shared_places,
     visible_first,
 )
 from .poses import Pose, share_of_side
@@ -151,6 +152,11 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
     ParameterError
         For texture coordinates outside [0, 1], another size, or another number of layers.
 
+    Warns
+    -----
+    FaceWrinkleWarning
+        If triangles overlap on the texture.
+
     Examples
     --------
     >>> import facewrinkle as fw
@@ -209,6 +215,7 @@ class _Folds:
         self._charted = corner_texture(face.mesh) is None
         fine, smooth = (self._charted_frame(baker, neutral) for baker in (self._fine, self._smooth))
         self._texels, self._below = (Texels(_corners(mesh), size) for mesh in (fine, smooth))
+        tell_shared_places(face, self._below)
         self._triangles = np.asarray(fine.regular_faces, np.int64)
         self._base = np.asarray(smooth.regular_faces, np.int64)
         self.covered = self._texels.covered & self._below.covered
