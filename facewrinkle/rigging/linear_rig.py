@@ -138,12 +138,12 @@ class Rig:
 
     @property
     def shapes(self) -> Mapping[str, Shape]:
-        """What the shapes are made of, by name; without those that others drive."""
+        """Contractions and movements of the shapes, by name; without those that others drive."""
         return self._shapes
 
     @property
     def posing(self) -> Posing:
-        """What brings the face into the poses of shapes.
+        """The simulation that brings the face into the poses of shapes.
 
         Raises
         ------

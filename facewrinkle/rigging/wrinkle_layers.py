@@ -55,7 +55,7 @@ AROUND = 1.2
 """Standard deviation of the averages of depths and of masks, mm."""
 
 SHARP = 4.0
-"""Where shapes of one layer meet, it shows theirs in proportion to the depths to this power."""
+"""A layer shows the wrinkles of shapes that meet in it in proportion to their depths to this power."""
 
 Names = Mapping[str, tuple[str, ...]]
 
