@@ -266,9 +266,18 @@ class Rig:
 
     @property
     def mixtures(self) -> list[Mapping[str, float]]:
-        """Weights of which :attr:`report` tells the error: each shape, half and full, and common mixtures."""
+        """Weights of which :attr:`report` tells the error: each shape, half and full, and common mixtures.
+
+        Shapes of a pair are taken together, as they were made, and that of the left also alone.
+        """
         shapes = [name for name in self.names if name in self._shapes and not self._shapes[name].beyond]
-        asked: list[Mapping[str, float]] = [{name: weight} for name in shapes for weight in (0.5, 1.0)]
+        asked: list[Mapping[str, float]] = []
+        for name in shapes:
+            other = f"{name.removesuffix('Left')}Right"
+            if name.endswith("Left") and other in shapes and self._shapes[name].side:
+                asked += [{name: 0.5, other: 0.5}, {name: 1.0, other: 1.0}, {name: 1.0}]
+            elif not (self._shapes[name].side and f"{name.removesuffix('Right')}Left" in shapes):
+                asked += [{name: weight} for weight in (0.5, 1.0)]
         mixed = [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
         corrected: dict[tuple[str, ...], dict[str, None]] = {}  # pairs of both sides together, as they were simulated
         for names in self.drivers.values():
@@ -279,7 +288,7 @@ class Rig:
 
     @cached_property
     def report(self) -> dict[str, RigError]:
-        """Errors of each shape at half its weight and at full weight, and of common mixtures, by what was mixed."""
+        """Errors of each shape and pair at half and at full weight, and of common mixtures, by what was mixed."""
         return {label(weights): self.error(weights) for weights in self.mixtures}
 
 

@@ -46,7 +46,7 @@ MOST_LAYERS = 4
 """A mask has four channels, one for each layer."""
 
 LEVEL = 3
-"""How often a triangle may be split for the maps."""
+"""Times that a triangle may be split for the maps."""
 
 FOLDED = 0.03
 """Wrinkles of a shape that are nowhere deeper than this, mm, are left out; masks fade to nothing below."""
