@@ -40,6 +40,11 @@ REWEIGHTED, STRESS, LEAST = 16, 0.15, 0.02
 does, and the least share.
 """
 
+WORK = 5e9
+"""Frames squared times coordinates up to which that is done, half a minute of a processor; longer clips have plain
+principal components, nearly twice as many.
+"""
+
 TURN = 0.01
 """Normals that a target turns by less, in radians, are left as they are."""
 
@@ -103,7 +108,8 @@ def principal_targets(ways: Single, allowed: float) -> tuple[Single, Single]:
         middle = (low + high) // 2
         within = _off(flat, vectors[:, :middle], shares[:middle]).max(initial=0.0) <= SPENT * allowed
         low, high = (low, middle) if within else (middle + 1, high)
-    best, low = (vectors[:, :high], shares[:high]), high // 2
+    best = vectors[:, :high], shares[:high]
+    low = high // 2 if len(flat) * flat.size <= WORK else high
     while low < high:
         middle = (low + high) // 2
         found = _even_components(flat, middle, SPENT * allowed)
