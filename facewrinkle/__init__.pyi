@@ -54,9 +54,11 @@ from .motion.skin import SkinMaterial as SkinMaterial
 from .rigging import Performer as Performer
 from .rigging import Rig as Rig
 from .rigging import Take as Take
+from .rigging import bake_layers as bake_layers
 from .rigging import bake_maps as bake_maps
 from .rigging import read_take as read_take
 from .rigging import rig as rig
+from .rigging import write_layers as write_layers
 from .rigging import write_maps as write_maps
 from .rigging import write_rig as write_rig
 from .simulation import Refinement as Refinement

@@ -135,6 +135,16 @@ def small_maps():
     return fw.bake_maps(face(), "AU2", size=64)
 
 
+@cache
+def smooth_rig():
+    return fw.rig(face(), "browInnerUp", "maps")
+
+
+@cache
+def small_layers():
+    return fw.bake_layers(smooth_rig(), 64)
+
+
 def seamed(corners):
     """Texture coordinates of which every other triangle has its own."""
     apart = corners.copy()
@@ -217,6 +227,9 @@ SPECIAL = {
     "SheetMuscle.transformed": lambda e: [np.eye(3), 2.0, np.ones(3)],
     "Crease.points_at": lambda e: [np.linspace(0.0, 1.0, 5), np.linspace(-1.0, 1.0, 5)],
     "Simulation.take_triangles": lambda e: [fw.Simulation(face(), layers=[])],
+    "bake_layers": lambda e: [smooth_rig(), 64],
+    "write_layers": lambda e: [small_layers(), e["path"].with_suffix(".glb")],
+    "WrinkleLayers": lambda e: [[], [], 1.0, {}, {}],
     "write_rig": lambda e: [small_rig(), e["path"].with_suffix(".glb")],
     "Simulation.use_layers": lambda e: [[fw.MuscleWrinkles()]],
     "Simulation.fields": lambda e: [next(iter(face().muscles))],

@@ -12,6 +12,7 @@ ORDER = (
     "own_scan",
     "studio",
     "animation",
+    "character",
     "muscles",
     "skin",
     "wave_folds",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -11,9 +12,10 @@ from ..errors import ParameterError
 from ..export import output_folder
 from ..mesh.files import written
 from ..plotting import save_picture
+from ..rigging import bake_layers, write_layers, write_rig
 from ..rigging import rig as make_rig
-from ..rigging import write_rig
-from ..rigging.linear_rig import report_text
+from ..rigging.linear_rig import facts_text, report_text
+from ..rigging.maps import check_map_size
 from ..rigging.page import write_page
 from ..rigging.sheet import sheet as draw_sheet
 from .options import FaceOptions
@@ -30,8 +32,10 @@ def rig(
     *,
     source: FaceOptions | None = None,
     shapes: str = "arkit",
-    wrinkles: Literal["baked", "separate", "none"] = "baked",
+    wrinkles: Literal["baked", "separate", "maps", "none"] = "baked",
     level: Whole = 2,
+    correctives: Whole = 0,
+    map_size: Whole = 1024,
     format: Literal["glb", "gltf", "usd", "usdc", "usda"] = "glb",
     dense: bool = False,
     sheet: bool = False,
@@ -50,11 +54,18 @@ def rig(
         Sets joined by +: arkit (Apple's 52), visemes (15), extras (mouthOpen, eyesClosed, ...), aus (action units); or
         names of single shapes.
     wrinkles
-        In the shapes themselves; separate, as targets NAME_wrinkle to be driven by the square of the weight; or none.
+        In the shapes themselves; separate, as targets NAME_wrinkle to be driven by the square of the weight; maps, as
+        up to four layers of normals and heights with a mask for each shape, beside a smooth rig on the mesh as it is;
+        or none.
     level
         How often a triangle may be split where any shape folds; 0 keeps the mesh as it is.
+    correctives
+        At most so many pairs of shapes get a corrective, a target to be driven by the product of their weights: those
+        whose sum is farthest from the simulation. NAME.rig.json lists them.
+    map_size
+        Width of maps, texels: a power of two.
     format
-        glb; gltf with all data embedded; usd (UsdSkel, without pictures).
+        glb; gltf with all data embedded; usd (UsdSkel, with pictures in files beside).
     dense
         Write every vertex of every shape, for importers that know no sparse accessors.
     sheet
@@ -74,13 +85,22 @@ def rig(
         if source.face is not None:
             raise ParameterError("the face is named twice: leave out --face.")
         source = replace(source, face=face)
+    check_map_size(map_size)
     folder = output_folder(out or Path("output") / source.label / "rig", make=False)
     loaded = source.load(report)
     made = make_rig(
-        loaded, shapes, wrinkles, level, progress=lambda items, what, n: report.progress(iter(items), what, n)
+        loaded,
+        shapes,
+        wrinkles,
+        level,
+        correctives,
+        progress=lambda items, what, n: report.progress(iter(items), what, n),
     )
     stem = source.label or "head"
     files = [write_rig(made, folder / f"{stem}.{format}", dense=dense)]
+    if wrinkles == "maps":
+        baked = bake_layers(made, map_size, progress=lambda items, what, n: report.progress(iter(items), what, n))
+        files += write_layers(baked, files[0])
     if sheet:
         image = draw_sheet(made, progress=lambda items, what, n: report.progress(iter(items), what, n))
         files.append(save_picture(image, folder / f"{stem}_sheet.png"))
@@ -91,6 +111,8 @@ def rig(
         "shapes": f"{len(made.names)}, of {len(made.parts)} meshes: {', '.join(made.parts)}",
         "vertices of the skin": f"{loaded.mesh.n_points} → {len(made.parts['face'].points)}",
     }
+    if made.drivers:
+        rows["driven by products of weights"] = f"{len(made.drivers)} of them, listed in {stem}.rig.json"
     if made.left_out:
         rows["left out"] = "\n".join(f"{name}: {why}" for name, why in made.left_out.items())
     if errors:
@@ -100,9 +122,18 @@ def rig(
             f"{name}: {error.mean:.2f} mm on average, {error.largest:.2f} at most, of {error.motion:.1f}"
             for name, error in found
         )
+    if errors or made.drivers:
         with written(folder / f"{stem}.rig.json") as whole:
-            whole.write_text(report_text(made), encoding="utf-8")
+            whole.write_text(report_text(made) if errors else facts_text(made), encoding="utf-8")
         files.append(folder / f"{stem}.rig.json")
-    rows[f"files in {folder}"] = "\n".join([f"{files[0].name} ({size:.1f} MB)", *(path.name for path in files[1:])])
+    names = [f"{files[0].name} ({size:.1f} MB)", *_listed(files[1:], folder)]
+    rows[f"files in {folder}"] = "\n".join(names)
     report.table(stem, rows)
     report.say(f"{time.perf_counter() - begin:.1f} s")
+
+
+def _listed(files: list[Path], folder: Path) -> list[str]:
+    """Return the names of files in a folder, and the number of those in each folder below it."""
+    below = Counter(path.parent.name for path in files if path.parent != folder)
+    named = [path.name for path in files if path.parent == folder]
+    return named + [f"{name}/ ({count} files)" for name, count in below.items()]

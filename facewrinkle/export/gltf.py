@@ -155,7 +155,10 @@ class _File:
         entry: dict[str, Any] = {"name": name, "primitives": [primitive]}
         if shapes is not None and len(shapes.names):
             primitive["targets"] = self._targets(shapes, dense)
-            entry |= {"weights": [0.0] * len(shapes.names), "extras": {"targetNames": list(shapes.names)}}
+            extras: dict[str, Any] = {"targetNames": list(shapes.names)}
+            if shapes.drivers:
+                extras["drivers"] = {name: list(others) for name, others in shapes.drivers.items()}
+            entry |= {"weights": [0.0] * len(shapes.names), "extras": extras}
         return self.add("meshes", entry)
 
     def _targets(self, shapes: Morphs, dense: bool) -> list[dict[str, int]]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,8 @@ class Morphs:
         Names of the k shapes.
     deltas, normals : ndarray of float32, shape (k, n, 3)
         What is added to points and normals at weight 1.
+    drivers : mapping of str to sequence of str
+        Shapes whose weight is the product of the weights of others; written beside the names, for programs that ask.
 
     Examples
     --------
@@ -34,6 +36,7 @@ class Morphs:
     names: Sequence[str]
     deltas: Single
     normals: Single
+    drivers: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

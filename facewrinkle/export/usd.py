@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MissingPackageError
+from ..mesh.files import written
+from .gltf import ROUGHNESS, SKIN_COLOUR, SKIN_ROUGHNESS
 from .model import Model
-from .morphs import Morphs, WeightTrack
+from .morphs import Morphs, Single, WeightTrack
 
 Array = npt.NDArray[np.float64]
 
@@ -31,11 +33,13 @@ def write_usd(
     rotation: Array | None,
     morphs: Mapping[str, Morphs] | None = None,
     track: WeightTrack | None = None,
+    beside: Path | None = None,
 ) -> None:
     """Write meshes with their blend shapes as a USD file: one `SkelRoot`, with one joint that does not move.
 
-    Shapes are sparse; a mesh has those that move it. Colours are `displayColor`, texture coordinates `primvars:st`;
-    pictures are not bound.
+    Shapes are sparse; a mesh has those that move it. Shapes that are driven by another's weight squared are part of
+    that one, with an in-between at half its weight. Colours are `displayColor`, texture coordinates `primvars:st`, and
+    materials preview surfaces, with the pictures in files beside.
 
     Parameters
     ----------
@@ -48,6 +52,8 @@ def write_usd(
         Turns the models upright.
     morphs : mapping of str to Morphs, optional
     track : WeightTrack, optional
+    beside : Path, optional
+        The final place of the file, if that is another: pictures are written there, ``NAME_face.png`` and so on.
 
     Raises
     ------
@@ -88,6 +94,7 @@ def write_usd(
     for name, model in models.items():
         mesh = UsdGeom.Mesh.Define(stage, f"/Face/{name}")
         _fill(mesh, model)
+        _paint(stage, mesh, name, model, beside or path)
         binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
         binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
         binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
@@ -95,7 +102,7 @@ def write_usd(
         binding.CreateJointWeightsPrimvar(True, 1).Set([1.0])
         if morphs is not None:
             _shapes(stage, mesh, binding, morphs[name])
-    names = list(next(iter(morphs.values())).names) if morphs else []
+    names = [name for name, *_ in _merged(next(iter(morphs.values())))] if morphs else []
     animation = UsdSkel.Animation.Define(stage, "/Face/Skeleton/Animation")
     animation.CreateJointsAttr(["head"])
     animation.CreateTranslationsAttr([Gf.Vec3f(0.0)])
@@ -140,7 +147,7 @@ def _shapes(stage: Any, mesh: Any, binding: Any, morphs: Morphs) -> None:
     from pxr import Tf, UsdSkel
 
     names, targets = [], []
-    for name, moved, turned in zip(morphs.names, morphs.deltas, morphs.normals, strict=True):
+    for name, moved, turned, half in _merged(morphs):
         some = np.flatnonzero(moved.any(axis=1) | turned.any(axis=1))
         if not len(some):
             continue
@@ -148,8 +155,75 @@ def _shapes(stage: Any, mesh: Any, binding: Any, morphs: Morphs) -> None:
         shape.CreateOffsetsAttr(np.ascontiguousarray(moved[some]))
         shape.CreateNormalOffsetsAttr(np.ascontiguousarray(turned[some]))
         shape.CreatePointIndicesAttr(some.astype(np.int32))
+        if half is not None:
+            between = shape.CreateInbetween("half")
+            between.SetWeight(0.5)
+            between.SetOffsets(np.ascontiguousarray(half[0][some]))
+            between.CreateNormalOffsetsAttr(np.ascontiguousarray(half[1][some]))
         names.append(name)
         targets.append(shape.GetPath())
     if names:
         binding.CreateBlendShapesAttr(names)
         binding.CreateBlendShapeTargetsRel().SetTargets(targets)
+
+
+def _merged(morphs: Morphs) -> Iterator[tuple[str, Single, Single, tuple[Single, Single] | None]]:
+    """Yield the names of shapes, what they add to points and normals (n, 3) at weight 1, and at a half if that is not
+    the half of it.
+    """
+    squared = {names[0]: k for k, name in enumerate(morphs.names) if _is_squared(names := morphs.drivers.get(name, ()))}
+    for k, name in enumerate(morphs.names):
+        if k in squared.values():
+            continue
+        both = morphs.deltas[k], morphs.normals[k]
+        if name not in squared:
+            yield name, *both, None
+            continue
+        more = morphs.deltas[squared[name]], morphs.normals[squared[name]]
+        whole = both[0] + more[0], both[1] + more[1]
+        yield name, *whole, (0.5 * both[0] + 0.25 * more[0], 0.5 * both[1] + 0.25 * more[1])
+
+
+def _is_squared(names: Sequence[str]) -> bool:
+    """Return True for a shape that is driven by the square of the weight of another."""
+    return len(names) == 2 and names[0] == names[1]
+
+
+def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> None:
+    """Bind a preview surface to a mesh, with its colours, or with its picture in a file beside `place`."""
+    from pxr import Sdf, UsdShade
+
+    material = UsdShade.Material.Define(stage, f"/Face/Materials/{name}")
+    surface = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Surface")
+    surface.CreateIdAttr("UsdPreviewSurface")
+    surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(ROUGHNESS.get(name.split("_")[0], SKIN_ROUGHNESS))
+    colour = surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
+    material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
+    UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
+    if model.png is None or model.uv is None:
+        reader = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Colours")
+        reader.CreateIdAttr("UsdPrimvarReader_float3")
+        reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("displayColor")
+        reader.CreateInput("fallback", Sdf.ValueTypeNames.Float3).Set(tuple(SKIN_COLOUR[:3]))
+        colour.ConnectToSource(reader.CreateOutput("result", Sdf.ValueTypeNames.Float3))
+        return
+    ending = "png" if model.png.startswith(b"\x89PNG") else "jpg"
+    picture = place.with_name(f"{place.stem}_{name}.{ending}")
+    with written(picture) as whole:
+        whole.write_bytes(model.png)
+    reader = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Places")
+    reader.CreateIdAttr("UsdPrimvarReader_float2")
+    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
+    texture = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Picture")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(Sdf.AssetPath(f"./{picture.name}"))
+    texture.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set("sRGB")
+    for side in "ST":
+        texture.CreateInput(f"wrap{side}", Sdf.ValueTypeNames.Token).Set("repeat")
+    places = reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
+    texture.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(places)
+    colour.ConnectToSource(texture.CreateOutput("rgb", Sdf.ValueTypeNames.Float3))
+    if model.cutout:
+        opacity = surface.CreateInput("opacity", Sdf.ValueTypeNames.Float)
+        opacity.ConnectToSource(texture.CreateOutput("a", Sdf.ValueTypeNames.Float))
+        surface.CreateInput("opacityThreshold", Sdf.ValueTypeNames.Float).Set(0.5)

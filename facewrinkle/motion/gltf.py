@@ -165,7 +165,7 @@ def _chosen(document: Document, models: list[_Model], clips: Mapping[str, Clip],
     morphing = [model for model in found if (model.node, "weights") in keys]
     shaped = [model for model in found if model.names]
     candidates = sorted(morphing or shaped or found, key=lambda model: (not HEAD.search(model.label), -model.count))
-    if len(candidates) > 1:
+    if len(candidates) > 1 and candidates[0].label.lower() not in ("face", "head"):
         warn(
             f"{document.path.name} holds {len(candidates)} meshes that may be meant: "
             f"{', '.join(model.label for model in candidates)}; took the first, which is called a head or has the most "

@@ -6,6 +6,7 @@ from .page import write_page
 from .performer import Performer
 from .sheet import sheet
 from .takes import Take, read_take
+from .wrinkle_layers import WrinkleLayers, bake_layers, write_layers
 from .write import write_rig
 
 __all__ = [
@@ -14,10 +15,13 @@ __all__ = [
     "Rig",
     "RigError",
     "Take",
+    "WrinkleLayers",
+    "bake_layers",
     "bake_maps",
     "read_take",
     "rig",
     "sheet",
+    "write_layers",
     "write_maps",
     "write_page",
     "write_rig",

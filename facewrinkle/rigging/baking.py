@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +21,8 @@ from .poses import Held, Pose
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]
 
-Progress = Callable[[Iterable[Pose], str, int], Iterator[Pose]]
-"""Yields poses while it shows what is done, and how many there are."""
+Progress = Callable[[Iterable[Any], str, int], Iterator[Any]]
+"""Yields items, such as poses, while it shows what is done, and how many there are."""
 
 SAMPLES, BEND = 2.75, 0.1
 """Vertices from bulge to furrow, and the threshold of Eq. 19: a bit coarser than for pictures, as rigs are sent around.
@@ -31,8 +32,8 @@ ROUNDS = 4
 """Each round of all poses may ask for triangles that the rounds before did not; the mesh is done long before this."""
 
 
-def silent(items: Iterable[Pose], what: str, total: int) -> Iterator[Pose]:
-    """Yield the poses without a word."""
+def silent(items: Iterable[Any], what: str, total: int) -> Iterator[Any]:
+    """Yield the items without a word."""
     return iter(items)
 
 
@@ -74,7 +75,7 @@ class Baker:
                 self._grown(pose)
             if self.simulation.forest.n_points == before:
                 break
-        frame = self._frame(neutral)
+        frame = self.frame(neutral)
         self.models = rest_models(self.face, frame)
 
     def follow(self, other: Baker) -> None:
@@ -86,15 +87,16 @@ class Baker:
         count = -1
         while self.simulation.forest.n_points != count:
             count = self.simulation.forest.n_points
-            self._frame(pose)
+            self.frame(pose)
 
-    def _frame(self, pose: Pose) -> pv.PolyData:
+    def frame(self, pose: Pose) -> pv.PolyData:
+        """Return the skin in a pose, with its fields."""
         self._motion.hold(pose)
         return self.simulation.step()
 
     def placed(self, pose: Pose, parts: bool = True) -> dict[str, Placed]:
         """Return all meshes in a pose."""
-        frame = self._frame(pose)
+        frame = self.frame(pose)
         origin = self.models["face"].origin
         found = {"face": Placed(np.asarray(frame.points)[origin], np.asarray(frame.point_data["Normals"])[origin])}
         for name, mesh in companion_meshes(self.face, frame, always=True).items() if parts else ():

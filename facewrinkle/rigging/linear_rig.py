@@ -21,13 +21,17 @@ from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
 from ..mesh import to_polydata
 from .baking import Baker, Placed, Progress, silent
+from .correctives import Pair, worst_pairs
+from .maps import around_head, check_texture
 from .poses import Pose, Posing, share_of_side
 from .shapes import ARKIT, Shape, Side, shapes_of
 
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]
 
-Wrinkling = Literal["baked", "separate", "none"]
+Wrinkling = Literal["baked", "separate", "maps", "none"]
+
+WRINKLING = ("baked", "separate", "maps", "none")
 
 CUT = 0.1
 """Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""
@@ -45,6 +49,9 @@ TURN = 0.03
 
 HAIRY = ("lashes", "brows")
 """Parts, by the first word of their names, whose normals stay: how a hair shines does not tell how it lies."""
+
+MOST_PAIRS = 200
+"""The most pairs of shapes that may be corrected."""
 
 FINEST = 5
 """The highest level of refinement."""
@@ -102,6 +109,9 @@ class Rig:
         The shapes of each mesh, all with the same names.
     left_out : dict of str to str
         Shapes that were asked for and that this face cannot make, with the reason.
+    drivers : dict of str to tuple of str
+        Targets that are no shapes of their own, and the shapes whose weights are multiplied to theirs: a shape's own
+        weight with itself for its wrinkles, two for a corrective.
 
     Examples
     --------
@@ -118,12 +128,31 @@ class Rig:
     parts: Mapping[str, Model]
     morphs: Mapping[str, Morphs]
     left_out: Mapping[str, str]
+    drivers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     _shapes: Mapping[str, Shape] = field(repr=False, default_factory=dict)
     _posing: Posing | None = field(repr=False, default=None)
     _baker: Baker | None = field(repr=False, default=None)
 
     def __repr__(self) -> str:
         return f"Rig({len(self.names)} shapes, {len(self.parts)} meshes, {len(self.parts['face'].points)} vertices)"
+
+    @property
+    def shapes(self) -> Mapping[str, Shape]:
+        """Contractions and movements of the shapes, by name; without those that others drive."""
+        return self._shapes
+
+    @property
+    def posing(self) -> Posing:
+        """The simulation that brings the face into the poses of shapes.
+
+        Raises
+        ------
+        ParameterError
+            If the rig was not made by :func:`facewrinkle.rig`.
+        """
+        if self._posing is None:
+            raise ParameterError("this rig has no simulation to compare with: it was not made by facewrinkle.rig.")
+        return self._posing
 
     @property
     def mesh(self) -> pv.PolyData:
@@ -150,6 +179,21 @@ class Rig:
         if (out < 0.0).any() or (out > 1.0).any():
             warn("weights outside [0, 1] are clamped: a shape is made for weights from 0 to 1.")
         return np.clip(out, 0.0, 1.0)
+
+    def driven(self, weights: Mapping[str, float]) -> dict[str, float]:
+        """Return weights together with those of the targets that they drive; see `drivers`.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> rig = fw.rig(fw.default_face(), "browInnerUp", "separate", level=1)
+        >>> rig.driven({"browInnerUp": 0.5})
+        {'browInnerUp': 0.5, 'browInnerUp_wrinkle': 0.25}
+        """
+        products = {
+            target: float(np.prod([weights.get(name, 0.0) for name in names])) for target, names in self.drivers.items()
+        }
+        return dict(weights) | {name: weight for name, weight in products.items() if weight and name not in weights}
 
     def at(self, weights: Mapping[str, float], part: str = "face") -> pv.PolyData:
         """Return a mesh of the rig with its shapes at weights, as any program shows it.
@@ -196,6 +240,8 @@ class Rig:
     def error(self, weights: Mapping[str, float]) -> RigError:
         """Return how far the rig is from the simulation of the same mixture, which is not linear.
 
+        Wrinkles and correctives that the weights drive are part of the rig.
+
         Examples
         --------
         >>> import facewrinkle as fw
@@ -204,14 +250,13 @@ class Rig:
         >>> found.mean < 0.2 * found.motion
         True
         """
-        if self._posing is None or self._baker is None:
-            raise ParameterError("this rig has no simulation to compare with: it was not made by facewrinkle.rig.")
         mixed = self._weights(weights)
         asked = {self.names[k]: float(mixed[k]) for k in np.flatnonzero(mixed)}
-        pose = self._posing.at({name: (self._shapes[name], weight) for name, weight in asked.items()})
+        pose = self.posing.at({name: (self._shapes[name], weight) for name, weight in asked.items()})
         unit, rest = self.face.unit, self.parts["face"].points
+        assert self._baker is not None
         truth = (self._baker.placed(pose, parts=False)["face"].points - rest) * unit
-        ours = (np.asarray(self.at(asked).points) - rest) * unit
+        ours = (np.asarray(self.at(self.driven(asked)).points) - rest) * unit
         way = np.linalg.norm(truth, axis=1)
         moved = np.maximum(way, np.linalg.norm(ours, axis=1)) > CUT
         if not moved.any():
@@ -221,14 +266,29 @@ class Rig:
 
     @property
     def mixtures(self) -> list[Mapping[str, float]]:
-        """Weights of which :attr:`report` tells the error: each shape, half and full, and common mixtures."""
+        """Weights of which :attr:`report` tells the error: each shape, half and full, and common mixtures.
+
+        Shapes of a pair are taken together, as they were made, and that of the left also alone.
+        """
         shapes = [name for name in self.names if name in self._shapes and not self._shapes[name].beyond]
-        asked: list[Mapping[str, float]] = [{name: weight} for name in shapes for weight in (0.5, 1.0)]
-        return asked + [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
+        asked: list[Mapping[str, float]] = []
+        for name in shapes:
+            other = f"{name.removesuffix('Left')}Right"
+            if name.endswith("Left") and other in shapes and self._shapes[name].side:
+                asked += [{name: 0.5, other: 0.5}, {name: 1.0, other: 1.0}, {name: 1.0}]
+            elif not (self._shapes[name].side and f"{name.removesuffix('Right')}Left" in shapes):
+                asked += [{name: weight} for weight in (0.5, 1.0)]
+        mixed = [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
+        corrected: dict[tuple[str, ...], dict[str, None]] = {}  # pairs of both sides together, as they were simulated
+        for names in self.drivers.values():
+            if len(set(names)) > 1:
+                both = tuple(name.removesuffix("Left").removesuffix("Right") for name in names)
+                corrected.setdefault(both, {}).update(dict.fromkeys(names))
+        return asked + mixed + [dict.fromkeys(names, weight) for names in corrected.values() for weight in (0.5, 1.0)]
 
     @cached_property
     def report(self) -> dict[str, RigError]:
-        """Errors of each shape at half its weight and at full weight, and of common mixtures, by what was mixed."""
+        """Errors of each shape and pair at half and at full weight, and of common mixtures, by what was mixed."""
         return {label(weights): self.error(weights) for weights in self.mixtures}
 
 
@@ -243,7 +303,13 @@ def report_text(rig: Rig) -> str:
         }
         for weights, found in zip(rig.mixtures, rig.report.values(), strict=True)
     ]
-    content = {"shapes": list(rig.names), "left_out": dict(rig.left_out), "errors": errors}
+    return facts_text(rig, errors=errors)
+
+
+def facts_text(rig: Rig, **more: object) -> str:
+    """Return as JSON which targets a rig has, which were left out, and which are driven by the product of others."""
+    drivers = {target: list(names) for target, names in rig.drivers.items()}
+    content = {"shapes": list(rig.names), "left_out": dict(rig.left_out), "drivers": drivers} | more
     return json.dumps(content, indent=1) + "\n"
 
 
@@ -264,6 +330,7 @@ def rig(
     shapes: str = "arkit",
     wrinkles: Wrinkling = "baked",
     level: int = 2,
+    correctives: int = 0,
     *,
     progress: Progress = silent,
 ) -> Rig:
@@ -276,11 +343,16 @@ def rig(
     shapes : str
         Sets joined by +: "arkit" (Apple's 52 names), "visemes" (15), "extras" (what web avatars ask for besides), "aus"
         (the action units of the face's atlas); or names of single shapes.
-    wrinkles : {"baked", "separate", "none"}
+    wrinkles : {"baked", "separate", "maps", "none"}
         In the shapes themselves; as targets of their own, called NAME_wrinkle, which are to be driven by the square of
-        the weight; or none.
+        the weight; in maps (:func:`facewrinkle.bake_layers`), for which the rig is smooth, on the mesh as it is, and
+        has texture coordinates; or none.
     level : int
         How often a triangle may be split where any shape folds; 0 keeps the mesh as it is.
+    correctives : int
+        At most so many pairs of shapes whose sum is off get a corrective, the worst first: targets of their own, called
+        jawOpen_mouthSmileLeft, which are to be driven by the product of the two weights. All pairs that meet are
+        simulated, which takes minutes.
     progress : callable, optional
         Called with an iterable, what is being done, and the number of items; yields the items.
 
@@ -310,34 +382,50 @@ def rig(
     (True, False)
     """
     level = check_whole("level", level, 0, FINEST, "Each level has up to four times as many triangles.")
-    if wrinkles not in ("baked", "separate", "none"):
-        raise unknown_name("kind of wrinkles", wrinkles, ("baked", "separate", "none"))
+    correctives = check_whole("correctives", correctives, 0, MOST_PAIRS, "They are pairs of shapes.")
+    if wrinkles not in WRINKLING:
+        raise unknown_name("kind of wrinkles", wrinkles, WRINKLING)
+    if wrinkles == "maps":
+        check_texture(face)
+        level = 0
     wanted, left_out = shapes_of(shapes, face)
     lacking = [name for name in left_out if name != "tongueOut"]
     if lacking:
         reasons = "; ".join(dict.fromkeys(left_out[name] for name in lacking))
         warn(f"{len(lacking)} shapes are left out ({reasons}): {', '.join(lacking)}.")
     posing = Posing(face)
-    poses = _poses(wanted, posing)
+    poses = movement_poses(wanted, posing)
     neutral = posing.neutral()
-    baker = Baker(face, [] if wrinkles == "none" else None, level)
+    baker = Baker(face, [] if wrinkles in ("none", "maps") else None, level)
+    wrinkled = baker
     baker.refine(list(poses.values()), neutral, progress)
     fields = _fields(wanted, poses, neutral, baker, progress)
-    names = list(wanted)
+    names, drivers = list(wanted), dict[str, tuple[str, ...]]()
     if wrinkles == "separate":
         bare = Baker(face, [], level)
         bare.follow(baker)
         smooth = _fields(wanted, poses, neutral, bare, progress)
         fields, names = _separated(fields, smooth, names)
+        drivers = {name: (stem, stem) for name in names[len(wanted) :] for stem in (name.removesuffix("_wrinkle"),)}
+        baker = bare
+    if correctives:
+        pairs = worst_pairs(wanted, poses, posing, correctives, progress)
+        own = {f"{a}_{b}": (a, b) for pair in pairs for a, b, _ in pair.targets}
+        more = _corrections(pairs, poses, neutral, baker, progress)
+        fields = {p: _joined(both, more[p]) for p, both in fields.items()}
+        names, drivers = [*names, *own], drivers | own
     cuts = {part: (HAIR_CUT if part.split("_")[0] in HAIRY else CUT) / face.unit for part in fields}
     morphs = {
-        part: Morphs(tuple(names), *_faded(deltas, _kept(part, normals), baker.models[part].triangles, cuts[part]))
+        part: Morphs(names, *_faded(deltas, _kept(part, normals), baker.models[part].triangles, cuts[part]), drivers)
         for part, (deltas, normals) in fields.items()
     }
-    return Rig(face, tuple(names), baker.models, morphs, left_out, wanted, posing, baker)
+    parts = baker.models
+    if wrinkles == "maps" and parts["face"].uv is None:
+        parts = parts | {"face": replace(parts["face"], uv=around_head(face, parts["face"].points))}
+    return Rig(face, tuple(names), parts, morphs, left_out, drivers, wanted, posing, wrinkled)
 
 
-def _poses(shapes: Mapping[str, Shape], posing: Posing) -> dict[tuple[object, ...], Pose]:
+def movement_poses(shapes: Mapping[str, Shape], posing: Posing) -> dict[tuple[object, ...], Pose]:
     """Return the poses that shapes are made of, by their movements: both sides of a pair are one, moved together."""
     found: dict[tuple[object, ...], Pose] = {}
     for shape in [*shapes.values(), *(ARKIT[shape.beyond] for shape in shapes.values() if shape.beyond)]:
@@ -381,6 +469,35 @@ def _fields(
                 fields[part][0][k] += share * moved
                 fields[part][1][k] += share * turned
     return fields
+
+
+def _corrections(
+    pairs: list[Pair], poses: Mapping[tuple[object, ...], Pose], neutral: Pose, baker: Baker, progress: Progress
+) -> Fields:
+    """Return what the correctives of pairs change."""
+    rest = baker.placed(neutral)
+    count = sum(len(pair.targets) for pair in pairs)
+    fields: Fields = {
+        part: (np.zeros((count, *at.points.shape), np.float32), np.zeros((count, *at.points.shape), np.float32))
+        for part, at in rest.items()
+    }
+    k, parts = 0, {id(pair.pose): pair for pair in pairs}
+    for pose in progress([pair.pose for pair in pairs], "Correctives", len(pairs)):
+        pair = parts[id(pose)]
+        now, one, other = (baker.placed(each) for each in (pose, poses[pair.first], poses[pair.second]))
+        for part, at in rest.items():
+            moved = now[part].points - one[part].points - other[part].points + at.points
+            turned = now[part].normals - one[part].normals - other[part].normals + at.normals
+            for row, (_, _, side) in enumerate(pair.targets, start=k):
+                share = share_of_side(baker.face, at.points, side)
+                fields[part][0][row], fields[part][1][row] = share * moved, share * turned
+        k += len(pair.targets)
+    return fields
+
+
+def _joined(first: tuple[Single, Single], second: tuple[Single, Single]) -> tuple[Single, Single]:
+    """Return two lots of shapes as one."""
+    return np.concatenate([first[0], second[0]]), np.concatenate([first[1], second[1]])
 
 
 def _change(now: Placed, rest: Placed) -> Array:

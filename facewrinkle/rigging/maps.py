@@ -136,25 +136,30 @@ def bake_maps(
     """
     size = check_map_size(size)
     check_range("intensity", intensity, 0.0, 1.0)
-    own = corner_texture(face.mesh)
-    if own is not None and (own.min() < -1e-6 or own.max() > 1.0 + 1e-6):
-        raise ParameterError(
-            f"maps need texture coordinates in [0, 1], received some from {own.min():.3g} to {own.max():.3g}. "
-            "Move the islands of all tiles into one, or cut the mesh by tiles."
-        )
+    check_texture(face)
     wrinkled = Simulation(face, layers=layers)
     bare = Simulation(face, Refinement(max_level=0), layers=[], motion=wrinkled.motion)
     wrinkled.express(expression, intensity)
     fine = wrinkled.settle()
     smooth = _held(bare, wrinkled)
     rest = face.mesh.copy()
-    if own is None:
+    if corner_texture(face.mesh) is None:
         for mesh in (rest, smooth, fine):
             start = np.asarray(mesh.point_data["rest"]) if "rest" in mesh.point_data else np.asarray(mesh.points)
-            mesh.active_texture_coordinates = _around_head(face, start)
-        fine = _visible_first(fine, face)
-        smooth = _visible_first(smooth, face)
+            mesh.active_texture_coordinates = around_head(face, start)
+        fine = visible_first(fine, face)
+        smooth = visible_first(smooth, face)
     return _baked(face, fine, smooth, rest, size)
+
+
+def check_texture(face: Face) -> None:
+    """Raise a ParameterError for texture coordinates outside [0, 1], where no map can be."""
+    own = corner_texture(face.mesh)
+    if own is not None and (own.min() < -1e-6 or own.max() > 1.0 + 1e-6):
+        raise ParameterError(
+            f"maps need texture coordinates in [0, 1], received some from {own.min():.3g} to {own.max():.3g}. "
+            "Move the islands of all tiles into one, or cut the mesh by tiles."
+        )
 
 
 def check_map_size(size: int) -> int:
@@ -172,7 +177,7 @@ def _held(bare: Simulation, wrinkled: Simulation) -> pv.PolyData:
     return bare.settle()
 
 
-def _around_head(face: Face, points: Array) -> Array:
+def around_head(face: Face, points: Array) -> Array:
     """Return places (n, 2) on a chart: directions from the middle of the head, in Lambert's azimuthal projection."""
     local = face.frame.local(points) - CHART_CENTRE
     local /= np.linalg.norm(local, axis=1, keepdims=True)
@@ -180,7 +185,7 @@ def _around_head(face: Face, points: Array) -> Array:
     return np.asarray(0.5 + np.clip(0.999 * half * local[:, :2], -0.5, 0.5))
 
 
-def _visible_first(mesh: pv.PolyData, face: Face) -> pv.PolyData:
+def visible_first(mesh: pv.PolyData, face: Face) -> pv.PolyData:
     """Return a mesh whose outer triangles come last, so that these are drawn over the ones behind."""
     triangles = np.asarray(mesh.regular_faces)
     away = np.linalg.norm(face.frame.local(np.asarray(mesh.point_data["rest"])) - CHART_CENTRE, axis=1)
@@ -227,16 +232,11 @@ def _baked(face: Face, fine: pv.PolyData, smooth: pv.PolyData, rest: pv.PolyData
     assert corners is not None
     assert coarse is not None
     texels, below = Texels(corners, size), Texels(coarse, size)
-    several = _shared_places(below)
-    if several > OVERLAP and corner_texture(face.mesh) is not None:
-        warn(
-            f"on {100.0 * several:.0f} % of the texture several triangles lie on each other, such as halves that share "
-            "a place: the maps hold one of them. Lay the islands side by side for both."
-        )
+    tell_shared_places(face, below)
     covered = texels.covered & below.covered
     triangles, base = np.asarray(fine.regular_faces, np.int64), np.asarray(smooth.regular_faces, np.int64)
     height = np.where(covered, texels.of(triangles, np.asarray(fine["W"], np.float64)), 0.0)
-    normal = _in_tangent_space(
+    normal = in_tangent_space(
         texels.of(triangles, np.asarray(fine.point_data["Normals"], np.float64)), below, skin_model(smooth, None)
     )
     normal[~covered] = [0.0, 0.0, 1.0]
@@ -246,12 +246,12 @@ def _baked(face: Face, fine: pv.PolyData, smooth: pv.PolyData, rest: pv.PolyData
     most = max(float(np.abs(height).max()), 1e-6)
     per_texel = float(np.sqrt(vertex_areas(start, base).sum() * face.unit**2 / max(below.covered.sum(), 1)))
     around = gaussian_filter(height, CAVITY_REACH / per_texel)
-    nearest = _nearest(covered)
+    nearest = nearest_covered(covered)
     return Maps(
-        _bytes(0.5 + 0.5 * normal)[nearest],
+        as_bytes(0.5 + 0.5 * normal)[nearest],
         np.rint(32768.0 + 32767.0 * height / most).astype(np.uint16)[nearest],
-        _bytes(0.5 + 0.5 * np.clip((height - around) / (0.5 * most), -1.0, 1.0) * (128.0 / 127.5))[nearest],
-        _bytes(np.concatenate([tension, np.zeros((size, size, 1))], axis=2))[nearest],
+        as_bytes(0.5 + 0.5 * np.clip((height - around) / (0.5 * most), -1.0, 1.0) * (128.0 / 127.5))[nearest],
+        as_bytes(np.concatenate([tension, np.zeros((size, size, 1))], axis=2))[nearest],
         most,
         smooth,
         rest,
@@ -259,12 +259,22 @@ def _baked(face: Face, fine: pv.PolyData, smooth: pv.PolyData, rest: pv.PolyData
     )
 
 
+def tell_shared_places(face: Face, texels: Texels) -> None:
+    """Warn if triangles of a face lie on each other on its own texture."""
+    several = _shared_places(texels)
+    if several > OVERLAP and corner_texture(face.mesh) is not None:
+        warn(
+            f"on {100.0 * several:.0f} % of the texture several triangles lie on each other, such as halves that share "
+            "a place: the maps hold one of them. Lay the islands side by side for both."
+        )
+
+
 def _shared_places(texels: Texels) -> float:
     """Return the share of the covered texels on which several triangles lie."""
     return float((texels.hits[texels.covered] > 1).mean()) if texels.covered.any() else 0.0
 
 
-def _in_tangent_space(normals: Array, texels: Texels, model: Model) -> Array:
+def in_tangent_space(normals: Array, texels: Texels, model: Model) -> Array:
     """Return normals (h, w, 3) relative to the frames of a smooth mesh that programs make from its texture."""
     assert model.uv is not None
     tangent, sign = tangents_of(model)
@@ -304,11 +314,11 @@ def tangents_of(model: Model) -> tuple[Array, Array]:
     return tangent, sign
 
 
-def _bytes(values: Array) -> npt.NDArray[np.uint8]:
+def as_bytes(values: Array) -> npt.NDArray[np.uint8]:
     return np.rint(255.0 * np.clip(values, 0.0, 1.0)).astype(np.uint8)
 
 
-def _nearest(covered: npt.NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
+def nearest_covered(covered: npt.NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
     """Return the row and column of the covered texel that each texel near an island takes its value from."""
     distance, (rows, columns) = distance_transform_edt(~covered, return_indices=True)
     far = distance > MARGIN

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import html
 import json
 from importlib.resources import files
@@ -52,7 +53,7 @@ def write_page(rig: Rig, path: str | Path, title: str = "") -> Path:
     """
     path = output_file(path, SUFFIXES)
     page = (files(__package__) / "data" / VIEWER).read_text(encoding="utf-8")
-    model = base64.b64encode(rig_bytes(rig, binary=True)).decode()
+    model = base64.b64encode(gzip.compress(rig_bytes(rig, binary=True), mtime=0)).decode()
     page = page.replace("{{title}}", html.escape(title or path.stem)).replace("{{model}}", json.dumps(model))
     with written(path) as whole:
         whole.write_text(page, encoding="utf-8")

@@ -33,7 +33,8 @@ def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     ----------
     rig : Rig
     path : path
-        Ends in .glb, .gltf, .usd, .usdc or .usda. An existing file is replaced. USD (UsdSkel) has no pictures.
+        Ends in .glb, .gltf, .usd, .usdc or .usda. An existing file is replaced. USD (UsdSkel) has its
+        pictures in files beside, ``NAME_face.jpg`` and so on, and wrinkles of their own as in-betweens.
     dense : bool
         Write every vertex of every shape. By default only those that move are written (sparse accessors), which a few
         importers do not read.
@@ -62,7 +63,8 @@ def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     path = output_file(path, SUFFIXES)
     if path.suffix.lower() in USD:
         with written(path) as whole:
-            write_usd(whole, rig.parts, rig.face.unit, upright_rotation(rig.face), rig.morphs)
+            models = {name: _with_jpeg(model) for name, model in rig.parts.items()}
+            write_usd(whole, models, rig.face.unit, upright_rotation(rig.face), rig.morphs, beside=path)
         return path
     content = rig_bytes(rig, binary=path.suffix.lower() == ".glb", dense=dense)
     with written(path) as whole:

@@ -37,9 +37,25 @@ def test_a_rig_of_a_face_file(face, tmp_path):
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["anna.gltf"]
 
 
+def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
+    options = ["--shapes", "mouthFunnel+mouthPucker", "--wrinkles", "maps", "--map-size", "128", "--correctives", "1"]
+    assert main(["rig", *options, "--out", str(tmp_path)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} >= {
+        "head.glb", "head.rig.json", "head_wrinkles.json", "head_wrinkle1_normal.png", "head_wrinklemasks",
+    }  # fmt: skip
+    facts = json.loads((tmp_path / "head.rig.json").read_text())
+    assert facts["drivers"] == {"mouthFunnel_mouthPucker": ["mouthFunnel", "mouthPucker"]}
+    assert read_glb(tmp_path / "head.glb")[0]["meshes"][0]["extras"]["drivers"] == facts["drivers"]
+    said = capsys.readouterr().out
+    assert "head_wrinklemasks/ (2 files)" in said
+    assert "driven by products of weights" in said
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        (["--map-size", "1000"], "power of two"),
+        (["--correctives", "1000"], "correctives must lie in"),
         (["--shapes", "arkitt"], "Did you mean 'arkit'"),
         (["--level", "9"], "level must lie in [0, 5]"),
         (["nobody.obj", "--face", "somebody.obj"], "named twice"),

@@ -7,6 +7,8 @@ shapes and animation   the skin as UsdSkel bakes it
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,34 @@ def test_a_rig_is_valid_and_has_its_shapes(rig, tmp_path):
     stage.GetRootLayer().Save()
     expected = rig.at({"jawOpen": 0.5, "browInnerUp": 1.0}).points
     np.testing.assert_allclose(baked(path, 0.0), expected, atol=1e-6 * np.ptp(expected))
+
+
+def test_wrinkles_of_their_own_are_in_betweens(face, tmp_path):
+    """At half the weight a quarter of the wrinkles shows."""
+    rig = fw.rig(face, "browInnerUp", "separate", 1)
+    path = fw.write_rig(rig, tmp_path / "head.usda")
+    assert not errors(path)
+    stage = Usd.Stage.Open(str(path))
+    assert tuple(UsdSkel.BindingAPI(stage.GetPrimAtPath("/Face/face")).GetBlendShapesAttr().Get()) == ("browInnerUp",)
+    for weight in (0.5, 1.0):
+        stage.Reload()
+        UsdSkel.Animation.Get(stage, "/Face/Skeleton/Animation").GetBlendShapeWeightsAttr().Set([weight])
+        stage.GetRootLayer().Save()
+        expected = rig.at(rig.driven({"browInnerUp": weight})).points
+        np.testing.assert_allclose(baked(path, 0.0), expected, atol=1e-6 * np.ptp(expected))
+
+
+def test_pictures_lie_beside(face, tmp_path):
+    pytest.importorskip("PIL")
+    ramp = np.linspace(40, 200, 64).astype(np.uint8)
+    image = np.stack([*np.meshgrid(ramp, ramp), np.full((64, 64), 90, np.uint8)], axis=-1)
+    rig = fw.rig(replace(face, texture=image), "jawOpen", "none", 0)
+    path = fw.write_rig(rig, tmp_path / "head.usdc")
+    assert not errors(path)
+    with pytest.warns(fw.FaceWrinkleWarning, match="separate parts"):
+        again = fw.fit_face(path, face.landmarks)
+    assert (tmp_path / "head_face.jpg").exists()
+    assert np.abs(again.texture.astype(float) - image).mean() < 3.0  # a JPEG
 
 
 def test_the_validators_find_a_broken_file(rig, tmp_path):

@@ -19,7 +19,7 @@ from facewrinkle.errors import FaceWrinkleWarning, ParameterError
 from facewrinkle.export.model import Model, skin_model
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.mesh.seams import corner_texture
-from facewrinkle.rigging.maps import Texels, _around_head, _shared_places, tangents_of
+from facewrinkle.rigging.maps import Texels, _shared_places, around_head, tangents_of
 
 SIZE = 1024
 
@@ -130,7 +130,7 @@ def test_a_face_without_texture_coordinates_gets_a_chart():
             (face.mesh.point_data if name in face.mesh.point_data else face.mesh.cell_data).remove(name)
     assert corner_texture(face.mesh) is None
     maps = fw.bake_maps(face, "AU1", size=512)
-    chart = _around_head(face, face.points)
+    chart = around_head(face, face.points)
     np.testing.assert_allclose(maps.rest.active_texture_coordinates, chart, atol=1e-6)
     # The middle of the projection keeps areas: seen from the head's centre, a part of the chart is as large as a share
     # of the sphere, so that the half in front fills half of the disc.
@@ -147,9 +147,9 @@ def test_what_cannot_be_baked_is_refused():
     face = fw.default_face()
     with pytest.raises(ParameterError, match="power of two"):
         fw.bake_maps(face, "AU1", size=1000)
-    face.mesh.active_texture_coordinates = 2.0 * _around_head(face, face.points)
+    face.mesh.active_texture_coordinates = 2.0 * around_head(face, face.points)
     with pytest.raises(ParameterError, match=r"coordinates in \[0, 1\], received some from .* to [12]"):
         fw.bake_maps(face, "AU1", size=64)
-    face.mesh.active_texture_coordinates = np.abs(_around_head(face, face.points) - [0.5, 0.0])
+    face.mesh.active_texture_coordinates = np.abs(around_head(face, face.points) - [0.5, 0.0])
     with pytest.warns(FaceWrinkleWarning, match="several triangles lie on each other"):
         fw.bake_maps(face, "AU1", size=64)

@@ -11,10 +11,10 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from ...errors import MeshError, type_of, warn
-from ..arrays import COLORS, IMAGE, TEXTURE, use_texture, with_data
+from ..arrays import COLORS, IMAGE, MESH, PART, TEXTURE, use_texture, with_data
 from ..seams import add_seams
 from .materials import sibling_file
-from .merging import merged_surfaces, set_images
+from .merging import merged_surfaces, set_images, set_meshes
 from .obj_off import Polygons, polygon_triangles
 
 
@@ -32,10 +32,12 @@ def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> 
     surface = from_dataset(mesh, name)
     if polygons.corners is not None:
         add_seams(surface, _at_triangles(polygons.corners, polygons.faces, mesh))
+    face = np.repeat(np.arange(len(polygons.faces)), [len(face) for face in polygons.faces])[:, None]
+    if polygons.meshes is not None:
+        set_meshes(surface, polygons.meshes[_at_triangles(face, polygons.faces, mesh)[:, 0, 0].astype(np.int64)])
     if folder is not None and polygons.images and polygons.texture is not None:
         places = {name: _place(folder, name) for name in sorted(set(polygons.images) - {""})}
         images = np.array([places.get(name, "") for name in polygons.images])
-        face = np.repeat(np.arange(len(images)), [len(face) for face in polygons.faces])[:, None]
         set_images(surface, images[_at_triangles(face, polygons.faces, mesh)[:, 0, 0]])
     return surface
 
@@ -86,8 +88,11 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
         )
     _check_cells(data, name)
     surface = with_data(data, _triangles(data), np.arange(data.n_points))
-    if IMAGE in data.cell_data and data.is_all_triangles:  # a surface that was read before
-        surface.cell_data[IMAGE] = data.cell_data[IMAGE]
+    for name in (IMAGE, MESH) if data.is_all_triangles else ():  # of a surface that was read before
+        if name in data.cell_data:
+            surface.cell_data[name] = data.cell_data[name]
+    if PART in surface.point_data and surface.point_data[PART].dtype.kind in "iu":  # a frame of a simulation
+        set_meshes(surface, np.asarray(surface.point_data[PART])[np.asarray(surface.regular_faces)[:, 0]])
     return surface
 
 

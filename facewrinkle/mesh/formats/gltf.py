@@ -12,6 +12,7 @@ import json
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -252,7 +253,7 @@ class Document:
             bones = world[joints] @ bind
         solid = [part for part in mesh["primitives"] if part.get("material") not in self.transparent]
         found = [self._primitive(part, world[node], bones, self.label(node)) for part in solid]
-        return [part for part in found if part is not None]
+        return [replace(part, mesh=node) for part in found if part is not None]
 
     @cached_property
     def transparent(self) -> set[int]:

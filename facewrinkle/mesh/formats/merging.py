@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pyvista as pv
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from ...errors import MeshError
-from ..arrays import COLORS, IMAGE, MOVED, TEXTURE, blended, images_of, name_images, to_polydata, use_texture
+from ..arrays import COLORS, IMAGE, MESH, MOVED, TEXTURE, blended, images_of, name_images, to_polydata, use_texture
 from ..seams import add_seams, corner_texture
 from .obj_off import Primitive
 
@@ -17,7 +19,7 @@ MISSING = {COLORS: np.uint8(255), MOVED: 0.0}
 
 
 def from_primitives(primitives: list[Primitive], path: Path) -> pv.PolyData:
-    """Return all meshes of a scene as one surface, with points that were split at seams welded."""
+    """Return all meshes of a scene as one surface, with points that were split at seams of a mesh welded."""
     return merged_primitives(primitives, path)[0]
 
 
@@ -41,7 +43,8 @@ def merged_primitives(primitives: list[Primitive], path: Path) -> tuple[pv.PolyD
             colors[start:end] = part.colors
     points = np.concatenate([part.points for part in primitives])
     triangles = np.concatenate([part.triangles + start for part, start in zip(primitives, starts[:-1], strict=True)])
-    kept, number = welded(points, np.concatenate([shapes, skinned[None]]), triangles)
+    owner = np.repeat([float(part.mesh) for part in primitives], np.diff(starts))
+    kept, number = welded(points, np.concatenate([shapes, skinned[None], np.outer(owner, np.ones(3))[None]]), triangles)
     mesh = to_polydata(points[kept], number[triangles])
     shapes = shapes[:, kept]
     if count or skinned.any():  # points on different bones may part
@@ -56,8 +59,28 @@ def merged_primitives(primitives: list[Primitive], path: Path) -> tuple[pv.PolyD
         set_texture(mesh, at_corners)
     images = ["" if part.texture is None else part.image for part in primitives]
     lengths = [len(part.triangles) for part in primitives]
+    set_meshes(mesh, np.repeat([part.mesh for part in primitives], lengths))
     set_images(mesh, np.concatenate([np.broadcast_to(i, m) for i, m in zip(images, lengths, strict=True)]))
     return mesh, kept, shapes
+
+
+def set_meshes(surface: pv.PolyData, owner: np.ndarray) -> None:
+    """Store which mesh of its file each triangle (m,) belongs to, if there are several.
+
+    Meshes that share points are one: groups of a file may be regions of one surface.
+    """
+    if len(owner) and (owner == owner[0]).all():
+        return
+    known, owner = np.unique(owner, return_inverse=True)
+    triangles = np.asarray(surface.regular_faces)
+    first = np.full(surface.n_points, -1)
+    first[triangles.ravel()[::-1]] = np.repeat(owner, 3)[::-1]
+    links = coo_array(
+        (np.ones(triangles.size, np.int8), (np.repeat(owner, 3), first[triangles.ravel()])), shape=(len(known),) * 2
+    )
+    count, label = connected_components(links, directed=False)
+    if count > 1:
+        surface.cell_data[MESH] = label[owner]
 
 
 def set_images(mesh: pv.PolyData, images: np.ndarray) -> None:
@@ -88,7 +111,7 @@ def welded(points: np.ndarray, shapes: np.ndarray, triangles: np.ndarray) -> tup
     ----------
     points : ndarray, shape (n, 3)
     shapes : ndarray, shape (k, n, 3)
-        Displacements of the mesh's morph targets.
+        Displacements of the mesh's morph targets, and whatever else tells points apart.
     triangles : ndarray of int, shape (m, 3)
 
     Returns
@@ -130,6 +153,12 @@ def merged_surfaces(surfaces: list[pv.PolyData]) -> pv.PolyData:
         np.concatenate([surface.regular_faces + start for surface, start in zip(surfaces, starts, strict=True)]),
         data,
     )
+    owner, start = [], 0
+    for surface in surfaces:
+        own = np.asarray(surface.cell_data.get(MESH, np.zeros(surface.n_cells, np.int64)))
+        owner.append(own + start)
+        start += int(own.max(initial=0)) + 1
+    set_meshes(mesh, np.concatenate(owner))
     corners = [corner_texture(surface) for surface in surfaces]
     if any(own is not None for own in corners):
         rows = [np.zeros((s.n_cells, 3, 2)) if c is None else c for s, c in zip(surfaces, corners, strict=True)]

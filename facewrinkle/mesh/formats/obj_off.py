@@ -39,6 +39,8 @@ class Polygons:
         Colours of the points as in the file: after the coordinates in OBJ, as properties in PLY.
     images : tuple of str
         The image on each face, by the name that its material gives it, "" for none; empty if no face has one.
+    meshes : ndarray of int, shape (f,), or None
+        The object or group of each face; None if there is only one.
     """
 
     points: np.ndarray
@@ -47,6 +49,7 @@ class Polygons:
     corners: np.ndarray | None = None
     colors: np.ndarray | None = None
     images: tuple[str, ...] = ()
+    meshes: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,8 @@ class Primitive:
         The image on the mesh, or on each triangle: a file, `a.glb#3` or `a.usdz[b.png]`; "" for none.
     weights : csr_array, shape (n, b), or None
         Weights of the bones of its skin at each point; they add up to 1.
+    mesh : int
+        Number of the mesh that it belongs to: the materials of a mesh of a glTF file are several primitives.
     """
 
     name: str
@@ -77,6 +82,7 @@ class Primitive:
     shapes: np.ndarray | None = None
     image: str | np.ndarray = ""
     weights: csr_array | None = None
+    mesh: int = 0
 
 
 def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -155,7 +161,7 @@ def _array(rows: list[list[float]], columns: int) -> np.ndarray:
 
 
 def read_obj(path: Path) -> Polygons:
-    """Read the polygons of a Wavefront OBJ file, and the images of their materials; normals, lines, groups are ignored.
+    """Read the polygons of a Wavefront OBJ file, and the images of their materials; normals and lines are ignored.
 
     Raises
     ------
@@ -169,7 +175,8 @@ def read_obj(path: Path) -> Polygons:
     corners: list[int] = []  # the texture coordinates of every corner, -1 for none
     libraries: list[str] = []
     materials: list[str] = []  # of every face
-    material = ""
+    groups: list[str] = []  # of every face
+    material, thing, group = "", "", ""
     for number, words in _lines(path):
         try:
             match words[0]:
@@ -184,8 +191,13 @@ def read_obj(path: Path) -> Polygons:
                     faces.append(face)
                     corners += numbers
                     materials.append(material)
+                    groups.append(f"{thing}\n{group}")
                 case "usemtl":
                     material = " ".join(words[1:])
+                case "o":
+                    thing, group = " ".join(words[1:]), ""
+                case "g":
+                    group = " ".join(words[1:])
                 case "mtllib":
                     libraries.append(" ".join(words[1:]))
         except (ValueError, IndexError):
@@ -201,6 +213,7 @@ def read_obj(path: Path) -> Polygons:
         of_corners,
         _array(colors, 3) if 0 < len(colors) == len(points) else None,
         images if any(images) else (),
+        np.unique(groups, return_inverse=True)[1] if len(set(groups)) > 1 else None,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,7 @@ def read_usd_file(path: Path) -> list[Primitive]:
             primitive_of(path, UsdGeom.Mesh(prim), np.array(places.GetLocalToWorldTransform(prim)).T, first)
             for prim in shown(stage)
         ]
-    return [primitive for primitive in found if primitive is not None]
+    return [replace(part, mesh=number) for number, part in enumerate(found) if part is not None]
 
 
 def shown(stage: Any) -> list[Any]:

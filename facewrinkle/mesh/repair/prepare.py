@@ -11,17 +11,18 @@ from scipy.spatial import cKDTree
 from ...arguments import checked
 from ...errors import LARGEST, MeshError, ParameterError, warn
 from ...geometry import topology
-from ..arrays import COLORS, CORNERS, IMAGE, MOVED, PART, SOURCE, with_data
+from ..arrays import COLORS, CORNERS, IMAGE, MESH, MOVED, PART, SOURCE, with_data
 from ..formats.reading import read_surface
 from .reconstruction import closed_up, reconstructed
 from .self_intersections import resolved, self_intersection_report
-from .topology_repair import RepairedMesh, areas_doubled, mended, unfolded
+from .topology_repair import ROUNDING, RepairedMesh, areas_doubled, mended, unfolded
 
 IN_PIECES = 0.5
 """A surface is in pieces unless one sheet of it is the nearest to this share of the landmarks."""
 
 FEW = 4
-"""With fewer landmarks, a surface is never taken to be in pieces."""
+"""With fewer landmarks, a surface is never taken to be in pieces; and a further mesh of the file belongs to the face if
+so many lie on it."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +75,12 @@ def prepare(
     """Return a clean copy of a surface on which the algorithms can rely.
 
     Degenerate and duplicate triangles are dropped without tearing the surface, points that are split at seams are
-    merged, edges with three triangles or more are cut, one component is chosen, the triangles are oriented alike and
-    outward, those that lie turned over are laid flat, and unused points are dropped. If the surface under the landmarks
-    is in pieces or has only one side, small gaps are closed; if that is not enough, pymeshlab (extra `remesh`)
-    reconstructs it. All changes are reported. So are places where the surface runs through itself; they stay, as lips
-    and lids of real faces have such places, unless `resolve_self_intersections` is set.
+    merged within each mesh of a file, edges with three triangles or more are cut, one component is chosen, the
+    triangles are oriented alike and outward, those that lie turned over are laid flat, and unused points are
+    dropped. If the surface under the landmarks is in pieces or has only one side, small gaps are closed; if that is
+    not enough, pymeshlab (extra `remesh`) reconstructs it. All changes are reported. So are places where the
+    surface runs through itself; they stay, as lips and lids of real faces have such places, unless
+    `resolve_self_intersections` is set.
 
     Parameters
     ----------
@@ -123,8 +125,13 @@ def prepare(
     source = read_surface(mesh)
     points, faces = np.asarray(source.points), np.asarray(source.regular_faces)
     _check_finite(points, faces)
-    moved = source.point_data.pop(MOVED, None)  # `source` is a new object
-    whole = _in_one_piece(mended(RepairedMesh.of(points, faces), moved), near)
+    moved, meshes = source.point_data.pop(MOVED, None), source.cell_data.pop(MESH, None)  # `source` is a new object
+    whole = mended(RepairedMesh.of(points, faces), moved, meshes)
+    if meshes is not None and near is not None:
+        joined = mended(RepairedMesh.of(points, faces), moved)
+        if _touched(joined, near) >= _touched(whole, near) + FEW:  # a face that is several meshes of its file
+            whole = joined
+    whole = _in_one_piece(whole, near)
     skin, others = _chosen_sheet(source, whole, near)
     skin = _oriented(skin, forward)
     skin = unfolded(resolved(skin) if resolve_self_intersections else skin)
@@ -205,6 +212,14 @@ def _in_one_piece(whole: RepairedMesh, near: np.ndarray | None) -> RepairedMesh:
             "modeller, or check that the landmarks are those of this mesh."
         )
     return rebuilt
+
+
+def _touched(whole: RepairedMesh, near: np.ndarray) -> int:
+    """Return the number of landmarks to which no other sheet is nearer than the one that is nearest to most."""
+    label = topology.sheets(whole.triangles)
+    own = np.unique(whole.triangles[label == np.argmax(_votes(whole, label, near)[0])])
+    least = cKDTree(whole.points[np.unique(whole.triangles)]).query(near)[0]
+    return int((cKDTree(whole.points[own]).query(near)[0] <= (1.0 + ROUNDING) * least).sum())
 
 
 def _fault(whole: RepairedMesh, near: np.ndarray) -> str:

@@ -69,17 +69,19 @@ class RepairedMesh:
         return replace(self, report=(*self.report, sentence))
 
 
-def mended(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
+def mended(mesh: RepairedMesh, moved: Array | None = None, meshes: IntArray | None = None) -> RepairedMesh:
     """Return the mesh without degenerate or duplicate triangles, stitched at seams and without non-manifold edges.
 
-    `moved` (n, 3) says how the points of the source move in an animation: borders that part are no seams.
+    `moved` (n, 3) says how the points of the source move in an animation: borders that part are no seams. `meshes` (m,)
+    numbers the meshes of the source by its triangles: borders of two of them are no seams either.
 
     Raises
     ------
     MeshError
         If no triangle has an area.
     """
-    return without_non_manifold_edges(without_duplicates(stitched(without_slivers(without_duplicates(mesh)), moved)))
+    clean = without_slivers(without_duplicates(mesh))
+    return without_non_manifold_edges(without_duplicates(stitched(clean, moved, meshes)))
 
 
 def areas_doubled(points: Array, triangles: IntArray) -> Array:
@@ -205,10 +207,11 @@ def _flipped(mesh: RepairedMesh) -> RepairedMesh:
 # --- seams ------------------------------------------------------------------------------------------
 
 
-def stitched(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
+def stitched(mesh: RepairedMesh, moved: Array | None = None, meshes: IntArray | None = None) -> RepairedMesh:
     """Stitch the mesh where two of its borders run along the same positions, as at seams of texture or shading.
 
-    Points alone are not merged, as lids and lips may touch; nor are borders that part in an animation (`moved`).
+    Points alone are not merged, as lids and lips may touch; nor are borders that part in an animation (`moved`), nor
+    those of two of the `meshes` (m,) of the source.
     """
     edges, sides = topology.unique_edges(mesh.triangles)
     border = edges[np.bincount(sides.ravel()) == 1].astype(np.int64)
@@ -219,7 +222,8 @@ def stitched(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
     ends = place[border]
     turned = ends[:, 0] > ends[:, 1]
     border[turned], ends[turned] = border[turned][:, ::-1], ends[turned][:, ::-1]
-    group, _ = _numbered(ends)
+    owner = np.zeros(len(border), np.int64) if meshes is None else meshes[mesh.corners[_only_triangle(sides), 0] // 3]
+    group, _ = _numbered(np.column_stack([ends, owner]))
     count = np.bincount(group)
     group = group.ravel()
     shared = (count[group] > 1) & (ends[:, 0] != ends[:, 1])
@@ -234,6 +238,13 @@ def stitched(mesh: RepairedMesh, moved: Array | None = None) -> RepairedMesh:
     mesh = merged_points(mesh, pairs)
     merged = before - len(np.unique(mesh.triangles))
     return mesh.reported(f"Joined points at which the mesh was split along seams: {merged} of {before}.")
+
+
+def _only_triangle(sides: NDArray[np.int32]) -> IntArray:
+    """Return the triangle of each border edge, in the order of the edges."""
+    border = np.bincount(sides.ravel()) == 1
+    triangle, side = np.nonzero(border[sides])
+    return np.asarray(triangle[np.argsort(sides[triangle, side])], np.int64)
 
 
 def _near_places(points: Array, which: IntArray) -> IntArray:

@@ -330,7 +330,8 @@ def test_multiblock():
     np.testing.assert_array_equal(both.regular_faces[: original.n_cells], original.regular_faces)
     np.testing.assert_array_equal(both.points[both.regular_faces[original.n_cells :]],
                                   blocks["eye"].points[blocks["eye"].regular_faces])  # fmt: skip
-    assert both.array_names == []  # the eye has none
+    assert both.point_data.keys() == []  # the eye has none
+    np.testing.assert_array_equal(both.cell_data["mesh"], np.repeat([0, 1], [original.n_cells, blocks["eye"].n_cells]))
     with pytest.raises(MeshError, match="holds no surface"):
         read_surface(pv.MultiBlock())
 

@@ -1,0 +1,81 @@
+"""Shapes that do not add up.
+
+what           checked against
+the choice     the sum of two poses, and the pose of both, simulated here
+correctives    the simulation of the mixture, with and without them; the products that drive them
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.errors import ParameterError
+from facewrinkle.rigging.linear_rig import facts_text
+from facewrinkle.rigging.shapes import ARKIT
+
+SHAPES = (
+    "mouthFunnel",
+    "mouthPucker",
+    "eyeBlinkLeft",
+    "eyeBlinkRight",
+    "eyeSquintLeft",
+    "eyeSquintRight",
+    "browInnerUp",
+)
+
+
+@pytest.fixture(scope="module")
+def corrected(face):
+    return fw.rig(face, "+".join(SHAPES), "none", 0, correctives=2)
+
+
+def test_the_worst_pairs_are_corrected(corrected):
+    assert corrected.drivers == {
+        "mouthFunnel_mouthPucker": ("mouthFunnel", "mouthPucker"),
+        "eyeBlinkLeft_eyeSquintLeft": ("eyeBlinkLeft", "eyeSquintLeft"),
+        "eyeBlinkRight_eyeSquintRight": ("eyeBlinkRight", "eyeSquintRight"),
+    }
+    assert set(corrected.names) == {*SHAPES, *corrected.drivers}
+    for morphs in corrected.morphs.values():
+        assert morphs.drivers == corrected.drivers
+
+
+def test_they_are_what_a_pair_lacks(face, corrected):
+    posing = corrected._posing
+    alone = [posing.at({"a": (ARKIT[name], 1.0)}).base for name in SHAPES[:2]]
+    both = posing.at({name: (ARKIT[name], 1.0) for name in SHAPES[:2]}).base
+    lack = (both - alone[0] - alone[1] + posing.rest) / face.unit
+    ours = corrected.deltas[corrected.names.index("mouthFunnel_mouthPucker"), : len(lack)]
+    large = np.linalg.norm(lack, axis=1) * face.unit > 1.0  # small ones fade
+    assert large.sum() > 50
+    np.testing.assert_allclose(ours[large], lack[large], atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "mixture", [SHAPES[:2], ("eyeBlinkLeft", "eyeSquintLeft", "eyeBlinkRight", "eyeSquintRight")], ids=["lips", "lids"]
+)
+def test_mixtures_are_closer_to_the_simulation(corrected, mixture):
+    plain = replace(corrected, drivers={})
+    for weight in (0.5, 1.0):
+        weights = dict.fromkeys(mixture, weight)
+        ours, without = corrected.error(weights), plain.error(weights)
+        assert ours.mean < (0.75 if weight < 1.0 else 0.15) * without.mean
+    assert "mouthFunnel, mouthPucker" in [", ".join(each) for each in corrected.mixtures]
+
+
+def test_they_follow_the_product_of_the_weights(corrected):
+    weights = corrected.driven({"mouthFunnel": 0.5, "mouthPucker": 0.8})
+    assert weights == {"mouthFunnel": 0.5, "mouthPucker": 0.8, "mouthFunnel_mouthPucker": pytest.approx(0.4)}
+    assert corrected.driven({"mouthFunnel": 1.0}) == {"mouthFunnel": 1.0}
+    told = json.loads(facts_text(corrected))
+    assert told["drivers"]["mouthFunnel_mouthPucker"] == ["mouthFunnel", "mouthPucker"]
+
+
+def test_the_number_is_checked(face):
+    with pytest.raises(ParameterError, match="correctives must lie in"):
+        fw.rig(face, correctives=-1)

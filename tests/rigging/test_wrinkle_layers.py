@@ -1,0 +1,130 @@
+"""Layers of maps for a whole rig.
+
+what        checked against
+normals     the map of one expression, blended as an engine does it
+layers      a naive count of the wrinkles that lie on each other
+files       Pillow; the names that O3DE looks for
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import facewrinkle as fw
+from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.rigging.wrinkle_layers import METAHUMAN, _coloured
+
+SIZE = 512
+SHAPES = {
+    "browInnerUp": "AU1",
+    "browDownLeft": "AU4",
+    "browDownRight": "AU4",
+    "noseSneerLeft": "AU9",
+    "noseSneerRight": "AU9",
+    "mouthClose": "",
+}
+
+
+@pytest.fixture(scope="module")
+def smooth(face):
+    return fw.rig(face, "+".join(SHAPES), "maps")
+
+
+@pytest.fixture(scope="module")
+def layers(smooth):
+    return fw.bake_layers(smooth, SIZE)
+
+
+def shown(layers, weights):
+    """Normals as a shader blends them: each layer by the sum of its masks, added to the flat one."""
+    total = np.tile([0.0, 0.0, 1.0], (SIZE, SIZE, 1))
+    for k, normal in enumerate(layers.normals):
+        share = sum(w**2 * layers.masks[name][..., k] / 255.0 for name, w in weights.items())
+        total += np.clip(share, 0.0, 1.0)[..., None] * (normal / 127.5 - 1.0 - [0.0, 0.0, 1.0])
+    return total / np.linalg.norm(total, axis=-1, keepdims=True)
+
+
+@pytest.mark.parametrize("unit", ["AU1", "AU4", "AU9"])
+def test_layers_show_the_wrinkles_of_a_shape(face, layers, unit):
+    single = fw.bake_maps(face, unit, size=SIZE)
+    ours = shown(layers, {name: 1.0 for name, each in SHAPES.items() if each == unit})
+    theirs = single.normal / 127.5 - 1.0
+    folded = np.abs(single.height / 32768.0 - 1.0) * single.most > 0.15
+    assert folded.sum() > 200
+    angles = [
+        np.degrees(np.arccos(np.clip((n * theirs).sum(axis=-1) / np.linalg.norm(theirs, axis=-1), -1, 1)))
+        for n in (ours, np.broadcast_to([0.0, 0.0, 1.0], theirs.shape))
+    ]
+    assert angles[0][folded].mean() < 5.0
+    assert angles[0][folded].mean() < 0.6 * angles[1][folded].mean()
+
+
+def test_masks_of_a_side_stay_there(layers):
+    left, right = (layers.masks[f"noseSneer{side}"].max(axis=2).astype(float) for side in ("Left", "Right"))
+    assert layers.layer["noseSneerLeft"] == layers.layer["noseSneerRight"]
+    column = np.arange(SIZE)[None]
+    places = [(mask * column).sum() / mask.sum() for mask in (left, right)]
+    assert abs(places[0] - places[1]) > 0.05 * SIZE
+    assert np.minimum(left, right).sum() < 0.2 * left.sum()  # the band in the middle
+    assert "mouthClose" not in layers.masks
+
+
+def test_what_lies_on_each_other_is_in_other_layers(layers):
+    assert layers.layer["noseSneerLeft"] != layers.layer["browDownLeft"]
+    assert layers.layer["browInnerUp"] != layers.layer["browDownLeft"]
+    random = np.random.default_rng(2)
+    depths = [(random.random((8, 8)) > 0.8).astype(np.float32) for _ in range(12)]
+
+    def clashes(number):
+        return sum(
+            float(np.minimum(depths[i], depths[k]).sum()) for i in range(12) for k in range(i) if number[i] == number[k]
+        )
+
+    naive = [clashes(random.integers(0, 4, 12)) for _ in range(50)]
+    assert clashes(_coloured(depths, [-1] * 12, 4)) < np.median(naive)
+
+
+def test_files_are_where_engines_look(layers, tmp_path):
+    files = fw.write_layers(layers, tmp_path / "head.glb")
+    assert all(path.exists() for path in files)
+    mask = np.asarray(Image.open(tmp_path / "head_wrinklemasks" / "browInnerUp_wrinklemask.tif"))
+    np.testing.assert_array_equal(mask, layers.masks["browInnerUp"])
+    table = json.loads((tmp_path / "head_wrinkles.json").read_text())
+    row = table["shapes"]["browInnerUp"]
+    assert mask[..., "rgba".index(row["channel"])].max() > 200
+    assert row["metahuman"][0] == "head_wm1_normal_head_wm1_browsRaiseInner_L"
+    assert row["reallusion"][0] == "head_wm1_normal_head_wm1_browRaiseInner_L"
+    for each in table["layers"]:
+        assert np.asarray(Image.open(tmp_path / each["normal"])).shape == (SIZE, SIZE, 3)
+        assert np.asarray(Image.open(tmp_path / each["height"])).dtype == np.uint16
+    assert {name for names in METAHUMAN.values() for name in names} >= {"wm3_smile_L", "wm2_noseWrinkler_R"}
+
+
+def test_a_face_without_texture_gets_a_chart(face):
+    bare = face.mesh.copy()
+    bare.cell_data.clear()
+    bare.point_data.clear()
+    made = fw.rig(replace(face, mesh=bare, texture=None), "browInnerUp", "maps")
+    uv = made.parts["face"].uv
+    assert len(uv) == len(made.mesh.points)
+    assert 0.0 <= uv.min() < uv.max() <= 1.0
+    assert fw.bake_layers(made, 128).masks["browInnerUp"].max() > 200
+
+
+def test_what_cannot_be_baked_is_refused(face, smooth):
+    with pytest.raises(ParameterError, match="power of two"):
+        fw.bake_layers(smooth, 300)
+    with pytest.raises(ParameterError, match="layers must lie in"):
+        fw.bake_layers(smooth, 128, layers=5)
+    with pytest.raises(UnknownNameError, match="kind of wrinkles 'map'"):
+        fw.rig(face, wrinkles="map")
+    mesh = face.mesh.copy()
+    mesh.active_texture_coordinates = np.asarray(mesh.active_texture_coordinates) + 2.0
+    mesh.cell_data.clear()
+    with pytest.raises(ParameterError, match=r"texture coordinates in \[0, 1\]"):
+        fw.rig(replace(face, mesh=mesh), wrinkles="maps")
