@@ -18,6 +18,7 @@ from ..anatomy.face import Face
 from ..appearance.microrelief import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
+from ..mesh.arrays import AGE
 from .shaders import RELIEF
 from .views import VIEW_ANGLE
 
@@ -43,12 +44,8 @@ class Relief:
     """
 
     def __init__(self, face: Face, pixel: float, rows: int) -> None:
-        self._face, scale = face, face.frame.scale
-        age = max(face.age, 0.0)
-        self._field = scale * ((1.0 - age) * np.full(3, FIELD) + age * np.array(OLD_FIELD))
-        fade = 1.0 - float(smoothstep((pixel / scale - FADING[0]) / (FADING[1] - FADING[0])))
-        self.shading = STRONGEST * fade * scale * ((1.0 - age) * DEPTH + age * OLD_DEPTH), np.radians(VIEW_ANGLE) / rows
-        """What :meth:`facewrinkle.plotting.shaders.Material.apply` needs."""
+        self._face, self._age, self._angle = face, max(face.age, 0.0), np.radians(VIEW_ANGLE) / rows
+        self._fade = 1.0 - float(smoothstep((pixel / face.frame.scale - FADING[0]) / (FADING[1] - FADING[0])))
         self._of: Any = None
         self._points, self._strength = np.empty((0, 3)), np.empty(0)
         self._sent = np.empty((0, 4), np.float32)
@@ -58,19 +55,28 @@ class Relief:
         """Return True if a pixel of this width shows anything of a face's relief."""
         return bool(face.landmarks) and pixel < FADING[1] * face.frame.scale
 
+    @property
+    def shading(self) -> tuple[float, float]:
+        """Depth and angle of a pixel for :meth:`facewrinkle.plotting.shaders.Material.apply`."""
+        depth = (1.0 - self._age) * DEPTH + self._age * OLD_DEPTH
+        return STRONGEST * self._fade * self._face.frame.scale * depth, self._angle
+
     def on(self, skin: pv.PolyData) -> npt.NDArray[np.float32]:
         """Return what the shader needs of each vertex of a frame (n, 4).
 
         These are its place at rest, in fields of the relief, the plane of the axes that it faces there (0: xy, 1: zy,
-        2: xz), and as the fraction of the same number the strength.
+        2: xz), and as the fraction of the same number the strength. The first frame tells the age.
         """
+        if self._of is None and AGE in skin.field_data:
+            self._age = float(skin.field_data[AGE][0])
         rest = skin.GetPointData().GetArray("rest") or skin.GetPoints().GetData()
         if rest is not self._of:  # else the very same array as in the frame before
             points = np.asarray(skin.point_data.get("rest", skin.points), np.float64)
             facing = np.abs(vertex_normals(points, np.asarray(skin.regular_faces)) @ self._face.frame.axes.T)
             plane = np.array([1, 2, 0])[facing.argmax(axis=1)]
             strength = self._strengths(points)
-            place = (points - self._face.frame.origin) @ self._face.frame.axes.T / self._field
+            field = (1.0 - self._age) * np.full(3, FIELD) + self._age * np.array(OLD_FIELD)
+            place = self._face.frame.local_mm(points) / field
             self._of, self._sent = rest, np.column_stack([place, plane + strength]).astype(np.float32)
         return self._sent
 

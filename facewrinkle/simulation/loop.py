@@ -31,6 +31,7 @@ from ..layers.base import Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.wave_folds import WaveFolds
+from ..mesh.arrays import AGE
 from ..motion.base import Motion, Still, check_motion
 from ..motion.material import SkinMaterial
 from ..motion.playback import Playback
@@ -320,6 +321,9 @@ class Simulation:
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
         self._marks = None
         self._frames: FrameMaker = FrameMaker(face, self.motion)
+        age = max((layer.age_shown for layer in self.layers if isinstance(layer, WaveFolds)), default=0.0)
+        if age > 0.0:
+            self._frames.field_data[AGE] = [age]
 
     def take_triangles(self, other: Simulation) -> None:
         """Go back to the face at rest, on the present triangles of another simulation of the same face.

@@ -106,6 +106,14 @@ def test_old_skin_has_larger_fields_and_deeper_furrows():
     assert (sizes[1] < sizes[0]).all()
 
 
+def test_frames_tell_the_age_of_their_folds(face):
+    aged = fw.Simulation(face, layers=[fw.WaveFolds(age=1.0)]).step()
+    relief, old = (Relief(own, 0.05, 800) for own in (face, dataclasses.replace(face, age=1.0)))
+    assert relief.shading != old.shading
+    np.testing.assert_array_equal(relief.on(aged), old.on(aged))
+    assert relief.shading == old.shading
+
+
 def test_faces_without_landmarks_have_none(face):
     assert Relief.seen(face, 0.1)
     assert not Relief.seen(dataclasses.replace(face, landmarks={}, eyes=(), muscles={}), 0.1)
