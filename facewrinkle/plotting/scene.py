@@ -93,8 +93,7 @@ class Scene:
         self._appearance = appearance = Appearance.of(face)
         plain = not self.style.wireframe and self.style.scalars is None
         self._visible = VisibleSkin(face, appearance.mouth.bag) if plain else None
-        shaded = plain and not self.style.quick and self.style.microrelief
-        self._relief = Relief(face, pixel, self._window[1]) if shaded and Relief.seen(face, pixel) else None
+        self._relief = self._relief_at(pixel)
         self._order = FrontFirst()
         self._colouring: tuple[bool, bool] | None = None
         self._texture = _texture_of(face.mesh, face.texture, pixel)
@@ -124,8 +123,17 @@ class Scene:
         """
         self.style = replace(self.style, view=view)
         self.plotter.remove_all_lights()
-        self._aim(height_of(self.face, self.style) / self._window[1])
+        pixel = height_of(self.face, self.style) / self._window[1]
+        before, self._relief = self._relief, self._relief_at(pixel)
+        if before is not None or self._relief is not None:
+            self._colouring = None  # the skin's shader is another
+        self._aim(pixel)
         self._shown = None
+
+    def _relief_at(self, pixel: float) -> Relief | None:
+        """The relief of the skin, if it is to be drawn and such pixels show it."""
+        drawn = self._visible is not None and not self.style.quick and self.style.microrelief
+        return Relief(self.face, pixel, self._window[1]) if drawn and Relief.seen(self.face, pixel) else None
 
     def _aim(self, pixel: float) -> None:
         """Place the camera, and make the hairs, of which none is drawn thinner than a pixel."""

@@ -13,7 +13,7 @@ import facewrinkle as fw
 from facewrinkle.plotting import Scene, Style, View, picture
 from facewrinkle.plotting.relief import Relief, sends
 from facewrinkle.plotting.shaders import RELIEF, SKIN_MATERIAL
-from facewrinkle.plotting.views import LIGHTS, VIEW_ANGLE
+from facewrinkle.plotting.views import LIGHTS, VIEW_ANGLE, VIEWS
 from facewrinkle.plotting.window import rendered
 
 NEAR = View((0.0, 0.0, 1.0), "malar_l", (0.0, -0.1, 0.0), height=0.5)
@@ -121,8 +121,21 @@ def test_faces_without_landmarks_have_none(face):
 
 def test_a_scene_keeps_its_relief_from_frame_to_frame(face):
     frames = [held("surprise"), face.mesh]
-    style = Style((120, 120), "forehead")
+    style = Style((240, 240), "left_eye")
     with Scene(face, style) as scene:
         together = [scene.picture(frame) for frame in frames]
     for image, frame in zip(together, frames, strict=True):
         np.testing.assert_array_equal(image, picture(frame, face, style))
+
+
+def test_a_scene_that_looks_nearer_shows_the_relief_and_from_afar_no_more(face):
+    pictures = {}
+    for on in (False, True):
+        with Scene(face, Style((240, 240), microrelief=on)) as scene:
+            pictures[on] = []
+            for view in ("front", "left_eye", "front"):
+                scene.look(VIEWS[view])
+                pictures[on].append(scene.picture(face.mesh))
+    changes = [difference(*pair).max() for pair in zip(*pictures.values(), strict=True)]
+    assert changes[0] == changes[2] == 0
+    assert changes[1] > 5
