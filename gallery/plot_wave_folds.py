@@ -72,3 +72,13 @@ ages = [
     for age in (0.0, 1.0)
 ]
 figure(stacked([side_by_side(row) for row in ages]))
+
+# %%
+# Near enough, pictures show the micro-relief between the lines, too: pores, and a net of fine furrows that rises where
+# the skin is compressed, flattens where it is stretched, and grows with age. Without, then at age 0, then at age 1.
+
+young, old = (played("happiness", layers=[fw.WaveFolds(age=age)]) for age in (0.0, 1.0))
+near = Style((440, 400), "left_eye")
+plain = Style((440, 400), "left_eye", microrelief=False)
+shown = [(young, plain), (young, near), (old, near)]
+figure(side_by_side([picture(frame, face, style) for frame, style in shown]))

@@ -23,7 +23,8 @@ from ..mesh.seams import corner_texture
 from .drawn import FrontFirst, same
 from .fields import field_colouring
 from .images import Image
-from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair, headlight
+from .relief import Relief, sends
+from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair, headlight
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, View, aim, height_of
 from .window import begun, window_of
@@ -93,6 +94,7 @@ class Scene:
         self._appearance = appearance = Appearance.of(face)
         plain = not self.style.wireframe and self.style.scalars is None
         self._visible = VisibleSkin(face, appearance.mouth.bag) if plain else None
+        self._relief = self._relief_at(pixel)
         self._order = FrontFirst()
         self._colouring: tuple[bool, bool] | None = None
         self._texture = _texture_of(face.mesh, face.texture, pixel)
@@ -122,8 +124,17 @@ class Scene:
         """
         self.style = replace(self.style, view=view)
         self.plotter.remove_all_lights()
-        self._aim(height_of(self.face, self.style) / self._window[1])
+        pixel = height_of(self.face, self.style) / self._window[1]
+        before, self._relief = self._relief, self._relief_at(pixel)
+        if before is not None or self._relief is not None:
+            self._colouring = None  # the skin's shader is another
+        self._aim(pixel)
         self._shown = None
+
+    def _relief_at(self, pixel: float) -> Relief | None:
+        """The relief of the skin, if it is to be drawn and such pixels show it."""
+        drawn = self._visible is not None and not self.style.quick and self.style.microrelief
+        return Relief(self.face, pixel, self._window[1]) if drawn and Relief.seen(self.face, pixel) else None
 
     def _aim(self, pixel: float) -> None:
         """Place the camera, and make the hairs, of which none is drawn thinner than a pixel."""
@@ -174,6 +185,8 @@ class Scene:
         paint = None if self.style.scalars is not None else self._paint(seen, textured)
         if paint is not None:
             skin.point_data[PAINT] = paint
+        if self._relief is not None:
+            skin.point_data[RELIEF] = self._relief.on(skin)
         if self._visible is not None:
             skin = self._visible.of(skin, viewpoint)
         if self.style.scalars is not None:
@@ -183,17 +196,21 @@ class Scene:
             skin = split_at_seams(skin)
         drawn = self._order.applied(skin, viewpoint)
         if self._colouring == (textured, paint is None):
-            self._actors["skin"].mapper.SetInputData(drawn)
+            self._actors["skin"].GetMapper().SetInputData(drawn)
             return
         self._colouring = textured, paint is None
         options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOUR}
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
         self._add(drawn, "skin", SKIN_MATERIAL, tinted=paint is not None, **options)
-        mapper = self._actors["skin"].mapper
+        if self._relief is not None:
+            sends(self._actors["skin"])
+        mapper = self._actors["skin"].GetMapper()
         mapper.SetInputData(drawn)
+        mapper.SetScalarVisibility(paint is not None)
         if paint is not None:
-            mapper.scalar_visibility, mapper.color_mode, mapper.scalar_map_mode = True, "direct", "point_field"
+            mapper.SetColorModeToDirectScalars()
+            mapper.SetScalarModeToUsePointFieldData()
             mapper.SelectColorArray(PAINT)
 
     def _paint(self, seen: Seen, textured: bool) -> npt.NDArray[Any] | None:
@@ -317,7 +334,8 @@ class Scene:
         elif quick and actor.prop.lighting and not name.startswith(OWN_PREFIX):
             headlight(actor, int(actor.prop.specular_power), textured)
         elif material is not None and not quick:
-            material.apply(actor, len(LIGHTS), textured, tinted, edges=bool(options.get("show_edges")))
+            relief = self._relief.shading if name == "skin" and self._relief is not None else None
+            material.apply(actor, len(LIGHTS), textured, tinted, bool(options.get("show_edges")), relief)
 
 
 @checked

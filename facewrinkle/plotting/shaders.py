@@ -68,7 +68,8 @@ in float facing;
 %(received)s
 """
 
-SLOW_END = """  vec3 tint = %(tint)s;
+SLOW_END = """  %(lean)s
+  vec3 tint = %(tint)s;
   scattered *= tint * tint;
   }
 """
@@ -76,12 +77,14 @@ SLOW_END = """  vec3 tint = %(tint)s;
 FRAGMENT_START = """
   vec3 albedo = %(albedo)s;
   vec3 shine = glints;
+  %(bumps)s
 """
 
 FRAGMENT_OF_LIGHT = """
   {
     vec3 C = lightColor%(number)d;
     float near = max(mirror%(number)d.z, 0.0) * inversesqrt(dot(mirror%(number)d, mirror%(number)d));
+    %(bumped)s
     %(powers)s
     shine += C * (gleam%(number)d * (%(shine)s));
   }
@@ -89,10 +92,55 @@ FRAGMENT_OF_LIGHT = """
 
 FRAGMENT_END = """
   albedo *= albedo;
-  vec3 lit = albedo * scattered + (%(gloss)s) * shine;
+  vec3 lit = albedo * %(light)s + (%(gloss)s) * shine;
   %(behind)s
   fragOutput0 = vec4(sqrt(lit / (1.0 + 0.22 * lit)), opacity);
 """
+
+RELIEF = "relief"
+"""Array of a drawn skin with what :class:`.relief.Relief` gives each vertex."""
+
+LEAN = """
+  {
+    vec3 halfway = normalize(towards - lightDirectionVC0);
+    lean = halfway.xy - dot(N, halfway) * N.xy;
+    plane = floor(reliefMC.w);
+    float strength = fract(reliefMC.w) * smoothstep(0.1, 0.5, facing);
+    ground = vec4(reliefMC.xyz, strength * %(depth)s / (%(pixel)s * -vertexVCVSOutput.z));
+  }
+"""
+"""Change of the highlight's cosine by a slope to the right, and upwards; the skin at rest, in fields of the relief."""
+
+BUMPS = """
+  vec2 spot = plane < 0.5 ? ground.xy : plane < 1.5 ? ground.zy : ground.xz;
+  vec2 corner = floor(spot - 0.5), inside = (spot - corner) * 72000.0;
+  ivec2 field = ivec2(corner) * ivec2(0x27d4eb2d, 0x165667b1);
+  float nearest = 1e12, next = 1e12, pore = 1e12;
+  for (int k = 0; k < 4; k++) {
+    int drawn = field.x + field.y + (k & 1) * 0x27d4eb2d + (k >> 1) * 0x165667b1;
+    drawn *= drawn ^ (drawn >> 15);
+    vec2 away = vec2(drawn & 0xffff, drawn >> 16) + (vec2(k & 1, k >> 1) * 72000.0 + vec2(3232.0, 36000.0) - inside);
+    float square = dot(away, away);
+    next = min(next, max(nearest, square));
+    nearest = min(nearest, square);
+    pore = min(pore, square + float(drawn & 0x300) * 1e8);
+  }
+  vec2 dent = vec2(next - nearest, pore) * vec2(1.0 / 1.2e9, 1.0 / 3.6e8);
+  dent = max(1.0 - dent * dent, 0.0);
+  float height = -ground.w * dot(dent * dent, vec2(1.0, 1.2));
+  vec2 bump = vec2(dFdx(height), dFdy(height));
+  float tilt = clamp(dot(lean, bump), -0.5, 0.5);
+"""
+"""Slopes of the relief from one pixel to the next.
+
+Fields are those of points that are nearest to one of the points scattered on a lattice, pores some of the points; the
+lattice lies along that plane of the axes which the triangle faces at rest.
+"""
+
+BUMPED = "near = clamp(near - tilt - 0.5 * dot(bump, bump), 0.0, 1.0);"
+
+BUMPED_LIGHT = "scattered * (1.0 - 0.5 * min(gleam0, 1.0) * tilt)"
+"""Light that enters the skin comes out again around the place: it shows less of the relief."""
 
 HEADLIGHT = """//VTK::Light::Impl
   float slope = max(normalVCVSOutput.z, 0.0);
@@ -170,7 +218,13 @@ class Material:
         return f"  vec3 scattered, glints;\n  float facing;\n{parts['own']}{slow}{fragment}"
 
     def apply(
-        self, actor: pv.Actor, lights: int, textured: bool = False, tinted: bool = False, edges: bool = False
+        self,
+        actor: pv.Actor,
+        lights: int,
+        textured: bool = False,
+        tinted: bool = False,
+        edges: bool = False,
+        relief: tuple[float, float] | None = None,
     ) -> None:
         """Draw an actor with this material, under two to four directional lights.
 
@@ -184,6 +238,9 @@ class Material:
         edges : bool
             Where VTK draws edges, nothing is worked out at the corners: its geometry shader hands on only what it
             knows.
+        relief : tuple of float, optional
+            Depth of the relief, in the unit of the mesh, and the angle of a pixel, radians, for skin with the array
+            `RELIEF`. Not where edges are drawn.
         """
         if edges:
             _shade(actor, f"//VTK::Light::Impl\n{self.code(lights, textured)}", textured)
@@ -191,14 +248,14 @@ class Material:
         tint, albedo = (
             ("vertexColorVSOutput.rgb", TEXTURED) if textured and tinted else ("vec3(1.0)", _albedo(textured))
         )
-        parts, slow, fragment = self._sources(lights, "vertexVCVSOutput", albedo, tint)
+        parts, slow, fragment = self._sources(lights, "vertexVCVSOutput", albedo, tint, relief)
         actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", VERTEX_DECLARATIONS % parts)
         actor.add_shader_replacement("vertex", "//VTK::Light::Impl", f"//VTK::Light::Impl\n{slow}")
         actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", FRAGMENT_DECLARATIONS % parts)
         _shade(actor, f"//VTK::Light::Impl\n{fragment}", textured)
 
     def _sources(
-        self, lights: int, place: str, albedo: str, tint: str = "vec3(1.0)"
+        self, lights: int, place: str, albedo: str, tint: str = "vec3(1.0)", relief: tuple[float, float] | None = None
     ) -> tuple[dict[str, Any], str, str]:
         """Return what is filled in, what changes slowly over a triangle, and what does not, as GLSL."""
         numbers = range(lights)
@@ -209,6 +266,12 @@ class Material:
         sharp = [k for k in numbers if k < self.sharp]
         for name, way in (("sent", "out "), ("received", "in "), ("own", "  ")):
             parts[name] = "".join(f"{way}vec3 mirror{k};\n{way}float gleam{k};\n" for k in sharp)
+        parts |= {"lean": "", "bumps": "", "bumped": "", "light": "scattered"}
+        if relief is not None:
+            parts["lean"] = LEAN % {"depth": f"{relief[0]:.9f}", "pixel": f"{relief[1]:.9f}"}
+            parts |= {"bumps": BUMPS, "bumped": BUMPED, "light": BUMPED_LIGHT}
+            parts["sent"] += f"in vec4 {RELIEF}MC;\nout vec2 lean;\nout vec4 ground;\nflat out float plane;\n"
+            parts["received"] += "in vec2 lean;\nin vec4 ground;\nflat in float plane;\n"
         slow = SLOW_START % parts
         for k in numbers:
             statement = (SHARP if k in sharp else BLURRED) % {**parts, "number": k}

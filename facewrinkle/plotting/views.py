@@ -127,6 +127,8 @@ class Style:
         Draw eyes; draw brows and lashes.
     quick : bool
         One headlight and no anti-aliasing.
+    microrelief : bool
+        Draw pores and fine furrows of the skin, where a pixel is small enough to show them; not in quick pictures.
     follow : bool
         Move the camera along with a head that moves as a whole.
 
@@ -144,6 +146,7 @@ class Style:
     brows: bool = True
     quick: bool = False
     follow: bool = False
+    microrelief: bool = True
 
     def __post_init__(self) -> None:
         if not isinstance(self.view, View) and str(self.view) not in VIEWS:

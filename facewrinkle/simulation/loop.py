@@ -31,6 +31,7 @@ from ..layers.base import Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.wave_folds import WaveFolds
+from ..mesh.arrays import AGE
 from ..motion.base import Motion, Still, check_motion
 from ..motion.material import SkinMaterial
 from ..motion.playback import Playback
@@ -320,6 +321,9 @@ class Simulation:
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
         self._marks = None
         self._frames: FrameMaker = FrameMaker(face, self.motion)
+        age = max((layer.age_shown for layer in self.layers if isinstance(layer, WaveFolds)), default=0.0)
+        if age > 0.0:
+            self._frames.field_data[AGE] = [age]
 
     @checked
     def take_triangles(self, other: Simulation) -> None:
@@ -397,6 +401,8 @@ class Simulation:
     def settle(self, within: float = 0.01, most: int = 300) -> pv.PolyData:
         """Go straight to the face that has come to rest with the muscles as asked for: all that a still picture needs.
 
+        Its triangles do not depend on what came before.
+
         Parameters
         ----------
         within : float
@@ -436,10 +442,18 @@ class Simulation:
             warn(
                 f"the face still moves after {most} steps. Allow more of them with most=, or more motion with within=."
             )
+        if self.refinement.coarsen:
+            self._unsplit()
         with self._timed("frame"):
             return self._frame(*self._held_shape(base, most))
 
     # --- one frame -----------------------------------------------------------------------------
+
+    def _unsplit(self) -> None:
+        """Go back to the triangles of the face without leaving its pose: what comes then does not depend on before."""
+        self.forest = RedGreenForest(self.face.triangles, self._level, self.face.mesh.n_points)
+        self._follow(Change(np.arange(len(self.face.points)), 0))
+        self._restless, self._marks = Restless(self.forest), None
 
     def _held_shape(self, base: Array, most: int) -> tuple[Array, Array, Array, Array]:
         """Return the shape, see :meth:`_shape`, of a face that does not move, on the triangles that it needs.

@@ -268,6 +268,21 @@ def test_settling_ends_where_many_steps_end(face, expression):
     assert settled["W"].min() == pytest.approx(last["W"].min(), rel=0.02)
 
 
+def test_a_face_that_has_settled_has_the_same_triangles_whatever_came_before(face):
+    fresh, moved = fw.Simulation(face), fw.Simulation(face)
+    moved.express("pain")
+    for _ in moved.run(8):
+        pass
+    frames = []
+    for sim in (fresh, moved):
+        sim.express("disgust")
+        frames.append(sim.settle(within=0.001))
+    one, other = frames
+    np.testing.assert_array_equal(one.regular_faces, other.regular_faces)
+    np.testing.assert_array_equal(one["rest"], other["rest"])
+    assert np.abs(one["W"] - other["W"]).max() < 0.01
+
+
 def test_a_face_that_does_not_settle(face):
     sim = fw.Simulation(face)
     sim.express("happiness")

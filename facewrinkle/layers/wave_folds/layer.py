@@ -188,6 +188,11 @@ class WaveFolds:
         offset = self._shown - self._height
         return Displacement(self._height, spacing, self._across, self._active, offset, bends=False)
 
+    @property
+    def age_shown(self) -> float:
+        """The age of the lines: that of the attached face, if no other was given."""
+        return self._age
+
     def limited_share(self) -> float:
         """Return the share of the folds in the last frame that would be deeper if skin had no fixed length."""
         waves, deep = self._waves, self._deep

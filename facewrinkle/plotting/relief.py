@@ -1,0 +1,98 @@
+"""Micro-relief of the skin in pictures: what the skin's shader is told of pores and fine furrows.
+
+Lights are worked out at the corners of triangles; a pixel adds what the slope of the relief there changes. Slopes are
+differences from pixel to pixel, of heights that belong to places on the skin at rest: they grow where the skin is
+compressed, and flatten where it is stretched.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+from ..anatomy.face import Face
+from ..appearance.microrelief import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
+from ..geometry.normals import vertex_normals
+from ..geometry.smoothstep import smoothstep
+from ..mesh.arrays import AGE
+from .shaders import RELIEF
+from .views import VIEW_ANGLE
+
+Array = npt.NDArray[np.float64]
+
+FADING = (0.08, 0.22)
+"""Widths of a pixel, mm on a face of average size, up to which the relief is whole, and from which it is not seen."""
+
+STRONGEST = 2.0
+"""Largest strength that can be sent."""
+
+
+class Relief:
+    """The relief of a face, for pictures with pixels of one width.
+
+    Parameters
+    ----------
+    face : Face
+    pixel : float
+        Width of a pixel, in the unit of the mesh.
+    rows : int
+        Pixels from the lower to the upper border of the picture.
+    """
+
+    def __init__(self, face: Face, pixel: float, rows: int) -> None:
+        self._face, self._age, self._angle = face, max(face.age, 0.0), np.radians(VIEW_ANGLE) / rows
+        self._fade = 1.0 - float(smoothstep((pixel / face.frame.scale - FADING[0]) / (FADING[1] - FADING[0])))
+        self._of: Any = None
+        self._points, self._strength = np.empty((0, 3)), np.empty(0)
+        self._sent = np.empty((0, 4), np.float32)
+
+    @staticmethod
+    def seen(face: Face, pixel: float) -> bool:
+        """Return True if a pixel of this width shows anything of a face's relief."""
+        return bool(face.landmarks) and pixel < FADING[1] * face.frame.scale
+
+    @property
+    def shading(self) -> tuple[float, float]:
+        """Depth and angle of a pixel for :meth:`facewrinkle.plotting.shaders.Material.apply`."""
+        depth = (1.0 - self._age) * DEPTH + self._age * OLD_DEPTH
+        return STRONGEST * self._fade * self._face.frame.scale * depth, self._angle
+
+    def on(self, skin: pv.PolyData) -> npt.NDArray[np.float32]:
+        """Return what the shader needs of each vertex of a frame (n, 4).
+
+        These are its place at rest, in fields of the relief, the plane of the axes that it faces there (0: xy, 1: zy,
+        2: xz), and as the fraction of the same number the strength. The first frame tells the age.
+        """
+        if self._of is None and AGE in skin.field_data:
+            self._age = float(skin.field_data[AGE][0])
+        rest = skin.GetPointData().GetArray("rest") or skin.GetPoints().GetData()
+        if rest is not self._of:  # else the very same array as in the frame before
+            points = np.asarray(skin.point_data.get("rest", skin.points), np.float64)
+            facing = np.abs(vertex_normals(points, np.asarray(skin.regular_faces)) @ self._face.frame.axes.T)
+            plane = np.array([1, 2, 0])[facing.argmax(axis=1)]
+            strength = self._strengths(points)
+            field = (1.0 - self._age) * np.full(3, FIELD) + self._age * np.array(OLD_FIELD)
+            place = self._face.frame.local_mm(points) / field
+            self._of, self._sent = rest, np.column_stack([place, plane + strength]).astype(np.float32)
+        return self._sent
+
+    def _strengths(self, points: Array) -> Array:
+        """Strengths (n,) of the relief, from 0 to 1; those of points that were there before are kept."""
+        known = min(len(points), len(self._points))
+        fresh = np.ones(len(points), bool)
+        fresh[:known] = (points[:known] != self._points[:known]).any(axis=1)
+        strength = np.resize(np.append(self._strength, 0.0), len(points))
+        strength[fresh] = np.clip(relief_strength(points[fresh], self._face) / STRONGEST, 0.0, 0.999)
+        self._points, self._strength = points, strength
+        return strength
+
+
+def sends(actor: vtkActor) -> None:
+    """Give an actor a mapper that sends the array `RELIEF` of its mesh to the shader; PyVista's cannot."""
+    mapper = vtkPolyDataMapper()
+    mapper.MapDataArrayToVertexAttribute(f"{RELIEF}MC", RELIEF, 0, -1)
+    vtkActor.SetMapper(actor, mapper)
