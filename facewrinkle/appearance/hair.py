@@ -63,7 +63,7 @@ class HairCards:
 
     def __init__(self, half: Array, tint: Array, pixel: float) -> None:
         count, knots = half.shape
-        self.half = np.maximum(half, 0.5 * pixel)
+        self.half = np.maximum(np.ascontiguousarray(half), 0.5 * pixel)
         paint = np.empty((count, knots, 2, 4))
         paint[..., :3] = tint[:, None, None]
         paint[..., 3] = 255.0 * (half / self.half)[..., None]

@@ -177,7 +177,9 @@ def heights_above(place, up, local, triangles, step, deep, tolerance, out):
     place as seen along it. Their planes give the heights.
     """
     out[:] = -np.inf
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    if not len(place):
+        return
+    low, high = place[0].copy(), place[0].copy()
     for i in range(len(place)):
         for k in range(3):
             low[k], high[k] = min(low[k], place[i, k]), max(high[k], place[i, k])
@@ -202,16 +204,17 @@ def heights_above(place, up, local, triangles, step, deep, tolerance, out):
         left, right = max(int((west - low[0]) / step), 0), min(int((east - low[0]) / step), columns - 1)
         bottom, top = max(int((south - low[1]) / step), 0), min(int((north - low[1]) / step), rows - 1)
         box[near, 0], box[near, 1], box[near, 2], box[near, 3] = left, right, bottom, top
-        sides = (ax, ay, az, ex / double, ey / double, gx / double, gy / double)
-        for m in range(7):
-            plane[near, m] = sides[m]
+        plane[near, 0], plane[near, 1], plane[near, 2] = ax, ay, az
+        plane[near, 3], plane[near, 4] = ex / double, ey / double
+        plane[near, 5], plane[near, 6] = gx / double, gy / double
         plane[near, 7], plane[near, 8], plane[near, 9] = ey * gz - ez * gy, ez * gx - ex * gz, double
         near += 1
         for row in range(bottom, top + 1):
             for column in range(left, right + 1):
                 first[row * columns + column + 1] += 1
-    first = np.cumsum(first)
-    cells, end = np.empty(first[-1], np.int64), first.copy()
+    for cell in range(columns * rows):
+        first[cell + 1] += first[cell]
+    cells, end = np.empty(first[columns * rows], np.int64), first.copy()
     for n in range(near):
         for row in range(box[n, 2], box[n, 3] + 1):
             for column in range(box[n, 0], box[n, 1] + 1):

@@ -68,7 +68,7 @@ class FrameState:
             )
         fields = frame.GetFieldData()  # PyVista's own is slow to read, and pictures do so for each frame
         keys = [fields.GetArrayName(k) for k in range(fields.GetNumberOfArrays())]
-        data = frame.field_data if keys else {}
+        data = frame.field_data
         return cls(
             np.asarray(frame.points, dtype=np.float64)[:n_points],
             np.asarray(data[POSE], dtype=np.float64) if POSE in keys else None,
