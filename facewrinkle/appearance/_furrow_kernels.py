@@ -27,37 +27,42 @@ def coherence(points, height, triangles, deep, rings, out):
                 around[triangles[near[n], k]] = True
     size, tensor = np.empty(count), np.empty((count, 6))
     area, mean = np.zeros(len(points)), np.zeros((len(points), 6))
-    gradient = np.empty(3)
     for n in range(count):
-        i, j, k = triangles[near[n]]
-        a, b, c = points[i], points[j], points[k]
-        x = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
-        y = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
-        z = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-        double = max(np.sqrt(x * x + y * y + z * z), 1e-300)
-        x, y, z = x / double, y / double, z / double
-        u = height[i] * (c[0] - b[0]) + height[j] * (a[0] - c[0]) + height[k] * (b[0] - a[0])
-        v = height[i] * (c[1] - b[1]) + height[j] * (a[1] - c[1]) + height[k] * (b[1] - a[1])
-        w = height[i] * (c[2] - b[2]) + height[j] * (a[2] - c[2]) + height[k] * (b[2] - a[2])
-        gradient[0], gradient[1], gradient[2] = y * w - z * v, z * u - x * w, x * v - y * u
-        size[n], m = double, 0
-        for r in range(3):
-            for s in range(r, 3):
-                tensor[n, m] = gradient[r] * gradient[s] / (double * double)
-                m += 1
-        for v in (i, j, k):
-            area[v] += double
+        f = near[n]
+        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        ax, ay, az = points[i, 0], points[i, 1], points[i, 2]
+        bx, by, bz = points[j, 0] - ax, points[j, 1] - ay, points[j, 2] - az
+        cx, cy, cz = points[k, 0] - ax, points[k, 1] - ay, points[k, 2] - az
+        x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+        double = max(np.sqrt(x * x + y * y + z * z), 1e-150)
+        p, q = (height[j] - height[i]) / (double * double), (height[k] - height[i]) / (double * double)
+        u, v, w = p * cx - q * bx, p * cy - q * by, p * cz - q * bz
+        rx, ry, rz = y * w - z * v, z * u - x * w, x * v - y * u
+        size[n] = double
+        tensor[n, 0], tensor[n, 1], tensor[n, 2] = rx * rx, rx * ry, rx * rz
+        tensor[n, 3], tensor[n, 4], tensor[n, 5] = ry * ry, ry * rz, rz * rz
+        area[i] += double
+        area[j] += double
+        area[k] += double
     for ring in range(rings):
         if ring:
-            for n in range(count):
-                i, j, k = triangles[near[n]]
+            for v in range(len(points)):
                 for m in range(6):
-                    tensor[n, m] = (mean[i, m] / area[i] + mean[j, m] / area[j] + mean[k, m] / area[k]) / 3.0
+                    mean[v, m] /= max(3.0 * area[v], 1e-300)
+            for n in range(count):
+                f = near[n]
+                i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+                for m in range(6):
+                    tensor[n, m] = mean[i, m] + mean[j, m] + mean[k, m]
             mean[:] = 0.0
         for n in range(count):
-            for v in triangles[near[n]]:
-                for m in range(6):
-                    mean[v, m] += size[n] * tensor[n, m]
+            f = near[n]
+            i, j, k, share = triangles[f, 0], triangles[f, 1], triangles[f, 2], size[n]
+            for m in range(6):
+                part = share * tensor[n, m]
+                mean[i, m] += part
+                mean[j, m] += part
+                mean[k, m] += part
     for v in range(len(points)):
         out[v] = 1.0
         if area[v] > 0.0:

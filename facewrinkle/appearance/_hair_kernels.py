@@ -55,6 +55,42 @@ def across(lines, towards, out):
 
 
 @njit(cache=True)
+def lashes(root, centre, upwards, path, droop, lines, out):
+    """Lashes (k, p, 3) along paths [aside, up, ahead] from roots (k, 3), and the directions (k, p, 3) ahead.
+
+    Ahead is away from the `centre` of the eye, aside is along the row of roots, and up, which `droop` (k, p) is added
+    to, across both, on the side of `upwards`.
+    """
+    last, rise = len(root) - 1, 0.0
+    up, along = np.empty((2, len(root), 3))
+    for i in range(last + 1):
+        before, after = max(i - 1, 0), min(i + 1, last)
+        x, y, z = (
+            root[after, 0] - root[before, 0],
+            root[after, 1] - root[before, 1],
+            root[after, 2] - root[before, 2],
+        )
+        u, v, w = root[i, 0] - centre[0], root[i, 1] - centre[1], root[i, 2] - centre[2]
+        length = max(np.sqrt(u * u + v * v + w * w), 1e-12)
+        u, v, w = u / length, v / length, w / length
+        for j in range(lines.shape[1]):
+            out[i, j, 0], out[i, j, 1], out[i, j, 2] = u, v, w
+        a, b, c = y * w - z * v, z * u - x * w, x * v - y * u
+        length = max(np.sqrt(a * a + b * b + c * c), 1e-12)
+        up[i, 0], up[i, 1], up[i, 2] = a / length, b / length, c / length
+        rise += up[i, 0] * upwards[0] + up[i, 1] * upwards[1] + up[i, 2] * upwards[2]
+        length = max(np.sqrt(x * x + y * y + z * z), 1e-12)
+        ahead = (x * u + y * v + z * w) / length
+        along[i, 0], along[i, 1], along[i, 2] = x / length - ahead * u, y / length - ahead * v, z / length - ahead * w
+    sign = np.sign(rise)
+    for i in range(last + 1):
+        for j in range(lines.shape[1]):
+            for c in range(3):
+                aside = path[i, j, 0] * along[i, c] + (path[i, j, 1] + droop[i, j]) * sign * up[i, c]
+                lines[i, j, c] = root[i, c] + aside + path[i, j, 2] * out[i, j, c]
+
+
+@njit(cache=True)
 def strands(lines, side, up, length, aside, points, sides, ups):
     """Strands beside hairs: s of them (k s, p, 3) for each, with lengths (k, s), shifted aside by (k, s, p)."""
     each = length.shape[1]

@@ -13,7 +13,8 @@ from ..anatomy.eyeball import RADIUS, Eyeball
 from ..anatomy.face import Face
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
-from ..mesh.arrays import shallow
+from ..mesh.arrays import add_array, shallow
+from . import _eye_kernels as kernels
 
 Array = npt.NDArray[np.float64]
 
@@ -103,8 +104,7 @@ class PaintedEye:
         if self._turned is None or not np.array_equal(self._turned.gaze, gaze):
             self._turned = self._turn(gaze)
         ball = shallow(self._turned.ball)
-        paint = self._between_lids(self._turned, points)
-        ball.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8)
+        add_array(ball.GetPointData(), "paint", self._between_lids(self._turned, points))
         return ball
 
     def axes(self, gaze: Array) -> Array:
@@ -147,18 +147,17 @@ class PaintedEye:
         paint = _mixed(self.tints, COLOURS["caruncle"], 1.25 - from_corner / 11.0)
         lateral, up, forward = self.lid_axes
         height = np.degrees(np.arctan2(directions @ up, directions @ forward))
-        return _TurnedEye(np.array(gaze), ball, paint, directions @ lateral, height)
+        place = directions @ lateral
+        return _TurnedEye(np.array(gaze), ball, paint, place, height, np.argsort(place, kind="stable"))
 
-    def _between_lids(self, turned: _TurnedEye, points: Array) -> Array:
+    def _between_lids(self, turned: _TurnedEye, points: Array) -> npt.NDArray[np.uint8]:
         """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
         if self.margins is None:
-            return turned.paint
-        lids = self.lid_heights(points, turned.place)
-        below, above = lids[0] - turned.height, turned.height - lids[1]
-        wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))[:, None]
-        paint = turned.paint + wet * (COLOURS["tears"] - turned.paint)
-        shade = 0.62 * np.exp(-np.maximum(below, 0.0) / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
-        return np.asarray(paint * (1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]))
+            return np.rint(np.clip(turned.paint, 0.0, 255.0)).astype(np.uint8)
+        upper, lower = self.lid_heights(points, turned.place[turned.order])
+        paint = np.empty(turned.paint.shape, np.uint8)
+        kernels.between_lids(turned.paint, turned.height, turned.order, upper, lower, COLOURS["tears"], paint)
+        return paint
 
 
 def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:
@@ -184,8 +183,8 @@ def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:
 class _TurnedEye:
     """An eye with one gaze: the ball, its paint without the lids, and where its k points are between these.
 
-    `place` is along the first of the :attr:`PaintedEye.lid_axes`, in radii, and `height` the angle above the last,
-    degrees.
+    `place` is along the first of the :attr:`PaintedEye.lid_axes`, in radii, `height` the angle above the last,
+    degrees, and `order` sorts the points by their places: lids are looked up faster so.
     """
 
     gaze: Array
@@ -193,6 +192,7 @@ class _TurnedEye:
     paint: Array
     place: Array
     height: Array
+    order: npt.NDArray[np.int64]
 
 
 def _directions(angle: Array, spoke: Array) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..mesh import points_and_triangles
+from ..mesh.arrays import array_of, points_and_triangles
 from . import _furrow_kernels as kernels
 
 Array = npt.NDArray[np.float64]
@@ -28,12 +28,16 @@ def cavity_shading(skin: pv.PolyData) -> npt.NDArray[np.uint8]:
 
     Dimples, whose walls stand around them instead of facing each other, are shaded by their slopes alone.
     """
-    height = np.ascontiguousarray(skin.point_data["W"], np.float64)
+    height = np.ascontiguousarray(array_of(skin, "W"), np.float64)
     dark = furrow_shade(height)
     if dark.any():
-        rest = np.ascontiguousarray(skin.point_data.get("rest", skin.points), np.float64)  # without its furrows
-        triangles = np.ascontiguousarray(points_and_triangles(skin)[1], np.int32)
+        points, triangles = points_and_triangles(skin)
+        flat = array_of(skin, "rest")  # without its furrows
+        rest = np.ascontiguousarray(points if flat is None else flat, np.float64)
+        triangles = np.ascontiguousarray(triangles, np.int32)
         coherence = np.empty(len(dark))
         kernels.coherence(rest, height, triangles, dark > 0.0, FURROW_RINGS, coherence)
         dark *= coherence
-    return np.rint(255.0 * (1.0 - dark[:, None] * [0.75, 1.0, 1.0])).astype(np.uint8)
+    factors = np.empty((len(dark), 3), np.uint8)
+    factors[:, 0], factors[:, 1:] = np.rint(255.0 - 191.25 * dark), np.rint(255.0 - 255.0 * dark)[:, None]
+    return factors

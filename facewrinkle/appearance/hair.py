@@ -63,7 +63,7 @@ class HairCards:
 
     def __init__(self, half: Array, tint: Array, pixel: float) -> None:
         count, knots = half.shape
-        self.half = np.maximum(half, 0.5 * pixel)
+        self.half = np.maximum(np.ascontiguousarray(half), 0.5 * pixel)
         paint = np.empty((count, knots, 2, 4))
         paint[..., :3] = tint[:, None, None]
         paint[..., 3] = 255.0 * (half / self.half)[..., None]
@@ -282,12 +282,15 @@ class Lashes:
             tint.append(np.tile(row.colour, (row.count, 1)))
         if self.roots:
             self.half, self.tint = np.concatenate(half), np.concatenate(tint)
-            self._open_gap = self._gap(face.points)
+            self._open_gap = self._gap(self._rooted(face.points))
 
-    def _gap(self, points: Array) -> float:
+    def _rooted(self, points: Array) -> list[Array]:
+        """Roots (k, 3) of the lashes of each row."""
+        return [weights @ points[chain] for chain, weights in self.roots]
+
+    def _gap(self, roots: list[Array]) -> float:
         """Height of the upper margin above the lower one, on average."""
-        heights = [(weights @ points[chain]).mean(axis=0) @ self.eye.up for chain, weights in self.roots]
-        return float(heights[0] - heights[-1])
+        return float((roots[0].mean(axis=0) - roots[-1].mean(axis=0)) @ self.eye.up)
 
     def cards(self, pixel: float, every: int = 1) -> HairCards:
         """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh.
@@ -302,24 +305,14 @@ class Lashes:
 
     def lines(self, points: Array) -> HairLines:
         """Return the lashes on the lids of a face with vertices at `points` (n, 3)."""
-        lines, sides, outs = [], [], []
-        shut = float(smoothstep(1.0 - self._gap(points) / self._open_gap))
-        for (chain, weights), path, droop in zip(self.roots, self._paths, self._droops, strict=True):
-            root = weights @ points[chain]
-            out = _unit_vectors(root - self.eye.centre)
-            along = _unit_vectors(np.gradient(root, axis=0))
-            up = np.empty_like(root)
-            kernels.across(root[None], out[None], up[None])
-            up *= np.sign((up @ self.eye.up).sum())
-            along -= (along * out).sum(axis=1, keepdims=True) * out
-            bent = path + shut * droop[..., None] * [0.0, 1.0, 0.0]
-            line = root[:, None] + np.einsum("kpc,kci->kpi", bent, np.stack([along, up, out], axis=1))
-            side = np.empty_like(line)
-            kernels.across(line, np.tile(self.eye.gaze, (*line.shape[:2], 1)), side)
-            lines.append(line)
-            sides.append(side)
-            outs.append(np.broadcast_to(out[:, None], line.shape))
-        return HairLines(*(np.concatenate(part) for part in (lines, sides, outs)))
+        roots, eye, start = self._rooted(points), self.eye, 0
+        shut = float(smoothstep(1.0 - self._gap(roots) / self._open_gap))
+        lines = HairLines(*np.empty((3, len(self.half), self.KNOTS, 3)))
+        for root, path, droop in zip(roots, self._paths, self._droops, strict=True):
+            row = slice(start, start := start + len(root))
+            kernels.lashes(root, eye.centre, eye.up, path, shut * droop, lines.points[row], lines.up[row])
+        kernels.across(lines.points, np.tile(eye.gaze, (*lines.side.shape[:2], 1)), lines.side)
+        return lines
 
 
 def _lash_lines(eye: Eyeball, face: Face) -> list[tuple[LashRow, IntArray]]:
@@ -335,7 +328,3 @@ def _between(points: Array, along: Array) -> Array:
 
     place = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     return np.asarray(make_interp_spline(place / place[-1], np.eye(len(points)), k=3)(along))
-
-
-def _unit_vectors(vectors: Array) -> Array:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))

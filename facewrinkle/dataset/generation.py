@@ -176,6 +176,7 @@ def _state(folder: Path, spec: Spec, count: int) -> None:
 def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
     """Yield a Dask client: of a scheduler, or of processes here."""
     try:
+        import dask
         from distributed import Client, LocalCluster
     except ImportError:
         raise MissingPackageError(
@@ -194,6 +195,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
             yield _checked(client)
         return
     with (
+        dask.config.set({"distributed.worker.profile.enabled": False}),  # it would wake a hundred times a second
         LocalCluster(
             n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR
         ) as cluster,
@@ -223,7 +225,7 @@ def _version() -> str:
 def _made(spec: Spec, shard: Shard, folder: Path) -> int:
     """Make a shard, in a worker."""
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-    os.environ.setdefault("LP_NUM_THREADS", "1")  # of software that draws: each worker has a core
+    os.environ.setdefault("LP_NUM_THREADS", "0")  # software that draws does so in the same thread: one core a worker
     return sum(1 for _ in write_shard(spec, shard, folder))
 
 

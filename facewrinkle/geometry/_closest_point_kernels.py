@@ -17,7 +17,8 @@ def closest(points, triangles, query):
         distance = closest_in_triangle(query, a, b, c, w)
         if distance < best:
             best, found = distance, f
-            weights[:] = w
+            for k in range(3):  # as a whole, numba would compile the text of an error for it: three seconds
+                weights[k] = w[k]
     return found, weights, np.sqrt(best)
 
 

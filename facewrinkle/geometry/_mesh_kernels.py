@@ -177,55 +177,62 @@ def heights_above(place, up, local, triangles, step, deep, tolerance, out):
     place as seen along it. Their planes give the heights.
     """
     out[:] = -np.inf
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    if not len(place):
+        return
+    low, high = place[0].copy(), place[0].copy()
     for i in range(len(place)):
         for k in range(3):
             low[k], high[k] = min(low[k], place[i, k]), max(high[k], place[i, k])
     columns, rows = int((high[0] - low[0]) / step) + 1, int((high[1] - low[1]) / step) + 1
     first, box = np.zeros(columns * rows + 1, np.int64), np.empty((len(triangles), 4), np.int64)
     near = 0
-    chosen = np.empty(len(triangles), np.int64)
+    plane = np.empty((len(triangles), 10))
     for f in range(len(triangles)):
-        a, b, c = local[triangles[f, 0]], local[triangles[f, 1]], local[triangles[f, 2]]
-        if (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]) <= 0.0:
+        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        ax, ay, az = local[i, 0], local[i, 1], local[i, 2]
+        bx, by, bz = local[j, 0], local[j, 1], local[j, 2]
+        cx, cy, cz = local[k, 0], local[k, 1], local[k, 2]
+        if max(az, bz, cz) < low[2] - deep or min(az, bz, cz) > high[2] + deep:
             continue
-        if max(a[2], b[2], c[2]) < low[2] - deep or min(a[2], b[2], c[2]) > high[2] + deep:
+        west, east, south, north = min(ax, bx, cx), max(ax, bx, cx), min(ay, by, cy), max(ay, by, cy)
+        if east < low[0] or west > high[0] or north < low[1] or south > high[1]:
             continue
-        left = max(int(np.floor((min(a[0], b[0], c[0]) - low[0]) / step)), 0)
-        right = min(int(np.floor((max(a[0], b[0], c[0]) - low[0]) / step)), columns - 1)
-        bottom = max(int(np.floor((min(a[1], b[1], c[1]) - low[1]) / step)), 0)
-        top = min(int(np.floor((max(a[1], b[1], c[1]) - low[1]) / step)), rows - 1)
-        if left > right or bottom > top:
+        ex, ey, ez, gx, gy, gz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+        double = ex * gy - gx * ey
+        if double <= 0.0:
             continue
-        chosen[near] = f
+        left, right = max(int((west - low[0]) / step), 0), min(int((east - low[0]) / step), columns - 1)
+        bottom, top = max(int((south - low[1]) / step), 0), min(int((north - low[1]) / step), rows - 1)
         box[near, 0], box[near, 1], box[near, 2], box[near, 3] = left, right, bottom, top
+        plane[near, 0], plane[near, 1], plane[near, 2] = ax, ay, az
+        plane[near, 3], plane[near, 4] = ex / double, ey / double
+        plane[near, 5], plane[near, 6] = gx / double, gy / double
+        plane[near, 7], plane[near, 8], plane[near, 9] = ey * gz - ez * gy, ez * gx - ex * gz, double
         near += 1
         for row in range(bottom, top + 1):
             for column in range(left, right + 1):
                 first[row * columns + column + 1] += 1
-    first = np.cumsum(first)
-    cells, end = np.empty(first[-1], np.int64), first.copy()
+    for cell in range(columns * rows):
+        first[cell + 1] += first[cell]
+    cells, end = np.empty(first[columns * rows], np.int64), first.copy()
     for n in range(near):
         for row in range(box[n, 2], box[n, 3] + 1):
             for column in range(box[n, 0], box[n, 1] + 1):
                 cell = row * columns + column
-                cells[end[cell]] = chosen[n]
+                cells[end[cell]] = n
                 end[cell] += 1
     for i in range(len(place)):
-        x, y = place[i, 0], place[i, 1]
+        x, y, z = place[i, 0], place[i, 1], place[i, 2]
         cell = int((y - low[1]) / step) * columns + int((x - low[0]) / step)
-        for f in cells[first[cell] : first[cell + 1]]:
-            a, b, c = local[triangles[f, 0]], local[triangles[f, 1]], local[triangles[f, 2]]
-            ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-            gx, gy, gz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-            ox, oy, oz = x - a[0], y - a[1], place[i, 2] - a[2]
-            double = ex * gy - gx * ey
-            v, w = (ox * gy - gx * oy) / double, (ex * oy - ox * ey) / double
+        for at in range(first[cell], first[cell + 1]):
+            n = cells[at]
+            ox, oy = x - plane[n, 0], y - plane[n, 1]
+            v, w = ox * plane[n, 6] - oy * plane[n, 5], oy * plane[n, 3] - ox * plane[n, 4]
             if v < -tolerance or w < -tolerance or v + w > 1.0 + tolerance:
                 continue
-            nx, ny = ey * gz - ez * gy, ez * gx - ex * gz
-            facing = nx * up[i, 0] + ny * up[i, 1] + double * up[i, 2]
+            nx, ny, nz = plane[n, 7], plane[n, 8], plane[n, 9]
+            facing = nx * up[i, 0] + ny * up[i, 1] + nz * up[i, 2]
             if facing > 0.0:
-                rise = -(nx * ox + ny * oy + double * oz) / facing
+                rise = -(nx * ox + ny * oy + nz * (z - plane[n, 2])) / facing
                 if abs(rise) < deep and rise > out[i]:
                     out[i] = rise

@@ -114,7 +114,7 @@ class RedGreenForest:
         self._state[kernels.FIRST :] = 0
         self._corners = np.repeat(np.arange(n0, dtype=np.int32)[:, None], 3, axis=1)
         self._barycentric = np.tile([1.0, 0.0, 0.0], (n0, 1))
-        self._triangles = _frozen(base)
+        self._triangles = frozen(base)
         self._leaf = np.arange(len(base), dtype=np.int32)
 
     def split(self, marked: ArrayLike) -> Change:
@@ -223,12 +223,12 @@ class RedGreenForest:
     @property
     def corners(self) -> IntArray:
         """M0 vertices (n, 3) of `barycentric`: the corners of the host, or (i, i, i) for vertex i of M0."""
-        return _frozen(self._corners)
+        return frozen(self._corners)
 
     @property
     def barycentric(self) -> Array:
         """Weights (n, 3) of `corners`, exact; (1, 0, 0) for the vertices of M0."""
-        return _frozen(self._barycentric)
+        return frozen(self._barycentric)
 
     @property
     def weights(self) -> csr_array:
@@ -282,7 +282,7 @@ class RedGreenForest:
         m = kernels.read_leaves(self._nodes, self._edges, n_roots, triangles, leaf)
         triangles.resize((m, 3), refcheck=False)
         leaf.resize(m, refcheck=False)
-        self._triangles, self._leaf = _frozen(triangles), leaf
+        self._triangles, self._leaf = frozen(triangles), leaf
 
 
 def refined(triangles: ArrayLike, marked: ArrayLike) -> tuple[IntArray, csr_array]:
@@ -330,7 +330,7 @@ def _enlarged(table: IntArray, used: int, more: int) -> IntArray:
     return out
 
 
-def _frozen(array: AnyArray) -> AnyArray:
+def frozen(array: AnyArray) -> AnyArray:
     """Return a read-only view."""
     view = array.view()
     view.flags.writeable = False

@@ -14,7 +14,7 @@ from ..anatomy.face import Face
 from ..errors import ParameterError
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import interpolated
-from ..geometry.refinement import Change, RedGreenForest
+from ..geometry.refinement import Change, RedGreenForest, frozen
 from .compression import StrainField, compression_along, principal_compression
 
 Array = npt.NDArray[np.float64]
@@ -53,6 +53,10 @@ class SurfacePoints:
     corners: IntArray
     barycentric: Array
     host: IntArray
+
+    def __post_init__(self) -> None:
+        for name in ("corners", "barycentric"):  # read-only always, else machine code is made for both
+            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @classmethod
     def of_forest(cls, forest: RedGreenForest, points: Array, normals: Array, first: int = 0) -> Self:

@@ -9,6 +9,7 @@ from ..anatomy.face import Face
 from ..anatomy.muscles import Crease, Muscle
 from ..geometry import _closest_point_kernels as closest
 from ..geometry.normals import vertex_normals
+from ..geometry.refinement import frozen
 from . import _kernels as kernels
 from .base import Array, BoolArray
 from .compression import along, products
@@ -75,7 +76,8 @@ class Gathered:
             corners.append(at)
             weights.append(share)
             tensors.append(products(across) / along(rest, across)[:, None])
-        self._corners, self._weights = np.concatenate(corners).astype(np.int32), np.concatenate(weights)
+        # Read-only, as those of vertices are: machine code for both is the same.
+        self._corners, self._weights = frozen(np.concatenate(corners).astype(np.int32)), frozen(np.concatenate(weights))
         self._products = np.concatenate(tensors)
         self._starts = np.arange(len(self._products) + 1, dtype=np.int32)
         self._out = np.empty(len(self._products))

@@ -165,7 +165,7 @@ def to_polydata(
                 f"point data {name!r} must have {len(points)} rows, one for each point, received {len(values)}."
             )
         if values.dtype.kind in "fiu" and values.ndim <= 2:
-            _add_array(mesh.GetPointData(), name, values)
+            add_array(mesh.GetPointData(), name, values)
         else:  # PyVista can keep types that VTK lacks
             mesh.point_data[name] = values
     return mesh
@@ -205,11 +205,11 @@ def of_own_arrays(points: np.ndarray, triangles: np.ndarray, point_data: Mapping
     mesh.SetPolys(cells)
     data = mesh.GetPointData()
     for name, values in point_data.items():
-        _add_array(data, name, values)
+        add_array(data, name, values)
     return mesh
 
 
-def _add_array(data: vtkPointData, name: str, values: np.ndarray) -> None:
+def add_array(data: vtkPointData, name: str, values: np.ndarray) -> None:
     """Set ``mesh.point_data[name] = values`` without PyVista's checks: each frame has a dozen arrays."""
     array = numpy_to_vtk(values)
     array.SetName(name)

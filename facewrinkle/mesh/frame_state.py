@@ -66,8 +66,9 @@ class FrameState:
                 f"a frame of this face has {n_points} points or more, received {frame.n_points}. "
                 "Is it one of another face?"
             )
+        fields = frame.GetFieldData()  # PyVista's own is slow to read, and pictures do so for each frame
+        keys = [fields.GetArrayName(k) for k in range(fields.GetNumberOfArrays())]
         data = frame.field_data
-        keys = data.keys()
         return cls(
             np.asarray(frame.points, dtype=np.float64)[:n_points],
             np.asarray(data[POSE], dtype=np.float64) if POSE in keys else None,

@@ -57,8 +57,8 @@ def split_at_seams(mesh: pv.PolyData) -> pv.PolyData:
     >>> apart.n_points, apart.active_texture_coordinates[[1, 4]].tolist()
     (5, [[1.0, 0.0], [0.5, 0.0]])
     """
-    corners = corner_texture(mesh)
-    if corners is None or CORNERS not in mesh.cell_data:
+    corners = corner_texture(mesh) if mesh.GetCellData().HasArray(CORNERS) else None
+    if corners is None:
         return mesh
     parts = split_vertices(mesh.regular_faces, corners, mesh.n_points)
     data = {name: np.asarray(values)[parts.origin] for name, values in mesh.point_data.items()}

@@ -199,7 +199,8 @@ def compliance(vertices, slopes, involved, slots, columns):
     near = np.empty((n, n, 3), np.float32)
     for i in range(n):
         for j in range(n):
-            near[i, j] = columns[slots[involved[i]], involved[j]]
+            for k in range(3):
+                near[i, j, k] = columns[slots[involved[i]], involved[j], k]
     size, place = np.empty(m, np.int64), np.empty((m, 6), np.int64)
     for r in range(m):
         size[r] = 6

@@ -86,6 +86,7 @@ def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, up
     middle = np.cross(places[ends[:, 1]] - places[ends[:, 0]], places[centre] - places[ends[:, 0]])
     turned = (middle @ opening.axes[1] > 0.0) != upper
     triangles[turned] = triangles[turned][:, [1, 0, 2]]
+    triangles = np.ascontiguousarray(triangles)
     skin = FacingSkin(corners, shares, triangles, np.zeros(len(corners)), EYE_STIFFNESS * area[vertices])
     return skin.touching_from(np.minimum(skin.gaps(places) - SLACK, 0.0))
 

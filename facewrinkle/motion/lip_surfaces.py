@@ -162,7 +162,7 @@ def _faced(face: Face, corners: IntArray, shares: Array, triangles: IntArray, si
         away, closest = aside(samples[beyond], local, triangles)
         near = (away < BEYOND) & ((of_samples[beyond] * facing[closest]).sum(axis=1) < FACING)
         i, k = np.concatenate([i, beyond[near]]), np.concatenate([k, closest[near]])
-    return i, triangles[k]
+    return i, np.ascontiguousarray(triangles[k])
 
 
 def columns(

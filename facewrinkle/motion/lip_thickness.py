@@ -62,7 +62,7 @@ def behind_lips(face: Face, area: Array) -> FacingSkin:
     facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
     which = _opposite(points[vertices], normals, (a + b + c) / 3.0, facing, THICKEST * face.frame.scale * face.unit)
     met = np.flatnonzero(which >= 0)
-    triangles = triangles[which[met]][:, ::-1]
+    triangles = np.ascontiguousarray(triangles[which[met]][:, ::-1])
     corners = np.repeat(vertices[met, None], 3, axis=1)
     shares = np.tile([1.0, 0.0, 0.0], (len(met), 1))
     flesh = FacingSkin(corners, shares, triangles, np.zeros(len(met)), STIFFNESS * area[vertices[met]])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from typing import Any, Literal, Self
@@ -12,7 +12,6 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..appearance.mouth import Mouth
 from ..appearance.own_parts import has_colours
 from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
@@ -20,14 +19,14 @@ from ..arguments import checked
 from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS, shallow
 from ..mesh.seams import corner_texture
-from .drawn import FrontFirst, same
+from .drawn import FrontFirst, Joined, same
 from .fields import field_colouring
 from .images import Image
 from .relief import Relief, sends
 from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair, headlight
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, View, aim, height_of
-from .window import begun, window_of
+from .window import begun, composable, render_ahead, window_of
 
 Array = npt.NDArray[np.float64]
 
@@ -66,6 +65,8 @@ class Scene:
     ----------
     plotter : pyvista.Plotter
         :meth:`draw` leaves in its window what :meth:`picture` returns, :meth:`picture` leaves nothing of use.
+    shown : dict of str to frozenset of str
+        Names of the painted parts that are drawn, such as `eye_l`, by the actor that shows them together.
 
     Examples
     --------
@@ -86,6 +87,8 @@ class Scene:
         self.plotter.renderer.SetUseOIT(False)  # hairs of one colour blend in any order
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         self._parts: dict[str, pv.PolyData] = {}
+        self._joined: dict[str, Joined] = {}
+        self.shown: dict[str, frozenset[str]] = {}
         self._actors: dict[str, pv.Actor] = {}
         self._posed: Array | None = None
         self._drawing: Callable[[], Image] | None = None
@@ -150,13 +153,21 @@ class Scene:
 
         The same frame is not sent to the graphics card again, unless it was modified as VTK counts it.
         """
+        self._show(frame, ahead=False)
+
+    def _show(self, frame: pv.PolyData, ahead: bool) -> bool:
+        """Show a frame; return True if its skin was drawn ahead of the rest."""
         self._wait()
         by_view = self._visible is not None and self._visible.by_view
         now = frame.GetMTime(), tuple(self.plotter.camera.position) if by_view else None
         if self._shown is not None and self._shown[0] is frame and self._shown[1] == now:
-            return
+            return False
         seen = self._appearance.at(frame)
         self._show_skin(seen)
+        ahead = ahead and self._posed is not None and composable(self.plotter)
+        if ahead:
+            self._pose(seen.pose)
+            render_ahead(self.plotter, [self._actors["skin"]])
         self._show_mouth(seen)
         self._show_eyes(seen)
         self._show_hair(seen)
@@ -165,6 +176,7 @@ class Scene:
             self._put(part, f"{OWN_PREFIX}{name}", texture=self._own_textures[name], **lighting)
         self._pose(seen.pose)
         self._shown = frame, now
+        return ahead
 
     def _pose(self, pose: Array) -> None:
         """Move what was made on the head at rest along with the head, or the rest to it."""
@@ -223,24 +235,22 @@ class Scene:
 
     def _show_mouth(self, seen: Seen) -> None:
         if seen.pocket is not None:
-            self._put(seen.pocket, "mouth", lighting=False)
-        for name, part in seen.inside_mouth.items():
-            self._put(part, name, TEETH_MATERIAL)
-        for name in Mouth.INSIDE:
-            if name in self._parts:
-                self._actors[name].visibility = name in seen.inside_mouth
+            self._put_all({"mouth": seen.pocket}, "mouth", lighting=False)
+        self._put_all(seen.inside_mouth, "in mouth", TEETH_MATERIAL)
+        if "in mouth" in self._actors:
+            self._actors["in mouth"].visibility = bool(seen.inside_mouth)
 
     def _show_eyes(self, seen: Seen) -> None:
-        for side in self._eyes:
-            self._put(seen.eyes[side], f"eye_{side}", EYE_MATERIAL, **EYE_LIGHTING)
-        for side, margin in seen.lid_margins.items() if self.style.eyes else ():
-            self._put(margin, f"rim_{side}", SKIN_MATERIAL, **SKIN_LIGHTING)
+        eyes = {f"eye_{side}": seen.eyes[side] for side in self._eyes}
+        self._put_all(eyes, "eyes", EYE_MATERIAL, **EYE_LIGHTING)
+        rims = {f"rim_{side}": rim for side, rim in seen.lid_margins.items()} if self.style.eyes else {}
+        self._put_all(rims, "rims", SKIN_MATERIAL, **SKIN_LIGHTING)
 
     def _show_hair(self, seen: Seen) -> None:
-        for side, cards in self._lashes.items():
-            self._put(cards.along(seen.lashes[side]), f"lashes_{side}", "hair", **HAIR_LIGHTING)
+        hair = {f"lashes_{side}": cards.along(seen.lashes[side]) for side, cards in self._lashes.items()}
         if self._brows is not None and seen.brows is not None:
-            self._put(self._brows.along(seen.brows), "brows", "hair", **HAIR_LIGHTING)
+            hair["brows"] = self._brows.along(seen.brows)
+        self._put_all(hair, "hair", "hair", **HAIR_LIGHTING)
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
@@ -265,11 +275,11 @@ class Scene:
         ...     picture().shape
         (80, 60, 3)
         """
-        self.show(frame)
-        return self._begun()
+        return self._begun(self._show(frame, ahead=True))
 
-    def _begun(self) -> Callable[[], Image]:
-        self._drawing = cache(begun(self.plotter, self._samples))
+    def _begun(self, ahead: bool = False) -> Callable[[], Image]:
+        drawn = [self._actors["skin"]] if ahead else []
+        self._drawing = cache(begun(self.plotter, self._samples, drawn))
         return self._drawing
 
     def _wait(self) -> None:
@@ -289,26 +299,37 @@ class Scene:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _put(
+    def _put_all(
         self,
-        part: pv.PolyData,
+        parts: Mapping[str, pv.PolyData],
         name: str,
         material: Material | Literal["hair"] | None = None,
-        texture: pv.Texture | None = None,
         **options: Any,
     ) -> None:
+        """Show painted parts of one look as one actor, in place of those that it showed before."""
+        self.shown[name] = frozenset(parts)
+        if not parts:
+            return
+        joined = self._joined.setdefault(name, Joined())
+        joined.show(list(parts.values()))
+        if name not in self._actors:
+            self._add(joined.mesh, name, material, scalars="paint", rgb=True, **options)
+            self._actors[name].mapper.SetInputData(joined.mesh)  # PyVista puts a filter before it, in Python
+
+    def _put(self, part: pv.PolyData, name: str, texture: pv.Texture | None = None, **options: Any) -> None:
         """Add a part that has `paint` or a texture, in place of the one that had this name before."""
         known = self._parts.get(name)
         if known is not None and same(part, known):
             return
         if known is None:
-            self._parts[name] = shown = part.copy(deep=False)
-            if "Normals" in shown.point_data:
-                shown.point_data.active_normals_name = "Normals"
+            self._parts[name] = known = part.copy(deep=False)
+            if "Normals" in known.point_data:
+                known.point_data.active_normals_name = "Normals"
             colours: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
-            self._add(shown, name, material, **colours, **options)
-            return
-        known.ShallowCopy(part)  # by VTK's own functions, as PyVista's take longer than the drawing
+            self._add(known, name, **colours, **options)
+            self._actors[name].mapper.SetInputData(known)
+        else:
+            known.ShallowCopy(part)  # by VTK's own functions, as PyVista's take longer than the drawing
         data = known.GetPointData()
         data.SetActiveNormals("Normals" if data.HasArray("Normals") else None)
         data.SetActiveScalars("paint" if texture is None else None)

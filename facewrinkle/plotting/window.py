@@ -6,7 +6,8 @@ drawn behind the face, and both are combined as the pixels are read.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -35,18 +36,71 @@ def rendered(plotter: pv.Plotter, factor: int = 1) -> Image:
     return begun(plotter, factor)()
 
 
-def begun(plotter: pv.Plotter, factor: int = 1) -> Callable[[], Image]:
+def begun(plotter: pv.Plotter, factor: int = 1, drawn: Collection[pv.Actor] = ()) -> Callable[[], Image]:
     """Begin to render what a plotter shows, and return a function that waits for the picture and returns it.
 
     The graphics card draws meanwhile, or Mesa's own threads do. Until the picture was taken, the plotter must not
-    render anything else. For the arguments see :func:`rendered`.
+    render anything else. For the arguments see :func:`rendered`; actors that are `drawn` already, by
+    :func:`render_ahead`, are not drawn again.
     """
-    renderer, window = plotter.renderer, window_of(plotter)
-    if not renderer.GetGradientBackground() or renderer.GetTexturedBackground():
-        window.Render()
+    renderer = plotter.renderer
+    if not composable(plotter):
+        window_of(plotter).Render()
         return partial(_without_background, plotter, factor)
-    bottom, alpha = renderer.GetBackground(), renderer.GetBackgroundAlpha()
-    top, swaps = renderer.GetBackground2(), window.GetSwapBuffers()
+    bottom, top = renderer.GetBackground(), renderer.GetBackground2()
+    renderer.SetPreserveColorBuffer(bool(drawn))
+    renderer.SetPreserveDepthBuffer(bool(drawn))
+    try:
+        with hidden(drawn):
+            _render(plotter)
+    finally:
+        renderer.SetPreserveColorBuffer(False)
+        renderer.SetPreserveDepthBuffer(False)
+    return lambda: composed(_pixels(plotter), bottom, top, factor)
+
+
+def render_ahead(plotter: pv.Plotter, actors: Collection[pv.Actor]) -> None:
+    """Begin to render some actors, while others are still worked out; :func:`begun` renders these.
+
+    What is opaque can be ahead of what is not, but not the other way round.
+
+    Examples
+    --------
+    >>> plotter = pv.Plotter(off_screen=True, window_size=(60, 40))
+    >>> plotter.set_background((0, 0, 0), top=(0, 100, 200))
+    >>> ball, other = (plotter.add_mesh(pv.Sphere(center=(x, 0.0, 0.0))) for x in (0.0, 2.0))
+    >>> whole = rendered(plotter)
+    >>> render_ahead(plotter, [ball])
+    >>> bool((begun(plotter, drawn=[ball])() == whole).all())
+    True
+    >>> plotter.close()
+    """
+    with hidden([actor for actor in plotter.renderer.actors.values() if actor not in actors]):
+        _render(plotter)
+
+
+def composable(plotter: pv.Plotter) -> bool:
+    """Return True if what is behind the face is a gradient, which is added when pixels are read."""
+    return bool(plotter.renderer.GetGradientBackground() and not plotter.renderer.GetTexturedBackground())
+
+
+@contextmanager
+def hidden(actors: Iterable[pv.Actor]) -> Iterator[None]:
+    """Hide actors meanwhile."""
+    visible = [actor for actor in actors if actor.GetVisibility()]
+    for actor in visible:
+        actor.VisibilityOff()
+    try:
+        yield
+    finally:
+        for actor in visible:
+            actor.VisibilityOn()
+
+
+def _render(plotter: pv.Plotter) -> None:
+    """Begin to render, with nothing behind what is drawn."""
+    renderer, window = plotter.renderer, window_of(plotter)
+    bottom, alpha, swaps = renderer.GetBackground(), renderer.GetBackgroundAlpha(), window.GetSwapBuffers()
     renderer.GradientBackgroundOff()
     renderer.SetBackground(0.0, 0.0, 0.0)
     renderer.SetBackgroundAlpha(0.0)
@@ -60,7 +114,6 @@ def begun(plotter: pv.Plotter, factor: int = 1) -> Callable[[], Image]:
         renderer.SetBackgroundAlpha(alpha)
         renderer.GradientBackgroundOn()
         window.SetSwapBuffers(swaps)
-    return lambda: composed(_pixels(plotter), bottom, top, factor)
 
 
 def _without_background(plotter: pv.Plotter, factor: int) -> Image:

@@ -8,7 +8,7 @@ import pyvista as pv
 from drawing import SMALL, held
 
 from facewrinkle.plotting import Scene, Style
-from facewrinkle.plotting.drawn import FrontFirst, same
+from facewrinkle.plotting.drawn import FrontFirst, Joined, same
 
 
 def faces_of(mesh):
@@ -48,6 +48,31 @@ def test_same_meshes_look_the_same():
     other.rename_array("paint", "colour")
     assert not same(ball, other)
     assert not same(ball, pv.Sphere(theta_resolution=12))
+
+
+def test_joined_meshes_are_those_side_by_side_and_only_what_changed_is_sent():
+    ball = pv.Sphere().compute_normals(split_vertices=False)
+    ball["paint"] = np.arange(3 * ball.n_points).reshape(-1, 3).astype(np.uint8)
+    moved, joined = ball.copy(), Joined()
+    moved.points += 1.0
+    joined.show([ball, moved])
+    both = pv.merge([ball, moved], merge_points=False)
+    np.testing.assert_array_equal(joined.mesh.points, both.points)
+    np.testing.assert_array_equal(joined.mesh.regular_faces, both.regular_faces)
+    np.testing.assert_array_equal(joined.mesh["paint"], both["paint"])
+
+    def sent():
+        mesh = joined.mesh
+        return mesh.GetPoints(), mesh.GetPolys(), *(mesh.GetPointData().GetArray(name) for name in Joined.ARRAYS)
+
+    before = sent()
+    painted = moved.copy()
+    painted["paint"] = 255 - moved["paint"]
+    joined.show([ball.copy(), painted])
+    assert [one is other for one, other in zip(sent(), before, strict=True)] == [True, True, True, False]
+    np.testing.assert_array_equal(joined.mesh["paint"][ball.n_points :], painted["paint"])
+    joined.show([ball])
+    np.testing.assert_array_equal(joined.mesh.regular_faces, ball.regular_faces)
 
 
 @pytest.mark.parametrize("quick", [True, False])
