@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..anatomy.teeth import END_RADIUS
 from ..geometry.compilation import njit
-
-END_RADIUS = 5.0
-"""Radius with which dental arches end, mm."""
 
 SWEEPS = 8
 """Sweeps of projected Gauss-Seidel between direct solutions."""

@@ -19,6 +19,7 @@ from .solids import EYE_STIFFNESS, SLACK
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
 
 LID_SHELL = 1.3
 """Skin farther from the centre of an eye than this many radii does not reach the other lid."""
@@ -30,6 +31,12 @@ HALF = 0.05
 """The edge that a vertex meets reaches at least as far to both sides, in widths of the eye: short ones would turn with
 every fold of a fine mesh.
 """
+
+LID_DISTANCE = 0.05
+"""Distance at which lids touch, mm: a chink too narrow to see, and room for what follows the skin's own mesh."""
+
+ALL_ALONG = np.linspace(-0.1, 1.1, 481)
+"""Places along the lids at which the edges are looked for that reach the farthest towards the other lid."""
 
 ALONG_LIDS = 0.5
 """Edges that run along the lids: by more than this share of their length."""
@@ -61,43 +68,92 @@ def facing_lids(face: Face, area: Array) -> FacingSkin:
     return joined(found)
 
 
+def lid_ridges(face: Face) -> IntArray:
+    """Return the edges (k, 2) along which lids meet: at each place, the edge of either that reaches the farthest towards
+    the other.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> len(lid_ridges(fw.default_face())) > 40
+    True
+    """
+    edges = unique_edges(face.triangles)[0].astype(np.int64)
+    found = [np.empty((0, 2), np.int64)]
+    for opening in face.eyelid_openings.values():
+        lids = _Lids(face, opening, edges)
+        for upper in (True, False):
+            ends = lids.edges(upper)
+            highest = _highest(ALL_ALONG, lids.along[ends], lids.inwards(upper)[ends])[0]
+            found.append(ends[np.unique(highest[highest >= 0])])
+    return np.concatenate(found)
+
+
+class _Lids:
+    """The skin of the lids of an eye that can meet: places `along` them (n,) and `elevation` (n,) of all vertices."""
+
+    def __init__(self, face: Face, opening: EyelidOpening, edges: IntArray) -> None:
+        points, eye = face.points, opening.eye
+        self.along, self.elevation, self.distance = opening.polar(points)
+        self._points, self._edges, self._outwards = points, edges, opening.axes[0]
+        lines = opening.lines(self.along)
+        near = (self.distance < LID_SHELL * eye.radius) & ((points - eye.centre) @ eye.gaze > 0.0)
+        near &= np.abs(self.along - 0.5) < 0.5 + CORNER
+        self._upper = self.elevation > 0.5 * (lines[0] + lines[1])
+        self._near = near & (np.abs(self.elevation - np.where(self._upper, *lines)) < FROM_MARGIN)
+
+    def of(self, upper: bool) -> BoolArray:
+        """Return True (n,) for the vertices of one lid."""
+        return np.asarray(self._near & (self._upper == upper))
+
+    def inwards(self, upper: bool) -> Array:
+        """Return how far (n,) skin of one lid reaches towards the other, radians."""
+        return -self.elevation if upper else self.elevation
+
+    def edges(self, upper: bool) -> IntArray:
+        """Return the edges (e, 2) of one lid that run along it, from the inner canthus outwards."""
+        ends = self._edges[self.of(upper)[self._edges].all(axis=1)]
+        ends = np.where((self.along[ends[:, 0]] < self.along[ends[:, 1]])[:, None], ends, ends[:, ::-1])
+        run = self._points[ends[:, 1]] - self._points[ends[:, 0]]
+        return np.asarray(ends[run @ self._outwards > ALONG_LIDS * np.linalg.norm(run, axis=1)])
+
+
 def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, upper: bool, centre: int) -> FacingSkin:
-    """The vertices of one lid, and the edges of the other; `centre` is the number of the centre of the eye."""
-    points, eye = face.points, opening.eye
-    along, elevation, distance = opening.polar(points)
-    lines = opening.lines(along)
-    near = (distance < LID_SHELL * eye.radius) & ((points - eye.centre) @ eye.gaze > 0.0)
-    near &= np.abs(along - 0.5) < 0.5 + CORNER
-    is_upper = elevation > 0.5 * (lines[0] + lines[1])
-    near &= np.abs(elevation - np.where(is_upper, *lines)) < FROM_MARGIN
-    vertices = np.flatnonzero(near & (is_upper == upper))
-    ends = edges[(near & (is_upper != upper))[edges].all(axis=1)]
-    ends = np.where((along[ends[:, 0]] < along[ends[:, 1]])[:, None], ends, ends[:, ::-1])
-    run = points[ends[:, 1]] - points[ends[:, 0]]
-    ends = ends[run @ opening.axes[0] > ALONG_LIDS * np.linalg.norm(run, axis=1)]
-    outwards = elevation if upper else -elevation
-    here, left, right = (_highest(along[vertices] + aside, along[ends], outwards[ends]) for aside in (0.0, -HALF, HALF))
+    """The vertices of one lid, and the edges of the other; `centre` is the number of the centre of the eye.
+
+    Where the other lid bulges beyond the chord between the two ends, the vertex stays as far off.
+    """
+    lids = _Lids(face, opening, edges)
+    vertices, ends, along, heights = np.flatnonzero(lids.of(upper)), lids.edges(not upper), lids.along, lids.inwards(not upper)
+    (here, bulge), (left, _), (right, _) = (
+        _highest(along[vertices] + aside, along[ends], heights[ends]) for aside in (0.0, -HALF, HALF)
+    )
     met = np.flatnonzero(here >= 0)
     left, right = (np.where(there < 0, here, there)[met] for there in (left, right))
-    vertices, ends = vertices[met], np.column_stack([ends[left, 0], ends[right, 1]])
+    vertices, ends, bulge = vertices[met], np.column_stack([ends[left, 0], ends[right, 1]]), bulge[met]
+    share = (along[vertices] - along[ends[:, 0]]) / (along[ends[:, 1]] - along[ends[:, 0]])
+    bulge -= heights[ends[:, 0]] + share * (heights[ends[:, 1]] - heights[ends[:, 0]])
+    bulge = np.maximum(bulge, 0.0) * lids.distance[vertices] * face.unit
     triangles = np.column_stack([ends, np.full(len(ends), centre)])
     corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
-    places = np.vstack([points * face.unit, *(each.centre[None] * face.unit for each in face.eyes)])
+    places = np.vstack([face.points * face.unit, *(each.centre[None] * face.unit for each in face.eyes)])
     middle = np.cross(places[ends[:, 1]] - places[ends[:, 0]], places[centre] - places[ends[:, 0]])
     turned = (middle @ opening.axes[1] > 0.0) != upper
     triangles[turned] = triangles[turned][:, [1, 0, 2]]
     skin = FacingSkin(corners, shares, triangles, np.zeros(len(corners)), EYE_STIFFNESS * area[vertices])
-    return skin.touching_from(np.minimum(skin.gaps(places) - SLACK, 0.0))
+    return skin.touching_from(np.minimum(skin.gaps(places) - SLACK, LID_DISTANCE + bulge))
 
 
-def _highest(places: Array, along: Array, heights: Array) -> IntArray:
-    """Return the numbers of the edges that are the highest at places (k,) along the lids; -1 where none reaches.
+def _highest(places: Array, along: Array, heights: Array) -> tuple[IntArray, Array]:
+    """Return the numbers (k,) of the edges that are the highest at places (k,) along the lids, -1 where none reaches,
+    and how high (k,) they are there.
 
     Edges have the places `along` (e, 2) and `heights` (e, 2) of their ends.
     """
     if not len(along):
-        return np.full(len(places), -1)
+        return np.full(len(places), -1), np.full(len(places), -np.inf)
     share = (places[:, None] - along[:, 0]) / (along[:, 1] - along[:, 0])
     height = heights[:, 0] + share * (heights[:, 1] - heights[:, 0])
     there = np.where((share >= 0.0) & (share <= 1.0), height, -np.inf)
-    return np.where(np.isfinite(there.max(axis=1)), there.argmax(axis=1), -1)
+    highest = there.max(axis=1)
+    return np.where(np.isfinite(highest), there.argmax(axis=1), -1), highest
