@@ -27,9 +27,14 @@ LID_SHELL = 1.3
 FROM_MARGIN = np.deg2rad(20.0)
 """Nor does skin farther than this from the margin of its lid, as seen from the centre of the eye."""
 
-HALF = 0.05
+HALF = 0.02
 """The edge that a vertex meets reaches at least as far to both sides, in widths of the eye: short ones would turn with
 every fold of a fine mesh.
+"""
+
+LAYER = 0.03
+"""Edges are as far from an eye as a vertex is if they are so up to this share of its radius: lids with a thickness tilt
+as they shut, and what reached the farthest at rest falls behind.
 """
 
 LID_DISTANCE = 0.05
@@ -117,23 +122,35 @@ class _Lids:
         run = self._points[ends[:, 1]] - self._points[ends[:, 0]]
         return np.asarray(ends[run @ self._outwards > ALONG_LIDS * np.linalg.norm(run, axis=1)])
 
+    def met(self, vertices: IntArray, ends: IntArray, upper: bool, left_out: BoolArray) -> Array:
+        """Return what vertices (k,) meet of the edges (e, 2) of the other lid, the upper one or not: rows of the vertex,
+        the two ends of a chord along the lid, and how far this bulges beyond the chord.
+
+        Edges that are `left_out` (k, e) are not met.
+        """
+        along, heights = self.along, self.inwards(upper)
+        (here, bulge), (left, _), (right, _) = (
+            _highest(along[vertices] + aside, along[ends], heights[ends], left_out) for aside in (0.0, -HALF, HALF)
+        )
+        found = np.flatnonzero(here >= 0)
+        left, right = (np.where(there < 0, here, there)[found] for there in (left, right))
+        vertices, first, last = vertices[found], ends[left, 0], ends[right, 1]
+        share = (along[vertices] - along[first]) / (along[last] - along[first])
+        bulge = bulge[found] - heights[first] - share * (heights[last] - heights[first])
+        return np.column_stack([vertices, first, last, np.maximum(bulge, 0.0) * self.distance[vertices]])
+
 
 def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, upper: bool, centre: int) -> FacingSkin:
     """The vertices of one lid, and the edges of the other; `centre` is the number of the centre of the eye.
 
-    Where the other lid bulges beyond the chord between the two ends, the vertex stays as far off.
+    Each vertex meets the edge that reaches the farthest towards it, and that of those as far from the eye as it is.
     """
     lids = _Lids(face, opening, edges)
-    vertices, ends, along, heights = np.flatnonzero(lids.of(upper)), lids.edges(not upper), lids.along, lids.inwards(not upper)
-    (here, bulge), (left, _), (right, _) = (
-        _highest(along[vertices] + aside, along[ends], heights[ends]) for aside in (0.0, -HALF, HALF)
-    )
-    met = np.flatnonzero(here >= 0)
-    left, right = (np.where(there < 0, here, there)[met] for there in (left, right))
-    vertices, ends, bulge = vertices[met], np.column_stack([ends[left, 0], ends[right, 1]]), bulge[met]
-    share = (along[vertices] - along[ends[:, 0]]) / (along[ends[:, 1]] - along[ends[:, 0]])
-    bulge -= heights[ends[:, 0]] + share * (heights[ends[:, 1]] - heights[ends[:, 0]])
-    bulge = np.maximum(bulge, 0.0) * lids.distance[vertices] * face.unit
+    vertices, ends = np.flatnonzero(lids.of(upper)), lids.edges(not upper)
+    far = np.abs(lids.distance[vertices, None] - lids.distance[ends].mean(axis=1)) > LAYER * opening.eye.radius
+    pairs = [lids.met(vertices, ends, not upper, left_out) for left_out in (np.zeros_like(far), far)]
+    met = np.unique(np.concatenate(pairs), axis=0)
+    vertices, ends = met[:, 0].astype(np.int64), met[:, 1:3].astype(np.int64)
     triangles = np.column_stack([ends, np.full(len(ends), centre)])
     corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
     places = np.vstack([face.points * face.unit, *(each.centre[None] * face.unit for each in face.eyes)])
@@ -141,19 +158,23 @@ def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, up
     turned = (middle @ opening.axes[1] > 0.0) != upper
     triangles[turned] = triangles[turned][:, [1, 0, 2]]
     skin = FacingSkin(corners, shares, triangles, np.zeros(len(corners)), EYE_STIFFNESS * area[vertices])
-    return skin.touching_from(np.minimum(skin.gaps(places) - SLACK, LID_DISTANCE + bulge))
+    return skin.touching_from(np.minimum(skin.gaps(places) - SLACK, LID_DISTANCE + met[:, 3] * face.unit))
 
 
-def _highest(places: Array, along: Array, heights: Array) -> tuple[IntArray, Array]:
+def _highest(
+    places: Array, along: Array, heights: Array, left_out: BoolArray | None = None
+) -> tuple[IntArray, Array]:
     """Return the numbers (k,) of the edges that are the highest at places (k,) along the lids, -1 where none reaches,
     and how high (k,) they are there.
 
-    Edges have the places `along` (e, 2) and `heights` (e, 2) of their ends.
+    Edges have the places `along` (e, 2) and `heights` (e, 2) of their ends. Those `left_out` (k, e) do not count.
     """
     if not len(along):
         return np.full(len(places), -1), np.full(len(places), -np.inf)
     share = (places[:, None] - along[:, 0]) / (along[:, 1] - along[:, 0])
     height = heights[:, 0] + share * (heights[:, 1] - heights[:, 0])
     there = np.where((share >= 0.0) & (share <= 1.0), height, -np.inf)
+    if left_out is not None:
+        there[left_out] = -np.inf
     highest = there.max(axis=1)
     return np.where(np.isfinite(highest), there.argmax(axis=1), -1), highest
