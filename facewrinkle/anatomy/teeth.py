@@ -136,9 +136,7 @@ def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame)
     return most
 
 
-def teeth_of(
-    landmarks: Mapping[str, Array], frame: FaceFrame, behind_lips: float = BEHIND_LIPS
-) -> tuple[Arch, Arch]:
+def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame, behind_lips: float = BEHIND_LIPS) -> tuple[Arch, Arch]:
     """Return the upper and the lower arch behind the lips.
 
     Parameters

@@ -27,9 +27,9 @@ LID_SHELL = 1.3
 FROM_MARGIN = np.deg2rad(20.0)
 """Nor does skin farther than this from the margin of its lid, as seen from the centre of the eye."""
 
-HALF = 0.02
-"""The edge that a vertex meets reaches at least as far to both sides, in widths of the eye: short ones would turn with
-every fold of a fine mesh.
+HALVES = 0.05, 0.02
+"""The edges that a vertex meets reach at least as far to both sides, in widths of the eye: short ones turn with every
+fold of a mesh, and long ones cut off what bulges in the corners of shut eyes, so both are met.
 """
 
 LAYER = 0.03
@@ -37,8 +37,8 @@ LAYER = 0.03
 as they shut, and what reached the farthest at rest falls behind.
 """
 
-LID_DISTANCE = 0.05
-"""Distance at which lids touch, mm: a chink too narrow to see, and room for what follows the skin's own mesh."""
+LID_DISTANCE = 0.1
+"""Lids that are farther apart at rest touch at this distance, mm: a chink too narrow to see."""
 
 ALL_ALONG = np.linspace(-0.1, 1.1, 481)
 """Places along the lids at which the edges are looked for that reach the farthest towards the other lid."""
@@ -89,7 +89,7 @@ def lid_ridges(face: Face) -> IntArray:
         lids = _Lids(face, opening, edges)
         for upper in (True, False):
             ends = lids.edges(upper)
-            highest = _highest(ALL_ALONG, lids.along[ends], lids.inwards(upper)[ends])[0]
+            highest = _highest(ALL_ALONG, lids.along[ends], lids.inwards(upper)[ends])
             found.append(ends[np.unique(highest[highest >= 0])])
     return np.concatenate(found)
 
@@ -122,22 +122,17 @@ class _Lids:
         run = self._points[ends[:, 1]] - self._points[ends[:, 0]]
         return np.asarray(ends[run @ self._outwards > ALONG_LIDS * np.linalg.norm(run, axis=1)])
 
-    def met(self, vertices: IntArray, ends: IntArray, upper: bool, left_out: BoolArray) -> Array:
-        """Return what vertices (k,) meet of the edges (e, 2) of the other lid, the upper one or not: rows of the vertex,
-        the two ends of a chord along the lid, and how far this bulges beyond the chord.
-
-        Edges that are `left_out` (k, e) are not met.
+    def met(self, vertices: IntArray, ends: IntArray, upper: bool, half: float, left_out: BoolArray) -> IntArray:
+        """Return what vertices (k,) meet of the edges (e, 2) of the other lid, the upper one or not: rows (p, 3) of the
+        vertex and the two ends of a chord along the lid, which reaches by `half` to both sides. Edges that are `left_out` (k, e) are not met.
         """
         along, heights = self.along, self.inwards(upper)
-        (here, bulge), (left, _), (right, _) = (
-            _highest(along[vertices] + aside, along[ends], heights[ends], left_out) for aside in (0.0, -HALF, HALF)
+        here, left, right = (
+            _highest(along[vertices] + aside, along[ends], heights[ends], left_out) for aside in (0.0, -half, half)
         )
         found = np.flatnonzero(here >= 0)
         left, right = (np.where(there < 0, here, there)[found] for there in (left, right))
-        vertices, first, last = vertices[found], ends[left, 0], ends[right, 1]
-        share = (along[vertices] - along[first]) / (along[last] - along[first])
-        bulge = bulge[found] - heights[first] - share * (heights[last] - heights[first])
-        return np.column_stack([vertices, first, last, np.maximum(bulge, 0.0) * self.distance[vertices]])
+        return np.column_stack([vertices[found], ends[left, 0], ends[right, 1]])
 
 
 def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, upper: bool, centre: int) -> FacingSkin:
@@ -148,9 +143,10 @@ def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, up
     lids = _Lids(face, opening, edges)
     vertices, ends = np.flatnonzero(lids.of(upper)), lids.edges(not upper)
     far = np.abs(lids.distance[vertices, None] - lids.distance[ends].mean(axis=1)) > LAYER * opening.eye.radius
-    pairs = [lids.met(vertices, ends, not upper, left_out) for left_out in (np.zeros_like(far), far)]
+    kinds = [(half, np.zeros_like(far)) for half in HALVES] + [(min(HALVES), far)]
+    pairs = [lids.met(vertices, ends, not upper, *kind) for kind in kinds]
     met = np.unique(np.concatenate(pairs), axis=0)
-    vertices, ends = met[:, 0].astype(np.int64), met[:, 1:3].astype(np.int64)
+    vertices, ends = met[:, 0], met[:, 1:]
     triangles = np.column_stack([ends, np.full(len(ends), centre)])
     corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
     places = np.vstack([face.points * face.unit, *(each.centre[None] * face.unit for each in face.eyes)])
@@ -158,23 +154,19 @@ def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, up
     turned = (middle @ opening.axes[1] > 0.0) != upper
     triangles[turned] = triangles[turned][:, [1, 0, 2]]
     skin = FacingSkin(corners, shares, triangles, np.zeros(len(corners)), EYE_STIFFNESS * area[vertices])
-    return skin.touching_from(np.minimum(skin.gaps(places) - SLACK, LID_DISTANCE + met[:, 3] * face.unit))
+    return skin.touching_from(np.minimum(skin.gaps(places) - SLACK, LID_DISTANCE))
 
 
-def _highest(
-    places: Array, along: Array, heights: Array, left_out: BoolArray | None = None
-) -> tuple[IntArray, Array]:
-    """Return the numbers (k,) of the edges that are the highest at places (k,) along the lids, -1 where none reaches,
-    and how high (k,) they are there.
+def _highest(places: Array, along: Array, heights: Array, left_out: BoolArray | None = None) -> IntArray:
+    """Return the numbers (k,) of the edges that are the highest at places (k,) along the lids; -1 where none reaches.
 
     Edges have the places `along` (e, 2) and `heights` (e, 2) of their ends. Those `left_out` (k, e) do not count.
     """
     if not len(along):
-        return np.full(len(places), -1), np.full(len(places), -np.inf)
+        return np.full(len(places), -1)
     share = (places[:, None] - along[:, 0]) / (along[:, 1] - along[:, 0])
     height = heights[:, 0] + share * (heights[:, 1] - heights[:, 0])
     there = np.where((share >= 0.0) & (share <= 1.0), height, -np.inf)
     if left_out is not None:
         there[left_out] = -np.inf
-    highest = there.max(axis=1)
-    return np.where(np.isfinite(highest), there.argmax(axis=1), -1), highest
+    return np.where(np.isfinite(there.max(axis=1)), there.argmax(axis=1), -1)

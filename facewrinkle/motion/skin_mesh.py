@@ -41,7 +41,9 @@ FACE_REACH, GROWTH_BEYOND, LARGEST = 30.0, 0.2, 14.0
 the third.
 """
 
-CORNERS = tuple(f"{of}_{side}{corner}" for side in "lr" for of, corner in (("mouth", ""), ("eye", "_inner"), ("eye", "_outer")))
+CORNERS = tuple(
+    f"{of}_{side}{corner}" for side in "lr" for of, corner in (("mouth", ""), ("eye", "_inner"), ("eye", "_outer"))
+)
 
 BISECTIONS = 30
 """Steps in which the scale of the lengths is found."""
@@ -86,7 +88,9 @@ class SkinMesh:
         count = check_whole("vertices", vertices, 100, 1e9)
         if face.mesh.n_points > WORTHWHILE * count:
             size = edge_lengths(face, count)
-            chosen, triangles = decimated(face.points, face.triangles, size, np.concatenate([lid_margins(face), lid_ridges(face)]))
+            chosen, triangles = decimated(
+                face.points, face.triangles, size, np.concatenate([lid_margins(face), lid_ridges(face)])
+            )
             self.face, self.vertices = reduced_face(face, chosen, triangles), chosen
             self._interpolation = VertexInterpolation(face.points, face.triangles, chosen, triangles)
 
