@@ -74,8 +74,7 @@ def facing_lids(face: Face, area: Array) -> FacingSkin:
 
 
 def lid_ridges(face: Face) -> IntArray:
-    """Return the edges (k, 2) along which lids meet: at each place, the edge of either that reaches the farthest towards
-    the other.
+    """Return the edges (k, 2) along which lids meet: at each place, those that reach the farthest towards the other lid.
 
     Examples
     --------
@@ -123,8 +122,10 @@ class _Lids:
         return np.asarray(ends[run @ self._outwards > ALONG_LIDS * np.linalg.norm(run, axis=1)])
 
     def met(self, vertices: IntArray, ends: IntArray, upper: bool, half: float, left_out: BoolArray) -> IntArray:
-        """Return what vertices (k,) meet of the edges (e, 2) of the other lid, the upper one or not: rows (p, 3) of the
-        vertex and the two ends of a chord along the lid, which reaches by `half` to both sides. Edges that are `left_out` (k, e) are not met.
+        """Return what vertices (k,) meet of the edges (e, 2) of the other lid, the upper one or not.
+
+        Each row (p, 3) is a vertex and the ends of a chord along the lid, which reaches by `half` to both sides. Edges
+        that are `left_out` (k, e) are not met.
         """
         along, heights = self.along, self.inwards(upper)
         here, left, right = (

@@ -150,9 +150,9 @@ class Minimiser:
             if attempt == 1:
                 self.reset()
             if attempt < 2:
-                direction = -self._inverse_curvature(at.free)
+                direction = -self._inverse_curvature(at.total)
                 if self._contacts is not None and len((rows := self._contacts.rows(direction))[3]):
-                    direction += self._compliance.response(rows)
+                    direction += self._compliance.response(rows, direction)
             else:  # the model's contacts err: follow the slope itself
                 direction = -self.factors.solved(at.total)
             slope = kernels.inner(direction, at.total)
