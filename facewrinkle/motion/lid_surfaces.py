@@ -74,7 +74,7 @@ def facing_lids(face: Face, area: Array) -> FacingSkin:
 
 
 def lid_ridges(face: Face) -> IntArray:
-    """Return the edges (k, 2) along which lids meet: at each place, those that reach the farthest towards the other lid.
+    """Return the edges (k, 2) along which lids meet: those that reach farthest towards the other lid.
 
     Examples
     --------

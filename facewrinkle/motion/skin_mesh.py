@@ -41,9 +41,8 @@ FACE_REACH, GROWTH_BEYOND, LARGEST = 30.0, 0.2, 14.0
 the third.
 """
 
-CORNERS = tuple(
-    f"{of}_{side}{corner}" for side in "lr" for of, corner in (("mouth", ""), ("eye", "_inner"), ("eye", "_outer"))
-)
+CORNERS = tuple(name.format(side) for name in ("mouth_{}", "eye_{}_inner", "eye_{}_outer") for side in "lr")
+"""Landmarks at the corners of mouth and eyes."""
 
 BISECTIONS = 30
 """Steps in which the scale of the lengths is found."""
@@ -88,9 +87,8 @@ class SkinMesh:
         count = check_whole("vertices", vertices, 100, 1e9)
         if face.mesh.n_points > WORTHWHILE * count:
             size = edge_lengths(face, count)
-            chosen, triangles = decimated(
-                face.points, face.triangles, size, np.concatenate([lid_margins(face), lid_ridges(face)])
-            )
+            lines = np.concatenate([lid_margins(face), lid_ridges(face)])
+            chosen, triangles = decimated(face.points, face.triangles, size, lines)
             self.face, self.vertices = reduced_face(face, chosen, triangles), chosen
             self._interpolation = VertexInterpolation(face.points, face.triangles, chosen, triangles)
 
