@@ -217,8 +217,8 @@ class Compliance:
         kernels.add_forces(vertices, slopes, forces - now, out)
         return out
 
-    def response(self, rows: Rows, ahead: Array) -> Array:
-        """Return the displacements (n, 3) by the changes of the forces of contacts; see :meth:`forces`."""
+    def response(self, rows: Rows, ahead: Array | None = None) -> Array:
+        """Return the displacements (n, 3) by the forces of contacts, or by their change; see :meth:`forces`."""
         forces = self.forces(rows, ahead)
         pushed = np.flatnonzero(forces.any(axis=1))
         if len(pushed) > self.FEW:
