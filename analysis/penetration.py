@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
-from facewrinkle.anatomy.teeth import BEHIND_LIPS, CROWN_RINGS, CROWN_SIDES, CROWN_WIDTHS, ELLIPSE, OVERJET, Arch
+from facewrinkle.anatomy.teeth import CROWN_RINGS, CROWN_SIDES, CROWN_WIDTHS, ELLIPSE, OVERJET, Arch
 from facewrinkle.geometry import _self_intersection_kernels as crossings
 from facewrinkle.geometry.morton import morton_order
 from facewrinkle.geometry.topology import edge_triangles, unique_edges, vertex_rings
@@ -245,7 +245,7 @@ def border_of(face: fw.Face, arch: Arch) -> tuple[Array, Array, Array]:
     """Return middle (3,), axes (2, 3) and half axes (2,) of the upright elliptic cylinder around an arch, mm."""
     half = np.array(ELLIPSE[arch.jaw]) * face.frame.scale * face.unit
     middle, axes = lips_middle(face.landmarks) * face.unit, np.ascontiguousarray(face.frame.axes[[0, 2]])
-    back = BEHIND_LIPS + (OVERJET if arch.jaw == "lower" else 0.0)
+    back = face.behind_lips + (OVERJET if arch.jaw == "lower" else 0.0)
     return middle - (back * face.frame.scale * face.unit + half[1]) * axes[1], axes, half
 
 

@@ -32,6 +32,7 @@ from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
 from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle, zones
 from .parts import Part
 from .skull import Tissue, tissue_of
+from .teeth import behind_lips
 from .youth import fold_depth
 
 Array = npt.NDArray[np.float64]
@@ -238,6 +239,11 @@ class Face:
     def lining(self) -> Lining:
         """The skin behind lips and rims of nostrils."""
         return Lining(self.cavities, self.points, self.triangles, self.landmarks)
+
+    @cached_property
+    def behind_lips(self) -> float:
+        """Distance from the front of the lips back to the upper incisors, mm on a face of average size."""
+        return behind_lips(self.points, self.landmarks, self.frame)
 
     @cached_property
     def mandible(self) -> Mandible | None:

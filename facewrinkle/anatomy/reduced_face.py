@@ -93,6 +93,11 @@ class ReducedFace(Face):
         return {side: rim[rim >= 0] for side, rim in rims.items()}
 
     @cached_property
+    def behind_lips(self) -> float:
+        """See :class:`Face`."""
+        return self.whole.behind_lips
+
+    @cached_property
     def cavities(self) -> Cavities:
         """See :class:`Face`."""
         return self.whole.cavities

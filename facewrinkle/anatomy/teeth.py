@@ -31,13 +31,25 @@ ELLIPSE = {"upper": (29.0, 46.0), "lower": (27.0, 43.5)}
 """Half width and depth of the arch's outer border, mm."""
 
 BEHIND_LIPS = 10.5
-"""From the front of the lips back to the upper incisors, mm."""
+"""From the front of the lips back to the upper incisors, mm, unless the lining of the lips reaches farther."""
 
 BELOW_LIPS = 3.2
 """From the line where the lips meet down to the edges of the upper incisors, mm."""
 
 OVERJET, OVERBITE = 2.5, 3.2
 """From the edges of the upper incisors back, and up, to those of the lower ones, mm."""
+
+CROWN_BULGE = 0.25
+"""Distance from the arch's outer border at which skin meets the crowns, mm: they bulge by .2 mm."""
+
+END_RADIUS = 5.0
+"""Radius with which the outer border rounds off beyond the edges of the incisors, mm."""
+
+BEHIND_TEETH = 3.0
+"""Skin that lies farther behind the outer border of the teeth at rest, mm, is lining of the mouth."""
+
+BEFORE_LINING = 0.05
+"""Room between the lining of the lips at rest and where it meets the crowns, mm."""
 
 GUM_LEAN = -0.35
 """Place of the lower gum's end towards the lip, in thicknesses of crowns: drawn back, for the fold of the chin."""
@@ -83,7 +95,48 @@ class Arch:
     paint: npt.NDArray[np.uint8]
 
 
-def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Arch, Arch]:
+def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
+    """Return the distance from the front of the lips back to the upper incisors, mm on a face of average size.
+
+    The arches stand behind the lining of the lips, at the heights of the crowns. Skin that lies much farther back lines
+    the mouth.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        The skin at rest.
+    landmarks : mapping of str to ndarray, shape (3,)
+        Middles of the lips and corners of the mouth.
+    frame : FaceFrame
+
+    Examples
+    --------
+    Lining that ends 12 mm behind the lips:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> behind_lips(face.points, face.landmarks, face.frame)
+    10.5
+    >>> lining = lips_middle(face.landmarks) - 12.0 * face.frame.scale * face.frame.axes[2]
+    >>> round(behind_lips(lining[None], face.landmarks, face.frame), 2)
+    12.3
+    """
+    local = (points - lips_middle(landmarks)) @ frame.axes.T / frame.scale
+    most = BEHIND_LIPS
+    for jaw, (half, depth) in ELLIPSE.items():
+        side, (down, further) = (1.0, (BELOW_LIPS, 0.0)) if jaw == "upper" else (-1.0, (BELOW_LIPS - OVERBITE, OVERJET))
+        left, up, forward = local.T + np.array([[0.0], [down], [depth + BEHIND_LIPS + further]])
+        before = (forward > 0.0) & (np.abs(left) < half) & (side * up < max(CROWN_HEIGHTS[jaw]))
+        before &= depth * (np.hypot(left / half, forward / depth) - 1.0) > -BEHIND_TEETH
+        left, up, forward = left[before], up[before], forward[before]
+        room = CROWN_BULGE + BEFORE_LINING - 0.5 * np.maximum(-side * up, 0.0) ** 2 / END_RADIUS
+        reach = np.maximum(1.0 + room / depth, 0.0)
+        wanted = depth * np.sqrt(np.maximum(reach**2 - (left / half) ** 2, 0.0))
+        most = max(most, BEHIND_LIPS + float((wanted - forward).max(initial=0.0)))
+    return most
+
+
+def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame, behind_lips: float = BEHIND_LIPS) -> tuple[Arch, Arch]:
     """Return the upper and the lower arch behind the lips.
 
     Parameters
@@ -91,6 +144,8 @@ def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Arch, Ar
     landmarks : mapping of str to ndarray, shape (3,)
         Middles of the lips and corners of the mouth.
     frame : FaceFrame
+    behind_lips : float
+        From the front of the lips back to the upper incisors, mm on a face of average size.
 
     Returns
     -------
@@ -108,7 +163,7 @@ def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Arch, Ar
     arches = []
     for jaw in ("upper", "lower"):
         points, triangles, paint = _arch(jaw)
-        down, back = (BELOW_LIPS, BEHIND_LIPS) if jaw == "upper" else (BELOW_LIPS - OVERBITE, BEHIND_LIPS + OVERJET)
+        down, back = (BELOW_LIPS, behind_lips) if jaw == "upper" else (BELOW_LIPS - OVERBITE, behind_lips + OVERJET)
         placed = lips + frame.scale * (points - [0.0, down, back]) @ frame.axes
         arches.append(Arch(jaw, placed, triangles.astype(np.int32), np.rint(paint).astype(np.uint8)))
     return arches[0], arches[1]

@@ -98,7 +98,7 @@ class Mouth:
         flat, lined = (face.points - centre) @ self._axes[:2].T / self._size, face.lining.vertices
         near = ((flat > 2.0 * SKIN_LOW) & (flat < 2.0 * SKIN_HIGH)).all(axis=1) & ~lined
         self._skin = face.triangles[near[face.triangles].all(axis=1)]
-        self.teeth = teeth_of(face.landmarks, face.frame)
+        self.teeth = teeth_of(face.landmarks, face.frame, face.behind_lips)
         self._teeth_normals = [vertex_normals(arch.points, arch.triangles) for arch in self.teeth]
         self._teeth_paint = [
             self._shaded(arch.points, arch.paint * self._facing(normals), centre)

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..anatomy.teeth import END_RADIUS
 from ..geometry.compilation import njit
-
-END_RADIUS = 5.0
-"""Radius with which dental arches end, mm."""
 
 SWEEPS = 8
 """Sweeps of projected Gauss-Seidel between direct solutions."""
@@ -225,17 +223,18 @@ def compliance(vertices, slopes, involved, slots, columns):
 
 
 @njit(cache=True)
-def contact_forces(response, depths, stiffness, rounds, tolerance):
-    """Return the forces f >= 0 (m,) with f = stiffness * max(depths - response f, 0).
+def contact_forces(response, depths, stiffness, start, rounds, tolerance):
+    """Return the forces f >= 0 (m,) with f = stiffness * max(depths - response (f - start), 0).
 
     Sweeps of projected Gauss-Seidel find which contacts press, and a direct solution how much these do (Dostal, Optimal
     Quadratic Programming Algorithms, 2009, section 5.8).
     """
     m = depths.shape[0]
-    forces, pushed = np.zeros(m), np.zeros(m)
+    forces, free = start.copy(), depths + response @ start
+    pushed = free - depths
     for _ in range(rounds):
         for _ in range(SWEEPS):
-            largest = swept(response, depths, stiffness, forces, pushed)
+            largest = swept(response, free, stiffness, forces, pushed)
             if largest < tolerance:
                 return forces
         pressing = np.flatnonzero(forces > 0.0)
@@ -244,7 +243,7 @@ def contact_forces(response, depths, stiffness, rounds, tolerance):
             for j in range(i + 1):
                 to_solve[i, j] = response[pressing[i], pressing[j]]
             to_solve[i, i] += 1.0 / stiffness[pressing[i]]
-        wanted = cholesky_solution(to_solve, depths[pressing])
+        wanted = cholesky_solution(to_solve, free[pressing])
         share = 1.0
         for i in range(len(pressing)):
             now = forces[pressing[i]]
@@ -295,6 +294,19 @@ def cholesky_solution(matrix, right):
         for k in range(i + 1, m):
             out[i] -= matrix[k, i] * out[k]
         out[i] /= matrix[i, i]
+    return out
+
+
+@njit(cache=True)
+def present_forces(vertices, slopes, depths, stiffness, ahead):
+    """Return the forces (m,) of rows before the displacement `ahead` (n, 3), given their depths after it."""
+    out = np.zeros(depths.shape[0])
+    for r in range(depths.shape[0]):
+        depth = depths[r]
+        for c in range(6):
+            for k in range(3):
+                depth += slopes[r, c, k] * ahead[vertices[r, c], k]
+        out[r] = stiffness[r] * max(depth, 0.0)
     return out
 
 

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..anatomy.landmarks import lips_middle
-from ..anatomy.teeth import BEHIND_LIPS, ELLIPSE
+from ..anatomy.teeth import ELLIPSE
 from ..geometry.smoothstep import smoothstep
 
 Array = npt.NDArray[np.float64]
@@ -107,7 +107,7 @@ def lip_tethers(face: Face) -> tuple[Array, Array]:
         square = np.minimum(square, ((offset - along[:, None] * line) ** 2).sum(axis=1))
     near = np.exp(-square / (AROUND_LIPS * scale) ** 2)
     half = scale * np.array(ELLIPSE["upper"])
-    local = from_lips(face) + np.array([0.0, 0.0, half[1] + BEHIND_LIPS * scale])
+    local = from_lips(face) + np.array([0.0, 0.0, half[1] + face.behind_lips * scale])
     off = np.stack([local[:, 0] / half[0] ** 2, np.zeros(len(local)), local[:, 2] / half[1] ** 2], axis=1)
     off /= np.maximum(np.linalg.norm(off, axis=1, keepdims=True), 1e-12)
     out = face.tissue.normals + near[:, None] * (off @ axes - face.tissue.normals)

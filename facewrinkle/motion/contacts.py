@@ -201,20 +201,25 @@ class Compliance:
         self._columns = np.empty((0, n, 3), np.float32)
         self._filled = 0
 
-    def forces(self, rows: Rows) -> Array:
-        """Return the forces (n, 3) of contacts, given their depths without them."""
+    def forces(self, rows: Rows, ahead: Array | None = None) -> Array:
+        """Return the forces (n, 3) of contacts, given their depths after a displacement `ahead` (n, 3) without them.
+
+        Only the change of the forces is returned if contacts press already before this displacement: this change is
+        small where the skin comes to rest, and is not lost in the rounding of large forces that balance others.
+        """
         vertices, slopes, depths, stiffness = rows
         involved = np.unique(vertices)
         self._solve_for(involved)
         response = kernels.compliance(vertices, slopes, involved, self._slots, self._columns)
-        forces = kernels.contact_forces(response, depths, stiffness, self.ROUNDS, self.TOLERANCE)
+        now = np.zeros(len(depths)) if ahead is None else kernels.present_forces(*rows, ahead)
+        forces = kernels.contact_forces(response, depths, stiffness, now, self.ROUNDS, self.TOLERANCE)
         out = np.zeros((self._n, 3))
-        kernels.add_forces(vertices, slopes, forces, out)
+        kernels.add_forces(vertices, slopes, forces - now, out)
         return out
 
-    def response(self, rows: Rows) -> Array:
-        """Return the displacements (n, 3) by the forces of contacts, given their depths without them."""
-        forces = self.forces(rows)
+    def response(self, rows: Rows, ahead: Array | None = None) -> Array:
+        """Return the displacements (n, 3) by the forces of contacts, or by their change; see :meth:`forces`."""
+        forces = self.forces(rows, ahead)
         pushed = np.flatnonzero(forces.any(axis=1))
         if len(pushed) > self.FEW:
             return self._solved(forces)

@@ -12,7 +12,7 @@ from ..anatomy.face import Face
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-LEAST_AREA = 0.1
+LEAST_AREA = 0.2
 """Triangles are kept from falling below this share of their area, seen along the normal that joints have turned."""
 
 FIRMER = 100.0

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
-from ..anatomy.teeth import BEHIND_LIPS, OVERJET
+from ..anatomy.teeth import OVERJET
 from ..geometry.normals import vertex_normals
 from . import _plane_kernels as kernels
 from .constraints import from_lips
@@ -257,7 +257,7 @@ def around_mouth(face: Face) -> BoolArray:
     thick = 0.75 * abs((marks["upper_lip_mid"] - marks["lower_lip_mid"]) @ up)
     side, height, depth = from_lips(face).T
     near = (np.abs(side) < reach) & (np.abs(height) < thick + 0.1 * face.frame.pupil_distance)
-    return np.asarray(near & (depth > -(BEHIND_LIPS + OVERJET) * face.frame.scale - (side / reach) ** 2 * reach))
+    return np.asarray(near & (depth > -(face.behind_lips + OVERJET) * face.frame.scale - (side / reach) ** 2 * reach))
 
 
 def _candidates(places: Array, flat: Array, triangles: npt.NDArray[np.integer]) -> tuple[IntArray, IntArray]:

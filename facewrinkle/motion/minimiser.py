@@ -119,15 +119,16 @@ class Minimiser:
         enough = LEFT_OVER * kernels.residual(here.total, self._area)
         if enough == 0.0:
             return Minimum(u, before, value, True, 0)
-        length = 1.0
+        length, fine = 1.0, False
         for iteration in range(self._iterations):
-            direction, slope = self._direction(here)
+            direction, slope = self._direction(here, fine)
             if -slope <= CONVERGED * self._total_area:
                 return Minimum(u, before, value, True, iteration)
             found = self._line_search(objective, u, value, direction, slope, min(2.0 * length, 1.0), there)
             if found is None:  # not even the shortest step lowers the energy: it is at its rounding, or the memory errs
-                if not self._memory:
+                if fine:
                     return Minimum(u, before, value, -slope <= 1e-9 * abs(value), iteration)
+                fine = not self._memory
                 self.reset()
                 value = self._evaluated(objective, u, here)
                 continue
@@ -143,16 +144,20 @@ class Minimiser:
         gradients.total[:] = gradients.free
         return value if self._contacts is None else value + self._contacts.energy(u, gradients.total)
 
-    def _direction(self, at: _Gradients) -> tuple[Array, float]:
-        """Return a direction in which the objective falls from where it was last evaluated, and its slope."""
+    def _direction(self, at: _Gradients, fine: bool) -> tuple[Array, float]:
+        """Return a direction in which the objective falls from where it was last evaluated, and its slope.
+
+        If it is to be `fine`, only the change of the forces of contacts is computed: large forces that balance lose
+        what is left of a way in their rounding.
+        """
         slope = 0.0
         for attempt in range(3):
             if attempt == 1:
                 self.reset()
             if attempt < 2:
-                direction = -self._inverse_curvature(at.free)
+                direction = -self._inverse_curvature(at.total if fine else at.free)
                 if self._contacts is not None and len((rows := self._contacts.rows(direction))[3]):
-                    direction += self._compliance.response(rows)
+                    direction += self._compliance.response(rows, direction if fine else None)
             else:  # the model's contacts err: follow the slope itself
                 direction = -self.factors.solved(at.total)
             slope = kernels.inner(direction, at.total)

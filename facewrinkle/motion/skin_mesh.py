@@ -13,6 +13,7 @@ from ..geometry.decimation import decimated
 from ..geometry.normals import vertex_areas
 from ..geometry.topology import unique_edges
 from ..geometry.vertex_interpolation import VertexInterpolation
+from .lid_surfaces import lid_ridges
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
@@ -30,10 +31,18 @@ FINEST, GROWTH, FACIAL = 1.0, 0.12, 5.0
 on the face.
 """
 
+AT_CORNERS, GROWTH_FROM_CORNERS = 0.2, 0.15
+"""Largest length at the corners of mouth and eyes, and its growth per mm from there: the skin is crumpled there, and
+vertices between others that move apart cannot follow.
+"""
+
 FACE_REACH, GROWTH_BEYOND, LARGEST = 30.0, 0.2, 14.0
 """Skin farther than the first from every landmark is not of the face: there lengths grow by the second per mm, up to
 the third.
 """
+
+CORNERS = tuple(name.format(side) for name in ("mouth_{}", "eye_{}_inner", "eye_{}_outer") for side in "lr")
+"""Landmarks at the corners of mouth and eyes."""
 
 BISECTIONS = 30
 """Steps in which the scale of the lengths is found."""
@@ -78,7 +87,8 @@ class SkinMesh:
         count = check_whole("vertices", vertices, 100, 1e9)
         if face.mesh.n_points > WORTHWHILE * count:
             size = edge_lengths(face, count)
-            chosen, triangles = decimated(face.points, face.triangles, size, lid_margins(face))
+            lines = np.concatenate([lid_margins(face), lid_ridges(face)])
+            chosen, triangles = decimated(face.points, face.triangles, size, lines)
             self.face, self.vertices = reduced_face(face, chosen, triangles), chosen
             self._interpolation = VertexInterpolation(face.points, face.triangles, chosen, triangles)
 
@@ -107,7 +117,8 @@ def edge_lengths(face: Face, count: int) -> Array:
     from_rims = cKDTree(points[_rims(face)]).query(points)[0] / scale
     beyond = cKDTree(np.array(list(face.landmarks.values()))).query(points)[0] / scale - FACE_REACH
     length = np.minimum(FINEST + GROWTH * from_rims, FACIAL) + GROWTH_BEYOND * np.maximum(beyond, 0.0)
-    length = scale * np.minimum(length, LARGEST)
+    from_corners = cKDTree(np.array([face.landmarks[name] for name in CORNERS])).query(points)[0] / scale
+    length = scale * np.minimum(np.minimum(length, AT_CORNERS + GROWTH_FROM_CORNERS * from_corners), LARGEST)
     # Two equilateral triangles for each vertex cover the face; where it is coarser, its own vertices are all there are.
     share = vertex_areas(points, face.triangles) / (np.sqrt(0.75) * length**2)
     low, high = 0.0, np.sqrt(share.sum() / count)

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from ..anatomy.eye_placement import LID_ROOM
 from ..anatomy.face import Face
 from ..anatomy.joint_weights import JointWeights
-from ..anatomy.teeth import BEHIND_LIPS, BELOW_LIPS, ELLIPSE, OVERBITE, OVERJET
+from ..anatomy.teeth import BEHIND_TEETH, BELOW_LIPS, CROWN_BULGE, ELLIPSE, OVERBITE, OVERJET
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from . import _contact_kernels as kernels
@@ -39,12 +39,6 @@ CUT = 0.05
 
 AROUND_EYE = 1.6
 """Skin nearer to the centre of an eye than this many radii can meet the eyeball."""
-
-CROWN_BULGE = 0.25
-"""Distance from the arch's outer border at which skin meets the crowns, mm: they bulge by .2 mm."""
-
-BEHIND_TEETH = 3.0
-"""Skin that lies farther behind the outer border of the teeth at rest, mm, is lining of the mouth."""
 
 OFF_BONE = 0.15
 """Distance from the bone at which the skin begins to be pushed off it, mm."""
@@ -157,7 +151,9 @@ def _arch(face: Face, area: Array, jaw: str, angle: float) -> Solids:
     scale = face.frame.scale * face.unit
     half = scale * np.array(ELLIPSE[jaw])
     local, side = from_lips(face) * face.unit, 1.0 if jaw == "upper" else -1.0
-    down, back = (BELOW_LIPS, BEHIND_LIPS) if jaw == "upper" else (BELOW_LIPS - OVERBITE, BEHIND_LIPS + OVERJET)
+    down, back = BELOW_LIPS, face.behind_lips
+    if jaw == "lower":
+        down, back = down - OVERBITE, back + OVERJET
     middle = np.array([0.0, -down * scale, -half[1] - back * scale])
     flat = (local - middle)[:, [0, 2]]
     before = half[1] * (np.hypot(*(flat / half).T) - 1.0) > -BEHIND_TEETH * scale

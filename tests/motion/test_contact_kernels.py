@@ -167,7 +167,8 @@ def test_forces_are_those_of_non_negative_least_squares(m, seed, stiffness):
     a = rng.normal(size=(m, 2 * m + 3))
     response, depths = a @ a.T / (2 * m), rng.normal(size=m)
     stiff = stiffness * rng.uniform(0.5, 2.0, m)
-    forces = kernels.contact_forces(response, depths, stiff, 100, 1e-13)
+    start = rng.random(m) * (rng.random(m) < 0.5)
+    forces = kernels.contact_forces(response, depths - response @ start, stiff, start, 100, 1e-13)
     left = np.linalg.cholesky(response + np.diag(1.0 / stiff))
     np.testing.assert_allclose(forces, nnls(left.T, np.linalg.solve(left, depths))[0], atol=1e-7)
     assert forces.min() >= 0.0

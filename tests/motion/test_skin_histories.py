@@ -125,20 +125,16 @@ def test_energy_never_grows_from_random_states(face):
 
 @pytest.mark.parametrize("name", sorted(fw.EXPRESSIONS))
 def test_a_steady_state_is_one_whatever_came_before(face, name):
-    """A jump, and a detour over other expressions; held until they agree, as lips that press settle more slowly.
-
-    Lips that are pressed on each other stay where they lie once they do not slip: a thousandth of a millimetre apart.
-    """
-    apart = 1e-3 if name == "kiss" else 1e-6
+    """A jump, and a detour over other expressions; held until they agree, as lips that press settle more slowly."""
     rates, skins = fw.EXPRESSIONS[name], (Skin(face), Skin(face))
     for each in (fw.EXPRESSIONS["kiss"], fw.EXPRESSIONS["stretching_mouth"], {"jaw": 1.0}):
         held(skins[1], each, 6)
     for _ in range(8):
         one, other = (held(skin, rates, 50) for skin in skins)
-        if np.abs(one - other).max() < apart:
+        if np.abs(one - other).max() < 1e-6:
             break
     assert np.abs(one).max() > 1.0
-    assert np.abs(one - other).max() < apart
+    assert np.abs(one - other).max() < 1e-6
 
 
 @pytest.mark.parametrize("name", ["happiness", "surprise", "closing_eye"])
