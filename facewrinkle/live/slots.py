@@ -13,6 +13,7 @@ from ._slot_kernels import FREE
 Keys = npt.NDArray[np.uint64]
 IntArray = npt.NDArray[Any]
 
+
 def keys_of(rows: np.ndarray) -> Keys:
     """Return a number (n,) for each row (n, k): the same for the same values, and a different one for each repetition.
 

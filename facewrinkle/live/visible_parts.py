@@ -253,10 +253,12 @@ class _Topology:
         self._triangles, self.version = triangles.copy(), self.version + 1
         self.info = {"base": appearance.face.mesh.n_points, "version": self.version}
         origin, drawn, texture = np.arange(frame.n_points), triangles, None
-        if appearance.face.texture is not None and CORNERS in frame.cell_data:
-            parts = split_vertices(triangles, corner_texture(frame), frame.n_points)
+        photographed = appearance.face.texture is not None
+        corners = corner_texture(frame) if photographed and CORNERS in frame.cell_data else None
+        if corners is not None:
+            parts = split_vertices(triangles, corners, frame.n_points)
             origin, drawn, texture = parts.origin, parts.triangles, parts.values
-        elif appearance.face.texture is not None:
+        elif photographed:
             texture = frame.active_texture_coordinates
         own = _skin_colours(frame, appearance) if texture is None else _texture_numbers(np.asarray(texture))
         lined = visible.lined(frame, triangles)

@@ -66,7 +66,7 @@ def test_a_drag_is_one_step_and_an_undone_one_is_not_continued():
 @pytest.mark.parametrize(
     ("path", "value", "message"),
     [
-        (("mixtures",), {}, "unknown part of the session 'mixtures'. Did you mean 'mixture'"),
+        (("mixtur",), {}, "unknown part of the session 'mixtur'. Did you mean 'mixture'"),
         ((), 1, "unknown part of the session"),
         (("mixture", "AU99"), 0.5, "unknown expression, action unit or muscle 'AU99'"),
         (("mixture", "AU12"), 1.5, r"must lie in \[0, 1\], received 1.5"),

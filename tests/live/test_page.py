@@ -131,7 +131,8 @@ def test_a_click_tells_what_made_the_fold(page, studio):
     page.wait_for_selector("#probe:visible")
     text = page.inner_text("#probe")
     assert "forehead" in text
-    assert "W (mm)" in text
+    assert "height W (mm)" in text
+    assert "wavelength L (mm)" in text
     page.keyboard.press("Escape")
     page.wait_for_selector("#probe", state="hidden")
 

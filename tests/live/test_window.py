@@ -69,21 +69,23 @@ def test_copied_python_gives_what_is_shown(studio):
         patterns={"d": {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0}},
     )
     frame, words = studio.frame(), {}
-    exec(studio._copied("python"), words)
+    exec(studio._answers.copied("python"), words)
     assert words["frame"]["W"].min() == pytest.approx(frame["W"].min(), abs=0.05)
     n = studio.face.mesh.n_points
     assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
-    assert studio._copied("command").endswith("# left out, as no option says it: patterns")
+    assert studio._answers.copied("command").endswith("# left out, as no option says it: patterns")
 
 
 def test_copied_python_moves_landmarks_too(studio, face):
     moved = (face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]).tolist()
     studio.change(mixture={"AU12": 1.0}, landmarks={"mouth_l": moved})
     frame, words = studio.frame(), {}
-    exec(studio._copied("python"), words)
+    exec(studio._answers.copied("python"), words)
     n = studio.face.mesh.n_points
     assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
-    assert studio._copied("command") == "facewrinkle express AU12=1\n# left out, as no option says it: landmarks"
+    assert (
+        studio._answers.copied("command") == "facewrinkle express AU12=1\n# left out, as no option says it: landmarks"
+    )
 
 
 def test_movies_animations_and_atlases_are_saved(studio, saved):
@@ -212,9 +214,9 @@ def test_a_frame_is_looked_at_as_it_is(face):
         corners = np.asarray(frame.regular_faces)[np.any(np.asarray(frame.regular_faces) == deepest, axis=1)][0]
         shares = [float(corner == deepest) for corner in corners]
         drawn = [int(np.flatnonzero(window._stage.parts.origin == corner)[0]) for corner in corners]
-        told = window._probed(drawn, shares, window._stage.parts.last)
+        told = window._answers.probed(drawn, shares, window._stage.parts.last)
         assert told["values"]["W"] == pytest.approx(float(frame["W"][deepest]), abs=1e-5)
-        assert set(window._face()["off"].values()) == {"this surface has no muscles"}
+        assert set(window._answers.face()["off"].values()) == {"this surface has no muscles"}
     assert frame == before
 
 

@@ -25,6 +25,13 @@ export const element = (tag, attributes = {}, ...children) => {
   return made;
 };
 
+const SVG = "http://www.w3.org/2000/svg";
+export const drawn = (tag, attributes) => {
+  const made = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return made;
+};
+
 const KEY_PAUSE = 900; // ms
 const EMOTIONS = ["happiness", "sadness", "anger", "disgust", "emotion_surprise", "emotion_fear", "contempt"];
 const OF_THE_PAPER = ["surprise", "frowning", "closing_eye", "stretching_mouth", "fear"];
