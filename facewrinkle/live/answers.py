@@ -14,6 +14,7 @@ import numpy as np
 from ..anatomy.identity import Identity
 from ..errors import ParameterError
 from ..layers.patterns_on_skin.kinds import KINDS
+from .beside import Beside
 from .clients import Client
 from .coloured_fields import FIELDS, check_field, colours, labels
 from .document import FOLDS, LONGEST, PATTERN, REGIONS, START, TEAR, Document
@@ -22,7 +23,7 @@ from .keeping import Kept
 from .library import COMPANIONS, MESHES, Library, Tell, opened
 from .probing import probe
 from .saving import KINDS as KINDS_OF_FILES
-from .saving import SLOW, Folder, Order, save, save_slowly
+from .saving import SLOW, Folder, Order, save
 from .server import Server
 from .stage import Stage
 from .wishes import as_command, as_python
@@ -59,7 +60,7 @@ class Answers:
     ) -> None:
         self._library, self._document, self._stage = library, document, stage
         self._folder, self._kept, self._source, self._changed = folder, kept, source, changed
-        self._saving = False
+        self._saving, self.beside = False, Beside()
 
     # --- what a page is told -------------------------------------------------------------------
 
@@ -161,10 +162,10 @@ class Answers:
         stage, tell, self._saving = self._stage, self._teller(), True
         tell("Saving", 0.0)
         try:
-            if what in SLOW:  # with a simulation of its own, so that the face goes on meanwhile
+            if what in SLOW:  # by a process of its own, so that the face goes on meanwhile
                 clip = self._library[stage.shown_face].clip
                 order = Order(what, camera, stage.face, self._document.data, clip)
-                name, content = await asyncio.to_thread(save_slowly, order, tell)
+                name, content = await asyncio.to_thread(self.beside.made, order, tell)
             else:
                 job = stage.ask(lambda: save(what, camera, stage, self._document))
                 name, content = await asyncio.wrap_future(job)

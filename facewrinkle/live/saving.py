@@ -38,7 +38,7 @@ KINDS = ("picture", "movie", "glb", "animation", "rig", "face", "atlas", "sessio
 """Things that can be saved."""
 
 SLOW = ("rig", "movie", "animation")
-"""Things that take long, and are made beside the studio, with a simulation of their own."""
+"""Things that take long, and are made by a process of their own."""
 
 MOST = 10_000
 """Files of one name and different numbers."""
@@ -129,7 +129,7 @@ def save(what: str, camera: list[float], stage: Stage, document: Document) -> tu
 
 
 def save_slowly(order: Order, tell: Tell) -> tuple[str, bytes]:
-    """Return the name and the content of a file of `SLOW`; on any thread, but on one alone.
+    """Return the name and the content of a file of `SLOW`.
 
     Parameters
     ----------

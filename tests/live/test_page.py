@@ -7,7 +7,9 @@ patterns and tears by a click     | the document
 pictures of parts beside the skin  | those of `Scene`
 the picture                       | that of `Scene` with the same camera
 names of controls                 | every one has one; axe-core finds nothing serious
-eyes, landmarks, rings of patterns | dragged: the document
+eyes, landmarks, rings, muscles    | dragged: the document
+the list of all controls           | finds sliders, buttons and expressions that were kept
+ranges of fields                   | the pixels; the number under the pointer is that of the frame
 a mesh that is dropped            | its face is shown, and undone
 a lost connection, a new server   | the page goes on, or says what to do
 """
@@ -286,6 +288,68 @@ def test_an_eye_is_dragged(page, studio):
     assert studio._document.history[0] == before + 1  # keys that follow each other are one step
 
 
+def test_a_muscle_is_pulled_along_its_fibres(page, studio):
+    shown(page, studio)
+    page.keyboard.press("h")
+    handle, steps = "[data-handle=zygomaticus_major_l]", studio._document.history[0]
+    way = page.evaluate("app.overlay.handles.find((each) => each.name === 'zygomaticus_major_l').way()")
+    drag(page, centre(page, handle), (0.5 * way["x"], 0.5 * way["y"]))
+    until(lambda: len(studio.rates) == 2)  # both sides
+    assert studio.rates == pytest.approx({"zygomaticus_major_l": 0.5, "zygomaticus_major_r": 0.5}, abs=0.02)
+    assert studio._document.history[0] == steps + 1  # of undo
+    before = studio.rates["zygomaticus_major_l"]
+    page.keyboard.press("m")
+    page.locator(handle).focus()
+    page.keyboard.press("ArrowUp")
+    until(lambda: studio.rates["zygomaticus_major_l"] == pytest.approx(before + 0.05))
+    assert studio.rates["zygomaticus_major_r"] == before
+    assert page.locator(handle).get_attribute("aria-valuenow") == str(round(100 * before + 5))
+
+
+def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio):
+    page.keyboard.press("Control+k")
+    page.keyboard.type("jaw drop")
+    page.keyboard.press("Enter")
+    page.keyboard.press("End")
+    until(lambda: studio.rates == {"AU26": 1.0})
+    page.keyboard.press("Control+k")
+    page.keyboard.type("keep")
+    assert page.locator("#palette li").count() >= 1
+    page.keyboard.press("Escape")
+    page.locator("#own button").focus()
+    page.keyboard.press("Enter")
+    page.keyboard.type("Open wide")
+    page.keyboard.press("Enter")
+    until(lambda: studio.document["mixtures"] == {"Open wide": {"AU26": 1.0}})
+    studio.rates = {}
+    until(lambda: page.locator(SLIDER.format("Jaw drop")).input_value() == "0")
+    page.keyboard.press("Control+k")
+    page.keyboard.type("open wide")
+    page.keyboard.press("Enter")
+    until(lambda: studio.rates == {"AU26": 1.0})
+
+
+def test_the_range_of_a_field_is_locked_and_its_number_told(page, studio):
+    studio.rates = {"surprise": 1.0}
+    page.locator("#tab-fields").click()
+    page.locator("#field").select_option("W")
+    shown(page, studio)
+    box = page.locator("canvas").bounding_box()
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.24 * box["height"]
+    told = until(lambda: page.evaluate("([x, y]) => app.view.valueAt(app.view.pick(x, y))", [x, y]))
+    hit = page.evaluate("([x, y]) => app.view.pick(x, y)", [x, y])
+    values = np.asarray(studio.frame()["W"])[studio._stage.parts.origin[hit["corners"]]]
+    assert told == pytest.approx(values @ hit["shares"], abs=1e-3)
+    free = picture(page)
+    page.get_by_label("Greatest of the colours").fill("9")
+    page.keyboard.press("Enter")
+    until(lambda: page.locator("#legend .ends span").last.inner_text() == "9")
+    page.wait_for_timeout(300)
+    assert (np.abs(picture(page) - free).max(axis=2) > 20).mean() > 0.05
+    page.get_by_label("Lock").uncheck()
+    until(lambda: page.locator("#legend .ends span").last.inner_text() != "9")
+
+
 def test_landmarks_and_patterns_are_dragged(page, studio):
     page.locator("#tab-face").click()
     page.get_by_label("Show, and drag them on the face").check()
@@ -342,7 +406,7 @@ def test_the_tour_leads_through_the_page(page):
         titles.append(page.inner_text("#tour h2"))
         assert page.locator(".outlined").count() >= 1
         page.keyboard.press("Enter")  # the button for the next step has the focus
-    assert len(titles) == len(set(titles)) == 9
+    assert len(titles) == len(set(titles)) == 10
     assert page.evaluate("document.activeElement.id") == "tour-button"
 
 

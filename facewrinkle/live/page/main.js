@@ -38,7 +38,7 @@ class App {
     this.controls();
     pointers($("canvas"), this.view, this);
     addEventListener("keydown", (event) => this.keyboard(event));
-    $("keys").append(...KEYS.map(([key, what]) => element("tr", {}, element("td", {}, element("kbd", { text: key })), element("td", { text: what }))));
+    $("keys").append(...KEYS.map(([key, what]) => element("tr", {}, element("td", {}, ...key.split(", ").flatMap((each) => [element("kbd", { text: each }), " "])), element("td", { text: what }))));
   }
 
   listen() {
@@ -67,7 +67,7 @@ class App {
       this.intensity.set(data.intensity);
       this.sliders.setGaze(data.gaze);
       this.mixtures.update(data);
-      this.overlay.build();
+      this.handlesOf(this.panels.opened);
       [$("undo").disabled, $("redo").disabled] = history.map((count) => !count);
     });
     on("frame", (head) => {
@@ -103,7 +103,8 @@ class App {
   handlesOf(title) {
     if (!this.overlay) return;
     const kind = { Face: this.panels.face?.shown.checked ? "landmarks" : "", Patterns: "patterns", Tears: "tears" }[title];
-    this.overlay.show(kind || ($("muscles").checked ? "pulls" : ""));
+    const some = kind && (kind === "landmarks" || Object.keys(this.handles?.[kind] ?? {}).length);
+    this.overlay.show(some || !$("muscles").checked ? kind ?? "" : "pulls");
   }
 
   /** Offer the session that an earlier studio left in the folder. */
