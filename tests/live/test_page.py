@@ -311,7 +311,7 @@ def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio)
     page.keyboard.type("jaw drop")
     page.keyboard.press("Enter")
     page.keyboard.press("End")
-    until(lambda: studio.rates == {"AU26": 1.0})
+    until(lambda: page.evaluate("app.data.mixture.AU26") == 1.0)
     page.keyboard.press("Control+k")
     page.keyboard.type("keep")
     assert page.locator("#palette li").count() >= 1
