@@ -78,7 +78,9 @@ def main() -> None:
             cpu = "  ".join(f"{np.median(costs[what]):{width}.1f}" for what, width in COLUMNS)
             print(f"{name:>10}  {cpu}  | {np.median(costs['kB']):4.0f}  ({np.percentile(costs['kB'], 90):.0f})")
         ages = asyncio.run(pulled(studio, "AU12", 40, PACE))["age"]
-        print(f"age of what a slow page shows: {np.median(ages):.2f} of its frames, {np.percentile(ages, 90):.2f} (p90)")
+        print(
+            f"age of what a slow page shows: {np.median(ages):.2f} of its frames, {np.percentile(ages, 90):.2f} (p90)"
+        )
 
 
 COLUMNS = (("simulation", 10), ("parts", 5), ("server", 6))

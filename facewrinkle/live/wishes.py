@@ -200,7 +200,9 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
             f"tear = fw.SheddingTear(face, start={entry['start']!r}, width={entry['width']!r},",
             f"                       flow=Flow(c={TEAR_SPEED!r}, hold=60.0), route=Route(length={entry['length']!r}))",
         ]
-    return "\n".join(lines) + "\n"
+    imports = [line for line in lines if line.startswith(("import ", "from "))]
+    rest = [line for line in lines if line not in imports]
+    return "\n".join([*dict.fromkeys(imports), *rest]) + "\n"
 
 
 _USUAL_WAVES = {"density": 1.0, "irregularity": 1.0, "seed": 0, "age": 0.0}

@@ -1,13 +1,27 @@
 """What a page is told of a face.
 
-handles of muscles | every muscle that pulls has one, on the skin, apart from the others; left and right mirrored
+sliders that do nothing | their reasons, on faces without eyes, mouth or muscles
+handles of muscles      | every muscle that pulls has one, on the skin, apart from the others; left and right mirrored
 """
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 
-from facewrinkle.live.greeting import ROOM, pulls_of
+from facewrinkle.live.greeting import ROOM, pulls_of, without_effect
+
+
+def test_sliders_that_do_nothing_say_why(face):
+    shut = SimpleNamespace(atlas=face.atlas, muscles=face.muscles, mouth_opens=False, eyelid_openings={})
+    off = without_effect(shut)
+    assert "mouth" in off["AU26"]
+    assert "lids" in off["AU43"]
+    assert "AU12" not in off
+    assert without_effect(face) == {}
+    bare = SimpleNamespace(atlas=face.atlas, muscles={})
+    assert set(without_effect(bare).values()) == {"this surface has no muscles"}
 
 
 def test_each_muscle_that_pulls_has_a_handle_of_its_own(face):

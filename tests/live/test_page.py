@@ -196,20 +196,29 @@ def test_the_page_shows_what_pictures_show(page, studio):
     assert (inner > 40).mean() < 0.03
 
 
-def test_every_control_has_a_name_and_can_be_reached(page):
+def test_every_control_has_a_name_and_is_reached_in_its_order(page, studio):
+    studio.rates = {"AU26": 0.5}
+    shown(page, studio)
     unnamed = page.evaluate(
         """() => [...document.querySelectorAll("button, input, select, [role=slider], [role=tab], canvas")]
         .filter((e) => !e.hidden && !(e.ariaLabel || e.title || e.textContent.trim() || e.labels?.length))
         .map((e) => e.outerHTML)"""
     )
     assert not unnamed
+    page.keyboard.press("h")  # handles are controls, too
+    page.keyboard.press("k")
+    page.wait_for_selector(".track")
+    name = "(e) => e.getAttribute('aria-label') || e.id || e.textContent"
+    controls = page.evaluate(
+        f"""() => [...document.querySelectorAll("button, input, select, canvas, [tabindex='0']")]
+        .filter((e) => e.checkVisibility() && !e.disabled && e.tabIndex >= 0).map({name})"""
+    )
     reached = []
-    while len(reached) < 200 and (not reached or reached[-1] != "Time"):
+    while len(reached) < 300 and (not reached or "Remove the key" not in reached[-1]):
         page.keyboard.press("Tab")
-        reached.append(page.evaluate("document.activeElement.getAttribute('aria-label') || document.activeElement.id"))
-    wanted = ["Intensity of all", "Surprise", "Look up", "Jaw drop", "canvas", "tab-folds", "Depth", "play", "Time"]
-    names = [name if name != page.locator("#canvas").get_attribute("aria-label") else "canvas" for name in reached]
-    assert [name for name in names if name in wanted] == wanted
+        reached.append(page.evaluate(f"({name})(document.activeElement)"))
+    assert len(controls) > 130
+    assert [each for each in controls if each != "sliders"] == [each for each in reached if each != "sliders"]
 
 
 def test_reloading_and_a_wrong_key(page, studio, browser):
@@ -286,6 +295,31 @@ def test_an_eye_is_dragged(page, studio):
     page.keyboard.press("ArrowUp")
     until(lambda: studio.document["gaze"][1] > wanted[1] + 0.5)
     assert studio._document.history[0] == before + 1  # keys that follow each other are one step
+
+
+def test_keys_of_the_timeline_are_changed_by_keyboard_and_pointer(page, studio):
+    studio.rates = {"AU26": 0.5}
+    until(lambda: page.evaluate("app.data.mixture.AU26") == 0.5)
+    page.keyboard.press("k")
+    (name,) = until(lambda: studio.document["timeline"]["keys"])
+
+    def key():
+        return studio.document["timeline"]["keys"][name]
+
+    before = key()
+    page.get_by_label("AU26: end").focus()
+    for k in range(2):
+        page.keyboard.press("ArrowRight")
+        until(lambda k=k: key()["end"] == pytest.approx(before["end"] + 0.1 * (k + 1)))
+    page.locator(".track svg").focus()
+    page.keyboard.press("ArrowUp")
+    until(lambda: key()["weight"] == pytest.approx(0.55))
+    width = page.locator(".track svg").bounding_box()["width"]
+    drag(page, centre(page, "[aria-label='AU26: apex']"), (0.05 * width, 0))
+    until(lambda: key()["apex"] == pytest.approx(before["apex"] + 0.05 * 4.0, abs=0.02))
+    page.get_by_label("Length of the timeline").fill("1")
+    page.keyboard.press("Enter")
+    until(lambda: studio.document["timeline"]["length"] == pytest.approx(key()["end"]))  # not shorter than its keys
 
 
 def test_a_muscle_is_pulled_along_its_fibres(page, studio):

@@ -240,6 +240,20 @@ def test_a_page_that_stalls_slows_nobody_and_gets_the_newest_frame(studio):
     assert newest == last
 
 
+def test_a_page_that_vanishes_is_forgotten(studio):
+    async def visit():
+        async with page(studio) as other:
+            async with page(studio) as gone:
+                await gone.until(lambda got: "step" in got)
+                gone.socket._response.close()  # without a word
+            await other.send({"do": "change", "patches": [[["mixture", "AU12"], 1.0]], "gesture": ""})
+            await other.until(lambda got: got.get("is") == "document" and got["data"]["mixture"])
+            await other.settled(studio)
+            return len(studio._server.clients)
+
+    assert asyncio.run(visit()) == 1
+
+
 def test_wishes_do_not_queue(studio):
     async def visit():
         async with page(studio) as seen:

@@ -17,6 +17,7 @@ export class Palette {
     this.input.addEventListener("keydown", (event) => {
       const by = { ArrowDown: 1, ArrowUp: -1 }[event.key];
       if (by) { event.preventDefault(); this.show((this.at + by + this.found.length) % (this.found.length || 1)); }
+      if (event.key === "Escape") { event.preventDefault(); event.stopPropagation(); this.box.close(); } // else it would empty the text first
       if (event.key === "Enter") { event.preventDefault(); this.run(this.found[this.at]); }
     });
     this.box.addEventListener("click", (event) => { if (event.target === this.box) this.box.close(); });

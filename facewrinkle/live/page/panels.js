@@ -132,7 +132,7 @@ export class Panels {
         const heading = `${title(entries[name])} ${k + 1}`;
         const made = Object.entries(rows).map(([key, [text, digits]]) => {
           const range = ranges[key];
-          const line = row(`${text}`, { min: range[0], max: range[1], step: digits ? 10 ** -digits : 1, ...number(digits), usual: range[0],
+          const line = row(`${text}`, { min: range[0], max: range[1], step: digits ? 10 ** -digits : 1, ...number(digits), usual: range[0], marked: false,
             change: (value, gesture) => this.app.connection.change([[[table, name], { ...this.app.data[table][name], [key]: value }]], gesture) });
           line.input.setAttribute("aria-label", `${heading}: ${text}`);
           box.sets.push((all) => line.set(all[name][key]));

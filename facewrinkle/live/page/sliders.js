@@ -89,7 +89,9 @@ export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Ma
 export function row(label, options) {
   const made = slider(label, options);
   const line = element("div", { class: "row" }, element("span", { text: label, title: options.about ?? label }), made.input, made.output);
-  return { ...made, line };
+  const mark = () => line.classList.toggle("active", options.marked !== false && Number(made.input.value) !== (options.usual ?? 0));
+  made.input.addEventListener("input", mark);
+  return { ...made, line, set(value) { made.set(value); mark(); } };
 }
 
 export class Sliders {
