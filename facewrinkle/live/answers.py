@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..anatomy.face import Face
 from ..anatomy.identity import Identity
 from ..errors import ParameterError
 from ..layers.patterns_on_skin.kinds import KINDS
@@ -101,8 +102,15 @@ class Answers:
         return {
             "faces": {"names": list(self._library.names), "shown": shown, "first": self._source or "Built-in head"},
             "identity": sorted(Identity.__dataclass_fields__) if built_in and face.landmarks else [],
+            "closed": self._closed(face),
             **of_face(face, self._library[shown].clip),
         }
+
+    def _closed(self, face: Face) -> dict[str, str]:
+        """Return the tabs that do nothing on a face, and why."""
+        if self._stage.looks:
+            return dict.fromkeys(("Folds", "Patterns", "Tears"), "A frame is looked at as it is.")
+        return {} if face.muscles else {"Folds": "This surface has no muscles, and so no folds of its own."}
 
     # --- what it asks for ----------------------------------------------------------------------
 

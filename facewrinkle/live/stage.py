@@ -93,6 +93,9 @@ class Stage(threading.Thread):
         Called on this thread with a sentence about what could not be done.
     """
 
+    looks = False
+    """True if nothing is simulated."""
+
     def __init__(self, library: Library, document: Document) -> None:
         super().__init__(name="facewrinkle studio", daemon=True)
         self.library = library

@@ -231,7 +231,10 @@ def test_a_frame_is_looked_at_as_it_is(face):
         drawn = [int(np.flatnonzero(window._stage.parts.origin == corner)[0]) for corner in corners]
         told = window._answers.probed(drawn, shares, window._stage.parts.last)
         assert told["values"]["W"] == pytest.approx(float(frame["W"][deepest]), abs=1e-5)
-        assert set(window._answers.face()["off"].values()) == {"this surface has no muscles"}
+        told = window._answers.face()
+        assert set(told["off"].values()) == {"this surface has no muscles"}
+        assert set(told["closed"]) == {"Folds", "Patterns", "Tears"}
+        assert told["pulls"] == {}
     assert frame == before
 
 

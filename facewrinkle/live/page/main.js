@@ -95,6 +95,10 @@ class App {
     this.view.begin(face, other);
     this.sliders.setOff(face.off, face.eyes > 0 && !face.clip);
     this.panels.face.take(face);
+    this.panels.setClosed(face.closed);
+    const pulls = Object.keys(face.pulls).length && !face.clip;
+    $("muscles").disabled = !pulls;
+    if (!pulls) $("muscles").checked = false;
     this.handlesOf(this.panels.opened);
     if (other && this.welcome) $("view").value = "front";
   }

@@ -49,7 +49,7 @@ export class Palette {
       add(`Open ${title}`, "Tabs", () => { panels.open(title); panels.panels[title].tab.focus(); });
       for (const control of panel.querySelectorAll("button, input[type=range], input[type=number], select")) {
         const text = control.ariaLabel || control.textContent.trim();
-        if (text && !control.disabled && !control.classList.contains("small")) add(text, title, () => { panels.open(title); control.focus(); if (control.tagName === "BUTTON") control.click(); }, control.title);
+        if (text && !control.matches(":disabled") && !control.classList.contains("small")) add(text, title, () => { panels.open(title); control.focus(); if (control.tagName === "BUTTON") control.click(); }, control.title);
       }
     }
     Object.keys(view.views ?? {}).forEach((name, k) => add(`View: ${label(name)}`, k < 9 ? String(k + 1) : "", () => { view.take(name); document.getElementById("view").value = name; }));

@@ -39,10 +39,20 @@ export class Panels {
       const all = [...this.tabs.children], at = all.indexOf(tab) + { ArrowRight: 1, ArrowLeft: -1 }[event.key];
       if (Number.isInteger(at)) { event.preventDefault(); const next = all.at(at % all.length); next.focus(); next.click(); }
     });
-    const panel = element("div", { role: "tabpanel", id: `panel-${id}`, "aria-labelledby": `tab-${id}` }, ...content);
+    const why = element("p", { class: "why", hidden: true }), inner = element("fieldset", {}, ...content);
+    const panel = element("div", { role: "tabpanel", id: `panel-${id}`, "aria-labelledby": `tab-${id}` }, why, inner);
     this.tabs.append(tab);
     this.box.append(panel);
-    this.panels[title] = { tab, panel };
+    this.panels[title] = { tab, panel, why, inner };
+  }
+
+  /** Switch off the tabs that do nothing on this face, and say why. */
+  setClosed(closed) {
+    for (const [title, { why, inner }] of Object.entries(this.panels)) {
+      inner.disabled = Boolean(closed[title]);
+      why.textContent = closed[title] ?? "";
+      why.hidden = !closed[title];
+    }
   }
 
   open(title) {
