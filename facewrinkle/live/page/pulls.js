@@ -19,7 +19,7 @@ export function pull(overlay, name, where) {
   dot.dataset.handle = name;
   const stem = name.replace(/_[lr]$/, "");
   const handle = { name, where, dot, line, label: title(name) };
-  let drag = null, gesture = "", last = -Infinity;
+  let drag = null, gesture = "", last = -Infinity, asked = 0;
   handle.weight = () => Math.max(app.data.mixture[name] ?? 0, app.data.mixture[stem] ?? 0);
   const set = (weight) => {
     const rounded = Math.round(100 * Math.max(0, Math.min(1, weight))) / 100, other = mirrored(name), { mixture } = app.data;
@@ -56,9 +56,13 @@ export function pull(overlay, name, where) {
     if (!by) return;
     event.preventDefault();
     event.stopPropagation();
-    if (event.timeStamp - last > 900) gesture = `pull ${name} ${event.timeStamp}`;
+    if (event.timeStamp - last > 900) { // keys that follow each other are one step, and need not wait for the answer
+      gesture = `pull ${name} ${event.timeStamp}`;
+      asked = handle.weight();
+    }
     last = event.timeStamp;
-    set(handle.weight() + by);
+    asked = Math.max(0, Math.min(1, asked + by));
+    set(asked);
   });
   return handle;
 }

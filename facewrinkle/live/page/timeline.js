@@ -71,7 +71,10 @@ export class Timeline {
     const svg = drawn("svg", { preserveAspectRatio: "none", role: "slider", tabindex: 0 }), path = drawn("path", {}), key = () => this.keys[name];
     svg.append(path);
     let gesture = "", last = -Infinity;
-    const change = (moved) => this.app.connection.change([[["timeline", "keys", name], moved]], gesture);
+    const change = (moved) => {
+      this.keys = { ...this.keys, [name]: moved }; // the next key press may come before the answer
+      this.app.connection.change([[["timeline", "keys", name], moved]], gesture);
+    };
     const shifted = (from, by) => {
       const go = Math.max(-from.onset, Math.min(this.length - from.end, by));
       return { ...from, ...Object.fromEntries(TIMES.map((time) => [time, from[time] + go])) };
