@@ -1,4 +1,4 @@
-"""What a frame of the studio costs: processor time of the simulation, the parts and the server, bytes, and its age.
+"""Costs of a frame of the studio: processor time of the simulation, the parts and the server, bytes, and its age.
 
 Run it with ``python -m analysis.studio_speed``. A page without a browser looks on while a slider is pulled to and fro;
 processor times, in ms, are those of the studio's threads, and do not count what waits. The age is that of the frame

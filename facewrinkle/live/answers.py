@@ -1,4 +1,4 @@
-"""What a page asks for, and what it is answered."""
+"""Answers to what a page asks for."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .wishes import as_command, as_python
 
 
 class Answers:
-    """What pages ask of a studio.
+    """Answers to what pages ask of a studio.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Answers:
     # --- what a page is told -------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        """What there is for pages: the newest frame, the document and its version, and photos."""
+        """Return what there is for pages: the newest frame, the document and its version, and photos."""
         stage = self._stage
         return {
             "shown": stage.shown,
@@ -80,7 +80,7 @@ class Answers:
         return {"data": data, "history": self._document.history, "handles": handles_of(data, self._stage.face)}
 
     def greeting(self) -> dict[str, Any]:
-        """What a page is told first: names, ranges, and the face."""
+        """Return what a page is told first: names, ranges, and the face."""
         return {
             "atlas": of_atlas(self._stage.face.atlas),
             "fields": {name: colours(name) for name in FIELDS},

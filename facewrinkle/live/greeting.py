@@ -116,7 +116,7 @@ def pulls_of(face: Face) -> dict[str, dict[str, Any]]:
 
 
 def _pull(muscle: Muscle, face: Face) -> tuple[np.ndarray, np.ndarray] | None:
-    """Where a muscle moves the skin, and how far and where to; None for one that does not."""
+    """The place at which a muscle moves the skin, and its way; None for one that does not."""
     if isinstance(muscle, SphincterMuscle):
         return muscle.centre + muscle.semi_major * muscle.lateral, -muscle.semi_major * muscle.lateral
     if isinstance(muscle, LinearMuscle | SheetMuscle):

@@ -1,4 +1,4 @@
-"""What is known at a vertex of a frame: fields, what made the fold there, by which formula, and with which numbers."""
+"""All that is known at a vertex of a frame: fields, what made the fold there, by which formula, and with which numbers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ OF_WAVES = (
 )
 NAMES = {
     "k0": "k0 (mm)", "rate": "contraction", "H At": "H At at k0 = 1", "A": "A(\u03b5)", "D": "depth D (mm)",
-    "L": "wavelength L (mm)", "S": "strength S", "e": "compression e beyond onset",
+    "L": "wavelength L (mm)", "S": "strength S", "e": "e beyond the onset",
     "alpha": "sharpness \u03b1",
 }  # fmt: skip
 """Words for the numbers of formulas; those that are fields are told with the fields."""
@@ -76,7 +76,7 @@ def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) 
 
 
 def _makers(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) -> list[dict[str, Any]]:
-    """What adds to the height of a vertex: name, W in mm, formula and its numbers; what adds most comes first."""
+    """All that adds to the height of a vertex: name, W in mm, formula and its numbers; what adds most comes first."""
     makers: list[dict[str, Any]] = []
     for layer in layers:
         if isinstance(layer, WaveFolds):

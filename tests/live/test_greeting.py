@@ -1,4 +1,4 @@
-"""What a page is told of a face.
+"""The first things that a page is told of a face.
 
 sliders that do nothing | their reasons, on faces without eyes, mouth or muscles
 handles of muscles      | every muscle that pulls has one, on the skin, apart from the others; left and right mirrored

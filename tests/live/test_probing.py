@@ -1,4 +1,4 @@
-"""What is known at a vertex.
+"""All that is known at a vertex.
 
 numbers of formulas | put in again, they add up to the heights of the layers, before these are levelled
 who made it         | the muscle whose own W is the deepest there; the pattern that was placed
