@@ -87,7 +87,7 @@ class Film:
 
 
 def walk(film: Film) -> None:
-    """Pull a muscle on the face, smile, deepen crow's feet on one side, put a dimple, let a tear run, look aside, take it back."""
+    """Pull a muscle, smile, deepen crow's feet on one side, put a dimple, let a tear run, look aside, take it back."""
     page = film.page
     film.shoot(10, still=True)
     film.move(640.0, 330.0)

@@ -1,4 +1,4 @@
-"""All that is known at a vertex of a frame: fields, what made the fold there, by which formula, and with which numbers."""
+"""All that is known at a vertex of a frame: fields, what made the fold there, by which formula, and its numbers."""
 
 from __future__ import annotations
 
