@@ -1,6 +1,6 @@
 """Does the memory of a studio stay flat? A page looks on while sliders, folds, a pattern and a tear change.
 
-Run it with ``python -m analysis.studio_memory``; ``--frames 20000`` takes ten minutes or more.
+Run it with ``python -m analysis.studio_memory``; ``--frames 20000`` takes half an hour.
 """
 
 from __future__ import annotations

@@ -50,6 +50,7 @@ UNCALLED = {
     "MuscleWrinkles.follow": "as displacement",
     "MuscleWrinkles.fields": "takes nothing",
     "MuscleWrinkles.fields_of": "takes a number",
+    "MuscleWrinkles.explained": "takes a number",
     "MuscleWrinkles.limited_share": "takes nothing",
     "Rig": "made by rig; what it is given is kept, not worked on",
     "PatternLayer.displacement": "as above",

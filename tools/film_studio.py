@@ -87,7 +87,7 @@ class Film:
 
 
 def walk(film: Film) -> None:
-    """Smile, deepen crow's feet on one side, put a dimple, let a tear run, look aside, take it back."""
+    """Pull a muscle, smile, deepen crow's feet on one side, put a dimple, let a tear run, look aside, take it back."""
     page = film.page
     film.shoot(10, still=True)
     film.move(640.0, 330.0)
@@ -95,6 +95,16 @@ def walk(film: Film) -> None:
         page.mouse.wheel(0, -45)
         film.shoot()
     film.shoot(3, still=True)
+    film.click("#muscles")
+    film.to("[data-handle=zygomaticus_major_l]")
+    x, y = film.pointer
+    way = page.evaluate("app.overlay.handles.find((each) => each.name === 'zygomaticus_major_l').way()")
+    page.mouse.down()
+    film.move(x + 0.8 * way["x"], y + 0.8 * way["y"], 8)
+    page.mouse.up()
+    film.shoot(6, still=True)
+    film.click("#undo")
+    film.click("#muscles")
     film.pull("Happiness", 1.0)
     film.pull("Left side", 0.6)
     x, y = film.on_face("eye_l_outer")

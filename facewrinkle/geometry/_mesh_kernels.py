@@ -23,6 +23,21 @@ def accumulate(points, triangles, out):
 
 
 @njit(cache=True)
+def first_values(vertices, values, out, differs):
+    """The value (n, d) at the first corner of each vertex, and True for corners (k,) that have another one."""
+    seen = np.zeros(len(out), np.bool_)
+    for i in range(len(vertices)):
+        v = vertices[i]
+        differs[i] = False
+        if not seen[v]:
+            seen[v] = True
+            out[v] = values[i]
+            continue
+        for c in range(values.shape[1]):
+            differs[i] |= values[i, c] != out[v, c]
+
+
+@njit(cache=True)
 def normalise(vectors):
     """Scale vectors (n, 3) to unit length in place; zero vectors stay."""
     for v in range(vectors.shape[0]):

@@ -56,9 +56,9 @@ def split_vertices(triangles: IntArray, values: Array, n_points: int) -> SplitMe
     ([[0, 1, 2], [2, 4, 3]], [0, 1, 2, 3, 1], [0.0, 1.0, 2.0, 6.0, 5.0])
     """
     vertices, flat = np.array(triangles, np.int64).ravel(), values.reshape(-1, values.shape[-1])
-    own = np.zeros((n_points, flat.shape[1]))
-    own[vertices[::-1]] = flat[::-1]  # the first corner of each vertex is written last
-    further = np.flatnonzero((flat != own[vertices]).any(axis=1))
+    own, differs = np.zeros((n_points, flat.shape[1])), np.empty(len(vertices), bool)
+    kernels.first_values(vertices, flat, own, differs)
+    further = np.flatnonzero(differs)
     rows, which = np.unique(np.column_stack([vertices[further], flat[further]]), axis=0, return_inverse=True)
     vertices[further] = n_points + which.ravel()
     origin = np.concatenate([np.arange(n_points), rows[:, 0].astype(np.int64)])

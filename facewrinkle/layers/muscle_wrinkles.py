@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -207,6 +208,25 @@ class MuscleWrinkles:
         for name, values in columns.items():
             out[name][where] = values
         return {**out, "region": np.isin(np.arange(len(folds.leading)), where)}
+
+    def explained(self, vertex: int) -> list[dict[str, float]]:
+        """Return what each muscle adds at a vertex in the last frame, and the numbers of its formula.
+
+        ``W = k0 rate H At A share`` (Eq. 3), where H At is the amplitude at k0 = 1, A the share by compression, and
+        `share` what the length of the skin, and the volume, leave of it. Lengths are in mm, "muscle" is a number.
+        """
+        folds, found = self._folds, []
+        for entry in range(folds.starts[vertex], folds.starts[vertex + 1]):
+            index = int(folds.muscle[entry])
+            height, gathered = float(folds.height[entry]), float(anisotropy(self._epsilon[entry : entry + 1])[0])
+            whole = float(self._k0[index] * self.rates[index]) * height * gathered
+            share = float(self._share[vertex]) * (1.0 - float(self._excess[index]) * math.copysign(1.0, height))
+            found.append({
+                "muscle": index, "W": whole * share, "k0": float(self._k0[index]), "rate": float(self.rates[index]),
+                "H At": height, "A": gathered, "share": share, "epsilon": float(self._epsilon[entry]),
+                "lambda": float(folds.coordinates[entry, 0]), "gamma": float(folds.coordinates[entry, 1]),
+            })  # fmt: skip
+        return sorted(found, key=lambda entry: -abs(entry["W"]))
 
     # --- compression -----------------------------------------------------------------------------
 

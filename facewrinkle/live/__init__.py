@@ -3,12 +3,15 @@
 The page is plain HTML, CSS and ES modules in `page/`, drawn with WebGL2; nothing is built, and nothing comes from
 elsewhere.
 
-document, protocol   | what was set by hand; the messages of a page
-encoding             | parts of a picture as bytes
-visible_parts        | what is seen of a frame, as parts
-wishes, stage        | what a document asks of a simulation; the thread that simulates
-clients, server      | pages that are connected; the web server
-saving, window       | files; the object that users hold
+document, protocol       | what was set by hand; the messages of a page
+encoding                 | parts of a picture as bytes
+visible_parts            | what is seen of a frame, as parts
+wishes, stage            | what a document asks of a simulation; the thread that simulates
+clients, server          | pages that are connected; the web server
+coloured_fields, probing | fields in colour; what made a fold, with the numbers of its formula
+answers, beside          | what a page asks for; files that take long
+saving, keeping          | files; the session that is saved by itself
+window                   | the object that users hold
 """
 
 from __future__ import annotations

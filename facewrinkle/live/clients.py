@@ -12,8 +12,10 @@ from aiohttp import web
 from .encoding import Known, Part, message
 from .stage import Shown
 
-CREDIT = 2
-"""Frames that may be under way to a page."""
+CREDIT = 1
+"""Frames that may be under way to a page. With 2, what a slow page shows is two to three of its frames old; with 1, a
+little more than one.
+"""
 
 MOST_WAITING = 64
 """Answers that wait for a page at most; one that reads none of them is disconnected."""

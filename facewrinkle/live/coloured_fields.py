@@ -1,4 +1,4 @@
-"""Fields of a frame as numbers for a page, with their colours; and what is known at a vertex."""
+"""Fields of a frame as numbers for a page, with their colours."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..anatomy.face import Face
-from ..errors import ParameterError, unknown_name
+from ..errors import unknown_name
 from ..layers.base import Layer
 from ..layers.wave_folds import WaveFolds
 from ..mesh import ARRAYS
@@ -76,47 +75,6 @@ def coloured(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequenc
     share = np.clip((values[some] - low) / (high - low), 0.0, 1.0)
     numbers[some] = np.rint(share * (NOTHING - 1)).astype(np.uint16)
     return ColouredField(numbers[origin], {**info, "range": [float(low), float(high)]})
-
-
-def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) -> dict[str, Any]:
-    """Return what is known at a vertex of a frame: fields, what made the fold, and by which formula."""
-    if not 0 <= vertex < frame.n_points:
-        raise ParameterError(f"the frame has {frame.n_points} vertices, received {vertex}.")
-    data = frame.point_data
-    values: dict[str, Any] = {
-        name: float(np.asarray(data[name])[vertex])
-        for name in FIELDS
-        if name in data and name not in NAMED and _means(name, data, vertex)
-    }
-    found: dict[str, Any] = {
-        "vertex": vertex,
-        "place": [round(float(x), 3) for x in np.asarray(frame.points)[vertex]],
-        "rest": [float(x) for x in np.asarray(data.get("rest", frame.points))[vertex]],
-        "values": {name: round(value, 5) for name, value in values.items() if np.isfinite(value)},
-        "level": int(np.asarray(data["level"])[vertex]) if "level" in data else 0,
-    }
-    family = int(np.asarray(data["family"])[vertex]) if "family" in data else -1
-    muscle = int(np.asarray(data["muscle"])[vertex]) if "muscle" in data else -1
-    waves = next((layer for layer in layers if isinstance(layer, WaveFolds)), None)
-    flat = "" if values.get("W") else ", flat now"
-    if family >= 0 and waves is not None:
-        found["made_by"] = f"waves of the family {list(waves.lines)[family]!r}{flat}"
-        found["formula"] = "W = k0 S(eps) H(theta): waves grow with the compression eps across them"
-    elif muscle >= 0:
-        name = list(face.muscles)[muscle]
-        wrinkles = face.muscles[name].fold_pattern.wrinkles
-        found["made_by"] = name + flat
-        found["formula"] = "W = k0 sin(pi eps / 2) H(lambda) A(gamma) (A, Eqs. 4 to 7)"
-        found["numbers"] = {"k0 (mm)": wrinkles.depth, "alpha": wrinkles.alpha, "furrows": wrinkles.count}
-    else:
-        found["made_by"] = "no fold here"
-    return found
-
-
-def _means(name: str, data: pv.DataSetAttributes, vertex: int) -> bool:
-    """Return True if a field means something at a vertex: lambda, for one, only where a muscle folds the skin."""
-    owners = [own for own in FOLDED.get(name, ()) if own in data]
-    return not owners or any(np.asarray(data[own])[vertex] >= 0 for own in owners)
 
 
 def check_field(name: str | None) -> str | None:

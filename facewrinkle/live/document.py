@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -41,9 +42,11 @@ START: Mapping[str, Any] = {
     "face": "",
     "landmarks": {},
     "mixture": {},
+    "mixtures": {},
     "intensity": 1.0,
     "gaze": [0.0, 0.0],
     "folds": {"depth": 1.0, "left": 1.0, "right": 1.0, "density": 1.0, "irregularity": 1.0, "seed": 0, "age": 0.0},
+    "regions": {},
     "identity": {},
     "patterns": {},
     "tears": {},
@@ -60,6 +63,20 @@ FOLDS: Mapping[str, tuple[float, float]] = {
     "age": (0.0, 1.0),
 }
 """Ranges of the numbers of folds; the seed is a whole number."""
+
+REGIONS: Mapping[str, tuple[str, ...]] = {
+    "forehead": ("forehead_mid", "brow_l_mid", "brow_r_mid"),
+    "between the brows": ("glabella",),
+    "crow's feet": ("eye_l_outer", "eye_r_outer"),
+    "nose": ("nasion", "sellion", "ala_l", "ala_r"),
+    "cheeks": ("malar_l", "malar_r"),
+    "mouth": ("mouth_l", "mouth_r", "upper_lip_mid", "lower_lip_mid"),
+    "chin": ("pogonion", "menton"),
+}
+"""Regions whose folds have a factor of their own, by the landmarks that they lie around."""
+
+MOST_MIXTURES = 64
+"""Mixtures that are kept under a name."""
 
 PATTERN: Mapping[str, tuple[float, float]] = {"size": (2.0, 120.0), "depth": (-6.0, 6.0), "strength": (0.0, 1.0)}
 """Ranges of the numbers of a pattern; sizes and depths are in mm."""
@@ -233,6 +250,27 @@ class Document:
             return check_range(f"the weight of {name}", weight, 0.0, 1.0)
 
         return self._table("a mixture", rest, value, check, 512)
+
+    def _checked_mixtures(self, rest: Sequence[str], value: Any) -> Any:
+        def check(name: str, weights: Any) -> dict[str, float]:
+            if not re.fullmatch(r"\w[\w' -]{0,39}", name):
+                raise ParameterError(
+                    f"a mixture is named by at most 40 letters, digits, spaces and '-_, received {name!r}."
+                )
+            if weights == {}:
+                raise ParameterError("there is nothing to keep: set a slider first.")
+            checked: dict[str, float] = self._checked_mixture((), weights)
+            return checked
+
+        return self._items("mixtures", rest, value, check, MOST_MIXTURES)
+
+    def _checked_regions(self, rest: Sequence[str], value: Any) -> Any:
+        def check(name: str, factor: Any) -> float:
+            if name not in REGIONS:
+                raise unknown_name("region of folds", name, REGIONS)
+            return check_range(f"the folds of {name}", factor, 0.0, 4.0)
+
+        return self._table("regions", rest, value, check, len(REGIONS))
 
     def _checked_intensity(self, rest: Sequence[str], value: Any) -> float:
         return check_range("intensity", value, 0.0, 1.0)

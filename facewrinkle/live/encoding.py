@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from . import _byte_kernels as kernels
+
 Array = npt.NDArray[np.float64]
 Known = dict[str, tuple[int, int, dict[str, np.ndarray]]]
 """Things that a page has: the version, the last change and the arrays of each part, by name."""
@@ -64,11 +66,13 @@ class Box:
 
     def holds(self, points: Array) -> bool:
         """Return True if all points (n, 3) lie in the box."""
-        return bool((points.min(axis=0) >= self.low).all() and (points.max(axis=0) <= self.low + self.size).all())
+        return bool(kernels.inside(np.asarray(points, np.float64), self.low, self.low + self.size))
 
     def quantised(self, points: Array) -> npt.NDArray[np.uint16]:
         """Return points (n, 3) as whole numbers; those outside are moved to the border."""
-        return np.rint(np.clip((points - self.low) * (LARGEST / self.size), 0.0, LARGEST)).astype(np.uint16)
+        numbers = np.empty(points.shape, np.uint16)
+        kernels.quantise(np.asarray(points, np.float64), self.low, LARGEST / self.size, float(LARGEST), numbers)
+        return numbers
 
     def restored(self, numbers: npt.NDArray[np.uint16]) -> Array:
         """Return the points that whole numbers stand for."""
@@ -182,10 +186,14 @@ def changed_rows(before: np.ndarray | None, now: np.ndarray) -> npt.NDArray[np.b
     """
     if before is None or len(now) < FEW or before.dtype != now.dtype or before.shape[1:] != now.shape[1:]:
         return None
-    mask, both = np.ones(len(now), bool), min(len(before), len(now))
-    differs = before[:both] != now[:both]
-    mask[:both] = differs.any(axis=1) if now.ndim > 1 else differs
-    return mask if np.count_nonzero(mask) < 0.9 * len(now) else None
+    mask = np.empty(len(now), bool)
+    count = kernels.differing(_rows_of_bytes(before), _rows_of_bytes(now), mask)
+    return mask if count < 0.9 * len(now) else None
+
+
+def _rows_of_bytes(values: np.ndarray) -> npt.NDArray[np.uint8]:
+    rows = np.ascontiguousarray(values).view(np.uint8)
+    return rows.reshape(len(values), rows.size // max(len(values), 1))
 
 
 def decoded(

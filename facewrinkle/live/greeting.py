@@ -10,11 +10,19 @@ import numpy as np
 from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
 from ..anatomy.landmarks import NOT_ON_SKIN
+from ..anatomy.muscles import JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
 from ..errors import ParameterError
+from ..geometry.normals import vertex_normals
 from ..motion.action_units import ARKIT, units_of
 from ..motion.recorded import Recorded
 from ..plotting.views import VIEWS
 from .wishes import rates_of
+
+ALONG = (0.2, 0.35, 0.5, 0.05, 0.65, 0.8)
+"""Places of a muscle's handle along its fibres, from the insertion: the first with room is taken."""
+
+ROOM = 0.08
+"""Distance of handles as seen from the front, in distances between the pupils."""
 
 
 def of_atlas(atlas: Atlas) -> dict[str, Any]:
@@ -39,6 +47,7 @@ def of_face(face: Face, clip: Recorded | None = None) -> dict[str, Any]:
         "axes": face.frame.axes.tolist(),
         "origin": face.frame.origin.tolist(),
         "landmarks": landmarks_of(face),
+        "pulls": pulls_of(face),
         "report": list(face.report),
         "likeness": face.likeness,
         "off": without_effect(face, clip),
@@ -79,6 +88,54 @@ def landmarks_of(face: Face) -> dict[str, dict[str, Any]]:
                 "estimated": name in face.estimated,
             }
     return found
+
+
+def pulls_of(face: Face) -> dict[str, dict[str, Any]]:
+    """Return handles of the muscles that pull at the skin: the vertex that each goes along with, and the way of a full
+    pull.
+
+    Muscles that end at one place, as at the corner of the mouth, have their handles a part of the way along their
+    fibres, so that each can be taken. A sphincter is pulled from its side towards its centre, and the jaw down.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    normals = vertex_normals(face.points, face.triangles)
+    front, taken = face.frame.axes[:2].T, np.empty((0, 2))  # room is what there is seen from the front
+    for name, muscle in face.muscles.items():
+        ends = _pull(muscle, face)
+        if ends is None:
+            continue
+        begin, way = ends
+        shares = [0.0] if isinstance(muscle, JawMuscle) else ALONG
+        places = [_on_skin(begin + share * way, face, normals) for share in shares]
+        room = [np.linalg.norm(taken - place @ front, axis=1).min(initial=np.inf) for _, place in places]
+        enough = [k for k, apart in enumerate(room) if apart > ROOM * face.frame.pupil_distance]
+        vertex, place = places[enough[0] if enough else int(np.argmax(room))]
+        taken = np.vstack([taken, place @ front])
+        found[name] = {"vertex": vertex, "offset": _short(place - face.points[vertex]), "pull": _short(way)}
+    return found
+
+
+def _pull(muscle: Muscle, face: Face) -> tuple[np.ndarray, np.ndarray] | None:
+    """The place at which a muscle moves the skin, and its way; None for one that does not."""
+    if isinstance(muscle, SphincterMuscle):
+        return muscle.centre + muscle.semi_major * muscle.lateral, -muscle.semi_major * muscle.lateral
+    if isinstance(muscle, LinearMuscle | SheetMuscle):
+        begin, end = (np.reshape(x, (-1, 3)).mean(axis=0) for x in (muscle.insertion, muscle.attachment))
+        return begin, end - begin
+    if isinstance(muscle, JawMuscle) and "menton" in face.landmarks:
+        return face.landmarks["menton"], -0.5 * face.frame.pupil_distance * face.frame.axes[1]
+    return None
+
+
+def _on_skin(place: np.ndarray, face: Face, normals: np.ndarray) -> tuple[int, np.ndarray]:
+    """The vertex nearest to a place, and the place moved onto the skin there."""
+    vertex = int(np.argmin(np.linalg.norm(face.points - place, axis=1)))
+    away = place - face.points[vertex]
+    return vertex, face.points[vertex] + away - (away @ normals[vertex]) * normals[vertex]
+
+
+def _short(vector: np.ndarray) -> list[float]:
+    return [round(float(x), 4) for x in vector]
 
 
 def handles_of(data: Mapping[str, Any], face: Face) -> dict[str, dict[str, Any]]:

@@ -46,6 +46,7 @@ class Look(Stage):
     """
 
     time_step = 0.02
+    looks = True
 
     @property
     def layers(self) -> list[Layer]:

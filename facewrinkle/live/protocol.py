@@ -114,6 +114,7 @@ COMMANDS: Mapping[str, Mapping[str, Callable[[Any], Any]]] = {
     "copy": {"what": _text},
     "save": {"what": _text, "camera": _camera},
     "load": {"text": _session},
+    "continue": {"on": _flag},
 }
 """The commands and the checks of their arguments."""
 

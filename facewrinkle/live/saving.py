@@ -18,6 +18,7 @@ from ..anatomy.face_file import write_face
 from ..errors import OutputError, ParameterError
 from ..export import movie_writer, write_mesh
 from ..export.animation import AnimationWriter
+from ..motion.recorded import Recorded
 from ..plotting import Style, TearScene
 from .document import Document
 from .library import Tell
@@ -36,8 +37,8 @@ FILM = 720
 KINDS = ("picture", "movie", "glb", "animation", "rig", "face", "atlas", "session")
 """Things that can be saved."""
 
-SLOW = ("rig",)
-"""Things that take a minute, and do not draw."""
+SLOW = ("rig", "movie", "animation")
+"""Things that take long, and are made by a process of their own."""
 
 MOST = 10_000
 """Files of one name and different numbers."""
@@ -83,7 +84,18 @@ class Folder:
         raise OutputError(f"there are {MOST} files of the name {name} in {str(self.path)!r} already.")
 
 
-def save(what: str, camera: list[float], stage: Stage, document: Document, tell: Tell) -> tuple[str, bytes]:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Order:
+    """A file that takes long: what is asked for, and all that it is made of."""
+
+    what: str
+    camera: list[float]
+    face: Face
+    data: Mapping[str, Any]
+    clip: Recorded | None = None
+
+
+def save(what: str, camera: list[float], stage: Stage, document: Document) -> tuple[str, bytes]:
     """Return the name and the content of a file; on the thread of the stage.
 
     Parameters
@@ -91,9 +103,9 @@ def save(what: str, camera: list[float], stage: Stage, document: Document, tell:
     what : str
         One of `KINDS`, but none of `SLOW`.
     camera : list of float
-        Position, focal point and upward direction, for pictures and movies.
-    tell : callable
-        Told what is done, and the share of it.
+        Position, focal point and upward direction, for pictures.
+    stage : Stage
+    document : Document
     """
     if what not in KINDS:
         raise ParameterError(f"what is saved must be one of {', '.join(KINDS)}, received {what!r}.")
@@ -109,19 +121,33 @@ def save(what: str, camera: list[float], stage: Stage, document: Document, tell:
             write_mesh(stage.shown.frame, path, stage.face, parts=True, tears=stage.tears)
         elif what == "face":
             path = write_face(stage.face, Path(folder) / "scan.face")
-        elif what == "picture":
+        else:
             path = Path(folder) / "picture.png"
             with _scene(stage.face, camera, WIDTH, HEIGHT) as scene:
                 Image.fromarray(scene.picture(stage.shown.frame, stage.tears)).save(path)
-        else:
-            clip = stage.library[stage.shown_face].clip
-            played = Played(stage.face, data, clip, coarsen=what == "movie")
-            path = Path(folder) / ("movie.mp4" if what == "movie" else "animation.glb")
-            (_movie if what == "movie" else _animation)(played, path, camera, tell)
         return path.name, path.read_bytes()
 
 
-def save_rig(face: Face, data: Mapping[str, Any], tell: Tell) -> tuple[str, bytes]:
+def save_slowly(order: Order, tell: Tell) -> tuple[str, bytes]:
+    """Return the name and the content of a file of `SLOW`.
+
+    Parameters
+    ----------
+    order : Order
+    tell : callable
+        Told what is done, and the share of it.
+    """
+    if order.what == "rig":
+        return save_rig(order.face, tell)
+    movie = order.what == "movie"
+    with tempfile.TemporaryDirectory() as folder:
+        played = Played(order.face, order.data, order.clip, coarsen=movie)
+        path = Path(folder) / ("movie.mp4" if movie else "animation.glb")
+        (_movie if movie else _animation)(played, path, order.camera, tell)
+        return path.name, path.read_bytes()
+
+
+def save_rig(face: Face, tell: Tell) -> tuple[str, bytes]:
     """Return the name and the content of a file with ARKit's blend shapes of a face; on any thread."""
     from ..rigging import rig, write_rig
 
@@ -136,12 +162,17 @@ def save_rig(face: Face, data: Mapping[str, Any], tell: Tell) -> tuple[str, byte
 
 
 def atlas_with(face: Face, data: Mapping[str, Any]) -> str:
-    """Return the atlas of a face as TOML, with what the sliders show as an expression of its own."""
-    atlas, mixture = face.atlas, mixture_of(data)
-    if mixture:
-        own = {OWN_EXPRESSION: {name: round(rate, 6) for name, rate in atlas.contractions(mixture).items()}}
-        atlas = dataclasses.replace(atlas, expressions={**atlas.expressions, **own})
-    return atlas_text(atlas)
+    """Return the atlas of a face as TOML, with saved mixtures, and what the sliders show, as expressions."""
+    atlas = face.atlas
+    mixtures = {name: weights for name, weights in data["mixtures"].items() if name not in atlas.expressions}
+    mixtures = {re.sub(r"\W+", "_", name): weights for name, weights in mixtures.items()}
+    if mixture := mixture_of(data):
+        mixtures[OWN_EXPRESSION] = mixture
+    own = {
+        name: {muscle: round(rate, 6) for muscle, rate in atlas.contractions(weights).items()}
+        for name, weights in mixtures.items()
+    }
+    return atlas_text(dataclasses.replace(atlas, expressions={**atlas.expressions, **own}) if own else atlas)
 
 
 def _scene(face: Face, camera: list[float], width: int, height: int) -> TearScene:

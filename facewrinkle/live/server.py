@@ -46,6 +46,9 @@ BREATH = 20.0
 TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 """Kinds of files of the page, by their endings."""
 
+LONG = ("save", "probe")
+"""Commands that may take long, during which a page goes on."""
+
 Handler = Callable[[str, dict[str, Any], Client], Awaitable[Any]]
 
 
@@ -112,6 +115,7 @@ class Server:
         self.clients: set[Client] = set()
         self._handler, self._state, self._greeting = handler, state, greeting
         self._senders: dict[Client, asyncio.Task[None]] = {}
+        self._tasks: set[asyncio.Task[bool]] = set()
         self._opened, self._opening = opened, False
         self._files = page_files()
         self._downloads: dict[str, tuple[str, bytes]] = {}
@@ -171,6 +175,8 @@ class Server:
             self._loop.close()
 
     async def _end(self) -> None:
+        for task in list(self._tasks):
+            task.cancel()
         for client in list(self._senders):
             await self._leave(client)
         for client in list(self.clients):
@@ -344,15 +350,27 @@ class Server:
 
     async def _take(self, client: Client, text: str) -> bool:
         """Do what a message asks for; return False if it is none of the protocol."""
-        number = 0
         try:
             command, arguments, number = parse(text)
-            if command == "shown":
-                client.drawn()
-                return True
+        except FaceWrinkleError as error:
+            self._refuse(client, 0, error)
+            return not isinstance(error, MessageError)
+        if command == "shown":
+            client.drawn()
+            return True
+        doing = self._do(client, command, arguments, number)
+        if command not in LONG:
+            return await doing
+        task = asyncio.create_task(doing)  # the page goes on: frames that it has drawn are told meanwhile
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return True
+
+    async def _do(self, client: Client, command: str, arguments: dict[str, Any], number: int) -> bool:
+        try:
             answer = await self._handler(command, arguments, client)
         except FaceWrinkleError as error:
-            client.tell({"is": "error", "id": number, "text": " ".join(str(error).split())[:2000]})
+            self._refuse(client, number, error)
             return not isinstance(error, MessageError)
         except asyncio.CancelledError:
             raise
@@ -363,6 +381,10 @@ class Server:
             if number:
                 client.tell({"is": "answer", "id": number, "value": answer})
         return True
+
+    @staticmethod
+    def _refuse(client: Client, number: int, error: FaceWrinkleError) -> None:
+        client.tell({"is": "error", "id": number, "text": " ".join(str(error).split())[:2000]})
 
     async def _send(self, client: Client) -> None:
         """Send a page what it may be sent, as long as it is connected; one that stalls waits here, alone."""

@@ -7,14 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from . import _slot_kernels as kernels
+from ._slot_kernels import FREE
+
 Keys = npt.NDArray[np.uint64]
 IntArray = npt.NDArray[Any]
-
-FREE = np.uint64(0)
-"""The key of a place that nothing has."""
-
-MIX = np.uint64(0x9E3779B97F4A7C15)
-"""An odd number that spreads keys over 64 bits, 2^64 divided by the golden ratio."""
 
 
 def keys_of(rows: np.ndarray) -> Keys:
@@ -26,19 +23,10 @@ def keys_of(rows: np.ndarray) -> Keys:
     >>> bool(keys[0] == keys_of(np.array([[1.0, 2.0]]))[0]), len(set(keys.tolist()))
     (True, 3)
     """
-    if not len(rows):
-        return np.empty(0, np.uint64)
     bits = np.ascontiguousarray(rows + 0.0, np.float64).view(np.uint64)  # -0.0 becomes 0.0
-    keys = np.full(len(rows), MIX)
-    for column in bits.T:
-        keys = (keys ^ column) * MIX
-        keys ^= keys >> np.uint64(29)
-    order = np.argsort(keys, kind="stable")
-    ordered = keys[order]
-    first = np.append(True, ordered[1:] != ordered[:-1])
-    starts = np.maximum.accumulate(np.where(first, np.arange(len(keys)), 0))
-    keys[order] = ordered + (np.arange(len(keys)) - starts).astype(np.uint64) * MIX
-    return np.where(keys == FREE, MIX, keys)
+    keys = np.empty(len(rows), np.uint64)
+    kernels.distinct_keys(bits, keys)
+    return keys
 
 
 def placed(before: Keys, keys: Keys, compact: bool = False) -> tuple[IntArray, Keys]:
@@ -67,12 +55,8 @@ def placed(before: Keys, keys: Keys, compact: bool = False) -> tuple[IntArray, K
     >>> placed(np.array([7, 8, 9], np.uint64), np.array([9, 5], np.uint64), compact=True)[0].tolist()
     [0, 1]
     """
-    places = np.full(len(keys), -1, np.int64)
-    if len(before):
-        order = np.argsort(before, kind="stable")
-        at = np.minimum(np.searchsorted(before[order], keys), len(before) - 1)
-        known = before[order[at]] == keys
-        places[known] = order[at[known]]
+    places = np.empty(len(keys), np.int64)
+    kernels.known_places(before, keys, places)
     if compact:
         places[places >= len(keys)] = -1
     taken = np.zeros(max(len(before), len(keys)), bool)

@@ -35,6 +35,9 @@ STILL, STILL_STEPS = 2e-3, 6
 OF_FACE = ("face", "identity", "landmarks")
 """Parts of a document that make another face."""
 
+OF_LAYERS = ("folds", "regions", "patterns")
+"""Parts of a document that make other layers."""
+
 MOST_JOBS = 64
 """Jobs that wait at most."""
 
@@ -89,6 +92,9 @@ class Stage(threading.Thread):
     complaints : list of callable
         Called on this thread with a sentence about what could not be done.
     """
+
+    looks = False
+    """True if nothing is simulated."""
 
     def __init__(self, library: Library, document: Document) -> None:
         super().__init__(name="facewrinkle studio", daemon=True)
@@ -257,7 +263,7 @@ class Stage(threading.Thread):
                 warnings.simplefilter("ignore", FaceWrinkleWarning)
                 if self._simulation is None or any(applied[name] != data[name] for name in OF_FACE):
                     self._change_face(data)
-                elif applied["folds"] != data["folds"] or applied["patterns"] != data["patterns"]:
+                elif any(applied[name] != data[name] for name in OF_LAYERS):
                     self.simulation.use_layers(layers_of(data, self.face))
                 self._apply_tears(data["tears"])
         except FaceWrinkleError as error:

@@ -24,7 +24,7 @@ from ..appearance.seen import Appearance
 from ..appearance.visible_skin import VisibleSkin
 from ..geometry.normals import vertex_normals
 from ..geometry.seams import split_vertices
-from ..mesh.arrays import COLORS, points_and_triangles
+from ..mesh.arrays import COLORS, CORNERS, points_and_triangles
 from ..mesh.frame_state import FrameState
 from ..mesh.seams import corner_texture
 from ..plotting.scene import PLAIN_COLOUR
@@ -86,11 +86,6 @@ class VisibleParts:
     def origin(self) -> IntArray:
         """The vertex (p,) of the frame that each drawn vertex comes from; at seams of a photo there are several."""
         return self._topology.origin
-
-    @property
-    def drawn(self) -> IntArray:
-        """Vertices of the frame (m, 3) at the corners of the triangles that were drawn last."""
-        return self._topology.origin[self._topology.triangles]
 
     def at(self, frame: pv.PolyData, exact: bool = False) -> list[Part]:
         """Return the parts in a frame of a simulation, or in the mesh of the face.
@@ -245,7 +240,6 @@ class _Topology:
     def __init__(self, first: int) -> None:
         self.version = first - 1
         self._triangles: IntArray | None = None
-        self.triangles = np.empty((0, 3), np.int64)
         self.origin, self.free = np.empty(0, np.int64), np.empty(0, bool)
         self._vertices, self._own = NOTHING_HELD, np.empty((0, 3), np.uint8)
         self._held: dict[str, npt.NDArray[np.uint64]] = {}
@@ -258,18 +252,19 @@ class _Topology:
             return
         self._triangles, self.version = triangles.copy(), self.version + 1
         self.info = {"base": appearance.face.mesh.n_points, "version": self.version}
-        corners = corner_texture(frame) if appearance.face.texture is not None else None
-        if corners is None:
-            origin, drawn, own = np.arange(frame.n_points), triangles, _skin_colours(frame, appearance)
-        else:
+        origin, drawn, texture = np.arange(frame.n_points), triangles, None
+        photographed = appearance.face.texture is not None
+        corners = corner_texture(frame) if photographed and CORNERS in frame.cell_data else None
+        if corners is not None:
             parts = split_vertices(triangles, corners, frame.n_points)
-            origin, drawn = parts.origin, parts.triangles
-            small = parts.values.min() >= 0.0 and parts.values.max() <= 1.0
-            own = np.rint(LARGEST * parts.values).astype(np.uint16) if small else parts.values.astype(np.float32)
+            origin, drawn, texture = parts.origin, parts.triangles, parts.values
+        elif photographed:
+            texture = frame.active_texture_coordinates
+        own = _skin_colours(frame, appearance) if texture is None else _texture_numbers(np.asarray(texture))
         lined = visible.lined(frame, triangles)
         open_ones = np.vstack([visible.across(frame, triangles), np.asarray(drawn)[~lined]])
         self._arrange(frame, origin, own, {"index": open_ones, "lined": np.asarray(drawn)[lined]})
-        self.fixed["texture" if corners is not None else "colour"] = self._own
+        self.fixed["colour" if texture is None else "texture"] = self._own
 
     def _arrange(self, frame: pv.PolyData, origin: IntArray, own: np.ndarray, groups: dict[str, IntArray]) -> None:
         """Put vertices and triangles where they were before, if they were there: a page is sent what changed."""
@@ -288,7 +283,12 @@ class _Topology:
             ordered = np.empty_like(corners)
             ordered[at] = corners
             self.fixed[name] = ordered.astype(np.uint16 if len(self.origin) <= LARGEST else np.uint32)
-        self.triangles = np.vstack([self.fixed[name] for name in groups])
+
+
+def _texture_numbers(places: np.ndarray) -> np.ndarray:
+    """Texture coordinates as whole numbers if they lie in the picture, and as they are where it is repeated."""
+    small = places.min() >= 0.0 and places.max() <= 1.0
+    return np.rint(LARGEST * places).astype(np.uint16) if small else places.astype(np.float32)
 
 
 def _skin_colours(frame: pv.PolyData, appearance: Appearance) -> npt.NDArray[np.uint8]:

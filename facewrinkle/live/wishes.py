@@ -13,8 +13,10 @@ from ..layers.base import Layer
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.patterns_on_skin.presets import table
 from ..layers.patterns_on_skin.region import check_size
+from ..layers.wave_folds.amount import amounts
 from ..simulation.fold_layers import fold_layers
 from ..tears import Flow, Route, SheddingTear
+from .document import REGIONS
 
 MIDLINE = 0.15
 """Distance from the midline over which the amounts of the two sides blend, in distances between the pupils."""
@@ -28,17 +30,28 @@ TEAR_SPEED, TEAR_STAYS = 24.0, 1e6
 
 def layers_of(data: Mapping[str, Any], face: Face) -> list[Layer]:
     """Return the layers of folds and patterns that a document asks for."""
-    folds = data["folds"]
-    amount = None
-    if folds["left"] != 1.0 or folds["right"] != 1.0:
-        aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance
-        left = smoothstep(0.5 + 0.5 * aside / MIDLINE)
-        amount = folds["right"] + (folds["left"] - folds["right"]) * left
+    folds, amount = data["folds"], _amount_of(data, face)
     layers = fold_layers(
         face, "wave", folds["depth"], density=folds["density"], irregularity=folds["irregularity"],
         seed=int(folds["seed"]), age=max(folds["age"], face.age), amount=amount,
     )  # fmt: skip
     return layers + [pattern_layer(name, entry, face) for name, entry in data["patterns"].items()]
+
+
+def _amount_of(data: Mapping[str, Any], face: Face) -> np.ndarray | None:
+    """Return the factors (n0,) of the depth of waves, by side and region; None if all are 1."""
+    left, right = data["folds"]["left"], data["folds"]["right"]
+    regions = {name: factor for name, factor in data["regions"].items() if factor != 1.0}
+    if left == right == 1.0 and not regions:
+        return None
+    aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance
+    amount = right + (left - right) * smoothstep(0.5 + 0.5 * aside / MIDLINE)
+    for name, factor in regions.items():
+        places = [place for place in REGIONS[name] if place in face.landmarks]
+        away = amounts(dict.fromkeys(places, 0.0), face)
+        if places and away is not None:
+            amount = amount * (away + factor * (1.0 - away))
+    return np.asarray(amount)
 
 
 def pattern_layer(name: str, entry: Mapping[str, Any], face: Face) -> PatternLayer:
@@ -144,23 +157,31 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
     if data["landmarks"]:
         lines.insert(1, "from facewrinkle.anatomy.fitting import refitted")
         lines.append(f"face = refitted(face, {data['landmarks']!r})")
-    sides = folds["left"] != 1.0 or folds["right"] != 1.0
+    regions = {name: factor for name, factor in data["regions"].items() if factor != 1.0}
+    uneven = bool(folds["left"] != 1.0 or folds["right"] != 1.0 or regions)
     special = {
         name: int(value) if name == "seed" else value
         for name, value in folds.items()
         if name not in ("depth", "left", "right") and value != _USUAL_WAVES[name]
     }
-    if not (data["patterns"] or sides or special or folds["depth"] != 1.0):
+    if not (data["patterns"] or uneven or special or folds["depth"] != 1.0):
         lines.append("sim = fw.Simulation(face)")
     else:
-        if sides:
+        if uneven:
             lines += [
                 "from facewrinkle.geometry.smoothstep import smoothstep",
                 "aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance",
                 f"amount = {folds['right']!r} + {round(folds['left'] - folds['right'], 6)!r} * "
                 f"smoothstep(0.5 + {0.5 / MIDLINE!r} * aside)",
             ]
-        words = "".join(f", {name}={value!r}" for name, value in special.items()) + (", amount=amount" if sides else "")
+        if regions:
+            lines.append("from facewrinkle.layers.wave_folds.amount import amounts")
+        for name, factor in regions.items():
+            lines.append(f"away = amounts(dict.fromkeys({REGIONS[name]!r}, 0.0), face)  # {name}")
+            lines.append(f"amount = amount * (away + {factor!r} * (1.0 - away))")
+        words = "".join(f", {name}={value!r}" for name, value in special.items()) + (
+            ", amount=amount" if uneven else ""
+        )
         lines.append(f"layers = [fw.MuscleWrinkles(depth={folds['depth']!r}, anatomical=True),")
         lines.append(f"          fw.WaveFolds({folds['depth']!r}{words})]")
         for name, entry in data["patterns"].items():
@@ -179,7 +200,9 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
             f"tear = fw.SheddingTear(face, start={entry['start']!r}, width={entry['width']!r},",
             f"                       flow=Flow(c={TEAR_SPEED!r}, hold=60.0), route=Route(length={entry['length']!r}))",
         ]
-    return "\n".join(lines) + "\n"
+    imports = [line for line in lines if line.startswith(("import ", "from "))]
+    rest = [line for line in lines if line not in imports]
+    return "\n".join([*dict.fromkeys(imports), *rest]) + "\n"
 
 
 _USUAL_WAVES = {"density": 1.0, "irregularity": 1.0, "seed": 0, "age": 0.0}
@@ -208,6 +231,7 @@ def as_command(data: Mapping[str, Any], face: str | None = None) -> tuple[str, l
     missing += ["timeline"] if data["timeline"]["keys"] else []
     missing += ["gaze"] if any(data["gaze"]) else []
     missing += ["amounts of the sides"] if folds["left"] != folds["right"] else []
+    missing += ["amounts of regions"] if any(factor != 1.0 for factor in data["regions"].values()) else []
     missing += ["irregularity"] if folds["irregularity"] != 1.0 else []
     return " ".join(words), missing
 

@@ -66,12 +66,17 @@ def test_a_drag_is_one_step_and_an_undone_one_is_not_continued():
 @pytest.mark.parametrize(
     ("path", "value", "message"),
     [
-        (("mixtures",), {}, "unknown part of the session 'mixtures'. Did you mean 'mixture'"),
+        (("mixtur",), {}, "unknown part of the session 'mixtur'. Did you mean 'mixture'"),
         ((), 1, "unknown part of the session"),
         (("mixture", "AU99"), 0.5, "unknown expression, action unit or muscle 'AU99'"),
         (("mixture", "AU12"), 1.5, r"must lie in \[0, 1\], received 1.5"),
         (("mixture", "AU12"), "1", "must be a number, received '1'"),
         (("mixture",), [], "a mixture must be a table"),
+        (("mixtures", "<b>"), {"AU12": 1.0}, "a mixture is named by"),
+        (("mixtures", "mine"), {}, "nothing to keep"),
+        (("mixtures", "mine"), {"AU12": 2.0}, r"must lie in \[0, 1\]"),
+        (("regions", "ears"), 1.0, "unknown region of folds 'ears'"),
+        (("regions", "nose"), 9.0, r"must lie in \[0, 4\]"),
         (("folds", "deep"), 1.0, "unknown number of folds 'deep'. Did you mean 'depth'"),
         (("folds", "depth"), float("nan"), "depth must lie in"),
         (("folds", "depth"), None, "cannot be taken away"),

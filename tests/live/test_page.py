@@ -7,7 +7,9 @@ patterns and tears by a click     | the document
 pictures of parts beside the skin  | those of `Scene`
 the picture                       | that of `Scene` with the same camera
 names of controls                 | every one has one; axe-core finds nothing serious
-eyes, landmarks, rings of patterns | dragged: the document
+eyes, landmarks, rings, muscles    | dragged: the document
+the list of all controls           | finds sliders, buttons and expressions that were kept
+ranges of fields                   | the pixels; the number under the pointer is that of the frame
 a mesh that is dropped            | its face is shown, and undone
 a lost connection, a new server   | the page goes on, or says what to do
 """
@@ -131,7 +133,8 @@ def test_a_click_tells_what_made_the_fold(page, studio):
     page.wait_for_selector("#probe:visible")
     text = page.inner_text("#probe")
     assert "forehead" in text
-    assert "W (mm)" in text
+    assert "height W (mm)" in text
+    assert "wavelength L (mm)" in text
     page.keyboard.press("Escape")
     page.wait_for_selector("#probe", state="hidden")
 
@@ -193,20 +196,29 @@ def test_the_page_shows_what_pictures_show(page, studio):
     assert (inner > 40).mean() < 0.03
 
 
-def test_every_control_has_a_name_and_can_be_reached(page):
+def test_every_control_has_a_name_and_is_reached_in_its_order(page, studio):
+    studio.rates = {"AU26": 0.5}
+    shown(page, studio)
     unnamed = page.evaluate(
         """() => [...document.querySelectorAll("button, input, select, [role=slider], [role=tab], canvas")]
         .filter((e) => !e.hidden && !(e.ariaLabel || e.title || e.textContent.trim() || e.labels?.length))
         .map((e) => e.outerHTML)"""
     )
     assert not unnamed
+    page.keyboard.press("h")  # handles are controls, too
+    page.keyboard.press("k")
+    page.wait_for_selector(".track")
+    name = "(e) => e.getAttribute('aria-label') || e.id || e.textContent"
+    controls = page.evaluate(
+        f"""() => [...document.querySelectorAll("button, input, select, canvas, [tabindex='0']")]
+        .filter((e) => e.checkVisibility() && !e.disabled && e.tabIndex >= 0).map({name})"""
+    )
     reached = []
-    while len(reached) < 200 and (not reached or reached[-1] != "Time"):
+    while len(reached) < 300 and (not reached or "Remove the key" not in reached[-1]):
         page.keyboard.press("Tab")
-        reached.append(page.evaluate("document.activeElement.getAttribute('aria-label') || document.activeElement.id"))
-    wanted = ["Intensity of all", "Surprise", "Look up", "Jaw drop", "canvas", "tab-folds", "Depth", "play", "Time"]
-    names = [name if name != page.locator("#canvas").get_attribute("aria-label") else "canvas" for name in reached]
-    assert [name for name in names if name in wanted] == wanted
+        reached.append(page.evaluate(f"({name})(document.activeElement)"))
+    assert len(controls) > 130
+    assert [each for each in controls if each != "sliders"] == [each for each in reached if each != "sliders"]
 
 
 def test_reloading_and_a_wrong_key(page, studio, browser):
@@ -285,6 +297,93 @@ def test_an_eye_is_dragged(page, studio):
     assert studio._document.history[0] == before + 1  # keys that follow each other are one step
 
 
+def test_keys_of_the_timeline_are_changed_by_keyboard_and_pointer(page, studio):
+    studio.rates = {"AU26": 0.5}
+    until(lambda: page.evaluate("app.data.mixture.AU26") == 0.5)
+    page.keyboard.press("k")
+    (name,) = until(lambda: studio.document["timeline"]["keys"])
+
+    def key():
+        return studio.document["timeline"]["keys"][name]
+
+    before = key()
+    page.get_by_label("AU26: end").focus()
+    for k in range(2):
+        page.keyboard.press("ArrowRight")
+        until(lambda k=k: key()["end"] == pytest.approx(before["end"] + 0.1 * (k + 1)))
+    page.locator(".track svg").focus()
+    page.keyboard.press("ArrowUp")
+    until(lambda: key()["weight"] == pytest.approx(0.55))
+    width = page.locator(".track svg").bounding_box()["width"]
+    drag(page, centre(page, "[aria-label='AU26: apex']"), (0.05 * width, 0))
+    until(lambda: key()["apex"] == pytest.approx(before["apex"] + 0.05 * 4.0, abs=0.02))
+    page.get_by_label("Length of the timeline").fill("1")
+    page.keyboard.press("Enter")
+    until(lambda: studio.document["timeline"]["length"] == pytest.approx(key()["end"]))  # not shorter than its keys
+
+
+def test_a_muscle_is_pulled_along_its_fibres(page, studio):
+    shown(page, studio)
+    page.keyboard.press("h")
+    handle, steps = "[data-handle=zygomaticus_major_l]", studio._document.history[0]
+    way = page.evaluate("app.overlay.handles.find((each) => each.name === 'zygomaticus_major_l').way()")
+    drag(page, centre(page, handle), (0.5 * way["x"], 0.5 * way["y"]))
+    until(lambda: len(studio.rates) == 2)  # both sides
+    assert studio.rates == pytest.approx({"zygomaticus_major_l": 0.5, "zygomaticus_major_r": 0.5}, abs=0.02)
+    assert studio._document.history[0] == steps + 1  # of undo
+    before = studio.rates["zygomaticus_major_l"]
+    page.keyboard.press("m")
+    page.locator(handle).focus()
+    page.keyboard.press("ArrowUp")
+    until(lambda: studio.rates["zygomaticus_major_l"] == pytest.approx(before + 0.05))
+    assert studio.rates["zygomaticus_major_r"] == before
+    assert page.locator(handle).get_attribute("aria-valuenow") == str(round(100 * before + 5))
+
+
+def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio):
+    page.keyboard.press("Control+k")
+    page.keyboard.type("jaw drop")
+    page.keyboard.press("Enter")
+    page.keyboard.press("End")
+    until(lambda: page.evaluate("app.data.mixture.AU26") == 1.0)
+    page.keyboard.press("Control+k")
+    page.keyboard.type("keep")
+    assert page.locator("#palette li").count() >= 1
+    page.keyboard.press("Escape")
+    page.locator("#own button").focus()
+    page.keyboard.press("Enter")
+    page.keyboard.type("Open wide")
+    page.keyboard.press("Enter")
+    until(lambda: studio.document["mixtures"] == {"Open wide": {"AU26": 1.0}})
+    studio.rates = {}
+    until(lambda: page.locator(SLIDER.format("Jaw drop")).input_value() == "0")
+    page.keyboard.press("Control+k")
+    page.keyboard.type("open wide")
+    page.keyboard.press("Enter")
+    until(lambda: studio.rates == {"AU26": 1.0})
+
+
+def test_the_range_of_a_field_is_locked_and_its_number_told(page, studio):
+    studio.rates = {"surprise": 1.0}
+    page.locator("#tab-fields").click()
+    page.locator("#field").select_option("W")
+    shown(page, studio)
+    box = page.locator("canvas").bounding_box()
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.24 * box["height"]
+    told = until(lambda: page.evaluate("([x, y]) => app.view.valueAt(app.view.pick(x, y))", [x, y]))
+    hit = page.evaluate("([x, y]) => app.view.pick(x, y)", [x, y])
+    values = np.asarray(studio.frame()["W"])[studio._stage.parts.origin[hit["corners"]]]
+    assert told == pytest.approx(values @ hit["shares"], abs=1e-3)
+    free = picture(page)
+    page.get_by_label("Greatest of the colours").fill("9")
+    page.keyboard.press("Enter")
+    until(lambda: page.locator("#legend .ends span").last.inner_text() == "9")
+    page.wait_for_timeout(300)
+    assert (np.abs(picture(page) - free).max(axis=2) > 20).mean() > 0.05
+    page.get_by_label("Lock").uncheck()
+    until(lambda: page.locator("#legend .ends span").last.inner_text() != "9")
+
+
 def test_landmarks_and_patterns_are_dragged(page, studio):
     page.locator("#tab-face").click()
     page.get_by_label("Show, and drag them on the face").check()
@@ -341,7 +440,7 @@ def test_the_tour_leads_through_the_page(page):
         titles.append(page.inner_text("#tour h2"))
         assert page.locator(".outlined").count() >= 1
         page.keyboard.press("Enter")  # the button for the next step has the focus
-    assert len(titles) == len(set(titles)) == 9
+    assert len(titles) == len(set(titles)) == 10
     assert page.evaluate("document.activeElement.id") == "tour-button"
 
 

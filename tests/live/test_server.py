@@ -3,7 +3,7 @@
 frames that a page was sent                 | the frame of the simulation, to the step of the quantisation
 who may connect: key, origin, host, number  | refused with the right code, and nobody else notices
 messages: oversized, malformed, random      | an answer without a traceback, or the end of that page
-a page that stalls or vanishes              | others go on at their pace; the queue holds no more than two frames
+a page that stalls or vanishes              | others go on at their pace; no more than one frame is under way to it
 300 wishes in 5 s                           | the last is shown at once after
 files of the page                           | only those of the package; a strict content policy
 """
@@ -236,8 +236,22 @@ def test_a_page_that_stalls_slows_nobody_and_gets_the_newest_frame(studio):
             return unread, newest["step"], other.head["step"]
 
     unread, newest, last = asyncio.run(visit())
-    assert unread <= 4  # the first, and those of its credit
+    assert unread <= 2  # the first, which it acknowledged, and the one that it has credit for
     assert newest == last
+
+
+def test_a_page_that_vanishes_is_forgotten(studio):
+    async def visit():
+        async with page(studio) as other:
+            async with page(studio) as gone:
+                await gone.until(lambda got: "step" in got)
+                gone.socket._response.close()  # without a word
+            await other.send({"do": "change", "patches": [[["mixture", "AU12"], 1.0]], "gesture": ""})
+            await other.until(lambda got: got.get("is") == "document" and got["data"]["mixture"])
+            await other.settled(studio)
+            return len(studio._server.clients)
+
+    assert asyncio.run(visit()) == 1
 
 
 def test_wishes_do_not_queue(studio):

@@ -61,43 +61,59 @@ def test_folds_of_one_side_can_be_changed(studio, face):
     assert np.abs(bare - creases)[left].max() < 0.02
     assert np.abs(bare - even)[right].max() < 0.02
     assert np.abs(bare - even)[left].max() > 0.3
+    feet = np.linalg.norm(face.points - face.landmarks["eye_l_outer"], axis=1)
+    studio.change(folds={**studio.document["folds"], "left": 1.0}, regions={"crow's feet": 0.0})
+    without = studio.frame()["W"][:n]
+    assert np.abs(without - creases)[feet < 0.1 * face.frame.pupil_distance].max() < 0.02
+    assert np.abs(without - even)[face.points[:, 1] < face.landmarks["nose_tip"][1]].max() < 0.02
 
 
 def test_copied_python_gives_what_is_shown(studio):
     studio.change(
         mixture={"AU1": 1.0, "AU2": 0.5},
         patterns={"d": {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0}},
+        regions={"forehead": 0.5},
     )
     frame, words = studio.frame(), {}
-    exec(studio._copied("python"), words)
+    exec(studio._answers.copied("python"), words)
     assert words["frame"]["W"].min() == pytest.approx(frame["W"].min(), abs=0.05)
     n = studio.face.mesh.n_points
     assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
-    assert studio._copied("command").endswith("# left out, as no option says it: patterns")
+    assert np.abs(np.asarray(frame["W"])[:n] - np.asarray(words["frame"]["W"])[:n]).max() < 0.05
+    command = studio._answers.copied("command")
+    assert command.endswith("# left out, as no option says it: patterns, amounts of regions")
 
 
 def test_copied_python_moves_landmarks_too(studio, face):
     moved = (face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]).tolist()
     studio.change(mixture={"AU12": 1.0}, landmarks={"mouth_l": moved})
     frame, words = studio.frame(), {}
-    exec(studio._copied("python"), words)
+    exec(studio._answers.copied("python"), words)
     n = studio.face.mesh.n_points
     assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
-    assert studio._copied("command") == "facewrinkle express AU12=1\n# left out, as no option says it: landmarks"
+    assert (
+        studio._answers.copied("command") == "facewrinkle express AU12=1\n# left out, as no option says it: landmarks"
+    )
 
 
 def test_movies_animations_and_atlases_are_saved(studio, saved):
     key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.1, "offset": 0.2, "end": 0.2}
     timeline = {"length": 0.2, "loop": False, "keys": {"k": key}}
-    studio.change(timeline=timeline, mixture={"AU12L": 0.5})
+    studio.change(timeline=timeline, mixtures={"My smile": {"AU12": 1.0}})
     told = []
 
     async def visit():
         async with page(studio) as seen:
             await seen.until(lambda got: "step" in got)
-            paths = {
+            await seen.send({"do": "save", "id": 900, "what": "movie", "camera": CAMERA})
+            await seen.until(lambda got: got.get("text") == "Movie")
+            await seen.send({"do": "change", "patches": [[["mixture", "AU12L"], 0.5]], "gesture": ""})
+            moved = [await seen.until(lambda got: "step" in got or got.get("id") == 900) for _ in range(3)]
+            assert all("step" in got for got in moved), moved  # the face goes on meanwhile
+            first = await seen.until(lambda got: got.get("id") == 900)
+            paths = {"movie": first["value"]["path"]} | {
                 what: (await seen.ask("save", what=what, camera=CAMERA))["value"]["path"]
-                for what in ("movie", "animation", "atlas", "face")
+                for what in ("animation", "atlas", "face")
             }
             told.extend(got for got in seen.texts if got["is"] == "progress")
             return paths
@@ -109,6 +125,7 @@ def test_movies_animations_and_atlases_are_saved(studio, saved):
     assert recorded.duration == pytest.approx(0.16)
     atlas = fw.read_atlas(paths["atlas"])
     assert atlas.expressions["studio"] == {"zygomaticus_major_l": 0.5}
+    assert atlas.expressions["My_smile"] == {"zygomaticus_major_l": 1.0, "zygomaticus_major_r": 1.0}
     assert fw.read_face(paths["face"]).mesh.n_points == studio.face.mesh.n_points
     assert {"Movie", "Animation"} <= {got["text"] for got in told}
     assert "" in {got["text"] for got in told}  # which ends the bar
@@ -212,9 +229,12 @@ def test_a_frame_is_looked_at_as_it_is(face):
         corners = np.asarray(frame.regular_faces)[np.any(np.asarray(frame.regular_faces) == deepest, axis=1)][0]
         shares = [float(corner == deepest) for corner in corners]
         drawn = [int(np.flatnonzero(window._stage.parts.origin == corner)[0]) for corner in corners]
-        told = window._probed(drawn, shares, window._stage.parts.last)
+        told = window._answers.probed(drawn, shares, window._stage.parts.last)
         assert told["values"]["W"] == pytest.approx(float(frame["W"][deepest]), abs=1e-5)
-        assert set(window._face()["off"].values()) == {"this surface has no muscles"}
+        told = window._answers.face()
+        assert set(told["off"].values()) == {"this surface has no muscles"}
+        assert set(told["closed"]) == {"Folds", "Patterns", "Tears"}
+        assert told["pulls"] == {}
     assert frame == before
 
 

@@ -206,6 +206,36 @@ class WaveFolds:
         folded = deep > DEEP_ENOUGH
         return float(((full | steepest) & folded).sum() / max(folded.sum(), 1))
 
+    def explained(self, vertex: int) -> list[dict[str, float]]:
+        """Return what the waves of each family add at a vertex in the last frame, and the numbers of their formula.
+
+        A fold is ``D = share S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep from bulge to furrow (L: wavelength, e: the
+        compression that is left to the family, S: its strength), and ``W = D (b - |s| (1 + s^2)^alpha) / 2^alpha``
+        high at the phase theta = pi s, where b keeps the volume. `share` is what the length of the skin leaves to all
+        families together. Without the lines of old skin, and before heights are levelled. Lengths are in mm, "family"
+        is a number.
+        """
+        waves, found = self._waves, []
+        first, last = int(waves.starts[vertex]), int(waves.starts[vertex + 1])
+        steep = np.square(0.5 * np.pi * self._deep[first:last] / waves.length[first:last])
+        asked = kernels.LONGER * sum(s / e for s, e in zip(steep, self._epsilon[first:last], strict=True) if s > 0.0)
+        share = 1.0 / max(float(asked), 1.0) ** 0.5
+        beyond = 1.0 if self.inextensible else max(self._depth, 1.0)
+        for p in range(first, last):
+            length, s = float(waves.length[p]), float(waves.theta[p]) / np.pi
+            own = kernels.share_of(p, first, last, self._excess, waves.wave) if self._excess[p] > 0.0 else 0.0
+            depth = share * float(self._deep[p])
+            sharp = min(depth / (kernels.SHARP_DEPTH * length), 1.0)
+            alpha = kernels.BLUNT_ALPHA + (kernels.SHARP_ALPHA - kernels.BLUNT_ALPHA) * sharp
+            bulge = 0.5 * (2.0 * 2.0**alpha - 1.0) / (alpha + 1.0)
+            height = depth * (bulge - abs(s) * (1.0 + s * s) ** alpha) / 2.0**alpha
+            found.append({
+                "family": int(waves.family[p]), "W": beyond * height, "D": beyond * depth,
+                "theta": float(waves.theta[p]), "L": length, "S": float(waves.strength[p]), "e": float(own),
+                "epsilon": float(self._epsilon[p]), "alpha": alpha, "share": share,
+            })  # fmt: skip
+        return sorted(found, key=lambda entry: -entry["D"])
+
     def fields(self) -> dict[str, np.ndarray]:
         """Return "theta", "epsilon" and number ("family", -1 for none) of the family that is deepest at each vertex."""
         some = self._leading >= 0

@@ -1,7 +1,9 @@
 // The page: connection, view and controls, and what the keyboard does.
 
+import { Mixtures } from "./mixtures.js";
 import { Opening } from "./opening.js";
 import { Overlay } from "./overlay.js";
+import { Palette } from "./palette.js";
 import { Panels } from "./panels.js";
 import { pointers } from "./pointer.js";
 import { Sliders, element, slider } from "./sliders.js";
@@ -12,10 +14,12 @@ import { View } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
 const KEYS = [
-  ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["R", "set everything back"], ["M", "move both sides together, or each"],
-  ["F", "front view"], ["1 to 9", "named views"], ["W", "wireframe"], ["C", "next field in colour"], ["Space", "play or stop"],
+  ["Ctrl+K", "find any control"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["R", "set everything back"], ["M", "move both sides together, or each"],
+  ["F", "front view"], ["1 to 9", "named views"], ["H", "handles of muscles"], ["W", "wireframe"], ["C", "next field in colour"], ["Space", "play or stop"],
   ["K", "add a key"], ["← →", "turn the view (in the view), a frame (else)"], ["/", "search"], ["?", "this page"],
 ];
+
+const SYMBOLS = { W: "height W (mm)", epsilon: "compression ε", lambda: "along λ", gamma: "across γ", theta: "phase θ", split_gamma: "split criterion" };
 
 class App {
   constructor() {
@@ -24,6 +28,8 @@ class App {
     this.sliders = new Sliders($("sliders"), this.connection);
     this.panels = new Panels($("tabs"), $("panels"), this);
     this.timeline = new Timeline($("timeline"), this);
+    this.mixtures = new Mixtures($("own"), this);
+    this.palette = new Palette(this);
     this.overlay = new Overlay($("overlay"), this);
     this.opening = new Opening(this);
     this.tour = new Tour(this);
@@ -32,7 +38,7 @@ class App {
     this.controls();
     pointers($("canvas"), this.view, this);
     addEventListener("keydown", (event) => this.keyboard(event));
-    $("keys").append(...KEYS.map(([key, what]) => element("tr", {}, element("td", {}, element("kbd", { text: key })), element("td", { text: what }))));
+    $("keys").append(...KEYS.map(([key, what]) => element("tr", {}, element("td", {}, ...key.split(", ").flatMap((each) => [element("kbd", { text: each }), " "])), element("td", { text: what }))));
   }
 
   listen() {
@@ -47,6 +53,7 @@ class App {
       $("view").value = "front";
       $("state").textContent = "";
       if (this.view.field) this.showField(this.view.field);
+      this.offer(welcome.earlier);
     });
     on("face", (face) => this.takeFace(face));
     on("progress", (what) => this.opening.progress(what));
@@ -59,7 +66,8 @@ class App {
       this.timeline.update(data);
       this.intensity.set(data.intensity);
       this.sliders.setGaze(data.gaze);
-      this.overlay.build();
+      this.mixtures.update(data);
+      this.handlesOf(this.panels.opened);
       [$("undo").disabled, $("redo").disabled] = history.map((count) => !count);
     });
     on("frame", (head) => {
@@ -87,6 +95,10 @@ class App {
     this.view.begin(face, other);
     this.sliders.setOff(face.off, face.eyes > 0 && !face.clip);
     this.panels.face.take(face);
+    this.panels.setClosed(face.closed);
+    const pulls = Object.keys(face.pulls).length && !face.clip;
+    $("muscles").disabled = !pulls;
+    if (!pulls) $("muscles").checked = false;
     this.handlesOf(this.panels.opened);
     if (other && this.welcome) $("view").value = "front";
   }
@@ -95,8 +107,21 @@ class App {
   handlesOf(title) {
     if (!this.overlay) return;
     const kind = { Face: this.panels.face?.shown.checked ? "landmarks" : "", Patterns: "patterns", Tears: "tears" }[title];
-    this.overlay.show(kind ?? "");
+    const some = kind && (kind === "landmarks" || Object.keys(this.handles?.[kind] ?? {}).length);
+    this.overlay.show(some || !$("muscles").checked ? kind ?? "" : "pulls");
   }
+
+  /** Offer the session that an earlier studio left in the folder. */
+  offer(when) {
+    const box = $("offer");
+    box.hidden = !when;
+    if (!when) return;
+    const go = (on) => () => { box.hidden = true; this.ask("continue", { on }); };
+    box.replaceChildren(element("span", { text: `There is a session of ${when}.` }),
+      element("button", { class: "main", text: "Go on with it", onclick: go(true) }), element("button", { text: "Begin anew", onclick: go(false) }));
+  }
+
+  clearSearch() { $("search").value = ""; this.sliders.search(""); }
 
   /** The camera is no longer that of a named view. */
   turned() { $("view").value = ""; }
@@ -109,6 +134,8 @@ class App {
     $("search").oninput = () => this.sliders.search($("search").value);
     $("view").onchange = () => this.view.take($("view").value);
     $("wireframe").onchange = () => { this.view.wireframe = $("wireframe").checked; this.view.request(); };
+    $("muscles").onchange = () => this.handlesOf(this.panels.opened);
+    $("palette-button").onclick = () => this.palette.open();
     $("help-button").onclick = () => $("help").showModal();
     $("tour-button").onclick = () => this.tour.start();
     this.intensity = slider("Intensity of all", { usual: 1, change: (value, gesture) => this.connection.change([[["intensity"], value]], gesture) });
@@ -121,6 +148,19 @@ class App {
     this.view.setField(name || null, name ? this.welcome.fields[name] : []);
     this.panels.select.value = name;
     $("legend").hidden = !name;
+    this.panels.fieldChanged(name);
+  }
+
+  /** Tell the number of the field under the pointer. */
+  hover(event) {
+    const here = $("legend").querySelector(".here");
+    if (!here || $("legend").hidden || this.hovering) return;
+    this.hovering = true;
+    requestAnimationFrame(() => {
+      this.hovering = false;
+      const hit = this.view.pick(event.clientX, event.clientY), value = hit && this.view.valueAt(hit);
+      here.textContent = value === null ? "" : `here: ${typeof value === "number" ? Number(value.toPrecision(3)) : value.replaceAll("_", " ")}`;
+    });
   }
 
   legend(info) {
@@ -137,15 +177,16 @@ class App {
           const swatch = element("i");
           swatch.style.background = `rgb(${colours.slice(at(number), at(number) + 3)})`;
           return element("div", { class: "name" }, swatch, name.replaceAll("_", " "));
-        }));
+        }), element("div", { class: "here" }));
         return;
       }
       const scale = element("div", { class: "scale" });
       scale.style.background = `linear-gradient(to right, ${stops})`;
       box.replaceChildren(element("div", { text: `${info.name}: ${info.about}` }), scale,
-        element("div", { class: "ends" }, element("span"), element("span")));
+        element("div", { class: "ends" }, element("span"), element("span")), element("div", { class: "here" }));
     }
-    box.querySelectorAll(".ends span").forEach((end, k) => { end.textContent = Number(info.range[k].toPrecision(3)); });
+    box.querySelectorAll(".ends span").forEach((end, k) => { end.textContent = Number((this.view.locked ?? info.range)[k].toPrecision(3)); });
+    this.panels.rangeIs(info.range);
   }
 
   // --- the view -----------------------------------------------------------------------------------
@@ -174,11 +215,12 @@ class App {
     }
   }
 
-  showProbe({ made_by: maker, formula, values, numbers = {}, level, vertex }) {
-    const box = $("probe"), rows = [...Object.entries(values), ...Object.entries(numbers), ["refinement level", level], ["vertex", vertex]];
+  showProbe({ made_by: maker, formula, values, numbers = {}, added = {}, level, vertex }) {
+    const others = Object.entries(added).length > 1 ? Object.entries(added).map(([name, value]) => [`${name.replaceAll("_", " ")} adds (mm)`, value]) : [];
+    const box = $("probe"), rows = [...Object.entries(values), ...Object.entries(numbers), ...others, ["refinement level", level], ["vertex", vertex]];
     box.replaceChildren(element("button", { class: "small", text: "×", "aria-label": "Close", onclick: () => { box.hidden = true; } }),
-      element("strong", { text: maker.replaceAll("_", " ") }),
-      element("table", {}, element("tbody", {}, ...rows.map(([name, value]) => element("tr", {}, element("td", { text: name === "W" ? "W (mm)" : name }),
+      element("strong", { text: maker.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase()) }),
+      element("table", {}, element("tbody", {}, ...rows.map(([name, value]) => element("tr", {}, element("td", { text: SYMBOLS[name] ?? name }),
         element("td", { text: Number(Number(value).toPrecision(4)) }))))));
     if (formula) box.append(element("div", { class: "formula", text: formula }));
     box.hidden = false;
@@ -235,6 +277,7 @@ class App {
 
   keyboard(event) {
     const { key, target } = event, command = event.ctrlKey || event.metaKey;
+    if (command && key.toLowerCase() === "k") { event.preventDefault(); if (!this.palette.box.open && this.data) this.palette.open(); return; }
     const typing = target.matches?.("input[type=search], input[type=text], input[type=number], select, textarea");
     if (key === "Escape") { this.endPlacing(); $("probe").hidden = true; if (typing) target.blur(); return; }
     if (command && key.toLowerCase() === "z") {
@@ -242,12 +285,12 @@ class App {
       this.connection.send(event.shiftKey ? "redo" : "undo");
       return;
     }
-    if (typing || command || event.altKey || $("help").open || !this.view.camera) return;
+    if (typing || command || event.altKey || $("help").open || this.palette.box.open || !this.view.camera) return;
     const inView = target === $("canvas"), camera = this.view.camera;
     if (inView && key.startsWith("Arrow")) this.turned();
     const act = {
       r: () => this.connection.send("reset"), m: () => $("lock").click(), f: () => { this.view.take("front"); $("view").value = "front"; },
-      w: () => $("wireframe").click(), c: () => this.nextField(event.shiftKey ? -1 : 1), k: () => this.timeline.add(), "?": () => $("help").showModal(),
+      w: () => $("wireframe").click(), h: () => $("muscles").click(), c: () => this.nextField(event.shiftKey ? -1 : 1), k: () => this.timeline.add(), "?": () => $("help").showModal(),
       "/": () => $("search").focus(), "+": () => camera.zoom(0.9), "-": () => camera.zoom(1 / 0.9),
       " ": () => { if (!target.matches?.("button, input")) this.timeline.toggle(); },
       ArrowLeft: () => inView ? camera.turn(-0.08, 0) : this.nudge(-1), ArrowRight: () => inView ? camera.turn(0.08, 0) : this.nudge(1),

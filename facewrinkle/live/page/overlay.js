@@ -1,14 +1,8 @@
 // Handles on the face: landmarks, and the places and sizes of patterns and tears.
 
 import { add, mirrored } from "./camera.js";
-import { element } from "./sliders.js";
-
-const SVG = "http://www.w3.org/2000/svg";
-const drawn = (tag, attributes) => {
-  const made = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  return made;
-};
+import { pull } from "./pulls.js";
+import { drawn, element } from "./sliders.js";
 
 export class Overlay {
   constructor(box, app) {
@@ -26,14 +20,16 @@ export class Overlay {
 
   build() {
     const { data, face, handles } = this.app, made = [];
-    const places = (this.kind === "landmarks" ? face?.landmarks : handles?.[this.kind]) ?? {};
+    const places = { landmarks: face?.landmarks, pulls: face?.pulls }[this.kind] ?? handles?.[this.kind] ?? {};
     const names = `${this.kind} ${face?.faces.shown} ${Object.keys(places)}`;
     if (names === this.names) { // a handle that was made anew would lose the pointer
       for (const handle of this.handles) handle.where = places[handle.name];
       return this.follow();
     }
     this.names = names;
-    if (this.kind === "landmarks" && face) {
+    if (this.kind === "pulls" && data) {
+      for (const [name, where] of Object.entries(places)) made.push(this.namedOn(pull(this, name, where)));
+    } else if (this.kind === "landmarks" && face) {
       for (const [name, where] of Object.entries(places)) {
         const { confidence, estimated } = where, unsure = estimated || (confidence !== null && confidence < 0.5);
         made.push(this.handle(name, where, `landmark${unsure ? " unsure" : ""}`, `Landmark ${name.replaceAll("_", " ")}`,
@@ -49,7 +45,7 @@ export class Overlay {
     }
     const focused = document.activeElement?.dataset?.handle;
     this.handles = made;
-    this.box.replaceChildren(...made.flatMap(({ ring, grip, dot }) => (ring ? [ring, grip, dot] : [dot])));
+    this.box.replaceChildren(...made.flatMap(({ ring, grip, line, dot }) => [ring, grip, line, dot].filter(Boolean)));
     if (focused) made.find(({ dot }) => dot.dataset.handle === focused)?.dot.focus();
     this.follow();
   }
@@ -58,11 +54,6 @@ export class Overlay {
     const dot = drawn("circle", { class: kind, r: kind === "placed" ? 6 : 4, tabindex: 0, role: "button", "aria-label": `${label}. Arrow keys move it.` });
     dot.dataset.handle = name;
     const handle = { name, where, dot, patch, label };
-    const named = (on) => { this.name.textContent = name.replaceAll("_", " "); this.name.hidden = !on; this.named = on ? handle : null; this.follow(); };
-    dot.addEventListener("pointerenter", () => named(true));
-    dot.addEventListener("pointerleave", () => { if (!this.dragged) named(false); });
-    dot.addEventListener("focus", () => named(true));
-    dot.addEventListener("blur", () => named(false));
     dot.addEventListener("pointerdown", (event) => {
       event.preventDefault();
       dot.setPointerCapture(event.pointerId);
@@ -81,6 +72,17 @@ export class Overlay {
       clearTimeout(this.later);
       this.later = setTimeout(() => this.drop(handle), 400);
     });
+    return this.namedOn(handle);
+  }
+
+  /** Show the name of a handle while the pointer, or the focus, is on it. */
+  namedOn(handle) {
+    const { dot } = handle;
+    const named = (on) => { this.name.hidden = !on; this.named = on ? handle : null; this.follow(); };
+    dot.addEventListener("pointerenter", () => { if (!this.dragged) named(true); });
+    dot.addEventListener("pointerleave", () => { if (!this.dragged) named(false); });
+    dot.addEventListener("focus", () => named(true));
+    dot.addEventListener("blur", () => { if (!this.dragged) named(false); });
     return handle;
   }
 
@@ -138,9 +140,9 @@ export class Overlay {
     const { view, handles } = this;
     if (!handles.length || !view.camera || !view.parts.get("skin")) { this.name.hidden = true; return; }
     for (const handle of handles) {
-      const { dot, ring, grip, where, hit } = handle;
+      const { dot, ring, grip, line, where, hit } = handle;
       const place = hit ? hit.place : add(view.pointOf(where.vertex), where.offset);
-      const at = view.project(place), hidden = !hit && !view.faces(where.vertex, place);
+      const at = view.project(place), hidden = !hit && this.dragged !== handle && !view.faces(where.vertex, place);
       handle.x = at.x; handle.y = at.y;
       for (const each of ring ? [dot, ring, grip] : [dot]) {
         each.setAttribute("cx", at.x.toFixed(1));
@@ -149,7 +151,22 @@ export class Overlay {
       }
       const entry = ring && this.app.data.patterns[handle.name];
       if (entry) for (const each of [ring, grip]) each.setAttribute("r", Math.max(12, entry.size / 2 / this.long).toFixed(1));
-      if (this.named === handle) Object.assign(this.name.style, { left: `${at.x + 10}px`, top: `${at.y - 26}px` });
+      if (line) this.followPull(handle, at);
+      if (this.named === handle) {
+        this.name.textContent = line ? `${handle.label}: ${dot.getAttribute("aria-valuenow")}` : handle.label.replace(/^(Landmark|Place of) /, "");
+        Object.assign(this.name.style, { left: `${at.x + 10}px`, top: `${at.y - 26}px` });
+      }
     }
+  }
+
+  /** The weight of a muscle's handle, and, while it is named, the way along which it is pulled. */
+  followPull(handle, at) {
+    const { dot, line } = handle, weight = handle.weight(), shown = this.named === handle;
+    dot.setAttribute("aria-valuenow", Math.round(100 * weight));
+    dot.classList.toggle("active", weight > 0);
+    line.classList.toggle("behind", !shown);
+    if (!shown) return;
+    const way = handle.way();
+    for (const [name, value] of Object.entries({ x1: at.x, y1: at.y, x2: at.x + way.x, y2: at.y + way.y })) line.setAttribute(name, value.toFixed(1));
   }
 }

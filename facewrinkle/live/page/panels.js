@@ -39,10 +39,20 @@ export class Panels {
       const all = [...this.tabs.children], at = all.indexOf(tab) + { ArrowRight: 1, ArrowLeft: -1 }[event.key];
       if (Number.isInteger(at)) { event.preventDefault(); const next = all.at(at % all.length); next.focus(); next.click(); }
     });
-    const panel = element("div", { role: "tabpanel", id: `panel-${id}`, "aria-labelledby": `tab-${id}` }, ...content);
+    const why = element("p", { class: "why", hidden: true }), inner = element("fieldset", {}, ...content);
+    const panel = element("div", { role: "tabpanel", id: `panel-${id}`, "aria-labelledby": `tab-${id}` }, why, inner);
     this.tabs.append(tab);
     this.box.append(panel);
-    this.panels[title] = { tab, panel };
+    this.panels[title] = { tab, panel, why, inner };
+  }
+
+  /** Switch off the tabs that do nothing on this face, and say why. */
+  setClosed(closed) {
+    for (const [title, { why, inner }] of Object.entries(this.panels)) {
+      inner.disabled = Boolean(closed[title]);
+      why.textContent = closed[title] ?? "";
+      why.hidden = !closed[title];
+    }
   }
 
   open(title) {
@@ -65,7 +75,17 @@ export class Panels {
     return made;
   }
 
-  folds({ folds }) {
+  /** Factors of the folds of single regions. */
+  regions(names) {
+    return [element("h3", { text: "Regions" }), ...names.map((name) => {
+      const made = this.numberRow(label(name), ["regions", name], [0, 4], 2, 1, "Factor of the depth of the waves here");
+      made.input.setAttribute("aria-label", `Folds of ${name}`);
+      this.updates.push((data) => made.set(data.regions[name] ?? 1));
+      return made.line;
+    })];
+  }
+
+  folds({ folds, regions }) {
     const names = {
       depth: ["Depth", "Factor of the depth of all folds"], left: ["Left side", "Factor on the subject's left"],
       right: ["Right side", "Factor on the subject's right"], density: ["Number", "Factor of the number of lines"],
@@ -82,8 +102,8 @@ export class Panels {
     const other = element("button", { text: "Another", title: "Lines of another person", onclick: () => {
       this.app.connection.change([[["folds", "seed"], Math.floor(Math.random() * 1e6)]]);
     } });
-    return [...rows, element("div", { class: "actions" }, element("label", { class: "inline" }, "Seed ", seed), other),
-      element("p", { text: "Folds appear where the skin is compressed: pull a muscle first. Left and right are the subject's own; the sides change the waves, not the anatomical creases." })];
+    return [...rows, element("div", { class: "actions" }, element("label", { class: "inline" }, "Seed ", seed), other), ...this.regions(regions),
+      element("p", { text: "Folds appear where the skin is compressed: pull a muscle first. Left and right are the subject's own; sides and regions change the waves, not the anatomical creases." })];
   }
 
   patterns({ patterns: { kinds, numbers } }) {
@@ -122,7 +142,7 @@ export class Panels {
         const heading = `${title(entries[name])} ${k + 1}`;
         const made = Object.entries(rows).map(([key, [text, digits]]) => {
           const range = ranges[key];
-          const line = row(`${text}`, { min: range[0], max: range[1], step: digits ? 10 ** -digits : 1, ...number(digits), usual: range[0],
+          const line = row(`${text}`, { min: range[0], max: range[1], step: digits ? 10 ** -digits : 1, ...number(digits), usual: range[0], marked: false,
             change: (value, gesture) => this.app.connection.change([[[table, name], { ...this.app.data[table][name], [key]: value }]], gesture) });
           line.input.setAttribute("aria-label", `${heading}: ${text}`);
           box.sets.push((all) => line.set(all[name][key]));
@@ -140,7 +160,33 @@ export class Panels {
     const select = element("select", { id: "field", "aria-label": "Field in colour", onchange: () => this.app.showField(select.value) },
       ...["", ...Object.keys(fields)].map((name) => element("option", { value: name, text: FIELD_NAMES[name] ?? name })));
     this.select = select;
-    return [element("label", { class: "inline" }, "Colour by ", select),
-      element("p", { text: "Click on the face to read all fields there, and what made the fold." })];
+    this.lockedRange = element("input", { type: "checkbox", onchange: () => this.lockRange() });
+    this.ends = ["Least", "Greatest"].map((text) => element("input", { type: "number", step: "any", "aria-label": `${text} of the colours`, onchange: () => {
+      this.lockedRange.checked = true;
+      this.lockRange();
+    } }));
+    this.rangeBox = element("div", { class: "actions", hidden: true }, element("span", { text: "Range" }), this.ends[0], "to", this.ends[1],
+      element("label", { class: "inline", title: "Keep the range as the face moves" }, this.lockedRange, "Lock"));
+    return [element("label", { class: "inline" }, "Colour by ", select), this.rangeBox,
+      element("p", { text: "The number under the pointer is told in the legend. Click on the face to read all fields there, and what made the fold." })];
+  }
+
+  /** The colours take the range of the inputs, or follow the values again. */
+  lockRange() {
+    const [low, high] = this.ends.map((end) => Number(end.value));
+    if (this.lockedRange.checked && !(high > low)) { this.app.say("The greatest number of the colours must exceed the least."); this.lockedRange.checked = false; }
+    this.app.view.locked = this.lockedRange.checked ? [low, high] : null;
+    if (this.app.view.fieldInfo) this.app.legend(this.app.view.fieldInfo);
+    this.app.view.request();
+  }
+
+  fieldChanged(name) {
+    this.lockedRange.checked = false;
+    this.rangeBox.hidden = !name || ["muscle", "family", "level"].includes(name);
+  }
+
+  rangeIs(range) {
+    if (this.lockedRange.checked) return;
+    this.ends.forEach((end, k) => { if (document.activeElement !== end) end.value = Number(range[k].toPrecision(4)); });
   }
 }

@@ -16,6 +16,7 @@ export function pointers(canvas, view, app) {
     const before = held.get(event.pointerId);
     if (!view.camera) return;
     if (!before) {
+      if (!event.buttons) app.hover?.(event);
       if (!event.buttons) canvas.classList.toggle("eye", !app.placing && Boolean(view.pickEye(event.clientX, event.clientY)));
       return;
     }

@@ -91,12 +91,14 @@ in float dark, shown;
 flat in float label;
 uniform sampler2D photo, colours;
 uniform bool textured, field, labels;
+uniform vec2 range; // of the colours, in shares of that of the values
 `;
 
 const SKIN_FRAGMENT = shaded("skin", `
   if (field) {
     float facing = max(normalVCVSOutput.z, 0.0);
     float at = labels ? label : shown;  // labels are not interpolated
+    if (at <= 1.0) at = clamp((at - range.x) / range.y, 0.0, 1.0);
     vec3 shown_colour = at > 1.0 ? vec3(0.553, 0.522, 0.502) : texture(colours, vec2(0.008 + 0.984 * at, 0.5)).rgb;
     result = vec4(shown_colour * (0.3 + 0.58 * facing), 1.0);
     return;

@@ -25,6 +25,13 @@ export const element = (tag, attributes = {}, ...children) => {
   return made;
 };
 
+const SVG = "http://www.w3.org/2000/svg";
+export const drawn = (tag, attributes) => {
+  const made = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return made;
+};
+
 const KEY_PAUSE = 900; // ms
 const EMOTIONS = ["happiness", "sadness", "anger", "disgust", "emotion_surprise", "emotion_fear", "contempt"];
 const OF_THE_PAPER = ["surprise", "frowning", "closing_eye", "stretching_mouth", "fear"];
@@ -82,7 +89,9 @@ export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Ma
 export function row(label, options) {
   const made = slider(label, options);
   const line = element("div", { class: "row" }, element("span", { text: label, title: options.about ?? label }), made.input, made.output);
-  return { ...made, line };
+  const mark = () => line.classList.toggle("active", options.marked !== false && Number(made.input.value) !== (options.usual ?? 0));
+  made.input.addEventListener("input", mark);
+  return { ...made, line, set(value) { made.set(value); mark(); } };
 }
 
 export class Sliders {

@@ -1,6 +1,8 @@
 // The timeline: action units that come and go.
 
-import { element } from "./sliders.js";
+import { drawn, element } from "./sliders.js";
+
+const TIMES = ["onset", "apex", "offset", "end"];
 
 export class Timeline {
   constructor(box, app) {
@@ -8,11 +10,19 @@ export class Timeline {
     this.play = element("button", { text: "Play", id: "play", title: "Play or stop (Space)", "aria-pressed": "false", onclick: () => this.toggle() });
     this.scrub = element("input", { type: "range", min: 0, max: 4, step: 0.02, value: 0, "aria-label": "Time" });
     this.scrub.addEventListener("input", () => { this.toggle(false); app.connection.send("pose", { time: Number(this.scrub.value) }); });
-    this.text = element("span", { class: "time", text: "0.00 / 4.00 s" });
+    this.text = element("span", { class: "time", text: "0.00" });
+    this.long = element("input", { type: "number", min: 0.2, max: 600, step: 0.1, value: 4, "aria-label": "Length of the timeline, seconds", onchange: () => {
+      const asked = Number(this.long.value), last = Math.max(0.2, ...Object.values(this.keys).map(({ end }) => end));
+      const length = Math.max(last, Math.min(600, asked || this.length));
+      if (length > asked) app.say(`The timeline has a key until ${last.toFixed(2)} s.`);
+      this.long.value = length;
+      app.connection.change([[["timeline", "length"], length]]);
+    } });
+    Object.assign(this, { names: "", shown: [], keys: {} });
     this.loop = element("input", { type: "checkbox", checked: true, onchange: () => app.connection.change([[["timeline", "loop"], this.loop.checked]]) });
     this.key = element("button", { text: "Add key", title: "Let what the sliders show come and go here (K)", onclick: () => this.add() });
     this.tracks = element("div", { class: "tracks", hidden: true });
-    box.append(element("div", { class: "transport" }, this.play, this.scrub, this.text,
+    box.append(element("div", { class: "transport" }, this.play, this.scrub, this.text, element("label", { class: "inline" }, "of", this.long, "s"),
       element("label", { class: "inline" }, this.loop, "Loop"), this.key), this.tracks);
   }
 
@@ -41,57 +51,91 @@ export class Timeline {
 
   update({ timeline: { length, loop, keys } }) {
     this.length = length;
+    this.keys = keys;
     this.scrub.max = length;
     this.loop.checked = loop;
-    this.tracks.hidden = !Object.keys(keys).length;
-    this.tracks.replaceChildren(...Object.entries(keys).map(([name, key]) => this.track(name, key, length)));
+    if (document.activeElement !== this.long) this.long.value = length;
+    const names = Object.keys(keys).join("\n");
+    if (names !== this.names) { // a track that was made anew would lose the pointer, and the focus
+      this.names = names;
+      this.shown = Object.keys(keys).map((name) => this.track(name));
+      this.tracks.replaceChildren(...this.shown.map(({ line }) => line));
+      this.tracks.hidden = !names;
+    }
+    for (const { draw } of this.shown) draw();
     this.show(this.time);
   }
 
-  track(name, key, length) {
-    const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    svg.setAttribute("viewBox", `0 0 ${length} 1`);
-    svg.setAttribute("preserveAspectRatio", "none");
-    const path = document.createElementNS(svg.namespaceURI, "path"), top = 1 - 0.9 * key.weight;
-    path.setAttribute("d", `M${key.onset},1 L${key.apex},${top} L${key.offset},${top} L${key.end},1 Z`);
+  /** The line of a key: its shape, which is moved as a whole, and a handle for each of its times. */
+  track(name) {
+    const svg = drawn("svg", { preserveAspectRatio: "none", role: "slider", tabindex: 0 }), path = drawn("path", {}), key = () => this.keys[name];
     svg.append(path);
-    svg.setAttribute("role", "slider");
-    svg.setAttribute("tabindex", "0");
-    svg.setAttribute("aria-label", `${key.unit}: begins`);
-    svg.setAttribute("aria-valuemin", 0);
-    svg.setAttribute("aria-valuemax", length);
-    svg.setAttribute("aria-valuenow", key.onset.toFixed(2));
-    const times = ["onset", "apex", "offset", "end"];
-    const change = (moved, gesture) => this.app.connection.change([[["timeline", "keys", name], moved]], gesture);
-    const shifted = (from, by) => {
-      const go = Math.max(-from.onset, Math.min(length - from.end, by));
-      return { ...from, ...Object.fromEntries(times.map((t) => [t, from[t] + go])) };
+    let gesture = "", last = -Infinity;
+    const change = (moved) => {
+      this.keys = { ...this.keys, [name]: moved }; // the next key press may come before the answer
+      this.app.connection.change([[["timeline", "keys", name], moved]], gesture);
     };
-    svg.addEventListener("pointerdown", (event) => { // the nearest corner, or the whole in the middle
-      const box = svg.getBoundingClientRect(), at = (e) => ((e.clientX - box.left) / box.width) * length, start = at(event);
-      const near = times.find((t) => Math.abs(key[t] - start) < 0.02 * length), gesture = `key ${name} ${event.timeStamp}`;
-      const move = (e) => {
-        if (!near) return change(shifted(key, at(e) - start), gesture);
-        const k = times.indexOf(near), low = k ? key[times[k - 1]] : 0, high = k < 3 ? key[times[k + 1]] : length;
-        change({ ...key, [near]: Math.max(low, Math.min(high, at(e))) }, gesture);
+    const shifted = (from, by) => {
+      const go = Math.max(-from.onset, Math.min(this.length - from.end, by));
+      return { ...from, ...Object.fromEntries(TIMES.map((time) => [time, from[time] + go])) };
+    };
+    const moved = (from, which, to) => {
+      const k = TIMES.indexOf(which), low = k ? from[TIMES[k - 1]] : 0, high = k < 3 ? from[TIMES[k + 1]] : this.length;
+      return { ...from, [which]: Math.max(low, Math.min(high, to)) };
+    };
+    /** Drag with the pointer, or go with the arrow keys: `act(key, seconds, weight)` returns the key as it shall be. */
+    const moves = (target, act) => {
+      let start = null;
+      target.addEventListener("pointerdown", (event) => {
+        target.setPointerCapture(event.pointerId);
+        gesture = `key ${name} ${event.timeStamp}`;
+        start = { x: event.clientX, key: key() };
+      });
+      target.addEventListener("pointermove", (event) => {
+        if (start) change(act(start.key, ((event.clientX - start.x) / svg.getBoundingClientRect().width) * this.length, 0));
+      });
+      for (const end of ["pointerup", "pointercancel"]) target.addEventListener(end, () => { start = null; });
+      target.addEventListener("keydown", (event) => {
+        const by = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.05], ArrowDown: [0, -0.05] }[event.key];
+        if (!by) return;
+        event.preventDefault();
+        event.stopPropagation();
+        if (event.timeStamp - last > 900) gesture = `key ${name} ${event.timeStamp}`;
+        last = event.timeStamp;
+        change(act(key(), ...by));
+      });
+    };
+    moves(svg, (from, by, more) => shifted({ ...from, weight: Math.round(100 * Math.max(0.05, Math.min(1, from.weight + more))) / 100 }, by));
+    const corners = TIMES.map((which) => {
+      const corner = element("span", { class: "corner", role: "slider", tabindex: 0, title: which });
+      moves(corner, (from, by) => moved(from, which, from[which] + by));
+      return corner;
+    });
+    const about = this.app.welcome?.atlas.units[key().unit.replace(/[LR]$/, "")]?.about ?? "";
+    const unit = element("span", { text: `${key().unit.replaceAll("_", " ")} ${about}`, title: about });
+    const draw = () => {
+      const { unit: of, weight, ...times } = key(), top = 1 - 0.9 * weight, tell = (target, text, now) => {
+        for (const [what, value] of Object.entries({ label: text, valuemin: 0, valuemax: this.length, valuenow: now.toFixed(2) })) target.setAttribute(`aria-${what}`, value);
       };
-      const end = () => { removeEventListener("pointermove", move); removeEventListener("pointerup", end); };
-      addEventListener("pointermove", move);
-      addEventListener("pointerup", end);
-    });
-    svg.addEventListener("keydown", (event) => {
-      const by = { ArrowLeft: -0.1, ArrowRight: 0.1 }[event.key];
-      if (by) { event.preventDefault(); change(shifted(key, by)); }
-    });
-    return element("div", { class: "track" }, element("span", { text: key.unit }), svg,
-      element("button", { class: "small", text: "×", "aria-label": `Remove the key of ${key.unit}`, onclick: () =>
-        this.app.connection.change([[["timeline", "keys", name], null]]) }));
+      svg.setAttribute("viewBox", `0 0 ${this.length} 1`);
+      path.setAttribute("d", `M${times.onset},1 L${times.apex},${top} L${times.offset},${top} L${times.end},1 Z`);
+      tell(svg, `${of}: begins; up and down change its weight, ${Math.round(100 * weight)} now`, times.onset);
+      corners.forEach((corner, k) => {
+        const inner = k === 1 || k === 2;
+        Object.assign(corner.style, { left: `${(100 * times[TIMES[k]]) / this.length}%`, top: `${100 * (inner ? top : 1)}%` });
+        tell(corner, `${of}: ${TIMES[k]}`, times[TIMES[k]]);
+      });
+    };
+    const line = element("div", { class: "track" }, unit, element("div", { class: "area" }, svg, ...corners),
+      element("button", { class: "small", text: "×", "aria-label": `Remove the key of ${key().unit}`, onclick: () => this.app.connection.change([[["timeline", "keys", name], null]]) }));
+    return { line, draw };
   }
 
   show(time) {
     this.time = time;
     if (document.activeElement !== this.scrub || this.playing) this.scrub.value = time;
     this.scrub.style.setProperty("--fill", `${(100 * time) / this.length}%`);
-    this.text.textContent = `${time.toFixed(2)} / ${this.length.toFixed(2)} s`;
+    this.tracks.style.setProperty("--now", `${(100 * time) / this.length}%`);
+    this.text.textContent = time.toFixed(2);
   }
 }

@@ -30,6 +30,7 @@ export class View extends Picking {
     this.setUp();
     this.wireframe = false;
     this.field = null;
+    this.locked = null; // the range of the colours, where it does not follow the values
     this.busyUntil = 0;
     new ResizeObserver(() => this.request()).observe(canvas);
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
@@ -92,6 +93,7 @@ export class View extends Picking {
   }
 
   setField(name, colours) {
+    if (name !== this.field) this.locked = this.fieldInfo = null;
     this.field = name;
     if (name) {
       const gl = this.gl, n = colours.length / 3;
@@ -194,6 +196,16 @@ export class View extends Picking {
     this.onfield?.(info);
   }
 
+  /** The number of the shown field at a place that was picked; null where it means nothing. */
+  valueAt({ vertex, corners, shares }) {
+    const { range, names } = this.fieldInfo ?? {}, n = this.numbers;
+    if (!n || !range || Math.max(...corners) >= n.length) return null;
+    const of = (v) => (n[v] === 65535 ? null : range[0] + (n[v] / 65534) * (range[1] - range[0]));
+    if (names) { const at = of(vertex); return at === null ? null : names[Math.round(at)] ?? null; }
+    const three = corners.map(of);
+    return three.includes(null) ? null : three.reduce((sum, value, k) => sum + shares[k] * value, 0);
+  }
+
   drop(name) {
     const part = this.parts.get(name);
     if (!part) return;
@@ -293,6 +305,8 @@ export class View extends Picking {
     gl.uniform1i(uniforms.colours, 1);
     gl.uniform1i(uniforms.textured, part.arrays.texture ? 1 : 0);
     gl.uniform1i(uniforms.labels, ["muscle", "family", "level"].includes(this.field) ? 1 : 0);
+    const [low, high] = this.fieldInfo?.range ?? [0, 1], [from, to] = this.locked ?? [low, high];
+    gl.uniform2f(uniforms.range, (from - low) / (high - low || 1), (to - from) / (high - low || 1) || 1);
     gl.uniform1i(uniforms.field, this.field && part.coloured === this.field ? 1 : 0);
     gl.bindVertexArray(part.vao);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, part.indices.index.buffer);

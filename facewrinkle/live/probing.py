@@ -1,0 +1,123 @@
+"""All that is known at a vertex of a frame: fields, what made the fold there, by which formula, and its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from ..anatomy.face import Face
+from ..errors import ParameterError
+from ..layers.base import Layer
+from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..layers.patterns_on_skin.layer import PatternLayer
+from ..layers.wave_folds import WaveFolds
+from ..plotting.fields import FOLDED
+from .coloured_fields import FIELDS, NAMED
+
+OF_MUSCLES = "W = k0 \u00b7 rate \u00b7 H At \u00b7 A(\u03b5) \u00b7 share"
+OF_WAVES = (
+    "W = D (b \u2212 |s| (1 + s\u00b2)^\u03b1) / 2^\u03b1, s = \u03b8 / \u03c0; "
+    "D = share \u00b7 S \u00b7 min(0.75 (2 L / \u03c0) \u221ae, 0.22 L)"
+)
+NAMES = {
+    "k0": "k0 (mm)", "rate": "contraction", "H At": "H At at k0 = 1", "A": "A(\u03b5)", "D": "depth D (mm)",
+    "L": "wavelength L (mm)", "S": "strength S", "e": "e beyond the onset",
+    "alpha": "sharpness \u03b1",
+}  # fmt: skip
+"""Words for the numbers of formulas; those that are fields are told with the fields."""
+
+
+def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) -> dict[str, Any]:
+    """Return what is known at a vertex of a frame.
+
+    Parameters
+    ----------
+    frame : PolyData
+    face : Face
+    layers : sequence of Layer
+        Those that made the frame, and nothing since; none if that is not known.
+    vertex : int
+
+    Returns
+    -------
+    dict
+        With "made_by", "formula" with its "numbers", "values" of the fields, the "added" heights by name, mm, and
+        where the vertex is ("place"), and was ("rest").
+    """
+    if not 0 <= vertex < frame.n_points:
+        raise ParameterError(f"the frame has {frame.n_points} vertices, received {vertex}.")
+    data = frame.point_data
+    values = {
+        name: float(np.asarray(data[name])[vertex])
+        for name in FIELDS
+        if name in data and name not in NAMED and _means(name, data, vertex)
+    }
+    found: dict[str, Any] = {
+        "vertex": vertex,
+        "place": [round(float(x), 3) for x in np.asarray(frame.points)[vertex]],
+        "rest": [float(x) for x in np.asarray(data.get("rest", frame.points))[vertex]],
+        "values": {name: round(value, 5) for name, value in values.items() if np.isfinite(value)},
+        "level": int(np.asarray(data["level"])[vertex]) if "level" in data else 0,
+    }
+    makers = _makers(frame, face, layers, vertex)
+    if not makers:
+        return found | {"made_by": "no fold here"}
+    first = makers[0]
+    numbers = {NAMES.get(name, name): round(value, 5) for name, value in first["numbers"].items()}
+    return found | {
+        "made_by": first["name"] + ("" if values.get("W") else ", flat now"),
+        "formula": first["formula"],
+        "numbers": numbers,
+        "added": {each["name"]: round(each["W"], 4) for each in makers if abs(each["W"]) > 1e-4},
+    }
+
+
+def _makers(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) -> list[dict[str, Any]]:
+    """All that adds to the height of a vertex: name, W in mm, formula and its numbers; what adds most comes first."""
+    makers: list[dict[str, Any]] = []
+    for layer in layers:
+        if isinstance(layer, WaveFolds):
+            families = list(layer.lines)
+            for numbers in layer.explained(vertex):
+                name = f"waves of the family {families[int(numbers.pop('family'))]!r}"
+                makers.append(_maker(name, OF_WAVES, numbers))
+        elif isinstance(layer, MuscleWrinkles):
+            muscles = list(face.muscles)
+            for numbers in layer.explained(vertex):
+                makers.append(_maker(muscles[int(numbers.pop("muscle"))], OF_MUSCLES, numbers))
+        elif isinstance(layer, PatternLayer):
+            height = float(layer.fields()[f"pattern_{layer.name}"][vertex])
+            if height:
+                made = " + ".join(type(pattern).__name__ for pattern in layer.patterns)
+                formula = f"W = strength \u00b7 depth \u00b7 {made}(x, y, t)"
+                makers.append(_maker(f"the pattern {layer.name!r}", formula, {"W": height}))
+    if not layers:
+        makers = _named(frame, face, vertex)
+    return sorted(makers, key=lambda each: -each["depth"])
+
+
+def _maker(name: str, formula: str, numbers: dict[str, float]) -> dict[str, Any]:
+    height = numbers.pop("W")
+    for of_fields in ("epsilon", "lambda", "gamma", "theta"):
+        numbers.pop(of_fields, None)
+    return {"name": name, "W": height, "depth": abs(numbers.get("D", height)), "formula": formula, "numbers": numbers}
+
+
+def _named(frame: pv.PolyData, face: Face, vertex: int) -> list[dict[str, Any]]:
+    """The muscle that a frame names at a vertex, where nothing else is known of it."""
+    data = frame.point_data
+    number = int(np.asarray(data["muscle"])[vertex]) if "muscle" in data else -1
+    if number < 0 or "muscles" not in frame.field_data:
+        return []
+    name = str(frame.field_data["muscles"][number])
+    height = float(np.asarray(data["W"])[vertex]) if "W" in data else 0.0
+    return [{"name": name, "W": height, "depth": abs(height), "formula": "", "numbers": {}}]
+
+
+def _means(name: str, data: pv.DataSetAttributes, vertex: int) -> bool:
+    """Return True if a field means something at a vertex: lambda, for one, only where a muscle folds the skin."""
+    owners = [own for own in FOLDED.get(name, ()) if own in data]
+    return not owners or any(np.asarray(data[own])[vertex] >= 0 for own in owners)

@@ -1,0 +1,74 @@
+"""All that is known at a vertex.
+
+numbers of formulas | put in again, they add up to the heights of the layers, before these are levelled
+who made it         | the muscle whose own W is the deepest there; the pattern that was placed
+a frame alone       | the muscle that the frame names
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.errors import ParameterError
+from facewrinkle.layers import muscle_wrinkles
+from facewrinkle.layers.wave_folds import layer as wave_layer
+from facewrinkle.live.probing import probe
+
+
+@pytest.fixture(scope="module")
+def happy(face):
+    """A simulation of a smile with a dimple whose heights are not levelled, and its frame."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(wave_layer, "level", lambda *_: None)
+        patch.setattr(muscle_wrinkles.kernels, "level", lambda *_: None)
+        dimple = fw.PatternLayer("dimple", [38.8, -30.8, 95.0], name="mine", size=12.0, depth=2.0)
+        layers = [fw.MuscleWrinkles(anatomical=True), fw.WaveFolds(), dimple]
+        sim = fw.Simulation(face, layers=layers)
+        sim.express({"happiness": 1.0, "AU4": 0.5})
+        yield sim, sim.settle()
+
+
+def test_the_numbers_add_up_to_the_heights(happy):
+    sim, frame = happy
+    muscles, waves, _ = sim.layers
+    folded = np.flatnonzero(np.abs(frame["W"]) > 0.1)[::40]
+    assert len(folded) > 20
+    for vertex in folded:
+        told = waves.explained(int(vertex))
+        assert sum(each["W"] for each in told) == pytest.approx(waves._height[vertex], abs=1e-9)
+        for each in told:  # the formula of the docstring, by its numbers
+            s, alpha = each["theta"] / np.pi, each["alpha"]
+            bulge = (2.0 ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
+            assert each["W"] == pytest.approx(each["D"] * (bulge - abs(s) * (1 + s * s) ** alpha) / 2.0**alpha)
+            deepest = min(0.75 * 2.0 / np.pi * each["L"] * np.sqrt(each["e"]), 0.22 * each["L"])
+            assert each["D"] == pytest.approx(each["share"] * each["S"] * deepest)
+        own = muscles.explained(int(vertex))
+        assert sum(each["W"] for each in own) == pytest.approx(muscles.fields()["W"][vertex], abs=1e-9)
+        for each in own:
+            product = each["k0"] * each["rate"] * each["H At"] * each["A"] * each["share"]
+            assert each["W"] == pytest.approx(product)
+
+
+def test_the_maker_is_the_deepest(happy, face):
+    sim, frame = happy
+    creases = sim.fields("zygomaticus_major_l")["W"]
+    told = probe(frame, face, sim.layers, int(np.argmin(creases)))
+    assert told["made_by"] == "zygomaticus_major_l"
+    assert told["added"]["zygomaticus_major_l"] == pytest.approx(creases.min(), abs=1e-3)
+    assert "k0 (mm)" in told["numbers"]
+    dimple = int(np.argmin(frame["pattern_mine"]))
+    assert probe(frame, face, sim.layers, dimple)["made_by"] == "the pattern 'mine'"
+    with pytest.raises(ParameterError, match="received -1"):
+        probe(frame, face, sim.layers, -1)
+
+
+def test_of_a_frame_alone_the_muscle_is_told(happy, face):
+    sim, frame = happy
+    vertex = int(np.argmin(sim.fields("zygomaticus_major_l")["W"]))
+    told = probe(frame, face, [], vertex)
+    labelled = list(face.muscles)[frame["muscle"][vertex]]  # the largest H At, which need not be the deepest fold
+    assert told["made_by"] == labelled
+    assert told["values"]["W"] == pytest.approx(frame["W"][vertex], abs=1e-5)
+    assert told["numbers"] == {}
