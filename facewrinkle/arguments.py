@@ -71,8 +71,8 @@ def checked(function: F) -> F:
                 raise
             raise unknown_name(f"argument of {owner}", next(w for w in words if w not in known), known) from None
         for name, value in bound.arguments.items():
-            hint = hints.get(name, Any)
-            if signature.parameters[name].kind in (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL):
+            hint, parameter = hints.get(name, Any), signature.parameters[name]
+            if parameter.kind in (parameter.VAR_KEYWORD, parameter.VAR_POSITIONAL) or value is parameter.default:
                 continue
             if not _fits(value, hint):
                 raise ParameterError(f"{name} must be {_words(hint)}, received {_shown(value)}. See help({owner}).")
@@ -106,9 +106,9 @@ def _fits(value: object, hint: Any) -> bool:
     if origin is collections.abc.Callable:
         return callable(value) and _takes(value, inner[0])
     if origin is tuple and Ellipsis not in inner:
-        fits = isinstance(value, tuple | list | np.ndarray) and np.shape(value)[:1] == (len(inner),)
-        return fits and all(map(_fits, value, inner))  # type: ignore[call-overload]
-    if origin in (tuple, np.ndarray):
+        row = isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
+        return row and len(value) == len(inner) and all(map(_fits, value, inner))  # type: ignore[arg-type, call-overload]
+    if origin is tuple or np.ndarray in (hint, origin):
         return isinstance(value, tuple | list | np.ndarray)
     if origin is collections.abc.Sequence:
         return True  # rows of numbers may come as anything
@@ -141,7 +141,7 @@ def _takes(function: Callable[..., Any], kinds: Any) -> bool:
 
 
 def _holds(things: object, hint: Any) -> bool:
-    """Return True if things that can be looked at without being used up are of a type that is a class."""
+    """Return True if things are of a type, as far as they can be looked at without being used up."""
     if isinstance(things, str | bytes):
         return False
     if hint in (float, int) or not isinstance(things, list | tuple | np.ndarray):  # numbers may be many
@@ -186,6 +186,8 @@ def _words(hint: Any) -> str:
         return " or ".join(map(repr, typing.get_args(hint)))
     if origin is collections.abc.Mapping:
         return "a dictionary"
+    if np.ndarray in (hint, origin):
+        return "an array"
     if origin is tuple and Ellipsis not in (kinds := typing.get_args(hint)):
         return f"{len(kinds)} values"
     named = origin if isinstance(origin, type) else hint

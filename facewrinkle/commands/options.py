@@ -92,6 +92,8 @@ class FoldOptions:
         Factor of the depth of all folds.
     density
         Factor of the number of lines, for waves.
+    length
+        Factor of the length of the lines, from 0.5 to 2, for waves.
     seed
         Another whole number is another person's lines, for waves.
     age
@@ -103,13 +105,14 @@ class FoldOptions:
     folds: Folds = "wave"
     depth: float = 1.0
     density: float = 1.0
+    length: float = 1.0
     seed: float = 0  # a whole number; as an int, 1.5 would be rounded without a word
     age: float | None = None
     no_limit: Annotated[bool, Parameter(negative=())] = False
 
     def layers(self, face: Face, compression: CompressionMethod = "gradient") -> list[Layer]:
         """Return the layers of folds of a face; an error for options that do not go together."""
-        waves = {"density": self.density, "seed": self.seed, "age": self.age}
+        waves = {"density": self.density, "length": self.length, "seed": self.seed, "age": self.age}
         if self.folds == "paper":
             usual = FoldOptions()
             for name, value in waves.items():

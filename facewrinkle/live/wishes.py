@@ -32,8 +32,8 @@ def layers_of(data: Mapping[str, Any], face: Face) -> list[Layer]:
     """Return the layers of folds and patterns that a document asks for."""
     folds, amount = data["folds"], _amount_of(data, face)
     layers = fold_layers(
-        face, "wave", folds["depth"], density=folds["density"], irregularity=folds["irregularity"],
-        seed=int(folds["seed"]), age=max(folds["age"], face.age), amount=amount,
+        face, "wave", folds["depth"], density=folds["density"], length=folds["length"],
+        irregularity=folds["irregularity"], seed=int(folds["seed"]), age=max(folds["age"], face.age), amount=amount,
     )  # fmt: skip
     return layers + [pattern_layer(name, entry, face) for name, entry in data["patterns"].items()]
 
@@ -205,7 +205,7 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
     return "\n".join([*dict.fromkeys(imports), *rest]) + "\n"
 
 
-_USUAL_WAVES = {"density": 1.0, "irregularity": 1.0, "seed": 0, "age": 0.0}
+_USUAL_WAVES = {"density": 1.0, "length": 1.0, "irregularity": 1.0, "seed": 0, "age": 0.0}
 
 
 def as_command(data: Mapping[str, Any], face: str | None = None) -> tuple[str, list[str]]:
@@ -224,7 +224,7 @@ def as_command(data: Mapping[str, Any], face: str | None = None) -> tuple[str, l
     person = {name: value for name, value in data["identity"].items() if value}
     if person:
         words.append("--identity " + ",".join(f"{name}={value:g}" for name, value in person.items()))
-    for name in ("depth", "density", "seed", "age"):
+    for name in ("depth", "density", "length", "seed", "age"):
         if folds[name] != {**_USUAL_WAVES, "depth": 1.0}[name]:
             words.append(f"--{name} {folds[name]:g}")
     missing = [what for what in ("landmarks", "patterns", "tears") if data[what]]

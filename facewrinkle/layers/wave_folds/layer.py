@@ -39,6 +39,8 @@ class WaveFolds:
         Multiplies the depth of all folds.
     density : float
         Multiplies the number of lines per millimetre.
+    length : float
+        In [0.5, 2]: below 1, lines fade and return along their way, in shorter pieces; above it, they run on evenly.
     irregularity : float
         0: as parallel and even as the compression lets them be; 1: as on people.
     symmetry : float
@@ -88,6 +90,7 @@ class WaveFolds:
         amount: Amount | None = None,
         families: Motions | None = None,
         inextensible: bool = True,
+        length: float = 1.0,
     ) -> None:
         self.depth = check_range("depth", depth, 0.0, 1e6)
         self.density = check_range("density", density, 0.25, 4.0, "1 is as on people.")
@@ -95,6 +98,7 @@ class WaveFolds:
             check_whole("seed", seed, 0, 2**63),
             check_range("irregularity", irregularity, 0.0, 3.0),
             check_range("symmetry", symmetry, 0.0, 1.0),
+            check_range("length", length, 0.5, 2.0, "1 is as on people."),
         )
         self.age = None if age is None else check_range("age", age, 0.0, 1.0, "0 has no lines at rest.")
         self.amount = amount

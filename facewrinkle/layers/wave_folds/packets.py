@@ -87,11 +87,14 @@ class Style:
         0: lines as parallel and alike as the compression lets them; 1: as on faces.
     symmetry : float
         0: left and right are drawn independently of each other; 1: nearly mirrored.
+    length : float
+        Multiplies the distance along the lines within which they are as strong. Where they lie does not change.
     """
 
     seed: int = 0
     irregularity: float = 1.0
     symmetry: float = 0.5
+    length: float = 1.0
 
 
 class Grid:
@@ -318,10 +321,10 @@ class Packets:
         first, second, weight, turn, flip = self._edges(ALIGNED)
         kernels.align(self.phase, first, second, weight, turn, flip, SWEEPS)
 
-    def _along_lines(self, values: Array) -> Array:
+    def _along_lines(self, values: Array, length: float = 1.0) -> Array:
         """Return random numbers (p,) of mean 0, averaged along the lines twice and brought to the deviation 1."""
         m = len(self.x)
-        first, second, weight, *_ = self._edges(STRIATED)
+        first, second, weight, *_ = self._edges((STRIATED[0], STRIATED[1] * length))
         weights = csr_array((weight, second, first), shape=(m, m))
         total = 1.0 + weights.sum(axis=1)
         for _ in range(2):
@@ -330,9 +333,11 @@ class Packets:
 
     def _strengths(self) -> Array:
         """Return the strength (p,) of each line."""
-        values = self._along_lines(self._draw(4) - 0.5)
+        length = self._style.length
+        values = self._along_lines(self._draw(4) - 0.5, length)
         rank = np.argsort(np.argsort(values, kind="stable")) / max(len(values) - 1, 1)
         lowest = 1.0 + (FAINTEST - 1.0) * min(self._style.irregularity, 1.0)
+        lowest = lowest * (2.0 * length - 1.0) if length < 1.0 else 1.0 - (1.0 - lowest) / length
         return np.asarray(lowest + (1.0 - lowest) * rank**0.8)
 
 

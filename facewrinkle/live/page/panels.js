@@ -89,6 +89,7 @@ export class Panels {
     const names = {
       depth: ["Depth", "Factor of the depth of all folds"], left: ["Left side", "Factor on the subject's left"],
       right: ["Right side", "Factor on the subject's right"], density: ["Number", "Factor of the number of lines"],
+      length: ["Length", "Factor of the length of the lines"],
       irregularity: ["Irregularity", "From even lines to wild ones"], age: ["Age", "Lines that stay at rest"],
     };
     const rows = Object.entries(names).map(([name, [title, about]]) => {

@@ -104,6 +104,19 @@ def test_folds_lie_across_the_compression_as_far_apart_as_the_thickness_says(she
     assert 0.1 < np.ptp(shallow["W"]) < 0.8 * np.ptp(frame["W"])
 
 
+def test_the_length_of_lines_is_where_they_are_deep_and_not_where_they_lie(vertically, pressed):
+    found = []
+    for length in (0.5, 1.0, 2.0):
+        (packets,) = (
+            pressed(WaveFolds(families=vertically, length=length), PRESSED, level=0)[0].layers[0].lines.values()
+        )
+        found.append((packets.phase, (packets.share > 0.5 * packets.share.max()).mean()))
+    np.testing.assert_array_equal(found[0][0], found[1][0])
+    np.testing.assert_array_equal(found[2][0], found[1][0])
+    (_, short), (_, usual), (_, long) = found
+    assert short < 0.8 * usual < 0.8 * long
+
+
 @pytest.mark.parametrize("depth", [1.0, 50.0])
 @pytest.mark.parametrize("share", [0.06, 0.15, 0.25])
 def test_folds_are_no_longer_than_the_compression_frees(vertically, pressed, depth, share):
@@ -340,6 +353,7 @@ def test_more_lines_where_they_are_denser(sheet, vertically, pressed):
         ({"symmetry": -0.1}, r"symmetry must lie in \[0, 1\]"),
         ({"density": 0.0}, r"density must lie in \[0.25, 4\], received 0. 1 is as on people"),
         ({"depth": float("nan")}, r"depth must lie in"),
+        ({"length": 3.0}, r"length must lie in \[0.5, 2\], received 3. 1 is as on people"),
         ({"irregularity": "much"}, r"irregularity must be a number, received 'much'"),
         ({"families": ["AU1"]}, r"families must be a dictionary"),
     ],
