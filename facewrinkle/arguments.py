@@ -105,9 +105,6 @@ def _fits(value: object, hint: Any) -> bool:
         return isinstance(value, tuple({type(choice) for choice in inner}))  # the function suggests the nearest name
     if origin is collections.abc.Callable:
         return callable(value) and _takes(value, inner[0])
-    if origin is tuple and Ellipsis not in inner:
-        row = isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
-        return row and len(value) == len(inner) and all(map(_fits, value, inner))  # type: ignore[arg-type, call-overload]
     if origin is tuple or np.ndarray in (hint, origin):
         return isinstance(value, tuple | list | np.ndarray)
     if origin is collections.abc.Sequence:
@@ -188,8 +185,8 @@ def _words(hint: Any) -> str:
         return "a dictionary"
     if np.ndarray in (hint, origin):
         return "an array"
-    if origin is tuple and Ellipsis not in (kinds := typing.get_args(hint)):
-        return f"{len(kinds)} values"
+    if origin is tuple:
+        return "a tuple"
     named = origin if isinstance(origin, type) else hint
     name = getattr(named, "__name__", str(named))
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
@@ -205,6 +202,8 @@ def finite(name: str, values: object) -> npt.NDArray[np.float64]:
     """
     try:
         array = np.array(values, dtype=np.float64)
+        if np.iscomplexobj(np.asarray(values)):
+            raise TypeError
     except (TypeError, ValueError, OverflowError):
         raise ParameterError(f"{name} must be numbers in rows of one length, received {type_of(values)}.") from None
     if not (np.abs(array) < LARGEST).all():

@@ -205,7 +205,7 @@ def examples(tmp_path):
         # files and pictures
         "path": tmp_path / "out.ply", "style": Style((48, 48)), "image": image, "factor": 2,
         "images": [image, image.copy()],
-        "times": np.array([0.0, 0.1]),
+        "times": np.array([0.0, 0.1]), "array": line.copy(),
         # recordings
         "positions": np.stack([points, points + 1.0]), "deltas": points[None] * 0.1, "time": 0.05, "rest": points,
         "weights": np.array([[0.0], [1.0]]), "uv": points[triangles][..., :2] / 40.0,
@@ -230,7 +230,6 @@ SPECIAL = {
     "Simulation.take_triangles": lambda e: [fw.Simulation(face(), layers=[])],
     "bake_layers": lambda e: [smooth_rig(), 64],
     "write_layers": lambda e: [small_layers(), e["path"].with_suffix(".glb")],
-    "WrinkleLayers": lambda e: [[], [], 1.0, {}, {}],
     "write_rig": lambda e: [small_rig(), e["path"].with_suffix(".glb")],
     "Simulation.use_layers": lambda e: [[fw.MuscleWrinkles()]],
     "Simulation.fields": lambda e: [next(iter(face().muscles))],

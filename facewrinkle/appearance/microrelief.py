@@ -49,7 +49,10 @@ def relief_strength(points: Array, face: Face) -> Array:
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> at = np.array([face.landmarks[name] for name in ("nose_tip", "forehead_mid", "upper_lip_mid")])
+    >>> nose, forehead, *lips = (
+    ...     face.landmarks[name] for name in ("nose_tip", "forehead_mid", "upper_lip_mid", "lower_lip_mid")
+    ... )
+    >>> at = np.array([nose, forehead, np.mean(lips, axis=0)])
     >>> relief_strength(at, face).round(1).tolist()
     [1.5, 1.0, 0.0]
     """

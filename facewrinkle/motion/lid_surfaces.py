@@ -79,7 +79,7 @@ def lid_ridges(face: Face) -> IntArray:
     Examples
     --------
     >>> import facewrinkle as fw
-    >>> len(lid_ridges(fw.default_face())) > 40
+    >>> len(lid_ridges(fw.default_face())) > 30
     True
     """
     edges = unique_edges(face.triangles)[0].astype(np.int64)

@@ -126,9 +126,9 @@ class Minimiser:
                 return Minimum(u, before, value, True, iteration)
             found = self._line_search(objective, u, value, direction, slope, min(2.0 * length, 1.0), there)
             if found is None:  # not even the shortest step lowers the energy: it is at its rounding, or the memory errs
-                if fine:
+                if fine and not self._memory:
                     return Minimum(u, before, value, -slope <= 1e-9 * abs(value), iteration)
-                fine = not self._memory
+                fine = fine or not self._memory
                 self.reset()
                 value = self._evaluated(objective, u, here)
                 continue

@@ -48,6 +48,9 @@ class View:
     height: float = 4.5
 
     def __post_init__(self) -> None:
+        for name in ("direction", "offset"):
+            if np.shape(getattr(self, name)) != (3,):
+                raise ParameterError(f"{name} must be three numbers, received {getattr(self, name)!r}.")
         if not np.hypot(self.direction[0], self.direction[2]) > 1e-6 * abs(self.direction[1]):
             raise ParameterError(f"direction must not be zero or straight up or down, received {self.direction!r}.")
         if self.landmark not in NAMES:
@@ -108,7 +111,6 @@ LIGHTS: tuple[Lamp, ...] = (
 """A warm key light, a cool fill light and a rim light: direction [right, up, towards the camera], colour, intensity."""
 
 
-@checked
 @dataclass(frozen=True)
 class Style:
     """Size, view and content of a picture.

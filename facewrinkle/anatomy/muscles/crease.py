@@ -10,13 +10,11 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import checked
 from ...errors import ParameterError, check_range
 from ...geometry.smoothstep import smoothstep
 from .base import Array, BoolArray, Muscle, checked_points, unit, vector
 
 
-@checked
 @dataclass(frozen=True, eq=False)
 class Crease(Muscle):
     """A region of folds along a curve, such as the nasolabial fold: the furrow lies where the skin is bound to what is

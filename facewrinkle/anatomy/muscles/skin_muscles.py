@@ -10,7 +10,6 @@ from typing import ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import checked
 from ...errors import ParameterError, check_range
 from ...geometry import profile
 from .base import Array, BoolArray, Muscle, checked_points, unit, vector
@@ -36,7 +35,6 @@ def _lateral(across: Array) -> Array:
     return np.where(across < 1.0, np.cos(across * (0.5 * np.pi)), 0.0)
 
 
-@checked
 @dataclass(frozen=True, eq=False)
 class LinearMuscle(Muscle):
     """A muscle that pulls a cone of skin towards one point on the bone (Eqs. 1-2).
@@ -173,7 +171,6 @@ class LinearMuscle(Muscle):
         )
 
 
-@checked
 @dataclass(frozen=True, eq=False)
 class SheetMuscle(Muscle):
     """Parallel fibres over a rectangle that pull towards a line on the bone (Eqs. 12-13).
@@ -315,7 +312,6 @@ class SheetMuscle(Muscle):
         )
 
 
-@checked
 @dataclass(frozen=True, eq=False)
 class SphincterMuscle(Muscle):
     """A ring that squeezes the skin towards its centre (Eqs. 14-18).

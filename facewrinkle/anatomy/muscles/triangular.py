@@ -8,13 +8,11 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import checked
 from ...errors import ParameterError, check_range
 from .base import Array, unit
 from .skin_muscles import SheetMuscle
 
 
-@checked
 @dataclass(frozen=True, eq=False)
 class TriangularMuscle(SheetMuscle):
     """A sheet whose lines of attachment and insertion have unequal widths, with straight fibres between them.

@@ -1,0 +1,3 @@
+"""Judges run in programs of their own, and are no tests."""
+
+collect_ignore_glob = ["*"]
