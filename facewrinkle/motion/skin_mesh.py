@@ -31,7 +31,7 @@ FINEST, GROWTH, FACIAL = 1.0, 0.12, 5.0
 on the face.
 """
 
-AT_CORNERS, GROWTH_FROM_CORNERS = 0.2, 0.18
+AT_CORNERS, GROWTH_FROM_CORNERS = 0.2, 0.16
 """Largest length at the corners of mouth and eyes, and its growth per mm from there: the skin is crumpled there, and
 vertices between others that move apart cannot follow.
 """

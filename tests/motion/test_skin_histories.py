@@ -129,7 +129,7 @@ def test_a_steady_state_is_one_whatever_came_before(face, name):
     rates, skins = fw.EXPRESSIONS[name], (Skin(face), Skin(face))
     for each in (fw.EXPRESSIONS["kiss"], fw.EXPRESSIONS["stretching_mouth"], {"jaw": 1.0}):
         held(skins[1], each, 6)
-    for _ in range(8):
+    for _ in range(10):
         one, other = (held(skin, rates, 50) for skin in skins)
         if np.abs(one - other).max() < 1e-6:
             break
