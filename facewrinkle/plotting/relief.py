@@ -58,26 +58,25 @@ class Relief:
     @property
     def shading(self) -> tuple[float, float]:
         """Depth and angle of a pixel for :meth:`facewrinkle.plotting.shaders.Material.apply`."""
-        depth = (1.0 - self._age) * DEPTH + self._age * OLD_DEPTH
-        return STRONGEST * self._fade * self._face.frame.scale * depth, self._angle
+        return STRONGEST * self._fade * self._face.frame.scale * OLD_DEPTH, self._angle
 
     def on(self, skin: pv.PolyData) -> npt.NDArray[np.float32]:
         """Return what the shader needs of each vertex of a frame (n, 4).
 
         These are its place at rest, in fields of the relief, the plane of the axes that it faces there (0: xy, 1: zy,
-        2: xz), and as the fraction of the same number the strength. The first frame tells the age.
+        2: xz), and as the fraction of the same number the strength, which is less on younger skin. The frame tells the
+        age, or else the face.
         """
-        if self._of is None and AGE in skin.field_data:
-            self._age = float(skin.field_data[AGE][0])
+        age = float(skin.field_data[AGE][0]) if AGE in skin.field_data else max(self._face.age, 0.0)
         rest = skin.GetPointData().GetArray("rest") or skin.GetPoints().GetData()
-        if rest is not self._of:  # else the very same array as in the frame before
+        if rest is not self._of or age != self._age:  # else the very same array as in the frame before
             points = np.asarray(skin.point_data.get("rest", skin.points), np.float64)
             facing = np.abs(vertex_normals(points, np.asarray(skin.regular_faces)) @ self._face.frame.axes.T)
             plane = np.array([1, 2, 0])[facing.argmax(axis=1)]
-            strength = self._strengths(points)
-            field = (1.0 - self._age) * np.full(3, FIELD) + self._age * np.array(OLD_FIELD)
+            strength = self._strengths(points) * ((1.0 - age) * DEPTH + age * OLD_DEPTH) / OLD_DEPTH
+            field = (1.0 - age) * np.full(3, FIELD) + age * np.array(OLD_FIELD)
             place = self._face.frame.local_mm(points) / field
-            self._of, self._sent = rest, np.column_stack([place, plane + strength]).astype(np.float32)
+            self._of, self._age, self._sent = rest, age, np.column_stack([place, plane + strength]).astype(np.float32)
         return self._sent
 
     def _strengths(self, points: Array) -> Array:

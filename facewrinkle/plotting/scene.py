@@ -65,7 +65,7 @@ class Scene:
     ----------
     plotter : pyvista.Plotter
         :meth:`draw` leaves in its window what :meth:`picture` returns, :meth:`picture` leaves nothing of use.
-    shown : dict of str to frozenset of str
+    drawn_parts : dict of str to frozenset of str
         Names of the painted parts that are drawn, such as `eye_l`, by the actor that shows them together.
 
     Examples
@@ -88,7 +88,7 @@ class Scene:
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         self._parts: dict[str, pv.PolyData] = {}
         self._joined: dict[str, Joined] = {}
-        self.shown: dict[str, frozenset[str]] = {}
+        self.drawn_parts: dict[str, frozenset[str]] = {}
         self._actors: dict[str, pv.Actor] = {}
         self._posed: Array | None = None
         self._drawing: Callable[[], Image] | None = None
@@ -307,7 +307,7 @@ class Scene:
         **options: Any,
     ) -> None:
         """Show painted parts of one look as one actor, in place of those that it showed before."""
-        self.shown[name] = frozenset(parts)
+        self.drawn_parts[name] = frozenset(parts)
         if not parts:
             return
         joined = self._joined.setdefault(name, Joined())

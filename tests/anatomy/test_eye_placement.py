@@ -80,8 +80,8 @@ def test_an_eye_that_is_not_open_lies_behind_its_skin(face):
         assert not Lashes(eye, closed, 0.1).roots
     with Scene(closed, Style(size=(64, 64))) as scene:
         scene.show(closed.mesh)
-        assert not scene.shown["eyes"]
-        assert not {"lashes_l", "lashes_r"} & scene.shown["hair"]
+        assert not scene.drawn_parts["eyes"]
+        assert not {"lashes_l", "lashes_r"} & scene.drawn_parts["hair"]
 
 
 def test_eyes_of_a_face_with_closed_lids_do_not_show(real_face):

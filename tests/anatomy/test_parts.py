@@ -116,7 +116,7 @@ def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
         with Scene(dressed, Style((32, 32))) as scene:
             scene.show(dressed.mesh)
             assert ("own lashes_l" in scene.plotter.actors) == (name != "cards"), name
-            assert ("lashes_l" in scene.shown["hair"]) == (name == "cards"), name
+            assert ("lashes_l" in scene.drawn_parts["hair"]) == (name == "cards"), name
         assert ("lashes_l" in companion_meshes(dressed, dressed.mesh)) == (name != "cards")
 
 

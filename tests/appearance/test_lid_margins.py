@@ -69,7 +69,7 @@ def test_no_one_looks_past_eyes_that_came_with_a_mask(mask):
     with Scene(dressed, Style((32, 32))) as scene:
         scene.show(face.mesh)
         assert {"own eye_l", "own eye_r"} <= set(scene.plotter.actors)
-        assert scene.shown["rims"] == {"rim_l", "rim_r"}
+        assert scene.drawn_parts["rims"] == {"rim_l", "rim_r"}
 
 
 def test_the_strip_goes_from_the_rim_into_the_ball_and_faces_out(face):
@@ -108,4 +108,4 @@ def test_it_is_drawn_and_written_where_a_ball_leaves_a_hole_open_alone(face, rea
     assert (names <= set(companion_meshes(shown, shown.mesh))) is there
     with Scene(shown, Style(size=(32, 32))) as scene:
         scene.show(shown.mesh)
-        assert (names == scene.shown["rims"]) is there
+        assert (names == scene.drawn_parts["rims"]) is there

@@ -44,7 +44,7 @@ def test_teeth_show_behind_an_open_mouth_and_go_with_the_jaw(face):
         tips = parts["upper_teeth"].points
         tips = tips[(np.abs(tips[:, 0]) < 6.0) & (tips[:, 2] > tips[:, 2].max() - 8.0)]
         rows, columns = on_screen(scene, tips[tips[:, 1] < tips[:, 1].min() + 2.0]).astype(int).T
-        assert not scene.shown["in mouth"]
+        assert not scene.plotter.actors["in mouth"].visibility
     white = [(np.ptp(image, axis=2) < 50) & (image.min(axis=2) > 90) for image in images]
     assert white[0][rows, columns].mean() > 0.25
     assert not white[1][rows, columns].any()

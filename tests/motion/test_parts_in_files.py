@@ -331,6 +331,6 @@ def test_series_of_the_commands_hold_the_parts(dressed, animated, tmp_path, comm
 def test_lashes_are_drawn_where_a_face_has_eyes_and_no_lashes(dressed):
     with Scene(dressed, Style((48, 48))) as scene:
         scene.show(dressed.mesh)
-        assert {"lashes_l", "lashes_r"} <= scene.shown["hair"]
+        assert {"lashes_l", "lashes_r"} <= scene.drawn_parts["hair"]
         assert "own eye_l" in scene.plotter.actors
-        assert not scene.shown["eyes"]
+        assert not scene.drawn_parts["eyes"]
