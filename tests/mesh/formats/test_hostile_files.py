@@ -19,7 +19,7 @@ from facewrinkle.errors import MeshError
 from facewrinkle.mesh import outside_allowed
 from facewrinkle.mesh.formats import probing
 
-PER_READER = 12
+PER_READER = 8
 """Mutants of each seed; `python -m analysis.fuzzing` makes more."""
 
 
