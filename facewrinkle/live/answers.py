@@ -146,7 +146,11 @@ class Answers:
             return await self._save(**arguments)
         elif command == "continue":
             with stage.condition:
-                self._kept.go_on(self._document, arguments["on"])
+                if arguments["on"]:
+                    self._kept.resume(self._document)
+                else:
+                    self._kept.dismiss()
+            self.server.tell_all({"is": "earlier", "when": self._kept.when})
         self._changed()
         return None
 
