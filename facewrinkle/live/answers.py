@@ -206,6 +206,8 @@ class Answers:
         if version != parts.last or max(corners) >= len(parts.origin):
             raise ParameterError("the mesh has changed since. Click again.")
         frame, layers = stage.shown.frame, stage.layers
+        if layers is not stage.shown.layers:  # they have made no frame yet
+            raise ParameterError("the face has changed since. Click again.")
         origin = parts.origin[corners]
         found = probe(frame, stage.face, layers, int(origin[int(np.argmax(shares))]))
         rest = np.asarray(frame.point_data.get("rest", frame.points))
