@@ -94,6 +94,13 @@ def test_what_python_sets_shows_on_the_page(page, studio):
     until(lambda: page.locator(SLIDER.format("Surprise (brows)")).input_value() == "0.5")
 
 
+def test_a_session_that_was_answered_elsewhere_is_offered_no_more(page, studio):
+    page.evaluate("app.offer('2026-01-01 12:00')")
+    assert "2026-01-01 12:00" in page.locator("#offer").inner_text()
+    studio._server.tell_all({"is": "earlier", "when": ""})
+    until(lambda: page.locator("#offer").is_hidden())
+
+
 def test_search_finds_everyday_words(page):
     page.keyboard.press("/")
     page.keyboard.type("crow's feet")
