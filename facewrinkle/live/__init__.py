@@ -9,8 +9,9 @@ visible_parts            | what is seen of a frame, as parts
 wishes, stage            | what a document asks of a simulation; the thread that simulates
 clients, server          | pages that are connected; the web server
 coloured_fields, probing | fields in colour; what made a fold, with the numbers of its formula
-answers, beside          | what a page asks for; files that take long
-saving, keeping          | files; the session that is saved by itself
+answers                  | what a page asks for
+saving, saving_process   | files; those that take long, in a process of their own
+keeping                  | the session that is saved by itself
 window                   | the object that users hold
 """
 

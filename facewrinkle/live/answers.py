@@ -15,7 +15,6 @@ from ..anatomy.face import Face
 from ..anatomy.identity import Identity
 from ..errors import ParameterError
 from ..layers.patterns_on_skin.kinds import KINDS
-from .beside import Beside
 from .clients import Client
 from .coloured_fields import FIELDS, check_field, colours, labels
 from .document import FOLDS, LONGEST, PATTERN, REGIONS, START, TEAR, Document
@@ -25,6 +24,7 @@ from .library import COMPANIONS, MESHES, Library, Tell, opened
 from .probing import probe
 from .saving import KINDS as KINDS_OF_FILES
 from .saving import SLOW, Folder, Order, save
+from .saving_process import SavingProcess
 from .server import Server
 from .stage import Stage
 from .wishes import as_command, as_python
@@ -61,7 +61,7 @@ class Answers:
     ) -> None:
         self._library, self._document, self._stage = library, document, stage
         self._folder, self._kept, self._source, self._changed = folder, kept, source, changed
-        self._saving, self.beside = False, Beside()
+        self._saving, self.process = False, SavingProcess()
 
     # --- what a page is told -------------------------------------------------------------------
 
@@ -146,7 +146,11 @@ class Answers:
             return await self._save(**arguments)
         elif command == "continue":
             with stage.condition:
-                self._kept.go_on(self._document, arguments["on"])
+                if arguments["on"]:
+                    self._kept.resume(self._document)
+                else:
+                    self._kept.dismiss()
+            self.server.tell_all({"is": "earlier", "when": self._kept.when})
         self._changed()
         return None
 
@@ -173,7 +177,7 @@ class Answers:
             if what in SLOW:  # by a process of its own, so that the face goes on meanwhile
                 clip = self._library[stage.shown_face].clip
                 order = Order(what, camera, stage.face, self._document.data, clip)
-                name, content = await asyncio.to_thread(self.beside.made, order, tell)
+                name, content = await asyncio.to_thread(self.process.save, order, tell)
             else:
                 job = stage.ask(lambda: save(what, camera, stage, self._document))
                 name, content = await asyncio.wrap_future(job)
@@ -202,6 +206,8 @@ class Answers:
         if version != parts.last or max(corners) >= len(parts.origin):
             raise ParameterError("the mesh has changed since. Click again.")
         frame, layers = stage.shown.frame, stage.layers
+        if layers is not stage.shown.layers:  # they have made no frame yet
+            raise ParameterError("the face has changed since. Click again.")
         origin = parts.origin[corners]
         found = probe(frame, stage.face, layers, int(origin[int(np.argmax(shares))]))
         rest = np.asarray(frame.point_data.get("rest", frame.points))

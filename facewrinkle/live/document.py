@@ -191,8 +191,9 @@ class Document:
         return True
 
     def reset(self, gesture: str = "") -> None:
-        """Set everything back, as a step that can be undone."""
-        self.change([((name,), deepcopy(value)) for name, value in START.items() if self.data[name] != value], gesture)
+        """Set everything back but the expressions that are kept, as a step that can be undone."""
+        start = {**START, "mixtures": self.data["mixtures"]}
+        self.change([((name,), deepcopy(value)) for name, value in start.items() if self.data[name] != value], gesture)
 
     # --- files ---------------------------------------------------------------------------------
 

@@ -25,40 +25,45 @@ class Kept:
     Attributes
     ----------
     when : str
-        Day and time of the session that was found at the start; "" if there was none, or it was taken or left.
+        Day and time of the session that was found at the start; "" if there was none, or it was resumed or dismissed.
     """
 
     def __init__(self, folder: Folder) -> None:
         self._folder, self._seen = folder, -1
-        self.when, self._text = "", ""
+        self.when, self._text, self._in_the_way = "", "", False
         path = None if folder.path is None else folder.path / NAME
         if path is not None and path.is_file():
             with contextlib.suppress(OSError, UnicodeDecodeError):
                 if path.stat().st_size <= LARGEST:
                     self._text = path.read_text(encoding="utf-8")
+                    self._in_the_way = True
                     self.when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
 
-    def go_on(self, document: Document, wanted: bool) -> None:
-        """Take over the session that was found, as a step that can be undone, or leave it.
+    def resume(self, document: Document) -> None:
+        """Take over the session that was found, as a step that can be undone.
 
         Raises
         ------
         ParameterError
             If it is no session, or needs a face that is not open.
         """
-        if wanted and self._text:
+        if self.when:
             document.load(self._text)
+            self.when, self._in_the_way = "", False
+
+    def dismiss(self) -> None:
+        """Leave the session that was found; it is kept under another name."""
         self.when = ""
 
     def keep(self, document: Document) -> None:
-        """Save the session if it was changed. One of an earlier start that nobody went on with gets another name."""
+        """Save the session if it was changed. One of an earlier start that was not resumed gets another name."""
         if self._folder.path is None or self._seen == document.version:
             return
         first, self._seen = self._seen < 0, document.version
         if first:  # nothing is set yet
             return
         with contextlib.suppress(OutputError):
-            if self._text:
+            if self._in_the_way:
                 self._folder.write(NAME, self._text.encode())
-                self._text = ""
+                self._in_the_way = False
             self._folder.write(NAME, document.text().encode(), anew=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -49,9 +49,9 @@ class Look(Stage):
     looks = True
 
     @property
-    def layers(self) -> list[Layer]:
+    def layers(self) -> Sequence[Layer]:
         """None: it is not known what made the folds."""
-        return []
+        return ()
 
     def __init__(self, frame: pv.PolyData, library: Library, document: Document) -> None:
         super().__init__(library, document)

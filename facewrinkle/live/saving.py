@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import re
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 from PIL import Image
 
+from ..anatomy.atlas import Atlas
 from ..anatomy.atlas_file import atlas_text
 from ..anatomy.face import Face
 from ..anatomy.face_file import write_face
@@ -164,15 +166,21 @@ def save_rig(face: Face, tell: Tell) -> tuple[str, bytes]:
 def atlas_with(face: Face, data: Mapping[str, Any]) -> str:
     """Return the atlas of a face as TOML, with saved mixtures, and what the sliders show, as expressions."""
     atlas = face.atlas
-    mixtures = {name: weights for name, weights in data["mixtures"].items() if name not in atlas.expressions}
-    mixtures = {re.sub(r"\W+", "_", name): weights for name, weights in mixtures.items()}
-    if mixture := mixture_of(data):
-        mixtures[OWN_EXPRESSION] = mixture
-    own = {
-        name: {muscle: round(rate, 6) for muscle, rate in atlas.contractions(weights).items()}
-        for name, weights in mixtures.items()
-    }
-    return atlas_text(dataclasses.replace(atlas, expressions={**atlas.expressions, **own}) if own else atlas)
+    mixture = mixture_of(data)
+    mixtures = [*([(OWN_EXPRESSION, mixture)] if mixture else []), *data["mixtures"].items()]
+    expressions = dict(atlas.expressions)
+    for name, weights in mixtures:
+        rates = {muscle: round(rate, 6) for muscle, rate in atlas.contractions(weights).items()}
+        expressions[_free_name(re.sub(r"\W+", "_", name), atlas, expressions)] = rates
+    return atlas_text(dataclasses.replace(atlas, expressions=expressions) if mixtures else atlas)
+
+
+def _free_name(name: str, atlas: Atlas, expressions: Collection[str]) -> str:
+    """Return a name, with a number if it means something already: an expression, a unit or a muscle."""
+    pairs = {muscle.removesuffix("_l").removesuffix("_r") for muscle in atlas.muscles}
+    taken = {*expressions, *atlas.action_units, *atlas.muscles, *pairs}
+    numbered = (f"{name}_{number}" for number in itertools.count(2))
+    return name if name not in taken else next(each for each in numbered if each not in taken)
 
 
 def _scene(face: Face, camera: list[float], width: int, height: int) -> TearScene:

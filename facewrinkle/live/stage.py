@@ -10,7 +10,7 @@ import threading
 import time
 import warnings
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
@@ -58,6 +58,8 @@ class Shown:
         True if the face is at rest.
     time : float
         Of the timeline, s.
+    layers : sequence of Layer
+        Those that made its folds.
     """
 
     frame: pv.PolyData
@@ -67,6 +69,7 @@ class Shown:
     fields: dict[str, ColouredField]
     still: bool
     time: float
+    layers: Sequence[Layer]
 
 
 class Stage(threading.Thread):
@@ -188,8 +191,8 @@ class Stage(threading.Thread):
         return str(self._applied.get("face", ""))
 
     @property
-    def layers(self) -> list[Layer]:
-        """The layers that make the present folds; for jobs."""
+    def layers(self) -> Sequence[Layer]:
+        """The layers that make the present folds, the same object until there are others; for jobs."""
         return self.simulation.layers
 
     @property
@@ -322,7 +325,7 @@ class Stage(threading.Thread):
         parts += self._tear_parts(frame)
         fields = {name: coloured(frame, name, self._parts, self.layers) for name in sorted(self.wanted_fields)}
         self._steps += 1
-        shown = Shown(frame, self._steps, parts, self._parts.box, fields, still, self._time)
+        shown = Shown(frame, self._steps, parts, self._parts.box, fields, still, self._time, self.layers)
         self.spent["step"] += middle - begin
         self.spent["parts"] += time.thread_time() - middle
         with self.condition:

@@ -218,7 +218,7 @@ class Studio:
 
     def close(self) -> None:
         """Disconnect all pages, and stop."""
-        self._answers.beside.stop()
+        self._answers.process.stop()
         self._stage.close()
         self._server.close()
 

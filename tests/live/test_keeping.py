@@ -1,7 +1,7 @@
 """The session in the folder: saved by itself, offered again, and never lost.
 
 what was kept       | the document, by the text of its file
-a later start       | is offered it; going on is a step of undo; leaving it keeps it under another name
+a later start       | is offered it; resuming is a step of undo; what is not resumed is kept under another name
 what is no session  | an error when it is taken, and nothing before
 """
 
@@ -30,19 +30,43 @@ def folder(tmp_path):
     return folder
 
 
-def test_a_session_is_gone_on_with(folder):
+def test_a_session_is_resumed(folder):
     document, kept = Document(load_atlas()), Kept(folder)
     assert kept.when.startswith("2")
-    kept.go_on(document, True)
+    kept.keep(document)
+    kept.resume(document)
     assert kept.when == ""
     assert document.data["mixture"] == {"AU12": 0.5}
+    document.change([(("intensity",), 0.2)])
+    kept.keep(document)
+    assert [path.name for path in folder.path.iterdir()] == ["session.json"]
+    assert (folder.path / "session.json").read_text() == document.text()
+    kept.resume(document)  # another page may ask for it once more
+    assert document.data["intensity"] == 0.2
+    assert document.undo()
     assert document.undo()
     assert document.data["mixture"] == {}
 
 
-def test_a_session_that_is_left_gets_another_name(folder):
+def test_a_session_can_be_resumed_after_something_else_was_begun(folder):
+    before = (folder.path / "session.json").read_text()
     document, kept = Document(load_atlas()), Kept(folder)
-    kept.go_on(document, False)
+    kept.keep(document)
+    document.change([(("mixture",), {"AU4": 1.0})])
+    kept.keep(document)
+    assert kept.when
+    kept.resume(document)
+    assert document.data["mixture"] == {"AU12": 0.5}
+    kept.keep(document)
+    assert {path.name: path.read_text() for path in folder.path.iterdir()} == {
+        "session.json": document.text(),
+        "session_1.json": before,
+    }
+
+
+def test_a_session_that_is_dismissed_gets_another_name(folder):
+    document, kept = Document(load_atlas()), Kept(folder)
+    kept.dismiss()
     kept.keep(document)
     before = (folder.path / "session.json").read_text()
     document.change([(("intensity",), 0.2)])
@@ -55,7 +79,7 @@ def test_what_is_no_session_is_an_error_when_it_is_taken(folder):
     (folder.path / "session.json").write_text("[]")
     document, kept = Document(load_atlas()), Kept(folder)
     with pytest.raises(ParameterError, match="not a session of the studio"):
-        kept.go_on(document, True)
+        kept.resume(document)
     assert document.version == 0
     (folder.path / "session.json").write_bytes(b"\xff\xfe")
     assert Kept(folder).when == ""

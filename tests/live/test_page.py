@@ -94,6 +94,13 @@ def test_what_python_sets_shows_on_the_page(page, studio):
     until(lambda: page.locator(SLIDER.format("Surprise (brows)")).input_value() == "0.5")
 
 
+def test_a_session_that_was_answered_elsewhere_is_offered_no_more(page, studio):
+    page.evaluate("app.offer('2026-01-01 12:00')")
+    assert "2026-01-01 12:00" in page.locator("#offer").inner_text()
+    studio._server.tell_all({"is": "earlier", "when": ""})
+    until(lambda: page.locator("#offer").is_hidden())
+
+
 def test_search_finds_everyday_words(page):
     page.keyboard.press("/")
     page.keyboard.type("crow's feet")
@@ -298,6 +305,14 @@ def test_an_eye_is_dragged(page, studio):
 
 
 def test_keys_of_the_timeline_are_changed_by_keyboard_and_pointer(page, studio):
+    length, message = page.get_by_label("Length of the timeline"), page.locator("#message")
+    for typed, told in (("", 4.0), ("0.1", 0.2), ("4", 4.0)):
+        length.fill(typed)
+        page.keyboard.press("Enter")
+        until(lambda told=told: studio.document["timeline"]["length"] == told)
+        until(lambda told=told: float(length.input_value()) == told)
+        assert message.is_hidden()  # there are no keys to speak of
+    page.keyboard.press("Escape")  # letters are typed no more
     studio.rates = {"AU26": 0.5}
     until(lambda: page.evaluate("app.data.mixture.AU26") == 0.5)
     page.keyboard.press("k")
@@ -317,9 +332,14 @@ def test_keys_of_the_timeline_are_changed_by_keyboard_and_pointer(page, studio):
     width = page.locator(".track svg").bounding_box()["width"]
     drag(page, centre(page, "[aria-label='AU26: apex']"), (0.05 * width, 0))
     until(lambda: key()["apex"] == pytest.approx(before["apex"] + 0.05 * 4.0, abs=0.02))
-    page.get_by_label("Length of the timeline").fill("1")
+    length.fill("")
+    page.keyboard.press("Enter")
+    until(lambda: length.input_value() == "4")
+    assert message.is_hidden()
+    length.fill("1")
     page.keyboard.press("Enter")
     until(lambda: studio.document["timeline"]["length"] == pytest.approx(key()["end"]))  # not shorter than its keys
+    assert message.inner_text() == f"The timeline has a key until {key()['end']:.2f} s."
 
 
 def test_a_muscle_is_pulled_along_its_fibres(page, studio):
@@ -380,6 +400,9 @@ def test_the_range_of_a_field_is_locked_and_its_number_told(page, studio):
     until(lambda: page.locator("#legend .ends span").last.inner_text() == "9")
     page.wait_for_timeout(300)
     assert (np.abs(picture(page) - free).max(axis=2) > 20).mean() > 0.05
+    page.evaluate("app.showField('W')")  # as when the connection comes back: the lock stays, and is seen
+    assert page.get_by_label("Lock").is_checked()
+    assert page.get_by_label("Greatest of the colours").input_value() == "9"
     page.get_by_label("Lock").uncheck()
     until(lambda: page.locator("#legend .ends span").last.inner_text() != "9")
 

@@ -26,8 +26,9 @@ from facewrinkle.errors import (
     ParameterError,
     UnknownNameError,
 )
+from facewrinkle.live.document import Document
 from facewrinkle.live.greeting import mixture_of_live
-from facewrinkle.live.saving import Folder
+from facewrinkle.live.saving import Folder, atlas_with
 from facewrinkle.live.window import Studio
 
 CAMERA = [0.0, 0.0, 1200.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]
@@ -94,6 +95,41 @@ def test_copied_python_moves_landmarks_too(studio, face):
     assert (
         studio._answers.copied("command") == "facewrinkle express AU12=1\n# left out, as no option says it: landmarks"
     )
+
+
+def test_kept_expressions_of_an_atlas_mean_nothing_else(face, tmp_path):
+    names = ("closing-eye", "a b", "a-b", "AU12", "studio", "zygomaticus_major")
+    document = Document(face.atlas)
+    document.change([(("mixture", "AU4"), 1.0), *((("mixtures", name), {"AU26": 0.5}) for name in names)])
+    path = tmp_path / "atlas.toml"
+    path.write_text(atlas_with(face, document.data))
+    atlas, jaw = fw.read_atlas(path), face.atlas.contractions({"AU26": 0.5})
+    assert atlas.expressions == {
+        **face.atlas.expressions,
+        "studio": face.atlas.resolve("AU4"),
+        **dict.fromkeys(("closing_eye_2", "a_b", "a_b_2", "AU12_2", "studio_2", "zygomaticus_major_2"), jaw),
+    }
+    for name in ("AU12", "zygomaticus_major"):
+        assert atlas.resolve(name) == face.atlas.resolve(name)
+
+
+def test_folds_that_changed_since_are_not_told(studio):
+    stage, document, answers = studio._stage, studio._document, studio._answers
+
+    def clicked():
+        return answers.probed([0, 1, 2], [1.0, 0.0, 0.0], stage.parts.last)
+
+    def changed():
+        document.change([(("folds", "depth"), 2.0)])
+        stage._apply(document.data, document.version)  # as before the next step
+        return clicked()
+
+    stage.ask(clicked).result(30.0)
+    with pytest.raises(ParameterError, match="the face has changed since. Click again"):
+        stage.ask(changed).result(30.0)
+    studio._changed()
+    studio.frame()
+    stage.ask(clicked).result(30.0)
 
 
 def test_movies_animations_and_atlases_are_saved(studio, saved):

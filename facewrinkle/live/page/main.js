@@ -56,6 +56,7 @@ class App {
       this.offer(welcome.earlier);
     });
     on("face", (face) => this.takeFace(face));
+    on("earlier", ({ when }) => this.offer(when)); // another page may have answered
     on("progress", (what) => this.opening.progress(what));
     on("document", ({ data, history, handles }) => {
       this.data = data;

@@ -182,7 +182,9 @@ export class Panels {
   }
 
   fieldChanged(name) {
-    this.lockedRange.checked = false;
+    const { locked } = this.app.view; // null if this is another field
+    this.lockedRange.checked = Boolean(locked);
+    locked?.forEach((end, k) => { this.ends[k].value = end; });
     this.rangeBox.hidden = !name || ["muscle", "family", "level"].includes(name);
   }
 

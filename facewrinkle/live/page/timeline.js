@@ -12,9 +12,9 @@ export class Timeline {
     this.scrub.addEventListener("input", () => { this.toggle(false); app.connection.send("pose", { time: Number(this.scrub.value) }); });
     this.text = element("span", { class: "time", text: "0.00" });
     this.long = element("input", { type: "number", min: 0.2, max: 600, step: 0.1, value: 4, "aria-label": "Length of the timeline, seconds", onchange: () => {
-      const asked = Number(this.long.value), last = Math.max(0.2, ...Object.values(this.keys).map(({ end }) => end));
-      const length = Math.max(last, Math.min(600, asked || this.length));
-      if (length > asked) app.say(`The timeline has a key until ${last.toFixed(2)} s.`);
+      const asked = Number(this.long.value), last = Math.max(0, ...Object.values(this.keys).map(({ end }) => end));
+      const length = Math.max(0.2, last, Math.min(600, asked > 0 ? asked : this.length));
+      if (asked > 0 && asked < last) app.say(`The timeline has a key until ${last.toFixed(2)} s.`);
       this.long.value = length;
       app.connection.change([[["timeline", "length"], length]]);
     } });
