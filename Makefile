@@ -19,10 +19,10 @@ demo: $(READY)  ## draw the demonstration into output/
 	$(BIN)/facewrinkle demo --out output
 
 test: lint  ## lint, types, tests and doctests
-	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --doctest-modules tests facewrinkle
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q --benchmark-disable --doctest-modules tests facewrinkle
 
 coverage: $(READY)  ## the tests again, with the share of lines that they run (at least 95 %)
-	$(BIN)/python -m pytest -n 2 -q --benchmark-disable --cov --cov-report=term --doctest-modules tests facewrinkle
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q --benchmark-disable --cov --cov-report=term --doctest-modules tests facewrinkle
 
 pictures: $(READY)  ## draw the pictures under test anew (look at them before they are committed)
 	rm -rf tests/pictures/baselines/*.png output/pictures
