@@ -14,7 +14,7 @@ from ..mesh.files import written
 from ..plotting import save_picture
 from ..rigging import bake_layers, write_layers, write_rig
 from ..rigging import rig as make_rig
-from ..rigging.linear_rig import facts_text, report_text
+from ..rigging.linear_rig import facts_text, label, report_text
 from ..rigging.maps import check_map_size
 from ..rigging.page import write_page
 from ..rigging.sheet import sheet as draw_sheet
@@ -117,10 +117,10 @@ def rig(
         rows["left out"] = "\n".join(f"{name}: {why}" for name, why in made.left_out.items())
     if errors:
         with report.waiting("Comparing with the simulation"):
-            found = sorted(made.report.items(), key=lambda item: -item[1].mean)[:WORST]
+            found = sorted(made.report, key=lambda item: -item[1].mean)[:WORST]
         rows["farthest from the simulation"] = "\n".join(
-            f"{name}: {error.mean:.2f} mm on average, {error.largest:.2f} at most, of {error.motion:.1f}"
-            for name, error in found
+            f"{label(mixed)}: {error.mean:.2f} mm on average, {error.largest:.2f} at most, of {error.motion:.1f}"
+            for mixed, error in found
         )
     if errors or made.drivers:
         with written(folder / f"{stem}.rig.json") as whole:

@@ -282,14 +282,19 @@ class Rig:
         corrected: dict[tuple[str, ...], dict[str, None]] = {}  # pairs of both sides together, as they were simulated
         for names in self.drivers.values():
             if len(set(names)) > 1:
-                both = tuple(name.removesuffix("Left").removesuffix("Right") for name in names)
+                both = tuple(self._of_both_sides(name) for name in names)
                 corrected.setdefault(both, {}).update(dict.fromkeys(names))
-        return asked + mixed + [dict.fromkeys(names, weight) for names in corrected.values() for weight in (0.5, 1.0)]
+        pairs = [dict.fromkeys(names, weight) for names in corrected.values() for weight in (0.5, 1.0)]
+        return list({frozenset(mixture.items()): mixture for mixture in [*asked, *mixed, *pairs]}.values())
+
+    def _of_both_sides(self, name: str) -> str:
+        """Return the common name of the shapes of a pair; jawLeft and jawRight, which have no sides, are no pair."""
+        return name.removesuffix("Left").removesuffix("Right") if self._shapes[name].side else name
 
     @cached_property
-    def report(self) -> dict[str, RigError]:
-        """Errors of each shape and pair at half and at full weight, and of common mixtures, by what was mixed."""
-        return {label(weights): self.error(weights) for weights in self.mixtures}
+    def report(self) -> list[tuple[Mapping[str, float], RigError]]:
+        """Errors of each shape and pair at half and at full weight, and of common mixtures, with what was mixed."""
+        return [(weights, self.error(weights)) for weights in self.mixtures]
 
 
 def report_text(rig: Rig) -> str:
@@ -301,7 +306,7 @@ def report_text(rig: Rig) -> str:
             "largest_mm": round(found.largest, 4),
             "motion_mm": round(found.motion, 4),
         }
-        for weights, found in zip(rig.mixtures, rig.report.values(), strict=True)
+        for weights, found in rig.report
     ]
     return facts_text(rig, errors=errors)
 
