@@ -54,7 +54,10 @@ def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--map-size", "1000"], "power of two"),
+        (["--map-size", "1000", "--wrinkles", "maps"], "power of two"),
+        (["--map-size", "4096", "--wrinkles", "maps"], "size of a map must lie in [64, 2048]"),
+        (["--map-size", "512"], "add --wrinkles maps, or leave it out"),
+        (["--level", "4", "--wrinkles", "maps"], "leave out --level"),
         (["--correctives", "1000"], "correctives must lie in"),
         (["--shapes", "arkitt"], "Did you mean 'arkit'"),
         (["--level", "9"], "level must lie in [0, 5]"),
