@@ -12,12 +12,13 @@ from ..errors import ParameterError
 from ..export import output_folder
 from ..mesh.files import written
 from ..plotting import save_picture
-from ..rigging import bake_layers, write_layers, write_rig
+from ..rigging import bake_layers, write_layers
 from ..rigging import rig as make_rig
 from ..rigging.linear_rig import facts_text, label, report_text
 from ..rigging.page import write_page
 from ..rigging.sheet import sheet as draw_sheet
 from ..rigging.wrinkle_layers import check_layer_size
+from ..rigging.write import write_rig_files
 from .options import FaceOptions
 from .parsing import Whole, WholeOrNone
 from .report import Report
@@ -104,7 +105,7 @@ def rig(
         progress=lambda items, what, n: report.progress(iter(items), what, n),
     )
     stem = source.label or "head"
-    files = [write_rig(made, folder / f"{stem}.{format}", dense=dense)]
+    files = write_rig_files(made, folder / f"{stem}.{format}", dense=dense)
     if wrinkles == "maps":
         baked = bake_layers(made, size_of_maps, progress=lambda items, what, n: report.progress(iter(items), what, n))
         files += write_layers(baked, files[0])

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from glb_files import read_glb
 
@@ -35,6 +37,17 @@ def test_a_rig_of_a_face_file(face, tmp_path):
     options = ["--shapes", "visemes", "--wrinkles", "none", "--level", "0", "--format", "gltf", "--quiet"]
     assert main(["rig", str(path), *options, "--out", str(tmp_path / "out")]) == 0
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["anna.gltf"]
+
+
+def test_pictures_beside_a_rig_are_listed(face, tmp_path, capsys):
+    pytest.importorskip("pxr")
+    path = fw.write_face(replace(face, texture=np.full((8, 8, 3), 90, np.uint8)), tmp_path / "anna.face")
+    options = ["--shapes", "browInnerUp", "--wrinkles", "none", "--level", "0", "--format", "usd"]
+    assert main(["rig", str(path), *options, "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    names = [file.name for file in (tmp_path / "out").iterdir()]
+    assert "anna_face.jpg" in names
+    assert all(name in said for name in names)
 
 
 def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
