@@ -102,6 +102,7 @@ def test_files_are_where_engines_look(layers, tmp_path):
     for each in table["layers"]:
         assert np.asarray(Image.open(tmp_path / each["normal"])).shape == (SIZE, SIZE, 3)
         assert np.asarray(Image.open(tmp_path / each["height"])).dtype == np.uint16
+    assert all(METAHUMAN.values())
     assert {name for names in METAHUMAN.values() for name in names} >= {"wm3_smile_L", "wm2_noseWrinkler_R"}
 
 
