@@ -12,15 +12,19 @@ from ..errors import ParameterError
 from ..export import output_folder
 from ..mesh.files import written
 from ..plotting import save_picture
-from ..rigging import bake_layers, write_layers, write_rig
+from ..rigging import bake_layers, write_layers
 from ..rigging import rig as make_rig
-from ..rigging.linear_rig import facts_text, report_text
-from ..rigging.maps import check_map_size
+from ..rigging.linear_rig import facts_text, label, report_text
 from ..rigging.page import write_page
 from ..rigging.sheet import sheet as draw_sheet
+from ..rigging.wrinkle_layers import check_layer_size
+from ..rigging.write import write_rig_files
 from .options import FaceOptions
-from .parsing import Whole
+from .parsing import Whole, WholeOrNone
 from .report import Report
+
+MAP_SIZE = 1024
+"""The usual width of maps, texels."""
 
 WORST = 6
 """Shapes and mixtures of which the report tells the error."""
@@ -33,9 +37,9 @@ def rig(
     source: FaceOptions | None = None,
     shapes: str = "arkit",
     wrinkles: Literal["baked", "separate", "maps", "none"] = "baked",
-    level: Whole = 2,
+    level: WholeOrNone = None,
     correctives: Whole = 0,
-    map_size: Whole = 1024,
+    map_size: WholeOrNone = None,
     format: Literal["glb", "gltf", "usd", "usdc", "usda"] = "glb",
     dense: bool = False,
     sheet: bool = False,
@@ -58,12 +62,12 @@ def rig(
         up to four layers of normals and heights with a mask for each shape, beside a smooth rig on the mesh as it is;
         or none.
     level
-        How often a triangle may be split where any shape folds; 0 keeps the mesh as it is.
+        How often a triangle may be split where any shape folds; 0 keeps the mesh as it is, as maps do. Default: 2.
     correctives
         At most so many pairs of shapes get a corrective, a target to be driven by the product of their weights: those
         whose sum is farthest from the simulation. NAME.rig.json lists them.
     map_size
-        Width of maps, texels: a power of two.
+        Width of maps, texels: a power of two from 64 to 2048. Default: 1024.
     format
         glb; gltf with all data embedded; usd (UsdSkel, with pictures in files beside).
     dense
@@ -85,7 +89,11 @@ def rig(
         if source.face is not None:
             raise ParameterError("the face is named twice: leave out --face.")
         source = replace(source, face=face)
-    check_map_size(map_size)
+    if wrinkles != "maps" and map_size is not None:
+        raise ParameterError("--map-size belongs to wrinkles in maps: add --wrinkles maps, or leave it out.")
+    if wrinkles == "maps" and level:
+        raise ParameterError("--level splits triangles, and maps are for the mesh as it is: leave out --level.")
+    size_of_maps = check_layer_size(MAP_SIZE if map_size is None else map_size)
     folder = output_folder(out or Path("output") / source.label / "rig", make=False)
     loaded = source.load(report)
     made = make_rig(
@@ -97,9 +105,9 @@ def rig(
         progress=lambda items, what, n: report.progress(iter(items), what, n),
     )
     stem = source.label or "head"
-    files = [write_rig(made, folder / f"{stem}.{format}", dense=dense)]
+    files = write_rig_files(made, folder / f"{stem}.{format}", dense=dense)
     if wrinkles == "maps":
-        baked = bake_layers(made, map_size, progress=lambda items, what, n: report.progress(iter(items), what, n))
+        baked = bake_layers(made, size_of_maps, progress=lambda items, what, n: report.progress(iter(items), what, n))
         files += write_layers(baked, files[0])
     if sheet:
         image = draw_sheet(made, progress=lambda items, what, n: report.progress(iter(items), what, n))
@@ -117,10 +125,10 @@ def rig(
         rows["left out"] = "\n".join(f"{name}: {why}" for name, why in made.left_out.items())
     if errors:
         with report.waiting("Comparing with the simulation"):
-            found = sorted(made.report.items(), key=lambda item: -item[1].mean)[:WORST]
+            found = sorted(made.report, key=lambda item: -item[1].mean)[:WORST]
         rows["farthest from the simulation"] = "\n".join(
-            f"{name}: {error.mean:.2f} mm on average, {error.largest:.2f} at most, of {error.motion:.1f}"
-            for name, error in found
+            f"{label(mixed)}: {error.mean:.2f} mm on average, {error.largest:.2f} at most, of {error.motion:.1f}"
+            for mixed, error in found
         )
     if errors or made.drivers:
         with written(folder / f"{stem}.rig.json") as whole:

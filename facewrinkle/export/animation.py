@@ -242,8 +242,7 @@ class AnimationWriter:
         rest.point_data["Normals"] = self._normals[0]
         if self.path.suffix.lower() == ".pc2":
             return self._write_cache(rest)
-        self._write_targets(rest, np.asarray(times, np.float64))
-        return [self.path]
+        return [self.path, *self._write_targets(rest, np.asarray(times, np.float64))]
 
     def _write_cache(self, rest: pv.PolyData) -> list[Path]:
         mesh = write_mesh(rest, self.path.with_suffix(".obj"), self.face)
@@ -253,7 +252,8 @@ class AnimationWriter:
             whole.write_bytes(header + points.tobytes())
         return [self.path, mesh]
 
-    def _write_targets(self, rest: pv.PolyData, times: Array) -> None:
+    def _write_targets(self, rest: pv.PolyData, times: Array) -> list[Path]:
+        """Write the meshes and the weights of their targets; return the pictures beside them."""
         models = rest_models(self.face, rest)
         origin = models["face"].origin
         tracks = {"face": (np.stack(self._points)[:, origin], np.stack(self._normals)[:, origin])}
@@ -286,10 +286,10 @@ class AnimationWriter:
         track = WeightTrack(times, weights.astype(np.float64)) if self.targets else None
         with written(self.path) as whole:
             if self.path.suffix.lower() in USD:
-                write_usd(whole, models, unit, turn, shapes, track, self.path)
-                return
+                return write_usd(whole, models, unit, turn, shapes, track, self.path)
             binary = self.path.suffix.lower() == ".glb"
             whole.write_bytes(gltf(models, unit, turn, binary=binary, morphs=shapes, track=track))
+        return []
 
 
 def _grown(values: Single, forest: RedGreenForest) -> Single:

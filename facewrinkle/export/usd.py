@@ -34,7 +34,7 @@ def write_usd(
     morphs: Mapping[str, Morphs] | None = None,
     track: WeightTrack | None = None,
     beside: Path | None = None,
-) -> None:
+) -> list[Path]:
     """Write meshes with their blend shapes as a USD file: one `SkelRoot`, with one joint that does not move.
 
     Shapes are sparse; a mesh has those that move it. Shapes that are driven by another's weight squared are part of
@@ -54,6 +54,11 @@ def write_usd(
     track : WeightTrack, optional
     beside : Path, optional
         The final place of the file, if that is another: pictures are written there, ``NAME_face.png`` and so on.
+
+    Returns
+    -------
+    list of Path
+        The pictures.
 
     Raises
     ------
@@ -91,10 +96,11 @@ def write_usd(
     still = Vt.Matrix4dArray([Gf.Matrix4d(1.0)])
     skeleton.CreateBindTransformsAttr(still)
     skeleton.CreateRestTransformsAttr(still)
+    pictures = []
     for name, model in models.items():
         mesh = UsdGeom.Mesh.Define(stage, f"/Face/{name}")
         _fill(mesh, model)
-        _paint(stage, mesh, name, model, beside or path)
+        pictures += _paint(stage, mesh, name, model, beside or path)
         binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
         binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
         binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
@@ -120,6 +126,7 @@ def write_usd(
     source = UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
     source.CreateAnimationSourceRel().SetTargets([Sdf.Path(animation.GetPath())])
     stage.GetRootLayer().Save()
+    return pictures
 
 
 def _fill(mesh: Any, model: Model) -> None:
@@ -189,8 +196,8 @@ def _is_squared(names: Sequence[str]) -> bool:
     return len(names) == 2 and names[0] == names[1]
 
 
-def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> None:
-    """Bind a preview surface to a mesh, with its colours, or with its picture in a file beside `place`."""
+def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[Path]:
+    """Bind a preview surface to a mesh, with its colours, or with its picture in a file beside `place`; return that."""
     from pxr import Sdf, UsdShade
 
     material = UsdShade.Material.Define(stage, f"/Face/Materials/{name}")
@@ -206,7 +213,7 @@ def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> None:
         reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("displayColor")
         reader.CreateInput("fallback", Sdf.ValueTypeNames.Float3).Set(tuple(SKIN_COLOUR[:3]))
         colour.ConnectToSource(reader.CreateOutput("result", Sdf.ValueTypeNames.Float3))
-        return
+        return []
     ending = "png" if model.png.startswith(b"\x89PNG") else "jpg"
     picture = place.with_name(f"{place.stem}_{name}.{ending}")
     with written(picture) as whole:
@@ -227,3 +234,4 @@ def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> None:
         opacity = surface.CreateInput("opacity", Sdf.ValueTypeNames.Float)
         opacity.ConnectToSource(texture.CreateOutput("a", Sdf.ValueTypeNames.Float))
         surface.CreateInput("opacityThreshold", Sdf.ValueTypeNames.Float).Set(0.5)
+    return [picture]

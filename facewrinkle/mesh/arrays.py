@@ -78,7 +78,7 @@ IMAGE, IMAGES = "image", "images"
 """The cell-data array with the number of the image on each triangle, -1 for none, and the field-data array that lists
 the images: files, `a.glb#3` for one in a glTF file, `a.usdz[b.png]` for one in a USD package; see :func:`images_of`."""
 
-MESH = "mesh"
+MESH = "mesh of its file"
 """The cell-data array that numbers the meshes of a file with several; meshes are never joined at their borders, as the
 lining of a mouth shares its rim with the lips."""
 

@@ -53,8 +53,8 @@ HAIRY = ("lashes", "brows")
 MOST_PAIRS = 200
 """The most pairs of shapes that may be corrected."""
 
-FINEST = 5
-"""The highest level of refinement."""
+LEVEL, FINEST = 2, 5
+"""The usual and the highest level of refinement."""
 
 BOTH_WAYS = ("browInnerUp", "cheekPuff")
 """Shapes of both sides that other tools divide."""
@@ -129,6 +129,7 @@ class Rig:
     morphs: Mapping[str, Morphs]
     left_out: Mapping[str, str]
     drivers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    wrinkles: Wrinkling = "baked"
     _shapes: Mapping[str, Shape] = field(repr=False, default_factory=dict)
     _posing: Posing | None = field(repr=False, default=None)
     _baker: Baker | None = field(repr=False, default=None)
@@ -282,14 +283,19 @@ class Rig:
         corrected: dict[tuple[str, ...], dict[str, None]] = {}  # pairs of both sides together, as they were simulated
         for names in self.drivers.values():
             if len(set(names)) > 1:
-                both = tuple(name.removesuffix("Left").removesuffix("Right") for name in names)
+                both = tuple(self._of_both_sides(name) for name in names)
                 corrected.setdefault(both, {}).update(dict.fromkeys(names))
-        return asked + mixed + [dict.fromkeys(names, weight) for names in corrected.values() for weight in (0.5, 1.0)]
+        pairs = [dict.fromkeys(names, weight) for names in corrected.values() for weight in (0.5, 1.0)]
+        return list({frozenset(mixture.items()): mixture for mixture in [*asked, *mixed, *pairs]}.values())
+
+    def _of_both_sides(self, name: str) -> str:
+        """Return the common name of the shapes of a pair; jawLeft and jawRight, which have no sides, are no pair."""
+        return name.removesuffix("Left").removesuffix("Right") if self._shapes[name].side else name
 
     @cached_property
-    def report(self) -> dict[str, RigError]:
-        """Errors of each shape and pair at half and at full weight, and of common mixtures, by what was mixed."""
-        return {label(weights): self.error(weights) for weights in self.mixtures}
+    def report(self) -> list[tuple[Mapping[str, float], RigError]]:
+        """Errors of each shape and pair at half and at full weight, and of common mixtures, with what was mixed."""
+        return [(weights, self.error(weights)) for weights in self.mixtures]
 
 
 def report_text(rig: Rig) -> str:
@@ -301,7 +307,7 @@ def report_text(rig: Rig) -> str:
             "largest_mm": round(found.largest, 4),
             "motion_mm": round(found.motion, 4),
         }
-        for weights, found in zip(rig.mixtures, rig.report.values(), strict=True)
+        for weights, found in rig.report
     ]
     return facts_text(rig, errors=errors)
 
@@ -329,7 +335,7 @@ def rig(
     face: Face,
     shapes: str = "arkit",
     wrinkles: Wrinkling = "baked",
-    level: int = 2,
+    level: int | None = None,
     correctives: int = 0,
     *,
     progress: Progress = silent,
@@ -347,8 +353,9 @@ def rig(
         In the shapes themselves; as targets of their own, called NAME_wrinkle, which are to be driven by the square of
         the weight; in maps (:func:`facewrinkle.bake_layers`), for which the rig is smooth, on the mesh as it is, and
         has texture coordinates; or none.
-    level : int
-        How often a triangle may be split where any shape folds; 0 keeps the mesh as it is.
+    level : int, optional
+        How often a triangle may be split where any shape folds; 0 keeps the mesh as it is. Default: 2; with maps 0,
+        and no other is allowed.
     correctives : int
         At most so many pairs of shapes whose sum is off get a corrective, the worst first: targets of their own, called
         jawOpen_mouthSmileLeft, which are to be driven by the product of the two weights. All pairs that meet are
@@ -365,7 +372,7 @@ def rig(
     UnknownNameError
         For a set or shape that does not exist.
     ParameterError
-        If the face can make none of the shapes, or for a level out of range.
+        If the face can make none of the shapes, for a level out of range, or for one beside maps.
 
     Warns
     -----
@@ -381,13 +388,18 @@ def rig(
     >>> bool(np.linalg.norm(moved[sideways > 10.0], axis=1).max() > 8.0), bool(moved[sideways < -10.0].any())
     (True, False)
     """
+    level = (0 if wrinkles == "maps" else LEVEL) if level is None else level
     level = check_whole("level", level, 0, FINEST, "Each level has up to four times as many triangles.")
     correctives = check_whole("correctives", correctives, 0, MOST_PAIRS, "They are pairs of shapes.")
     if wrinkles not in WRINKLING:
         raise unknown_name("kind of wrinkles", wrinkles, WRINKLING)
     if wrinkles == "maps":
+        if level:
+            raise ParameterError(
+                f"wrinkles in maps are for the mesh as it is, received level {level}: leave level out, or ask for "
+                "other wrinkles."
+            )
         check_texture(face)
-        level = 0
     wanted, left_out = shapes_of(shapes, face)
     lacking = [name for name in left_out if name != "tongueOut"]
     if lacking:
@@ -422,7 +434,7 @@ def rig(
     parts = baker.models
     if wrinkles == "maps" and parts["face"].uv is None:
         parts = parts | {"face": replace(parts["face"], uv=around_head(face, parts["face"].points))}
-    return Rig(face, tuple(names), parts, morphs, left_out, drivers, wanted, posing, wrinkled)
+    return Rig(face, tuple(names), parts, morphs, left_out, drivers, wrinkles, wanted, posing, wrinkled)
 
 
 def movement_poses(shapes: Mapping[str, Shape], posing: Posing) -> dict[tuple[object, ...], Pose]:

@@ -162,11 +162,11 @@ def check_texture(face: Face) -> None:
         )
 
 
-def check_map_size(size: int) -> int:
-    """Return the width of a map, a power of two from 64 to 8192; raise a ParameterError for another."""
-    size = check_whole("the size of a map", size, 64, 8192, "Maps are squares.")
+def check_map_size(size: int, largest: int = 8192, remedy: str = "Maps are squares.") -> int:
+    """Return the width of a map, a power of two from 64 to the largest; raise a ParameterError for another."""
+    size = check_whole("the size of a map", size, 64, largest, remedy)
     if size & (size - 1):
-        raise ParameterError(f"the size of a map must be a power of two from 64 to 8192, received {size}.")
+        raise ParameterError(f"the size of a map must be a power of two from 64 to {largest}, received {size}.")
     return size
 
 

@@ -1,7 +1,8 @@
 """Wrinkles of a whole rig as a few layers of maps, with a mask for each shape, as engines blend them.
 
 Shapes whose wrinkles lie apart share a layer. Each shape has a mask whose four channels say how much of each layer it
-brings in; a program adds masks times weights, and blends the layers' normals in by the sums.
+brings in; a program adds masks times squares of weights, as skin folds with the square, and blends the layers' normals
+in by the sums.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from scipy.ndimage import gaussian_filter
 
 from ..anatomy.face import Face
 from ..arguments import checked
-from ..errors import check_whole
+from ..errors import ParameterError, check_whole
 from ..export.model import skin_model
 from ..geometry.normals import vertex_areas
 from ..geometry.smoothstep import smoothstep
@@ -45,6 +46,9 @@ Array = npt.NDArray[np.float64]
 MOST_LAYERS = 4
 """A mask has four channels, one for each layer."""
 
+LARGEST = 2048
+"""The largest width of maps, texels: those of all shapes are held at once, 20 bytes a texel for each movement."""
+
 LEVEL = 3
 """Times that a triangle may be split for the maps."""
 
@@ -64,7 +68,6 @@ METAHUMAN: Names = MappingProxyType(
         "browInnerUp": ("wm1_browsRaiseInner_L", "wm1_browsRaiseInner_R"),
         "browInnerUpLeft": ("wm1_browsRaiseInner_L",),
         "browInnerUpRight": ("wm1_browsRaiseInner_R",),
-        "cheekPuff": (),
         "jawOpen": ("wm1_jawOpen",),
         "mouthFunnel": ("wm1_purse_UL", "wm1_purse_UR", "wm1_purse_DL", "wm1_purse_DR"),
         "mouthPucker": ("wm1_purse_UL", "wm1_purse_UR", "wm1_purse_DL", "wm1_purse_DR"),
@@ -128,6 +131,12 @@ class WrinkleLayers:
     layer: Mapping[str, int]
 
 
+def check_layer_size(size: int) -> int:
+    """Return the width of layers of maps, a power of two from 64 to 2048; raise a ParameterError for another."""
+    remedy = "Layers hold the maps of all shapes at once; those of one expression, of bake_maps, may be larger."
+    return check_map_size(size, LARGEST, remedy)
+
+
 @checked
 def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progress = silent) -> WrinkleLayers:
     """Bake the wrinkles of all shapes of a rig into at most four layers of maps, with a mask for each shape.
@@ -137,7 +146,7 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
     rig : Rig
         Made with ``wrinkles="maps"``: smooth, on the face's own triangles, with the texture coordinates of the maps.
     size : int
-        Width and height, texels: a power of two from 64 to 8192.
+        Width and height, texels: a power of two from 64 to 2048; with ARKit's shapes, 2048 takes up to 4 GB.
     layers : int
         From 1 to 4.
     progress : callable, optional
@@ -150,7 +159,7 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
     Raises
     ------
     ParameterError
-        For texture coordinates outside [0, 1], another size, or another number of layers.
+        For a rig with other wrinkles, texture coordinates outside [0, 1], another size, or another number of layers.
 
     Warns
     -----
@@ -164,7 +173,12 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
     >>> bake_layers(rig, size=64).layer
     {'browInnerUp': 0}
     """
-    size, layers = check_map_size(size), check_whole("layers", layers, 1, MOST_LAYERS, "A mask has four channels.")
+    size, layers = check_layer_size(size), check_whole("layers", layers, 1, MOST_LAYERS, "A mask has four channels.")
+    if rig.wrinkles != "maps":
+        raise ParameterError(
+            'layers of wrinkles belong to a rig made with wrinkles="maps", which shows them once; received one with '
+            f'wrinkles="{rig.wrinkles}".'
+        )
     face = rig.face
     check_texture(face)
     shapes = {name: shape for name, shape in rig.shapes.items() if not shape.beyond}

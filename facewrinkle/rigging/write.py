@@ -60,16 +60,21 @@ def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     ...     path.name
     'head.glb'
     """
+    return write_rig_files(rig, path, dense=dense)[0]
+
+
+def write_rig_files(rig: Rig, path: str | Path, *, dense: bool = False) -> list[Path]:
+    """Write a rig as :func:`write_rig` does; return its file, and then the pictures beside it."""
     path = output_file(path, SUFFIXES)
     if path.suffix.lower() in USD:
         with written(path) as whole:
             models = {name: _with_jpeg(model) for name, model in rig.parts.items()}
-            write_usd(whole, models, rig.face.unit, upright_rotation(rig.face), rig.morphs, beside=path)
-        return path
+            pictures = write_usd(whole, models, rig.face.unit, upright_rotation(rig.face), rig.morphs, beside=path)
+        return [path, *pictures]
     content = rig_bytes(rig, binary=path.suffix.lower() == ".glb", dense=dense)
     with written(path) as whole:
         whole.write_bytes(content)
-    return path
+    return [path]
 
 
 def rig_bytes(rig: Rig, *, binary: bool, dense: bool = False) -> bytes:

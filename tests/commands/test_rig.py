@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from glb_files import read_glb
 
@@ -37,6 +39,17 @@ def test_a_rig_of_a_face_file(face, tmp_path):
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["anna.gltf"]
 
 
+def test_pictures_beside_a_rig_are_listed(face, tmp_path, capsys):
+    pytest.importorskip("pxr")
+    path = fw.write_face(replace(face, texture=np.full((8, 8, 3), 90, np.uint8)), tmp_path / "anna.face")
+    options = ["--shapes", "browInnerUp", "--wrinkles", "none", "--level", "0", "--format", "usd"]
+    assert main(["rig", str(path), *options, "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    names = [file.name for file in (tmp_path / "out").iterdir()]
+    assert "anna_face.jpg" in names
+    assert all(name in said for name in names)
+
+
 def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
     options = ["--shapes", "mouthFunnel+mouthPucker", "--wrinkles", "maps", "--map-size", "128", "--correctives", "1"]
     assert main(["rig", *options, "--out", str(tmp_path)]) == 0
@@ -54,7 +67,10 @@ def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--map-size", "1000"], "power of two"),
+        (["--map-size", "1000", "--wrinkles", "maps"], "power of two"),
+        (["--map-size", "4096", "--wrinkles", "maps"], "size of a map must lie in [64, 2048]"),
+        (["--map-size", "512"], "add --wrinkles maps, or leave it out"),
+        (["--level", "4", "--wrinkles", "maps"], "leave out --level"),
         (["--correctives", "1000"], "correctives must lie in"),
         (["--shapes", "arkitt"], "Did you mean 'arkit'"),
         (["--level", "9"], "level must lie in [0, 5]"),

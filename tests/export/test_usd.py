@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
+from facewrinkle.rigging.write import write_rig_files
 
 pxr = pytest.importorskip("pxr")
 from pxr import Usd, UsdGeom, UsdSkel, UsdValidation  # noqa: E402
@@ -77,6 +78,7 @@ def test_pictures_lie_beside(face, tmp_path):
         again = fw.fit_face(path, face.landmarks)
     assert (tmp_path / "head_face.jpg").exists()
     assert np.abs(again.texture.astype(float) - image).mean() < 3.0  # a JPEG
+    assert set(write_rig_files(rig, path)) == set(tmp_path.iterdir())
 
 
 def test_the_validators_find_a_broken_file(rig, tmp_path):
@@ -97,7 +99,9 @@ def test_an_animation_is_within_its_error(face, tmp_path):
     for frame in sim.run(8):
         writer.add(frame)
         frames.append(frame.points[: len(face.points)].copy())
-    (path,) = writer.write(0.02 * np.arange(8), sim.forest)
+    path, *pictures = writer.write(0.02 * np.arange(8), sim.forest)
+    assert {path, *pictures} == set(tmp_path.iterdir())
+    assert pictures  # of lashes
     assert not errors(path)
     for k in (0, 3, 7):
         off = np.linalg.norm(baked(path, 0.02 * k)[: len(face.points)] - frames[k], axis=1)

@@ -15,7 +15,7 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError
-from facewrinkle.rigging.linear_rig import facts_text
+from facewrinkle.rigging.linear_rig import Rig, RigError, facts_text, report_text
 from facewrinkle.rigging.shapes import ARKIT
 
 SHAPES = (
@@ -66,6 +66,30 @@ def test_mixtures_are_closer_to_the_simulation(corrected, mixture):
         ours, without = corrected.error(weights), plain.error(weights)
         assert ours.mean < (0.75 if weight < 1.0 else 0.15) * without.mean
     assert "mouthFunnel, mouthPucker" in [", ".join(each) for each in corrected.mixtures]
+
+
+def corrected_pairs(monkeypatch, *pairs):
+    """A rig of ARKit's shapes that corrects pairs, without meshes; nothing is off."""
+    monkeypatch.setattr(Rig, "error", lambda self, weights: RigError(0.0, 0.0, 0.0))
+    drivers = {"_".join(pair): pair for pair in pairs}
+    return Rig(None, (*ARKIT, *drivers), {}, {}, {}, drivers, _shapes=ARKIT)
+
+
+def test_each_mixture_is_told_once(monkeypatch):
+    """Brows that rise are a common mixture and a pair that may be corrected."""
+    rig = corrected_pairs(monkeypatch, *(("browInnerUp", f"browOuterUp{side}") for side in ("Left", "Right")))
+    told = [error["weights"] for error in json.loads(report_text(rig))["errors"]]
+    for weight in (0.5, 1.0):
+        assert told.count(dict.fromkeys(("browInnerUp", "browOuterUpLeft", "browOuterUpRight"), weight)) == 1
+    assert len({frozenset(weights.items()) for weights in told}) == len(told)
+
+
+def test_movements_to_the_left_and_to_the_right_are_no_pair(monkeypatch):
+    rig = corrected_pairs(monkeypatch, ("jawLeft", "mouthFunnel"), ("jawRight", "mouthFunnel"))
+    told = [set(weights) for weights in rig.mixtures]
+    assert {"jawLeft", "mouthFunnel"} in told
+    assert {"jawRight", "mouthFunnel"} in told
+    assert not any({"jawLeft", "jawRight"} <= names for names in told)
 
 
 def test_they_follow_the_product_of_the_weights(corrected):

@@ -102,6 +102,7 @@ def test_files_are_where_engines_look(layers, tmp_path):
     for each in table["layers"]:
         assert np.asarray(Image.open(tmp_path / each["normal"])).shape == (SIZE, SIZE, 3)
         assert np.asarray(Image.open(tmp_path / each["height"])).dtype == np.uint16
+    assert all(METAHUMAN.values())
     assert {name for names in METAHUMAN.values() for name in names} >= {"wm3_smile_L", "wm2_noseWrinkler_R"}
 
 
@@ -119,6 +120,12 @@ def test_a_face_without_texture_gets_a_chart(face):
 def test_what_cannot_be_baked_is_refused(face, smooth):
     with pytest.raises(ParameterError, match="power of two"):
         fw.bake_layers(smooth, 300)
+    with pytest.raises(ParameterError, match=r"size of a map must lie in \[64, 2048\], .*all shapes at once"):
+        fw.bake_layers(smooth, 4096)  # 20 bytes a texel and movement
+    with pytest.raises(ParameterError, match='made with wrinkles="maps".*received one with wrinkles="baked"'):
+        fw.bake_layers(replace(smooth, wrinkles="baked"), 128)
+    with pytest.raises(ParameterError, match="received level 4: leave level out"):
+        fw.rig(face, "browInnerUp", "maps", 4)
     with pytest.raises(ParameterError, match="layers must lie in"):
         fw.bake_layers(smooth, 128, layers=5)
     with pytest.raises(UnknownNameError, match="kind of wrinkles 'map'"):

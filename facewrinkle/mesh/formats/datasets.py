@@ -11,7 +11,7 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from ...errors import MeshError, type_of, warn
-from ..arrays import COLORS, IMAGE, MESH, PART, TEXTURE, use_texture, with_data
+from ..arrays import COLORS, IMAGE, IMAGES, MESH, PART, TEXTURE, use_texture, with_data
 from ..seams import add_seams
 from .materials import sibling_file
 from .merging import merged_surfaces, set_images, set_meshes
@@ -88,12 +88,17 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
         )
     _check_cells(data, name)
     surface = with_data(data, _triangles(data), np.arange(data.n_points))
-    for name in (IMAGE, MESH) if data.is_all_triangles else ():  # of a surface that was read before
-        if name in data.cell_data:
-            surface.cell_data[name] = data.cell_data[name]
+    for key in (IMAGE, MESH) if data.is_all_triangles else ():  # of a surface that was read before
+        if key in data.cell_data and _numbers(data.cell_data[key]) and (key == MESH or IMAGES in data.field_data):
+            surface.cell_data[key] = data.cell_data[key]
     if PART in surface.point_data and surface.point_data[PART].dtype.kind in "iu":  # a frame of a simulation
         set_meshes(surface, np.asarray(surface.point_data[PART])[np.asarray(surface.regular_faces)[:, 0]])
     return surface
+
+
+def _numbers(values: np.ndarray) -> bool:
+    """Whether an array numbers something; other programs may give the same name to anything."""
+    return values.ndim == 1 and values.dtype.kind in "iu"
 
 
 def _leaves(data: pv.MultiBlock, prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -16,6 +16,7 @@ from small_meshes import cap, same_triangles, sphere
 from facewrinkle.errors import FaceWrinkleWarning, MeshError
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import prepare, read_surface
+from facewrinkle.mesh.arrays import IMAGE, MESH
 
 FACES = Path(__file__).parents[4] / "shared" / "faces"
 REAL = ("ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male")
@@ -331,9 +332,27 @@ def test_multiblock():
     np.testing.assert_array_equal(both.points[both.regular_faces[original.n_cells :]],
                                   blocks["eye"].points[blocks["eye"].regular_faces])  # fmt: skip
     assert both.point_data.keys() == []  # the eye has none
-    np.testing.assert_array_equal(both.cell_data["mesh"], np.repeat([0, 1], [original.n_cells, blocks["eye"].n_cells]))
+    np.testing.assert_array_equal(both.cell_data[MESH], np.repeat([0, 1], [original.n_cells, blocks["eye"].n_cells]))
     with pytest.raises(MeshError, match="holds no surface"):
         read_surface(pv.MultiBlock())
+
+
+KINDS = {"nan": [np.nan, np.nan], "text": ["skin", "eye"], "rows": [[0, 1], [1, 0]], "numbers": [0, 1]}
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"), [(n, k) for n in ("mesh", MESH, IMAGE) for k in KINDS if (n, k) != (MESH, "numbers")]
+)
+def test_arrays_of_others_change_nothing(name, kind):
+    """Cell data of other programs may have any name; halves of a surface that lie apart are joined all the same."""
+    halves = [pv.Plane(center=(x, 0.0, 0.0), i_resolution=4, j_resolution=4).triangulate() for x in (0.0, 1.0)]
+    for half, value in zip(halves, np.array(KINDS[kind]), strict=True):
+        half.cell_data[name] = np.stack([value] * half.n_cells)
+    with pytest.warns(FaceWrinkleWarning, match="Joined points .* 5 of 50"):
+        assert len(prepare(halves[0].append_polydata(halves[1])).triangles) == 64
+    both = read_surface(pv.MultiBlock(halves))
+    assert both.cell_data.keys() == [MESH]
+    np.testing.assert_array_equal(both.cell_data[MESH], np.repeat([0, 1], 32))
 
 
 def test_trimesh():
