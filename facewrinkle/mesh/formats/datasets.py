@@ -97,7 +97,7 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
 
 
 def _numbers(values: np.ndarray) -> bool:
-    """Whether an array numbers something; other programs may give the same name to anything."""
+    """Return True if an array numbers something; other programs may give the same name to anything."""
     return values.ndim == 1 and values.dtype.kind in "iu"
 
 
