@@ -138,7 +138,7 @@ class Face:
             raise MeshError("a face needs triangles; the mesh has none.")
         if missing := [name for name in NAMES if name not in landmarks]:
             raise LandmarkError(
-                f"landmarks are missing: {', '.join(missing[:3])} ... fit_face estimates those not given."
+                f"{len(missing)} landmarks are missing, such as {missing[0]}: fit_face estimates those not given."
             )
         frame = frame_of(landmarks)
         where, depth, stiffness = atlas.tissue_samples(landmarks, frame)

@@ -108,7 +108,7 @@ class Joined:
         data.SetActiveScalars("paint")
 
     def _changed(self, name: str, pieces: list[npt.NDArray[Any]]) -> bool:
-        values = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+        values = np.concatenate(pieces)  # a copy: a part may change in place
         if name in self._values and np.array_equal(values, self._values[name]):
             return False
         self._values[name] = values

@@ -56,7 +56,8 @@ def _in_a_row(images: list[Image], gap: int) -> Image:
     sizes = {image.shape[::2] for image in images}
     if len(sizes) > 1:
         raise ParameterError(
-            f"the pictures must be of one size across the row and as opaque, received {sorted(sizes)}."
+            "pictures in a row must have one height, in a column one width, and as many channels; received (size, "
+            f"channels) of {sorted(sizes)}."
         )
     spacer = np.full((images[0].shape[0], check_whole("gap", gap, 0, 1e4), images[0].shape[2]), 255, np.uint8)
     return np.concatenate([part for image in images for part in (spacer, image)][1:], axis=1)

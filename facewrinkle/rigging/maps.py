@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -354,22 +355,33 @@ def write_maps(maps: Maps, path: str | Path) -> list[Path]:
     ...     [file.name for file in write_maps(maps, Path(folder) / "brows")][:2]
     ['brows_normal.png', 'brows_height.png']
     """
-    from PIL import Image as Pillow
-
     path, files = Path(path), []
     for name in ("normal", "height", "cavity", "tension"):
         files.append(path.with_name(f"{path.name}_{name}.png"))
-        with written(files[-1]) as whole:
-            Pillow.fromarray(getattr(maps, name)).save(whole, format="PNG")
+        write_image(getattr(maps, name), files[-1])
     rest = maps.rest.copy()
     files.append(write_mesh(rest, path.with_name(f"{path.name}_maps.obj")))
     files.append(path.with_name(f"{path.name}_maps.json"))
-    facts = {
-        "normal": {"space": "tangent", "green": "up"},
-        "height": {"mm_at_65535": maps.most, "mm_at_0": -maps.most, "zero": 32768},
+    facts = conventions(maps.most) | {
         "cavity": {"zero": 128},
         "tension": {"red": "compression", "green": "stretch", "at_255": TENSION_MOST},
     }
     with written(files[-1]) as whole:
         whole.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
     return files
+
+
+def write_image(pixels: npt.NDArray[Any], path: Path, format: str = "PNG", **options: str) -> None:
+    """Write pixels as they are, those of 16 bits too; options are those of the format."""
+    from PIL import Image as Pillow
+
+    with written(path) as whole:
+        Pillow.fromarray(pixels).save(whole, format=format, **options)
+
+
+def conventions(most: float) -> dict[str, dict[str, Any]]:
+    """Return what the numbers of normals and heights mean; heights reach up to the `most`, mm."""
+    return {
+        "normal": {"space": "tangent", "green": "up"},
+        "height": {"mm_at_65535": most, "mm_at_0": -most, "zero": 32768},
+    }

@@ -34,10 +34,12 @@ from .maps import (
     as_bytes,
     check_map_size,
     check_texture,
+    conventions,
     in_tangent_space,
     nearest_covered,
     tell_shared_places,
     visible_first,
+    write_image,
 )
 from .poses import Pose, share_of_side
 
@@ -344,22 +346,18 @@ def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
     ...     [file.name for file in write_layers(layers, Path(folder) / "head.glb")]
     ['head_wrinkle1_normal.png', 'head_wrinkle1_height.png', 'browInnerUp_wrinklemask.tif', 'head_wrinkles.json']
     """
-    from PIL import Image as Pillow
-
     path = Path(path)
     stem = path.stem if path.suffix.lower() in (".glb", ".gltf", ".usd", ".usda", ".usdc") else path.name
     files: list[Path] = []
     for k, (normal, height) in enumerate(zip(layers.normals, layers.heights, strict=True), start=1):
         for kind, image in (("normal", normal), ("height", height)):
             files.append(path.with_name(f"{stem}_wrinkle{k}_{kind}.png"))
-            with written(files[-1]) as whole:
-                Pillow.fromarray(image).save(whole, format="PNG")
+            write_image(image, files[-1])
     folder = path.with_name(f"{stem}_wrinklemasks")
     rows = {}
     for name, mask in layers.masks.items():
         files.append(folder / f"{name}_wrinklemask.tif")
-        with written(files[-1]) as whole:
-            Pillow.fromarray(mask).save(whole, format="TIFF", compression="tiff_lzw")
+        write_image(mask, files[-1], "TIFF", compression="tiff_lzw")
         theirs = [_in_full(each) for each in METAHUMAN.get(name, ())]
         rows[name] = {
             "layer": layers.layer[name] + 1,
@@ -373,8 +371,7 @@ def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
             {"normal": f"{stem}_wrinkle{k}_normal.png", "height": f"{stem}_wrinkle{k}_height.png"}
             for k in range(1, len(layers.normals) + 1)
         ],
-        "normal": {"space": "tangent", "green": "up"},
-        "height": {"mm_at_65535": layers.most, "mm_at_0": -layers.most, "zero": 32768},
+        **conventions(layers.most),
         "blend": "layer k by the sum over shapes of weight squared times channel k of the mask, at most 1",
         "shapes": rows,
     }
