@@ -191,3 +191,20 @@ def solve(indptr, indices, lower, inverse, row_order, column_order, right, scrat
     for i in range(n):
         for k in range(3):
             out[i, k] = scratch[column_order[i], k]
+
+
+@njit(cache=True)
+def add_turns(points, which, centre, axis, angles, sign, out):
+    """Add to `out` (n, 3) `sign` times the ways of `which` (k,) of the points, turned by angles (k,) about an axis.
+
+    By the formula of Rodrigues; `out` may be the points themselves.
+    """
+    for p in range(which.shape[0]):
+        if angles[p] == 0.0:
+            continue
+        i, less, sin = which[p], sign * (np.cos(angles[p]) - 1.0), sign * np.sin(angles[p])
+        x, y, z = points[i, 0] - centre[0], points[i, 1] - centre[1], points[i, 2] - centre[2]
+        axial = x * axis[0] + y * axis[1] + z * axis[2]
+        out[i, 0] += less * (x - axial * axis[0]) + sin * (axis[1] * z - axis[2] * y)
+        out[i, 1] += less * (y - axial * axis[1]) + sin * (axis[2] * x - axis[0] * z)
+        out[i, 2] += less * (z - axial * axis[2]) + sin * (axis[0] * y - axis[1] * x)

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
-from ..anatomy.joint_weights import JointWeights, turned
+from ..anatomy.joint_weights import JointWeights
+from ._skin_kernels import add_turns
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
@@ -113,8 +114,8 @@ class Joints:
         """Add to `out` (n, 3) the displacements by each joint alone, times a sign."""
         for name, turn in self._rates(rates).items():
             joint, share = self._joints[name]
-            offset = self._points[joint.vertices] - joint.centre
-            out[joint.vertices] += sign * turned(offset, joint.axis, turn * share * joint.angles)
+            angles = turn * share * joint.angles
+            add_turns(self._points, joint.vertices, joint.centre, joint.axis, angles, sign, out)
 
     def facing(self, normals: Array, rates: Array) -> Array:
         """Return the normals (m, 3) of triangles as the joints turn them."""
@@ -123,7 +124,7 @@ class Joints:
             if rate > 0.0:
                 joint = self._joints[name][0]
                 triangles, angles = self._turning[name]
-                normals[triangles] += turned(normals[triangles], joint.axis, rate * angles)
+                add_turns(normals, triangles, np.zeros(3), joint.axis, rate * angles, 1.0, normals)
         return normals
 
     def carried(self, points: Array, before: Array, after: Array) -> Array:
@@ -131,9 +132,8 @@ class Joints:
         points = points.copy()
         for name, turn in self._changes(before, after).items():
             joint, share = self._joints[name]
-            points[joint.vertices] += turned(
-                points[joint.vertices] - joint.centre, joint.axis, turn * share * joint.angles
-            )
+            angles = turn * share * joint.angles
+            add_turns(points, joint.vertices, joint.centre, joint.axis, angles, 1.0, points)
         return points
 
     def parts(self, before: Array, after: Array) -> int:
