@@ -6,6 +6,9 @@ import numpy as np
 
 from ..geometry.compilation import njit
 
+TOGETHER = 8
+"""Unit vectors that are solved for at once: as many numbers as a line of a processor's cache holds."""
+
 
 @njit(cache=True)
 def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
@@ -191,6 +194,47 @@ def solve(indptr, indices, lower, inverse, row_order, column_order, right, scrat
     for i in range(n):
         for k in range(3):
             out[i, k] = scratch[column_order[i], k]
+
+
+@njit(cache=True)
+def solve_units(indptr, indices, lower, inverse, row_order, column_order, vertices, out):
+    """Solve as `solve` does for unit vectors at vertices (k,), into out (k, n, 3): some together, to read factors once.
+
+    What comes before a unit vector's 1 in the order of the factors stays 0.
+    """
+    n, m = inverse.shape[0], vertices.shape[0]
+    columns = np.empty((n, 3, TOGETHER))
+    for first in range(0, m, TOGETHER):
+        count = min(TOGETHER, m - first)
+        columns[:] = 0.0
+        start = n
+        for b in range(count):
+            row = row_order[vertices[first + b]]
+            columns[row, :, b] = 1.0
+            start = min(start, row)
+        for j in range(start, n):
+            here = columns[j]
+            if not here.any():
+                continue
+            for p in range(indptr[j] + 1, indptr[j + 1]):
+                there = columns[indices[p]]
+                for k in range(3):
+                    for b in range(count):
+                        there[k, b] -= lower[p, k] * here[k, b]
+        for j in range(n - 1, -1, -1):
+            here = columns[j]
+            for k in range(3):
+                for b in range(count):
+                    here[k, b] *= inverse[j, k]
+            for p in range(indptr[j] + 1, indptr[j + 1]):
+                there = columns[indices[p]]
+                for k in range(3):
+                    for b in range(count):
+                        here[k, b] -= lower[p, k] * there[k, b]
+        for b in range(count):
+            for i in range(n):
+                for k in range(3):
+                    out[first + b, i, k] = columns[column_order[i], k, b]
 
 
 @njit(cache=True)

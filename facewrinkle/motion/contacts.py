@@ -25,6 +25,7 @@ from .solids import bone_below, dental_arches, eyeballs, joined
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+Responses = npt.NDArray[np.float32]
 Rows = tuple[IntArray, Array, Array, Array]
 """Vertices (m, 6), slopes of their gaps (m, 6, 3), depths (m,) and stiffness (m,) of contacts."""
 
@@ -178,6 +179,9 @@ class Compliance:
     ----------
     solved : callable
         Returns the displacements (n, 3) of all vertices under forces (n, 3).
+    solve_for_units : callable
+        Writes those under unit forces along the coordinates at each of some vertices (k,) to its second argument, of
+        float32 and shape (k, n, 3).
     n : int
         Number of vertices.
 
@@ -185,7 +189,8 @@ class Compliance:
     --------
     Two rows along the first coordinate at vertices that do not feel each other, one 0.1 and one -0.1 mm deep:
 
-    >>> compliance = Compliance(lambda forces: forces / 4.0, n=2)
+    >>> responses = np.eye(2)[:, :, None].repeat(3, axis=2) / 4.0
+    >>> compliance = Compliance(lambda forces: forces / 4.0, lambda at, out: np.copyto(out, responses[at]), n=2)
     >>> vertices, slopes = np.array([[0] * 6, [1] * 6]), np.zeros((2, 6, 3))
     >>> slopes[:, 0, 0] = 1.0
     >>> rows = vertices, slopes, np.array([0.1, -0.1]), np.array([1e9, 1e9])
@@ -195,8 +200,10 @@ class Compliance:
 
     ROUNDS, TOLERANCE, FEW = 12, 1e-8, 40
 
-    def __init__(self, solved: Callable[[Array], Array], n: int) -> None:
-        self._solved, self._n = solved, n
+    def __init__(
+        self, solved: Callable[[Array], Array], solve_for_units: Callable[[IntArray, Responses], None], n: int
+    ) -> None:
+        self._solved, self._solve_for_units, self._n = solved, solve_for_units, n
         self._slots = np.full(n, -1)
         self._columns = np.empty((0, n, 3), np.float32)
         self._filled = 0
@@ -231,10 +238,7 @@ class Compliance:
             longer = np.empty((2 * (self._filled + len(new)), self._n, 3), np.float32)
             longer[: self._filled] = self._columns[: self._filled]
             self._columns = longer
-        unit = np.zeros((self._n, 3))
-        for vertex in new:
-            unit[vertex] = 1.0
-            self._columns[self._filled] = self._solved(unit)
-            unit[vertex] = 0.0
-            self._slots[vertex] = self._filled
-            self._filled += 1
+        filled = self._filled + len(new)
+        self._solve_for_units(new, self._columns[self._filled : filled])
+        self._slots[new] = np.arange(self._filled, filled)
+        self._filled = filled

@@ -102,7 +102,7 @@ class Minimiser:
         self.factors = Factors(matrices, points)
         self._area, self._iterations, self._contacts = area, iterations, contacts
         self._total_area = math.fsum(area)
-        self._compliance = Compliance(self.factors.solved, len(points))
+        self._compliance = Compliance(self.factors.solved, self.factors.solve_for_units, len(points))
         self.reset()
 
     def reset(self) -> None:
@@ -254,3 +254,7 @@ class Factors:
         out = np.empty_like(right)
         kernels.solve(*self._pattern, self.lower, self._inverse, *self._order, right, self._scratch, out)
         return out
+
+    def solve_for_units(self, vertices: IntArray, out: npt.NDArray[np.float32]) -> None:
+        """Write the solutions for right-hand sides that are 1 at one of the vertices (k,), else 0, to out (k, n, 3)."""
+        kernels.solve_units(*self._pattern, self.lower, self._inverse, *self._order, vertices, out)
