@@ -26,7 +26,7 @@ coverage: $(READY)  ## the tests again, with the share of lines that they run (a
 
 pictures: $(READY)  ## draw the pictures under test anew (look at them before they are committed)
 	rm -rf tests/pictures/baselines/*.png output/pictures
-	$(BIN)/python -m pytest -q --reset_image_cache tests/pictures -k "not fortieth"
+	$(BIN)/python -m pytest -q --reset_image_cache tests/pictures
 
 bench: $(READY)  ## time the hot paths
 	$(BIN)/python -m pytest benchmarks -q --benchmark-only --benchmark-group-by=group \
