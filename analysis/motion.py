@@ -126,12 +126,20 @@ def compared(ours: Array, captured: Array, area: Array, muscle: str = "", shape:
     )
 
 
+AT_REST = 1e-3
+"""Skin has come to rest if no point moves farther in a step, mm."""
+
+
 def settled(skin: fw.Skin, rates: dict[str, float], steps: int = 15) -> Array:
     """Return the displacement (n, 3) in mm at which the skin rests with these rates; long time steps are quickest."""
     skin.reset()
     skin.contract(rates)
+    before = skin.displacement
     for _ in range(steps):
         skin.step()
+        if np.abs(skin.displacement - before).max() < AT_REST:
+            break
+        before = skin.displacement
     return skin.displacement.copy()
 
 

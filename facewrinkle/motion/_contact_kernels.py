@@ -186,55 +186,95 @@ def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, h
 
 
 @njit(cache=True)
-def compliance(vertices, slopes, involved, slots, columns):
-    """Return the change (m, m) of the gaps of rows by unit forces at rows.
-
-    `columns[slots[v]]` (n, 3) is the response of all vertices to unit forces along the coordinates at vertex v, and
-    `involved` are the vertices of the rows in ascending order.
+def compact(vertices, slopes, slots):
+    """Return rows as the kernels below read them: slopes, their number (m,) without the zeros at the end, the vertices
+    that are involved in ascending order, the place of each vertex among them (m, 6), and the slots (n,) of these.
     """
-    m, n = vertices.shape[0], involved.shape[0]
-    out, moved = np.empty((m, m)), np.empty((n, 3))
-    near = np.empty((n, n, 3), np.float32)
-    for i in range(n):
-        for j in range(n):
-            for k in range(3):
-                near[i, j, k] = columns[slots[involved[i]], involved[j], k]
-    size, place = np.empty(m, np.int64), np.empty((m, 6), np.int64)
-    for r in range(m):
+    involved = np.unique(vertices)
+    size, place = np.empty(len(vertices), np.int64), np.empty(vertices.shape, np.int64)
+    for r in range(len(vertices)):
         size[r] = 6
         while size[r] > 1 and not slopes[r, size[r] - 1].any():
             size[r] -= 1
         for a in range(size[r]):
             place[r, a] = np.searchsorted(involved, vertices[r, a])
-    for r in range(m):
-        moved[:] = 0.0
+    return slopes, size, involved, place, slots[involved]
+
+
+@njit(cache=True)
+def own_compliance(rows, columns):
+    """Return the change (m,) of the gap of each row by a unit force at itself."""
+    slopes, size, involved, place, slots = rows
+    out = np.zeros(len(slopes))
+    for r in range(len(slopes)):
         for a in range(size[r]):
-            i = place[r, a]
-            for j in range(n):
+            column = columns[slots[place[r, a]]]
+            for b in range(size[r]):
                 for k in range(3):
-                    moved[j, k] += slopes[r, a, k] * near[i, j, k]
-        for q in range(r + 1):
-            total = 0.0
-            for b in range(size[q]):
-                for k in range(3):
-                    total += slopes[q, b, k] * moved[place[q, b], k]
-            out[r, q] = out[q, r] = total
+                    out[r] += slopes[r, a, k] * slopes[r, b, k] * column[involved[place[r, b]], k]
     return out
 
 
 @njit(cache=True)
-def contact_forces(response, depths, stiffness, start, rounds, tolerance):
+def compliance(r, rows, columns, known, out):
+    """Write the changes (m,) of the gaps of all rows by a unit force at row r to out[r], which is then known.
+
+    `columns[slot]` (n, 3) is the response of all vertices to unit forces along the coordinates at a vertex; `out` (m, m)
+    is symmetric.
+    """
+    slopes, size, involved, place, slots = rows
+    moved = np.zeros((len(involved), 3))
+    for a in range(size[r]):
+        column = columns[slots[place[r, a]]]
+        x, y, z = slopes[r, a]
+        for j in range(len(involved)):
+            i = involved[j]
+            moved[j, 0] += x * column[i, 0]
+            moved[j, 1] += y * column[i, 1]
+            moved[j, 2] += z * column[i, 2]
+    for q in range(len(slopes)):
+        if known[q]:
+            out[r, q] = out[q, r]
+            continue
+        x, y, z = 0.0, 0.0, 0.0
+        for b in range(size[q]):
+            j = place[q, b]
+            x += slopes[q, b, 0] * moved[j, 0]
+            y += slopes[q, b, 1] * moved[j, 1]
+            z += slopes[q, b, 2] * moved[j, 2]
+        out[r, q] = x + y + z
+    known[r] = True
+
+
+@njit(cache=True)
+def contact_forces(rows, columns, depths, stiffness, start, rounds, tolerance):
     """Return the forces f >= 0 (m,) with f = stiffness * max(depths - response (f - start), 0).
 
     Sweeps of projected Gauss-Seidel find which contacts press, and a direct solution how much these do (Dostal, Optimal
-    Quadratic Programming Algorithms, 2009, section 5.8).
+    Quadratic Programming Algorithms, 2009, section 5.8). Most never press: responses are worked out for those that do.
     """
     m = depths.shape[0]
-    forces, free = start.copy(), depths + response @ start
-    pushed = free - depths
+    own, response, known = own_compliance(rows, columns), np.empty((m, m)), np.zeros(m, np.bool_)
+    forces, pushed = start.copy(), np.zeros(m)
+    for r in range(m):
+        if start[r] != 0.0:
+            compliance(r, rows, columns, known, response)
+            add(start[r], response[r], pushed)
+    free = depths + pushed
     for _ in range(rounds):
         for _ in range(SWEEPS):
-            largest = swept(response, free, stiffness, forces, pushed)
+            largest = 0.0
+            for r in range(m):  # a sweep
+                give = 1.0 / stiffness[r]
+                change = (free[r] - pushed[r] - give * forces[r]) / (own[r] + give)
+                change = max(forces[r] + change, 0.0) - forces[r]
+                if change == 0.0:
+                    continue
+                if not known[r]:
+                    compliance(r, rows, columns, known, response)
+                forces[r] += change
+                add(change, response[r], pushed)
+                largest = max(largest, abs(change) * own[r])
             if largest < tolerance:
                 return forces
         pressing = np.flatnonzero(forces > 0.0)
@@ -253,47 +293,36 @@ def contact_forces(response, depths, stiffness, start, rounds, tolerance):
             r = pressing[i]
             change = max(forces[r] + share * (wanted[i] - forces[r]), 0.0) - forces[r]
             forces[r] += change
-            for q in range(m):
-                pushed[q] += response[r, q] * change
+            add(change, response[r], pushed)
     return forces
 
 
 @njit(cache=True)
-def swept(response, depths, stiffness, forces, pushed):
-    """Make a sweep of projected Gauss-Seidel; return the largest change that it has made, mm."""
-    largest = 0.0
-    for r in range(depths.shape[0]):
-        give = 1.0 / stiffness[r]
-        change = (depths[r] - pushed[r] - give * forces[r]) / (response[r, r] + give)
-        change = max(forces[r] + change, 0.0) - forces[r]
-        if change == 0.0:
-            continue
-        forces[r] += change
-        for q in range(depths.shape[0]):
-            pushed[q] += response[r, q] * change
-        largest = max(largest, abs(change) * response[r, r])
-    return largest
+def add(factor, vector, out):
+    """Add a multiple of a vector (m,) to another."""
+    for i in range(len(out)):
+        out[i] += factor * vector[i]
 
 
 @njit(cache=True)
 def cholesky_solution(matrix, right):
     """Return the solution (m,) with a symmetric positive definite matrix (m, m), whose lower half is overwritten."""
     m = right.shape[0]
-    out = right.copy()
-    for i in range(m):
-        for j in range(i + 1):
-            total = matrix[i, j]
-            for k in range(j):
-                total -= matrix[i, k] * matrix[j, k]
-            matrix[i, j] = total / matrix[j, j] if i > j else np.sqrt(max(total, 1e-300))
+    out, column = right.copy(), np.empty(m)
+    for j in range(m):
+        matrix[j, j] = np.sqrt(max(matrix[j, j], 1e-300))
+        for i in range(j + 1, m):
+            column[i] = matrix[i, j] = matrix[i, j] / matrix[j, j]
+        for i in range(j + 1, m):
+            add(-column[i], column[j + 1 : i + 1], matrix[i, j + 1 : i + 1])
     for i in range(m):
         for k in range(i):
             out[i] -= matrix[i, k] * out[k]
         out[i] /= matrix[i, i]
     for i in range(m - 1, -1, -1):
-        for k in range(i + 1, m):
-            out[i] -= matrix[k, i] * out[k]
         out[i] /= matrix[i, i]
+        for k in range(i):
+            out[k] -= matrix[i, k] * out[i]
     return out
 
 

@@ -215,11 +215,12 @@ class Compliance:
         small where the skin comes to rest, and is not lost in the rounding of large forces that balance others.
         """
         vertices, slopes, depths, stiffness = rows
-        involved = np.unique(vertices)
-        self._solve_for(involved)
-        response = kernels.compliance(vertices, slopes, involved, self._slots, self._columns)
+        self._solve_for(np.unique(vertices))
         now = np.zeros(len(depths)) if ahead is None else kernels.present_forces(*rows, ahead)
-        forces = kernels.contact_forces(response, depths, stiffness, now, self.ROUNDS, self.TOLERANCE)
+        forces = kernels.contact_forces(
+            kernels.compact(vertices, slopes, self._slots), self._columns, depths, stiffness, now, self.ROUNDS,
+            self.TOLERANCE,
+        )  # fmt: skip
         out = np.zeros((self._n, 3))
         kernels.add_forces(vertices, slopes, forces - now, out)
         return out

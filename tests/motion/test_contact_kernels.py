@@ -165,10 +165,15 @@ def test_forces_are_those_of_non_negative_least_squares(m, seed, stiffness):
     """f >= 0 with f = k max(d - R f, 0) minimises f (R + 1 / k) f / 2 - d f over all f >= 0."""
     rng = np.random.default_rng(seed)
     a = rng.normal(size=(m, 2 * m + 3))
-    response, depths = a @ a.T / (2 * m), rng.normal(size=m)
+    response, depths = (a @ a.T / (2 * m)).astype(np.float32).astype(float), rng.normal(size=m)
     stiff = stiffness * rng.uniform(0.5, 2.0, m)
     start = rng.random(m) * (rng.random(m) < 0.5)
-    forces = kernels.contact_forces(response, depths - response @ start, stiff, start, 100, 1e-13)
+    vertices, slopes = np.repeat(np.arange(m)[:, None], 6, axis=1), np.zeros((m, 6, 3))
+    slopes[:, 0, 0] = 1.0  # a row for each vertex, and no other coordinate
+    columns = np.zeros((m, m, 3), np.float32)
+    columns[:, :, 0] = response
+    rows = kernels.compact(vertices, slopes, np.arange(m))
+    forces = kernels.contact_forces(rows, columns, depths - response @ start, stiff, start, 100, 1e-13)
     left = np.linalg.cholesky(response + np.diag(1.0 / stiff))
     np.testing.assert_allclose(forces, nnls(left.T, np.linalg.solve(left, depths))[0], atol=1e-7)
     assert forces.min() >= 0.0
@@ -191,8 +196,14 @@ def test_the_change_of_gaps_is_what_forces_at_vertices_do():
     for r in range(m):
         np.add.at(rows[r], vertices[r], slopes[r])
     expected = np.einsum("rik,ikj,qjk->rq", rows, diagonal, rows)
-    found = kernels.compliance(vertices, slopes, np.unique(vertices), slots, columns.astype(np.float32))
+    compact, columns = kernels.compact(vertices, slopes, slots), columns.astype(np.float32)
+    known, found = np.zeros(m, bool), np.full((m, m), np.nan)
+    for r in rng.permutation(m):
+        kernels.compliance(r, compact, columns, known, found)
+    assert known.all()
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-5 * np.abs(expected).max())
+    own = kernels.own_compliance(compact, columns)
+    np.testing.assert_allclose(own, np.diag(found), rtol=1e-10)
     forces, out = rng.uniform(size=m), np.zeros((n, 3))
     kernels.add_forces(vertices, slopes, forces, out)
     np.testing.assert_allclose(out, np.einsum("r,rik->ik", forces, rows), atol=1e-12)

@@ -27,8 +27,8 @@ from analysis.oracle import DEEPEST, Oracle
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.geometry.normals import vertex_areas
-from facewrinkle.motion._contact_kernels import solid_gap
 from facewrinkle.motion import contacts as contacts_module
+from facewrinkle.motion._contact_kernels import solid_gap
 from facewrinkle.motion.contacts import REACH, Compliance, Contacts
 from facewrinkle.motion.lip_pressure import _facing
 from facewrinkle.motion.lip_surfaces import LIP_DISTANCE
