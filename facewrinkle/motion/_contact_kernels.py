@@ -219,8 +219,8 @@ def own_compliance(rows, columns):
 def compliance(r, rows, columns, known, out):
     """Write the changes (m,) of the gaps of all rows by a unit force at row r to out[r], which is then known.
 
-    `columns[slot]` (n, 3) is the response of all vertices to unit forces along the coordinates at a vertex; `out` (m, m)
-    is symmetric.
+    `columns[slot]` (n, 3) is the response of all vertices to unit forces along the coordinates at a vertex, and `out`
+    (m, m) symmetric.
     """
     slopes, size, involved, place, slots = rows
     moved = np.zeros((len(involved), 3))
