@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 
 import aiohttp
 
@@ -36,7 +36,8 @@ class Page:
         self.frames += 1
         self.bytes.append(len(got.data))
         if shown:
-            await self.send({"do": "shown"})
+            with suppress(aiohttp.ClientConnectionResetError):  # as in a browser, where the other end has closed
+                await self.send({"do": "shown"})
         return self.head
 
     async def send(self, what):

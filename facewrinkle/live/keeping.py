@@ -33,10 +33,10 @@ class Kept:
         self.when, self._text, self._in_the_way = "", "", False
         path = None if folder.path is None else folder.path / NAME
         if path is not None and path.is_file():
+            self._in_the_way = True
             with contextlib.suppress(OSError, UnicodeDecodeError):
                 if path.stat().st_size <= LARGEST:
                     self._text = path.read_text(encoding="utf-8")
-                    self._in_the_way = True
                     self.when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
 
     def resume(self, document: Document) -> None:
@@ -56,7 +56,7 @@ class Kept:
         self.when = ""
 
     def keep(self, document: Document) -> None:
-        """Save the session if it was changed. One of an earlier start that was not resumed gets another name."""
+        """Save the session if it was changed. A file of an earlier start that was not resumed gets another name."""
         if self._folder.path is None or self._seen == document.version:
             return
         first, self._seen = self._seen < 0, document.version
@@ -64,6 +64,6 @@ class Kept:
             return
         with contextlib.suppress(OutputError):
             if self._in_the_way:
-                self._folder.write(NAME, self._text.encode())
+                self._folder.set_aside(NAME)
                 self._in_the_way = False
             self._folder.write(NAME, document.text().encode(), anew=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import itertools
 import re
@@ -20,6 +21,7 @@ from ..anatomy.face_file import write_face
 from ..errors import OutputError, ParameterError
 from ..export import movie_writer, write_mesh
 from ..export.animation import AnimationWriter
+from ..mesh.files import not_written, written
 from ..motion.recorded import Recorded
 from ..plotting import Style, TearScene
 from .document import Document
@@ -71,18 +73,38 @@ class Folder:
         assert self.path is not None
         if not re.fullmatch(r"[a-z]+\.[a-z0-9]+", name):
             raise OutputError(f"the studio writes files with plain names, received {name!r}.")
+        path = self._claimed(name) if anew else self.path / name
+        try:
+            with written(path) as whole:
+                whole.write_bytes(data)
+        except OutputError:
+            if anew:
+                path.unlink(missing_ok=True)
+            raise
+        return path
+
+    def set_aside(self, name: str) -> Path:
+        """Give a file another name, with a number, whatever is in it."""
+        assert self.path is not None
+        path = self._claimed(name)
+        try:
+            return (self.path / name).replace(path)
+        except OSError as problem:
+            path.unlink(missing_ok=True)
+            raise not_written(path, problem) from None
+
+    def _claimed(self, name: str) -> Path:
+        """Make an empty file under a name with the first number that is free."""
+        assert self.path is not None
         stem, _, ending = name.partition(".")
         try:
             for number in range(1, MOST):
-                path = self.path / (f"{stem}_{number}.{ending}" if anew else name)
-                try:
-                    with path.open("xb" if anew else "wb") as file:
-                        file.write(data)
+                path = self.path / f"{stem}_{number}.{ending}"
+                with contextlib.suppress(FileExistsError):
+                    path.touch(exist_ok=False)
                     return path
-                except FileExistsError:
-                    continue
-        except OSError as error:
-            raise OutputError(f"cannot write {str(path)!r}: {error.strerror}.") from None
+        except OSError as problem:
+            raise not_written(path, problem) from None
         raise OutputError(f"there are {MOST} files of the name {name} in {str(self.path)!r} already.")
 
 

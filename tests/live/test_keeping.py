@@ -75,6 +75,19 @@ def test_a_session_that_is_dismissed_gets_another_name(folder):
     assert (folder.path / "session.json").read_text() == document.text()
 
 
+def test_what_cannot_be_read_is_not_offered_and_gets_another_name(folder):
+    (folder.path / "session.json").write_bytes(b"\xff not text")
+    document, kept = Document(load_atlas()), Kept(folder)
+    assert kept.when == ""
+    document.change([(("intensity",), 0.2)])
+    kept.keep(document)
+    document.change([(("intensity",), 0.3)])
+    kept.keep(document)
+    assert (folder.path / "session_1.json").read_bytes() == b"\xff not text"
+    assert (folder.path / "session.json").read_text() == document.text()
+    assert len(list(folder.path.iterdir())) == 2
+
+
 def test_what_is_no_session_is_an_error_when_it_is_taken(folder):
     (folder.path / "session.json").write_text("[]")
     document, kept = Document(load_atlas()), Kept(folder)
