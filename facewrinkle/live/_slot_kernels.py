@@ -14,11 +14,18 @@ FREE = np.uint64(0)
 
 
 @njit(cache=True)
+def table_size(count):
+    """Places of a table, a power of two: twice as many as keys, at least."""
+    size = 4
+    while size < 2 * count:
+        size *= 2
+    return size
+
+
+@njit(cache=True)
 def distinct_keys(bits, out):
     """A key for each row of 64-bit numbers (n, k): the same for the same row, but for the second of two equal rows."""
-    size = 4
-    while size < 2 * len(bits):
-        size *= 2
+    size = table_size(len(bits))
     held, mask, shift = np.zeros(size, np.uint64), np.uint64(size - 1), np.uint64(29)
     for i in range(len(bits)):
         key = MIX
@@ -41,9 +48,7 @@ def distinct_keys(bits, out):
 @njit(cache=True)
 def known_places(before, keys, out):
     """The place (n,) of each key in `before`, and -1 for those that are not there."""
-    size = 4
-    while size < 2 * len(before):
-        size *= 2
+    size = table_size(len(before))
     place, mask, shift = np.full(size, -1, np.int64), np.uint64(size - 1), np.uint64(29)
     for p in range(len(before)):
         if before[p] != FREE:

@@ -90,7 +90,7 @@ class Relief:
         return strength
 
 
-def sends(actor: vtkActor) -> None:
+def send_relief(actor: vtkActor) -> None:
     """Give an actor a mapper that sends the array `RELIEF` of its mesh to the shader; PyVista's cannot."""
     mapper = vtkPolyDataMapper()
     mapper.MapDataArrayToVertexAttribute(f"{RELIEF}MC", RELIEF, 0, -1)

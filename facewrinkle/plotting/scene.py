@@ -22,7 +22,7 @@ from ..mesh.seams import corner_texture
 from .drawn import FrontFirst, Joined, same
 from .fields import field_colouring
 from .images import Image
-from .relief import Relief, sends
+from .relief import Relief, send_relief
 from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair, headlight
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, View, aim, height_of
@@ -216,7 +216,7 @@ class Scene:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
         self._add(drawn, "skin", SKIN_MATERIAL, tinted=paint is not None, **options)
         if self._relief is not None:
-            sends(self._actors["skin"])
+            send_relief(self._actors["skin"])
         mapper = self._actors["skin"].GetMapper()
         mapper.SetInputData(drawn)
         mapper.SetScalarVisibility(paint is not None)

@@ -12,7 +12,7 @@ from drawing import SMALL, difference, held
 import facewrinkle as fw
 from facewrinkle.appearance.microrelief import DEPTH, OLD_DEPTH
 from facewrinkle.plotting import Scene, Style, View, picture
-from facewrinkle.plotting.relief import Relief, sends
+from facewrinkle.plotting.relief import Relief, send_relief
 from facewrinkle.plotting.shaders import RELIEF, SKIN_MATERIAL
 from facewrinkle.plotting.views import LIGHTS, VIEW_ANGLE, VIEWS
 from facewrinkle.plotting.window import rendered
@@ -68,7 +68,7 @@ def sheet(stretch, depth):
     actor = plotter.add_mesh(plane, color=(0.8, 0.6, 0.5), smooth_shading=False, ambient=1.0, diffuse=1.0)
     actor.prop.interpolation = "phong"
     SKIN_MATERIAL.apply(actor, len(LIGHTS), relief=(depth, np.radians(VIEW_ANGLE) / pixels))
-    sends(actor)
+    send_relief(actor)
     actor.GetMapper().SetInputData(plane)
     plotter.camera_position = [(0.0, 0.0, 1.6), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
     plotter.camera.view_angle = VIEW_ANGLE
