@@ -57,7 +57,7 @@ plt.tight_layout()
 face = fw.default_face()
 sim = fw.Simulation(face, folds="paper")
 sim.express("stretching_mouth")
-*_, frame = sim.run(60)
+frame = sim.settle()
 styles = [Style(size=(460, 420), view="right_mouth", scalars=name) for name in (None, "epsilon", "W")]
 figure(side_by_side([picture(frame, face, style) for style in styles]))
 

@@ -25,7 +25,7 @@ def played(face, expression, **options):
     """The face that holds an expression."""
     sim = fw.Simulation(face, **options)
     sim.express(expression, intensity=0.8)
-    *_, frame = sim.run(60)
+    frame = sim.settle()
     return frame
 
 

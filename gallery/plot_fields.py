@@ -19,7 +19,7 @@ face = fw.default_face()
 layer = fw.MuscleWrinkles(inextensible=False)  # W = k0 H At A, not bounded by what skin of fixed length can fold
 sim = fw.Simulation(face, layers=[layer])
 sim.express("fear")
-*_, frame = sim.run(60)
+frame = sim.settle()
 
 # %%
 # The arrays and what they hold. Those of waves are only there with :class:`facewrinkle.WaveFolds`.

@@ -39,7 +39,7 @@ def held(what, face, **options):
     """The face that holds an expression."""
     sim = fw.Simulation(face, **options)
     sim.express(what)
-    *_, frame = sim.run(45)
+    frame = sim.settle()
     return frame
 
 

@@ -61,7 +61,7 @@ images = [picture(face.mesh, face, Style(size=(400, 440)))]
 for what in ("surprise", "disgust"):
     sim.reset()
     sim.express(what)
-    *_, frame = sim.run(50)
+    frame = sim.settle()
     images.append(picture(frame, face, Style(size=(400, 440))))
 figure(side_by_side(images))
 

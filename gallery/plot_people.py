@@ -28,7 +28,7 @@ style, laughing = Style(size=(300, 340), view="left_three_quarter"), []
 for face in people:
     sim = fw.Simulation(face)
     sim.express("laughter")
-    *_, frame = sim.run(45)
+    frame = sim.settle()
     laughing.append(picture(frame, face, style))
 figure(stacked([side_by_side([picture(face.mesh, face, style) for face in people]), side_by_side(laughing)]))
 
@@ -41,7 +41,7 @@ images, frames = [], []
 for look in looks:
     sim = fw.Simulation(face)
     sim.look(**look)
-    *_, frame = sim.run(15)
+    frame = sim.settle()
     frames.append(frame)
     images.append(picture(frame, face, Style(size=(300, 200), view="cheeks")))
 figure(side_by_side(images))

@@ -25,7 +25,7 @@ counts, images, depths = [], [], []
 for level in (0, 1, 2):
     sim = fw.Simulation(face, fw.Refinement(max_level=level), folds="paper")
     sim.express("frowning")
-    *_, frame = sim.run(50)
+    frame = sim.settle()
     counts.append(frame.n_cells)
     depths.append(np.ptp(frame["W"]))
     images.append(picture(frame, face, Style(size=(400, 380), view="glabella", wireframe=True)))

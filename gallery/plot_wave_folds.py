@@ -22,7 +22,7 @@ def played(name, **options):
     """The last frame of an expression, held until it has settled."""
     sim = fw.Simulation(face, **options)
     sim.express(name)
-    *_, frame = sim.run(30)
+    frame = sim.settle()
     return frame
 
 
