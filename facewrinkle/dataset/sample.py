@@ -32,10 +32,11 @@ from ..simulation import Simulation
 from ..simulation.fold_layers import fold_layers
 from ..tears.presets import preset, surfaces
 from .furrows import FurrowTracker
-from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, Labeller
+from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, labels_of
 from .plan import Person, Plan, person_of, plan_of
 from .regions import REGIONS
 from .spec import TIME_STEP, Spec
+from .visible import Camera
 
 ATTEMPTS = 5
 """So many draws of a sample are tried before it counts as failed."""
@@ -142,17 +143,12 @@ class SampleMaker:
     @checked
     def __init__(self, spec: Spec) -> None:
         self.spec = spec
-        self._labeller = Labeller(spec.size)
         self._person: Person | None = None
         self._simulation: Simulation | None = None
         self._scene: TearScene | None = None
 
     def close(self) -> None:
-        """Free the windows."""
-        self._labeller.close()
-        self._close_scene()
-
-    def _close_scene(self) -> None:
+        """Free the window."""
         if self._scene is not None:
             self._scene.close()
             self._scene = None
@@ -185,15 +181,15 @@ class SampleMaker:
         raise FaceWrinkleError(f"sample {index}: no draw of {ATTEMPTS} was good ({'; '.join(refused)}).")
 
     def simulation_of(self, number: int) -> tuple[Person, Simulation]:
-        """Return a person with a simulation of the relaxed face."""
+        """Return a person with a simulation of the face, that of the sample before if it shows the same one."""
         if self._person is None or self._simulation is None or self._person.number != number:
-            self._person = person = person_of(self.spec, number)
+            person = person_of(self.spec, number)
             face = face_of(self.spec, person)
             options: dict[str, Any] = dict(person.folds)
             if person.scan is not None:
                 options["age"] = max(person.identity["age"], 0.0)
             self._simulation = Simulation(face, layers=fold_layers(face, "wave", **options), time_step=TIME_STEP)
-        self._simulation.reset()
+            self._person = person
         return self._person, self._simulation
 
     def _made(self, plan: Plan, refused: list[str]) -> list[Sample]:
@@ -225,10 +221,10 @@ class SampleMaker:
             smiling = plan.expression.keys() & {"happiness", "laughter", "AU12"}
             tears = surfaces(preset("joy" if smiling else "weeping", face, plan.index), time, frame)
         scene = self._staged(face, plan)
-        image, camera = scene.picture(frame, tears), scene.plotter.camera.copy()
+        image, camera = scene.picture(frame, tears), Camera.of(scene.plotter.camera, self.spec.size)
         families = next((tuple(layer.lines) for layer in simulation.layers if isinstance(layer, WaveFolds)), ())
         seen = Appearance.of(face).at(frame)
-        labels, facts = self._labeller(face, seen, frame, camera, tears, families, tracker)
+        labels, facts = labels_of(face, seen, frame, camera, tears, families, tracker)
         if fault := fault_of(labels, facts, self.spec.size):
             raise BadDraw(fault)
         return image, labels, facts
@@ -236,18 +232,19 @@ class SampleMaker:
     def _staged(self, face: Face, plan: Plan) -> TearScene:
         """A scene of the face with what a plan puts around it; that of the last sample, if it shows the same face."""
         scene = self._scene
-        if scene is None or scene.face is not face or face.texture is not None or Appearance.of(face).own:
-            self._close_scene()
+        if scene is None or scene.face is not face or Appearance.of(face).own:
+            self.close()
             self._scene = scene = TearScene(face, Style(self.spec.size, quick=self.spec.quick))
         place(scene, plan)
         return scene
 
     def _frames(self, simulation: Simulation, plan: Plan) -> Iterator[pv.PolyData]:
         """Yield the frames of a plan: the face that holds its expression, or on the way there."""
+        if self.spec.frames > 1:
+            simulation.reset()
         if simulation.face.eyes:
             simulation.look(plan.gaze["yaw"], plan.gaze["pitch"])
-        if plan.expression:
-            simulation.express(plan.expression)
+        simulation.express(plan.expression)
         if self.spec.frames > 1:
             steps = simulation.run(self.spec.frames * self.spec.stride)
             yield from islice(steps, self.spec.stride - 1, None, self.spec.stride)
@@ -255,7 +252,7 @@ class SampleMaker:
         with warnings.catch_warnings():
             warnings.simplefilter("error", FaceWrinkleWarning)
             try:
-                yield simulation.settle(most=150)
+                yield simulation.settle(most=150, afresh=True)
             except FaceWrinkleWarning:
                 raise BadDraw("the face does not come to rest") from None
 
