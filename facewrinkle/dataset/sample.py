@@ -9,6 +9,8 @@ import zipfile
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Self
 
 import numpy as np
@@ -23,6 +25,7 @@ from ..anatomy.identity import Identity
 from ..appearance.seen import Appearance
 from ..arguments import checked
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
+from ..export.meshes import write_mesh
 from ..layers.wave_folds import WaveFolds
 from ..mesh.arrays import points_and_triangles
 from ..plotting.images import Image
@@ -75,6 +78,8 @@ class Sample:
         All else that is known: person, expression, contractions, landmarks, camera, furrows.
     mesh : dict of str to ndarray
         ``points``, ``rest`` (n, 3), in the unit of the face, and ``triangles`` (m, 3), if asked for.
+    model : bytes
+        A binary glTF of skin, eyes, mouth and tears, if asked for.
 
     Examples
     --------
@@ -89,6 +94,7 @@ class Sample:
     facts: dict[str, Any]
     frame: int | None = None
     mesh: dict[str, npt.NDArray[Any]] = field(default_factory=dict)
+    model: bytes = b""
 
     @property
     def key(self) -> str:
@@ -103,7 +109,8 @@ class Sample:
         Pillow.fromarray(self.image).save(picture, format="PNG", compress_level=LEVEL)
         text = json.dumps(self.facts, sort_keys=True, separators=(",", ":"))
         files = {"png": picture.getvalue(), "npz": _compressed(self.labels), "json": text.encode()}
-        return files | ({"mesh.npz": _compressed(self.mesh)} if self.mesh else {})
+        files |= {"mesh.npz": _compressed(self.mesh)} if self.mesh else {}
+        return files | ({"mesh.glb": self.model} if self.model else {})
 
 
 def key_of(index: int, frame: int | None = None) -> str:
@@ -207,9 +214,10 @@ class SampleMaker:
         clip = self.spec.frames > 1
         tracker = FurrowTracker(SHARED / simulation.face.unit) if clip else None
         made = []
-        for number, frame in enumerate(self._frames(simulation, plan)):
+        for number, frame in enumerate(self.frames(simulation, plan)):
             time = None if plan.tears is None else plan.tears + number * self.spec.stride * TIME_STEP
-            image, labels, facts = self._drawn(simulation, plan, frame, time, tracker)
+            tears = self._tears(simulation.face, plan, frame, time)
+            image, labels, facts = self._drawn(simulation, plan, frame, tears, tracker)
             rates = dict(zip(simulation.motion.names, simulation.motion.rates.tolist(), strict=True))
             facts |= {"plan": plan.as_dict(), "person": asdict(person), "refused": refused}
             facts |= {"contractions": {name: rate for name, rate in rates.items() if rate > 0.0}}
@@ -217,19 +225,29 @@ class SampleMaker:
             facts |= {"steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP}, "parts": list(PARTS)}
             facts |= {"regions": list(REGIONS)}
             facts |= {"version": __version__} | ({"frame": number} if clip else {})
-            mesh = mesh_of(frame) if self.spec.mesh else {}
-            made.append(Sample(plan.index, image, labels, facts, number if clip else None, mesh))
+            facts |= {"action_units": action_units_of(simulation, plan.expression)}
+            mesh = mesh_of(frame) if self.spec.mesh == "npz" else {}
+            model = model_of(frame, simulation.face, tears) if self.spec.mesh == "glb" else b""
+            made.append(Sample(plan.index, image, labels, facts, number if clip else None, mesh, model))
         return made
 
+    def _tears(self, face: Face, plan: Plan, frame: pv.PolyData, time: float | None) -> list[pv.PolyData]:
+        """The surfaces of tears that began so many seconds ago."""
+        if time is None or not face.eyes:
+            return []
+        smiling = plan.expression.keys() & {"happiness", "laughter", "AU12"}
+        return surfaces(preset("joy" if smiling else "weeping", face, plan.index), time, frame)
+
     def _drawn(
-        self, simulation: Simulation, plan: Plan, frame: pv.PolyData, time: float | None, tracker: FurrowTracker | None
+        self,
+        simulation: Simulation,
+        plan: Plan,
+        frame: pv.PolyData,
+        tears: list[pv.PolyData],
+        tracker: FurrowTracker | None,
     ) -> tuple[Image, dict[str, npt.NDArray[Any]], dict[str, Any]]:
-        """The picture of a frame, its labels, and facts; with tears that began so many seconds ago."""
+        """The picture of a frame, its labels, and facts."""
         face = simulation.face
-        tears: list[pv.PolyData] = []
-        if time is not None and face.eyes:
-            smiling = plan.expression.keys() & {"happiness", "laughter", "AU12"}
-            tears = surfaces(preset("joy" if smiling else "weeping", face, plan.index), time, frame)
         scene = self._staged(face, plan)
         image, camera = scene.picture(frame, tears), Camera.of(scene.plotter.camera, self.spec.size)
         families = next((tuple(layer.lines) for layer in simulation.layers if isinstance(layer, WaveFolds)), ())
@@ -248,7 +266,7 @@ class SampleMaker:
         place(scene, plan)
         return scene
 
-    def _frames(self, simulation: Simulation, plan: Plan) -> Iterator[pv.PolyData]:
+    def frames(self, simulation: Simulation, plan: Plan) -> Iterator[pv.PolyData]:
         """Yield the frames of a plan: the face that holds its expression, or on the way there."""
         if self.spec.frames > 1:
             simulation.reset()
@@ -282,6 +300,38 @@ def mesh_of(frame: pv.PolyData) -> dict[str, npt.NDArray[Any]]:
         "points": np.asarray(points, np.float32), "rest": rest.astype(np.float32),
         "triangles": np.asarray(triangles, np.int32),
     }  # fmt: skip
+
+
+def model_of(frame: pv.PolyData, face: Face, tears: list[pv.PolyData]) -> bytes:
+    """Return a binary glTF of what is seen, see :func:`facewrinkle.write_mesh`.
+
+    Examples
+    --------
+    >>> face = default_face()
+    >>> model_of(face.mesh, face, [])[:4]
+    b'glTF'
+    """
+    with TemporaryDirectory() as folder:
+        return write_mesh(frame, Path(folder) / "face.glb", face, parts=True, tears=tears).read_bytes()
+
+
+def action_units_of(simulation: Simulation, expression: dict[str, float]) -> dict[str, float]:
+    """Return the weights of action units of a face that is on its way from rest into an expression, or has it.
+
+    Examples
+    --------
+    >>> simulation = Simulation(default_face(), layers=[])
+    >>> simulation.express({"happiness": 0.8})
+    >>> frames = simulation.run(2, ramp=1.0)
+    >>> for frame in frames:
+    ...     print(action_units_of(simulation, {"happiness": 0.8}))
+    {'AU6': 0.4, 'AU12': 0.4}
+    {'AU6': 0.8, 'AU12': 0.8}
+    """
+    atlas, motion = simulation.face.atlas, simulation.motion
+    held = motion.rates_of(atlas.contractions(expression))
+    share = float(motion.rates @ held) / max(float(held @ held), 1e-300)
+    return {unit: round(share * weight, 6) for unit, weight in atlas.units_of(expression).items()}
 
 
 def fault_of(labels: dict[str, npt.NDArray[Any]], facts: dict[str, Any], size: tuple[int, int]) -> str:

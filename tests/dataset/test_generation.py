@@ -91,17 +91,37 @@ def clip(tmp_path_factory):
 
 def test_a_clip_goes_from_rest_into_the_expression(clip):
     assert [problems for _, problems in check(clip, remade=1)] == [[], []]
-    rates, meshes = [], []
+    rates, units, meshes = [], [], []
     with tarfile.open(clip / "shard-000000.tar") as tar:
         assert len(tar.getnames()) == 12
         for k in range(3):
             read = {ending: tar.extractfile(f"000000000-{k:04d}.{ending}").read() for ending in ("json", "mesh.npz")}
-            rates.append(json.loads(read["json"])["contractions"]["frontalis_inner_l"])
+            facts = json.loads(read["json"])
+            rates.append(facts["contractions"]["frontalis_inner_l"])
+            units.append(facts["action_units"])
             meshes.append(np.load(io.BytesIO(read["mesh.npz"])))
     assert 0.0 < rates[0] < rates[1] == rates[2] == 1.0  # the ramp takes three fifths of the clip
+    assert units[0] == pytest.approx(
+        {"AU1": rates[0], "AU2": rates[0], "AU5": 0.6 * rates[0], "AU26": rates[0]}, abs=1e-6
+    )
+    assert units[1] == units[2] == {"AU1": 1.0, "AU2": 1.0, "AU5": 0.6, "AU26": 1.0}
     assert all(mesh["triangles"].max() == len(mesh["points"]) - 1 for mesh in meshes)
     moved = [np.abs(mesh["points"] - mesh["rest"]).max() for mesh in meshes]
     assert moved[0] < min(moved[1:])  # from then on the skin only comes to rest
+
+
+def test_meshes_for_other_programs(backwards, monkeypatch):
+    spec = Spec.of({**SPEC, "mesh": "glb"})
+    with SampleMaker(spec) as maker:
+        sample = maker.sample(2)
+    size = int.from_bytes(sample.model[8:12], "little")
+    content = int.from_bytes(sample.model[12:16], "little")
+    names = {mesh["name"] for mesh in json.loads(sample.model[20 : 20 + content])["meshes"]}
+    assert sample.model[:4] == b"glTF"
+    assert size == len(sample.model)
+    assert {"face", "eye_l", "eye_r"} <= names
+    assert sample.files().keys() == {"png", "npz", "json", "mesh.glb"}
+    assert np.array_equal(sample.image, backwards[2].image)
 
 
 def workers_of(parent):
