@@ -2,8 +2,8 @@
 
 A sample of the default specification has its tenth of a person, an expression that comes to rest, a picture with all
 lamps, all labels and its files; persons are not alike, so that means are compared. The drawing: one lamp, no shader of
-the skin, no anti-aliasing; in a scene of its own, as one draws a single picture, and in one for all. Goal: a sample takes
-at most twice as long. It is missed: a picture with all lamps alone takes most of that.
+the skin, no anti-aliasing; in a scene of its own, as one draws a single picture, and in one for all. Goal: a sample
+takes at most twice as long. It is missed: a picture with all lamps alone takes most of that.
 """
 
 from __future__ import annotations

@@ -57,6 +57,11 @@ borders of lids and lips, normals are those of vertices.
 LEVEL = 2
 """Level of compression of pictures and arrays."""
 
+HELD_STEP = 0.1
+"""Seconds of a step where only the face at rest matters: it gets there in two thirds of the work, and nearer, than with
+steps as short as those of clips.
+"""
+
 SHARED = 0.5
 """Furrows of neighbouring frames share skin where their vertices are no further apart at rest, mm."""
 
@@ -205,7 +210,8 @@ class SampleMaker:
             options: dict[str, Any] = dict(person.folds)
             if person.scan is not None:
                 options["age"] = max(person.identity["age"], 0.0)
-            self._simulation = Simulation(face, layers=fold_layers(face, "wave", **options), time_step=TIME_STEP)
+            step = TIME_STEP if self.spec.frames > 1 else HELD_STEP
+            self._simulation = Simulation(face, layers=fold_layers(face, "wave", **options), time_step=step)
             self._person = person
         return self._person, self._simulation
 

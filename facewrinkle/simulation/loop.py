@@ -437,6 +437,9 @@ class Simulation:
         if afresh:
             self._steps, self._changed = 0, False
             self.motion.reset()
+            for layer in self.layers:
+                if isinstance(layer, WaveFolds):
+                    layer.remember()
         start, target = self.motion.rates.copy(), self._asked
         base = np.full_like(self.face.points, np.nan)
         for number in range(most):
