@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from facewrinkle import __version__
 from facewrinkle.dataset import SampleMaker, Spec, check, generate, preview
 from facewrinkle.dataset import generation as generation_module
 from facewrinkle.dataset import shards as shards_module
@@ -154,6 +155,7 @@ def test_what_is_missing_is_made_again(small, tmp_path, remembered):
 
 SLOW = """
 import pickle, time
+from facewrinkle import __version__
 from facewrinkle.dataset import SampleMaker, generate, shards
 samples = pickle.load(open({kept!r}, "rb"))
 class Slow(SampleMaker):
@@ -358,6 +360,25 @@ def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
     monkeypatch.setattr("facewrinkle.dataset.generation.REACH", 0.5)
     with pytest.raises(ParameterError, match="cannot be reached"):
         generate(SPEC, tmp_path / "set", count=3, scheduler="tcp://127.0.0.1:1")
+
+
+class Cluster:
+    """A client of workers with some versions of the package."""
+
+    def __init__(self, **versions):
+        self.versions = versions
+
+    def run(self, function):
+        return self.versions
+
+
+def test_workers_must_have_the_same_version():
+    same = Cluster(one=__version__, two=__version__)
+    assert generation_module._checked(same) is same
+    with pytest.raises(ParameterError, match=f"worker two has facewrinkle 0.1, this is {__version__}. Install"):
+        generation_module._checked(Cluster(one=__version__, two="0.1"))
+    with pytest.raises(ParameterError, match="has no workers. Start some: dask worker ADDRESS"):
+        generation_module._checked(Cluster())
 
 
 def test_labels_fit_the_picture(backwards):
