@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -63,6 +63,8 @@ class Atlas:
         Contraction rates by full muscle name.
     tissue : list of dict
         Samples of soft tissue: `at` (weights of landmarks, offset), `depth` (mm) and `stiffness`.
+    mixtures : dict of str to dict
+        Expressions as written: weights of action units and muscles.
 
     Examples
     --------
@@ -78,6 +80,7 @@ class Atlas:
     action_unit_names: dict[str, str]
     expressions: dict[str, dict[str, float]]
     tissue: list[dict[str, Any]]
+    mixtures: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def contractions(self, what: str | Mapping[str, float], intensity: float = 1.0) -> dict[str, float]:
         """Contraction rates by muscle of an expression, an action unit, or a mixture of them with weights.
@@ -106,6 +109,34 @@ class Atlas:
             check_range(f"the weight of {name}", weight, 0.0, 1.0)
             for muscle, rate in self.resolve(name).items():
                 total[muscle] = max(total.get(muscle, 0.0), intensity * weight * rate)
+        return total
+
+    def units_of(self, what: Mapping[str, float]) -> dict[str, float]:
+        """Weights of the action units in a mixture of expressions and action units, as the Facial Action Coding System
+        writes a face down.
+
+        An expression that is written in muscles has the units of which all muscles take part, as far as they do.
+
+        Examples
+        --------
+        >>> load_atlas().units_of({"happiness": 0.5, "AU1": 0.25})
+        {'AU6': 0.5, 'AU12': 0.5, 'AU1': 0.25}
+        >>> load_atlas().units_of({"surprise": 1.0})
+        {'AU1': 1.0, 'AU2': 0.7}
+        """
+        total: dict[str, float] = {}
+        for name, weight in what.items():
+            parts = {name: 1.0} if name in self.action_units else self.mixtures.get(name, {})
+            units = {part: share for part, share in parts.items() if part in self.action_units}
+            if not units and name in self.expressions:
+                rates = self.expressions[name]
+                units = {
+                    unit: min(rates.get(muscle, 0.0) / rate for muscle, rate in self.action_units[unit].items())
+                    for unit in self.action_unit_names
+                }
+            for unit, share in units.items():
+                if share > 0.0:
+                    total[unit] = max(total.get(unit, 0.0), weight * min(share, 1.0))
         return total
 
     def resolve(self, name: str, kind: str = "muscle") -> dict[str, float]:
@@ -229,7 +260,7 @@ def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
             for side in "lr":
                 atlas.action_units[name + side.upper()] = {m: r for m, r in rates.items() if m.endswith("_" + side)}
     for name, mixture in content.get("expressions", {}).items():
-        atlas.expressions[name] = _expanded(atlas, mixture)
+        atlas.expressions[name], atlas.mixtures[name] = _expanded(atlas, mixture), dict(mixture)
     return atlas
 
 

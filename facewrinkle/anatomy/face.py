@@ -392,16 +392,17 @@ class Face:
         points, triangles = np.asarray(frame.points, np.float64), np.asarray(frame.regular_faces)
         rest = np.asarray(frame.point_data.get("rest", self.points), dtype=np.float64)
         state = self.state_of(frame)
-        there = to_polydata(rest, triangles)
-        found = {}
-        for name, place in self.landmarks.items():
-            if name in NOT_ON_SKIN:
-                found[name] = state.from_rest(place)
-                continue
-            corners = triangles[there.find_closest_cell(place)]
-            before, after = (_frame_of_triangle(where[corners]) for where in (rest, points))
-            found[name] = points[corners[0]] + after @ np.linalg.solve(before, place - rest[corners[0]])
-        return found
+        names = [name for name in self.landmarks if name not in NOT_ON_SKIN]
+        places = np.array([self.landmarks[name] for name in names]).reshape(-1, 3)
+        corners = triangles[:0]
+        if names:
+            corners = triangles[np.asarray(to_polydata(rest, triangles).find_closest_cell(places)).ravel()]
+        before, after = (_frames_of_triangles(where[corners]) for where in (rest, points))
+        local = np.linalg.solve(before, (places - rest[corners[:, 0]])[..., None])
+        on_skin = dict(zip(names, points[corners[:, 0]] + (after @ local)[..., 0], strict=True))
+        return {
+            name: on_skin[name] if name in on_skin else state.from_rest(place) for name, place in self.landmarks.items()
+        }
 
     @property
     def skull(self) -> pv.PolyData:
@@ -423,8 +424,9 @@ class Face:
         return dataclasses.replace(self, muscles={**self.muscles, **changes})
 
 
-def _frame_of_triangle(corners: Array) -> Array:
-    """Two sides and the unit normal of a triangle (3, 3), as columns."""
-    a, b = corners[1] - corners[0], corners[2] - corners[0]
+def _frames_of_triangles(corners: Array) -> Array:
+    """Two sides and the unit normal (n, 3, 3) of triangles (n, 3, 3), as columns."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(a, b)
-    return np.column_stack([a, b, normal / max(float(np.linalg.norm(normal)), 1e-300)])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    return np.stack([a, b, normal], axis=2)

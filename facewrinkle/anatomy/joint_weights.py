@@ -55,4 +55,6 @@ def turned(vectors: Array, axis: Array, angles: Array) -> Array:
     """Change of vectors (k, 3) that turn by angles (k,) about an axis (Rodrigues)."""
     cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
     axial = axis * (vectors @ axis)[:, None]
-    return np.asarray((vectors - axial) * (cos - 1.0) + np.cross(axis, vectors) * sin)
+    (a, b, c), (x, y, z) = axis, vectors.T
+    across = np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)  # np.cross takes three times as long
+    return np.asarray((vectors - axial) * (cos - 1.0) + across * sin)

@@ -96,8 +96,9 @@ picture. Pictures of a clip have keys with the number of the sample and of the f
   - `region` (uint8) of the skin, by the nearest of points that landmarks span, with plain borders between:
     {regions};
 - `mesh.npz`, if asked for: `points` of the skin and where they are at `rest`, in the unit of the face, and `triangles`;
-- `json`: landmarks in 3D and in pixels with their visibility, contractions of all muscles, action units, identity,
-  camera matrices (OpenCV's convention), lamps, background, furrows.
+  or `mesh.glb`: skin, eyes, mouth and tears with their colours, for other programs;
+- `json`: landmarks in 3D and in pixels with their visibility, contractions of all muscles, weights of action units
+  (FACS; in a clip those of this picture), identity, camera matrices (OpenCV's convention), lamps, background, furrows.
 
 A sample depends on the specification and its number alone; `facewrinkle dataset check` makes some again and compares.
 

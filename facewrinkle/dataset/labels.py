@@ -17,7 +17,7 @@ from ..appearance.hair import HairCards
 from ..appearance.seen import Appearance, Seen
 from .furrows import DEEP, FurrowTracker, furrows_of
 from .regions import regions_at
-from .visible import Camera, Hits, TriangleBuffer, hits_of, parts_of
+from .visible import Camera, Hits, TriangleBuffer
 
 Array = npt.NDArray[np.float64]
 
@@ -37,78 +37,58 @@ NO_PLACE = -(2**15)
 """The place of pixels that show no skin."""
 
 
-class Labeller:
-    """Makes the labels of pictures of one size.
+def labels_of(
+    face: Face,
+    seen: Seen,
+    frame: pv.PolyData,
+    camera: Camera,
+    tears: Iterable[pv.PolyData] = (),
+    families: tuple[str, ...] = (),
+    tracker: FurrowTracker | None = None,
+) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Any]]:
+    """Return arrays of pixels by name, and facts for which a row of a table has room.
 
     Parameters
     ----------
-    size : tuple of int
-        Width and height, pixels.
+    face : Face
+    seen : Seen
+        What is drawn in the frame.
+    frame : PolyData
+    camera : Camera
+        Of the picture.
+    tears : iterable of PolyData
+    families : tuple of str
+        Names of the families of waves.
+    tracker : FurrowTracker, optional
+        Of a clip: it numbers furrows as in the frame before.
     """
+    buffer = TriangleBuffer(camera)
+    buffer.draw(solid := solid_parts(seen))
+    hits, others = buffer.hits("skin"), buffer.part > 0
+    before = {f"tear {k}": tear for k, tear in enumerate(tears)} | hair_parts(seen, _pixel(face, camera))
+    whole = buffer.copy()
+    whole.draw(before)
+    number, furrows = furrows_of(frame, families, face.unit)
+    if tracker is not None:
+        number, furrows = tracker(np.asarray(frame.point_data["rest"]), number, furrows)
+    arrays = skin_labels(face, frame, hits, camera, number)
+    arrays["part"] = np.array([*(class_of(name) for name in (*solid, *before)), 0], np.uint8)[whole.part]
+    label_irises(arrays["part"], Appearance.of(face), buffer, solid)
+    facts: dict[str, Any] = {"landmarks": landmark_labels(face, frame, hits, others, camera), "furrows": []}
+    highest = max((furrow.number for furrow in furrows), default=0)
+    pixels = np.bincount(arrays["furrow"].ravel(), minlength=highest + 1)
+    boxes = find_objects(arrays["furrow"], highest)
+    for furrow in furrows:
+        box = boxes[furrow.number - 1]
+        corners = None if box is None else [box[1].start, box[0].start, box[1].stop, box[0].stop]
+        facts["furrows"].append(asdict(furrow) | {"pixels": int(pixels[furrow.number]), "box": corners})
+    facts["camera"] = {"intrinsic": camera.intrinsic.tolist(), "extrinsic": camera.extrinsic.tolist()}
+    return arrays, facts
 
-    def __init__(self, size: tuple[int, int]) -> None:
-        self._buffer, self._size = TriangleBuffer(size), size
 
-    def close(self) -> None:
-        """Free the window."""
-        self._buffer.close()
-
-    def __call__(
-        self,
-        face: Face,
-        seen: Seen,
-        frame: pv.PolyData,
-        camera: pv.Camera,
-        tears: Iterable[pv.PolyData] = (),
-        families: tuple[str, ...] = (),
-        tracker: FurrowTracker | None = None,
-    ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Any]]:
-        """Return arrays of pixels by name, and facts for which a row of a table has room.
-
-        Parameters
-        ----------
-        face : Face
-        seen : Seen
-            What is drawn in the frame.
-        frame : PolyData
-        camera : pyvista.Camera
-            Of the picture.
-        tears : iterable of PolyData
-        families : tuple of str
-            Names of the families of waves.
-        tracker : FurrowTracker, optional
-            Of a clip: it numbers furrows as in the frame before.
-        """
-        own = Camera.of(camera, self._size)
-        solid = solid_parts(seen)
-        drawn = self._buffer.drawn(solid, camera)
-        hits = hits_of(drawn, solid, "skin", own)
-        everything = (
-            solid | {f"tear {k}": tear for k, tear in enumerate(tears)} | hair_parts(seen, self._pixel(face, own))
-        )
-        part = hits.part
-        if len(everything) > len(solid):
-            part = parts_of(self._buffer.drawn(everything, camera), everything)
-        number, furrows = furrows_of(frame, families, face.unit)
-        if tracker is not None:
-            number, furrows = tracker(np.asarray(frame.point_data["rest"]), number, furrows)
-        arrays = skin_labels(face, frame, hits, own, number)
-        arrays["part"] = np.array([0, *(class_of(name) for name in everything)], np.uint8)[part + 1]
-        label_irises(arrays["part"], Appearance.of(face), drawn, solid, own)
-        facts: dict[str, Any] = {"landmarks": landmark_labels(face, frame, hits, own), "furrows": []}
-        highest = max((furrow.number for furrow in furrows), default=0)
-        pixels = np.bincount(arrays["furrow"].ravel(), minlength=highest + 1)
-        boxes = find_objects(arrays["furrow"], highest)
-        for furrow in furrows:
-            box = boxes[furrow.number - 1]
-            corners = None if box is None else [box[1].start, box[0].start, box[1].stop, box[0].stop]
-            facts["furrows"].append(asdict(furrow) | {"pixels": int(pixels[furrow.number]), "box": corners})
-        facts["camera"] = {"intrinsic": own.intrinsic.tolist(), "extrinsic": own.extrinsic.tolist()}
-        return arrays, facts
-
-    def _pixel(self, face: Face, camera: Camera) -> float:
-        """Width of a pixel at the face, in the unit of the mesh."""
-        return float(camera.project(face.frame.origin[None])[1][0] / camera.intrinsic[0, 0])
+def _pixel(face: Face, camera: Camera) -> float:
+    """Width of a pixel at the face, in the unit of the mesh."""
+    return float(camera.project(face.frame.origin[None])[1][0] / camera.intrinsic[0, 0])
 
 
 def solid_parts(seen: Seen) -> dict[str, pv.PolyData]:
@@ -137,13 +117,13 @@ def hair_parts(seen: Seen, pixel: float) -> dict[str, pv.PolyData]:
 
 
 def label_irises(
-    part: npt.NDArray[np.uint8], appearance: Appearance, drawn: npt.NDArray[Any], solid: dict[str, Any], camera: Camera
+    part: npt.NDArray[np.uint8], appearance: Appearance, buffer: TriangleBuffer, solid: dict[str, pv.PolyData]
 ) -> None:
     """Write iris and pupil into the parts (h, w) where they show painted eyes, by the angle to the axis of the eye."""
     for ball in appearance.balls:
         name = f"eye {ball.eye.side}"
         if name in solid and solid[name].n_points == len(ball.angles):
-            hits = hits_of(drawn, solid, name, camera)
+            hits = buffer.hits(name)
             angle, own = hits.interpolated(ball.angles), part[hits.rows, hits.columns]
             inner = np.where(angle < PUPIL, PARTS.index("pupil"), PARTS.index("iris"))
             seen = (own == PARTS.index("eye")) & (angle < IRIS)
@@ -175,7 +155,7 @@ def skin_labels(face: Face, frame: pv.PolyData, hits: Hits, camera: Camera, furr
         :data:`facewrinkle.dataset.regions.REGIONS`; ``furrow``, uint8, the number of
         the furrow, 0 for none.
     """
-    at, shape, unit = (hits.rows, hits.columns), hits.part.shape, face.unit
+    at, shape, unit = (hits.rows, hits.columns), camera.size[::-1], face.unit
     depth, height = np.zeros(shape, np.uint16), np.zeros(shape, np.int16)
     normal, place = np.zeros((*shape, 3), np.int8), np.full((*shape, 3), NO_PLACE, np.int16)
     instance, region = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
@@ -197,16 +177,17 @@ def _whole(values: Array, kind: Any) -> npt.NDArray[Any]:
     return np.clip(np.rint(values), limits.min, limits.max).astype(kind)
 
 
-def landmark_labels(face: Face, frame: pv.PolyData, hits: Hits, camera: Camera) -> dict[str, Any]:
+def landmark_labels(
+    face: Face, frame: pv.PolyData, hits: Hits, others: npt.NDArray[np.bool_], camera: Camera
+) -> dict[str, Any]:
     """Return each landmark's place in 3D (unit of the mesh), in pixels, and if it is seen.
 
     A landmark is seen if it lies in the picture and not behind the skin; half a percent of the distance between the
-    pupils is allowed for the slope of the skin within a pixel.
+    pupils is allowed for the slope of the skin within a pixel. `others` (h, w) are pixels where another part hides it.
     """
     places = face.landmarks_on(frame)
     pixels, distance = camera.project(np.array(list(places.values())))
-    surface = np.full(hits.part.shape, np.inf)
-    surface[hits.part >= 0] = -np.inf  # other parts hide
+    surface = np.where(others, -np.inf, np.inf)
     surface[hits.rows, hits.columns] = hits.depth
     found = {}
     for name, pixel, away in zip(places, pixels, distance, strict=True):

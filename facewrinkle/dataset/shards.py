@@ -108,6 +108,7 @@ def row_of(sample: Sample) -> dict[str, Any]:
     row["frame"] = 0 if sample.frame is None else sample.frame
     row["scan"] = -1 if person["scan"] is None else person["scan"]
     row["expression"] = json.dumps(plan["expression"], sort_keys=True)
+    row["action_units"] = json.dumps(facts["action_units"], sort_keys=True)
     row["tears"] = plan["tears"] is not None
     row["attempt"] = plan["attempt"]
     row |= {f"identity_{name}": value for name, value in person["identity"].items()}

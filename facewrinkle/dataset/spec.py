@@ -53,6 +53,9 @@ OTHERS = {
 GENERAL = ("seed", "size", "quick", "mesh", "shard", "per_person")
 """Keys before the first table."""
 
+MESHES = ("npz", "glb")
+"""Formats of meshes."""
+
 SCAN_KEYS = ("path", "weight", "licence")
 
 
@@ -93,8 +96,8 @@ class Spec:
         Width and height of the pictures, pixels.
     quick : bool
         Draw with one lamp and without the shader of the skin.
-    mesh : bool
-        Keep the mesh of each picture.
+    mesh : {"", "npz", "glb"}
+        Keep the mesh of each picture, in this format.
     frames, stride : int
         Number of pictures of a sample, and of steps of :data:`TIME_STEP` between them.
     shard : int
@@ -122,7 +125,7 @@ class Spec:
     seed: int
     size: tuple[int, int]
     quick: bool
-    mesh: bool
+    mesh: str
     frames: int
     stride: int
     shard: int
@@ -170,7 +173,7 @@ class Spec:
             seed=check_whole("seed", whole["seed"], 0, 2**63),
             size=_size(whole["size"]),
             quick=_truth("quick", whole["quick"]),
-            mesh=_truth("mesh", whole["mesh"]),
+            mesh=_mesh(whole["mesh"]),
             frames=check_whole("clip.frames", whole["clip"]["frames"], 1, 1e4),
             stride=_stride(whole["clip"]["interval"]),
             shard=check_whole("shard", whole["shard"], 1, 1e6),
@@ -235,6 +238,14 @@ def _truth(name: str, value: Any) -> bool:
     if not isinstance(value, bool):
         raise ParameterError(f"{name} must be true or false, received {value!r}.")
     return value
+
+
+def _mesh(value: Any) -> str:
+    if isinstance(value, bool):
+        return "npz" if value else ""
+    if value not in MESHES:
+        raise ParameterError(f"mesh must be true, false, or one of {', '.join(MESHES)}, received {value!r}.")
+    return str(value)
 
 
 def _stride(interval: Any) -> int:

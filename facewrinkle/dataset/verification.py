@@ -110,7 +110,7 @@ def _damage(files: dict[str, bytes], spec: Spec) -> str:
     """Return what is wrong with the files of a sample, in words; nothing if all is well."""
     from PIL import Image
 
-    endings = sorted([*ENDINGS, *(["mesh.npz"] if spec.mesh else [])])
+    endings = sorted([*ENDINGS, *([f"mesh.{spec.mesh}"] if spec.mesh else [])])
     if sorted(files) != endings:
         return f"has {sorted(files)} in place of {endings}"
     try:

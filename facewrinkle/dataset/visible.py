@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from ..geometry.interpolation import interpolated
-from ..mesh.arrays import of_own_arrays, points_and_triangles
-from ..plotting.window import rendered
+from ..mesh.arrays import points_and_triangles
 from . import _pixel_kernels as kernels
 
 Array = npt.NDArray[np.float64]
@@ -32,11 +30,14 @@ class Camera:
         From the coordinates of the mesh to those of the camera, without a change of unit.
     size : tuple of int
         Width and height, pixels.
+    near : float
+        What is nearer than this along the z axis is not seen, in the unit of the mesh.
     """
 
     intrinsic: Array
     extrinsic: Array
     size: tuple[int, int]
+    near: float = 0.0
 
     @classmethod
     def of(cls, camera: pv.Camera, size: tuple[int, int]) -> Self:
@@ -61,11 +62,16 @@ class Camera:
         extrinsic[:3, :3], extrinsic[:3, 3] = turn, -turn @ position
         width, height = size
         focal = 0.5 * height / np.tan(np.radians(camera.view_angle / 2.0))
-        return cls(np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]]), extrinsic, size)
+        intrinsic = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
+        return cls(intrinsic, extrinsic, size, float(camera.clipping_range[0]))
+
+    def local(self, points: Array) -> Array:
+        """Return points (n, 3) in the camera's coordinates."""
+        return np.asarray(points @ self.extrinsic[:3, :3].T + self.extrinsic[:3, 3])
 
     def project(self, points: Array) -> tuple[Array, Array]:
         """Return where points (n, 3) are seen, as columns and rows (n, 2), and their distances (n,) along z."""
-        local = points @ self.extrinsic[:3, :3].T + self.extrinsic[:3, 3]
+        local = self.local(points)
         image = local @ self.intrinsic.T
         return image[:, :2] / image[:, 2:], local[:, 2]
 
@@ -77,14 +83,12 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Places that the pixels of a picture show.
+    """Places on a mesh that the pixels of a picture show.
 
     Attributes
     ----------
-    part : ndarray of int, shape (h, w)
-        Number of the mesh that a pixel shows, -1 for none.
     rows, columns : ndarray of int, shape (p,)
-        The pixels that show the mesh that labels are about.
+        The pixels that show the mesh.
     corners : ndarray of int, shape (p, 3)
         The vertices of the triangle in each of them.
     barycentric : ndarray, shape (p, 3)
@@ -93,7 +97,6 @@ class Hits:
         Distance of that place along the camera's z axis, in the unit of the mesh.
     """
 
-    part: IntArray
     rows: IntArray
     columns: IntArray
     corners: npt.NDArray[np.int32]
@@ -108,88 +111,73 @@ class Hits:
 
 
 class TriangleBuffer:
-    """Draws triangles in colours that number them, without light and anti-aliasing.
+    """The triangle that each pixel of a picture shows, where the line of sight through its middle meets it.
+
+    Nothing of this is left to a graphics driver: labels are the same on all machines.
 
     Parameters
     ----------
-    size : tuple of int
-        Width and height, pixels.
-    """
+    camera : Camera
 
-    def __init__(self, size: tuple[int, int]) -> None:
-        self._size = size
-        self._plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
-        self._plotter.disable_anti_aliasing()
-        self._plotter.renderer.set_background("black")
-
-    def close(self) -> None:
-        """Free the window."""
-        self._plotter.close()
-
-    def drawn(self, meshes: Mapping[str, pv.PolyData], camera: pv.Camera) -> IntArray:
-        """Return the number of the triangle that each pixel shows, counted through all meshes; -1 for none.
-
-        Examples
-        --------
-        >>> buffer, camera = TriangleBuffer((8, 8)), pv.Camera()
-        >>> camera.position, camera.focal_point, camera.view_angle = (0.0, 0.0, 4.0), (0.0, 0.0, 0.0), 20.0
-        >>> near = pv.Triangle([[-1.0, -1, 1], [1, -1, 1], [0, 1, 1]])
-        >>> far = pv.Plane(i_resolution=1, j_resolution=1, i_size=9, j_size=9).triangulate()
-        >>> np.unique(buffer.drawn({"near": near, "far": far}, camera)).tolist()
-        [0, 1, 2]
-        >>> buffer.close()
-        """
-        arrays = [points_and_triangles(mesh) for mesh in meshes.values()]
-        starts = np.cumsum([0, *(len(points) for points, _ in arrays)])
-        points = np.concatenate([np.asarray(points, dtype=np.float64) for points, _ in arrays])
-        triangles = np.concatenate([t + start for (_, t), start in zip(arrays, starts, strict=False)])
-        number = np.arange(1, len(triangles) + 1)
-        colours = np.stack([number >> 16, number >> 8, number], axis=1).astype(np.uint8)
-        mesh = of_own_arrays(points, np.ascontiguousarray(triangles, dtype=np.int64), {})
-        mesh.cell_data["number"] = colours
-        actor = self._actor(mesh)
-        self._plotter.renderer.AddActor(actor)
-        self._plotter.camera = camera
-        pixels = rendered(self._plotter).astype(np.int64)
-        self._plotter.renderer.RemoveActor(actor)
-        return np.asarray((pixels[..., 0] << 16 | pixels[..., 1] << 8 | pixels[..., 2]) - 1)
-
-    def _actor(self, mesh: pv.PolyData) -> Any:
-        mapper = vtkPolyDataMapper()
-        mapper.SetInputData(mesh)
-        mapper.SetScalarModeToUseCellFieldData()
-        mapper.SelectColorArray("number")
-        mapper.SetColorModeToDirectScalars()
-        actor = vtkActor()
-        actor.SetMapper(mapper)
-        actor.GetProperty().SetInterpolationToFlat()
-        actor.GetProperty().LightingOff()
-        return actor
-
-
-def parts_of(numbers: IntArray, meshes: Mapping[str, pv.PolyData]) -> IntArray:
-    """Return the number of the mesh of each triangle, by the numbers of triangles; -1 for none.
+    Attributes
+    ----------
+    numbers : ndarray of int32, shape (h, w)
+        The triangle, counted through all meshes; -1 for none.
 
     Examples
     --------
-    >>> two = pv.Plane(i_resolution=1, j_resolution=1).triangulate()
-    >>> parts_of(np.array([-1, 0, 1, 2]), {"near": pv.Triangle(), "far": two})
-    array([-1,  0,  1,  1])
+    >>> eye = np.eye(4)
+    >>> eye[2] = [0.0, 0.0, -1.0, 4.0]  # looks along -z, from (0, 0, 4)
+    >>> buffer = TriangleBuffer(Camera(np.array([[16.0, 0, 4], [0, 16, 4], [0, 0, 1]]), eye, (8, 8)))
+    >>> near = pv.Triangle([[-1.0, -1, 1], [1, -1, 1], [0, 1, 1]])
+    >>> far = pv.Plane(i_resolution=1, j_resolution=1, i_size=9, j_size=9).triangulate()
+    >>> buffer.draw({"near": near, "far": far})
+    >>> np.unique(buffer.numbers).tolist(), np.unique(buffer.part).tolist()
+    ([0, 1, 2], [0, 1])
+    >>> hits = buffer.hits("near")
+    >>> bool(len(hits.rows) == (buffer.part == 0).sum()), set(hits.depth.round(9).tolist())
+    (True, {3.0})
     """
-    counts = [mesh.n_cells for mesh in meshes.values()]
-    lookup = np.concatenate([np.repeat(np.arange(len(counts)), counts), [-1]])  # the last stands for -1
-    return np.asarray(lookup[numbers])
 
+    def __init__(self, camera: Camera) -> None:
+        width, height = camera.size
+        self.camera = camera
+        self.numbers = np.full((height, width), -1, np.int32)
+        self._inverse = np.zeros((height, width))
+        self._meshes: dict[str, tuple[Array, npt.NDArray[np.int32], int]] = {}
+        self._count = 0
 
-def hits_of(numbers: IntArray, meshes: Mapping[str, pv.PolyData], about: str, camera: Camera) -> Hits:
-    """Return what pixels show, from the numbers of their triangles: exact on the mesh that labels are `about`."""
-    counts = np.cumsum([0, *(mesh.n_cells for mesh in meshes.values())])
-    part = parts_of(numbers, meshes)
-    which = list(meshes).index(about)
-    rows, columns = np.nonzero(part == which)
-    points, triangles = points_and_triangles(meshes[about])
-    corners = np.asarray(triangles, dtype=np.int32)[numbers[rows, columns] - counts[which]]
-    local = np.asarray(points, dtype=np.float64) @ camera.extrinsic[:3, :3].T + camera.extrinsic[:3, 3]
-    weights, depth = np.empty((len(rows), 3)), np.empty(len(rows))
-    kernels.meet(local, corners, camera.rays(rows, columns), weights, depth)
-    return Hits(part, rows, columns, corners, weights, depth)
+    def copy(self) -> TriangleBuffer:
+        """Return another buffer with the same content, to draw more into."""
+        other = TriangleBuffer(self.camera)
+        other.numbers, other._inverse = self.numbers.copy(), self._inverse.copy()
+        other._meshes, other._count = dict(self._meshes), self._count
+        return other
+
+    def draw(self, meshes: Mapping[str, pv.PolyData]) -> None:
+        """Draw meshes, each with another name than all before; they hide what lies behind them."""
+        for name, mesh in meshes.items():
+            points, triangles = points_and_triangles(mesh)
+            local = self.camera.local(np.asarray(points, dtype=np.float64))
+            corners = np.ascontiguousarray(triangles, dtype=np.int32)
+            kernels.cover(
+                local, corners, self.camera.intrinsic, self.camera.near, self._count, self.numbers, self._inverse
+            )
+            self._meshes[name] = local, corners, self._count
+            self._count += len(corners)
+
+    @property
+    def part(self) -> IntArray:
+        """The number (h, w) of the mesh that each pixel shows, in the order in which they were drawn; -1 for none."""
+        counts = [len(corners) for _, corners, _ in self._meshes.values()]
+        lookup = np.concatenate([np.repeat(np.arange(len(counts)), counts), [-1]])  # the last stands for -1
+        return np.asarray(lookup[self.numbers])
+
+    def hits(self, name: str) -> Hits:
+        """Return the places on a mesh where it is seen."""
+        local, corners, first = self._meshes[name]
+        rows, columns = np.nonzero((self.numbers >= first) & (self.numbers < first + len(corners)))
+        corners = corners[self.numbers[rows, columns] - first]
+        weights, depth = np.empty((len(rows), 3)), np.empty(len(rows))
+        kernels.meet(local, corners, self.camera.rays(rows, columns), weights, depth)
+        return Hits(rows, columns, corners, weights, depth)

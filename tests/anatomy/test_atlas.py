@@ -110,6 +110,16 @@ def test_emotions_are_made_of_their_action_units(emotion):
 # --- mixtures -----------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    "emotion", ["happiness", "sadness", "emotion_surprise", "emotion_fear", "contempt", "laughter"]
+)
+def test_units_of_an_emotion_contract_its_muscles(emotion):
+    atlas = load_atlas()
+    units = atlas.units_of({emotion: 0.6})
+    assert set(units) <= set(atlas.action_units)
+    assert atlas.contractions(units) == pytest.approx(atlas.contractions(emotion, 0.6))
+
+
 def test_intensity_multiplies():
     atlas = load_atlas()
     frowning = atlas.expressions["frowning"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import logging
 import os
 import pickle
 import shutil
@@ -20,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from facewrinkle import __version__
 from facewrinkle.dataset import SampleMaker, Spec, check, generate, preview
 from facewrinkle.dataset import generation as generation_module
 from facewrinkle.dataset import shards as shards_module
@@ -82,26 +82,6 @@ def test_workers_make_the_same_bytes_also_if_one_is_killed(small, tmp_path):
     assert hashes(other) == hashes(small)
 
 
-def test_a_scheduler_that_is_lost(tmp_path, monkeypatch):
-    distributed = pytest.importorskip("distributed", reason="several workers need Dask")
-    begun = tmp_path / "begun"
-
-    def slow(spec, shard, folder):
-        begun.touch()
-        time.sleep(1.0)
-
-    monkeypatch.setattr(generation_module, "_made", slow)
-    monkeypatch.setattr(generation_module, "REACH", 1.0)
-    options = {"n_workers": 1, "processes": False, "dashboard_address": None, "silence_logs": logging.CRITICAL}
-    with distributed.LocalCluster(**options, protocol="tcp") as cluster, ThreadPoolExecutor() as pool:
-        made = pool.submit(generate, SPEC, tmp_path / "other", count=3, scheduler=cluster.scheduler_address)
-        while not begun.exists() and not made.done():
-            time.sleep(0.02)
-        cluster.close()
-        with pytest.raises(FaceWrinkleError, match="2 of 2 shards are missing: the scheduler was lost. .* go on"):
-            made.result(60.0)
-
-
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory):
     """A set of one clip of three pictures, with meshes. Not to be changed."""
@@ -112,17 +92,37 @@ def clip(tmp_path_factory):
 
 def test_a_clip_goes_from_rest_into_the_expression(clip):
     assert [problems for _, problems in check(clip, remade=1)] == [[], []]
-    rates, meshes = [], []
+    rates, units, meshes = [], [], []
     with tarfile.open(clip / "shard-000000.tar") as tar:
         assert len(tar.getnames()) == 12
         for k in range(3):
             read = {ending: tar.extractfile(f"000000000-{k:04d}.{ending}").read() for ending in ("json", "mesh.npz")}
-            rates.append(json.loads(read["json"])["contractions"]["frontalis_inner_l"])
+            facts = json.loads(read["json"])
+            rates.append(facts["contractions"]["frontalis_inner_l"])
+            units.append(facts["action_units"])
             meshes.append(np.load(io.BytesIO(read["mesh.npz"])))
     assert 0.0 < rates[0] < rates[1] == rates[2] == 1.0  # the ramp takes three fifths of the clip
+    assert units[0] == pytest.approx(
+        {"AU1": rates[0], "AU2": rates[0], "AU5": 0.6 * rates[0], "AU26": rates[0]}, abs=1e-6
+    )
+    assert units[1] == units[2] == {"AU1": 1.0, "AU2": 1.0, "AU5": 0.6, "AU26": 1.0}
     assert all(mesh["triangles"].max() == len(mesh["points"]) - 1 for mesh in meshes)
     moved = [np.abs(mesh["points"] - mesh["rest"]).max() for mesh in meshes]
     assert moved[0] < min(moved[1:])  # from then on the skin only comes to rest
+
+
+def test_meshes_for_other_programs(backwards, monkeypatch):
+    spec = Spec.of({**SPEC, "mesh": "glb"})
+    with SampleMaker(spec) as maker:
+        sample = maker.sample(2)
+    size = int.from_bytes(sample.model[8:12], "little")
+    content = int.from_bytes(sample.model[12:16], "little")
+    names = {mesh["name"] for mesh in json.loads(sample.model[20 : 20 + content])["meshes"]}
+    assert sample.model[:4] == b"glTF"
+    assert size == len(sample.model)
+    assert {"face", "eye_l", "eye_r"} <= names
+    assert sample.files().keys() == {"png", "npz", "json", "mesh.glb"}
+    assert np.array_equal(sample.image, backwards[2].image)
 
 
 def workers_of(parent):
@@ -153,37 +153,91 @@ def test_what_is_missing_is_made_again(small, tmp_path, remembered):
     assert sum(done) == 3
 
 
-KILLED = """
-import pickle, sys, time
+SLOW = """
+import pickle, time
+from facewrinkle import __version__
 from facewrinkle.dataset import SampleMaker, generate, shards
-samples = pickle.load(open(sys.argv[1], "rb"))
+samples = pickle.load(open({kept!r}, "rb"))
 class Slow(SampleMaker):
     def pictures(self, index):
         time.sleep(60.0 if index == 2 else 0.0)
         return [samples[index]]
 shards.SampleMaker = Slow
-generate(eval(sys.argv[2]), sys.argv[3], count=3)
 """
+"""Python that makes the second shard slow, and the first without drawing."""
 
 
-def test_a_killed_run_goes_on(small, tmp_path, backwards, remembered):
-    other, kept = tmp_path / "other", tmp_path / "samples"
+@pytest.fixture
+def slow(tmp_path, backwards, remembered):
+    """Python for other processes: the second shard takes a minute; and here none of both is drawn again."""
+    kept = tmp_path / "samples"
     kept.write_bytes(pickle.dumps(backwards))
-    process = subprocess.Popen(
-        [sys.executable, "-c", KILLED, str(kept), repr(SPEC), str(other)], stderr=subprocess.PIPE
-    )
+    return SLOW.format(kept=str(kept))
+
+
+def wait_for(condition, process):
+    """Wait until something is so, while a process runs."""
     end = time.monotonic() + 120.0
-    while not list(other.glob(".*shard-000001.tar")) and process.poll() is None and time.monotonic() < end:
+    while not (found := condition()) and process.poll() is None and time.monotonic() < end:
         time.sleep(0.02)
-    process.send_signal(signal.SIGKILL)
-    _, complaint = process.communicate()
-    assert process.returncode == -signal.SIGKILL, complaint
-    (other / ".gitattributes").write_text("*.tar filter=lfs")  # of the user
+    assert found
+
+
+def goes_on(other, small):
+    """Go on with a set of which the first shard is done and the second was begun: it becomes the same set."""
     assert [path.name for path in other.glob("shard*")] == ["shard-000000.tar"]
+    (other / ".gitattributes").write_text("*.tar filter=lfs")  # of the user
     generate(SPEC, other, count=3)
     found = {name: value for name, value in hashes(other).items() if not os.path.basename(name).startswith(".")}
     assert found == hashes(small)
-    assert [path.name for path in other.glob(".*")] == [".gitattributes"]  # nothing that the killed run left
+    assert [path.name for path in other.glob(".*")] == [".gitattributes"]  # nothing that was left
+
+
+def test_a_killed_run_goes_on(small, tmp_path, slow):
+    other = tmp_path / "other"
+    code = f"{slow}generate({SPEC!r}, {str(other)!r}, count=3)"
+    process = subprocess.Popen([sys.executable, "-c", code])
+    wait_for(lambda: list(other.glob(".*shard-000001.tar")), process)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+    goes_on(other, small)
+
+
+def test_a_set_whose_scheduler_was_killed_goes_on(small, tmp_path, slow, monkeypatch):
+    pytest.importorskip("distributed", reason="several workers need Dask")
+    monkeypatch.setattr(generation_module, "REACH", 1.0)
+    address, preload, other = tmp_path / "scheduler.json", tmp_path / "preload.py", tmp_path / "other"
+    preload.write_text(slow)
+    common = ["--scheduler-file", str(address), "--no-dashboard"]
+    begin = [sys.executable, "-W", "ignore", "-m"]
+    log = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    scheduler = subprocess.Popen(
+        [*begin, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", *common], **log
+    )
+    alone = ["--no-nanny", "--nthreads", "1", "--local-directory", str(tmp_path), "--preload", str(preload)]
+    worker = subprocess.Popen([*begin, "distributed.cli.dask_worker", *alone, *common], **log)
+    try:
+        wait_for(lambda: address.exists() and address.read_text().strip().endswith("}"), scheduler)
+        where = json.loads(address.read_text())["address"]
+        with distributed_client(where) as client:
+            client.wait_for_workers(1, timeout=60)
+        with ThreadPoolExecutor() as pool:
+            made = pool.submit(generate, SPEC, other, count=3, scheduler=where)
+            wait_for(lambda: (other / "shard-000000.tar").exists() and list(other.glob(".*shard-000001.tar")), worker)
+            scheduler.kill()
+            with pytest.raises(FaceWrinkleError, match="1 of 2 shards are missing: the scheduler was lost. .* go on"):
+                made.result(60.0)
+    finally:
+        for process in (worker, scheduler):
+            process.kill()
+            process.wait()
+    goes_on(other, small)
+
+
+def distributed_client(address):
+    from distributed import Client
+
+    return Client(address, timeout=20.0)
 
 
 def test_a_sample_that_fails_is_listed_and_left_out(tmp_path, backwards, monkeypatch):
@@ -306,6 +360,25 @@ def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
     monkeypatch.setattr("facewrinkle.dataset.generation.REACH", 0.5)
     with pytest.raises(ParameterError, match="cannot be reached"):
         generate(SPEC, tmp_path / "set", count=3, scheduler="tcp://127.0.0.1:1")
+
+
+class Cluster:
+    """A client of workers with some versions of the package."""
+
+    def __init__(self, **versions):
+        self.versions = versions
+
+    def run(self, function):
+        return self.versions
+
+
+def test_workers_must_have_the_same_version():
+    same = Cluster(one=__version__, two=__version__)
+    assert generation_module._checked(same) is same
+    with pytest.raises(ParameterError, match=f"worker two has facewrinkle 0.1, this is {__version__}. Install"):
+        generation_module._checked(Cluster(one=__version__, two="0.1"))
+    with pytest.raises(ParameterError, match="has no workers. Start some: dask worker ADDRESS"):
+        generation_module._checked(Cluster())
 
 
 def test_labels_fit_the_picture(backwards):

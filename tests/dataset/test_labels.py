@@ -14,12 +14,12 @@ from facewrinkle.anatomy.eyeball import RADIUS
 from facewrinkle.appearance.eye import IRIS
 from facewrinkle.appearance.seen import Appearance
 from facewrinkle.dataset.furrows import FurrowTracker, furrows_of
-from facewrinkle.dataset.labels import DEPTH_STEP, HEIGHT_STEP, NO_PLACE, PARTS, PLACE_STEP, Labeller
+from facewrinkle.dataset.labels import DEPTH_STEP, HEIGHT_STEP, NO_PLACE, PARTS, PLACE_STEP, labels_of, solid_parts
 from facewrinkle.dataset.plan import plan_of
 from facewrinkle.dataset.regions import FAR, REGIONS, anchors_of, regions_at
 from facewrinkle.dataset.sample import fault_of, place
 from facewrinkle.dataset.spec import Spec
-from facewrinkle.dataset.visible import Camera
+from facewrinkle.dataset.visible import Camera, TriangleBuffer
 from facewrinkle.plotting.scene import Scene
 from facewrinkle.plotting.views import Style
 
@@ -36,16 +36,11 @@ def frame(face):
 def labelled(face, frame, tears=(), **camera):
     camera = {"yaw": 0, "pitch": 0, "roll": 7, "aside": 0, "above": 0, **camera}
     spec = Spec.of({"size": list(SIZE), "camera": camera})
-    labeller = Labeller(SIZE)
-    try:
-        with Scene(face, Style(SIZE)) as scene:
-            place(scene, plan_of(spec, 0))
-            scene.picture(frame)
-            camera = scene.plotter.camera.copy()
-            labels = labeller(face, Appearance.of(face).at(frame), frame, camera, tears)
-            return *labels, camera, scene.plotter.renderer
-    finally:
-        labeller.close()
+    with Scene(face, Style(SIZE)) as scene:
+        place(scene, plan_of(spec, 0))
+        camera = scene.plotter.camera.copy()
+    labels = labels_of(face, Appearance.of(face).at(frame), frame, Camera.of(camera, SIZE), tears)
+    return *labels, camera
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +49,7 @@ def front(face, frame):
 
 
 def test_depth_is_that_of_rays_through_the_middles_of_pixels(front, frame):
-    arrays, _, camera, _ = front
+    arrays, _, camera = front
     own = Camera.of(camera, SIZE)
     rows, columns = np.nonzero(arrays["part"] == PARTS.index("skin"))
     some = np.random.default_rng(3).choice(len(rows), 60, replace=False)
@@ -71,8 +66,30 @@ def test_depth_is_that_of_rays_through_the_middles_of_pixels(front, frame):
     assert np.mean(np.array(errors) < 0.1) > 0.95  # at a silhouette, a ray may pass the triangle that was drawn
 
 
+def test_triangles_are_those_that_vtk_draws(face, frame, front):
+    """VTK draws the same meshes flat, in colours that number their triangles."""
+    _, _, camera = front
+    meshes = solid_parts(Appearance.of(face).at(frame))
+    buffer = TriangleBuffer(Camera.of(camera, SIZE))
+    buffer.draw(meshes)
+    plotter = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
+    plotter.disable_anti_aliasing()
+    plotter.set_background("black")
+    number = 1
+    for mesh in meshes.values():
+        bare = pv.PolyData(mesh.points, faces=mesh.faces)
+        own = np.arange(number, number := number + mesh.n_cells)
+        bare.cell_data["colour"] = np.stack([own >> 16, own >> 8, own], axis=1).astype(np.uint8)
+        plotter.add_mesh(bare, scalars="colour", rgb=True, lighting=False, reset_camera=False)
+    plotter.camera = camera
+    drawn = plotter.screenshot(return_img=True).astype(int) @ [1 << 16, 1 << 8, 1] - 1
+    plotter.close()
+    assert (buffer.numbers >= 0).mean() > 0.2
+    assert np.mean(drawn == buffer.numbers) > 0.999  # a middle on an edge is on either side
+
+
 def test_landmarks_are_where_vtk_projects_them(front, face, frame):
-    _, facts, camera, _ = front
+    _, facts, camera = front
     matrix = pv.array_from_vtkmatrix(camera.GetCompositeProjectionTransformMatrix(SIZE[0] / SIZE[1], -1.0, 1.0))
     for name, where in face.landmarks_on(frame).items():
         x, y, _, w = matrix @ np.append(where, 1.0)
@@ -81,11 +98,11 @@ def test_landmarks_are_where_vtk_projects_them(front, face, frame):
 
 
 def test_what_lies_behind_is_not_visible(face, frame, front):
-    _, facts, _, _ = front
+    _, facts, _ = front
     assert all(
         facts["landmarks"][name]["visible"] for name in ("nose_tip", "glabella", "pogonion", "mouth_l", "mouth_r")
     )
-    _, aside, _, _ = labelled(face, frame, yaw=75.0)  # the camera is on the subject's left
+    _, aside, _ = labelled(face, frame, yaw=75.0)  # the camera is on the subject's left
     assert aside["landmarks"]["eye_l_outer"]["visible"]
     assert not aside["landmarks"]["eye_r_outer"]["visible"]
     assert not aside["landmarks"]["gonion_r"]["visible"]
@@ -111,8 +128,8 @@ def test_heights_are_those_of_the_frame(front, frame):
 
 
 def test_the_same_point_has_the_same_place_in_two_views(face, frame, front):
-    arrays, _, camera, _ = front
-    other, _, aside, _ = labelled(face, frame, yaw=20.0)
+    arrays, _, camera = front
+    other, _, aside = labelled(face, frame, yaw=20.0)
     one, two = Camera.of(camera, SIZE), Camera.of(aside, SIZE)
     rows, columns = np.nonzero(arrays["depth"])
     local = one.rays(rows, columns) * (arrays["depth"][rows, columns] * DEPTH_STEP)[:, None]
@@ -148,7 +165,9 @@ def test_tears_are_a_part_and_hide_nothing(face, frame, front):
 
 def test_furrows_are_low_and_each_has_one_source(front, frame):
     arrays, facts, *_ = front
-    assert (arrays["height"][arrays["furrow"] > 0] * HEIGHT_STEP <= -0.049).all()
+    deep = arrays["height"] * HEIGHT_STEP
+    assert (deep[arrays["furrow"] > 0] <= -0.049).all()
+    assert (arrays["furrow"] > 0)[deep < -0.1].mean() > 0.95  # all but what is too short for a furrow
     assert {furrow["number"] for furrow in facts["furrows"]} == set(range(1, len(facts["furrows"]) + 1))
     depths = [furrow["depth"] for furrow in facts["furrows"]]
     assert depths == sorted(depths, reverse=True)
@@ -202,7 +221,7 @@ def test_irises_are_discs_around_the_gaze(face):
     sim = fw.Simulation(face, layers=[])
     sim.look(yaw=15.0)
     frame = sim.settle()
-    arrays, _, camera, _ = labelled(face, frame)
+    arrays, _, camera = labelled(face, frame)
     eye = face.eyes[0]
     gaze = frame.field_data[f"gaze_{eye.side}"][0]
     (middle,), _ = Camera.of(camera, SIZE).project((eye.centre + eye.radius * gaze)[None])

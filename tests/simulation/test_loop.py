@@ -19,6 +19,7 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.layers.base import Displacement
+from facewrinkle.simulation.fold_layers import fold_layers
 
 
 def test_two_simulations_are_alike_to_the_last_bit(face, fingerprint):
@@ -281,6 +282,26 @@ def test_a_face_that_has_settled_has_the_same_triangles_whatever_came_before(fac
     np.testing.assert_array_equal(one.regular_faces, other.regular_faces)
     np.testing.assert_array_equal(one["rest"], other["rest"])
     assert np.abs(one["W"] - other["W"]).max() < 0.01
+
+
+@pytest.mark.parametrize("most", [3000, 100_000], ids=["forgetful", "mindful"])
+def test_settling_afresh_is_settling_after_a_reset(face, monkeypatch, most):
+    monkeypatch.setattr("facewrinkle.layers.wave_folds.recall.MOST", most)
+    sim = fw.Simulation(face, layers=fold_layers(face, "wave", age=0.8))
+
+    def settled(expression, yaw, afresh):
+        if not afresh:
+            sim.reset()
+        sim.look(yaw)
+        sim.express(expression)
+        return sim.settle(afresh=afresh)
+
+    asked = [({"AU4": 0.7, "AU12L": 0.5}, 5.0), ({}, 0.0), ({"AU1": 1.0}, -10.0)]
+    for frame, again in zip([settled(*a, False) for a in asked], [settled(*a, True) for a in asked], strict=True):
+        assert np.array_equal(frame.regular_faces, again.regular_faces)
+        assert np.array_equal(frame.points, again.points)
+        assert all(np.array_equal(frame[name], again[name]) for name in frame.point_data)
+        assert all(np.array_equal(frame.field_data[name], again.field_data[name]) for name in frame.field_data)
 
 
 def test_a_face_that_does_not_settle(face):

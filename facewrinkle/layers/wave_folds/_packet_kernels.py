@@ -159,46 +159,49 @@ def align(phase, first, second, weight, turn, flip, sweeps):
 @njit(cache=True)
 def waves_at(places, normals, x, n, d, k, share, sigma, phase, low, cell, dims, start, items, theta, strength, wave):
     """Phase, strength and wave vector of the sum of all packets within a cell's width of each place; 0 without any."""
+    around, squares = np.empty(len(x), np.int64), np.empty(len(x))
     for p in range(len(places)):
         theta[p], strength[p] = 0.0, 0.0
         wave[p, 0], wave[p, 1], wave[p, 2] = 0.0, 0.0, 0.0
         ci, cj, ck = cell_of(places[p, 0], places[p, 1], places[p, 2], low, cell, dims)
-        nearest, lead = cell * cell, -1
+        nearest, lead, count = cell * cell, -1, 0
+        for a in range(max(ci - 1, 0), min(ci + 2, dims[0])):
+            for b in range(max(cj - 1, 0), min(cj + 2, dims[1])):
+                for c in range(max(ck - 1, 0), min(ck + 2, dims[2])):
+                    cube = (a * dims[1] + b) * dims[2] + c
+                    for s in range(start[cube], start[cube + 1]):
+                        j = items[s]
+                        square, facing = 0.0, 0.0
+                        for g in range(3):
+                            square += (places[p, g] - x[j, g]) ** 2
+                        if square >= cell * cell:
+                            continue
+                        for g in range(3):
+                            facing += n[j, g] * normals[p, g]
+                        if facing <= FACING:
+                            continue
+                        around[count], squares[count] = j, square
+                        count += 1
+                        if square < nearest:  # its direction is that which the others are counted along
+                            nearest, lead = square, j
         re, im, total, kx, ky, kz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for turn in range(2):  # first the nearest packet, whose direction the others are counted along
-            if turn == 1 and lead < 0:
-                break
-            for a in range(max(ci - 1, 0), min(ci + 2, dims[0])):
-                for b in range(max(cj - 1, 0), min(cj + 2, dims[1])):
-                    for c in range(max(ck - 1, 0), min(ck + 2, dims[2])):
-                        cube = (a * dims[1] + b) * dims[2] + c
-                        for s in range(start[cube], start[cube + 1]):
-                            j = items[s]
-                            square, facing, ours, same = 0.0, 0.0, 0.0, 0.0
-                            for g in range(3):
-                                e = places[p, g] - x[j, g]
-                                square += e * e
-                                facing += n[j, g] * normals[p, g]
-                                ours += e * d[j, g]
-                            if square >= cell * cell or facing <= FACING:
-                                continue
-                            if turn == 0:
-                                if square < nearest:
-                                    nearest, lead = square, j
-                                continue
-                            for g in range(3):
-                                same += d[j, g] * d[lead, g]
-                            across, along = sigma[j, 0], sigma[j, 1]
-                            w = np.exp(-0.5 * (ours * ours / across**2 + max(square - ours * ours, 0.0) / along**2))
-                            w *= (1.0 - square / (cell * cell)) ** 2
-                            sign = 1.0 if same >= 0.0 else -1.0
-                            angle = phase[j] + k[j] * ours
-                            re += w * share[j] * np.cos(angle)
-                            im += w * share[j] * sign * np.sin(angle)
-                            total += w
-                            kx += w * sign * k[j] * d[j, 0]
-                            ky += w * sign * k[j] * d[j, 1]
-                            kz += w * sign * k[j] * d[j, 2]
+        for q in range(count):
+            j, square = around[q], squares[q]
+            ours, same = 0.0, 0.0
+            for g in range(3):
+                ours += (places[p, g] - x[j, g]) * d[j, g]
+                same += d[j, g] * d[lead, g]
+            across, along = sigma[j, 0], sigma[j, 1]
+            w = np.exp(-0.5 * (ours * ours / across**2 + max(square - ours * ours, 0.0) / along**2))
+            w *= (1.0 - square / (cell * cell)) ** 2
+            sign = 1.0 if same >= 0.0 else -1.0
+            angle = phase[j] + k[j] * ours
+            re += w * share[j] * np.cos(angle)
+            im += w * share[j] * sign * np.sin(angle)
+            total += w
+            kx += w * sign * k[j] * d[j, 0]
+            ky += w * sign * k[j] * d[j, 1]
+            kz += w * sign * k[j] * d[j, 2]
         if total > 1e-9:
             theta[p] = np.arctan2(im, re)
             strength[p] = np.hypot(re, im) / total

@@ -18,6 +18,7 @@ from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
 from .field import WaveField
 from .packets import Packets, Style
+from .recall import Recall
 from .waves import Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
@@ -78,6 +79,9 @@ class WaveFolds:
     shapes: FoldShapes | None = None
     """The motions that the lines are found from; a :class:`facewrinkle.Simulation` sets them."""
 
+    _known: tuple[float, Style, Face, FoldShapes, Array | None, WaveField] | None = None
+    """The field that was found last, and what it was found from: a simulation that begins anew finds no other."""
+
     @checked
     def __init__(
         self,
@@ -125,7 +129,14 @@ class WaveFolds:
                 "WaveFolds finds its lines from motions of the face, and has none. Give it to a Simulation of a face "
                 "with muscles or with a recording, or set its `shapes`."
             )
-        return WaveField(face, self.shapes, self.density, self.style, factors)
+        if self._known is not None:
+            *known, theirs, field = self._known
+            same = factors is theirs if factors is None or theirs is None else np.array_equal(factors, theirs)
+            if same and known[:2] == [self.density, self.style] and known[2] is face and known[3] is self.shapes:
+                return field
+        field = WaveField(face, self.shapes, self.density, self.style, factors)
+        self._known = self.density, self.style, face, self.shapes, factors, field
+        return field
 
     # --- the layer protocol ----------------------------------------------------------------------
 
@@ -147,13 +158,19 @@ class WaveFolds:
                 f"the motions of the family {lacking[0]!r} compress the skin by less than {FAINT:.0%} everywhere. Name "
                 "motions that fold it, or leave the family out."
             )
+        self._recall: Recall | None = None
         self._waves = Waves.none(0)
         self._resize(0)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        self._waves = self._waves.followed(change.kept, self._field.at(created))
+        new = self._field.at(created) if self._recall is None else self._recall.at(created)
+        self._waves = self._waves.followed(change.kept, new)
         self._resize(len(self._waves.starts) - 1)
+
+    def remember(self) -> None:
+        """From now on, remember the waves at all points: for a face that is refined again and again."""
+        self._recall = self._recall or Recall(self._field)
 
     def _resize(self, n: int) -> None:
         p = len(self._waves.theta)

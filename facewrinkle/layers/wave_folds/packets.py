@@ -191,7 +191,7 @@ class Packets:
         self.k *= np.exp(-UNEVEN * style.irregularity * uneven)
         self._align()
         self.share = self._share * self._strengths()
-        del self._rows, self._face, self._local, self._host, self._code
+        del self._rows, self._gaussian, self._face, self._local, self._host, self._code
         lengths = 2.0 * np.pi / self.k
         self._sigma = np.outer(lengths, SUMMED)
         self._grid = Grid(self.x, SUPPORT * float(lengths.mean()) if len(self.x) else 1.0)
@@ -232,6 +232,7 @@ class Packets:
     def _find_neighbours(self, face: Face, reach: Array) -> None:
         """Find the packets around each, and those around the mirror image of each."""
         self._rows: list[tuple[IntArray, IntArray, Array, Array]] = []
+        self._gaussian: dict[int, tuple[csr_array, Array]] = {}
         for mirrored in (False, True) if face.landmarks and self._style.symmetry else (False,):
             x, n = (self._mirrored(v, face, v is self.x) for v in (self.x, self.n)) if mirrored else (self.x, self.n)
             grid = Grid(x, float(reach.max(initial=1e-9)))
@@ -254,14 +255,22 @@ class Packets:
     def _averaged(self, values: Array, sign: float = 1.0, mirrored: bool = True) -> tuple[Array, Array]:
         """Gaussian sums of values (p, d) over the neighbours, and the root of the sum of the squared weights."""
         total, squares = values.copy(), np.ones(len(values))
-        for side, (first, second, x, _) in enumerate(self._rows[: 2 if mirrored else 1]):
+        for side in range(min(len(self._rows), 2 if mirrored else 1)):
             factor = sign * self._style.symmetry if side else 1.0
-            owner = np.repeat(np.arange(len(values)), np.diff(first))
-            away = ((self.x[owner] - x[second]) ** 2).sum(axis=1) / (EVEN * self._local[owner]) ** 2
-            weights = csr_array((factor * np.exp(-0.5 * away), second, first), shape=(len(values),) * 2)
-            total = total + weights @ values
-            squares = squares + weights.power(2).sum(axis=1)
+            weights, square = self._weights(side)
+            total = total + factor * (weights @ values)
+            squares = squares + factor**2 * square
         return total, np.sqrt(squares)
+
+    def _weights(self, side: int) -> tuple[csr_array, Array]:
+        """Gaussian weights of the neighbours, or of those mirrored, and the sums of their squares; made once."""
+        if side not in self._gaussian:
+            first, second, x, _ = self._rows[side]
+            owner = np.repeat(np.arange(len(self.x)), np.diff(first))
+            away = ((self.x[owner] - x[second]) ** 2).sum(axis=1) / (EVEN * self._local[owner]) ** 2
+            weights = csr_array((np.exp(-0.5 * away), second, first), shape=(len(self.x),) * 2)
+            self._gaussian[side] = weights, weights.power(2).sum(axis=1)
+        return self._gaussian[side]
 
     def _noise(self, number: int, sign: float = 1.0) -> Array:
         """Return random numbers (p,) that vary smoothly, of mean 0 and deviation 1, `sign` times those mirrored."""

@@ -1,0 +1,89 @@
+"""``facewrinkle dataset``: what it makes, checks and prints; samples themselves are not drawn here."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from facewrinkle.cli import main
+from facewrinkle.dataset import Sample, SampleMaker, Spec, generation, shards, verification
+from facewrinkle.dataset.plan import person_of, plan_of
+from facewrinkle.dataset.spec import DEFAULT
+
+pytest.importorskip("pyarrow", reason="data sets need pyarrow")
+
+
+GAP = 4
+"""Pixels between the pictures of a sheet."""
+
+
+class Grey(SampleMaker):
+    """Makes grey samples, as bright as their number, at once; the second draw of every third is the good one."""
+
+    def pictures(self, index):
+        plan = plan_of(self.spec, index, attempt=int(index % 3 == 2))
+        facts = {"plan": plan.as_dict(), "person": asdict(person_of(self.spec, plan.person)), "landmarks": {}}
+        facts |= {"furrows": [], "action_units": {}, "size": list(self.spec.size)}
+        shape = self.spec.size[::-1]
+        return [Sample(index, np.full((*shape, 3), index, np.uint8), {"depth": np.zeros(shape, np.uint16)}, facts)]
+
+
+@pytest.fixture
+def grey(tmp_path, monkeypatch):
+    """A specification of grey samples."""
+    for module in (generation, shards, verification):
+        monkeypatch.setattr(module, "SampleMaker", Grey)
+    path = tmp_path / "grey.toml"
+    path.write_text("size = [16, 16]\nshard = 2\n", encoding="utf-8")
+    return path
+
+
+def test_a_set_is_made_and_checked(grey, tmp_path, capsys):
+    out = tmp_path / "set"
+    assert main(["dataset", str(grey), "--out", str(out), "--count", "6"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "6 pictures of 6 samples; the first draw of 2 was not fit" in told
+    assert "33.3% were drawn again" in " ".join((out / "README.md").read_text(encoding="utf-8").split())
+    assert main(["dataset", "check", str(out)]) == 0
+    assert "all is well" in capsys.readouterr().out
+    (out / "shard-000001.tar").unlink()
+    assert main(["dataset", "check", str(out)]) == 1
+    out_text, err = capsys.readouterr()
+    assert "shard-000001.tar is missing" in out_text
+    assert "Remove the shards and their tables, and run the same again" in " ".join(err.split())
+    assert main(["dataset", str(grey), "--out", str(out), "--count", "6", "--quiet"]) == 0
+    assert main(["dataset", "check", str(out)]) == 0
+
+
+def test_a_preview_shows_24_people(grey, tmp_path):
+    assert main(["dataset", str(grey), "--out", str(tmp_path / "set"), "--preview"]) == 0
+    with Image.open(tmp_path / "set.png") as sheet:
+        assert sheet.size == (6 * 16 + 5 * GAP, 4 * 16 + 3 * GAP)
+        shown = np.asarray(sheet.convert("L"))[8 :: 16 + GAP, 8 :: 16 + GAP].ravel()
+    assert shown.tolist() == [10 * person for person in range(24)]
+    assert not (tmp_path / "set").exists()
+
+
+def test_the_default_is_printed_as_a_file_to_edit(tmp_path, capsys):
+    assert main(["dataset", "spec"]) == 0
+    path = tmp_path / "mine.toml"
+    path.write_text(capsys.readouterr().out, encoding="utf-8")
+    assert path.read_text(encoding="utf-8") == DEFAULT.read_text(encoding="utf-8")
+    assert Spec.read(path).digest == Spec.of().digest
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["check"], "name the folder of the set"),
+        (["check", "nowhere"], "holds no data set"),
+        (["nothing.toml"], "cannot be read"),
+        (["spec.toml", "folder"], "a folder is named with check only"),
+    ],
+)
+def test_what_makes_no_sense_is_told_in_a_line(arguments, message, capsys):
+    assert main(["dataset", *arguments]) == 1
+    assert message in " ".join(capsys.readouterr().err.split())
