@@ -155,7 +155,7 @@ def _shapes(stage: Any, mesh: Any, binding: Any, morphs: Morphs) -> None:
 
     names, targets = [], []
     for name, moved, turned, half in _merged(morphs):
-        some = np.flatnonzero(moved.any(axis=1) | turned.any(axis=1))
+        some = np.flatnonzero(_any(moved, turned) | (False if half is None else _any(*half)))
         if not len(some):
             continue
         shape = UsdSkel.BlendShape.Define(stage, mesh.GetPath().AppendChild(Tf.MakeValidIdentifier(name)))
@@ -174,26 +174,45 @@ def _shapes(stage: Any, mesh: Any, binding: Any, morphs: Morphs) -> None:
         binding.CreateBlendShapeTargetsRel().SetTargets(targets)
 
 
+def _any(moved: Single, turned: Single) -> npt.NDArray[np.bool_]:
+    """Return which points (n,) are moved or turned."""
+    return np.asarray(moved.any(axis=1) | turned.any(axis=1))
+
+
 def _merged(morphs: Morphs) -> Iterator[tuple[str, Single, Single, tuple[Single, Single] | None]]:
     """Yield the names of shapes, what they add to points and normals (n, 3) at weight 1, and at a half if that is not
     the half of it.
     """
-    squared = {names[0]: k for k, name in enumerate(morphs.names) if _is_squared(names := morphs.drivers.get(name, ()))}
+    squared, bent = (
+        {names[0]: k for k, name in enumerate(morphs.names) if kind(names := morphs.drivers.get(name, ()))}
+        for kind in (_is_squared, _is_bent)
+    )
     for k, name in enumerate(morphs.names):
-        if k in squared.values():
+        if k in squared.values() or k in bent.values():
             continue
-        both = morphs.deltas[k], morphs.normals[k]
-        if name not in squared:
-            yield name, *both, None
-            continue
-        more = morphs.deltas[squared[name]], morphs.normals[squared[name]]
-        whole = both[0] + more[0], both[1] + more[1]
-        yield name, *whole, (0.5 * both[0] + 0.25 * more[0], 0.5 * both[1] + 0.25 * more[1])
+        whole = morphs.deltas[k], morphs.normals[k]
+        half = _sum(whole, -0.5, whole)
+        if name in squared:
+            more = morphs.deltas[squared[name]], morphs.normals[squared[name]]
+            whole, half = _sum(whole, 1.0, more), _sum(half, 0.25, more)
+        if name in bent:
+            half = _sum(half, 0.25, (morphs.deltas[bent[name]], morphs.normals[bent[name]]))
+        yield name, *whole, half if name in squared or name in bent else None
+
+
+def _sum(first: tuple[Single, Single], share: float, second: tuple[Single, Single]) -> tuple[Single, Single]:
+    """Return the sum of one lot of displacements and turns, and a share of another."""
+    return first[0] + np.float32(share) * second[0], first[1] + np.float32(share) * second[1]
 
 
 def _is_squared(names: Sequence[str]) -> bool:
     """Return True for a shape that is driven by the square of the weight of another."""
     return len(names) == 2 and names[0] == names[1]
+
+
+def _is_bent(names: Sequence[str]) -> bool:
+    """Return True for a shape that is driven by the weight of another times 1 less that: a quarter of it at a half."""
+    return len(names) == 2 and names[1] == f"1-{names[0]}"
 
 
 def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[Path]:

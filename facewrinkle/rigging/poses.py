@@ -123,9 +123,11 @@ class Posing:
         modelled: dict[tuple[str, Side | None], float] = {}
         for shape, weight in mixture.values():
             rates = np.maximum(rates, contractions_of(self._skin, self.face, shape, weight))
+            _, below = mixture.get(shape.beyond, (shape, weight))
+            full = max(weight, below) or 1.0  # of lips over a jaw that is half open, half the weight closes all
             for name, share in shape.modelled.items():
                 key = name, shape.side
-                modelled[key] = max(modelled.get(key, 0.0), weight * share)
+                modelled[key] = max(modelled.get(key, 0.0), share * (weight / full if shape.beyond else weight))
         moved = self._settled(rates) / self.face.unit
         mandible = np.eye(4)
         for (name, side), share in modelled.items():

@@ -27,7 +27,8 @@ from ..geometry.smoothstep import smoothstep
 from ..mesh.files import written
 from ..mesh.seams import corner_texture
 from .baking import Baker, Progress, silent
-from .linear_rig import Rig, movement_poses
+from .fields import movement_poses
+from .linear_rig import Rig
 from .maps import (
     Texels,
     around_head,
