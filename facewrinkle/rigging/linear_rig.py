@@ -435,7 +435,8 @@ def rig(
         names, drivers = [*names, *own], drivers | own
     curved: list[str] = []
     if halfway:
-        halves = movement_poses(wanted, posing, 0.5)
+        middles = movement_poses(wanted, posing, 0.5)
+        halves = {movement: posing.clear_between(poses[movement], half) for movement, half in middles.items()}
         whole: Fields = {
             part: (moved[: len(wanted)], turned[: len(wanted)]) for part, (moved, turned) in fields.items()
         }

@@ -1,7 +1,7 @@
 """What shapes change, and what bends their ways.
 
 what            checked against
-half ways       the simulation at weights in between, with and without them; balls; the lips' distance at rest
+half ways       the simulation at weights in between, with and without them; the oracle; the lips' distance at rest
 in USD          the rig at half the weight
 fading          ways along a strip
 """
@@ -15,6 +15,7 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
+from analysis.oracle import DEEPEST, Oracle
 from facewrinkle.rigging.fields import faded
 
 CURVED = ("eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "mouthClose")
@@ -48,14 +49,13 @@ def test_they_bend_the_way_to_that_of_the_simulation(bent, names):
 
 
 def test_bent_ways_clear_the_balls_and_keep_lips_closed(face, bent):
-    rest = bent.mesh.points
+    oracle, rest, count = Oracle(face), bent.mesh.points, len(face.points)
+    upper, lower = bent.posing._movements._pairs
     for weight in BETWEEN:
         shut = bent.at(bent.driven(dict.fromkeys(CURVED[:2], weight))).points
-        for eye in face.eyes:
-            outside = np.linalg.norm(rest - eye.centre, axis=1) > eye.radius - 0.02
-            depth = eye.radius - np.linalg.norm(shut - eye.centre, axis=1)
-            assert depth[outside].max() * face.unit < 0.1
-        upper, lower = bent.posing._movements._pairs
+        found = oracle.findings(np.asarray(shut[:count]) * face.unit, 0.0)
+        assert max(found.eyes, found.lids) < DEEPEST
+        assert found.inverted == 0
         closed = bent.at(bent.driven(dict.fromkeys(CURVED[2:], weight))).points
         gaps = [np.linalg.norm(points[upper] - points[lower], axis=1) for points in (rest, closed)]
         assert np.abs(gaps[1] - gaps[0]).max() * face.unit < 0.3
