@@ -32,7 +32,7 @@ def write_usd(
     unit: float,
     rotation: Array | None,
     morphs: Mapping[str, Morphs] | None = None,
-    track: WeightTrack | None = None,
+    tracks: Mapping[str, WeightTrack] | None = None,
     beside: Path | None = None,
 ) -> list[Path]:
     """Write meshes with their blend shapes as a USD file: one `SkelRoot`, with one joint that does not move.
@@ -51,7 +51,8 @@ def write_usd(
     rotation : ndarray, shape (3, 3), optional
         Turns the models upright.
     morphs : mapping of str to Morphs, optional
-    track : WeightTrack, optional
+    tracks : mapping of str to WeightTrack, optional
+        Animation of the weights of the shapes of models, by their names; all at the same times.
     beside : Path, optional
         The final place of the file, if that is another: pictures are written there, ``NAME_face.png`` and so on.
 
@@ -108,7 +109,8 @@ def write_usd(
         binding.CreateJointWeightsPrimvar(True, 1).Set([1.0])
         if morphs is not None:
             _shapes(stage, mesh, binding, morphs[name])
-    names = [name for name, *_ in _merged(next(iter(morphs.values())))] if morphs else []
+    own = {part: [name for name, *_ in _merged(shapes)] for part, shapes in (morphs or {}).items()}
+    names = list(dict.fromkeys(name for each in own.values() for name in each))
     animation = UsdSkel.Animation.Define(stage, "/Face/Skeleton/Animation")
     animation.CreateJointsAttr(["head"])
     animation.CreateTranslationsAttr([Gf.Vec3f(0.0)])
@@ -116,11 +118,15 @@ def write_usd(
     animation.CreateScalesAttr([Gf.Vec3h(1.0)])
     animation.CreateBlendShapesAttr(names)
     weights = animation.CreateBlendShapeWeightsAttr(np.zeros(len(names), np.float32))
-    if track is not None:
-        for time, row in zip(track.times.tolist(), track.weights.astype(np.float32), strict=True):
-            weights.Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(row)), Usd.TimeCode(time * TICKS))
-        stage.SetStartTimeCode(float(track.times[0]) * TICKS)
-        stage.SetEndTimeCode(float(track.times[-1]) * TICKS)
+    if tracks:
+        times = next(iter(tracks.values())).times  # those of all
+        rows = np.zeros((len(times), len(names)), np.float32)
+        for part, track in tracks.items():
+            rows[:, [names.index(name) for name in own[part]]] = track.weights
+        for time, row in zip(times.tolist(), rows, strict=True):
+            weights.Set(Vt.FloatArray.FromNumpy(row), Usd.TimeCode(time * TICKS))
+        stage.SetStartTimeCode(float(times[0]) * TICKS)
+        stage.SetEndTimeCode(float(times[-1]) * TICKS)
         stage.SetTimeCodesPerSecond(TICKS)
         stage.SetFramesPerSecond(SHOWN_PER_SECOND)
     source = UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
