@@ -264,13 +264,12 @@ class AnimationWriter:
 
     def _write_caches(self, rest: pv.PolyData, times: Array, tears: Sequence[Tear]) -> list[Path]:
         files = [self.path, write_mesh(rest, self.path.with_suffix(".obj"), self.face)]
+        bare = replace(self.face, texture=None)  # there is none on water
         _write_cache(self.path, np.stack(self._points))
         for name, tear in self._sampled(tears, times, rest, np.stack(self._points)).items():
             path = self.path.with_name(f"{self.path.stem}_{name}.pc2")
-            files += [
-                path,
-                write_mesh(to_polydata(tear.points[0], tear.triangles), path.with_suffix(".obj"), self.face),
-            ]
+            first = to_polydata(tear.points[0], tear.triangles)
+            files += [path, write_mesh(first, path.with_suffix(".obj"), bare)]
             _write_cache(path, tear.points)
         return files
 

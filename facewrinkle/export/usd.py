@@ -107,7 +107,7 @@ def write_usd(
         binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
         binding.CreateJointIndicesPrimvar(True, 1).Set([0])
         binding.CreateJointWeightsPrimvar(True, 1).Set([1.0])
-        if morphs is not None:
+        if morphs is not None and name in morphs:
             _shapes(stage, mesh, binding, morphs[name])
     own = {part: [name for name, *_ in _merged(shapes)] for part, shapes in (morphs or {}).items()}
     names = list(dict.fromkeys(name for each in own.values() for name in each))
