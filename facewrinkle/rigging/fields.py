@@ -1,4 +1,4 @@
-"""What shapes change: the displacements and turned normals of all meshes, in the poses that shapes are made of."""
+"""Displacements and turned normals of all meshes in shapes, from the poses that these are made of."""
 
 from __future__ import annotations
 
