@@ -46,6 +46,9 @@ BEHIND_SKIN, FROM_OPENING = 0.01, 0.06
 the pupils.
 """
 
+BACK_OF_HEAD = -1.0
+"""Skin farther back than this is not before the gum, but seen through the mouth; as SKIN_LOW."""
+
 GUM_FROM = 0.16
 """Depth below the middle of the lips from which there is gum and no tooth, in distances between the pupils."""
 
@@ -92,7 +95,8 @@ class Mouth:
             return
         self._ends, self.bag = ends, not len(self.loop)
         self._rest_gap = self._gap(face.points)
-        self._width = float(np.ptp(face.points[self.loop] @ self._axes[0])) if not self.bag else 0.0
+        self._rest_rim = face.points[self.loop]
+        self._width = float(np.ptp(self._rest_rim @ self._axes[0])) if not self.bag else 0.0
         self._mandible = face.mandible
         self._centre = centre
         flat, lined = (face.points - centre) @ self._axes[:2].T / self._size, face.lining.vertices
@@ -143,15 +147,26 @@ class Mouth:
     def pocket(self, points: Array) -> pv.PolyData:
         """Return the dark pocket, with `paint` (rgb), behind the lips of a face with vertices at `points` (n, 3)."""
         rim = points[self.loop]
-        n, middle, size = len(rim), rim.mean(axis=0), self._size
-        local = (rim - middle) @ self._axes.T
-        turn = np.arctan2(local[:, 1] / max(float(np.abs(local[:, 1]).max()), 0.02 * size), local[:, 0] / (0.4 * size))
-        oval = np.stack([np.cos(turn), 0.65 * np.sin(turn), np.zeros(n)], axis=1)
+        middle, size = rim.mean(axis=0), self._size
         rings = [rim]
-        narrow = min(float(np.ptp(local[:, 0])) / self._width, 1.0)  # pursed lips take the cheeks beside them along
+        narrow = min(float(np.ptp(rim @ self._axes[0])) / self._width, 1.0)  # pursed lips take the cheeks along
         for half, depth in ((0.38 * narrow, 0.12), (0.47 * narrow, 0.3), (0.45, 0.85)):
-            rings.append(middle + (half * oval - [0.0, 0.0, depth]) * size @ self._axes)
+            rings.append(middle + (half * self._oval - [0.0, 0.0, depth]) * size @ self._axes)
         return reshaped(self._blank_pocket, np.vstack([*rings, rings[-1].mean(axis=0)]))
+
+    @cached_property
+    def _oval(self) -> Array:
+        """Places (n, 3) on an oval, [left, up, 0], that the vertices around the mouth go to behind the lips.
+
+        They depend on the lips at rest alone: lips that press on each other have no vertical order.
+        """
+        local = (self._rest_rim - self._rest_rim.mean(axis=0)) @ self._axes.T
+        n, first, last = len(local), int(np.argmax(local[:, 0])), int(np.argmin(local[:, 0]))
+        one = (np.arange(n) - first) % n < (last - first) % n  # from the left corner to the right one
+        upper = one if local[one, 1].mean() > local[~one, 1].mean() else ~one
+        up = np.sqrt(1.0 - (local[:, 0] / np.abs(local[:, 0]).max()) ** 2) * np.where(upper, 1.0, -1.0)
+        oval = np.stack([local[:, 0] / (0.4 * self._size), up, np.zeros(n)], axis=1)
+        return np.asarray(oval / np.linalg.norm(oval, axis=1, keepdims=True) * [1.0, 0.65, 1.0])
 
     @cached_property
     def _blank_pocket(self) -> pv.PolyData:
@@ -196,7 +211,7 @@ class Mouth:
         local = (points - self._centre) @ self._axes.T / self._size
         shape = np.rint((SKIN_HIGH - SKIN_LOW) / SKIN_STEP).astype(int) + 1
         low = float(SKIN_LOW[0]), float(SKIN_LOW[1])
-        front = depth_buffer(local, self._skin, low, SKIN_STEP, (int(shape[1]), int(shape[0])))
+        front = depth_buffer(local, self._skin, low, SKIN_STEP, (int(shape[1]), int(shape[0])), (BACK_OF_HEAD, np.inf))
         open_near = binary_dilation(~np.isfinite(front), iterations=round(FROM_OPENING / SKIN_STEP))
         nearest = np.where(open_near, np.inf, minimum_filter(front, size=3))
         inside = (places - self._centre) @ self._axes.T / self._size

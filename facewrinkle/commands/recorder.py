@@ -21,6 +21,7 @@ from ..mesh.files import output_file
 from ..plotting import Image, Scene, save_picture, side_by_side
 from ..plotting.views import Style
 from ..simulation import Simulation
+from ..tears.presets import Tear
 from .options import OutputOptions
 from .report import Report
 
@@ -47,12 +48,15 @@ class Clip:
         Of the frames, s.
     simulation : Simulation, optional
         What makes the frames; needed for animated export.
+    tears : sequence of Tear
+        On the frames; for animated export.
     """
 
     face: Face
     frames: Iterator[pv.PolyData]
     times: np.ndarray
     simulation: Simulation | None = None
+    tears: Sequence[Tear] = ()
 
 
 class Recorder:
@@ -112,7 +116,7 @@ class Recorder:
             self.files.append(self._path(".mp4"))
         if animation is not None and clip.simulation is not None:
             with self.report.waiting("Writing the animation"):
-                self.files += animation.write(clip.times, clip.simulation.forest)
+                self.files += animation.write(clip.times, clip.simulation.forest, clip.tears)
 
     def _passing(
         self,

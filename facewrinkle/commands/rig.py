@@ -39,6 +39,7 @@ def rig(
     wrinkles: Literal["baked", "separate", "maps", "none"] = "baked",
     level: WholeOrNone = None,
     correctives: Whole = 0,
+    halfway: bool = False,
     map_size: WholeOrNone = None,
     format: Literal["glb", "gltf", "usd", "usdc", "usda"] = "glb",
     dense: bool = False,
@@ -66,6 +67,9 @@ def rig(
     correctives
         At most so many pairs of shapes get a corrective, a target to be driven by the product of their weights: those
         whose sum is farthest from the simulation. NAME.rig.json lists them.
+    halfway
+        Lids, the jaw and other shapes whose way is curved get a target NAME_half, to be driven by the weight times 1
+        less the weight (in USD, an in-between): half a blink is then that of the simulation.
     map_size
         Width of maps, texels: a power of two from 64 to 2048. Default: 1024.
     format
@@ -102,6 +106,7 @@ def rig(
         wrinkles,
         level,
         correctives,
+        halfway,
         progress=lambda items, what, n: report.progress(iter(items), what, n),
     )
     stem = source.label or "head"

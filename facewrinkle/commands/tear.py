@@ -12,7 +12,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import ParameterError, check_range, check_whole, warn
+from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
 from ..plotting import Image, side_by_side
 from ..plotting.views import Style
@@ -94,8 +94,6 @@ def tear(
             face, rates, preset(kind, face, seed, **given), np.arange(frames) / fps, output.save_animation is None
         )
     recorder = Recorder(folder, stem, output, report)
-    if output.save_animation is not None:
-        warn("the animation has no tears: their triangles change all the time. --save-mesh writes those of a moment.")
     _record(crying, recorder, style, plain=plain)
     recorder.tabulate(
         stem,
@@ -147,7 +145,7 @@ class Crying:
     def clip(self) -> Clip:
         """Return the clip, whose frames have the tears in `now`."""
         simulation = Simulation(self.face, Refinement(coarsen=self.coarsen))
-        return Clip(self.face, self._frames(simulation), self.times, simulation)
+        return Clip(self.face, self._frames(simulation), self.times, simulation, self.tears)
 
     def _frames(self, simulation: Simulation) -> Iterator[pv.PolyData]:
         simulation.contract(self.rates)

@@ -6,6 +6,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,10 @@ from ..appearance.companion_meshes import companion_meshes
 from ..appearance.seen import Appearance
 from ..errors import MeshError, check_range
 from ..geometry.refinement import RedGreenForest
+from ..mesh import to_polydata
 from ..mesh.files import output_file, written
+from ..tears.presets import Tear
+from ..tears.sampled import Sampled
 from .gltf import gltf
 from .meshes import part_models, upright_rotation, write_mesh
 from .model import Model, part_model, skin_model
@@ -47,6 +51,9 @@ principal components, nearly twice as many.
 
 TURN = 0.01
 """Normals that a target turns by less, in radians, are left as they are."""
+
+THIN = 0.02
+"""The largest distance of a point of a tear, whose film is three times as thick, from where it should be, mm."""
 
 FREE = ("brows", "lashes")
 """Parts, by the first word of their names, that go along, and whose hairs may be farther off: folds toss them about."""
@@ -231,28 +238,53 @@ class AnimationWriter:
             models = {n: part_model(mesh) for n, mesh in companion_meshes(self.face, frame, always=True).items()}
             self._parts.append({name: (model.points, model.normals) for name, model in models.items()})
 
-    def write(self, times: Sequence[float] | Array, forest: RedGreenForest) -> list[Path]:
-        """Write the animation, given the time of each frame and the triangles at the end; return the files written."""
+    def write(self, times: Sequence[float] | Array, forest: RedGreenForest, tears: Sequence[Tear] = ()) -> list[Path]:
+        """Write the animation, and return the files written.
+
+        Parameters
+        ----------
+        times : array_like, shape (f,)
+            Of the frames, s.
+        forest : RedGreenForest
+            The triangles at the end.
+        tears : sequence of DrippingTear or SheddingTear
+            They get meshes of their own, "tears_1" and so on, whose triangles stay, too.
+        """
         if self._last is None:
             raise MeshError("an animation needs at least one frame.")
+        times = np.asarray(times, np.float64)
         for values in (self._points, self._normals):
             values[:] = [_grown(frame, forest) for frame in values]
         rest = self._last.copy()
         rest.points = np.asarray(rest.point_data["rest"])
         rest.point_data["Normals"] = self._normals[0]
         if self.path.suffix.lower() == ".pc2":
-            return self._write_cache(rest)
-        return [self.path, *self._write_targets(rest, np.asarray(times, np.float64))]
+            return self._write_caches(rest, times, tears)
+        return [self.path, *self._write_targets(rest, times, tears)]
 
-    def _write_cache(self, rest: pv.PolyData) -> list[Path]:
-        mesh = write_mesh(rest, self.path.with_suffix(".obj"), self.face)
-        points = np.stack(self._points).astype("<f4")
-        with written(self.path) as whole:
-            header = PC2_HEADER.pack(b"POINTCACHE2\0", 1, points.shape[1], 0.0, 1.0, len(points))
-            whole.write_bytes(header + points.tobytes())
-        return [self.path, mesh]
+    def _write_caches(self, rest: pv.PolyData, times: Array, tears: Sequence[Tear]) -> list[Path]:
+        files = [self.path, write_mesh(rest, self.path.with_suffix(".obj"), self.face)]
+        bare = replace(self.face, texture=None)  # there is none on water
+        _write_cache(self.path, np.stack(self._points))
+        for name, tear in self._sampled(tears, times, rest, np.stack(self._points)).items():
+            path = self.path.with_name(f"{self.path.stem}_{name}.pc2")
+            first = to_polydata(tear.points[0], tear.triangles)
+            files += [path, write_mesh(first, path.with_suffix(".obj"), bare)]
+            _write_cache(path, tear.points)
+        return files
 
-    def _write_targets(self, rest: pv.PolyData, times: Array) -> list[Path]:
+    def _sampled(self, tears: Sequence[Tear], times: Array, rest: pv.PolyData, points: Single) -> dict[str, Sampled]:
+        """Return tears on frames of the skin at points (f, n, 3), by the names of their meshes."""
+        data = {name: np.asarray(rest.point_data[name]) for name in ("rest", "split_gamma") if name in rest.point_data}
+        frames = [
+            to_polydata(np.asarray(at, np.float64), rest.regular_faces, data | {"Normals": normals})
+            for at, normals in zip(points, self._normals, strict=True)
+            if tears
+        ]
+        found = [sampled for tear in tears if (sampled := tear.sampled(times, frames)) is not None]
+        return {f"tears_{k}": sampled for k, sampled in enumerate(found, start=1)}
+
+    def _write_targets(self, rest: pv.PolyData, times: Array, tears: Sequence[Tear]) -> list[Path]:
         """Write the meshes and the weights of their targets; return the pictures beside them."""
         models = rest_models(self.face, rest)
         origin = models["face"].origin
@@ -282,14 +314,67 @@ class AnimationWriter:
             turned *= np.linalg.norm(turned, axis=2, keepdims=True) > TURN
             morphs[name] = Morphs(labels, own, turned)
         unit, turn = self.face.unit, upright_rotation(self.face)
-        shapes = morphs if self.targets else None
-        track = WeightTrack(times, weights.astype(np.float64)) if self.targets else None
+        track = WeightTrack(times, weights.astype(np.float64))
+        follow = dict.fromkeys(names, track) if self.targets else {}
+        shown = _as_shown(models["face"], morphs["face"], weights, rest.n_points)
+        for name, tear in self._sampled(tears, times, rest, shown).items():
+            models[name], morphs[name], own_weights = _tear_targets(name, tear, min(allowed, THIN / unit))
+            follow[name] = WeightTrack(times, own_weights)
+        shapes = {name: morphs[name] for name in follow} or None
         with written(self.path) as whole:
             if self.path.suffix.lower() in USD:
-                return write_usd(whole, models, unit, turn, shapes, track, self.path)
+                return write_usd(whole, models, unit, turn, shapes, follow, self.path)
             binary = self.path.suffix.lower() == ".glb"
-            whole.write_bytes(gltf(models, unit, turn, binary=binary, morphs=shapes, track=track))
+            whole.write_bytes(gltf(models, unit, turn, binary=binary, morphs=shapes, tracks=follow))
         return []
+
+
+def _write_cache(path: Path, points: npt.NDArray[np.floating[Any]]) -> None:
+    """Write points (f, n, 3) as a point cache."""
+    with written(path) as whole:
+        header = PC2_HEADER.pack(b"POINTCACHE2\0", 1, points.shape[1], 0.0, 1.0, len(points))
+        whole.write_bytes(header + points.astype("<f4").tobytes())
+
+
+def _as_shown(skin: Model, morphs: Morphs, weights: Single, n: int) -> Single:
+    """Return the frame's n vertices (f, n, 3) as targets show them: tears are thinner than these are off."""
+    _, first = np.unique(skin.origin, return_index=True)
+    if len(first) != n:
+        raise MeshError("the skin of an animation must have all vertices of its frames.")
+    shown = np.tensordot(weights, morphs.deltas[:, first], axes=1)
+    return np.asarray(shown + skin.points[first].astype(np.float32))
+
+
+def increments(values: Array, least: float) -> Single:
+    """Return what each frame adds to those before (f, n, 3), without what is smaller than `least` so far.
+
+    What has been left out is made up for as soon as it is large enough: sums of increments are nowhere farther off.
+    The few points that move at a time make these smaller, for a drop that travels, than principal components.
+
+    Examples
+    --------
+    >>> creeping = np.linspace(0.0, 1.0, 5)[:, None, None] * [[[1.0, 0.0, 0.0]]]
+    >>> increments(creeping, 0.3)[:, 0, 0]
+    array([0. , 0. , 0.5, 0. , 0.5], dtype=float32)
+    """
+    out, so_far = np.zeros(values.shape, np.float32), values[0].astype(np.float64)
+    for k in range(1, len(values)):
+        step = (values[k] - so_far).astype(np.float32)
+        step[np.linalg.norm(step, axis=1) <= least] = 0.0
+        out[k] = step
+        so_far = so_far + step
+    return out
+
+
+def _tear_targets(name: str, tear: Sampled, allowed: float) -> tuple[Model, Morphs, Array]:
+    """Return the mesh of a tear in the first frame, its targets, and their weights (f, k): each comes to stay."""
+    moved, turned = increments(tear.points, allowed), increments(tear.normals, TURN)
+    adding = np.flatnonzero(moved.any(axis=(1, 2)) | turned.any(axis=(1, 2)))
+    weights = (np.arange(len(moved))[:, None] >= adding).astype(np.float64)
+    origin, triangles = np.arange(tear.points.shape[1]), tear.triangles.astype(np.int64)
+    model = Model(tear.points[0], tear.normals[0], triangles, origin, None, None, None, water=True)
+    labels = [f"{name}_{k}" for k in range(len(adding))]
+    return model, Morphs(labels, moved[adding], turned[adding]), weights
 
 
 def _grown(values: Single, forest: RedGreenForest) -> Single:

@@ -41,7 +41,7 @@ def gltf(
     binary: bool,
     morphs: Mapping[str, Morphs] | None = None,
     dense: bool = False,
-    track: WeightTrack | None = None,
+    tracks: Mapping[str, WeightTrack] | None = None,
 ) -> bytes:
     """Return a .glb file, or a .gltf file with all data embedded.
 
@@ -58,21 +58,19 @@ def gltf(
         Blend shapes of the models, by their names.
     dense : bool
         Write every point of every shape: some readers know no sparse accessors.
-    track : WeightTrack, optional
-        Animation of the weights of all models with blend shapes.
+    tracks : mapping of str to WeightTrack, optional
+        Animation of the weights of models with blend shapes, by their names.
     """
     file = _File()
     placing: dict[str, Any] = {"scale": [unit / 1000.0] * 3}
     if rotation is not None:
         placing["rotation"] = Rotation.from_matrix(rotation).as_quat().tolist()
-    moving = []
+    nodes = {}
     for name, model in models.items():
         shapes = (morphs or {}).get(name)
-        node = file.add("nodes", {"name": name, "mesh": file.mesh(name, model, shapes, dense)} | placing)
-        if shapes is not None:
-            moving.append(node)
-    if track is not None:
-        file.animate(moving, track)
+        nodes[name] = file.add("nodes", {"name": name, "mesh": file.mesh(name, model, shapes, dense)} | placing)
+    if tracks:
+        file.animate([(nodes[name], track) for name, track in tracks.items()])
     return file.binary() if binary else file.embedded()
 
 
@@ -224,34 +222,30 @@ class _File:
         view["byteLength"] = max(view["byteLength"], 12 * count)
         return {"bufferView": self._zero_view, "byteOffset": 0, "componentType": 5126, "count": count, "type": "VEC3"}
 
-    def animate(self, nodes: Sequence[int], track: WeightTrack) -> None:
+    def animate(self, moving: Sequence[tuple[int, WeightTrack]]) -> None:
         """Append an animation of the weights of some nodes."""
-        times, weights = track.times.astype("<f4"), track.weights.astype("<f4")
-        sampler = {
-            "input": self.add(
-                "accessors",
-                {
-                    "bufferView": self.view(times.tobytes()),
-                    "componentType": 5126,
-                    "count": len(times),
-                    "type": "SCALAR",
-                    "min": [float(times.min())],
-                    "max": [float(times.max())],
-                },
-            ),
-            "output": self.add(
-                "accessors",
-                {
-                    "bufferView": self.view(weights.tobytes()),
-                    "componentType": 5126,
-                    "count": weights.size,
-                    "type": "SCALAR",
-                },
-            ),
-            "interpolation": "LINEAR",
-        }
-        channels = [{"sampler": 0, "target": {"node": node, "path": "weights"}} for node in nodes]
-        self.add("animations", {"name": track.name, "samplers": [sampler], "channels": channels})
+        samplers: dict[int, int] = {}  # of tracks that several nodes share
+        animation: dict[str, Any] = {"name": moving[0][1].name, "samplers": [], "channels": []}
+        for node, track in moving:
+            if id(track) not in samplers:
+                samplers[id(track)] = len(animation["samplers"])
+                times, weights = track.times.astype("<f4"), track.weights.astype("<f4").ravel()
+                bounds = {"min": [float(times.min())], "max": [float(times.max())]}
+                animation["samplers"].append(
+                    {
+                        "input": self._numbers(times, bounds),
+                        "output": self._numbers(weights),
+                        "interpolation": "LINEAR",
+                    }
+                )
+            target = {"node": node, "path": "weights"}
+            animation["channels"].append({"sampler": samplers[id(track)], "target": target})
+        self.add("animations", animation)
+
+    def _numbers(self, values: npt.NDArray[np.float32], bounds: Mapping[str, Any] | None = None) -> int:
+        """Append an accessor of numbers."""
+        view = {"bufferView": self.view(values.tobytes()), "componentType": 5126, "count": len(values)}
+        return self.add("accessors", {**view, "type": "SCALAR", **(bounds or {})})
 
     def binary(self) -> bytes:
         """Return the file as GLB: a header, the JSON, and the buffer."""

@@ -32,7 +32,7 @@ def write_usd(
     unit: float,
     rotation: Array | None,
     morphs: Mapping[str, Morphs] | None = None,
-    track: WeightTrack | None = None,
+    tracks: Mapping[str, WeightTrack] | None = None,
     beside: Path | None = None,
 ) -> list[Path]:
     """Write meshes with their blend shapes as a USD file: one `SkelRoot`, with one joint that does not move.
@@ -51,7 +51,8 @@ def write_usd(
     rotation : ndarray, shape (3, 3), optional
         Turns the models upright.
     morphs : mapping of str to Morphs, optional
-    track : WeightTrack, optional
+    tracks : mapping of str to WeightTrack, optional
+        Animation of the weights of the shapes of models, by their names; all at the same times.
     beside : Path, optional
         The final place of the file, if that is another: pictures are written there, ``NAME_face.png`` and so on.
 
@@ -106,9 +107,10 @@ def write_usd(
         binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
         binding.CreateJointIndicesPrimvar(True, 1).Set([0])
         binding.CreateJointWeightsPrimvar(True, 1).Set([1.0])
-        if morphs is not None:
+        if morphs is not None and name in morphs:
             _shapes(stage, mesh, binding, morphs[name])
-    names = [name for name, *_ in _merged(next(iter(morphs.values())))] if morphs else []
+    own = {part: [name for name, *_ in _merged(shapes)] for part, shapes in (morphs or {}).items()}
+    names = list(dict.fromkeys(name for each in own.values() for name in each))
     animation = UsdSkel.Animation.Define(stage, "/Face/Skeleton/Animation")
     animation.CreateJointsAttr(["head"])
     animation.CreateTranslationsAttr([Gf.Vec3f(0.0)])
@@ -116,11 +118,15 @@ def write_usd(
     animation.CreateScalesAttr([Gf.Vec3h(1.0)])
     animation.CreateBlendShapesAttr(names)
     weights = animation.CreateBlendShapeWeightsAttr(np.zeros(len(names), np.float32))
-    if track is not None:
-        for time, row in zip(track.times.tolist(), track.weights.astype(np.float32), strict=True):
-            weights.Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(row)), Usd.TimeCode(time * TICKS))
-        stage.SetStartTimeCode(float(track.times[0]) * TICKS)
-        stage.SetEndTimeCode(float(track.times[-1]) * TICKS)
+    if tracks:
+        times = next(iter(tracks.values())).times  # those of all
+        rows = np.zeros((len(times), len(names)), np.float32)
+        for part, track in tracks.items():
+            rows[:, [names.index(name) for name in own[part]]] = track.weights
+        for time, row in zip(times.tolist(), rows, strict=True):
+            weights.Set(Vt.FloatArray.FromNumpy(row), Usd.TimeCode(time * TICKS))
+        stage.SetStartTimeCode(float(times[0]) * TICKS)
+        stage.SetEndTimeCode(float(times[-1]) * TICKS)
         stage.SetTimeCodesPerSecond(TICKS)
         stage.SetFramesPerSecond(SHOWN_PER_SECOND)
     source = UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
@@ -155,7 +161,7 @@ def _shapes(stage: Any, mesh: Any, binding: Any, morphs: Morphs) -> None:
 
     names, targets = [], []
     for name, moved, turned, half in _merged(morphs):
-        some = np.flatnonzero(moved.any(axis=1) | turned.any(axis=1))
+        some = np.flatnonzero(_any(moved, turned) | (False if half is None else _any(*half)))
         if not len(some):
             continue
         shape = UsdSkel.BlendShape.Define(stage, mesh.GetPath().AppendChild(Tf.MakeValidIdentifier(name)))
@@ -174,26 +180,45 @@ def _shapes(stage: Any, mesh: Any, binding: Any, morphs: Morphs) -> None:
         binding.CreateBlendShapeTargetsRel().SetTargets(targets)
 
 
+def _any(moved: Single, turned: Single) -> npt.NDArray[np.bool_]:
+    """Return which points (n,) are moved or turned."""
+    return np.asarray(moved.any(axis=1) | turned.any(axis=1))
+
+
 def _merged(morphs: Morphs) -> Iterator[tuple[str, Single, Single, tuple[Single, Single] | None]]:
     """Yield the names of shapes, what they add to points and normals (n, 3) at weight 1, and at a half if that is not
     the half of it.
     """
-    squared = {names[0]: k for k, name in enumerate(morphs.names) if _is_squared(names := morphs.drivers.get(name, ()))}
+    squared, bent = (
+        {names[0]: k for k, name in enumerate(morphs.names) if kind(names := morphs.drivers.get(name, ()))}
+        for kind in (_is_squared, _is_bent)
+    )
     for k, name in enumerate(morphs.names):
-        if k in squared.values():
+        if k in squared.values() or k in bent.values():
             continue
-        both = morphs.deltas[k], morphs.normals[k]
-        if name not in squared:
-            yield name, *both, None
-            continue
-        more = morphs.deltas[squared[name]], morphs.normals[squared[name]]
-        whole = both[0] + more[0], both[1] + more[1]
-        yield name, *whole, (0.5 * both[0] + 0.25 * more[0], 0.5 * both[1] + 0.25 * more[1])
+        whole = morphs.deltas[k], morphs.normals[k]
+        half = _sum(whole, -0.5, whole)
+        if name in squared:
+            more = morphs.deltas[squared[name]], morphs.normals[squared[name]]
+            whole, half = _sum(whole, 1.0, more), _sum(half, 0.25, more)
+        if name in bent:
+            half = _sum(half, 0.25, (morphs.deltas[bent[name]], morphs.normals[bent[name]]))
+        yield name, *whole, half if name in squared or name in bent else None
+
+
+def _sum(first: tuple[Single, Single], share: float, second: tuple[Single, Single]) -> tuple[Single, Single]:
+    """Return the sum of one lot of displacements and turns, and a share of another."""
+    return first[0] + np.float32(share) * second[0], first[1] + np.float32(share) * second[1]
 
 
 def _is_squared(names: Sequence[str]) -> bool:
     """Return True for a shape that is driven by the square of the weight of another."""
     return len(names) == 2 and names[0] == names[1]
+
+
+def _is_bent(names: Sequence[str]) -> bool:
+    """Return True for a shape that is driven by the weight of another times 1 less that: a quarter of it at a half."""
+    return len(names) == 2 and names[1] == f"1-{names[0]}"
 
 
 def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[Path]:

@@ -17,14 +17,23 @@ from ..arguments import checked
 from ..errors import ParameterError, check_range, check_whole, unknown_name, warn
 from ..export.model import Model
 from ..export.morphs import Morphs
-from ..geometry.smoothstep import smoothstep
-from ..geometry.topology import unique_edges
 from ..mesh import to_polydata
-from .baking import Baker, Placed, Progress, silent
-from .correctives import Pair, worst_pairs
+from .baking import Baker, Progress, silent
+from .correctives import worst_pairs
+from .fields import (
+    CUT,
+    Fields,
+    corrective_fields,
+    halfway_fields,
+    joined,
+    morphs_of,
+    movement_poses,
+    separated,
+    shape_fields,
+)
 from .maps import around_head, check_texture
-from .poses import Pose, Posing, share_of_side
-from .shapes import ARKIT, Shape, Side, shapes_of
+from .poses import Posing
+from .shapes import Shape, shapes_of
 
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]
@@ -33,22 +42,8 @@ Wrinkling = Literal["baked", "separate", "maps", "none"]
 
 WRINKLING = ("baked", "separate", "maps", "none")
 
-CUT = 0.1
-"""Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""
-
-HAIR_CUT = 0.2
-"""The same for brows and lashes, whose hairs are many, and lie on skin that hardly moves then."""
-
-RINGS = 2
-"""The longest way of vertices within so many edges decides about fading: between crest and furrow a vertex hardly
-moves, but its normal turns.
-"""
-
-TURN = 0.03
-"""Normals that turn by less, in radians, are left as they are."""
-
-HAIRY = ("lashes", "brows")
-"""Parts, by the first word of their names, whose normals stay: how a hair shines does not tell how it lies."""
+COMPLEMENT = "1-"
+"""Before the name of a shape in a driver: not its weight, but 1 less that."""
 
 MOST_PAIRS = 200
 """The most pairs of shapes that may be corrected."""
@@ -111,7 +106,7 @@ class Rig:
         Shapes that were asked for and that this face cannot make, with the reason.
     drivers : dict of str to tuple of str
         Targets that are no shapes of their own, and the shapes whose weights are multiplied to theirs: a shape's own
-        weight with itself for its wrinkles, two for a corrective.
+        weight with itself for its wrinkles, with its complement, "1-NAME", for its half way, two for a corrective.
 
     Examples
     --------
@@ -192,7 +187,7 @@ class Rig:
         {'browInnerUp': 0.5, 'browInnerUp_wrinkle': 0.25}
         """
         products = {
-            target: float(np.prod([weights.get(name, 0.0) for name in names])) for target, names in self.drivers.items()
+            target: float(np.prod([_factor(weights, name) for name in names])) for target, names in self.drivers.items()
         }
         return dict(weights) | {name: weight for name, weight in products.items() if weight and name not in weights}
 
@@ -282,7 +277,7 @@ class Rig:
         mixed = [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
         corrected: dict[tuple[str, ...], dict[str, None]] = {}  # pairs of both sides together, as they were simulated
         for names in self.drivers.values():
-            if len(set(names)) > 1:
+            if len(set(names)) > 1 and set(names) <= self._shapes.keys():
                 both = tuple(self._of_both_sides(name) for name in names)
                 corrected.setdefault(both, {}).update(dict.fromkeys(names))
         pairs = [dict.fromkeys(names, weight) for names in corrected.values() for weight in (0.5, 1.0)]
@@ -296,6 +291,13 @@ class Rig:
     def report(self) -> list[tuple[Mapping[str, float], RigError]]:
         """Errors of each shape and pair at half and at full weight, and of common mixtures, with what was mixed."""
         return [(weights, self.error(weights)) for weights in self.mixtures]
+
+
+def _factor(weights: Mapping[str, float], name: str) -> float:
+    """Return what a shape of a driver contributes to the product: its weight, or 1 less that for "1-NAME"."""
+    if name.startswith(COMPLEMENT):
+        return 1.0 - weights.get(name.removeprefix(COMPLEMENT), 0.0)
+    return weights.get(name, 0.0)
 
 
 def report_text(rig: Rig) -> str:
@@ -337,6 +339,7 @@ def rig(
     wrinkles: Wrinkling = "baked",
     level: int | None = None,
     correctives: int = 0,
+    halfway: bool = False,
     *,
     progress: Progress = silent,
 ) -> Rig:
@@ -360,6 +363,10 @@ def rig(
         At most so many pairs of shapes whose sum is off get a corrective, the worst first: targets of their own, called
         jawOpen_mouthSmileLeft, which are to be driven by the product of the two weights. All pairs that meet are
         simulated, which takes minutes.
+    halfway : bool
+        Shapes whose way is curved (lids, the jaw), or whose wrinkles grow late, get a target of their own for the half
+        way, called eyeBlinkLeft_half, which is to be driven by the weight times 1 less the weight. At weight 0, 1/2 and
+        1 they are then the simulation.
     progress : callable, optional
         Called with an iterable, what is being done, and the number of items; yields the items.
 
@@ -411,141 +418,34 @@ def rig(
     baker = Baker(face, [] if wrinkles in ("none", "maps") else None, level)
     wrinkled = baker
     baker.refine(list(poses.values()), neutral, progress)
-    fields = _fields(wanted, poses, neutral, baker, progress)
+    fields = shape_fields(wanted, poses, neutral, baker, progress)
     names, drivers = list(wanted), dict[str, tuple[str, ...]]()
     if wrinkles == "separate":
         bare = Baker(face, [], level)
         bare.follow(baker)
-        smooth = _fields(wanted, poses, neutral, bare, progress)
-        fields, names = _separated(fields, smooth, names)
+        smooth = shape_fields(wanted, poses, neutral, bare, progress)
+        fields, names = separated(fields, smooth, names)
         drivers = {name: (stem, stem) for name in names[len(wanted) :] for stem in (name.removesuffix("_wrinkle"),)}
         baker = bare
     if correctives:
         pairs = worst_pairs(wanted, poses, posing, correctives, progress)
         own = {f"{a}_{b}": (a, b) for pair in pairs for a, b, _ in pair.targets}
-        more = _corrections(pairs, poses, neutral, baker, progress)
-        fields = {p: _joined(both, more[p]) for p, both in fields.items()}
+        more = corrective_fields(pairs, poses, neutral, baker, progress)
+        fields = {p: joined(both, more[p]) for p, both in fields.items()}
         names, drivers = [*names, *own], drivers | own
-    cuts = {part: (HAIR_CUT if part.split("_")[0] in HAIRY else CUT) / face.unit for part in fields}
-    morphs = {
-        part: Morphs(names, *_faded(deltas, _kept(part, normals), baker.models[part].triangles, cuts[part]), drivers)
-        for part, (deltas, normals) in fields.items()
-    }
+    curved: list[str] = []
+    if halfway:
+        middles = movement_poses(wanted, posing, 0.5)
+        halves = {movement: posing.clear_between(poses[movement], half) for movement, half in middles.items()}
+        whole: Fields = {
+            part: (moved[: len(wanted)], turned[: len(wanted)]) for part, (moved, turned) in fields.items()
+        }
+        curved, bends = halfway_fields(wanted, whole, halves, neutral, baker, progress)
+        fields = {p: joined(both, bends[p]) for p, both in fields.items()}
+        drivers |= {f"{name}_half": (name, COMPLEMENT + name) for name in curved}
+        names = [*names, *(f"{name}_half" for name in curved)]
+    morphs = morphs_of(fields, names, drivers, baker, bent=len(curved))
     parts = baker.models
     if wrinkles == "maps" and parts["face"].uv is None:
         parts = parts | {"face": replace(parts["face"], uv=around_head(face, parts["face"].points))}
     return Rig(face, tuple(names), parts, morphs, left_out, drivers, wrinkles, wanted, posing, wrinkled)
-
-
-def movement_poses(shapes: Mapping[str, Shape], posing: Posing) -> dict[tuple[object, ...], Pose]:
-    """Return the poses that shapes are made of, by their movements: both sides of a pair are one, moved together."""
-    found: dict[tuple[object, ...], Pose] = {}
-    for shape in [*shapes.values(), *(ARKIT[shape.beyond] for shape in shapes.values() if shape.beyond)]:
-        if shape.movement not in found:
-            found[shape.movement] = posing.at({"both": (replace(shape, side=None), 1.0)})
-    return found
-
-
-Fields = dict[str, tuple[Single, Single]]
-"""Changes (k, n, 3) of points and of normals in all shapes, by part."""
-
-
-def _fields(
-    shapes: Mapping[str, Shape],
-    poses: Mapping[tuple[object, ...], Pose],
-    neutral: Pose,
-    baker: Baker,
-    progress: Progress,
-) -> Fields:
-    """Return what shapes change."""
-    users: dict[tuple[object, ...], list[tuple[int, Shape, float]]] = {}
-    for k, shape in enumerate(shapes.values()):
-        users.setdefault(shape.movement, []).append((k, shape, 1.0))
-        if shape.beyond:
-            users.setdefault(ARKIT[shape.beyond].movement, []).append((k, shape, -1.0))
-    rest = baker.placed(neutral)
-    fields: Fields = {}
-    for part, at_rest in rest.items():
-        shape_of = (len(shapes), *at_rest.points.shape)
-        fields[part] = np.zeros(shape_of, np.float32), np.zeros(shape_of, np.float32)
-    sides: dict[str, dict[Side | None, Array]] = {
-        part: {side: share_of_side(baker.face, at_rest.points, side) for side in ("l", "r", None)}
-        for part, at_rest in rest.items()
-    }
-    movements = dict(zip(map(id, poses.values()), poses, strict=True))
-    for pose in progress(list(poses.values()), "Shapes", len(poses)):
-        for part, now in baker.placed(pose).items():
-            moved, turned = now.points - rest[part].points, _change(now, rest[part])
-            for k, shape, sign in users[movements[id(pose)]]:
-                share = sign * sides[part][shape.side]
-                fields[part][0][k] += share * moved
-                fields[part][1][k] += share * turned
-    return fields
-
-
-def _corrections(
-    pairs: list[Pair], poses: Mapping[tuple[object, ...], Pose], neutral: Pose, baker: Baker, progress: Progress
-) -> Fields:
-    """Return what the correctives of pairs change."""
-    rest = baker.placed(neutral)
-    count = sum(len(pair.targets) for pair in pairs)
-    fields: Fields = {
-        part: (np.zeros((count, *at.points.shape), np.float32), np.zeros((count, *at.points.shape), np.float32))
-        for part, at in rest.items()
-    }
-    k, parts = 0, {id(pair.pose): pair for pair in pairs}
-    for pose in progress([pair.pose for pair in pairs], "Correctives", len(pairs)):
-        pair = parts[id(pose)]
-        now, one, other = (baker.placed(each) for each in (pose, poses[pair.first], poses[pair.second]))
-        for part, at in rest.items():
-            moved = now[part].points - one[part].points - other[part].points + at.points
-            turned = now[part].normals - one[part].normals - other[part].normals + at.normals
-            for row, (_, _, side) in enumerate(pair.targets, start=k):
-                share = share_of_side(baker.face, at.points, side)
-                fields[part][0][row], fields[part][1][row] = share * moved, share * turned
-        k += len(pair.targets)
-    return fields
-
-
-def _joined(first: tuple[Single, Single], second: tuple[Single, Single]) -> tuple[Single, Single]:
-    """Return two lots of shapes as one."""
-    return np.concatenate([first[0], second[0]]), np.concatenate([first[1], second[1]])
-
-
-def _change(now: Placed, rest: Placed) -> Array:
-    return np.asarray(now.normals - rest.normals)
-
-
-def _separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields, list[str]]:
-    """Return smooth shapes, followed by the wrinkles of those that have some, and all names."""
-    pairs = zip(fields["face"][0], smooth["face"][0], strict=True)
-    folding = np.flatnonzero([bool((with_folds != without).any()) for with_folds, without in pairs])
-    out = {}
-    for part, both in fields.items():
-        bare = smooth[part]
-        out[part] = tuple(np.concatenate([b, (a - b)[folding]]) for a, b in zip(both, bare, strict=True))
-    return out, [*names, *(f"{names[k]}_wrinkle" for k in folding)]  # type: ignore[return-value]
-
-
-def _kept(part: str, normals: Single) -> Single:
-    """Return the changes of normals (k, n, 3) that can be seen; the others are 0."""
-    if part.split("_")[0] in HAIRY:
-        return np.zeros_like(normals)
-    return np.where((normals**2).sum(axis=2, keepdims=True) > TURN**2, normals, np.float32(0.0))
-
-
-def _faded(deltas: Single, normals: Single, triangles: npt.NDArray[np.int64], cut: float) -> tuple[Single, Single]:
-    """Return shapes (k, n, 3) that end where skin hardly moves: ways fade from twice `cut` to nothing at `cut`."""
-    edges, _ = unique_edges(triangles)
-    first, second = edges[:, 0], edges[:, 1]
-    for moved, turned in zip(deltas, normals, strict=True):
-        way = np.linalg.norm(moved, axis=1)
-        for _ in range(RINGS):
-            wider = way.copy()
-            np.maximum.at(wider, first, way[second])
-            np.maximum.at(wider, second, way[first])
-            way = wider
-        share = smoothstep(way / cut - 1.0).astype(np.float32)[:, None]
-        moved *= share
-        turned *= share
-    return deltas, normals

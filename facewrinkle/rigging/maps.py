@@ -46,6 +46,10 @@ distances between the pupils.
 """
 
 
+TORN = 0.02
+"""A triangle whose middle is farther from the middle of its corners on this chart lies at the tear of it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Maps:
     """Maps of an expression, on the texture coordinates of a face; the first row is the uppermost.
@@ -187,11 +191,20 @@ def around_head(face: Face, points: Array) -> Array:
 
 
 def visible_first(mesh: pv.PolyData, face: Face) -> pv.PolyData:
-    """Return a mesh whose outer triangles come last, so that these are drawn over the ones behind."""
-    triangles = np.asarray(mesh.regular_faces)
-    away = np.linalg.norm(face.frame.local(np.asarray(mesh.point_data["rest"])) - CHART_CENTRE, axis=1)
+    """Return a mesh on the chart whose outer triangles come last, so that these are drawn over the ones behind.
+
+    First come those that are turned over on the chart, undersides, and the few at the back of the head around the place
+    that the rim of the chart is: their corners lie all around it, and they far from the middle of these.
+    """
+    triangles, chart = np.asarray(mesh.regular_faces), np.asarray(mesh.active_texture_coordinates)
+    rest = np.asarray(mesh.point_data["rest"])
+    away = np.linalg.norm(face.frame.local(rest) - CHART_CENTRE, axis=1)
+    first, second = (chart[triangles[:, k]] - chart[triangles[:, 0]] for k in (1, 2))
+    turned = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] <= 0.0
+    middle = around_head(face, rest[triangles].mean(axis=1))
+    torn = np.linalg.norm(middle - chart[triangles].mean(axis=1), axis=1) > TORN
     out = mesh.copy()
-    out.regular_faces = triangles[np.argsort(away[triangles].mean(axis=1), kind="stable")]
+    out.regular_faces = triangles[np.lexsort([away[triangles].mean(axis=1), ~(turned | torn)])]
     return out
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..geometry.smoothstep import smoothstep
+from ..geometry.unfolding import Unfolding
 from ..motion.base import Undriven
 from ..motion.skin import Skin
 from .modelled import ADDED, Movements
@@ -31,6 +32,9 @@ CLEARING = 0.0005
 
 INSIDE = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
 """Barycentric coordinates of the points of a triangle that must clear the balls."""
+
+BETWEEN, ROUNDS = np.arange(1, 8) / 8.0, 4
+"""Weights at which the bent way to a shape must clear the balls, and rounds in which it is pushed out of them."""
 
 REACH = 0.4
 """Skin that is pushed out of a ball takes along what lies within so many radii of the ball, of either lid."""
@@ -111,7 +115,7 @@ class Posing:
     def __init__(self, face: Face) -> None:
         self.face, self.rest = face, face.points * face.unit
         self._skin, self._clearing = Skin(face, STEP), Skin(face, CLEARING)
-        self._movements = Movements(face)
+        self._movements, self._unfolding = Movements(face), Unfolding(self.rest, face.triangles)
 
     def neutral(self) -> Pose:
         """Return the face at rest."""
@@ -123,9 +127,11 @@ class Posing:
         modelled: dict[tuple[str, Side | None], float] = {}
         for shape, weight in mixture.values():
             rates = np.maximum(rates, contractions_of(self._skin, self.face, shape, weight))
+            _, below = mixture.get(shape.beyond, (shape, weight))
+            full = max(weight, below) or 1.0  # of lips over a jaw that is half open, half the weight closes all
             for name, share in shape.modelled.items():
                 key = name, shape.side
-                modelled[key] = max(modelled.get(key, 0.0), weight * share)
+                modelled[key] = max(modelled.get(key, 0.0), share * (weight / full if shape.beyond else weight))
         moved = self._settled(rates) / self.face.unit
         mandible = np.eye(4)
         for (name, side), share in modelled.items():
@@ -136,7 +142,7 @@ class Posing:
         if modelled:
             self._clearing.set_rates(rates)
             base = self.rest + self._clearing.cleared(base - self.rest)
-        return Pose(self._clear_of_eyes(base), rates, mandible)
+        return Pose(self._clear_of_eyes(self._unfolding.mended(base)), rates, mandible)
 
     def _settled(self, rates: Array) -> Array:
         """Displacement (n, 3), mm, at which the skin rests."""
@@ -154,6 +160,32 @@ class Posing:
             before = now
         return np.array(now)
 
+    def clear_between(self, full: Pose, half: Pose) -> Pose:
+        """Return the half way to a pose, pushed out so far that the way from rest that is bent by it clears the balls.
+
+        It goes through all three as a parabola, and lids are not half shut at half the rate exactly.
+        """
+        base, triangles = half.base.copy(), self.face.triangles
+        for eye in self.face.eyes:
+            centre, radius = eye.centre * self.face.unit, eye.radius * self.face.unit
+            near = triangles[(np.linalg.norm(self.rest - centre, axis=1) < 2.0 * radius)[triangles].any(axis=1)]
+            start, end = (np.einsum("bc,tcx->tbx", INSIDE, (x - centre)[near]) for x in (self.rest, full.base))
+            allowed = np.minimum(np.linalg.norm(start, axis=2), np.linalg.norm(end, axis=2))
+            floor = np.minimum(allowed, radius) - GRAZING
+            for _ in range(ROUNDS):
+                middle = np.einsum("bc,tcx->tbx", INSIDE, (base - centre)[near])
+                lifts = np.zeros(floor.shape)
+                for weight in BETWEEN:
+                    bend = 4.0 * weight * (1.0 - weight)
+                    at = (1.0 - weight) * start + weight * end + bend * (middle - 0.5 * (start + end))
+                    lack = (floor - np.linalg.norm(at, axis=2)) / (bend * np.linalg.norm(middle, axis=2))
+                    lifts = np.maximum(lifts, lack)
+                if lifts.max(initial=0.0) < 1e-4:
+                    break
+                lift = _at_corners(lifts, near, len(base))
+                base += _spread(lift, base, REACH * radius)[:, None] * (base - centre)
+        return replace(half, base=base)
+
     def _clear_of_eyes(self, base: Array) -> Array:
         """Return positions (n, 3), mm, pushed out so far that the straight way to them from rest clears the balls.
 
@@ -169,10 +201,9 @@ class Posing:
             low = _closest(start, end) < floor
             if not low.any():
                 continue
-            lifts, lift = np.zeros(low.shape), np.zeros(len(base))
+            lifts = np.zeros(low.shape)
             lifts[low] = _lifts(start[low], end[low], floor[low])
-            for corner in range(3):
-                np.maximum.at(lift, near[:, corner], (lifts * (INSIDE[:, corner] > 0.0)).max(axis=1))
+            lift = _at_corners(lifts, near, len(base))
             out += _spread(lift, base, REACH * radius)[:, None] * (base - centre)
         return out
 
@@ -212,6 +243,14 @@ def share_of_side(face: Face, points: Array, side: Side | None) -> Array:
         return np.ones((len(points), 1))
     left = smoothstep(0.5 + 0.5 * face.frame.local(points)[:, :1] / BAND)
     return np.asarray(left if side == "l" else 1.0 - left)
+
+
+def _at_corners(lifts: Array, triangles: npt.NDArray[np.integer], n: int) -> Array:
+    """Largest lifts (n,) of the points INSIDE the triangles around each vertex, given those (m, 7) of the points."""
+    out = np.zeros(n)
+    for corner in range(3):
+        np.maximum.at(out, triangles[:, corner], (lifts * (INSIDE[:, corner] > 0.0)).max(axis=1))
+    return out
 
 
 def _closest(start: Array, end: Array) -> Array:

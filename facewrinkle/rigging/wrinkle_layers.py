@@ -27,7 +27,8 @@ from ..geometry.smoothstep import smoothstep
 from ..mesh.files import written
 from ..mesh.seams import corner_texture
 from .baking import Baker, Progress, silent
-from .linear_rig import Rig, movement_poses
+from .fields import movement_poses
+from .linear_rig import Rig
 from .maps import (
     Texels,
     around_head,
@@ -249,9 +250,9 @@ class _Folds:
         frame = baker.frame(pose)
         if not self._charted:
             return frame
-        frame = visible_first(frame, self.face)
+        frame = frame.copy(deep=False)
         frame.active_texture_coordinates = around_head(self.face, np.asarray(frame.point_data["rest"]))
-        return frame
+        return visible_first(frame, self.face)
 
     def maps(self, pose: Pose) -> tuple[Array, Array]:
         """Return the heights (h, w) in mm and the normals (h, w, 3) in tangent space of the wrinkles of a pose."""

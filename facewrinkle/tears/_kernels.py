@@ -176,7 +176,7 @@ def interpolate(points, normals, corners, weights, rest, between, out_points, ou
 
 
 @njit(cache=True)
-def thicken(s, w, front, sizes, tapering, drained, pooling, wobble, rough, level, height):
+def thicken(s, w, front, sizes, tapering, drained, pooling, wobble, rough, depth, level, height):
     """Write level and height of a tear at s, w (n,), see :func:`facewrinkle.tears.shape.thickness`."""
     wide, tall, narrow, thin = sizes
     for i in range(len(s)):
@@ -192,7 +192,7 @@ def thicken(s, w, front, sizes, tapering, drained, pooling, wobble, rough, level
         cap, start = max(1.0 - behind, 0.0), max(1.0 - s[i] / narrow, 0.0)
         level[i] = 1.0 - (w[i] / half) ** 2 - cap * cap - start * start
         film = thin * (1.0 + rough[i]) * (1.0 + pooling * wobble[i])
-        height[i] = (film + (tall - film) * head * np.sqrt(head)) * max(level[i], 0.0)
+        height[i] = (film + (tall - film) * head * np.sqrt(head)) * max(level[i], 0.0 - depth)
 
 
 @njit(cache=True)

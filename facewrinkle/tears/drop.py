@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from ..geometry.smoothstep import smoothstep
 from ..mesh import to_polydata
 from . import _kernels as kernels
 from .drop_shape import SHARPEST, DropLattice, DropShape, moments, profile
+from .sampled import Sampled
 from .support_surface import SupportSurface, directions, support_surface, vectors
 
 Array = npt.NDArray[np.float64]
@@ -218,6 +220,36 @@ class DrippingTear:
         mesh = to_polydata(points, triangles, data)
         mesh.GetPointData().SetActiveNormals("Normals")
         return mesh
+
+    def sampled(self, times: Sequence[float] | Array, frames: Sequence[pv.PolyData]) -> Sampled | None:
+        """Return the drop at times on triangles that stay; before and after it has shrunk to a point.
+
+        Parameters
+        ----------
+        times : array_like, shape (f,)
+            Seconds, rising.
+        frames : sequence of PolyData
+            The surface at these times.
+
+        Returns
+        -------
+        Sampled, or None if there is no drop at any of the times.
+        """
+        drops = {
+            k: self.surface(t, on)
+            for k, (t, on) in enumerate(zip(times, frames, strict=True))
+            if self.begin <= t <= self.end
+        }
+        if not drops:
+            return None
+        first, last = min(drops), max(drops)
+        points, normals = [], []
+        for k in range(len(times)):
+            drop = drops.get(k, drops[first if k < first else last])
+            places = np.asarray(drop.points, np.float64)
+            points.append(places if k in drops else np.broadcast_to(places.mean(axis=0), places.shape))
+            normals.append(np.asarray(drop.point_data["Normals"], np.float64))
+        return Sampled(np.stack(points), np.stack(normals), self._lattice.triangles)
 
     def _shift(self, t: float) -> float:
         """Return the shift of the formula's drop along the axis: its tip hangs at the lid until its centre falls."""

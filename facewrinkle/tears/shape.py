@@ -60,7 +60,13 @@ class Shape:
 
 
 def thickness(
-    s: Array, w: Array, front: float, shape: Shape, wobble: Array | float = 0.0, rough: Array | float = 0.0
+    s: Array,
+    w: Array,
+    front: float,
+    shape: Shape,
+    wobble: Array | float = 0.0,
+    rough: Array | float = 0.0,
+    depth: float = 0.0,
 ) -> tuple[Array, Array]:
     """Return the level of the tear, which is 0 on its outline, and its thickness.
 
@@ -75,13 +81,15 @@ def thickness(
     shape : Shape
     wobble, rough : ndarray, shape (n,)
         Change of the trail's width, and what is added to its thickness, as shares.
+    depth : float
+        Outside the outline, the height goes on below 0 as the level does, down to this level below 0.
 
     Returns
     -------
     level : ndarray, shape (n,)
         Above 0 inside the outline, 1 on the path.
     height : ndarray, shape (n,)
-        0 outside the outline.
+        0 outside the outline, unless it goes on below it.
 
     Examples
     --------
@@ -94,7 +102,7 @@ def thickness(
         values if isinstance(values, np.ndarray) else np.full(len(s), values, np.float64) for values in (wobble, rough)
     )
     level, height = np.empty(len(s)), np.empty(len(s))
-    kernels.thicken(s, w, front, sizes, TAPER, DRAINED, POOLING, wobbles, bumps, level, height)
+    kernels.thicken(s, w, front, sizes, TAPER, DRAINED, POOLING, wobbles, bumps, depth, level, height)
     return level, height
 
 

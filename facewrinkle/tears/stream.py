@@ -7,6 +7,7 @@ moving least squares (:func:`.shape.rough_film`); and the part that is covered a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -25,6 +26,7 @@ from ..mesh import array_of, of_own_arrays
 from . import _height_kernels as kernels
 from . import path as paths
 from .footprint import Footprint, footprint_under
+from .sampled import Sampled
 from .shape import Shape, solid, thickness
 from .stream_path import WOBBLE, PathFinder, StreamPath, irregular_path
 from .subdivision import LocalSubdivision
@@ -32,6 +34,9 @@ from .support_surface import SupportSurface, support_surface
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
+
+SUNK = 0.5
+"""Level, below 0, at which a sheet on triangles that stay lies deepest below the skin around its outline."""
 
 EDGE = 0.002
 """Thickness at the very edge, mm: the paper's two surfaces that 'are seen as almost one'."""
@@ -404,12 +409,55 @@ class SheddingTear:
         mesh.GetPointData().SetActiveNormals("Normals")
         return mesh
 
+    def sampled(self, times: Sequence[float] | Array, frames: Sequence[pv.PolyData]) -> Sampled | None:
+        """Return the tear at times on triangles that stay: a sheet over all that it ever wets, sunk where it is dry.
+
+        Parameters
+        ----------
+        times : array_like, shape (f,)
+            Seconds; at those at which there is no tear all of it is sunk.
+        frames : sequence of PolyData
+            The surface at these times, always with the same triangles.
+
+        Returns
+        -------
+        Sampled, or None if there is no tear at any of the times.
+        """
+        present = [self.begin <= t <= self.end for t in times]
+        if not any(present):
+            return None
+        frame, rest = self._support.in_frame(frames[0])
+        footprint = self._footprint_in(rest, frame.triangles)
+        shapes = [
+            self._thickness(footprint, self.covered(t), SUNK) if here else None
+            for t, here in zip(times, present, strict=True)
+        ]
+        part = footprint.part(np.max([shape[0] for shape in shapes if shape is not None], axis=0))
+        if part is None:
+            raise MeshError("nothing of the surface is under the tear. Are they frames of another surface?")
+        dry, points, normals = np.full(len(footprint.rest), -SUNK * self.shape.height), [], []
+        for on, shape in zip(frames, shapes, strict=True):
+            frame, _ = self._support.in_frame(on)
+            bottom, up, bottom_rest = part.at(frame.points, _normals(frame, on))
+            thick = dry if shape is None else shape[1]
+            height = thick[part.first] + part.share * (thick[part.second] - thick[part.first])
+            wet = np.maximum(height, 0.0) * (part.share == 0.0)
+            if self._extruded:
+                wet = self._smoothed(wet, part.triangles)
+            wet = np.maximum(wet, EDGE / frame.unit)
+            skin = frame.points, rest, frame.triangles
+            kernels.limit_heights(bottom, bottom_rest, up, wet, part.under, skin, 2.0 * self.shape.half)
+            top = bottom + np.where(height > 0.0, wet, height)[:, None] * up
+            points.append(top)
+            normals.append(detail_normals(bottom, top, part.triangles, up))
+        return Sampled(np.stack(points), np.stack(normals), part.triangles)
+
     def _footprint_in(self, rest: Array, triangles: IntArray) -> Footprint:
         """Return the footprint in a mesh, and keep it for the next frame."""
         self._footprint = footprint_under(self._subdivision, self.paths, rest, triangles, self._footprint)
         return self._footprint
 
-    def _thickness(self, footprint: Footprint, front: float) -> tuple[Array, Array]:
+    def _thickness(self, footprint: Footprint, front: float, depth: float = 0.0) -> tuple[Array, Array]:
         """Return level and height at the vertices of the footprint, the largest over all paths."""
         level, height = np.empty(0), np.empty(0)
         for k, path in enumerate(self.paths):
@@ -420,10 +468,11 @@ class SheddingTear:
             grown = min(max((run - self.s) / (4.0 * shape.half), 0.0), 1.0)  # it fills as it begins to run
             head = Shape(shape.half * (0.7 + 0.3 * grown), shape.height * (0.6 + 0.4 * grown), shape.trail, shape.film)
             coordinates = footprint.s[k], footprint.w[k]
-            one, thick = thickness(*coordinates, run, head, footprint.wobble[k], BUMP * footprint.noise[k])
+            bumps = footprint.wobble[k], BUMP * footprint.noise[k], depth
+            one, thick = thickness(*coordinates, run, head, *bumps)
             if self._extruded:
                 film = replace(head, height=head.film)
-                one, thick = thickness(*coordinates, run, film, footprint.wobble[k], BUMP * footprint.noise[k])
+                one, thick = thickness(*coordinates, run, film, *bumps)
                 thick[(one > 0.0) & (footprint.s[k] > run - 2.0 * head.half)] = head.height
             level, height = (np.maximum(level, one), np.maximum(height, thick)) if k else (one, thick)
         return level, height

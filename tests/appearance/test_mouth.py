@@ -67,3 +67,17 @@ def test_the_lower_gum_stays_behind_a_chin_that_is_pushed_back(face):
     assert out(drawn[low]) == 0
     high = (face.landmarks["lower_lip_mid"] - mouth.teeth[1].points)[:, 1] < 0.0
     np.testing.assert_allclose(drawn[high], mouth.teeth[1].points[high], atol=1e-4)
+
+
+def test_the_pocket_moves_no_farther_than_the_lips(face):
+    """However lips that touch each other cross by a little: morph targets add up what it does."""
+    mouth, random = Mouth(face), np.random.default_rng(3)
+    rest = np.asarray(mouth.pocket(face.points).points)
+    rim = face.points[mouth.loop]
+    np.testing.assert_allclose(rest[: len(rim)], rim, atol=1e-4)
+    moved = face.points + random.uniform(-0.5, 0.5, face.points.shape)
+    assert np.abs(np.asarray(mouth.pocket(moved).points) - rest).max() < 1.0
+    behind = (rest[len(rim) :] - rim.mean(axis=0)) @ face.frame.axes.T
+    upper = rim[:, 1] > np.median(rim[:, 1])
+    assert (behind[: len(rim), 2] < 0.0).all()
+    assert behind[: len(rim), 1][upper].mean() > 3.0 > -3.0 > behind[: len(rim), 1][~upper].mean()

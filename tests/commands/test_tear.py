@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from command_files import series_meshes
+from glb_files import read_glb
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import write_landmarks
@@ -43,7 +44,7 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsy
     source = ["--face", str(tmp_path / "face.ply"), "--landmarks", str(tmp_path / "face.json")]
     folder = tmp_path / "out"
     options = ["--expression", "AU4", "--no-movie", "--no-series", "--view", "left_eye", "--out", str(folder)]
-    options += ["--save-mesh", "obj"]
+    options += ["--save-mesh", "obj", "--save-animation", str(tmp_path / "drops.glb")]
     assert main(["tear", "dripping", *FEW, *source, *options]) == 0
     out, err = capsys.readouterr()
     assert err == ""
@@ -52,6 +53,10 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsy
     assert "\ng tears\n" in (folder / "tear_dripping.obj").read_text()
     assert fw.read_surface(folder / "tear_dripping.obj").n_cells > face.mesh.n_cells
     assert "triangles" in out
+    assert "drops.glb" in out
+    content, _ = read_glb(tmp_path / "drops.glb")
+    moving = {content["nodes"][channel["target"]["node"]]["name"] for channel in content["animations"][0]["channels"]}
+    assert {"face", "tears_1", "tears_2"} <= moving
 
 
 def test_the_paper_s_tears_have_other_shapes(tmp_path):

@@ -13,12 +13,14 @@ import struct
 
 import numpy as np
 import pytest
+import pyvista as pv
+from glb_files import read_glb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, OutputError, ParameterError
-from facewrinkle.export.animation import AnimationWriter, _grown, principal_targets
+from facewrinkle.export.animation import AnimationWriter, _grown, increments, principal_targets
 
 FRAMES = 12
 
@@ -125,6 +127,58 @@ def test_a_point_cache_holds_the_frames(face, take, tmp_path):
     np.testing.assert_array_equal(cached[0][: frames[0].n_points], np.asarray(frames[0].points, np.float32))
     assert mesh.name == "take.obj"
     assert sum(line.startswith("v ") for line in mesh.read_text().splitlines()) == points
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.01, 1.0))
+def test_sums_of_increments_are_within_the_error(seed, least):
+    values = np.cumsum(np.random.default_rng(seed).normal(scale=0.2, size=(12, 7, 3)), axis=0)
+    sums = values[0] + np.cumsum(increments(values, least), axis=0)
+    assert np.linalg.norm(sums - values, axis=2).max() <= least * 1.001
+
+
+def in_usd(path, name, time):
+    """A mesh of a USD file at a time, s: its points, and its blend shapes as heavy as they are then."""
+    from pxr import Usd, UsdGeom, UsdSkel
+
+    stage = Usd.Stage.Open(str(path))
+    prim, motion = stage.GetPrimAtPath(f"/Face/{name}"), UsdSkel.Animation.Get(stage, "/Face/Skeleton/Animation")
+    weights = motion.GetBlendShapeWeightsAttr().Get(time * stage.GetTimeCodesPerSecond())
+    heavy = dict(zip(motion.GetBlendShapesAttr().Get(), weights, strict=True))
+    mesh, binding = UsdGeom.Mesh(prim), UsdSkel.BindingAPI(prim)
+    points = np.array(mesh.GetPointsAttr().Get(), np.float64)
+    for shape, target in zip(
+        binding.GetBlendShapesAttr().Get(), binding.GetBlendShapeTargetsRel().GetTargets(), strict=True
+    ):
+        moved = UsdSkel.BlendShape.Get(stage, target)
+        points[np.array(moved.GetPointIndicesAttr().Get())] += heavy[shape] * np.array(moved.GetOffsetsAttr().Get())
+    return pv.PolyData.from_regular_faces(points, np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3))
+
+
+def test_tears_are_meshes_of_their_own(face, take, tmp_path):
+    """On the skin as targets show it: that is off by more than the water is thick."""
+    pytest.importorskip("pxr")
+    frames, simulation = take
+    times = 0.02 * (1 + np.arange(FRAMES))
+    tears = [fw.SheddingTear(face, start="l", begin=0.1), fw.DrippingTear(face, "r"), fw.DrippingTear(begin=9.0)]
+    files = {}
+    for ending in ("glb", "usdc", "pc2"):
+        writer = AnimationWriter(face, tmp_path / f"take.{ending}")
+        for frame in frames:
+            writer.add(frame)
+        files[ending] = writer.write(times, simulation.forest, tears)
+    content, _ = read_glb(files["glb"][0])
+    names = [mesh["name"] for mesh in content["meshes"]]
+    assert names[-2:] == ["tears_1", "tears_2"]  # the third begins later
+    assert content["materials"][-1]["alphaMode"] == "BLEND"
+    samplers = {names[c["target"]["node"]]: c["sampler"] for c in content["animations"][0]["channels"]}
+    assert len({samplers["face"], samplers["tears_1"], samplers["tears_2"]}) == 3
+    assert samplers["eye_l"] == samplers["face"]
+    for number, wet in ((0, False), (FRAMES - 1, True)):
+        skin, water = (in_usd(files["usdc"][0], name, times[number]) for name in ("face", "tears_1"))
+        depth = water.compute_implicit_distance(skin)["implicit_distance"] * face.unit
+        assert (depth.max() > 0.3) if wet else (depth.max() < -0.2)
+    assert {path.name for path in files["pc2"]} >= {"take_tears_1.pc2", "take_tears_2.obj"}
 
 
 def test_what_cannot_be_written_is_refused(face, take, tmp_path):

@@ -18,8 +18,9 @@ import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError
 from facewrinkle.export.model import Model, skin_model
 from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.mesh import to_polydata
 from facewrinkle.mesh.seams import corner_texture
-from facewrinkle.rigging.maps import Texels, _shared_places, around_head, tangents_of
+from facewrinkle.rigging.maps import Texels, _shared_places, around_head, tangents_of, visible_first
 
 SIZE = 1024
 
@@ -138,6 +139,14 @@ def test_a_face_without_texture_coordinates_gets_a_chart():
     front = local[:, 2] > 0.0
     away = np.linalg.norm(chart - 0.5, axis=1)
     assert away[front].max() < 0.5 * np.sqrt(0.5) < away[~front].min() + 1e-3
+    # The front half of the disc shows the front half of the head, not the triangles at its back that lie all around it.
+    mesh = to_polydata(face.points, face.triangles, {"rest": face.points})
+    mesh.active_texture_coordinates = chart
+    mesh = visible_first(mesh, face)
+    owners = np.asarray(mesh.regular_faces)[Texels(chart[np.asarray(mesh.regular_faces)], 128).triangle]
+    across, down = np.meshgrid(*2 * [(np.arange(128) + 0.5) / 128.0 - 0.5])
+    ahead = local[owners].mean(axis=2)[np.hypot(across, down) < 0.33, 2] > 0.0
+    assert ahead.mean() > 0.99  # all but what is seen between the lids
     row, column = np.unravel_index(np.argmin(maps.height), maps.height.shape)
     assert row < 230  # the forehead is above the middle of the chart
     assert abs(column - 256) < 60

@@ -179,3 +179,17 @@ def test_refuses_frames_of_another_surface(face):
 def test_refuses_other_times(t):
     with pytest.raises(ParameterError, match="t must lie in"):
         fw.DrippingTear().surface(t)
+
+
+def test_on_triangles_that_stay_it_shrinks_to_a_point_before_and_after(face):
+    drop = fw.DrippingTear(face, "l", begin=0.5, hang=0.5, fall=Fall(depth=20.0, speed=100.0))
+    times = [0.0, 0.6, 1.1, 2.0]
+    sampled = drop.sampled(times, [face.mesh] * len(times))
+    for k in (1, 2):
+        np.testing.assert_array_equal(sampled.points[k], drop.surface(times[k], face.mesh).points)
+    for k, of in ((0, 1), (3, 2)):
+        np.testing.assert_allclose(
+            sampled.points[k], np.tile(sampled.points[of].mean(axis=0), (len(sampled.points[k]), 1))
+        )
+    np.testing.assert_array_equal(sampled.triangles, drop.surface(times[1]).regular_faces)
+    assert drop.sampled([0.0, 0.1], [face.mesh] * 2) is None

@@ -29,7 +29,7 @@ ROUND = Shape(half=1.5, height=0.9, trail=0.8, film=0.06)
 # --- thickness ----------------------------------------------------------------------------------
 
 
-def plain_thickness(s, w, front, shape, wobble=0.0, rough=0.0):
+def plain_thickness(s, w, front, shape, wobble=0.0, rough=0.0, depth=0.0):
     """Level and height at one place."""
     behind = (front - s) / shape.half
     taper = min(max((behind - 1.0) / TAPER, 0.0), 1.0)
@@ -39,17 +39,18 @@ def plain_thickness(s, w, front, shape, wobble=0.0, rough=0.0):
     half = head * shape.half + (1.0 - head) * trail
     level = 1.0 - (w / half) ** 2 - max(1.0 - behind, 0.0) ** 2 - max(1.0 - s / shape.trail, 0.0) ** 2
     film = shape.film * (1.0 + rough) * (1.0 + POOLING * wobble)  # where it is wide, water stays
-    return level, max(level, 0.0) * (film + (shape.height - film) * head**1.5)
+    return level, max(level, -depth) * (film + (shape.height - film) * head**1.5)
 
 
-@pytest.mark.parametrize("front", [2.0, 5.0, 17.0, 60.0])
-def test_thickness_is_its_formula_written_out(front):
+@pytest.mark.parametrize(("front", "depth"), [(2.0, 0.0), (5.0, 0.5), (17.0, 0.0), (60.0, 0.5)])
+def test_thickness_is_its_formula_written_out(front, depth):
     random = np.random.default_rng(3)
     s, w = random.uniform(-3.0, front + 3.0, 800), random.uniform(-2.0, 2.0, 800)
     wobble, rough = random.uniform(-0.4, 0.4, 800), random.uniform(0.0, 1.0, 800)
-    found = np.stack(thickness(s, w, front, SHAPE, wobble, rough), axis=1)
+    found = np.stack(thickness(s, w, front, SHAPE, wobble, rough, depth), axis=1)
     expected = [
-        plain_thickness(*place, front, SHAPE, *more) for *place, more in zip(s, w, np.c_[wobble, rough], strict=True)
+        plain_thickness(*place, front, SHAPE, *more, depth)
+        for *place, more in zip(s, w, np.c_[wobble, rough], strict=True)
     ]
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
     assert 20 < (found[:, 1] > 0.0).sum() < 780

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import pyvista as pv
+from scipy.spatial import cKDTree
 from spheres import meridian
 from synthetic_faces import MAKERS, head_with
 
@@ -406,3 +407,23 @@ def test_an_extruded_head_is_smoothed_and_as_high():
     assert blunt[1] > 2.0 * blunt[0]
     with pytest.raises(UnknownNameError, match="head 'square'"):
         fw.SheddingTear(sheet, path, head="square")
+
+
+def test_on_triangles_that_stay_it_has_the_same_water(face, tear):
+    """What is wet lies where it lies otherwise; what is dry, ahead of it and before it begins, in the skin."""
+    later = fw.SheddingTear(face, start="l", begin=1.0)
+    times = [0.0, 1.0, 2.0, 3.5]
+    sampled = later.sampled(times, [face.mesh] * len(times))
+    assert boundary_loops(sampled.triangles)  # a sheet
+    depth = [pv.PolyData(points).compute_implicit_distance(face.mesh)["implicit_distance"] for points in sampled.points]
+    assert depth[0].max() < -0.2
+    for t, points in zip(times[1:], sampled.points[1:], strict=True):
+        water = tear.surface(t - later.begin)
+        half = water.n_points // 2
+        top = np.asarray(water.points)[:half][water["thickness"][:half] > 0.01]
+        gaps, _ = cKDTree(points).query(top)
+        assert np.quantile(gaps, 0.9) < 1e-9  # all but some at the border of a piece without holes
+    ahead = np.linalg.norm(sampled.points[0] - tear.paths[0].points[0], axis=1) > 12.0
+    assert depth[1][ahead].max() < -0.2
+    assert (depth[3][ahead] > 0.02).sum() > 100
+    assert later.sampled([0.0, 0.5], [face.mesh] * 2) is None

@@ -1,0 +1,206 @@
+"""Displacements and turned normals of all meshes in shapes, from the poses that these are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ..export.morphs import Morphs
+from ..geometry.smoothstep import smoothstep
+from ..geometry.topology import unique_edges
+from .baking import Baker, Placed, Progress
+from .correctives import Pair
+from .poses import Pose, Posing, share_of_side
+from .shapes import ARKIT, Shape, Side
+
+Array = npt.NDArray[np.float64]
+Single = npt.NDArray[np.float32]
+
+CUT = 0.1
+"""Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""
+
+HAIR_CUT = 0.2
+"""The same for brows and lashes, whose hairs are many, and lie on skin that hardly moves then."""
+
+RINGS = 2
+"""The longest way of vertices within so many edges decides about fading: between crest and furrow a vertex hardly
+moves, but its normal turns.
+"""
+
+TURN = 0.03
+"""Normals that turn by less, in radians, are left as they are."""
+
+HAIRY = ("lashes", "brows")
+"""Parts, by the first word of their names, whose normals stay: how a hair shines does not tell how it lies."""
+
+
+HALF_OFF, HALF_SHARE = 0.3, 0.05
+"""A shape gets a target for its half way if half of it is farther than this from the half way of the simulation, mm,
+on any mesh but hairs; or on average over the skin by more than this share of the motion.
+"""
+
+
+def movement_poses(shapes: Mapping[str, Shape], posing: Posing, weight: float = 1.0) -> dict[tuple[object, ...], Pose]:
+    """Return the poses that shapes are made of, by their movements: both sides of a pair are one, moved together."""
+    found: dict[tuple[object, ...], Pose] = {}
+    for shape in [*shapes.values(), *(ARKIT[shape.beyond] for shape in shapes.values() if shape.beyond)]:
+        if shape.movement not in found:
+            found[shape.movement] = posing.at({"both": (replace(shape, side=None), weight)})
+    return found
+
+
+Fields = dict[str, tuple[Single, Single]]
+"""Changes (k, n, 3) of points and of normals in all shapes, by part."""
+
+
+def shape_fields(
+    shapes: Mapping[str, Shape],
+    poses: Mapping[tuple[object, ...], Pose],
+    neutral: Pose,
+    baker: Baker,
+    progress: Progress,
+) -> Fields:
+    """Return what shapes change."""
+    users: dict[tuple[object, ...], list[tuple[int, Shape, float]]] = {}
+    for k, shape in enumerate(shapes.values()):
+        users.setdefault(shape.movement, []).append((k, shape, 1.0))
+        if shape.beyond:
+            users.setdefault(ARKIT[shape.beyond].movement, []).append((k, shape, -1.0))
+    rest = baker.placed(neutral)
+    fields: Fields = {}
+    for part, at_rest in rest.items():
+        shape_of = (len(shapes), *at_rest.points.shape)
+        fields[part] = np.zeros(shape_of, np.float32), np.zeros(shape_of, np.float32)
+    sides: dict[str, dict[Side | None, Array]] = {
+        part: {side: share_of_side(baker.face, at_rest.points, side) for side in ("l", "r", None)}
+        for part, at_rest in rest.items()
+    }
+    movements = dict(zip(map(id, poses.values()), poses, strict=True))
+    for pose in progress(list(poses.values()), "Shapes", len(poses)):
+        for part, now in baker.placed(pose).items():
+            moved, turned = now.points - rest[part].points, _change(now, rest[part])
+            for k, shape, sign in users[movements[id(pose)]]:
+                share = sign * sides[part][shape.side]
+                fields[part][0][k] += share * moved
+                fields[part][1][k] += share * turned
+    return fields
+
+
+def corrective_fields(
+    pairs: list[Pair], poses: Mapping[tuple[object, ...], Pose], neutral: Pose, baker: Baker, progress: Progress
+) -> Fields:
+    """Return what the correctives of pairs change."""
+    rest = baker.placed(neutral)
+    count = sum(len(pair.targets) for pair in pairs)
+    fields: Fields = {
+        part: (np.zeros((count, *at.points.shape), np.float32), np.zeros((count, *at.points.shape), np.float32))
+        for part, at in rest.items()
+    }
+    k, parts = 0, {id(pair.pose): pair for pair in pairs}
+    for pose in progress([pair.pose for pair in pairs], "Correctives", len(pairs)):
+        pair = parts[id(pose)]
+        now, one, other = (baker.placed(each) for each in (pose, poses[pair.first], poses[pair.second]))
+        for part, at in rest.items():
+            moved = now[part].points - one[part].points - other[part].points + at.points
+            turned = now[part].normals - one[part].normals - other[part].normals + at.normals
+            for row, (_, _, side) in enumerate(pair.targets, start=k):
+                share = share_of_side(baker.face, at.points, side)
+                fields[part][0][row], fields[part][1][row] = share * moved, share * turned
+        k += len(pair.targets)
+    return fields
+
+
+def halfway_fields(
+    shapes: Mapping[str, Shape],
+    fields: Fields,
+    halves: Mapping[tuple[object, ...], Pose],
+    neutral: Pose,
+    baker: Baker,
+    progress: Progress,
+) -> tuple[list[str], Fields]:
+    """Return the names of shapes whose way is curved, and what half of each lacks of the half way.
+
+    Four times that, driven by a weight w times 1 - w, bends the way: ``w F + 4 w (1 - w) (H - F / 2)`` is the half way
+    H at 1/2, and the shape F, as without it, at 1.
+    """
+    unit = baker.face.unit
+    lack = shape_fields(shapes, halves, neutral, baker, progress)
+    for part, (moved, turned) in fields.items():
+        lack[part][0][:] -= np.float32(0.5) * moved
+        lack[part][1][:] -= np.float32(0.5) * turned
+    seen = [part for part in lack if part.split("_")[0] not in HAIRY]
+    off = np.max([np.linalg.norm(lack[part][0], axis=2).max(axis=1) for part in seen], axis=0) * unit
+    way, left = (np.linalg.norm(each["face"][0], axis=2) * unit for each in (fields, lack))
+    moving = way > 2.0 * CUT
+    curved = (off > HALF_OFF) | ((left * moving).sum(axis=1) > HALF_SHARE * 0.5 * (way * moving).sum(axis=1))
+    names = [name for name, chosen in zip(shapes, curved, strict=True) if chosen]
+    return names, {part: (moved[curved], turned[curved]) for part, (moved, turned) in lack.items()}
+
+
+def joined(first: tuple[Single, Single], second: tuple[Single, Single]) -> tuple[Single, Single]:
+    """Return two lots of shapes as one."""
+    return np.concatenate([first[0], second[0]]), np.concatenate([first[1], second[1]])
+
+
+def _change(now: Placed, rest: Placed) -> Array:
+    return np.asarray(now.normals - rest.normals)
+
+
+def separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields, list[str]]:
+    """Return smooth shapes, followed by the wrinkles of those that have some, and all names."""
+    pairs = zip(fields["face"][0], smooth["face"][0], strict=True)
+    folding = np.flatnonzero([bool((with_folds != without).any()) for with_folds, without in pairs])
+    out = {}
+    for part, both in fields.items():
+        bare = smooth[part]
+        out[part] = tuple(np.concatenate([b, (a - b)[folding]]) for a, b in zip(both, bare, strict=True))
+    return out, [*names, *(f"{names[k]}_wrinkle" for k in folding)]  # type: ignore[return-value]
+
+
+def morphs_of(
+    fields: Fields, names: list[str], drivers: Mapping[str, tuple[str, ...]], baker: Baker, bent: int
+) -> dict[str, Morphs]:
+    """Return morph targets that end where nothing moves; the last `bent` targets bend the ways of others."""
+    out = {}
+    for part, (deltas, normals) in fields.items():
+        cut, triangles = (
+            (HAIR_CUT if part.split("_")[0] in HAIRY else CUT) / baker.face.unit,
+            baker.models[part].triangles,
+        )
+        kept, first = kept_normals(part, normals), len(names) - bent
+        faded(deltas[:first], kept[:first], triangles, cut)
+        faded(deltas[first:], kept[first:], triangles, 0.5 * cut)
+        for each in (deltas, kept):
+            each[first:] *= np.float32(4.0)  # their weights are a quarter at most
+        out[part] = Morphs(names, deltas, kept, drivers)
+    return out
+
+
+def kept_normals(part: str, normals: Single) -> Single:
+    """Return the changes of normals (k, n, 3) that can be seen; the others are 0."""
+    if part.split("_")[0] in HAIRY:
+        return np.zeros_like(normals)
+    return np.where((normals**2).sum(axis=2, keepdims=True) > TURN**2, normals, np.float32(0.0))
+
+
+def faded(deltas: Single, normals: Single, triangles: npt.NDArray[np.int64], cut: float) -> tuple[Single, Single]:
+    """Return shapes (k, n, 3) that end where skin hardly moves: ways fade from twice `cut` to nothing at `cut`.
+
+    They are changed in place.
+    """
+    edges, _ = unique_edges(triangles)
+    first, second = edges[:, 0], edges[:, 1]
+    for moved, turned in zip(deltas, normals, strict=True):
+        way = np.linalg.norm(moved, axis=1)
+        for _ in range(RINGS):
+            wider = way.copy()
+            np.maximum.at(wider, first, way[second])
+            np.maximum.at(wider, second, way[first])
+            way = wider
+        share = smoothstep(way / cut - 1.0).astype(np.float32)[:, None]
+        moved *= share
+        turned *= share
+    return deltas, normals
