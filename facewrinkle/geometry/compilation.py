@@ -44,7 +44,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         except RuntimeError:  # no folder for the cache
             if not options.get("cache"):
                 raise
-        folder = _temporary_folder()
+        folder = temporary_folder()
         if folder is not None:
             before, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)
             try:
@@ -61,7 +61,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return decorated
 
 
-def _temporary_folder() -> Path | None:
+def temporary_folder() -> Path | None:
     """Return a folder among the temporary ones that only this user can write to; None if there is none."""
     user = os.getuid() if hasattr(os, "getuid") else None
     folder = Path(tempfile.gettempdir()) / f"facewrinkle-{'cache' if user is None else user}"

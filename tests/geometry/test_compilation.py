@@ -52,7 +52,7 @@ def test_machine_code_is_kept_among_temporary_files(read_only, recwarn):
 
 
 def test_folders_that_others_can_write_to_are_not_trusted(read_only):
-    (read_only / compilation._temporary_folder().name).chmod(0o777)
+    (read_only / compilation.temporary_folder().name).chmod(0o777)
     with pytest.warns(FaceWrinkleWarning, match="is kept nowhere, so that every start takes half a minute more"):
         compiled = compilation.njit(cache=True)(doubled)
     assert compiled(21) == 42
