@@ -23,6 +23,8 @@ sim.express("surprise")
 assert sim.step().n_cells >= 4517
 """
 
+CACHES = "NUMBA_CACHE_DIR", "FACEWRINKLE_CACHE_DIR"
+
 
 def run(code, environment):
     """Seconds of a new interpreter."""
@@ -54,7 +56,9 @@ def test_first_frame(benchmark, results, installed, tmp_path, cache, goal, round
     folders = iter(tmp_path / str(k) for k in range(100)) if cache == "cold" else iter(lambda: tmp_path, None)
     benchmark.group = "start"
     benchmark.pedantic(
-        lambda folder: run(FIRST_FRAME, {**installed, "NUMBA_CACHE_DIR": str(folder)}),
+        lambda folder: run(
+            FIRST_FRAME, {**installed, "NUMBA_CACHE_DIR": str(folder), "FACEWRINKLE_CACHE_DIR": str(folder)}
+        ),
         setup=lambda: ((next(folders),), {}),
         rounds=rounds,
         warmup_rounds=int(cache == "warm"),

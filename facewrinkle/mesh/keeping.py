@@ -103,7 +103,7 @@ def _feed(update: Callable[[Any], None], value: Any) -> None:
         update(b"%s %d %s" % (kind.__name__.encode(), len(text), text))
     elif isinstance(value, np.ndarray | np.generic) and value.dtype.kind in "biufU":
         update(f"array {value.dtype.str} {value.shape} ".encode())
-        update(np.ascontiguousarray(value).reshape(-1).view(np.uint8).data)
+        update(value.tobytes())
     elif isinstance(value, list | tuple):
         update(b"list %d " % len(value))
         for each in value:
@@ -115,7 +115,7 @@ def _feed(update: Callable[[Any], None], value: Any) -> None:
             _feed(update, each)
     elif isinstance(value, pv.PolyData):
         update(b"mesh ")
-        _feed(update, [np.asarray(value.points), np.asarray(value.faces)])
+        _feed(update, [np.asarray(each) for each in (value.points, value.faces, value.lines, value.verts)])
         for data in (value.point_data, value.cell_data, value.field_data):
             _feed(update, {name: np.asarray(data[name]) for name in sorted(data)})
     elif dataclasses.is_dataclass(kind) and kind.__module__.partition(".")[0] == __package__.partition(".")[0]:
@@ -158,7 +158,7 @@ def _folders() -> Iterator[Path]:
 def _read(file: Path) -> Arrays | None:
     """Return the arrays of a file; None if there is none, or it is damaged."""
     try:
-        with np.load(file, allow_pickle=False) as stored:  # checks the checksum of each array
+        with file.open("rb") as opened, np.load(opened, allow_pickle=False) as stored:  # checks each checksum
             arrays = {name: stored[name] for name in stored.files}
     except (OSError, ValueError, EOFError, KeyError, BadZipFile):
         return None
