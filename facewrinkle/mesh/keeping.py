@@ -127,7 +127,7 @@ def _feed(update: Callable[[Any], None], value: Any) -> None:
 
 @cache
 def _package() -> list[tuple[str, int, int]]:
-    """What stands for the package: its version, and sizes and times of the files that may have a part in the arrays."""
+    """Return the version of the package, and sizes and times of its files that may have a part in the arrays."""
     home = Path(__file__).parents[1]
     found = [(f"{__version__} {np.__version__}", 0, 0)]
     for room in ROOMS:
