@@ -57,8 +57,8 @@ def scene(size, compression):
     vertices = SurfacePoints.of_forest(forest, points, vertex_normals(points, triangles))
     layer = fw.MuscleWrinkles(compression)
     touched = zones((muscle.fold_pattern for muscle in face.muscles.values()), points, triangles)
-    parts = {"points": points, "triangles": triangles, "unit": face.unit, "muscles": face.muscles, "zones": touched}
-    face = SimpleNamespace(**parts)
+    own = {name: getattr(face, name) for name in ("unit", "muscles", "fold_depth")}
+    face = SimpleNamespace(points=points, triangles=triangles, zones=touched, **own)
     layer.attach(face)
     layer.follow(Change(slice(None), len(vertices.points)), vertices)
     base = squeezed(points)

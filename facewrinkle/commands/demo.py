@@ -48,7 +48,8 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
         rows.append(_sides(face.mesh, scenes, "front"))
         for row in PAPER:
             performance = Performance(face, face.atlas.contractions(row.expression), FRAMES, size=(SIZE, SIZE))
-            peak = record(performance, folder / row.expression, row.expression, report, output, fields=False)
+            stem = row.expression
+            peak = record(performance, folder / stem, stem, report, output, fields=False, scenes=scenes)
             with report.waiting("Drawing it for the contact sheets"):
                 columns.append(stacked([_small(image) for image in (peak.front[2], *peak.closeup[2:])]))
                 rows.append(_sides(peak.frame, scenes, peak.close))

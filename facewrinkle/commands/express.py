@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -16,7 +17,7 @@ from ..anatomy.face import Face
 from ..errors import ParameterError, check_range, check_whole
 from ..layers.base import Layer
 from ..motion.base import Motion
-from ..plotting import Image, closeup, picture, side_by_side
+from ..plotting import Image, Scene, closeup, side_by_side
 from ..plotting.views import Style
 from ..rigging.maps import bake_maps, check_map_size, write_maps
 from ..simulation import Refinement, Simulation
@@ -203,9 +204,19 @@ class Peak:
 
 
 def record(
-    performance: Performance, folder: Path, stem: str, report: Report, output: OutputOptions, *, fields: bool = True
+    performance: Performance,
+    folder: Path,
+    stem: str,
+    report: Report,
+    output: OutputOptions,
+    *,
+    fields: bool = True,
+    scenes: Scenes | None = None,
 ) -> Peak:
-    """Play a performance, write its files into a folder, print what came out, and return its peak."""
+    """Play a performance, write its files into a folder, print what came out, and return its peak.
+
+    Scenes of the face that are given are drawn in, and stay open.
+    """
     face = performance.face
     with report.waiting("Preparing the skin"):
         rehearsal = performance.simulation()  # refuses what cannot be played before anything is written
@@ -222,7 +233,7 @@ def record(
         if number == performance.frames - 1:
             peaks.append(frame)
 
-    with Scenes(face) as scenes:
+    with Scenes(face) if scenes is None else nullcontext(scenes) as scenes:
         clip = performance.clip(simulation)
         recorder.record(clip, lambda frame: scenes.begun(frame, *styles), watch)
         (peak,) = peaks
@@ -231,10 +242,13 @@ def record(
             shown = [face.mesh, performance.bare(simulation.motion), peak]
             rows = [[scenes.picture(frame, style) for frame in shown] for style in styles]
             for row, style, suffix in zip(rows, styles, ("", "_closeup"), strict=True):
-                row.append(picture(peak, face, replace(style, wireframe=True)))
+                row.append(scenes.picture(peak, replace(style, wireframe=True)))
                 recorder.save_picture(side_by_side(row), suffix)
-            for name in FIELDS if fields else ():
-                recorder.save_picture(picture(peak, face, replace(styles[0], scalars=name)), f"_{name}")
+            if fields:
+                with Scene(face, replace(styles[0], scalars=FIELDS[0])) as coloured:
+                    for name in FIELDS:
+                        coloured.colour_by(name)
+                        recorder.save_picture(coloured.picture(peak), f"_{name}")
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
     milliseconds = 1000.0 * seconds / performance.steps
     recorder.tabulate(stem, _facts(face, peak) | {"simulation": f"{milliseconds:.1f} ms a frame", "close-up": close})

@@ -16,6 +16,7 @@ from ..appearance.own_parts import has_colours
 from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
 from ..arguments import checked
+from ..errors import ParameterError
 from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS, shallow
 from ..mesh.seams import corner_texture
@@ -132,6 +133,28 @@ class Scene:
         if before is not None or self._relief is not None:
             self._colouring = None  # the skin's shader is another
         self._aim(pixel)
+        self._shown = None
+
+    def colour_by(self, scalars: str) -> None:
+        """Colour the skin by another field from now on, in a scene whose style has one.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> frame = fw.Simulation(face).step()
+        >>> with Scene(face, Style(size=(60, 80), scalars="W")) as scene:
+        ...     by_height = scene.picture(frame)
+        ...     scene.colour_by("level")
+        ...     by_level = scene.picture(frame)
+        >>> bool((by_height == by_level).all())
+        False
+        """
+        if self.style.scalars is None:
+            raise ParameterError("the skin of this scene is not coloured by a field: make it of a Style with scalars.")
+        self.style = replace(self.style, scalars=scalars)
+        for title in list(self.plotter.scalar_bars.keys()):
+            self.plotter.remove_scalar_bar(title, render=False)
         self._shown = None
 
     def _relief_at(self, pixel: float) -> Relief | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Mapping
 from weakref import WeakKeyDictionary
 
@@ -12,6 +13,7 @@ from ..anatomy.face import Face
 from ..errors import ParameterError
 from ..layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from ..layers.wave_folds.layer import Motions
+from ..mesh.keeping import kept
 from ..motion.action_units import units_of
 from ..motion.base import Motion
 from ..motion.material import SkinMaterial
@@ -85,11 +87,16 @@ def _material(motion: Motion) -> SkinMaterial:
 
 def _of_muscles(face: Face, material: SkinMaterial) -> FoldShapes:
     """Shapes of the action units that the atlas of a face has, in their groups."""
-    pulled = Pulled(face, material)
     own = set(face.muscles)
     units = {name: rates for name, rates in face.atlas.action_units.items() if own.issuperset(rates)}
     groups = {name: _different(units, group) for name, group in GROUPS.items()}
-    return FoldShapes({name: [pulled.at(units[unit]) for unit in group] for name, group in groups.items()})
+
+    def relaxed() -> dict[str, Array]:
+        pulled = Pulled(face, material)
+        return {unit: pulled.at(units[unit]) for group in groups.values() for unit in group}
+
+    shapes = kept("shapes", (dataclasses.replace(face, texture=None), material), relaxed)
+    return FoldShapes({name: [shapes[unit] for unit in group] for name, group in groups.items()})
 
 
 def _different(units: Mapping[str, dict[str, float]], group: Iterable[str]) -> list[str]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import subprocess
 import sys
 from pathlib import Path
 
 import numba
 import pytest
-from numba.core import caching
+from numba.core import caching, event
 
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.geometry import compilation
@@ -52,7 +53,7 @@ def test_machine_code_is_kept_among_temporary_files(read_only, recwarn):
 
 
 def test_folders_that_others_can_write_to_are_not_trusted(read_only):
-    (read_only / compilation._temporary_folder().name).chmod(0o777)
+    (read_only / compilation.temporary_folder().name).chmod(0o777)
     with pytest.warns(FaceWrinkleWarning, match="is kept nowhere, so that every start takes half a minute more"):
         compiled = compilation.njit(cache=True)(doubled)
     assert compiled(21) == 42
@@ -66,6 +67,38 @@ def test_a_full_disk_keeps_no_machine_code(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(caching.IndexDataCacheFile, "save", full)
     assert compilation.njit(cache=True)(tripled)(14) == 42
+
+
+@pytest.mark.parametrize("module, collects", [("facewrinkle.some", False), ("facewrinkles", True), ("another", True)])
+@pytest.mark.parametrize("wanted", [True, False])
+def test_garbage_is_not_collected_while_our_functions_are_compiled(monkeypatch, module, collects, wanted):
+    seen = []
+
+    class Looking(event.Listener):
+        def on_start(self, event):
+            seen.append(gc.isenabled())
+
+        def on_end(self, event):
+            seen.append(gc.isenabled())
+
+    def odd(number):
+        return number.absent  # numba fails
+
+    monkeypatch.setattr(doubled, "__module__", module)
+    odd.__module__ = module
+    before = gc.isenabled()
+    (gc.enable if wanted else gc.disable)()
+    try:
+        with event.install_listener("numba:compile", Looking()):
+            assert numba.njit(doubled)(21) == 42
+            assert gc.isenabled() is wanted
+            with pytest.raises(numba.TypingError):
+                numba.njit(odd)(1)
+        assert gc.isenabled() is wanted
+    finally:
+        (gc.enable if before else gc.disable)()
+    assert seen[0] is (wanted and collects)
+    assert len(seen) == 4
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs namespaces of mounts")

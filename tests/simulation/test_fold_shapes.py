@@ -1,6 +1,7 @@
 """Layers of folds by name, and the motions that wave folds are found from.
 
 layers    the kinds, by name; a surface without landmarks or muscles
+files     shapes that are kept
 shapes    groups by the names of a recording's shapes; motions without names, by direction; faces that lack muscles
 """
 
@@ -14,9 +15,12 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import SheetMuscle
 from facewrinkle.errors import UnknownNameError
-from facewrinkle.layers.wave_folds import FoldShapes, WaveFolds
+from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import tensors_of, window_of
+from facewrinkle.mesh import keeping
+from facewrinkle.motion.material import SkinMaterial
 from facewrinkle.motion.playback import Playback
+from facewrinkle.simulation import fold_shapes as fold_shapes_module
 from facewrinkle.simulation.fold_layers import fold_layers
 from facewrinkle.simulation.fold_shapes import fold_shapes
 
@@ -79,3 +83,15 @@ def test_variations_of_the_head_share_the_lines_of_the_mean_head():
     shapes = [fold_shapes(face, fw.Skin(face)) for face in (one, other)]
     assert shapes[0].face is shapes[1].face is one.template
     assert fw.default_face().template is None
+
+
+def test_shapes_are_the_same_from_a_file(face, tmp_path, monkeypatch):
+    monkeypatch.setenv(keeping.FOLDER, str(tmp_path))
+    first = fold_shapes_module._of_muscles(face, SkinMaterial()).families
+    monkeypatch.delattr(fold_shapes_module, "Pulled")
+    again = fold_shapes_module._of_muscles(face, SkinMaterial()).families
+    assert list(again) == list(first) == list(GROUPS)
+    for name, shapes in first.items():
+        np.testing.assert_array_equal(again[name], shapes)
+    with pytest.raises(NameError):  # another skin takes other shapes
+        fold_shapes_module._of_muscles(face, SkinMaterial(bending=0.9 * SkinMaterial().bending))

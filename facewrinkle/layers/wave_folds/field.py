@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -10,15 +11,18 @@ from ...anatomy.face import Face
 from ...geometry import _mesh_kernels as mesh_kernels
 from ...geometry.interpolation import interpolated
 from ...geometry.normals import vertex_normals
+from ...mesh.keeping import kept
 from ..base import Array, SurfacePoints
 from ..compression import StrainField
 from .families import FoldShapes, strength_of, tensors_of
-from .packets import Packets, Style
+from .packets import KEPT, Packets, Style
 from .tissue import anatomical, firmness, grain, wavelengths
 from .waves import AGED, GONE, LONGEST, WHOLE, Waves, directed
 
 ENOUGH, MOST = 0.2, 4
 """Length of edges that suffices for the default level, in wavelengths, and the highest default level."""
+
+COMPRESSION = "compression"
 
 
 class Lines:
@@ -43,11 +47,12 @@ class Lines:
     """
 
     def __init__(self, face: Face, shapes: FoldShapes, density: float, style: Style) -> None:
-        tensors = tensors_of(face, shapes)
-        self.names = tuple(tensors)
-        length, under = wavelengths(face) / density, (grain(face), anatomical(face))
-        self.packets = [Packets(face, name, tensor, length, style, *under) for name, tensor in tensors.items()]
-        self.compression = [strength_of(tensor) for tensor in tensors.values()]
+        inputs = dataclasses.replace(face, texture=None), shapes.families, density, style
+        arrays = kept("lines", inputs, lambda: _found(face, shapes, density, style))
+        self.names = tuple(arrays["names"].tolist())
+        columns = [{name: arrays[f"{name} {k}"] for name in (*KEPT, COMPRESSION)} for k in range(len(self.names))]
+        self.packets = [Packets.of_arrays(own) for own in columns]
+        self.compression = [own[COMPRESSION] for own in columns]
 
     @staticmethod
     def of(face: Face, shapes: FoldShapes, density: float, style: Style) -> Lines:
@@ -57,6 +62,18 @@ class Lines:
         if key not in known:
             known[key] = Lines(face, shapes, density, style), shapes  # keeps the shapes, whose ids are in the key
         return known[key][0]
+
+
+def _found(face: Face, shapes: FoldShapes, density: float, style: Style) -> dict[str, np.ndarray]:
+    """Find the lines of a face; return their arrays."""
+    tensors = tensors_of(face, shapes)
+    length, under = wavelengths(face) / density, (grain(face), anatomical(face))
+    arrays: dict[str, np.ndarray] = {"names": np.array(list(tensors), dtype=np.str_)}
+    for k, (family, tensor) in enumerate(tensors.items()):
+        packets = Packets(face, family, tensor, length, style, *under)
+        arrays |= {f"{name} {k}": getattr(packets, name) for name in KEPT}
+        arrays[f"{COMPRESSION} {k}"] = strength_of(tensor)
+    return arrays
 
 
 _FOUND: WeakKeyDictionary[Face, dict[tuple[object, ...], tuple[Lines, FoldShapes]]] = WeakKeyDictionary()

@@ -9,8 +9,9 @@ Tricard et al., ACM Trans. Graph. 38, 2019). Lines branch and end where the phas
 from __future__ import annotations
 
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -69,6 +70,8 @@ FAINTEST = 0.42
 ALIKE = 1.1
 """Weight of the other side of the face at symmetry 1, relative to that of the own side, in the alignment."""
 
+KEPT = ("zone", "window", "x", "n", "d", "k", "phase", "share")
+"""Arrays that packets consist of."""
 
 AHEAD = np.array([0.3779, 0.8137, 0.4416])
 """Directions across the lines point this way, which is along no axis of a face: their signs, on which the phases that
@@ -192,6 +195,19 @@ class Packets:
         self._align()
         self.share = self._share * self._strengths()
         del self._rows, self._gaussian, self._face, self._local, self._host, self._code
+        self._sort()
+
+    @classmethod
+    def of_arrays(cls, arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
+        """Return packets that were found before, from the arrays of :data:`KEPT`."""
+        packets = cls.__new__(cls)
+        for name in KEPT:
+            setattr(packets, name, arrays[name])
+        packets._sort()
+        return packets
+
+    def _sort(self) -> None:
+        """Prepare the sums at places."""
         lengths = 2.0 * np.pi / self.k
         self._sigma = np.outer(lengths, SUMMED)
         self._grid = Grid(self.x, SUPPORT * float(lengths.mean()) if len(self.x) else 1.0)

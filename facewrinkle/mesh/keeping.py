@@ -1,0 +1,180 @@
+"""Arrays that take long to find and never change, kept in the user's cache folder for the next start.
+
+A file is found by a digest of all that went into its arrays, and of the package that made them: nothing that could have
+changed them is missing, so a file is never out of date, only of no use.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+import pyvista as pv
+
+from .. import __version__
+from ..errors import OutputError
+from ..geometry.compilation import temporary_folder
+from .files import written
+
+Arrays = dict[str, np.ndarray]
+
+FOLDER = "FACEWRINKLE_CACHE_DIR"
+"""Environment variable with another folder; if it is empty, nothing is kept."""
+
+MOST = 40
+"""Files that are kept: of more, those that were not used for longest are removed."""
+
+ROOMS = ("geometry", "mesh", "anatomy", "motion", "layers", "simulation")
+"""Rooms whose modules and data may have a part in what is kept."""
+
+
+def kept(name: str, inputs: object, make: Callable[[], Arrays]) -> Arrays:
+    """Return arrays that `make` returns, or those that it returned from the same inputs at an earlier start.
+
+    Inputs that cannot be told apart by their content, such as objects of a user's own classes, keep nothing; nor does
+    a folder that cannot be written, or a damaged file.
+
+    Parameters
+    ----------
+    name : str
+        What the arrays are: the beginning of the file's name.
+    inputs : object
+        All that the arrays depend on besides the package itself; see :func:`digest`.
+    make : callable
+        Without arguments.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from unittest.mock import patch
+    >>> with tempfile.TemporaryDirectory() as folder, patch.dict(os.environ, {FOLDER: folder}):
+    ...     first = kept("squares", 3, lambda: {"squares": np.arange(3) ** 2})
+    ...     again = kept("squares", 3, lambda: {"squares": "not asked for"})
+    ...     first["squares"].tolist(), again["squares"].tolist(), len(os.listdir(folder))
+    ([0, 1, 4], [0, 1, 4], 1)
+    """
+    folders = list(_folders())
+    key = digest((_package(), inputs)) if folders else None
+    if key is None:
+        return make()
+    file = f"{name}-{key}.npz"
+    for folder in folders:
+        found = _read(folder / file)
+        if found is not None:
+            return found
+    arrays = make()
+    any(_wrote(folder / file, arrays) for folder in folders)
+    return arrays
+
+
+def digest(value: object) -> str | None:
+    """Return a digest of the content of numbers, strings, arrays, meshes, this package's dataclasses, and collections.
+
+    None if there is anything else in it, such as an object of a user's class, whose methods could be others next time.
+
+    Examples
+    --------
+    >>> digest([1, 2.0, {"a": np.zeros(3)}]) == digest([1, 2.0, {"a": np.zeros(3)}])
+    True
+    >>> digest(np.zeros(3)) == digest(np.zeros((3, 1))), digest(lambda: 1)
+    (False, None)
+    """
+    content = hashlib.blake2b(digest_size=16)
+    try:
+        _feed(content.update, value)
+    except TypeError:
+        return None
+    return content.hexdigest()
+
+
+def _feed(update: Callable[[Any], None], value: Any) -> None:
+    """Feed bytes to a digest that no other content has."""
+    kind = type(value)
+    if value is None or kind in (bool, int, float, str):
+        text = repr(value).encode()
+        update(b"%s %d %s" % (kind.__name__.encode(), len(text), text))
+    elif isinstance(value, np.ndarray | np.generic) and value.dtype.kind in "biufU":
+        update(f"array {value.dtype.str} {value.shape} ".encode())
+        update(value.tobytes())
+    elif isinstance(value, list | tuple):
+        update(b"list %d " % len(value))
+        for each in value:
+            _feed(update, each)
+    elif isinstance(value, Mapping):
+        update(b"mapping %d " % len(value))
+        for name, each in value.items():
+            _feed(update, name)
+            _feed(update, each)
+    elif isinstance(value, pv.PolyData):
+        update(b"mesh ")
+        _feed(update, [np.asarray(each) for each in (value.points, value.faces, value.lines, value.verts)])
+        for data in (value.point_data, value.cell_data, value.field_data):
+            _feed(update, {name: np.asarray(data[name]) for name in sorted(data)})
+    elif dataclasses.is_dataclass(kind) and kind.__module__.partition(".")[0] == __package__.partition(".")[0]:
+        _feed(update, f"{kind.__module__}.{kind.__qualname__}")
+        _feed(update, {each.name: getattr(value, each.name) for each in dataclasses.fields(value)})
+    else:
+        raise TypeError(kind)
+
+
+@cache
+def _package() -> list[tuple[str, int, int]]:
+    """Return the version of the package, and sizes and times of its files that may have a part in the arrays."""
+    home = Path(__file__).parents[1]
+    found = [(f"{__version__} {np.__version__}", 0, 0)]
+    for room in ROOMS:
+        for folder, inner, names in os.walk(home / room):
+            inner[:] = sorted(set(inner) - {"__pycache__"})
+            for name in sorted(names):
+                if not name.endswith((".nbi", ".nbc", ".pyc")):
+                    status = os.stat(os.path.join(folder, name))
+                    found.append((f"{folder}/{name}", status.st_size, status.st_mtime_ns))
+    return found
+
+
+def _folders() -> Iterator[Path]:
+    """Yield the folders to look into, and to write to if those before cannot be written."""
+    chosen = os.environ.get(FOLDER)
+    if chosen is not None:
+        if chosen:
+            yield Path(os.path.expanduser(chosen))
+        return
+    from platformdirs import user_cache_path
+
+    yield user_cache_path("facewrinkle", appauthor=False)
+    temporary = temporary_folder()
+    if temporary is not None:
+        yield temporary
+
+
+def _read(file: Path) -> Arrays | None:
+    """Return the arrays of a file; None if there is none, or it is damaged."""
+    try:
+        with file.open("rb") as opened, np.load(opened, allow_pickle=False) as stored:  # checks each checksum
+            arrays = {name: stored[name] for name in stored.files}
+    except (OSError, ValueError, EOFError, KeyError, BadZipFile):
+        return None
+    with suppress(OSError):
+        os.utime(file)
+    return arrays
+
+
+def _wrote(file: Path, arrays: Arrays) -> bool:
+    """Write arrays, and make room for them; return False if that was not possible."""
+    try:
+        with written(file) as whole:
+            np.savez(whole, **arrays)  # type: ignore[arg-type]
+        others = sorted(file.parent.glob("*.npz"), key=lambda other: other.stat().st_mtime)
+        for other in others[:-MOST]:
+            other.unlink(missing_ok=True)
+    except (OSError, OutputError):
+        return file.exists()
+    return True
