@@ -186,18 +186,21 @@ def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, h
 
 
 @njit(cache=True)
-def compact(vertices, slopes, slots):
-    """Return rows as the kernels below read them: slopes, their number (m,) without the zeros at the end, the vertices
-    that are involved in ascending order, the place of each vertex among them (m, 6), and the slots (n,) of these.
+def compact(vertices, slopes, involved, slots, at):
+    """Return rows as the kernels below read them.
+
+    That is: slopes, their number (m,) without the zeros at the end, the vertices that are involved (n,), the place of
+    each vertex among them (m, 6), and their slots (n,). `at` is room for as many integers as there are vertices.
     """
-    involved = np.unique(vertices)
+    for j in range(len(involved)):
+        at[involved[j]] = j
     size, place = np.empty(len(vertices), np.int64), np.empty(vertices.shape, np.int64)
     for r in range(len(vertices)):
-        size[r] = 6
-        while size[r] > 1 and not slopes[r, size[r] - 1].any():
-            size[r] -= 1
-        for a in range(size[r]):
-            place[r, a] = np.searchsorted(involved, vertices[r, a])
+        size[r] = 1
+        for a in range(6):
+            place[r, a] = at[vertices[r, a]]
+            if slopes[r, a, 0] != 0.0 or slopes[r, a, 1] != 0.0 or slopes[r, a, 2] != 0.0:
+                size[r] = a + 1
     return slopes, size, involved, place, slots[involved]
 
 

@@ -213,8 +213,10 @@ def solve_units(indptr, indices, lower, inverse, row_order, column_order, vertic
             columns[row, :, b] = 1.0
             start = min(start, row)
         for j in range(start, n):
-            here = columns[j]
-            if not here.any():
+            here, met = columns[j], False
+            for b in range(count):
+                met |= here[0, b] != 0.0 or here[1, b] != 0.0 or here[2, b] != 0.0
+            if not met:
                 continue
             for p in range(indptr[j] + 1, indptr[j + 1]):
                 there = columns[indices[p]]

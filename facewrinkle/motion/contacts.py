@@ -204,7 +204,7 @@ class Compliance:
         self, solved: Callable[[Array], Array], solve_for_units: Callable[[IntArray, Responses], None], n: int
     ) -> None:
         self._solved, self._solve_for_units, self._n = solved, solve_for_units, n
-        self._slots = np.full(n, -1)
+        self._slots, self._scratch = np.full(n, -1), np.empty(n, np.int64)
         self._columns = np.empty((0, n, 3), np.float32)
         self._filled = 0
 
@@ -215,12 +215,11 @@ class Compliance:
         small where the skin comes to rest, and is not lost in the rounding of large forces that balance others.
         """
         vertices, slopes, depths, stiffness = rows
-        self._solve_for(np.unique(vertices))
+        involved = np.unique(vertices)
+        self._solve_for(involved)
         now = np.zeros(len(depths)) if ahead is None else kernels.present_forces(*rows, ahead)
-        forces = kernels.contact_forces(
-            kernels.compact(vertices, slopes, self._slots), self._columns, depths, stiffness, now, self.ROUNDS,
-            self.TOLERANCE,
-        )  # fmt: skip
+        compact = kernels.compact(vertices, slopes, involved, self._slots, self._scratch)
+        forces = kernels.contact_forces(compact, self._columns, depths, stiffness, now, self.ROUNDS, self.TOLERANCE)
         out = np.zeros((self._n, 3))
         kernels.add_forces(vertices, slopes, forces - now, out)
         return out

@@ -172,7 +172,7 @@ def test_forces_are_those_of_non_negative_least_squares(m, seed, stiffness):
     slopes[:, 0, 0] = 1.0  # a row for each vertex, and no other coordinate
     columns = np.zeros((m, m, 3), np.float32)
     columns[:, :, 0] = response
-    rows = kernels.compact(vertices, slopes, np.arange(m))
+    rows = kernels.compact(vertices, slopes, np.arange(m), np.arange(m), np.empty(m, np.int64))
     forces = kernels.contact_forces(rows, columns, depths - response @ start, stiff, start, 100, 1e-13)
     left = np.linalg.cholesky(response + np.diag(1.0 / stiff))
     np.testing.assert_allclose(forces, nnls(left.T, np.linalg.solve(left, depths))[0], atol=1e-7)
@@ -196,7 +196,8 @@ def test_the_change_of_gaps_is_what_forces_at_vertices_do():
     for r in range(m):
         np.add.at(rows[r], vertices[r], slopes[r])
     expected = np.einsum("rik,ikj,qjk->rq", rows, diagonal, rows)
-    compact, columns = kernels.compact(vertices, slopes, slots), columns.astype(np.float32)
+    compact = kernels.compact(vertices, slopes, np.unique(vertices), slots, np.empty(n, np.int64))
+    columns = columns.astype(np.float32)
     known, found = np.zeros(m, bool), np.full((m, m), np.nan)
     for r in rng.permutation(m):
         kernels.compliance(r, compact, columns, known, found)
