@@ -24,6 +24,11 @@ THINNEST, THINNEST_STRAIGHT = 0.3, 0.1
 one to the skin that is the most straight across, which is farther.
 """
 
+SOFT = 0.1
+"""Stiffness against the second one, relative to that against the nearest: as stiff as it, lips that roll in would move
+by fits and starts.
+"""
+
 STRAIGHT, BESIDE = 0.5, 0.3
 """Cosine of the angle between the normal of a triangle and the way to it, above which it is the other side of the
 flesh; and cosine between the normal of the vertex and this way below which the way leads through the flesh.
@@ -66,17 +71,21 @@ def behind_lips(face: Face, area: Array) -> FacingSkin:
     closest, straight = _opposite(
         points[vertices], normals, (a + b + c) / 3.0, facing, THICKEST * face.frame.scale * face.unit
     )
-    pairs = ((closest, closest >= 0, THINNEST), (straight, straight != closest, THINNEST_STRAIGHT))
+    stiff = STIFFNESS * area
+    pairs = (
+        (closest, closest >= 0, THINNEST, stiff),
+        (straight, straight != closest, THINNEST_STRAIGHT, SOFT * stiff),
+    )
     return joined(
-        [_kept_behind(points, vertices[which], triangles[k[which]], area, least) for k, which, least in pairs]
+        [_kept_behind(points, vertices[which], triangles[k[which]], own, least) for k, which, least, own in pairs]
     )
 
 
-def _kept_behind(points: Array, vertices: IntArray, triangles: IntArray, area: Array, least: float) -> FacingSkin:
+def _kept_behind(points: Array, vertices: IntArray, triangles: IntArray, stiffness: Array, least: float) -> FacingSkin:
     """Return vertices (k,) that are kept behind triangles (k, 3), at a least share of their distance at rest."""
     corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
     behind = np.ascontiguousarray(triangles[:, ::-1])
-    flesh = FacingSkin(corners, shares, behind, np.zeros(len(vertices)), STIFFNESS * area[vertices])
+    flesh = FacingSkin(corners, shares, behind, np.zeros(len(vertices)), stiffness[vertices])
     thickness = flesh.gaps(points)
     return flesh.touching_from(np.minimum(least * thickness, thickness - SLACK))
 
