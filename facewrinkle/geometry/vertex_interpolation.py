@@ -35,6 +35,11 @@ class VertexInterpolation:
     node_triangles : ndarray of int, shape (l, 3)
         Triangles between the nodes, as numbers of nodes.
 
+    Attributes
+    ----------
+    rings : tuple of ndarray of int
+        Neighbours of each vertex; see :func:`facewrinkle.geometry.topology.vertex_rings`.
+
     Examples
     --------
     >>> import pyvista as pv
@@ -58,7 +63,7 @@ class VertexInterpolation:
         valence = np.maximum(np.bincount(edges.ravel(), minlength=len(where)), 1)
         spacing = np.bincount(edges.ravel(), np.repeat(length, 2), minlength=len(where)) / valence
         radius = RADIUS * 0.5 * (spacing + neighbour_mean(edges, len(where)) @ spacing)
-        rings = vertex_rings(triangles, n)
+        rings = self.rings = vertex_rings(triangles, n)
         vertex, node, share = kernels.shares(positions, numbers, radius, *rings)
         without = np.bincount(vertex, minlength=n) == 0
         if without.any():  # far from all nodes: these go with the nearest

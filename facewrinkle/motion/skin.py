@@ -114,7 +114,7 @@ class Skin:
         m = self.material = material or SkinMaterial()
         self.time_step = float(time_step)
         self.names = tuple(face.muscles)
-        self.points, self.mesh = face.points * face.unit, SkinMesh(face, vertices)
+        self.points, self.mesh = face.points * face.unit, SkinMesh.of(face, vertices)
         self._lids_of = None if self.mesh.face is face else (self._lids(self.mesh.face), self._lids(face))
         face = self.mesh.face
         self._rest_points, self._triangles = face.points * face.unit, face.triangles
@@ -229,7 +229,8 @@ class Skin:
     def displacement(self) -> Array:
         """Displacement (n, 3) of the face's vertices, mm.
 
-        Vertices that are not simulated go along with the lids as these turn, and follow the rest.
+        Vertices that are not simulated go along with the lids as these turn, and follow the rest; triangles that this
+        would turn over are turned back.
         """
         if self._lids_of is None:
             return self.mesh.follow(self._displacement)
@@ -238,7 +239,7 @@ class Skin:
         simulated.turn(beyond, self._placed, -1.0)
         out = self.mesh.follow(beyond)
         followed.turn(out, self._placed)
-        return out
+        return self.mesh.untangled(out)
 
     @displacement.setter
     def displacement(self, displacement: Array) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary, WeakValueDictionary
+
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
@@ -12,6 +14,7 @@ from ..errors import check_whole
 from ..geometry.decimation import decimated
 from ..geometry.normals import vertex_areas
 from ..geometry.topology import unique_edges
+from ..geometry.untangling import Untangling
 from ..geometry.vertex_interpolation import VertexInterpolation
 from .lid_surfaces import lid_ridges
 
@@ -82,6 +85,7 @@ class SkinMesh:
         self.face: Face = face
         self.vertices: IntArray | slice = slice(None)
         self._interpolation: VertexInterpolation | None = None
+        self._untangling: Untangling | None = None
         if vertices is None:
             return
         count = check_whole("vertices", vertices, 100, 1e9)
@@ -90,7 +94,18 @@ class SkinMesh:
             lines = np.concatenate([lid_margins(face), lid_ridges(face)])
             chosen, triangles = decimated(face.points, face.triangles, size, lines)
             self.face, self.vertices = reduced_face(face, chosen, triangles), chosen
+            self._points = face.points * face.unit
             self._interpolation = VertexInterpolation(face.points, face.triangles, chosen, triangles)
+            self._untangling = Untangling(self._points, face.triangles, *self._interpolation.rings)
+
+    @staticmethod
+    def of(face: Face, vertices: int | None = SKIN_VERTICES) -> SkinMesh:
+        """Return the mesh of a face: the one of another skin of this face, as long as there is one."""
+        made = _MADE.setdefault(face, WeakValueDictionary())
+        mesh = made.get(vertices)
+        if mesh is None:
+            mesh = made[vertices] = SkinMesh(face, vertices)
+        return mesh
 
     def follow(self, displacement: Array) -> Array:
         """Return the displacement (n, 3) of the given face's vertices from that (k, 3) of the vertices of the mesh.
@@ -98,6 +113,21 @@ class SkinMesh:
         The one that is given itself, if the face is its own mesh.
         """
         return displacement if self._interpolation is None else self._interpolation.at(displacement)
+
+    def untangled(self, displacement: Array) -> Array:
+        """Return a displacement (n, 3) of the given face's vertices, mm, that turns none of its triangles over.
+
+        The mesh of the skin does not turn over, but tiny triangles of vertices that follow where it is crumpled might.
+        """
+        if self._untangling is None:
+            return displacement
+        before = self._points + displacement
+        after = self._untangling.untangled(before)
+        return displacement if after is before else displacement + (after - before)
+
+
+_MADE: WeakKeyDictionary[Face, WeakValueDictionary[int | None, SkinMesh]] = WeakKeyDictionary()
+"""Meshes that skins have, by their faces and wanted numbers of vertices."""
 
 
 def edge_lengths(face: Face, count: int) -> Array:

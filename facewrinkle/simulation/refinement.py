@@ -94,14 +94,9 @@ def typical_edges(face: Face) -> Array:
     >>> typical_edges(face).shape == (len(face.muscles),)
     True
     """
-    points, triangles = face.points, face.triangles
-    out = np.zeros(len(face.muscles))
-    for k, zone in enumerate(face.zones):
-        inside = triangles[zone]
-        if len(inside):
-            edges = points[inside] - points[np.roll(inside, 1, axis=1)]
-            out[k] = np.median(np.linalg.norm(edges, axis=2))
-    return out
+    corners = face.points[face.triangles]
+    lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    return np.array([np.median(lengths[zone]) if zone.any() else 0.0 for zone in face.zones])
 
 
 def levels_of_patterns(layers: Iterable[Layer], face: Face) -> list[tuple[str, int]]:

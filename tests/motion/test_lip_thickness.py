@@ -4,6 +4,7 @@ what                                   checked against
 pairs of vertices and triangles        each lies behind the other at rest, by dot products
 rest                                   nothing presses
 a lining drawn through the skin        it is pushed back, towards where it was
+lips that are rolled in                the oracle: not in each other
 violent mixtures on the built-in head  the oracle: lips in each other, triangles turned over
 """
 
@@ -40,6 +41,31 @@ def test_vertices_lie_behind_the_skin_that_they_are_kept_behind(face):
     assert (flesh.allowed <= THINNEST * height).all()
     share = np.linalg.norm(place - (a + b + c) / 3.0, axis=1)
     assert (height > 0.49 * share).all(), "straight through the flesh"
+
+
+def test_vertices_of_the_red_have_a_partner_straight_across(face):
+    flesh = behind_lips(face, np.ones(len(face.points)))
+    vertices, count = np.unique(flesh.corners[:, 0], return_counts=True)
+    assert count.max() == 2
+    assert (count == 2).mean() > 0.5
+    height = flesh.gaps(face.points)
+    for vertex in vertices[count == 2]:
+        first, second = np.flatnonzero(flesh.corners[:, 0] == vertex)
+        middles = face.points[flesh.triangles[[first, second]]].mean(axis=1)
+        far = np.linalg.norm(middles - face.points[vertex], axis=1)
+        assert far[0] <= far[1] + 1e-9
+        assert flesh.allowed[second] <= 0.1 * height[second]
+
+
+def test_lips_that_are_rolled_in_stay_out_of_each_other(face, skin):
+    skin.reset()
+    skin.contract(face.atlas.contractions("AU28", 1.0))
+    for _ in range(40):
+        moved = skin.step()
+    found = Oracle(face).findings(moved)
+    assert np.linalg.norm(moved - face.points, axis=1).max() > 5.0
+    assert found.lips < 0.01
+    assert not found.inverted
 
 
 def test_lining_in_front_of_the_skin_is_pushed_back(face, skin):

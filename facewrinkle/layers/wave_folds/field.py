@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -109,17 +110,24 @@ class WaveField:
     ) -> None:
         self._home = shapes.face or face
         self.lines = Lines.of(self._home, shapes, density, style or Style())
-        self._unit = face.unit
-        self._metric = StrainField(face.points * face.unit, face.triangles).metric
+        self._face, self._unit, self._amounts = face, face.unit, amounts
         self._length = wavelengths(face) / density
-        firm = firmness(face) if amounts is None else firmness(face) * amounts
-        self._of_families = [
-            np.stack([packets.window, firm, self._length, most], axis=1)
-            for packets, most in zip(self.lines.packets, self.lines.compression, strict=True)
-        ]
         self._places: tuple[Array, Array] | None = None
         if self._home is not face:
             self._places = self._home.points * self._home.unit, vertex_normals(self._home.points, face.triangles)
+
+    @cached_property
+    def _metric(self) -> Array:
+        return StrainField(self._face.points * self._unit, self._face.triangles).metric
+
+    @cached_property
+    def _of_families(self) -> list[Array]:
+        """Window, firmness, wavelength and compression (n0, 4) of each family, at the base vertices."""
+        firm = firmness(self._face) if self._amounts is None else firmness(self._face) * self._amounts
+        return [
+            np.stack([packets.window, firm, self._length, most], axis=1)
+            for packets, most in zip(self.lines.packets, self.lines.compression, strict=True)
+        ]
 
     def level_needed(self, face: Face) -> int:
         """Return the level at which nine in ten triangles with lines have five edges or more in each wavelength."""
