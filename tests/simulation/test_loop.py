@@ -321,7 +321,7 @@ class Creeping(Undriven):
 
     def step(self):
         self.steps += 1
-        return self.points + [0.0, 0.0, 0.008 * self.steps]
+        return self.points + 0.008 * self.steps * np.array([0.0, 0.0, 1.0])
 
 
 @pytest.mark.parametrize("units", ["mm", "cm", "m"])

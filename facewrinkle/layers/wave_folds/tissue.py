@@ -67,8 +67,8 @@ HANGING = 0.75
 """Share of the lines that skin between the upper lid and the brow lacks: it hangs before the hollow of the orbit."""
 
 BROW, CORNERS = 0.75, 0.1
-"""Share of the way from the corners of the eye up to the brow from which on skin is bound to bone again, and the distance
-beside the corners, in distances between the pupils, within which it is.
+"""Share of the way from the corners of the eye up to the brow from which on skin is bound to bone again, fully at the
+brow; and the distance beside the corners, in distances between the pupils, at which it is.
 """
 
 
