@@ -68,7 +68,7 @@ HANGING = 0.75
 
 BROW, CORNERS = 0.75, 0.1
 """Share of the way from the corners of the eye up to the brow from which on skin is bound to bone again, fully at the
-brow; and the distance beside the corners, in distances between the pupils, at which it is.
+brow; and the distance, in distances between the pupils, over which it is beside the inner and before the outer corner.
 """
 
 
@@ -162,7 +162,7 @@ def below_brows(face: Face) -> Array:
         lower, upper = np.interp(x, xs[:2], ys[:2]), np.interp(x, xs[2:], ys[2:])
         rise = (y - lower) / np.maximum(upper - lower, 1e-9)
         up = smoothstep(rise / (1.0 - BROW)) * smoothstep((1.0 - rise) / (1.0 - BROW))
-        beside = np.maximum(xs[0] - x, x - xs[1]) / CORNERS
+        beside = np.maximum(xs[0] - x, x - xs[1] + CORNERS) / CORNERS  # beside the outer corner are crow's feet
         out = np.maximum(out, up * (1.0 - smoothstep(beside)))
     return out
 
