@@ -41,6 +41,7 @@ from .fold_layers import Folds, fold_layers
 from .fold_shapes import give_shapes
 from .frames import FrameMaker
 from .refinement import (
+    Hold,
     Refinement,
     Restless,
     check_patterns,
@@ -57,6 +58,9 @@ BoolArray = npt.NDArray[np.bool_]
 
 RAMP = 10
 """Steps in which muscles contract where only the face at rest matters."""
+
+MOST_CHANGES = 300
+"""Most changes of the triangles until those of a face that does not move are found."""
 
 LAYER_METHODS = ("attach", "follow", "displacement", "fields")
 """Methods of a :class:`facewrinkle.layers.base.Layer`."""
@@ -203,7 +207,7 @@ class Simulation:
             with self._timed("wrinkles"):
                 for layer in own:
                     layer.follow(Change(slice(None), len(self.vertices.points)), self.vertices)
-            self._marks = None
+            self._marks, self._hold = None, Hold()
             self._frames.remesh()
 
     # --- what is asked of the face -------------------------------------------------------------
@@ -319,7 +323,7 @@ class Simulation:
         for layer in self.layers:
             layer.attach(face)
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
-        self._marks = None
+        self._marks, self._hold = None, Hold()
         self._frames: FrameMaker = FrameMaker(face, self.motion)
         age = max((layer.age_shown for layer in self.layers if isinstance(layer, WaveFolds)), default=0.0)
         if age > 0.0:
@@ -367,9 +371,13 @@ class Simulation:
 
     def _advanced(self, rates: Array) -> pv.PolyData:
         base, driven = self._moved(rates), bool(self.motion.names)
-        # A recording changes triangles in every other frame: a change costs as much as the rest of a frame.
-        self._changed = (driven or not self._changed) and self._refine()
         self._steps += 1
+        if driven and self._hold.begins(rates, base) and self._may_unsplit():
+            self._unsplit()
+            with self._timed("frame"):
+                return self._frame(*self._held_shape(base))
+        # A recording changes triangles in every other frame: a change costs as much as the rest of a frame.
+        self._changed = (driven or not self._changed) and self._refine(not self._hold.resting)
         shape = self._shape(base)
         # It may go far in one step, and patterns on a still surface begin at once: then all triangles are split now.
         if not driven and (self._late or self._steps == 1):
@@ -445,7 +453,7 @@ class Simulation:
         for number in range(most):
             before, base = base, self._moved(_ramped(start, target, (number + 1) / RAMP)).copy()
             self._steps += 1
-            if number > RAMP and np.abs(base - before).max() * self.face.unit <= within:
+            if number > RAMP and np.abs(base - before).max() <= within:
                 break
         else:
             warn(
@@ -453,10 +461,16 @@ class Simulation:
             )
         if self.refinement.coarsen or afresh:
             self._unsplit()
+        self._hold.rest(target, base)
         with self._timed("frame"):
-            return self._frame(*self._held_shape(base, most))
+            return self._frame(*self._held_shape(base))
 
     # --- one frame -----------------------------------------------------------------------------
+
+    def _may_unsplit(self) -> bool:
+        """Tell whether triangles may be found anew: vertices need not keep their numbers, nor layers their heights."""
+        split = self.forest.n_points > len(self.face.points)
+        return self.refinement.coarsen and split and not any(getattr(own, "accumulate", 0) for own in self.layers)
 
     def _unsplit(self) -> None:
         """Go back to the triangles of the face without leaving its pose: what comes then does not depend on before."""
@@ -464,14 +478,14 @@ class Simulation:
         self._follow(Change(np.arange(len(self.face.points)), 0))
         self._restless, self._marks = Restless(self.forest), None
 
-    def _held_shape(self, base: Array, most: int) -> tuple[Array, Array, Array, Array]:
+    def _held_shape(self, base: Array) -> tuple[Array, Array, Array, Array]:
         """Return the shape, see :meth:`_shape`, of a face that does not move, on the triangles that it needs.
 
         Triangles are taken back as long as the mesh gets smaller by it: folds that ask for triangles only while they
-        lack them would let those come and go for ever. It ends after `most` changes in any case.
+        lack them would let those come and go for ever. It ends after `MOST_CHANGES` in any case.
         """
         shape, least = self._shape(base), np.inf
-        for _ in range(most):
+        for _ in range(MOST_CHANGES):
             if self._marks is None or not self._marks[0].any():
                 if self.forest.n_points >= least:
                     return shape
@@ -481,15 +495,15 @@ class Simulation:
             shape = self._shape(base)
         return shape
 
-    def _refine(self) -> bool:
-        """Split or take back the triangles that the last shape marked; return False if there were none."""
+    def _refine(self, coarsen: bool = True) -> bool:
+        """Split or, if allowed, take back the triangles that the last shape marked; return False if there were none."""
         change = Change(slice(None), 0)
         with self._timed("refinement"):
             if self._marks is not None and self._level > 0:
                 split, fine = self._marks
                 if split.any():
                     change = self.forest.split(split)
-                elif self.refinement.coarsen and fine.any():
+                elif coarsen and self.refinement.coarsen and fine.any():
                     change = self.forest.coarsen(fine)
             self._marks = None
             if not change:

@@ -30,6 +30,9 @@ one round of splitting per frame.
 RECENT = 4
 """Steps between taking back and splitting within which a base triangle counts as restless."""
 
+STILL, AWAKE = 1e-4, 0.005
+"""Movement of the skin in a step, mm, up to which a pose that is held is at rest, and beyond which it is no longer."""
+
 ENOUGH_SPACING = 0.35
 """Distance of vertices that suffices for the default level, in half wavelengths: about three vertices in each."""
 
@@ -236,6 +239,40 @@ class Restless:
         here = active[forest.triangles].any(axis=1)
         self._kept &= np.bincount(forest.root, here, len(self._kept)) > 0
         return np.asarray(fine & ~(here & self._kept[forest.root]))
+
+
+class Hold:
+    """Notices when a pose that is held has come to rest.
+
+    Attributes
+    ----------
+    resting : bool
+        The rates of the last step were those of the step before, and the skin hardly moved.
+
+    Examples
+    --------
+    >>> hold, rates, points = Hold(), np.ones(3), np.zeros((5, 3))
+    >>> [hold.begins(rates, points + shift) for shift in (0.0, 0.5, 0.5, 0.5)]
+    [False, False, True, False]
+    >>> hold.begins(0.5 * rates, points), hold.resting
+    (False, False)
+    """
+
+    def __init__(self) -> None:
+        self.resting = False
+        self._rates, self._base = np.empty(0), np.empty((0, 3))
+
+    def begins(self, rates: Array, base: Array) -> bool:
+        """Tell whether a step with these rates, which led to base points (n0, 3) in mm, is the first at rest."""
+        before, allowed = self.resting, AWAKE if self.resting else STILL
+        held = len(base) == len(self._base) and np.array_equal(rates, self._rates)
+        self.resting = held and bool(np.abs(base - self._base).max(initial=0.0) <= allowed)
+        self._rates, self._base = rates.copy(), base.copy()
+        return self.resting and not before
+
+    def rest(self, rates: Array, base: Array) -> None:
+        """Take note that a face rests with these rates at base points (n0, 3)."""
+        self.resting, self._rates, self._base = True, rates.copy(), base.copy()
 
 
 def _finest(displacements: Sequence[Displacement], n: int) -> tuple[Array, Array, BoolArray, BoolArray]:

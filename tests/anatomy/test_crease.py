@@ -220,6 +220,15 @@ def test_the_nasolabial_fold_ends_beside_the_moved_corner(any_face, what):
     assert np.ptp(across[1]) > 1.5 * max(np.ptp(across[0]), np.ptp(across[2]))  # it fades at both ends
 
 
+def test_the_fold_below_the_corner_leaves_the_lips_alone(any_face):
+    """Lips that are lifted by the crest of a fold beside them run into each other."""
+    pattern = any_face.muscles["depressor_anguli_oris_l"].fold_pattern
+    names = "mouth_l", "lower_lip_mid", "upper_lip_mid"
+    between = [0.5 * (any_face.landmarks["mouth_l"] + any_face.landmarks[name]) for name in names]
+    assert not pattern.envelope(np.array(between)).any()
+    assert pattern.envelope(any_face.points).max() > 0.9
+
+
 @pytest.mark.skipif(not (FACES / "ict_face_expressions.npz").exists(), reason="the captured face is not there")
 @pytest.mark.parametrize("shape", ["mouthSmile", "mouthUpperUp", "noseSneer"])
 def test_the_nasolabial_fold_lies_where_captured_skin_creases(real_face, shape):

@@ -140,6 +140,9 @@ def test_stiff_contacts_are_met_in_few_iterations(stiffness):
     assert not end.u[:, :2].any()
 
 
+STEPS = 10
+
+
 def test_the_order_of_the_factors_does_not_show(face, monkeypatch):
     rates = {"zygomaticus_major_l": 1.0, "frontalis_inner_r": 0.7, "jaw": 0.5}
     moved = []
@@ -147,12 +150,12 @@ def test_the_order_of_the_factors_does_not_show(face, monkeypatch):
         monkeypatch.setattr(module, "DISSECTED_FROM", large)
         skin = Skin(face)
         skin.contract(rates)
-        for _ in range(10):
+        for _ in range(STEPS):
             last = skin.step()
         moved.append((skin._minimiser.factors.lower.size, last))
     assert moved[0][0] != moved[1][0], "another order has other factors"
     assert np.abs(moved[0][1] - skin.points).max() > 3.0
-    np.testing.assert_allclose(moved[1][1], moved[0][1], atol=1e-8)
+    np.testing.assert_allclose(moved[1][1], moved[0][1], atol=STEPS * 1e-8)  # a step leaves up to 1e-8 mm: CONVERGED
 
 
 @settings(max_examples=30, deadline=None)

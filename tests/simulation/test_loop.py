@@ -15,10 +15,12 @@ import time
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.layers.base import Displacement
+from facewrinkle.motion.base import Undriven
 from facewrinkle.simulation.fold_layers import fold_layers
 
 
@@ -302,6 +304,54 @@ def test_settling_afresh_is_settling_after_a_reset(face, monkeypatch, most):
         assert np.array_equal(frame.points, again.points)
         assert all(np.array_equal(frame[name], again[name]) for name in frame.point_data)
         assert all(np.array_equal(frame.field_data[name], again.field_data[name]) for name in frame.field_data)
+
+
+def test_a_pose_that_is_held_ends_at_the_triangles_of_a_face_that_settled(face):
+    """Whatever came before, and then changes none; with layers that keep heights, those of the ramp remain."""
+    settled = fw.Simulation(face)
+    settled.express("surprise")
+    settled.settle(within=1e-4)
+    for before in ("pain", "frowning"):
+        held = fw.Simulation(face)
+        held.express(before)
+        for _ in held.run(10):
+            pass
+        held.express("surprise")
+        *_, ramped = held.run(12)
+        assert not np.array_equal(ramped.regular_faces, settled.forest.triangles)
+        held.express("surprise")
+        triangles = [np.array(held.forest.triangles) for _ in held.run(60, ramp=0.0)]
+        for late in triangles[-12:]:
+            np.testing.assert_array_equal(late, settled.forest.triangles)
+    smooth = fw.Simulation(face, fw.Refinement(coarsen=False))
+    smooth.express("surprise")
+    counts = [frame.n_points for frame in smooth.run(50)]
+    assert counts == sorted(counts)  # vertices keep their numbers
+
+
+class Creeping(Undriven):
+    """A sheet that moves by 0.008 mm in each step."""
+
+    time_step = 0.02
+
+    def __init__(self, face):
+        self.points, self.steps = face.points * face.unit, 0
+
+    def reset(self):
+        self.steps = 0
+
+    def step(self):
+        self.steps += 1
+        return self.points + 0.008 * self.steps * np.array([0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("units", ["mm", "cm", "m"])
+def test_millimetres_of_rest_are_those_of_the_skin_in_any_unit(units):
+    sheet = fw.surface(pv.Plane(i_resolution=3, j_resolution=3).triangulate(), units=units)
+    still = fw.Simulation(sheet, layers=[], motion=Creeping(sheet)).settle(most=20)
+    assert still.n_points == sheet.mesh.n_points
+    with pytest.warns(fw.FaceWrinkleWarning, match="still moves after 20 steps"):
+        fw.Simulation(sheet, layers=[], motion=Creeping(sheet)).settle(within=0.007, most=20)
 
 
 def test_a_face_that_does_not_settle(face):

@@ -63,6 +63,14 @@ PROBES, NEAREST = (1.5, 3.5), 6
 ROLLING = 0.9
 """Share of the lines that an upper lid lacks: it rolls in as one fold."""
 
+HANGING = 0.75
+"""Share of the lines that skin between the upper lid and the brow lacks: it hangs before the hollow of the orbit."""
+
+BROW, CORNERS = 0.75, 0.1
+"""Share of the way from the corners of the eye up to the brow from which on skin is bound to bone again, fully at the
+brow; and the distance, in distances between the pupils, over which it is beside the inner and before the outer corner.
+"""
+
 
 def wavelengths(face: Face) -> Array:
     """Return the wavelength (n0,) of folds at the base vertices, mm: thickness times `WAVELENGTH`.
@@ -124,7 +132,39 @@ def firmness(face: Face, deep: float = DEEP) -> Array:
         if isinstance(muscle, LidMuscle) and (lid := face.joint_weights.get(name)) is not None:
             rolls = np.clip(np.abs(lid.angles) / max(np.abs(lid.angles).max(initial=0.0), 1e-9), 0.0, 1.0)
             firm[lid.vertices] *= 1.0 - ROLLING * np.sqrt(rolls)
+    firm *= 1.0 - HANGING * below_brows(face)
     return np.asarray(firm * (1.0 - ROLLING * np.sqrt(face.shut_lids)))
+
+
+def below_brows(face: Face) -> Array:
+    """Return the share (n0,) in which skin hangs between an upper lid and its brow: 1 there, 0 elsewhere.
+
+    Over the orbit there is no bone behind the skin. A brow that is lowered hoods the lid; it does not crumple it.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> hanging, names = below_brows(face), ("brow_l_mid", "eye_l_outer", "glabella")
+    >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in names]
+    >>> float(hanging.max()), hanging[at].tolist()
+    (1.0, [0.0, 0.0, 0.0])
+    """
+    out = np.zeros(len(face.points))
+    for side in "lr":
+        names = [of_side(stem, side) for stem in ("eye_inner", "eye_outer", "brow_inner", "brow_mid", "brow_outer")]
+        if not all(name in face.landmarks for name in names):
+            continue
+        size, to_frame = face.frame.pupil_distance, face.frame.axes[:2]
+        outwards = np.array([1.0 if side == "l" else -1.0, 1.0])[:, None]
+        x, y = outwards * (to_frame @ (face.points - face.frame.origin).T) / size
+        xs, ys = outwards * (to_frame @ (np.array([face.landmarks[k] for k in names]) - face.frame.origin).T) / size
+        lower, upper = np.interp(x, xs[:2], ys[:2]), np.interp(x, xs[2:], ys[2:])
+        rise = (y - lower) / np.maximum(upper - lower, 1e-9)
+        up = smoothstep(rise / (1.0 - BROW)) * smoothstep((1.0 - rise) / (1.0 - BROW))
+        beside = np.maximum(xs[0] - x, x - xs[1] + CORNERS) / CORNERS  # beside the outer corner are crow's feet
+        out = np.maximum(out, up * (1.0 - smoothstep(beside)))
+    return out
 
 
 def edge_distance(face: Face) -> Array:

@@ -1,7 +1,7 @@
 """Skin under the wave folds.
 
 edges                 the distance to a border, and through a flap to its other side, in closed form
-firmness              none along edges, whole away from them
+firmness              none along edges, whole away from them; little where skin hangs below the brow
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.layers.wave_folds.tissue import EDGE, edge_distance, firmness
+from facewrinkle.layers.wave_folds.tissue import EDGE, HANGING, below_brows, edge_distance, firmness
 
 
 @pytest.mark.parametrize("thick", [1.5, 2.5])
@@ -37,3 +37,24 @@ def test_skin_along_the_lids_does_not_fold(face):
     assert not firm[apart <= EDGE[0]].any()
     forehead = np.linalg.norm(face.points - face.landmarks["forehead_mid"], axis=1).argmin()
     assert firm[forehead] > 0.8
+
+
+def test_a_lowered_brow_hoods_the_lid_and_does_not_crumple_it(face):
+    hanging = below_brows(face)
+    whole = np.flatnonzero(hanging > 0.99)
+    assert (firmness(face)[whole] <= 1.0 - HANGING).all()
+    x, y = face.frame.axes[:2] @ face.points[hanging > 0.0].T
+    for side in "lr":
+        corners = [face.landmarks[f"eye_{side}_{which}"] for which in ("inner", "outer")]
+        own = (x > face.frame.axes[0] @ face.frame.origin) == (side == "l")
+        assert own.any()
+        assert y[own].min() > min(face.frame.axes[1] @ corner for corner in corners)
+        assert y[own].max() < face.frame.axes[1] @ face.landmarks[f"brow_{side}_mid"] + 4.0
+    sim = fw.Simulation(face)
+    sim.express("frowning")
+    frame = sim.settle()
+    rest, w = np.asarray(frame["rest"]), np.asarray(frame["W"])
+    above = np.linalg.norm(rest - face.landmarks["glabella"], axis=1) < 15.0
+    below = np.isin(sim.vertices.corners, whole).any(axis=1)
+    assert below.sum() > 50
+    assert np.ptp(w[below]) < 0.6 * np.ptp(w[above])
