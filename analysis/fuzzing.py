@@ -176,7 +176,7 @@ def _animated(ball: pv.PolyData) -> bytes:
     ways = np.stack([0.1 * ball.points, 0.1 * ball.point_normals]).astype(np.float32)
     shapes = Morphs(("jawOpen", "mouthSmileLeft"), ways, np.zeros_like(ways))
     track = WeightTrack(np.array([0.0, 0.5, 1.0]), np.array([[0.0, 0.0], [1.0, 0.2], [0.1, 0.9]]))
-    return gltf({"ball": skin_model(ball, None)}, 1.0, binary=True, morphs={"ball": shapes}, track=track)
+    return gltf({"ball": skin_model(ball, None)}, 1.0, binary=True, morphs={"ball": shapes}, tracks={"ball": track})
 
 
 def _usd(ball: pv.PolyData, path: Path, times: Sequence[float] = ()) -> bytes:

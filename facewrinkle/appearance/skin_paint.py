@@ -120,7 +120,8 @@ class SkinPainter:
             hair = 0.93 * (smoothstep(hair_cover(points, landmarks, frame) / 14.0) * self._fading(points))[:, None]
             colour += hair * (np.array(HAIR_COLOUR) - colour)
         depth[self._lining.holds(points) & (depth < INSIDE_DEPTH)] = HIDDEN_DEPTH  # farther than is seen from the front
-        rims = self._cavities.at_nostrils(points)
+        far = smoothstep(2.0 * depth / HIDDEN_DEPTH - 1.0)  # so far behind what is seen, there are no rims of nostrils
+        rims = (1.0 - far) * self._cavities.at_nostrils(points)
         for where, inside in ((1.0 - rims, depth), (rims, NOSTRIL_RATE * (self._nostrils.depth(points) - NOSTRIL_RIM))):
             for tint, begin, over in CAVITY_COLOURS:
                 colour += (where * smoothstep((inside - begin) / over))[:, None] * (np.array(tint) - colour)
