@@ -99,6 +99,8 @@ def _continued(values: Array, known: BoolArray) -> Array:
         share = ndimage.gaussian_filter(weight, sigma)
         mean = ndimage.gaussian_filter(values * weight, sigma) / np.maximum(share, 1e-12)
         out = np.where(np.isnan(out) & (share > 0.2), mean, out)
+        if not np.isnan(out).any():
+            return out
     return np.where(np.isnan(out), values[known].mean(), out)
 
 
