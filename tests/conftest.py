@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
+import shutil
 import subprocess
+import tempfile
 import warnings
 from functools import lru_cache
 from pathlib import Path
@@ -14,7 +17,9 @@ import numpy as np
 import pytest
 
 FACES = Path(__file__).parents[2] / "shared" / "faces"
-os.environ["FACEWRINKLE_CACHE_DIR"] = ""  # nothing that an earlier run found is taken for what this one finds
+if "PYTEST_XDIST_WORKER" not in os.environ:  # workers share it; nothing is taken that an earlier run found
+    os.environ["FACEWRINKLE_CACHE_DIR"] = tempfile.mkdtemp(prefix="facewrinkle-tests-")
+    atexit.register(shutil.rmtree, os.environ["FACEWRINKLE_CACHE_DIR"], ignore_errors=True)
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
 
 
@@ -32,6 +37,12 @@ def fingerprint(mesh):
 @pytest.fixture(scope="session", name="fingerprint")
 def _fingerprint():
     return fingerprint
+
+
+@pytest.fixture
+def nothing_kept(monkeypatch):
+    """Shapes and lines of faces are found anew, also in processes that a test starts."""
+    monkeypatch.setenv("FACEWRINKLE_CACHE_DIR", "")
 
 
 @pytest.fixture

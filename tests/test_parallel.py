@@ -21,6 +21,8 @@ import facewrinkle as fw
 
 EXPRESSIONS = ("surprise", "AU12")
 
+pytestmark = pytest.mark.usefixtures("nothing_kept")
+
 
 def digest(expression: str) -> str:
     """Digest of the frames of an expression that comes up."""

@@ -14,11 +14,11 @@ from facewrinkle.cli import main
 
 PROGRAM = [sys.executable, "-m", "facewrinkle"]
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+DELAYS = (0.1, 0.2, 0.3, 0.5, 0.8, 1.2, 2.0, 2.5, 3.0)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
-@pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("there", [False, True])
+@pytest.mark.parametrize(("number", "there"), [*((number, True) for number in SIGNALS), (signal.SIGINT, False)])
 def test_an_interrupted_run_leaves_nothing_half_done(tmp_path, number, there):
     folder = tmp_path / "deep" / "out"
     command = [*PROGRAM, "express", "surprise", "--frames", "100000", "--size", "100", "--out", str(folder)]
@@ -46,8 +46,7 @@ def test_an_interrupted_run_leaves_nothing_half_done(tmp_path, number, there):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
-@pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("delay", [0.1, 0.2, 0.3, 0.5, 0.8, 1.2, 2.0, 3.0])
+@pytest.mark.parametrize(("delay", "number"), [*zip(DELAYS, 3 * SIGNALS, strict=False)])
 def test_signals_from_the_very_start(tmp_path, number, delay):
     command = [*PROGRAM, "express", "AU12", "--frames", "4000", "--size", "100", "--out", str(tmp_path / "out")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:

@@ -68,6 +68,7 @@ def test_a_sample_is_the_same_in_any_order(small, backwards):
                 assert tar.extractfile(f"{index:09d}.{ending}").read() == content
 
 
+@pytest.mark.usefixtures("nothing_kept")
 def test_workers_make_the_same_bytes_also_if_one_is_killed(small, tmp_path):
     pytest.importorskip("distributed", reason="several workers need Dask")
     other = tmp_path / "other"
