@@ -31,7 +31,9 @@ class _Uncollected(event.Listener):
         self._collects = False
 
     def on_start(self, event: Any) -> None:
-        own = event.data["dispatcher"].py_func.__module__.startswith(f"{__name__.partition('.')[0]}.")
+        own = False
+        with suppress(Exception):  # others compile, too, and functions need not have a module: an error would be theirs
+            own = event.data["dispatcher"].py_func.__module__.startswith(f"{__name__.partition('.')[0]}.")
         if self._compiling or own:  # what it calls is compiled within
             if not self._compiling:
                 self._collects = gc.isenabled()
@@ -94,8 +96,8 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 def temporary_folder() -> Path | None:
     """Return a folder among the temporary ones that only this user can write to; None if there is none."""
     user = os.getuid() if hasattr(os, "getuid") else None
-    folder = Path(tempfile.gettempdir()) / f"facewrinkle-{'cache' if user is None else user}"
     try:
+        folder = Path(tempfile.gettempdir()) / f"facewrinkle-{'cache' if user is None else user}"
         folder.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()
     except OSError:

@@ -101,6 +101,29 @@ def test_garbage_is_not_collected_while_our_functions_are_compiled(monkeypatch, 
     assert len(seen) == 4
 
 
+def test_functions_without_a_module_compile_as_ever():
+    scope = {}
+    exec("def halved(number):\n    return number / 2", scope)
+    scope["halved"].__module__ = None  # as for code that is run without a name
+    assert numba.njit(scope["halved"])(6) == 3.0
+
+
+def test_whatever_is_compiled_the_listener_raises_nothing():
+    listener, before = compilation._Uncollected(), gc.isenabled()
+    for data in (None, {}, {"dispatcher": None}, {"dispatcher": object()}):
+        listener.on_start(event.Event("numba:compile", event.EventStatus.START, data))
+        assert gc.isenabled() is before
+        listener.on_end(event.Event("numba:compile", event.EventStatus.END, data))
+
+
+def test_without_any_folder_for_temporary_files_there_is_none(monkeypatch):
+    def none():
+        raise FileNotFoundError(2, "No usable temporary directory found")
+
+    monkeypatch.setattr(compilation.tempfile, "gettempdir", none)
+    assert compilation.temporary_folder() is None
+
+
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs namespaces of mounts")
 def test_a_read_only_installation_without_a_home(tmp_path):
     package = Path(compilation.__file__).parents[1]
