@@ -39,7 +39,7 @@ MOST, WHOLE = 40, 500_000_000
 """Files that are kept, and bytes of all together: of more, those that were not used for longest are removed."""
 
 SHARE = 0.25
-"""What would take more than this share of all bytes is not kept: it would push out too many others."""
+"""Share of all bytes beyond which arrays are not kept: they would push out too many others."""
 
 OWN = re.compile(r"(\.\d+\.)?facewrinkle-[a-z]+-[0-9a-f]{32}\.npz")
 """Names of our files, with a number before them while they are written; none other in the folder is ever touched."""

@@ -11,7 +11,7 @@ from facewrinkle.anatomy.atlas import load_atlas, read_atlas
 from facewrinkle.anatomy.atlas_file import atlas_text, write_atlas
 from facewrinkle.errors import OutputError, ParameterError
 
-FIELDS = ("muscles", "action_units", "action_unit_names", "expressions", "tissue")
+FIELDS = ("muscles", "action_units", "action_unit_names", "expressions", "tissue", "mixtures")
 
 
 def test_the_atlas_of_the_package_is_read_again_as_it_is(tmp_path):
