@@ -93,9 +93,9 @@ def test_what_a_scene_showed_before_does_not_show(tmp_path, monkeypatch):
 
 def test_workers_make_the_same_bytes_also_if_one_is_killed(small, tmp_path):
     pytest.importorskip("distributed", reason="several workers need Dask")
-    other = tmp_path / "other"
+    other, done = tmp_path / "other", []
     with ThreadPoolExecutor() as pool:
-        made = pool.submit(generate, SPEC, other, count=3, workers=2)
+        made = pool.submit(generate, SPEC, other, count=3, workers=2, progress=done.append)
         end = time.monotonic() + 120.0
         while not (begun := list(other.glob(".*.tar"))) and not made.done() and time.monotonic() < end:
             time.sleep(0.02)
@@ -103,6 +103,7 @@ def test_workers_make_the_same_bytes_also_if_one_is_killed(small, tmp_path):
         os.kill(victim, signal.SIGKILL)
         made.result()
     assert hashes(other) == hashes(small)
+    assert sorted(done) == [1, 2]
 
 
 @pytest.fixture(scope="module")

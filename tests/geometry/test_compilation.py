@@ -69,6 +69,25 @@ def test_a_full_disk_keeps_no_machine_code(tmp_path, monkeypatch):
     assert compilation.njit(cache=True)(tripled)(14) == 42
 
 
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize(
+    "damaged",
+    [lambda whole: b"", lambda whole: bytes(len(whole)), lambda whole: whole[:-9]],
+    ids=["empty", "0", "short"],
+)
+def test_damaged_machine_code_is_compiled_anew(tmp_path, monkeypatch, ending, damaged):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    hits = []
+    for _ in range(3):
+        compiled = compilation.njit(cache=True)(tripled)
+        assert compiled(14) == 42
+        hits.append(sum(compiled.stats.cache_hits.values()))
+        if len(hits) == 1:
+            (file,) = tmp_path.rglob(f"*.{ending}")
+            file.write_bytes(damaged(file.read_bytes()))
+    assert hits == [0, 0, 1]  # it was kept again
+
+
 @pytest.mark.parametrize("module, collects", [("facewrinkle.some", False), ("facewrinkles", True), ("another", True)])
 @pytest.mark.parametrize("wanted", [True, False])
 def test_garbage_is_not_collected_while_our_functions_are_compiled(monkeypatch, module, collects, wanted):
