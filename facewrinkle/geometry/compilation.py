@@ -108,7 +108,7 @@ def temporary_folder() -> Path | None:
 
 
 def _forgiving(compiled: Any) -> Any:
-    """Return a compiled function that also runs if its machine code cannot be kept, as on a full disk, or is damaged."""
+    """Return a compiled function that runs also if its machine code is damaged, or cannot be kept: the disk is full."""
     cache: Any = getattr(compiled, "_cache", None)
     save, load = getattr(cache, "save_overload", None), getattr(cache, "load_overload", None)
     if save is None or load is None:
