@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from pathlib import Path
@@ -64,7 +65,7 @@ class Atlas:
     tissue : list of dict
         Samples of soft tissue: `at` (weights of landmarks, offset), `depth` (mm) and `stiffness`.
     mixtures : dict of str to dict
-        Expressions as written: weights of action units and muscles.
+        Expressions as written: weights of action units, muscles, and expressions before them.
 
     Examples
     --------
@@ -115,7 +116,8 @@ class Atlas:
         """Weights of the action units in a mixture of expressions and action units, as the Facial Action Coding System
         writes a face down.
 
-        An expression that is written in muscles has the units of which all muscles take part, as far as they do.
+        An expression has the units, and those of the expressions, that it is written in. If it is written in muscles
+        alone, it has the units of which all muscles take part, as far as they do.
 
         Examples
         --------
@@ -126,18 +128,49 @@ class Atlas:
         """
         total: dict[str, float] = {}
         for name, weight in what.items():
-            parts = {name: 1.0} if name in self.action_units else self.mixtures.get(name, {})
-            units = {part: share for part, share in parts.items() if part in self.action_units}
-            if not units and name in self.expressions:
-                rates = self.expressions[name]
-                units = {
-                    unit: min(rates.get(muscle, 0.0) / rate for muscle, rate in self.action_units[unit].items())
-                    for unit in self.action_unit_names
-                }
-            for unit, share in units.items():
-                if share > 0.0:
-                    total[unit] = max(total.get(unit, 0.0), weight * min(share, 1.0))
+            for unit, share in self._units_of(name, tuple(self.expressions)).items():
+                total[unit] = max(total.get(unit, 0.0), weight * share)
         return total
+
+    def _units_of(self, name: str, known: tuple[str, ...]) -> dict[str, float]:
+        """Weights of the action units in a unit, or in one of the known expressions; none of anything else."""
+        if name in self.action_units:
+            return {name: 1.0}
+        if name not in known:
+            return {}
+        before = known[: known.index(name)]  # an expression is written in those before it
+        units: dict[str, float] = {}
+        for part, weight in self.written(name, before).items():
+            for unit, share in self._units_of(part, before).items():
+                if weight > 0.0:
+                    units[unit] = max(units.get(unit, 0.0), weight * share)
+        return units or self._units_in(self.expressions[name])
+
+    def written(self, name: str, before: Collection[str]) -> dict[str, float]:
+        """Weights of units, muscles, and expressions that come before, in which an expression is written.
+
+        Its muscles alone, if it is not what was written any more: an atlas may have got other expressions since.
+
+        Examples
+        --------
+        >>> load_atlas().written("sneer", ()), load_atlas().written("frowning", ())
+        ({'AU9L': 0.8, 'AU10L': 0.6}, {'corrugator': 1.0})
+        """
+        mixture, rates = self.mixtures.get(name, {}), self.expressions[name]
+        if all(part not in self.expressions or part in before or part in self.action_units for part in mixture):
+            with suppress(FaceWrinkleError):  # of what is no longer there
+                return dict(mixture) if self.contractions(mixture) == rates else dict(rates)
+        return dict(rates)
+
+    def _units_in(self, rates: Mapping[str, float]) -> dict[str, float]:
+        """Weights of the action units of which all muscles contract, as far as they do."""
+        units = {}
+        for unit in self.action_unit_names:
+            needed = {muscle: rate for muscle, rate in self.action_units[unit].items() if rate > 0.0}
+            share = min((rates.get(muscle, 0.0) / rate for muscle, rate in needed.items()), default=0.0)
+            if share > 0.0:
+                units[unit] = min(share, 1.0)
+        return units
 
     def resolve(self, name: str, kind: str = "muscle") -> dict[str, float]:
         """Contraction rates of one muscle, muscle pair, action unit or expression at full strength.

@@ -1,8 +1,6 @@
-"""Inner loops of the labels: the triangles that pixels show, and where lines of sight meet them."""
+"""Inner loops of the labels: where lines of sight meet triangles, and what is near."""
 
 from __future__ import annotations
-
-import numpy as np
 
 from ..geometry.compilation import njit
 
@@ -12,41 +10,6 @@ def volume(a, b, c):
     """Six times the volume that three vectors span."""
     x = a[0] * (b[1] * c[2] - b[2] * c[1])
     return x + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
-
-
-@njit(cache=True)
-def cover(points, triangles, intrinsic, near, first, numbers, inverse):
-    """Write the number of each triangle, from `first`, into the pixels whose middles it covers in front of all before.
-
-    `inverse` (h, w) is 1 / z of what a pixel shows, which is linear in the picture; 0 for nothing. Triangles that reach
-    beyond the near plane are left out.
-    """
-    rows, columns = numbers.shape
-    x, y, z = np.empty(len(points)), np.empty(len(points)), np.empty(len(points))
-    for p in range(len(points)):
-        z[p] = 1.0 / points[p, 2] if points[p, 2] > near else 0.0
-        x[p] = intrinsic[0, 0] * points[p, 0] * z[p] + intrinsic[0, 2] - 0.5  # whole in the middle of a pixel
-        y[p] = intrinsic[1, 1] * points[p, 1] * z[p] + intrinsic[1, 2] - 0.5
-    for t in range(len(triangles)):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        if z[a] == 0.0 or z[b] == 0.0 or z[c] == 0.0:
-            continue
-        left, right = max(min(x[a], x[b], x[c]), 0.0), min(max(x[a], x[b], x[c]), columns - 1.0)
-        top, bottom = max(min(y[a], y[b], y[c]), 0.0), min(max(y[a], y[b], y[c]), rows - 1.0)
-        if np.ceil(left) > right or np.ceil(top) > bottom:
-            continue
-        bx, by, cx, cy = x[b] - x[a], y[b] - y[a], x[c] - x[a], y[c] - y[a]
-        double = bx * cy - cx * by
-        if double == 0.0:
-            continue
-        for i in range(int(np.ceil(top)), int(bottom) + 1):
-            for j in range(int(np.ceil(left)), int(right) + 1):
-                v = ((j - x[a]) * cy - cx * (i - y[a])) / double
-                w = (bx * (i - y[a]) - (j - x[a]) * by) / double
-                if v >= -1e-9 and w >= -1e-9 and v + w <= 1.0 + 1e-9:
-                    nearness = z[a] + v * (z[b] - z[a]) + w * (z[c] - z[a])
-                    if nearness > inverse[i, j]:
-                        numbers[i, j], inverse[i, j] = first + t, nearness
 
 
 @njit(cache=True)

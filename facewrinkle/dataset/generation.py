@@ -222,21 +222,23 @@ def _version() -> str:
     return __version__
 
 
-def _made(spec: Spec, shard: Shard, folder: Path) -> int:
+def _made(spec: Spec, shard: Shard, folder: Path) -> None:
     """Make a shard, in a worker."""
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     os.environ.setdefault("LP_NUM_THREADS", "0")  # software that draws does so in the same thread: one core a worker
-    return sum(1 for _ in write_shard(spec, shard, folder))
+    for _ in write_shard(spec, shard, folder):
+        pass
 
 
 def _distribute(client: Any, spec: Spec, shards: list[Shard], folder: Path, report: Progress) -> None:
     from distributed import as_completed
 
     futures = [client.submit(_made, spec, shard, folder, retries=RETRIES, pure=False) for shard in shards]
-    problem = "the scheduler was lost"  # then futures are cancelled, and have no error
+    problem = "the scheduler was lost"  # then futures are cancelled, and have neither error nor result
+    samples = {future.key: shard.last - shard.first for future, shard in zip(futures, shards, strict=True)}
     for future in as_completed(futures):
         if future.status == "finished":
-            report(future.result())
+            report(samples[future.key])
         elif future.status == "error":
             problem = str(future.exception())
     if missing := sum(not shard.done(folder) for shard in shards):

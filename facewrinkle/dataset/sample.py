@@ -28,6 +28,7 @@ from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..export.meshes import write_mesh
 from ..layers.wave_folds import WaveFolds
 from ..mesh.arrays import points_and_triangles
+from ..mesh.keeping import unkept
 from ..plotting.images import Image
 from ..plotting.scene import Scene
 from ..plotting.views import LIGHTS, Style, View, add_lamps
@@ -197,7 +198,8 @@ class SampleMaker:
         for attempt in range(ATTEMPTS):
             plan = plan_of(self.spec, index, attempt)
             try:
-                return self._made(plan, refused)
+                with unkept("lines"):  # each person's are others
+                    return self._made(plan, refused)
             except BadDraw as problem:
                 refused.append(str(problem))
         raise FaceWrinkleError(f"sample {index}: no draw of {ATTEMPTS} was good ({'; '.join(refused)}).")

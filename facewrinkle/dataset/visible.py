@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from ..geometry._depth_buffer_kernels import rasterise
 from ..geometry.interpolation import interpolated
 from ..mesh.arrays import points_and_triangles
 from . import _pixel_kernels as kernels
@@ -160,9 +161,12 @@ class TriangleBuffer:
             points, triangles = points_and_triangles(mesh)
             local = self.camera.local(np.asarray(points, dtype=np.float64))
             corners = np.ascontiguousarray(triangles, dtype=np.int32)
-            kernels.cover(
-                local, corners, self.camera.intrinsic, self.camera.near, self._count, self.numbers, self._inverse
-            )
+            seen = local[:, 2] > self.camera.near
+            nearness = np.divide(1.0, local[:, 2], out=np.full(len(local), -np.inf), where=seen)
+            scale, k = np.where(seen, nearness, 0.0), self.camera.intrinsic
+            x, y = (k[axis, axis] * local[:, axis] * scale + k[axis, 2] - 0.5 for axis in range(2))  # whole in middles
+            # 1 / z is linear in the picture. Triangles that reach beyond the near plane are left out.
+            rasterise(x, y, nearness, corners, 0.0, np.inf, self._count, self.numbers, self._inverse)
             self._meshes[name] = local, corners, self._count
             self._count += len(corners)
 

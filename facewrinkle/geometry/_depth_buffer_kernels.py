@@ -1,4 +1,4 @@
-"""Inner loop of the depth buffer: heights of triangles at the nodes of a grid."""
+"""Inner loop of the depth buffer: the foremost triangle at each node of a grid."""
 
 from __future__ import annotations
 
@@ -8,28 +8,30 @@ from .compilation import njit
 
 
 @njit(cache=True)
-def rasterise(points, triangles, x0, y0, step, low, high, depth):
-    """Write the largest z in [low, high] of the triangles at every node (x0 + j step, y0 + i step); -inf for none."""
+def rasterise(x, y, z, triangles, low, high, first, numbers, depth):
+    """Write the z of triangles and their numbers, from `first`, into the nodes where they are in front of all before.
+
+    The node in row i and column j is at (j, i) in the coordinates x and y (n,) of the points; z is linear in them. Only
+    z in [low, high] counts, and no triangle that has a corner at -inf.
+    """
     rows, columns = depth.shape
-    depth[:] = -np.inf
     for f in range(triangles.shape[0]):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
-        ax, ay = (points[a, 0] - x0) / step, (points[a, 1] - y0) / step
-        bx, by = (points[b, 0] - x0) / step, (points[b, 1] - y0) / step
-        cx, cy = (points[c, 0] - x0) / step, (points[c, 1] - y0) / step
-        left, right = max(min(ax, bx, cx), 0.0), min(max(ax, bx, cx), columns - 1.0)
-        bottom, top = max(min(ay, by, cy), 0.0), min(max(ay, by, cy), rows - 1.0)
-        if not (left <= right and bottom <= top):
+        if z[a] == -np.inf or z[b] == -np.inf or z[c] == -np.inf:
             continue
-        double = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        left, right = max(min(x[a], x[b], x[c]), 0.0), min(max(x[a], x[b], x[c]), columns - 1.0)
+        bottom, top = max(min(y[a], y[b], y[c]), 0.0), min(max(y[a], y[b], y[c]), rows - 1.0)
+        if not (np.ceil(left) <= right and np.ceil(bottom) <= top):
+            continue
+        bx, by, cx, cy = x[b] - x[a], y[b] - y[a], x[c] - x[a], y[c] - y[a]
+        double = bx * cy - cx * by
         if double == 0.0:
             continue
-        az, bz, cz = points[a, 2], points[b, 2], points[c, 2]
         for i in range(int(np.ceil(bottom)), int(top) + 1):
             for j in range(int(np.ceil(left)), int(right) + 1):
-                v = ((j - ax) * (cy - ay) - (cx - ax) * (i - ay)) / double
-                w = ((bx - ax) * (i - ay) - (j - ax) * (by - ay)) / double
+                v = ((j - x[a]) * cy - cx * (i - y[a])) / double
+                w = (bx * (i - y[a]) - (j - x[a]) * by) / double
                 if v >= -1e-9 and w >= -1e-9 and v + w <= 1.0 + 1e-9:
-                    z = az + v * (bz - az) + w * (cz - az)
-                    if low <= z <= high and z > depth[i, j]:
-                        depth[i, j] = z
+                    height = z[a] + v * (z[b] - z[a]) + w * (z[c] - z[a])
+                    if low <= height <= high and height > depth[i, j]:
+                        numbers[i, j], depth[i, j] = first + f, height

@@ -31,7 +31,9 @@ class _Uncollected(event.Listener):
         self._collects = False
 
     def on_start(self, event: Any) -> None:
-        own = event.data["dispatcher"].py_func.__module__.startswith(f"{__name__.partition('.')[0]}.")
+        own = False
+        with suppress(Exception):  # others compile, too, and functions need not have a module: an error would be theirs
+            own = event.data["dispatcher"].py_func.__module__.startswith(f"{__name__.partition('.')[0]}.")
         if self._compiling or own:  # what it calls is compiled within
             if not self._compiling:
                 self._collects = gc.isenabled()
@@ -52,7 +54,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function as `numba.njit` does, also where neither the package nor the home can be written.
 
     There, as in containers and on clusters, the machine code is kept in a folder of the user's own among the temporary
-    ones, or not at all. A disk that is full keeps nothing either.
+    ones, or not at all. A disk that is full keeps nothing either. What was kept and is damaged is compiled anew.
 
     Warns
     -----
@@ -94,8 +96,8 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 def temporary_folder() -> Path | None:
     """Return a folder among the temporary ones that only this user can write to; None if there is none."""
     user = os.getuid() if hasattr(os, "getuid") else None
-    folder = Path(tempfile.gettempdir()) / f"facewrinkle-{'cache' if user is None else user}"
     try:
+        folder = Path(tempfile.gettempdir()) / f"facewrinkle-{'cache' if user is None else user}"
         folder.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()
     except OSError:
@@ -106,17 +108,25 @@ def temporary_folder() -> Path | None:
 
 
 def _forgiving(compiled: Any) -> Any:
-    """Return a compiled function that runs even if its machine code cannot be kept, as on a full disk."""
+    """Return a compiled function that runs also if its machine code is damaged, or cannot be kept: the disk is full."""
     cache: Any = getattr(compiled, "_cache", None)
-    save = getattr(cache, "save_overload", None)
-    if save is None:
+    save, load = getattr(cache, "save_overload", None), getattr(cache, "load_overload", None)
+    if save is None or load is None:
         return compiled
 
     def save_if_possible(*arguments: Any) -> None:
         with suppress(OSError):
             save(*arguments)
 
-    cache.save_overload = save_if_possible
+    def load_if_whole(*arguments: Any) -> Any:
+        try:
+            return load(*arguments)
+        except Exception:  # every part of a file can be damaged in its own way: it is compiled anew, and kept again
+            with suppress(Exception):
+                cache.flush()
+            return None
+
+    cache.save_overload, cache.load_overload = save_if_possible, load_if_whole
     return compiled
 
 

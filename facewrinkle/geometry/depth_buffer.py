@@ -49,8 +49,10 @@ def depth_buffer(
     array([[  0.,   1.,   2., -inf],
            [  0.,   1., -inf, -inf]])
     """
-    depth = np.empty(shape)
-    kernels.rasterise(points, triangles, *low, step, *span, depth)
+    depth, numbers = np.full(shape, -np.inf), np.empty(shape, np.int32)
+    x, y = ((points[:, k] - low[k]) / step for k in range(2))
+    z, corners = np.ascontiguousarray(points[:, 2]), np.ascontiguousarray(triangles, np.int32)
+    kernels.rasterise(x, y, z, corners, *span, 0, numbers, depth)
     return depth
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import time
 
 from ..errors import OutputError
@@ -59,11 +60,12 @@ class Kept:
         """Save the session if it was changed. A file of an earlier start that was not resumed gets another name."""
         if self._folder.path is None or self._seen == document.version:
             return
-        first, self._seen = self._seen < 0, document.version
-        if first:  # nothing is set yet
+        if self._seen < 0:  # nothing is set yet
+            self._seen = document.version
             return
-        with contextlib.suppress(OutputError):
-            if self._in_the_way:
+        with contextlib.suppress(OutputError):  # tried again the next time
+            if self._in_the_way and os.path.lexists(self._folder.path / NAME):  # it may have been moved since
                 self._folder.set_aside(NAME)
-                self._in_the_way = False
+            self._in_the_way = False
             self._folder.write(NAME, document.text().encode(), anew=False)
+            self._seen = document.version

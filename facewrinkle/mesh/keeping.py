@@ -1,7 +1,8 @@
 """Arrays that take long to find and never change, kept in the user's cache folder for the next start.
 
-A file is found by a digest of all that went into its arrays, and of the package that made them: nothing that could have
-changed them is missing, so a file is never out of date, only of no use.
+A file is found by a digest of all that went into its arrays: the inputs, the modules and data of this package, the
+versions of those that compute with it, and the processor that its loops are compiled for. Under another digest it is
+not found, so that a file does not go out of date: it is of no use, and gives way to others in time.
 """
 
 from __future__ import annotations
@@ -9,15 +10,20 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
+import llvmlite  # comes with numba
+import numba
 import numpy as np
 import pyvista as pv
+import scipy
+from llvmlite import binding
 
 from .. import __version__
 from ..errors import OutputError
@@ -29,8 +35,17 @@ Arrays = dict[str, np.ndarray]
 FOLDER = "FACEWRINKLE_CACHE_DIR"
 """Environment variable with another folder; if it is empty, nothing is kept."""
 
-MOST = 40
-"""Files that are kept: of more, those that were not used for longest are removed."""
+MOST, WHOLE = 40, 500_000_000
+"""Files that are kept, and bytes of all together: of more, those that were not used for longest are removed."""
+
+SHARE = 0.25
+"""Share of all bytes beyond which arrays are not kept: they would push out too many others."""
+
+OWN = re.compile(r"(\.\d+\.)?facewrinkle-[a-z]+-[0-9a-f]{32}\.npz")
+"""Names of our files, with a number before them while they are written; none other in the folder is ever touched."""
+
+NAMES = "names of all"
+"""The array with the names of the others: where the list of arrays is damaged, some are overlooked."""
 
 ROOMS = ("geometry", "mesh", "anatomy", "motion", "layers", "simulation")
 """Rooms whose modules and data may have a part in what is kept."""
@@ -40,12 +55,12 @@ def kept(name: str, inputs: object, make: Callable[[], Arrays]) -> Arrays:
     """Return arrays that `make` returns, or those that it returned from the same inputs at an earlier start.
 
     Inputs that cannot be told apart by their content, such as objects of a user's own classes, keep nothing; nor does
-    a folder that cannot be written, or a damaged file.
+    a folder that cannot be written, or a damaged file. Whatever goes wrong with a file, the arrays are made.
 
     Parameters
     ----------
     name : str
-        What the arrays are: the beginning of the file's name.
+        What the arrays are, in small letters: a part of the file's name.
     inputs : object
         All that the arrays depend on besides the package itself; see :func:`digest`.
     make : callable
@@ -61,18 +76,43 @@ def kept(name: str, inputs: object, make: Callable[[], Arrays]) -> Arrays:
     ...     first["squares"].tolist(), again["squares"].tolist(), len(os.listdir(folder))
     ([0, 1, 4], [0, 1, 4], 1)
     """
-    folders = list(_folders())
-    key = digest((_package(), inputs)) if folders else None
+    folders = _folders()
+    key = digest((_package(), _computing(), inputs)) if folders else None
     if key is None:
         return make()
-    file = f"{name}-{key}.npz"
+    file = f"facewrinkle-{name}-{key}.npz"
     for folder in folders:
         found = _read(folder / file)
         if found is not None:
             return found
     arrays = make()
-    any(_wrote(folder / file, arrays) for folder in folders)
+    if name not in _UNKEPT.get() and sum(array.nbytes for array in arrays.values()) <= SHARE * WHOLE:
+        any(_wrote(folder / file, arrays) for folder in folders)
     return arrays
+
+
+_UNKEPT: ContextVar[tuple[str, ...]] = ContextVar("_UNKEPT", default=())
+"""Names of which no new arrays are kept."""
+
+
+@contextmanager
+def unkept(*names: str) -> Iterator[None]:
+    """Keep no new arrays of these names within: for faces that never come again, which would push out all others.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from unittest.mock import patch
+    >>> with tempfile.TemporaryDirectory() as folder, patch.dict(os.environ, {FOLDER: folder}), unkept("squares"):
+    ...     arrays = kept("squares", 3, lambda: {"squares": np.arange(3) ** 2})
+    ...     os.listdir(folder)
+    []
+    """
+    token = _UNKEPT.set((*_UNKEPT.get(), *names))
+    try:
+        yield
+    finally:
+        _UNKEPT.reset(token)
 
 
 def digest(value: object) -> str | None:
@@ -129,7 +169,7 @@ def _feed(update: Callable[[Any], None], value: Any) -> None:
 def _package() -> list[tuple[str, int, int]]:
     """Return the version of the package, and sizes and times of its files that may have a part in the arrays."""
     home = Path(__file__).parents[1]
-    found = [(f"{__version__} {np.__version__}", 0, 0)]
+    found = [(__version__, 0, 0)]
     for room in ROOMS:
         for folder, inner, names in os.walk(home / room):
             inner[:] = sorted(set(inner) - {"__pycache__"})
@@ -140,19 +180,33 @@ def _package() -> list[tuple[str, int, int]]:
     return found
 
 
-def _folders() -> Iterator[Path]:
-    """Yield the folders to look into, and to write to if those before cannot be written."""
+@cache
+def _computing() -> tuple[str, ...]:
+    """Return the versions of the packages that compute the arrays, and the processor that numba compiles for."""
+    versions = [package.__version__ for package in (np, scipy, numba, llvmlite, pv)]
+    cpu, features = numba.config.CPU_NAME, numba.config.CPU_FEATURES  # type: ignore[attr-defined]  # None: the machine's
+    processor = (
+        binding.get_process_triple(),
+        binding.get_host_cpu_name() if cpu is None else cpu,
+        binding.get_host_cpu_features().flatten() if features is None else features,
+    )
+    return (*versions, str(pv.vtk_version_info), *processor)
+
+
+def _folders() -> list[Path]:
+    """Return the folders to look into, and to write to if those before cannot be written."""
     chosen = os.environ.get(FOLDER)
     if chosen is not None:
-        if chosen:
-            yield Path(os.path.expanduser(chosen))
-        return
+        folder = os.path.expanduser(chosen)
+        return [Path(folder)] if folder and not folder.startswith("~") else []
     from platformdirs import user_cache_path
 
-    yield user_cache_path("facewrinkle", appauthor=False)
+    folders = []
+    with suppress(Exception):  # nobody's home: some versions raise an error, others return a folder below this one
+        home = user_cache_path("facewrinkle", appauthor=False)
+        folders += [home] if home.is_absolute() else []
     temporary = temporary_folder()
-    if temporary is not None:
-        yield temporary
+    return folders if temporary is None else [*folders, temporary]
 
 
 def _read(file: Path) -> Arrays | None:
@@ -160,7 +214,9 @@ def _read(file: Path) -> Arrays | None:
     try:
         with file.open("rb") as opened, np.load(opened, allow_pickle=False) as stored:  # checks each checksum
             arrays = {name: stored[name] for name in stored.files}
-    except (OSError, ValueError, EOFError, KeyError, BadZipFile):
+        if arrays.pop(NAMES).tolist() != list(arrays):
+            return None
+    except Exception:  # every part of a file can be damaged in its own way
         return None
     with suppress(OSError):
         os.utime(file)
@@ -171,10 +227,26 @@ def _wrote(file: Path, arrays: Arrays) -> bool:
     """Write arrays, and make room for them; return False if that was not possible."""
     try:
         with written(file) as whole:
-            np.savez(whole, **arrays)  # type: ignore[arg-type]
-        others = sorted(file.parent.glob("*.npz"), key=lambda other: other.stat().st_mtime)
-        for other in others[:-MOST]:
-            other.unlink(missing_ok=True)
+            np.savez(whole, **arrays, **{NAMES: np.array(list(arrays), np.str_)})  # type: ignore[arg-type]
     except (OSError, OutputError):
         return file.exists()
+    with suppress(OSError):
+        _make_room(file.parent)
     return True
+
+
+def _make_room(folder: Path) -> None:
+    """Remove those of our files that were not used for longest, until what is left is not too much."""
+    own = []
+    for name in os.listdir(folder):
+        with suppress(OSError):  # another process has removed it
+            if OWN.fullmatch(name):
+                status = os.stat(folder / name)
+                own.append((status.st_mtime_ns, name, status.st_size))
+    own.sort(reverse=True)
+    whole = 0
+    for number, (_, name, size) in enumerate(own):
+        whole += size
+        if number >= MOST or whole > WHOLE:
+            with suppress(OSError):
+                os.unlink(folder / name)

@@ -11,6 +11,7 @@ files of one's own              what is wrong with them, in the message
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import re
 
@@ -118,6 +119,43 @@ def test_units_of_an_emotion_contract_its_muscles(emotion):
     units = atlas.units_of({emotion: 0.6})
     assert set(units) <= set(atlas.action_units)
     assert atlas.contractions(units) == pytest.approx(atlas.contractions(emotion, 0.6))
+
+
+MOODS = {
+    "[expressions]\nmood = { happiness = 1.0, AU4 = 0.5 }": {"AU6": 1.0, "AU12": 1.0, "AU4": 0.5},
+    "[expressions]\nmood = { happiness = 0.5 }": {"AU6": 0.5, "AU12": 0.5},
+    "[expressions]\nmood = { happiness = 0.5, AU12 = 0.75, sadness = 0.0 }": {"AU6": 0.5, "AU12": 0.75},
+    "[expressions]\nless = { happiness = 0.5, AU4 = 1.0 }\nmood = { less = 0.5, AU17 = 0.25 }":
+        {"AU6": 0.25, "AU12": 0.25, "AU4": 0.5, "AU17": 0.25},
+    "[expressions]\nmood = { surprise = 0.5, AU17 = 0.25 }": {"AU1": 0.5, "AU2": 0.35, "AU17": 0.25},
+    "[expressions]\nmood = { happiness = 0.0, mentalis = 0.5 }": {"AU17": 0.5},
+    "[expressions]\nnothing = {}\nmood = { nothing = 1.0 }": {},
+    "[expressions]\nmood = { mentalis = 1.0 }\nmentalis = { mentalis = 0.5 }": {"AU17": 1.0},
+    "[expressions]\nmood = { mentalis = 1.0 }\n[action_units]\nAU90 = { name = 'None', muscles = {} }": {"AU17": 1.0},
+    "[expressions]\nmood = { mentalis = 1.0 }\n[action_units]\nAU90 = { name = 'Rest', muscles = { mentalis = 0.0 } }":
+        {"AU17": 1.0},
+    "[expressions]\nmood = { mentalis = 1.0 }\n[action_units]\n"
+    "AU17 = { name = 'Chin raiser', muscles = { mentalis = 1.0, corrugator = 0.0 } }": {"AU17": 1.0},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("own", MOODS)
+def test_units_of_expressions_of_ones_own(tmp_path, own):
+    path = tmp_path / "atlas.toml"
+    path.write_text(f'base = "facewrinkle"\n{own}\n', encoding="utf-8")
+    atlas = read_atlas(path)
+    assert atlas.units_of({"mood": 1.0}) == pytest.approx(MOODS[own])
+    assert atlas.units_of({"mood": 0.5}) == pytest.approx({unit: 0.5 * rate for unit, rate in MOODS[own].items()})
+
+
+def test_units_are_those_of_an_expression_as_it_is_now():
+    atlas = load_atlas()
+    other = {**atlas.expressions, "happiness": atlas.contractions("AU4")}
+    assert dataclasses.replace(atlas, expressions=other).units_of({"happiness": 0.5}) == {"AU4": 0.5}
+    fewer = {name: unit for name, unit in atlas.action_units.items() if name != "AU12"}
+    names = {name: title for name, title in atlas.action_unit_names.items() if name != "AU12"}
+    without = dataclasses.replace(atlas, action_units=fewer, action_unit_names=names)
+    assert without.units_of({"happiness": 1.0})["AU6"] == 1.0
 
 
 def test_intensity_multiplies():

@@ -11,7 +11,7 @@ from facewrinkle.anatomy.atlas import load_atlas, read_atlas
 from facewrinkle.anatomy.atlas_file import atlas_text, write_atlas
 from facewrinkle.errors import OutputError, ParameterError
 
-FIELDS = ("muscles", "action_units", "action_unit_names", "expressions", "tissue")
+FIELDS = ("muscles", "action_units", "action_unit_names", "expressions", "tissue", "mixtures")
 
 
 def test_the_atlas_of_the_package_is_read_again_as_it_is(tmp_path):
@@ -19,6 +19,22 @@ def test_the_atlas_of_the_package_is_read_again_as_it_is(tmp_path):
     again = read_atlas(write_atlas(atlas, tmp_path / "own.toml"))
     for name in FIELDS:
         assert getattr(again, name) == getattr(atlas, name), name
+
+
+def test_expressions_keep_the_units_that_they_are_written_in(tmp_path):
+    atlas = load_atlas()
+    grim = {"happiness": 0.5, "AU4": 1.0}
+    own = {**atlas.expressions, "grim": atlas.contractions(grim), "doubt": atlas.contractions("AU15")}
+    changed = dataclasses.replace(atlas, expressions=own, mixtures={**atlas.mixtures, "grim": grim})
+    again = read_atlas(write_atlas(changed, tmp_path / "own.toml"))
+    assert again.expressions == changed.expressions
+    for name in own:
+        assert again.units_of({name: 1.0}) == changed.units_of({name: 1.0}), name
+    assert again.units_of({"grim": 1.0}) == {"AU6": 0.5, "AU12": 0.5, "AU4": 1.0}
+    assert again.units_of({"doubt": 1.0}) == {"AU15": 1.0}
+    first = {"grim": own.pop("grim"), **own}  # before the expression that it is written in: by its muscles then
+    changed = dataclasses.replace(changed, expressions=first)
+    assert read_atlas(write_atlas(changed, tmp_path / "own.toml")).expressions == first
 
 
 def test_pairs_are_stated_once(tmp_path):

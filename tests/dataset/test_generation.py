@@ -24,8 +24,10 @@ from facewrinkle.dataset import SampleMaker, Spec, check, generate, preview
 from facewrinkle.dataset import generation as generation_module
 from facewrinkle.dataset import shards as shards_module
 from facewrinkle.dataset import verification as verification_module
+from facewrinkle.dataset.labels import PARTS
 from facewrinkle.dataset.shards import Shard, shards_of, write_shard
 from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError
+from facewrinkle.mesh import keeping
 
 pytest.importorskip("pyarrow", reason="data sets need pyarrow")
 SPEC = {"size": [48, 48], "quick": True, "shard": 2, "per_person": 2, "tears": {"share": 0.0}}
@@ -68,12 +70,33 @@ def test_a_sample_is_the_same_in_any_order(small, backwards):
                 assert tar.extractfile(f"{index:09d}.{ending}").read() == content
 
 
+def test_what_a_scene_showed_before_does_not_show(tmp_path, monkeypatch):
+    """Lamps, the shader of skin, a texture and tears, in one scene: each sample is once the first and once the second.
+
+    What is found for a person of a set is of no use later, and does not fill the folder of what is kept.
+    """
+    monkeypatch.setenv(keeping.FOLDER, str(tmp_path))
+    expression = {"neutral": 0.0, "named": 1.0, "names": ["happiness", "sadness"]}
+    spec = Spec.of({**SPEC, "quick": False, "tears": {"share": 1.0}, "expression": expression})
+    made = []
+    for order in ((0, 1), (1, 0)):
+        with SampleMaker(spec) as maker:
+            made.append({index: maker.sample(index) for index in order})
+            assert maker.simulation_of(0)[1].face.texture is not None
+    for index, sample in made[0].items():
+        assert made[1][index].files() == sample.files()
+        assert (sample.labels["part"] == PARTS.index("tear")).any()
+    views = [sample.facts["plan"]["camera"] for sample in made[0].values()]
+    assert views[0] != views[1]
+    assert not list(tmp_path.glob("facewrinkle-lines-*"))
+
+
 @pytest.mark.usefixtures("nothing_kept")
 def test_workers_make_the_same_bytes_also_if_one_is_killed(small, tmp_path):
     pytest.importorskip("distributed", reason="several workers need Dask")
-    other = tmp_path / "other"
+    other, done = tmp_path / "other", []
     with ThreadPoolExecutor() as pool:
-        made = pool.submit(generate, SPEC, other, count=3, workers=2)
+        made = pool.submit(generate, SPEC, other, count=3, workers=2, progress=done.append)
         end = time.monotonic() + 120.0
         while not (begun := list(other.glob(".*.tar"))) and not made.done() and time.monotonic() < end:
             time.sleep(0.02)
@@ -81,6 +104,7 @@ def test_workers_make_the_same_bytes_also_if_one_is_killed(small, tmp_path):
         os.kill(victim, signal.SIGKILL)
         made.result()
     assert hashes(other) == hashes(small)
+    assert sorted(done) == [1, 2]
 
 
 @pytest.fixture(scope="module")

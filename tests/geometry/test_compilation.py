@@ -69,6 +69,25 @@ def test_a_full_disk_keeps_no_machine_code(tmp_path, monkeypatch):
     assert compilation.njit(cache=True)(tripled)(14) == 42
 
 
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize(
+    "damaged",
+    [lambda whole: b"", lambda whole: bytes(len(whole)), lambda whole: whole[:-9]],
+    ids=["empty", "0", "short"],
+)
+def test_damaged_machine_code_is_compiled_anew(tmp_path, monkeypatch, ending, damaged):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    hits = []
+    for _ in range(3):
+        compiled = compilation.njit(cache=True)(tripled)
+        assert compiled(14) == 42
+        hits.append(sum(compiled.stats.cache_hits.values()))
+        if len(hits) == 1:
+            (file,) = tmp_path.rglob(f"*.{ending}")
+            file.write_bytes(damaged(file.read_bytes()))
+    assert hits == [0, 0, 1]  # it was kept again
+
+
 @pytest.mark.parametrize("module, collects", [("facewrinkle.some", False), ("facewrinkles", True), ("another", True)])
 @pytest.mark.parametrize("wanted", [True, False])
 def test_garbage_is_not_collected_while_our_functions_are_compiled(monkeypatch, module, collects, wanted):
@@ -99,6 +118,29 @@ def test_garbage_is_not_collected_while_our_functions_are_compiled(monkeypatch, 
         (gc.enable if before else gc.disable)()
     assert seen[0] is (wanted and collects)
     assert len(seen) == 4
+
+
+def test_functions_without_a_module_compile_as_ever():
+    scope = {}
+    exec("def halved(number):\n    return number / 2", scope)
+    scope["halved"].__module__ = None  # as for code that is run without a name
+    assert numba.njit(scope["halved"])(6) == 3.0
+
+
+def test_whatever_is_compiled_the_listener_raises_nothing():
+    listener, before = compilation._Uncollected(), gc.isenabled()
+    for data in (None, {}, {"dispatcher": None}, {"dispatcher": object()}):
+        listener.on_start(event.Event("numba:compile", event.EventStatus.START, data))
+        assert gc.isenabled() is before
+        listener.on_end(event.Event("numba:compile", event.EventStatus.END, data))
+
+
+def test_without_any_folder_for_temporary_files_there_is_none(monkeypatch):
+    def none():
+        raise FileNotFoundError(2, "No usable temporary directory found")
+
+    monkeypatch.setattr(compilation.tempfile, "gettempdir", none)
+    assert compilation.temporary_folder() is None
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs namespaces of mounts")

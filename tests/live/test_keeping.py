@@ -10,7 +10,7 @@ from __future__ import annotations
 import pytest
 
 from facewrinkle.anatomy.atlas import load_atlas
-from facewrinkle.errors import ParameterError
+from facewrinkle.errors import OutputError, ParameterError
 from facewrinkle.live.document import Document
 from facewrinkle.live.keeping import Kept
 from facewrinkle.live.saving import Folder
@@ -84,6 +84,39 @@ def test_what_cannot_be_read_is_not_offered_and_gets_another_name(folder):
     document.change([(("intensity",), 0.3)])
     kept.keep(document)
     assert (folder.path / "session_1.json").read_bytes() == b"\xff not text"
+    assert (folder.path / "session.json").read_text() == document.text()
+    assert len(list(folder.path.iterdir())) == 2
+
+
+@pytest.mark.parametrize("content", ["a session", b"\xff not text"])
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_session_that_was_moved_away_is_not_in_the_way(folder, content, whole):
+    path = folder.path / "session.json"
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    document, kept = Document(load_atlas()), Kept(folder)
+    kept.keep(document)
+    path.rename(folder.path.with_name(f"{folder.path.name}_elsewhere"))
+    if whole:
+        folder.path.rmdir()
+    for intensity in (0.2, 0.3):
+        document.change([(("intensity",), intensity)])
+        kept.keep(document)
+        assert path.read_text() == document.text()
+    assert list(folder.path.iterdir()) == [path]
+
+
+def test_a_session_that_could_not_be_saved_is_saved_later(folder, monkeypatch):
+    def refuse(*_, **__):
+        raise OutputError("no space left")
+
+    document, kept = Document(load_atlas()), Kept(folder)
+    kept.keep(document)
+    document.change([(("intensity",), 0.2)])
+    with monkeypatch.context() as disk:
+        disk.setattr(folder, "write", refuse)
+        kept.keep(document)
+    kept.keep(document)
     assert (folder.path / "session.json").read_text() == document.text()
     assert len(list(folder.path.iterdir())) == 2
 

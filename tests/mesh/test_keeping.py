@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import os
+from pathlib import Path
 
+import llvmlite
+import numba
 import numpy as np
 import pytest
 import pyvista as pv
-from hypothesis import given
+import scipy
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facewrinkle.anatomy.eyeball import Eyeball
+from facewrinkle.geometry import compilation
 from facewrinkle.mesh import keeping
-from facewrinkle.mesh.keeping import digest, kept
+from facewrinkle.mesh.keeping import digest, kept, unkept
 
 ARRAYS = {"numbers": np.arange(5000.0), "names": np.array(["eyes", "chin"]), "none": np.empty((0, 3), np.int32)}
 
@@ -61,6 +66,28 @@ def test_another_package_makes_them_anew(folder, monkeypatch):
     assert len(asked) == 2
 
 
+@pytest.mark.parametrize("package", [np, scipy, numba, llvmlite, pv])
+def test_another_version_of_what_computes_them_makes_them_anew(folder, monkeypatch, package):
+    asked = []
+    kept("numbers", 1, made(asked))
+    monkeypatch.setattr(package, "__version__", "0.0.1")
+    keeping._computing.cache_clear()
+    kept("numbers", 1, made(asked))
+    keeping._computing.cache_clear()
+    assert len(asked) == 2
+
+
+@pytest.mark.parametrize("name, value", [("CPU_NAME", "generic"), ("CPU_FEATURES", "")])
+def test_another_processor_makes_them_anew(folder, monkeypatch, name, value):
+    asked = []
+    kept("numbers", 1, made(asked))
+    monkeypatch.setattr(numba.config, name, value)
+    keeping._computing.cache_clear()
+    kept("numbers", 1, made(asked))
+    keeping._computing.cache_clear()
+    assert len(asked) == 2
+
+
 def test_every_module_that_may_have_a_part_stands_for_the_package():
     names = [name for name, *_ in keeping._package()]
     parts = "motion/skin.py", "layers/wave_folds/_packet_kernels.py", "anatomy/data/atlas.toml", "geometry/rings.py"
@@ -83,6 +110,29 @@ def test_a_damaged_file_is_written_anew(folder, damage):
     assert len(asked) == 2
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The bytes of a file, and a path to write others to."""
+    path = tmp_path_factory.mktemp("damaged") / "facewrinkle-numbers.npz"
+    assert keeping._wrote(path, SMALL)
+    return path.read_bytes(), path
+
+
+SMALL = {"numbers": np.arange(3.0), "names": np.array(["eyes"])}
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.data())
+def test_of_a_changed_file_only_what_was_written_is_read(whole, data):
+    content, path = bytearray(whole[0]), whole[1]
+    for _ in range(data.draw(st.integers(1, 3))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(content[: data.draw(st.integers(0, len(content)) | st.just(len(content)))])
+    found = keeping._read(path)
+    if found is not None:
+        assert_same(found, SMALL)
+
+
 def test_nothing_is_kept_where_nothing_can_be(folder, monkeypatch, recwarn):
     folder.write_text("a file stands in the folder's place")
     asked = []
@@ -93,10 +143,42 @@ def test_nothing_is_kept_where_nothing_can_be(folder, monkeypatch, recwarn):
     assert not recwarn.list
 
 
+def raised(error):
+    def function(*_, **__):
+        raise error
+
+    return function
+
+
+@pytest.mark.parametrize("home", [raised(RuntimeError("no home")), lambda *_, **__: Path("~/.cache/facewrinkle")])
+def test_without_a_home_they_are_kept_among_temporary_files_or_not_at_all(tmp_path, monkeypatch, home):
+    monkeypatch.delenv(keeping.FOLDER)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("platformdirs.user_cache_path", home)
+    monkeypatch.setattr(compilation.tempfile, "gettempdir", lambda: str(tmp_path))
+    asked = []
+    for _ in range(2):
+        assert_same(kept("numbers", 1, made(asked)))
+    assert len(asked) == 1
+    (folder,) = tmp_path.iterdir()
+    assert folder == compilation.temporary_folder()
+    monkeypatch.setattr(compilation.tempfile, "gettempdir", raised(FileNotFoundError(2, "No usable temporary folder")))
+    assert keeping._folders() == []
+    assert_same(kept("numbers", 1, made(asked)))
+    assert len(asked) == 2
+
+
+def test_nobodys_home_is_not_a_folder_of_this_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(keeping.FOLDER, "~nobody-of-this-name/kept")
+    assert_same(kept("numbers", 1, made([])))
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_next_folder_is_taken_if_the_first_cannot_be_written(tmp_path, monkeypatch):
     first, second, asked = tmp_path / "first", tmp_path / "second", []
     first.write_text("a file stands in the folder's place")
-    monkeypatch.setattr(keeping, "_folders", lambda: iter([first, second]))
+    monkeypatch.setattr(keeping, "_folders", lambda: [first, second])
     for _ in range(2):
         assert_same(kept("numbers", 1, made(asked)))
     assert len(asked) == 1
@@ -118,6 +200,54 @@ def test_those_not_used_for_longest_give_way(folder, monkeypatch):
     assert len(asked) == 4
     kept("numbers", 1, made(asked))
     assert len(asked) == 5
+
+
+def test_only_files_of_our_own_are_removed(folder, monkeypatch):
+    monkeypatch.setattr(keeping, "MOST", 1)
+    folder.mkdir()
+    digits = "0123456789abcdef" * 2
+    foreign = ["mine.npz", f"lines-{digits}.npz", f"facewrinkle-lines-{digits}.npz.bak", f"{digits}.npz", "notes.txt"]
+    foreign += ["facewrinkle-scan.npz", f"my-facewrinkle-lines-{digits}.npz", f"facewrinkle-lines-{digits[:-1]}.npz"]
+    left = f".4711.facewrinkle-lines-{digits}.npz"  # by a process that was killed
+    for name in [*foreign, left]:
+        (folder / name).write_bytes(b"0")
+        os.utime(folder / name, (0, 0))
+    for number in range(3):
+        kept("numbers", number, made([]))
+    names = {path.name for path in folder.iterdir()}
+    assert names > set(foreign)
+    assert left not in names
+    assert len(names) == len(foreign) + 1
+
+
+def test_all_together_take_no_more_than_so_many_bytes(folder, monkeypatch):
+    size, asked = sum(array.nbytes for array in ARRAYS.values()), []
+    monkeypatch.setattr(keeping, "WHOLE", 5 * size)
+    for number in range(6):
+        kept("numbers", number, made(asked))
+        for file in folder.iterdir():
+            os.utime(file, ns=(0, file.stat().st_mtime_ns - 10**9))
+    assert len(list(folder.iterdir())) == 4  # and what a file needs besides its arrays
+    assert sum(file.stat().st_size for file in folder.iterdir()) <= 5 * size
+    kept("numbers", 5, made(asked))
+    assert len(asked) == 6
+    monkeypatch.setattr(keeping, "WHOLE", int(size / keeping.SHARE) - 1)
+    before = set(folder.iterdir())
+    assert_same(kept("numbers", 9, made(asked)))
+    assert set(folder.iterdir()) == before  # it would be too large a part of the whole
+
+
+def test_what_never_comes_again_is_not_kept(folder):
+    asked = []
+    kept("numbers", 1, made(asked))
+    with unkept("numbers"), unkept("names"):
+        assert_same(kept("numbers", 1, made(asked)))  # it was kept before
+        assert len(asked) == 1
+        for name in ("numbers", "names", "others"):
+            kept(name, 2, made(asked))
+    assert sorted(file.name.split("-")[1] for file in folder.iterdir()) == ["numbers", "others"]
+    kept("numbers", 2, made(asked))
+    assert len(list(folder.iterdir())) == 3
 
 
 values = st.recursive(
