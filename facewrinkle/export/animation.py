@@ -319,7 +319,8 @@ class AnimationWriter:
         shown = _as_shown(models["face"], morphs["face"], weights, rest.n_points)
         for name, tear in self._sampled(tears, times, rest, shown).items():
             models[name], morphs[name], own_weights = _tear_targets(name, tear, min(allowed, THIN / unit))
-            follow[name] = WeightTrack(times, own_weights)
+            if own_weights.shape[1]:  # what does not move has nothing to follow
+                follow[name] = WeightTrack(times, own_weights)
         shapes = {name: morphs[name] for name in follow} or None
         with written(self.path) as whole:
             if self.path.suffix.lower() in USD:

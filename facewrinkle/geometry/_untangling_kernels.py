@@ -77,11 +77,16 @@ def touching(triangles, marked):
 def doubtful(points, triangles, rest, least, marked, chosen):
     """Return those of the chosen triangles, all that have a marked corner, that face elsewhere than the surface around
     their marked corners, now or at rest, or that have shrunk to about a share of their area.
+
+    Each triangle around weighs as its area at rest: those that were drawn across others are large now.
     """
     around, around_rest = np.zeros((len(marked), 3)), np.zeros((len(marked), 3))
     now, mean, mean_rest = np.empty(3), np.empty(3), np.empty(3)
     for t in chosen:
         _cross(points, triangles[t], now)
+        square = (now * now).sum()
+        if square > 0.0:
+            now *= np.sqrt((rest[t] * rest[t]).sum() / square)
         for c in range(3):
             for k in range(3):
                 around[triangles[t, c], k] += now[k]
@@ -103,7 +108,7 @@ def doubtful(points, triangles, rest, least, marked, chosen):
 
 @njit(cache=True)
 def correlations(points, at_rest, triangles, chosen, offsets, ring, out):
-    """Write the products (k, 3, 3) of offsets now and at rest, summed up over two rings around chosen triangles.
+    """Write the products (k, 3, 3) of offsets at rest and now, summed up over two rings around chosen triangles.
 
     Each offset, from a corner to a vertex, weighs as the inverse square of its length at rest.
     """
@@ -122,7 +127,7 @@ def correlations(points, at_rest, triangles, chosen, offsets, ring, out):
                         continue
                     for k in range(3):
                         for j in range(3):
-                            product = (points[w, k] - points[v, k]) * (at_rest[w, j] - at_rest[v, j])
+                            product = (at_rest[w, k] - at_rest[v, k]) * (points[w, j] - points[v, j])
                             out[i, k, j] += product / square
 
 

@@ -187,6 +187,9 @@ class Displacement:
 class Layer(Protocol):
     """A layer follows the mesh (`attach` once, `follow` whenever vertices come and go) and displaces it.
 
+    A layer whose heights depend on the vertices and the present state alone may say so, ``stateless = True``: where a
+    face begins at rest again it need not be attached anew.
+
     Examples
     --------
     Pores, the smallest layer: they never change and ask for no triangles.

@@ -105,6 +105,11 @@ class MuscleWrinkles:
 
     # --- the layer protocol ----------------------------------------------------------------------
 
+    @property
+    def stateless(self) -> bool:
+        """False for heights that add up; see :class:`facewrinkle.layers.base.Layer`."""
+        return not self.accumulate
+
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
         self._face, self._unit = face, face.unit

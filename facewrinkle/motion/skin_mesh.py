@@ -115,9 +115,10 @@ class SkinMesh:
         return displacement if self._interpolation is None else self._interpolation.at(displacement)
 
     def untangled(self, displacement: Array) -> Array:
-        """Return a displacement (n, 3) of the given face's vertices, mm, that turns none of its triangles over.
+        """Return a displacement (n, 3) of the given face's vertices, mm, with triangles turned back that it turns over.
 
         The mesh of the skin does not turn over, but tiny triangles of vertices that follow where it is crumpled might.
+        See :class:`facewrinkle.geometry.untangling.Untangling`.
         """
         if self._untangling is None:
             return displacement

@@ -366,7 +366,7 @@ def rig(
     halfway : bool
         Shapes whose way is curved (lids, the jaw), or whose wrinkles grow late, get a target of their own for the half
         way, called eyeBlinkLeft_half, which is to be driven by the weight times 1 less the weight. At weight 0, 1/2 and
-        1 they are then the simulation.
+        1 they are then the simulation; with separate wrinkles the smooth skin is, and wrinkles at 1/2 are a quarter.
     progress : callable, optional
         Called with an iterable, what is being done, and the number of items; yields the items.
 

@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..geometry.smoothstep import smoothstep
-from ..geometry.unfolding import Unfolding
+from ..geometry.topology import vertex_rings
+from ..geometry.untangling import Untangling
 from ..motion.base import Undriven
 from ..motion.skin import Skin
 from .modelled import ADDED, Movements
@@ -115,7 +116,8 @@ class Posing:
     def __init__(self, face: Face) -> None:
         self.face, self.rest = face, face.points * face.unit
         self._skin, self._clearing = Skin(face, STEP), Skin(face, CLEARING)
-        self._movements, self._unfolding = Movements(face), Unfolding(self.rest, face.triangles)
+        self._movements = Movements(face)
+        self._untangling = Untangling(self.rest, face.triangles, *vertex_rings(face.triangles, len(self.rest)))
 
     def neutral(self) -> Pose:
         """Return the face at rest."""
@@ -142,7 +144,7 @@ class Posing:
         if modelled:
             self._clearing.set_rates(rates)
             base = self.rest + self._clearing.cleared(base - self.rest)
-        return Pose(self._clear_of_eyes(self._unfolding.mended(base)), rates, mandible)
+        return Pose(self._clear_of_eyes(self._untangling.untangled(base)), rates, mandible)
 
     def _settled(self, rates: Array) -> Array:
         """Displacement (n, 3), mm, at which the skin rests."""

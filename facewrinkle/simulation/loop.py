@@ -372,7 +372,8 @@ class Simulation:
     def _advanced(self, rates: Array) -> pv.PolyData:
         base, driven = self._moved(rates), bool(self.motion.names)
         self._steps += 1
-        if driven and self._hold.begins(rates, base) and self._may_unsplit():
+        split = self.forest.n_points > len(self.face.points)
+        if driven and self._hold.begins(rates, base) and split and self._may_unsplit():
             self._unsplit()
             with self._timed("frame"):
                 return self._frame(*self._held_shape(base))
@@ -409,7 +410,8 @@ class Simulation:
     def settle(self, within: float = 0.01, most: int = 300, afresh: bool = False) -> pv.PolyData:
         """Go straight to the face that has come to rest with the muscles as asked for: all that a still picture needs.
 
-        Its triangles do not depend on what came before.
+        Its triangles do not depend on what came before, unless layers keep heights (``MuscleWrinkles(accumulate=n)``)
+        or vertices their numbers (``Refinement(coarsen=False)``).
 
         Parameters
         ----------
@@ -418,8 +420,8 @@ class Simulation:
         most : int
             The most steps that are taken.
         afresh : bool
-            If True, the face begins at rest: the same frame as after :meth:`reset`, in less time, as folds are not
-            found anew. For many pictures of one face.
+            If True, face and layers begin at rest: the same frame as after :meth:`reset`, in less time, as folds are
+            not found anew. For many pictures of one face.
 
         Returns
         -------
@@ -445,9 +447,7 @@ class Simulation:
         if afresh:
             self._steps, self._changed = 0, False
             self.motion.reset()
-            for layer in self.layers:
-                if isinstance(layer, WaveFolds):
-                    layer.remember()
+            self._attach_anew()
         start, target = self.motion.rates.copy(), self._asked
         base = np.full_like(self.face.points, np.nan)
         for number in range(most):
@@ -459,7 +459,7 @@ class Simulation:
             warn(
                 f"the face still moves after {most} steps. Allow more of them with most=, or more motion with within=."
             )
-        if self.refinement.coarsen or afresh:
+        if afresh or self._may_unsplit():
             self._unsplit()
         self._hold.rest(target, base)
         with self._timed("frame"):
@@ -469,8 +469,18 @@ class Simulation:
 
     def _may_unsplit(self) -> bool:
         """Tell whether triangles may be found anew: vertices need not keep their numbers, nor layers their heights."""
-        split = self.forest.n_points > len(self.face.points)
-        return self.refinement.coarsen and split and not any(getattr(own, "accumulate", 0) for own in self.layers)
+        return self.refinement.coarsen and not any(getattr(own, "accumulate", 0) for own in self.layers)
+
+    def _attach_anew(self) -> None:
+        """Let layers forget what came before, those that remember any of it."""
+        n = len(self.face.points)
+        at_rest = SurfacePoints(*(getattr(self.vertices, name)[:n] for name in SurfacePoints.__dataclass_fields__))
+        for layer in self.layers:
+            if isinstance(layer, WaveFolds):
+                layer.remember()
+            if not getattr(layer, "stateless", False):
+                layer.attach(self.face)
+                layer.follow(Change(slice(None), n), at_rest)
 
     def _unsplit(self) -> None:
         """Go back to the triangles of the face without leaving its pose: what comes then does not depend on before."""

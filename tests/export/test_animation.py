@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, OutputError, ParameterError
 from facewrinkle.export.animation import AnimationWriter, _grown, increments, principal_targets
+from facewrinkle.tears.sampled import Sampled
 
 FRAMES = 12
 
@@ -148,7 +149,7 @@ def in_usd(path, name, time):
     mesh, binding = UsdGeom.Mesh(prim), UsdSkel.BindingAPI(prim)
     points = np.array(mesh.GetPointsAttr().Get(), np.float64)
     for shape, target in zip(
-        binding.GetBlendShapesAttr().Get(), binding.GetBlendShapeTargetsRel().GetTargets(), strict=True
+        binding.GetBlendShapesAttr().Get() or [], binding.GetBlendShapeTargetsRel().GetTargets(), strict=True
     ):
         moved = UsdSkel.BlendShape.Get(stage, target)
         points[np.array(moved.GetPointIndicesAttr().Get())] += heavy[shape] * np.array(moved.GetOffsetsAttr().Get())
@@ -179,6 +180,42 @@ def test_tears_are_meshes_of_their_own(face, take, tmp_path):
         depth = water.compute_implicit_distance(skin)["implicit_distance"] * face.unit
         assert (depth.max() > 0.3) if wet else (depth.max() < -0.2)
     assert {path.name for path in files["pc2"]} >= {"take_tears_1.pc2", "take_tears_2.obj"}
+
+
+class Standing:
+    """Water that does not move."""
+
+    def __init__(self, face):
+        self.points = face.landmarks["subnasale"] + np.array([[0.0, 0.0, 5.0], [5.0, 0.0, 5.0], [0.0, 5.0, 5.0]])
+
+    def sampled(self, times, frames):
+        points, up = (np.tile(values, (len(frames), 1, 1)) for values in (self.points, [[0.0, 0.0, 1.0]] * 3))
+        return Sampled(points, up, np.array([[0, 1, 2]], np.int32))
+
+
+@pytest.mark.parametrize("count", [1, FRAMES])
+def test_what_does_not_move_has_no_targets_and_no_channel(face, take, tmp_path, count):
+    pytest.importorskip("pxr")
+    frames, simulation = take
+    times, water = 0.02 * (1 + np.arange(count)), Standing(face)
+    for ending in ("glb", "usda"):
+        writer = AnimationWriter(face, tmp_path / f"take.{ending}")
+        for frame in frames[-count:]:
+            writer.add(frame)
+        path, *_ = writer.write(times, simulation.forest, [water])
+        if ending == "usda":
+            shown = in_usd(path, "tears_1", times[-1])
+            assert shown.n_cells == 1
+            continue
+        content, _ = read_glb(path)
+        assert min(view["byteLength"] for view in content["bufferViews"]) > 0
+        assert min(accessor["count"] for accessor in content["accessors"]) > 0
+        meshes = {mesh["name"]: mesh for mesh in content["meshes"]}
+        assert "targets" not in meshes["tears_1"]["primitives"][0]
+        nodes = [channel["target"]["node"] for channel in content["animations"][0]["channels"]]
+        moving = {list(meshes)[content["nodes"][node]["mesh"]] for node in nodes}
+        assert moving == {name for name, mesh in meshes.items() if "targets" in mesh["primitives"][0]}
+        assert "face" in moving
 
 
 def test_what_cannot_be_written_is_refused(face, take, tmp_path):

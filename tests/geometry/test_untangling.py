@@ -3,6 +3,7 @@
 what                                  checked against
 the surface at rest, turned, bent     itself: the same object
 random moves of single vertices       signed areas, by numpy and by the oracle of the analysis
+random moves of all vertices          signed areas; what it says of itself where the rim is free
 what is not turned over               its place, bit by bit
 triangles without area                left as they are
 the given points                      themselves: they do not change
@@ -81,6 +82,37 @@ def test_no_triangle_of_a_flat_sheet_is_left_turned_over(flat, seed, count, far)
     stay[triangles[before < LEAST * AREA]] = False
     assert np.array_equal(after[stay], moved[stay])
     assert (after is moved) == (before.min() >= LEAST * AREA)
+
+
+@pytest.mark.parametrize("spread", [0.3, 0.5, 0.8, 1.2])
+def test_none_of_a_heap_of_triangles_is_left_turned_over(flat, spread):
+    points, triangles, each = flat
+    rim = (np.abs(points[:, :2]) > 5.5).any(axis=1)
+    for seed in range(12):
+        way = np.random.default_rng(seed).normal(scale=spread, size=(len(points), 2))
+        for held in (rim, np.zeros_like(rim)):
+            moved = points.copy()
+            moved[~held, :2] += way[~held]
+            after = each.untangled(moved)
+            assert not len(each.turned_over(after))
+            if held.any():  # else single triangles at the rim may be turned with all that is around them
+                assert (areas(moved, triangles) <= 0.0).any()
+                assert areas(after, triangles).min() > 0.0
+
+
+@pytest.mark.parametrize("vertex", [70, 84, 98])
+def test_what_is_turned_over_on_a_bent_sheet_is_found_and_mended(flat, vertex):
+    points, triangles, each = flat
+    pulled = points.copy()
+    pulled[vertex] += [1.4, 0.2, 0.0]  # beyond its neighbour, in the plane
+    angle = pulled[:, 0] / 20.0
+    moved = np.column_stack([20.0 * np.sin(angle), pulled[:, 1], 20.0 * np.cos(angle)])
+    np.testing.assert_array_equal(each.turned_over(moved), np.flatnonzero(areas(pulled, triangles) <= 0.0))
+    after = each.untangled(moved)
+    assert not len(each.turned_over(after))
+    changed = np.flatnonzero((after != moved).any(axis=1))
+    assert vertex in changed
+    assert np.linalg.norm(points[changed] - points[vertex], axis=1).max() < 3.0  # nothing far away
 
 
 def test_the_oracle_finds_nothing_turned_over_on_a_ball(ball):

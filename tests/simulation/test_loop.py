@@ -286,10 +286,29 @@ def test_a_face_that_has_settled_has_the_same_triangles_whatever_came_before(fac
     assert np.abs(one["W"] - other["W"]).max() < 0.01
 
 
+class Wearing:
+    """A layer that remembers: skin rises a little in each frame."""
+
+    def attach(self, face):
+        self.height = np.empty(0)
+
+    def follow(self, change, created):
+        self.height = np.concatenate([self.height[change.kept], np.zeros(len(created.points))])
+
+    def displacement(self, state):
+        self.height = self.height + 0.01
+        n = len(self.height)
+        return Displacement(self.height, np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
+
+    def fields(self):
+        return {"worn": self.height.copy()}
+
+
 @pytest.mark.parametrize("most", [3000, 100_000], ids=["forgetful", "mindful"])
 def test_settling_afresh_is_settling_after_a_reset(face, monkeypatch, most):
     monkeypatch.setattr("facewrinkle.layers.wave_folds.recall.MOST", most)
-    sim = fw.Simulation(face, layers=fold_layers(face, "wave", age=0.8))
+    remembering = [fw.MuscleWrinkles(accumulate=3, balance=True), Wearing()]
+    sim = fw.Simulation(face, layers=[*fold_layers(face, "wave", age=0.8), *remembering])
 
     def settled(expression, yaw, afresh):
         if not afresh:
@@ -304,6 +323,17 @@ def test_settling_afresh_is_settling_after_a_reset(face, monkeypatch, most):
         assert np.array_equal(frame.points, again.points)
         assert all(np.array_equal(frame[name], again[name]) for name in frame.point_data)
         assert all(np.array_equal(frame.field_data[name], again.field_data[name]) for name in frame.field_data)
+
+
+def test_settling_keeps_heights_that_have_added_up(face):
+    sim = fw.Simulation(face, layers=[fw.MuscleWrinkles(accumulate=16)])
+    sim.express("surprise")
+    *_, before = sim.run(20)
+    after = sim.settle()
+    n = min(before.n_points, after.n_points)
+    assert n > len(face.points)
+    np.testing.assert_array_equal(after["W"][:n], before["W"][:n])
+    assert np.abs(before["W"][len(face.points) :]).max() > 0.05
 
 
 def test_a_pose_that_is_held_ends_at_the_triangles_of_a_face_that_settled(face):

@@ -61,24 +61,31 @@ def cell_of(x, y, z, low, cell, dims):
 
 
 @njit(cache=True)
-def thinned(where, radius, order, low, cell, dims, start, items):
-    """Mark the points (p,) of a greedy choice in a given order: none within `radius` (p,) of one taken before."""
+def thinned(where, radius, order, low, cell, dims):
+    """Mark the points (p,) of a greedy choice in a given order: none within `radius` (p,) of one taken before.
+
+    Cells of the grid list those that were taken, however many points there are.
+    """
     taken = np.zeros(len(where), np.bool_)
+    last, before = np.full(dims[0] * dims[1] * dims[2], -1), np.full(len(where), -1)
     for q in order:
         i, j, k = cell_of(where[q, 0], where[q, 1], where[q, 2], low, cell, dims)
         free = True
         for a in range(max(i - 1, 0), min(i + 2, dims[0])):
             for b in range(max(j - 1, 0), min(j + 2, dims[1])):
                 for c in range(max(k - 1, 0), min(k + 2, dims[2])):
-                    n = (a * dims[1] + b) * dims[2] + c
-                    for s in range(start[n], start[n + 1]):
-                        o = items[s]
-                        if free and taken[o]:
-                            square = 0.0
-                            for d in range(3):
-                                square += (where[q, d] - where[o, d]) ** 2
-                            free = square >= radius[q] * radius[q]
-        taken[q] = free
+                    o = last[(a * dims[1] + b) * dims[2] + c]
+                    while free and o >= 0:
+                        square = 0.0
+                        for d in range(3):
+                            square += (where[q, d] - where[o, d]) ** 2
+                        free = square >= radius[q] * radius[q]
+                        o = before[o]
+        if free:
+            taken[q] = True
+            n = (i * dims[1] + j) * dims[2] + k
+            before[q] = last[n]
+            last[n] = q
     return taken
 
 

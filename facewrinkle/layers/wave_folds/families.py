@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from ...anatomy.face import Face
 from ...errors import ParameterError
@@ -116,7 +117,7 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
     ParameterError
         If a shape does not have the vertices of the face.
     """
-    strain = StrainField(face.points * face.unit, face.triangles)
+    strain, around = StrainField(face.points * face.unit, face.triangles), _around(face.triangles, len(face.points))
     found = {}
     for name, positions in shapes.families.items():
         total = np.zeros_like(strain.metric)
@@ -131,22 +132,25 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
                 raise ParameterError(f"a shape of the family {name!r} has positions that are not finite.")
             squared, where = _compressions(face, strain, array)
             total += squared[:, None] * products(where) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
-        total = evened(total, face.triangles)
+        total = _evened(total, around)
         if window_of(total).any():
             found[name] = total
     return found
 
 
-def evened(values: Array, triangles: npt.NDArray[np.int32], rounds: int = 3) -> Array:
-    """Return values (n, d), each replaced by the mean of itself and its neighbours' mean, some times over."""
-    n = len(values)
+def _around(triangles: npt.NDArray[np.int32], n: int) -> csr_array:
+    """Return the matrix (n, n) of sums over neighbours: each counts once for every triangle in which it is one."""
     ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    count = np.maximum(np.bincount(ends.ravel(), minlength=n), 1)
+    vertex, other = ends.ravel(), ends[:, ::-1].ravel()
+    starts = np.concatenate([[0], np.cumsum(np.bincount(vertex, minlength=n))])
+    return csr_array((np.ones(len(vertex)), other[np.argsort(vertex, kind="stable")], starts), shape=(n, n))
+
+
+def _evened(values: Array, around: csr_array, rounds: int = 3) -> Array:
+    """Return values (n, d), each replaced by the mean of itself and its neighbours' mean, some times over."""
+    count = np.maximum(np.diff(around.indptr), 1)[:, None]
     for _ in range(rounds):
-        around = np.stack(
-            [np.bincount(ends.ravel(), column[ends[:, ::-1]].ravel(), n) / count for column in values.T], axis=1
-        )
-        values = 0.5 * (values + around)
+        values = 0.5 * (values + (around @ values) / count)
     return values
 
 

@@ -79,6 +79,9 @@ class WaveFolds:
     shapes: FoldShapes | None = None
     """The motions that the lines are found from; a :class:`facewrinkle.Simulation` sets them."""
 
+    stateless = True
+    """See :class:`facewrinkle.layers.base.Layer`."""
+
     _known: tuple[float, Style, Face, FoldShapes, Array | None, WaveField] | None = None
     """The field that was found last, and what it was found from: a simulation that begins anew finds no other."""
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -115,9 +116,17 @@ class Grid:
         self.low = points.min(axis=0) if len(points) else np.zeros(3)
         index = np.floor((points - self.low) / self.cell).astype(np.int64)
         self.dims: IntArray = index.max(axis=0, initial=0) + 1
-        number = (index[:, 0] * self.dims[1] + index[:, 1]) * self.dims[2] + index[:, 2]
-        self.items: IntArray = np.argsort(number, kind="stable")
-        self.start: IntArray = np.searchsorted(number[self.items], np.arange(int(self.dims.prod()) + 1))
+        self._number: IntArray = (index[:, 0] * self.dims[1] + index[:, 1]) * self.dims[2] + index[:, 2]
+
+    @cached_property
+    def items(self) -> IntArray:
+        """The points, cube by cube."""
+        return np.asarray(np.argsort(self._number, kind="stable"))
+
+    @cached_property
+    def start(self) -> IntArray:
+        """Where those of each cube begin."""
+        return np.asarray(np.searchsorted(self._number[self.items], np.arange(int(self.dims.prod()) + 1)))
 
     @property
     def cells(self) -> tuple[Array, float, IntArray, IntArray, IntArray]:
@@ -238,7 +247,7 @@ class Packets:
         level = code // (kernels.FINEST + 1) ** 2
         order = np.lexsort((drawn(host, code, self._key + 1), level))
         grid = Grid(where, float(radius.max(initial=1e-9)))
-        taken = kernels.thinned(where, radius, order, *grid.cells)
+        taken = kernels.thinned(where, radius, order, grid.low, grid.cell, grid.dims)
         self._host, self._code = host[taken], code[taken] % (kernels.FINEST + 1) ** 2
         return corners[taken].astype(np.int64), weights[taken]
 

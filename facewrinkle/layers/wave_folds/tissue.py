@@ -183,11 +183,12 @@ def edge_distance(face: Face) -> Array:
     normals, tree = vertex_normals(points, face.triangles), cKDTree(points)
     out = np.full(len(points), np.inf)
     for depth in PROBES:
-        for other in tree.query(points - depth * normals, k=min(NEAREST, len(points)))[1].T:
-            way = points[other] - points
-            opposed = (normals * normals[other]).sum(axis=1) < OPPOSED
-            behind = ((way * normals).sum(axis=1) < 0.0) & ((way * normals[other]).sum(axis=1) > 0.0)
-            out = np.where(opposed & behind, np.minimum(out, np.linalg.norm(way, axis=1)), out)
+        for found in tree.query(points - depth * normals, k=min(NEAREST, len(points)))[1].T:
+            opposed = np.flatnonzero(np.einsum("nk,nk->n", normals, normals[found]) < OPPOSED)
+            other = found[opposed]
+            way, facing = points[other] - points[opposed], normals[opposed]
+            behind = ((way * facing).sum(axis=1) < 0.0) & ((way * normals[other]).sum(axis=1) > 0.0)
+            out[opposed[behind]] = np.minimum(out[opposed[behind]], np.linalg.norm(way[behind], axis=1))
     loops = boundary_loops(face.triangles)
     if loops:
         border = cKDTree(points[np.concatenate(loops)])
