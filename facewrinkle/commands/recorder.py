@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Self
 
@@ -19,7 +20,7 @@ from ..export.animation import SUFFIXES, AnimationWriter
 from ..export.meshes import sidecar_files
 from ..mesh.files import output_file
 from ..plotting import Image, Scene, save_picture, side_by_side
-from ..plotting.views import Style
+from ..plotting.views import Style, height_of
 from ..simulation import Simulation
 from ..tears.presets import Tear
 from .options import OutputOptions
@@ -27,6 +28,11 @@ from .report import Report
 
 Drawing = Callable[[], Image]
 """A picture that is being drawn: waits for it, and returns it."""
+
+SEEN = 1.0 / 256.0
+"""Pixels by which something must move to be drawn again in a movie: an edge between black and white that moves less
+changes no colour by more than one of its 256 steps.
+"""
 
 
 def beside(drawings: Iterable[Drawing]) -> Drawing:
@@ -186,14 +192,24 @@ class Scenes:
     def __init__(self, face: Face) -> None:
         self.face = face
         self._scenes: dict[Style, Scene] = {}
+        self._last: tuple[tuple[Style, ...], _Look, Drawing] | None = None
 
     def picture(self, frame: pv.PolyData, style: Style) -> Image:
         """Return the picture of a frame."""
         return self._scene(style).picture(frame)
 
     def begun(self, frame: pv.PolyData, *styles: Style) -> Drawing:
-        """Begin pictures of a frame, and return a function that waits for them and returns them side by side."""
-        return beside(self._scene(style).begun(frame) for style in styles)
+        """Begin pictures of a frame, and return a function that waits for them and returns them side by side.
+
+        For movies: a frame that nobody could tell from the last one that was drawn is not drawn again.
+        """
+        look = _Look.of(frame, self.face)
+        finest = min(height_of(self.face, style) / style.size[1] for style in styles)
+        if self._last is not None and self._last[0] == styles and look.like(self._last[1], SEEN * finest):
+            return self._last[2]
+        drawing = cache(beside(self._scene(style).begun(frame) for style in styles))
+        self._last = styles, look, drawing
+        return drawing
 
     def _scene(self, style: Style) -> Scene:
         if style not in self._scenes:
@@ -206,3 +222,50 @@ class Scenes:
     def __exit__(self, *_: object) -> None:
         for scene in self._scenes.values():
             scene.close()
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """What a picture of a frame depends on.
+
+    Attributes
+    ----------
+    triangles : ndarray of int
+    points : ndarray, shape (n, 3)
+    turns : mapping of str to ndarray
+        Directions and matrices of what moves besides the skin: head, eyes and jaw.
+    parts : mapping of str to ndarray, shape (k, 3)
+        Points of parts that move by themselves.
+    reach : float
+        What turns by an angle moves by no more than this many times as much, in the unit of the mesh.
+    """
+
+    triangles: np.ndarray
+    points: np.ndarray
+    turns: Mapping[str, np.ndarray]
+    parts: Mapping[str, np.ndarray]
+    reach: float
+
+    @classmethod
+    def of(cls, frame: pv.PolyData, face: Face) -> Self:
+        state = face.state_of(frame)
+        turns = {f"eye {side}": gaze for side, gaze in state.gazes.items()}
+        turns |= {"jaw": np.array(np.nan if state.jaw_angle is None else state.jaw_angle)}
+        turns |= {"head": state.head, "mandible": np.eye(4) if state.mandible is None else state.mandible}
+        points = np.array(frame.points, np.float64)  # of its own: frames may be filled again
+        return cls(frame.regular_faces.copy(), points, turns, state.parts, float(np.ptp(face.points, axis=0).max()))
+
+    def like(self, other: Self, distance: float) -> bool:
+        """Return True if nothing is farther than a distance from where it is in another frame."""
+        if self.turns.keys() != other.turns.keys() or self.parts.keys() != other.parts.keys():
+            return False
+        return (
+            np.array_equal(self.triangles, other.triangles)
+            and _near(self.points, other.points, distance)
+            and all(_near(turn, other.turns[name], distance / self.reach) for name, turn in self.turns.items())
+            and all(_near(points, other.parts[name], distance) for name, points in self.parts.items())
+        )
+
+
+def _near(one: np.ndarray, other: np.ndarray, distance: float) -> bool:
+    return one.shape == other.shape and np.allclose(one, other, rtol=0.0, atol=distance, equal_nan=True)

@@ -17,6 +17,9 @@ from ..errors import warn
 
 settings: Any = numba.config
 
+WITHOUT: dict[str, Any] = {"no_cfunc_wrapper": True}
+"""Options of all functions. None is handed on as a pointer for C, for which each would be compiled a second time."""
+
 _told: set[str] = set()
 
 
@@ -72,7 +75,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def decorated(function: Callable[..., Any]) -> Any:
         try:
-            return _forgiving(numba.njit(**options)(function))
+            return _forgiving(numba.njit(**WITHOUT, **options)(function))
         except RuntimeError:  # no folder for the cache
             if not options.get("cache"):
                 raise
@@ -80,7 +83,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         if folder is not None:
             before, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)
             try:
-                compiled = _forgiving(numba.njit(**options)(function))
+                compiled = _forgiving(numba.njit(**WITHOUT, **options)(function))
                 _tell(f"in {str(folder)!r}")
                 return compiled
             except (RuntimeError, OSError):
@@ -88,7 +91,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
             finally:
                 settings.CACHE_DIR = before
         _tell("nowhere, so that every start takes half a minute more")
-        return numba.njit(**{**options, "cache": False})(function)
+        return numba.njit(**{**WITHOUT, **options, "cache": False})(function)
 
     return decorated
 
