@@ -309,6 +309,8 @@ SPECIAL = {
     "tears.surfaces": lambda e: [[tear()], 1.0, frame()],
     "SheddingTear.surface": lambda e: [1.0, frame()],
     "DrippingTear.surface": lambda e: [0.9, frame()],
+    "SheddingTear.sampled": lambda e: [np.array([0.5, 1.0]), [frame(), frame()]],
+    "DrippingTear.sampled": lambda e: [np.array([0.5, 0.9]), [frame(), frame()]],
 }
 """Arguments, and pairs of a name and one that is given by that name."""
 

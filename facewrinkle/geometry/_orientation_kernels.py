@@ -18,7 +18,7 @@ def limit(points, heights, directions, triangles, demanded, aim, factors):
     """
     found = 0
     for f in range(len(triangles)):
-        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
         hi, hj, hk = heights[i], heights[j], heights[k]
         if hi == 0.0 and hj == 0.0 and hk == 0.0:
             continue

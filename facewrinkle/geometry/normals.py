@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -57,8 +59,34 @@ def detail_normals(bare: Array, displaced: Array, triangles: npt.NDArray[np.int3
     >>> detail_normals(p, p, np.array([[0, 1, 2]], np.int32), np.tile([0.6, 0.0, 0.8], (3, 1)))[0]
     array([0.6, 0. , 0.8])
     """
-    scratch, out = np.empty_like(bare), np.empty_like(bare)
-    kernels.detail(bare, displaced, triangles, smooth, scratch, out)
+    return details_normals(bare, [displaced], triangles, smooth)[0]
+
+
+def details_normals(
+    bare: Array, displaced: Sequence[Array], triangles: npt.NDArray[np.int32], smooth: Array
+) -> list[Array]:
+    """Return :func:`detail_normals` of several displacements, at most eight, of one bare mesh.
+
+    Examples
+    --------
+    >>> p, up = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.tile([0.0, 0.0, 1.0], (3, 1))
+    >>> lifted = p + [[0, 0, 0], [0, 0, 1], [0, 0, 0]]
+    >>> even, tilted = details_normals(p, [p, lifted], np.array([[0, 1, 2]], np.int32), up)
+    >>> even[0].round(3).tolist(), tilted[0].round(3).tolist()
+    ([0.0, 0.0, 1.0], [-0.707, 0.0, 0.707])
+    """
+    # Only triangles around vertices with a triangle that is displaced are looked at.
+    moved, touched, before = np.zeros(len(bare), np.uint8), np.zeros(len(bare), np.uint8), np.empty_like(bare)
+    for k, points in enumerate(displaced):
+        kernels.find_moved(bare, points, np.uint8(1 << k), moved)
+    kernels.touch(moved, triangles, touched)
+    near = kernels.around(triangles, touched)
+    kernels.accumulate(bare, near, before)
+    kernels.normalise(before)
+    out = [np.empty_like(bare) for _ in displaced]
+    for k, (points, normals) in enumerate(zip(displaced, out, strict=True)):
+        kernels.accumulate(points, near, normals)
+        kernels.changed(before, smooth, np.uint8(1 << k), touched, normals)
     return out
 
 

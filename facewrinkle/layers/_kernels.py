@@ -97,7 +97,7 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
     The two sides a and b of a triangle had the `products` a.a, b.b and a.b at rest, and the dual vectors given.
     """
     for f in range(triangles.shape[0]):
-        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
         ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
         bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
         aa = ax * ax + ay * ay + az * az - products[f, 0]
@@ -111,7 +111,7 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
         xz = aa * u[0] * u[2] + bb * v[0] * v[2] + ab * (u[0] * v[2] + u[2] * v[0])
         xy = aa * u[0] * u[1] + bb * v[0] * v[1] + ab * (u[0] * v[1] + u[1] * v[0])
         for c in range(3):
-            s, n = share[f, c], triangles[f, c]
+            s, n = share[f, c], np.uint32(triangles[f, c])
             out[n, 0] += s * xx
             out[n, 1] += s * yy
             out[n, 2] += s * zz
@@ -133,6 +133,18 @@ def largest_compression(strain, first, second, both, out):
         out[i] = 1.0 - np.sqrt(max(1.0 + 0.5 * (a + b) - np.sqrt(half * half + c * c), 0.0))
 
 
+@njit(cache=True)
+def add_activations(muscle, share, epsilon, mean, ours):
+    """Add to the mean compression (k,) of muscles that of their points (p,), and the share by which squares of lengths
+    shrink there.
+    """
+    for p in range(len(muscle)):
+        e = epsilon[p]
+        if e > 0.0:
+            mean[muscle[p]] += share[p] * e
+            ours[muscle[p]] += share[p] * (e * (2.0 - e))
+
+
 @_two_builds
 def strain_epsilon(starts, corners, barycentric, strain, products, out):
     """``1 - |F m|`` for the entries of each refined vertex, from the strain (n0, 6) at the vertices of the base mesh.
@@ -140,9 +152,9 @@ def strain_epsilon(starts, corners, barycentric, strain, products, out):
     `products` (p, 6) are the products of each direction's components over its squared length in the rest metric.
     """
     for i in prange(starts.shape[0] - 1):
-        first, last = starts[i], starts[i + 1]
+        first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
         if first < last:
-            a, b, c = corners[i, 0], corners[i, 1], corners[i, 2]
+            a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
             wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
             xx = wa * strain[a, 0] + wb * strain[b, 0] + wc * strain[c, 0]
             yy = wa * strain[a, 1] + wb * strain[b, 1] + wc * strain[c, 1]
@@ -207,23 +219,14 @@ def amplitudes(
 
 
 @njit(cache=True)
-def level(height, shown, points, triangles):
-    """Lower the bulges of heights (n,), or raise the furrows, until both hold as much volume over points (n, 3)."""
+def level(height, shown, areas):
+    """Lower the bulges of heights (n,), or raise the furrows, until both hold as much volume over areas (n,)."""
     above, below = 0.0, 0.0
-    for t in range(len(triangles)):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        if height[a] == 0.0 and height[b] == 0.0 and height[c] == 0.0:
-            continue
-        ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
-        vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        area = np.sqrt(nx * nx + ny * ny + nz * nz)
-        for k in range(3):
-            h = height[triangles[t, k]]
-            if h > 0.0:
-                above += area * h
-            else:
-                below -= area * h
+    for i in range(len(height)):
+        if height[i] > 0.0:
+            above += areas[i] * height[i]
+        else:
+            below -= areas[i] * height[i]
     bulges = max(np.round(below / above * STEPS) / STEPS, LEVELLED) if above > below else 1.0
     furrows = max(np.round(above / below * STEPS) / STEPS, LEVELLED) if below > above else 1.0
     for i in range(len(height)):

@@ -122,6 +122,13 @@ class SurfaceState:
         """Change of the metric (n0, 6) at the base vertices: xx, yy, zz, yz, xz, xy; exactly 0 at rest."""
         return self._field().strain(self.base)
 
+    @cached_property
+    def areas(self) -> Array:
+        """Twice the area of the triangles around each vertex (n,) of the bare surface, mm^2: weights of its heights."""
+        out = np.empty(len(self.bare))
+        kernels.double_areas(self.bare, self.triangles, out)
+        return out
+
     def compression(self, directions: Array) -> Array:
         """Return ``1 - |F m|`` (n,) along directions (n, 3) or (3,); only their part in the rest surface counts."""
         return compression_along(*self._tensors, self.vertices.normals, directions)

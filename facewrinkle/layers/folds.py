@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -21,6 +23,10 @@ would vary along the furrow, and its line would look serrated.
 
 OF_ENTRIES = ("muscle", "height", "blunt", "swing", "steep", "cycle", "coordinates", "direction", "products")
 """Attributes of :class:`Folds` with one row per entry."""
+
+
+OF_MUSCLES = ("wrinkles", "strength", "normal_share", "swell", "closing", "folds", "sliding", "protrusion")
+"""Attributes of a muscle that its folds do not depend on, and its wrinkles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +85,15 @@ class Folds:
     leading: IntArray
 
     @classmethod
-    def at(cls, vertices: SurfacePoints, muscles: list[Muscle], zones: BoolArray, metric: Array, unit: float) -> Self:
+    def at(
+        cls,
+        vertices: SurfacePoints,
+        muscles: list[Muscle],
+        zones: BoolArray,
+        metric: Array,
+        unit: float,
+        alike: Sequence[int] | None = None,
+    ) -> Self:
         """Evaluate the muscles at vertices.
 
         Parameters
@@ -93,10 +107,18 @@ class Folds:
             Rest metric at the base vertices.
         unit : float
             Millimetres per unit of the vertices.
+        alike : sequence of int, optional
+            See :func:`alike`: of muscles that share their folds, one is evaluated.
         """
         touched, near = np.nonzero(zones[:, vertices.host])
-        parts = [_of_muscle(k, muscles[k], near[touched == k], vertices.points) for k in np.unique(touched)]
-        parts = [part for part in parts if len(part[0])]
+        found: dict[int, tuple[npt.NDArray[Any], ...]] = {}
+        for k in np.unique(touched).tolist():
+            first = k if alike is None else alike[k]
+            if first not in found:
+                found[first] = _of_muscle(first, muscles[first], near[touched == k], vertices.points)
+            where, *columns = found[first]
+            found[k] = (where, np.full(len(where), k), *columns[1:])
+        parts = [part for _, part in sorted(found.items()) if len(part[0])]
         if not parts:
             return cls.none(len(vertices.points))
         columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
@@ -142,6 +164,32 @@ class Folds:
         offset = self.leading[kept] - self.starts[:-1][kept]
         leading = np.where(self.leading[kept] >= 0, starts[:-1] + offset, -1).astype(np.int32)
         return Folds(starts=starts, leading=leading, **{c: getattr(self, c)[entries] for c in OF_ENTRIES})
+
+
+def alike(muscles: Sequence[Muscle], zones: BoolArray) -> list[int]:
+    """Return the number of the first muscle (k,) that has the same folds as each, however deep they are.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> names, patterns = list(face.muscles), [muscle.fold_pattern for muscle in face.muscles.values()]
+    >>> first = alike(patterns, face.zones)
+    >>> names[first[names.index("levator_labii_superioris_l")]], first[0]
+    ('zygomaticus_major_l', 0)
+    """
+    seen: dict[object, int] = {}
+    return [
+        seen.setdefault(_kind(muscle, zone), k) for k, (muscle, zone) in enumerate(zip(muscles, zones, strict=True))
+    ]
+
+
+def _kind(muscle: Muscle, zone: BoolArray) -> tuple[object, ...]:
+    """All that the folds of a muscle depend on, but their depth."""
+    style = repr(dataclasses.replace(muscle.wrinkles, depth=1.0))
+    own = (getattr(muscle, f.name) for f in dataclasses.fields(muscle) if f.name not in OF_MUSCLES)
+    values = [np.asarray(value).tobytes() for value in own]
+    return type(muscle), *values, style, zone.tobytes()
 
 
 def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Array) -> tuple[npt.NDArray[Any], ...]:

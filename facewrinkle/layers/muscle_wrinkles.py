@@ -19,7 +19,7 @@ from . import _kernels as kernels
 from .activation import Activation
 from .base import Array, BoolArray, Displacement, SurfacePoints, SurfaceState
 from .compression import EdgeWeights, StrainField
-from .folds import Folds
+from .folds import Folds, alike
 from .gathered import Gathered
 
 CompressionMethod = Literal["gradient", "edges"]
@@ -118,6 +118,7 @@ class MuscleWrinkles:
         self._k0 = self.depth * fine * np.array([m.wrinkles.depth for m in self._muscles])
         drawn = np.array([not (self.anatomical and muscle.wrinkles.waves) for muscle in self._muscles], bool)
         self._zones = face.zones & drawn[:, None]
+        self._alike = alike(self._muscles, self._zones)
         self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]
         self._folding = np.array([len(vertices) > 0 for vertices in self._zone_vertices], bool)
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
@@ -137,7 +138,7 @@ class MuscleWrinkles:
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        new = Folds.at(created, self._muscles, self._zones, self._strain.metric, self._unit)
+        new = Folds.at(created, self._muscles, self._zones, self._strain.metric, self._unit, self._alike)
         if not self.inextensible:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
@@ -171,7 +172,7 @@ class MuscleWrinkles:
         )  # fmt: skip
         self._ask(k0, state.vertices, spacing, across, active)
         if self.anatomical and not self.balance:
-            kernels.level(height, blunt, state.bare, state.triangles)
+            kernels.level(height, blunt, state.areas)
         shading_offset = blunt - height
         if self.balance:
             height, lowered = self._balanced(k0, height, state)

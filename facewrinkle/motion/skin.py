@@ -16,7 +16,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face
-from ..anatomy.muscles import SphincterMuscle
+from ..anatomy.muscles import Muscle, SphincterMuscle
 from ..arguments import checked
 from ..errors import ParameterError, check_range, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
@@ -116,7 +116,7 @@ class Skin:
         self.names = tuple(face.muscles)
         self.points, self.mesh = face.points * face.unit, SkinMesh.of(face, vertices)
         self._lids_of = None if self.mesh.face is face else (self._lids(self.mesh.face), self._lids(face))
-        face = self.mesh.face
+        whole, face = face, self.mesh.face
         self._rest_points, self._triangles = face.points * face.unit, face.triangles
         self._area = vertex_areas(self._rest_points, self._triangles)
         self._build_springs(face)
@@ -125,7 +125,7 @@ class Skin:
         stiffness = self._stiffness_matrices()
         resistance = np.mean([matrix.diagonal() for matrix in stiffness], axis=0)
         self.contacts = Contacts(face, self._area, resistance, self._joints.mandible)
-        self._pull = csr_array(self._forces(face).reshape(len(self.names), -1).T)
+        self._pull = csr_array(self._forces(face, whole).reshape(len(self.names), -1).T)
         self._mass = self._area / (m.decay * m.rate) ** 2
         self._drag = 2.0 * m.damping * m.rate * self.time_step
         inertia = diags_array(self._mass * (1.0 + self._drag) / self.time_step**2)
@@ -186,16 +186,26 @@ class Skin:
         lids = {name: plate for name, plate in plates.items() if not face.joint_weights[name].bone}
         return Joints(face, self.names, tethers, lids)
 
-    def _forces(self, face: Face) -> Array:
-        """Return the force (k, n, 3) of each muscle at full contraction."""
-        m, n = self.material, self._normals
+    def _pulled(self, muscle: Muscle, points: Array, normals: Array) -> Array:
+        """Return the force (n, 3) of a muscle at full contraction per area, at points with normals (n, 3)."""
+        m = self.material
+        force = muscle.force(points) * (muscle.strength * m.pull / m.decay**2)
+        out = (force * normals).sum(axis=1, keepdims=True)
+        force -= (1.0 - muscle.normal_share) * out * normals
+        swell = muscle.swell * muscle.strength * m.pull / m.decay**2
+        return np.asarray(force + (swell * muscle.bunched(points))[:, None] * normals)
+
+    def _forces(self, face: Face, whole: Face) -> Array:
+        """Return the force (k, n, 3) of each muscle at full contraction.
+
+        It is that on the whole face, averaged around the vertices that are simulated: between these it may change.
+        """
         pull, pulled = np.zeros((len(self.names), len(self._rest_points), 3)), 1.0 - on_gums(face)
+        around, normals = self.mesh.around, self._normals if whole is face else lip_tethers(whole)[1]
         for k, muscle in enumerate(face.muscles.values()):
-            force = muscle.force(face.points) * (muscle.strength * m.pull / m.decay**2)
-            out = (force * n).sum(axis=1, keepdims=True)
-            force -= (1.0 - muscle.normal_share) * out * n
-            swell = muscle.swell * muscle.strength * m.pull / m.decay**2
-            force += (swell * muscle.bunched(face.points))[:, None] * n
+            force = self._pulled(muscle, whole.points, normals)
+            if around is not None:
+                force = around @ force
             pull[k] = force * (self._area * pulled)[:, None]
         for k, name in enumerate(self.names):
             if (free := self._joints.free_share(name)) is not None:
@@ -205,6 +215,7 @@ class Skin:
                 pull[k] *= 0.0 if closes else (1.0 - face.shut_lids)[:, None]
         closing = np.array([muscle.closing * muscle.strength for muscle in face.muscles.values()])
         some = np.flatnonzero(closing)
+        m = self.material
         pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * closing_forces(face, self._area)
         return pull
 

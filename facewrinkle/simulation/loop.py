@@ -23,7 +23,7 @@ from ..arguments import checked
 from ..errors import ParameterError, check_range, check_whole, type_of, unknown_name, warn
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
-from ..geometry.normals import detail_normals, vertex_normals
+from ..geometry.normals import details_normals, vertex_normals
 from ..geometry.orientation import unfolded_shares
 from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.smoothstep import smoothstep
@@ -557,9 +557,9 @@ class Simulation:
                 height = height * shares
                 offset = None if offset is None else offset * shares
             moved = displaced(bare, height, smooth)
-            normals = shown = detail_normals(bare, moved, triangles, smooth)
-            if offset is not None:
-                shown = detail_normals(bare, displaced(bare, height + offset, smooth), triangles, smooth)
+            blunt = [] if offset is None else [displaced(bare, height + offset, smooth)]
+            normals, *others = details_normals(bare, [moved, *blunt], triangles, smooth)
+            shown = others[0] if others else normals
         with self._timed("refinement"):
             split, fine, active, self._late, split_gamma = mark(
                 self.refinement, self.forest, self._levels, vertices, normals, added

@@ -221,24 +221,25 @@ class Restless:
     """
 
     def __init__(self, forest: RedGreenForest) -> None:
-        self._counts = np.bincount(forest.root)
+        self._roots = forest.root
+        self._counts = np.bincount(self._roots)
         self._taken = np.full(len(self._counts), -RECENT - 1)
         self._kept = np.zeros(len(self._counts), bool)
 
     def follow(self, forest: RedGreenForest, step: int) -> None:
         """Take note of a change of the triangles."""
-        counts = np.bincount(forest.root, minlength=len(self._counts))
+        self._roots = forest.root
+        counts = np.bincount(self._roots, minlength=len(self._counts))
         self._kept |= (counts > self._counts) & (step - self._taken <= RECENT)
         self._taken[counts < self._counts] = step
         self._counts = counts
 
     def may_go(self, forest: RedGreenForest, fine: BoolArray, active: BoolArray) -> BoolArray:
-        """Return which of the triangles (m,) that are finer than needed may be taken back."""
+        """Return which of the triangles (m,) that are finer than needed may be taken back; the marks are changed."""
         if not self._kept.any():
             return fine
-        here = active[forest.triangles].any(axis=1)
-        self._kept &= np.bincount(forest.root, here, len(self._kept)) > 0
-        return np.asarray(fine & ~(here & self._kept[forest.root]))
+        kernels.keep_restless(forest.triangles, self._roots, active, self._kept, fine)
+        return fine
 
 
 class Hold:

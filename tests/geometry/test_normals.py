@@ -13,7 +13,7 @@ import pytest
 import pyvista as pv
 from scipy.spatial.transform import Rotation
 
-from facewrinkle.geometry.normals import detail_normals, vertex_areas, vertex_normals
+from facewrinkle.geometry.normals import detail_normals, details_normals, vertex_areas, vertex_normals
 
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
@@ -94,6 +94,16 @@ def test_detail_normals_add_the_change_of_the_mesh_normals(dented):
     change = unit(plain_sums(displaced, triangles)) - unit(plain_sums(points, triangles))
     out = detail_normals(points, displaced, triangles, smooth)
     np.testing.assert_allclose(out, unit(smooth + change), atol=1e-13)
+
+
+def test_detail_normals_of_several_displacements_are_those_of_each(dented):
+    points, triangles = dented
+    here, there = points.copy(), points.copy()
+    here[:200] *= 1.1
+    there[150:400] *= 0.9
+    together = details_normals(points, [here, there, points], triangles, unit(points))
+    for moved, normals in zip((here, there, points), together, strict=True):
+        assert np.array_equal(normals, detail_normals(points, moved, triangles, unit(points)))
 
 
 def test_vertex_areas_share_out_the_mesh(dented):

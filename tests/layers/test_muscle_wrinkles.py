@@ -11,6 +11,7 @@ dominant muscle, lambda, gamma  the largest |H At| over all muscles; its coordin
 compression by edges            Eqs. 8-9 on the refined mesh
 accumulate=N                    the running sum of the stateless heights over N
 depth                           proportion
+muscles with the same folds     each evaluated by itself
 """
 
 from __future__ import annotations
@@ -22,8 +23,11 @@ import facewrinkle as fw
 from facewrinkle.anatomy.muscles import LinearMuscle, SphincterMuscle
 from facewrinkle.errors import ParameterError
 from facewrinkle.geometry.profile import deepest
+from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.geometry.topology import vertex_rings
+from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.compression import StrainField, along, edge_compression
+from facewrinkle.layers.folds import Folds, alike
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
 UNREFINED = fw.Refinement(max_level=0)
@@ -322,3 +326,22 @@ def test_what_is_no_number_of_use_is_refused(value):
         MuscleWrinkles(depth=value)
     with pytest.raises(ParameterError, match="accumulate must"):
         MuscleWrinkles(accumulate=value)
+
+
+def test_muscles_that_share_their_folds_have_the_same(face):
+    patterns = [muscle.fold_pattern for muscle in face.muscles.values()]
+    first, names = alike(patterns, face.zones), list(face.muscles)
+    shared = {names[k] for k, other in enumerate(first) if other != k}
+    assert {"levator_labii_superioris_l", "levator_labii_superioris_r", "buccinator_l"} <= shared
+    assert "corrugator_l" not in shared
+    n = len(face.points)
+    forest = RedGreenForest(face.triangles, 0, n)
+    points = SurfacePoints.of_forest(forest, face.points, face.tissue.normals)
+    metric = StrainField(face.points, face.triangles).metric
+    once, each = (Folds.at(points, patterns, face.zones, metric, 1.0, same) for same in (first, None))
+    assert len(once.muscle) > 1000
+    for name in Folds.__dataclass_fields__:
+        assert np.array_equal(getattr(once, name), getattr(each, name)), name
+    deeper = face.muscles["levator_labii_superioris_l"].fold_pattern
+    for change, same in (({"depth": 9.0}, True), ({"alpha": 2.5}, False), ({"width": 2.0 * deeper.width}, False)):
+        assert (alike([deeper, deeper.replaced(**change)], face.zones[:1].repeat(2, axis=0)) == [0, 0]) is same

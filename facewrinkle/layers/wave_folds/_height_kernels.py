@@ -54,17 +54,19 @@ NARROWEST = 0.6
 
 
 @njit(cache=True, inline="always")
-def risen(s, alpha):
-    """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, repeated from [-1, 1] with the period 2."""
+def risen(s, alpha, full):
+    """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, repeated from [-1, 1] with the period 2, over which it is full.
+
+    ``full = (2^(alpha + 1) - 1) / (alpha + 1)``.
+    """
     cycles = np.round(0.5 * s)
     within = s - 2.0 * cycles
-    full = (2.0 ** (alpha + 1.0) - 1.0) / (alpha + 1.0)
     part = ((1.0 + within * within) ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
     return cycles * full + (part if within >= 0.0 else -part)
 
 
 @njit(cache=True)
-def excesses(starts, corners, barycentric, strain, across, along, shear, window, epsilon, excess, folding):
+def excesses(starts, corners, barycentric, strain, tangents, window, epsilon, excess, folding):
     """Compression beyond the onset (p,), smoothly from 0; list the vertices (n,) that have any, and return how many.
 
     `epsilon` (p,) is the compression across the lines, ``1 - |F m|``. What stretches skin along the lines, and what
@@ -72,10 +74,10 @@ def excesses(starts, corners, barycentric, strain, across, along, shear, window,
     """
     count = 0
     for i in range(len(starts) - 1):
-        first, last = starts[i], starts[i + 1]
+        first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
         if first == last:
             continue
-        a, b, c = corners[i, 0], corners[i, 1], corners[i, 2]
+        a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
         wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
         xx = wa * strain[a, 0] + wb * strain[b, 0] + wc * strain[c, 0]
         yy = wa * strain[a, 1] + wb * strain[b, 1] + wc * strain[c, 1]
@@ -85,15 +87,15 @@ def excesses(starts, corners, barycentric, strain, across, along, shear, window,
         xy = wa * strain[a, 5] + wb * strain[b, 5] + wc * strain[c, 5]
         some = False
         for p in range(first, last):
-            change = across[p, 0] * xx + across[p, 1] * yy + across[p, 2] * zz
-            change += across[p, 3] * yz + across[p, 4] * xz + across[p, 5] * xy
+            x, y, z = tangents[p, 0], tangents[p, 1], tangents[p, 2]
+            sx, sy, sz = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+            change = x * sx + y * sy + z * sz
             epsilon[p] = 1.0 - np.sqrt(max(1.0 + change, 0.0))
             excess[p] = 0.0
             if epsilon[p] > ONSET - SOFT:
-                change = along[p, 0] * xx + along[p, 1] * yy + along[p, 2] * zz
-                change += along[p, 3] * yz + along[p, 4] * xz + along[p, 5] * xy
-                slide = shear[p, 0] * xx + shear[p, 1] * yy + shear[p, 2] * zz
-                slide += shear[p, 3] * yz + shear[p, 4] * xz + shear[p, 5] * xy
+                x, y, z = tangents[p, 3], tangents[p, 4], tangents[p, 5]
+                slide = x * sx + y * sy + z * sz
+                change = xx * x * x + yy * y * y + zz * z * z + 2.0 * (yz * y * z + xz * x * z + xy * x * y)
                 pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
                 e = epsilon[p] + ALONG * pull - SHEARED * 0.5 * abs(slide) - ONSET
                 if e > SOFT:
@@ -132,8 +134,8 @@ def heights(
     are no longer than the skin that the compression frees.
     """
     for t in range(count):
-        i = where[t]
-        first, last = starts[i], starts[i + 1]
+        i = np.uint32(where[t])
+        first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
         asked, furrowed = 0.0, 0.0
         for p in range(first, last):
             furrowed += old[p]
@@ -158,9 +160,10 @@ def heights(
                 steep = min((big + rest) / (SHARP_DEPTH * length[p]), 1.0)
                 alpha = BLUNT_ALPHA + (SHARP_ALPHA - BLUNT_ALPHA) * steep
                 top = 2.0**alpha
-                bulge = 0.5 * (2.0 * top - 1.0) / (alpha + 1.0)
+                full = (2.0 * top - 1.0) / (alpha + 1.0)
+                bulge = 0.5 * full
                 total += big * (bulge - abs(s) * (1.0 + s * s) ** alpha) / top
-                mean = (risen(s + ROUNDED, alpha) - risen(s - ROUNDED, alpha)) / (2.0 * ROUNDED)
+                mean = (risen(s + ROUNDED, alpha, full) - risen(s - ROUNDED, alpha, full)) / (2.0 * ROUNDED)
                 mild += big * (bulge - mean) / top
             if rest > 0.0:
                 w = 0.5 * (1.0 - abs(s)) / FINE
@@ -172,7 +175,7 @@ def heights(
                 wide = 2.0 / np.pi * length[p] * np.sqrt(8.0 * TOLERANCE / curved)
                 wide = max(wide, NARROWEST * length[p])
                 if wide < finest:
-                    finest, lead = wide, p
+                    finest, lead = wide, np.int64(p)
         height[i], shown[i], spacing[i], active[i] = total, mild, finest, lead >= 0
         if lead >= 0:
             norm = np.sqrt(wave[lead, 0] ** 2 + wave[lead, 1] ** 2 + wave[lead, 2] ** 2)

@@ -216,8 +216,8 @@ def waves_at(places, normals, x, n, d, k, share, sigma, phase, low, cell, dims, 
 
 
 @njit(cache=True)
-def directed(wave, normals, corners, barycentric, metric, across, along, both):
-    """Products of the tangents across and along each wave, and of both, of unit length in the rest metric (n0, 6)."""
+def directed(wave, normals, corners, barycentric, metric, tangents):
+    """Tangents (p, 6) across each wave, and along it, of unit length in the rest metric (n0, 6)."""
     first, second, g = np.empty(3), np.empty(3), np.empty(6)
     for p in range(len(wave)):
         n = normals[p]
@@ -234,15 +234,9 @@ def directed(wave, normals, corners, barycentric, metric, across, along, both):
             g[k] = 0.0
             for c in range(3):
                 g[k] += barycentric[p, c] * metric[corners[p, c], k]
-        for v in (first, second):
+        for k, v in enumerate((first, second)):
             square = g[0] * v[0] ** 2 + g[1] * v[1] ** 2 + g[2] * v[2] ** 2
             square += 2.0 * (g[3] * v[1] * v[2] + g[4] * v[0] * v[2] + g[5] * v[0] * v[1])
             size = np.sqrt(max(square, 1e-6))
             for c in range(3):
-                v[c] /= size
-        for v, w, out in ((first, first, across), (second, second, along), (first, second, both)):
-            for c in range(3):
-                out[p, c] = v[c] * w[c]
-            out[p, 3] = v[1] * w[2] + v[2] * w[1]
-            out[p, 4] = v[0] * w[2] + v[2] * w[0]
-            out[p, 5] = v[0] * w[1] + v[1] * w[0]
+                tangents[p, 3 * k + c] = v[c] / size

@@ -159,8 +159,8 @@ class WaveField:
             own = np.minimum(2.0 * np.pi / size, LONGEST * length)
             old = AGED * own * np.sqrt(most) * strength**2 * window
             family = np.full(len(near), number, np.int32)
-            products = directed(wave, vertices, near, self._metric)
-            parts.append((near, family, theta, strength, np.ascontiguousarray(window), own, old, wave, *products))
+            tangents = directed(wave, vertices, near, self._metric)
+            parts.append((near, family, theta, strength, np.ascontiguousarray(window), own, old, wave, tangents))
         return Waves.of(parts, len(vertices.points))
 
     def _where(self, vertices: SurfacePoints, near: np.ndarray) -> tuple[Array, Array]:

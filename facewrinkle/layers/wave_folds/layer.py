@@ -192,8 +192,8 @@ class WaveFolds:
         self._height[before], self._shown[before] = 0.0, 0.0
         self._spacing[before], self._active[before] = np.inf, False
         self._count = kernels.excesses(
-            waves.starts, state.vertices.corners, state.vertices.barycentric, state.strain, waves.across, waves.along,
-            waves.shear, waves.window, self._epsilon, self._excess, self._folding,
+            waves.starts, state.vertices.corners, state.vertices.barycentric, state.strain, waves.tangents,
+            waves.window, self._epsilon, self._excess, self._folding,
         )  # fmt: skip
         if self._aged is not None:
             self._count = len(self._aged)
@@ -204,7 +204,7 @@ class WaveFolds:
             self._epsilon, self._excess, waves.old, depth, self._age, self._height, self._shown, self._spacing,
             self._across, self._active, self._deep, self._leading,
         )  # fmt: skip
-        level(self._height, self._shown, state.bare, state.triangles)
+        level(self._height, self._shown, state.areas)
         spacing = self._spacing / self._face.unit
         if depth != self._depth:  # a fold that is twice as deep needs vertices closer by the root of 2
             self._height, self._shown = (self._depth / depth * height for height in (self._height, self._shown))

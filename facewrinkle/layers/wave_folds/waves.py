@@ -11,7 +11,7 @@ import numpy as np
 from ..base import Array, IntArray, SurfacePoints
 from . import _packet_kernels as kernels
 
-COLUMNS = ("family", "theta", "strength", "window", "length", "old", "wave", "across", "along", "shear")
+COLUMNS = ("family", "theta", "strength", "window", "length", "old", "wave", "tangents")
 """Columns with a row per entry."""
 
 LONGEST = 1.7
@@ -45,10 +45,8 @@ class Waves:
         Depth of the lines at rest at age 1, mm.
     wave : ndarray, shape (p, 3)
         Wave vector, 1/mm.
-    across, along : ndarray, shape (p, 6)
-        Products of the directions across and along the lines over their squared lengths in the rest metric.
-    shear : ndarray, shape (p, 6)
-        The same of the two directions with each other, over the product of their lengths.
+    tangents : ndarray, shape (p, 6)
+        The directions across and along the lines, each of unit length in the rest metric.
     """
 
     starts: IntArray
@@ -59,9 +57,7 @@ class Waves:
     length: Array
     old: Array
     wave: Array
-    across: Array
-    along: Array
-    shear: Array
+    tangents: Array
 
     @classmethod
     def none(cls, n: int) -> Self:
@@ -72,9 +68,9 @@ class Waves:
         >>> Waves.none(2).starts.tolist()
         [0, 0, 0]
         """
-        e, six = np.empty(0), np.empty((0, 6))
+        e = np.empty(0)
         starts, family = np.zeros(n + 1, np.int32), np.empty(0, np.int32)
-        return cls(starts, family, e, e, e, e, e, np.empty((0, 3)), six, six, six)
+        return cls(starts, family, e, e, e, e, e, np.empty((0, 3)), np.empty((0, 6)))
 
     @classmethod
     def of(cls, parts: Sequence[tuple[np.ndarray, ...]], n: int) -> Self:
@@ -102,12 +98,12 @@ class Waves:
         return Waves(starts, **{c: getattr(self, c)[entries] for c in COLUMNS})
 
 
-def directed(wave: Array, vertices: SurfacePoints, near: np.ndarray, metric: Array) -> tuple[Array, Array, Array]:
-    """Return the products (p, 6) of the tangents across and along waves (p, 3) at the vertices `near`, and of both.
+def directed(wave: Array, vertices: SurfacePoints, near: np.ndarray, metric: Array) -> Array:
+    """Return the tangents (p, 6) across and along waves (p, 3) at the vertices `near`.
 
-    The tangents have unit length in the rest metric (n0, 6).
+    They are of unit length in the rest metric (n0, 6).
     """
-    across, along, both = (np.empty((len(wave), 6)) for _ in range(3))
+    tangents = np.empty((len(wave), 6))
     where = vertices.normals[near], vertices.corners[near], vertices.barycentric[near]
-    kernels.directed(wave, *where, metric, across, along, both)
-    return across, along, both
+    kernels.directed(wave, *where, metric, tangents)
+    return tangents
