@@ -59,7 +59,7 @@ def behind_lips(face: Face, area: Array) -> FacingSkin:
     >>> face = fw.default_face()
     >>> flesh = behind_lips(face, np.ones(len(face.points)))
     >>> thickness = flesh.gaps(face.points)
-    >>> bool((thickness > flesh.allowed).all()), bool(4.0 < thickness.max() < THICKEST)
+    >>> bool((thickness > flesh.allowed).all()), bool(4.0 < thickness.max() < THICKEST * face.frame.scale)
     (True, True)
     """
     points, near = face.points * face.unit, around_mouth(face)
