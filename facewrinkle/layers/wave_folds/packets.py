@@ -125,7 +125,7 @@ class Grid:
 
     @cached_property
     def start(self) -> IntArray:
-        """Where those of each cube begin."""
+        """First item of each cube, and the end of the last."""
         return np.asarray(np.searchsorted(self._number[self.items], np.arange(int(self.dims.prod()) + 1)))
 
     @property
