@@ -56,7 +56,7 @@ NARROWEST = 0.6
 @njit(cache=True, inline="always")
 def risen(s, alpha):
     """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, repeated from [-1, 1] with the period 2."""
-    cycles = np.round(0.5 * s)
+    cycles = np.rint(0.5 * s)
     within = s - 2.0 * cycles
     full = (2.0 ** (alpha + 1.0) - 1.0) / (alpha + 1.0)
     part = ((1.0 + within * within) ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
