@@ -11,7 +11,9 @@ def program() -> NoReturn:
     import sys
 
     from .cli import main
+    from .commands import compiling
 
+    compiling.allowed = True
     sys.exit(main())
 
 

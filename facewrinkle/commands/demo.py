@@ -12,6 +12,7 @@ from ..anatomy.fitting import default_face
 from ..export import output_folder
 from ..plotting import Image, save_picture, side_by_side, stacked
 from ..plotting.views import Style
+from . import compiling
 from .express import Performance, record
 from .options import OutputOptions
 from .recorder import Scenes
@@ -38,6 +39,7 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     quiet
         Print only errors.
     """
+    compiling.begin()
     begin = time.perf_counter()
     report = Report(quiet)
     folder = output_folder(out, make=False)

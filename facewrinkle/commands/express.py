@@ -21,6 +21,7 @@ from ..plotting import Image, Scene, closeup, side_by_side
 from ..plotting.views import Style
 from ..rigging.maps import bake_maps, check_map_size, write_maps
 from ..simulation import Refinement, Simulation
+from . import compiling
 from .options import FaceOptions, FoldOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_mixture
 from .recorder import Clip, Recorder, Scenes
@@ -79,6 +80,7 @@ def express(
     maps
         Bake the wrinkles into maps of this width, texels: normals, heights, cavity and tension, for the mesh as it is.
     """
+    compiling.begin()
     begin, output, source = time.perf_counter(), output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)

@@ -115,10 +115,16 @@ def unkept(*names: str) -> Iterator[None]:
         _UNKEPT.reset(token)
 
 
-def digest(value: object) -> str | None:
+def digest(value: object, decimals: int | None = None) -> str | None:
     """Return a digest of the content of numbers, strings, arrays, meshes, this package's dataclasses, and collections.
 
     None if there is anything else in it, such as an object of a user's class, whose methods could be others next time.
+
+    Parameters
+    ----------
+    value : object
+    decimals : int, optional
+        Numbers are rounded so far, for what other computers round otherwise in the last digits.
 
     Examples
     --------
@@ -126,18 +132,23 @@ def digest(value: object) -> str | None:
     True
     >>> digest(np.zeros(3)) == digest(np.zeros((3, 1))), digest(lambda: 1)
     (False, None)
+    >>> digest([0.1 + 0.2], 9) == digest([0.3], 9), digest(0.1 + 0.2) == digest(0.3)
+    (True, False)
     """
     content = hashlib.blake2b(digest_size=16)
     try:
-        _feed(content.update, value)
+        _feed(content.update, value, decimals)
     except TypeError:
         return None
     return content.hexdigest()
 
 
-def _feed(update: Callable[[Any], None], value: Any) -> None:
+def _feed(update: Callable[[Any], None], value: Any, decimals: int | None) -> None:
     """Feed bytes to a digest that no other content has."""
     kind = type(value)
+    if decimals is not None and (kind is float or (isinstance(value, np.ndarray) and value.dtype.kind == "f")):
+        value = np.round(value, decimals) + 0.0  # no minus before 0
+        value = float(value) if kind is float else value
     if value is None or kind in (bool, int, float, str):
         text = repr(value).encode()
         update(b"%s %d %s" % (kind.__name__.encode(), len(text), text))
@@ -147,20 +158,20 @@ def _feed(update: Callable[[Any], None], value: Any) -> None:
     elif isinstance(value, list | tuple):
         update(b"list %d " % len(value))
         for each in value:
-            _feed(update, each)
+            _feed(update, each, decimals)
     elif isinstance(value, Mapping):
         update(b"mapping %d " % len(value))
         for name, each in value.items():
-            _feed(update, name)
-            _feed(update, each)
+            _feed(update, name, decimals)
+            _feed(update, each, decimals)
     elif isinstance(value, pv.PolyData):
         update(b"mesh ")
-        _feed(update, [np.asarray(each) for each in (value.points, value.faces, value.lines, value.verts)])
+        _feed(update, [np.asarray(each) for each in (value.points, value.faces, value.lines, value.verts)], decimals)
         for data in (value.point_data, value.cell_data, value.field_data):
-            _feed(update, {name: np.asarray(data[name]) for name in sorted(data)})
+            _feed(update, {name: np.asarray(data[name]) for name in sorted(data)}, decimals)
     elif dataclasses.is_dataclass(kind) and kind.__module__.partition(".")[0] == __package__.partition(".")[0]:
-        _feed(update, f"{kind.__module__}.{kind.__qualname__}")
-        _feed(update, {each.name: getattr(value, each.name) for each in dataclasses.fields(value)})
+        _feed(update, f"{kind.__module__}.{kind.__qualname__}", decimals)
+        _feed(update, {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}, decimals)
     else:
         raise TypeError(kind)
 

@@ -20,6 +20,7 @@ from ..motion.material import SkinMaterial
 from ..motion.playback import Playback
 from ..motion.recorded import Recorded
 from ..motion.skin import Skin
+from .stored_shapes import stored_shapes
 
 Array = npt.NDArray[np.float64]
 
@@ -87,16 +88,33 @@ def _material(motion: Motion) -> SkinMaterial:
 
 def _of_muscles(face: Face, material: SkinMaterial) -> FoldShapes:
     """Shapes of the action units that the atlas of a face has, in their groups."""
-    own = set(face.muscles)
-    units = {name: rates for name, rates in face.atlas.action_units.items() if own.issuperset(rates)}
-    groups = {name: _different(units, group) for name, group in GROUPS.items()}
-
-    def relaxed() -> dict[str, Array]:
-        pulled = Pulled(face, material)
-        return {unit: pulled.at(units[unit]) for group in groups.values() for unit in group}
-
-    shapes = kept("shapes", (dataclasses.replace(face, texture=None), material), relaxed)
+    groups, inputs = unit_groups(face), inputs_of(face, material)
+    shapes = stored_shapes(face, inputs)
+    if shapes is None or not shapes.keys() >= {unit for group in groups.values() for unit in group}:
+        shapes = kept("shapes", inputs, lambda: relaxed_shapes(face, material))
     return FoldShapes({name: [shapes[unit] for unit in group] for name, group in groups.items()})
+
+
+def unit_groups(face: Face) -> dict[str, list[str]]:
+    """Return the names of the action units that the atlas of a face has, by family."""
+    units = _units(face)
+    return {name: _different(units, group) for name, group in GROUPS.items()}
+
+
+def inputs_of(face: Face, material: SkinMaterial) -> object:
+    """Return all that the shapes of a face depend on."""
+    return dataclasses.replace(face, texture=None), material
+
+
+def relaxed_shapes(face: Face, material: SkinMaterial) -> dict[str, Array]:
+    """Return positions (n0, 3), mm, of skin that has come to rest, by action unit."""
+    pulled, units = Pulled(face, material), _units(face)
+    return {unit: pulled.at(units[unit]) for group in unit_groups(face).values() for unit in group}
+
+
+def _units(face: Face) -> dict[str, dict[str, float]]:
+    own = set(face.muscles)
+    return {name: rates for name, rates in face.atlas.action_units.items() if own.issuperset(rates)}
 
 
 def _different(units: Mapping[str, dict[str, float]], group: Iterable[str]) -> list[str]:

@@ -21,8 +21,11 @@ from facewrinkle.mesh import keeping
 from facewrinkle.motion.material import SkinMaterial
 from facewrinkle.motion.playback import Playback
 from facewrinkle.simulation import fold_shapes as fold_shapes_module
+from facewrinkle.simulation import stored_shapes
 from facewrinkle.simulation.fold_layers import fold_layers
 from facewrinkle.simulation.fold_shapes import fold_shapes
+
+STORED = stored_shapes.FILE
 
 
 def test_the_kinds_of_folds(face):
@@ -87,6 +90,7 @@ def test_variations_of_the_head_share_the_lines_of_the_mean_head():
 
 def test_shapes_are_the_same_from_a_file(face, tmp_path, monkeypatch):
     monkeypatch.setenv(keeping.FOLDER, str(tmp_path))
+    monkeypatch.setattr(stored_shapes, "FILE", tmp_path / "none.npz")
     first = fold_shapes_module._of_muscles(face, SkinMaterial()).families
     monkeypatch.delattr(fold_shapes_module, "Pulled")
     again = fold_shapes_module._of_muscles(face, SkinMaterial()).families
@@ -95,3 +99,18 @@ def test_shapes_are_the_same_from_a_file(face, tmp_path, monkeypatch):
         np.testing.assert_array_equal(again[name], shapes)
     with pytest.raises(NameError):  # another skin takes other shapes
         fold_shapes_module._of_muscles(face, SkinMaterial(bending=0.9 * SkinMaterial().bending))
+
+    monkeypatch.setattr(stored_shapes, "FILE", STORED)
+    monkeypatch.setenv(keeping.FOLDER, "")
+    stored = fold_shapes_module._of_muscles(face, SkinMaterial()).families
+    assert list(stored) == list(GROUPS)
+    for name, shapes in first.items():
+        for unit, ours, simulated in zip(GROUPS[name], stored[name], shapes, strict=False):
+            change = np.linalg.norm(ours - simulated, axis=1).max()
+            assert change < 0.1, (
+                f"the stored shape of {unit} and others are not those of the skin any more, by {change:.2f} mm, which "
+                "is more than skin at rest may be off: run python -m tools.build_shapes"
+            )
+    fewer = dict(list(face.muscles.items())[1:])
+    for other in (dataclasses.replace(face, muscles=fewer), dataclasses.replace(face, age=71.0)):
+        assert stored_shapes.stored_shapes(other, fold_shapes_module.inputs_of(other, SkinMaterial())) is None

@@ -59,7 +59,7 @@ def risen(s, alpha, full):
 
     ``full = (2^(alpha + 1) - 1) / (alpha + 1)``.
     """
-    cycles = np.round(0.5 * s)
+    cycles = np.rint(0.5 * s)
     within = s - 2.0 * cycles
     part = ((1.0 + within * within) ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
     return cycles * full + (part if within >= 0.0 else -part)

@@ -146,8 +146,11 @@ def turns(x, d, k, sigma, first, second, points, directions, weight, turn, flip)
 def align(phase, first, second, weight, turn, flip, sweeps):
     """Gauss-Seidel sweeps, to and fro, that lower ``sum w |psi_j - psi_i exp(i omega_ij)|^2`` over unit psi."""
     m = len(phase)
-    re, im = np.cos(phase), np.sin(phase)
-    c, s = weight * np.cos(turn), weight * np.sin(turn)
+    re, im, c, s = np.empty(m), np.empty(m), np.empty(len(turn)), np.empty(len(turn))
+    for j in range(m):  # loops compile faster than expressions of arrays
+        re[j], im[j] = np.cos(phase[j]), np.sin(phase[j])
+    for q in range(len(turn)):
+        c[q], s[q] = weight[q] * np.cos(turn[q]), weight[q] * np.sin(turn[q])
     for sweep in range(sweeps):
         for t in range(m):
             j = t if sweep % 2 == 0 else m - 1 - t
