@@ -226,7 +226,7 @@ class Scenes:
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """What a picture of a frame depends on.
+    """All that a picture of a frame depends on.
 
     Attributes
     ----------

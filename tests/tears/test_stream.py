@@ -108,7 +108,7 @@ def test_no_triangle_dips_into_wrinkled_skin(face, expression):
         inside = [corners.mean(axis=1), *(corners[:, [k, k - 1]].mean(axis=1) for k in range(3))]
         assert_outside(pv.PolyData(np.concatenate(inside)), frame)
         skin = np.asarray(frame.points)
-        near = skin[((skin > points.min(axis=0)) & (skin < points.max(axis=0))).all(axis=1)]
+        near = skin[((skin > points.min(axis=0)) & (skin < points.max(axis=0))).all(axis=1)][::3]
         assert len(near) > 3
         assert np.abs(winding(near, points, triangles)).max() < 0.9  # at the bottom it is a half
 
