@@ -6,6 +6,7 @@ import atexit
 import hashlib
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 import warnings
@@ -43,6 +44,20 @@ def _fingerprint():
 def nothing_kept(monkeypatch):
     """Shapes and lines of faces are found anew, also in processes that a test starts."""
     monkeypatch.setenv("FACEWRINKLE_CACHE_DIR", "")
+
+
+@pytest.fixture
+def signals_heard():
+    """Signals reach what a test starts, also where they are ignored: under nohup, and in the background of a shell."""
+    usual = {"SIGINT": signal.default_int_handler, "SIGHUP": signal.SIG_DFL}
+    ignored = [
+        name for name in usual if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) == signal.SIG_IGN
+    ]
+    for name in ignored:
+        signal.signal(getattr(signal, name), usual[name])
+    yield
+    for name in ignored:
+        signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ import pytest
 
 from facewrinkle.cli import main
 
+pytestmark = pytest.mark.usefixtures("signals_heard")
 PROGRAM = [sys.executable, "-m", "facewrinkle"]
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 DELAYS = (0.1, 0.2, 0.3, 0.5, 0.8, 1.2, 2.0, 2.5, 3.0)

@@ -45,6 +45,7 @@ def test_a_port_in_use_is_one_line(capsys):
     assert f"cannot listen at 127.0.0.1, port {port}" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("signals_heard")
 def test_it_prints_its_address_and_ends_with_ctrl_c():
     command = [sys.executable, "-u", "-m", "facewrinkle", "studio", "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ) as run:
