@@ -14,6 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
 
+import hypothesis
 import numpy as np
 import pytest
 
@@ -21,6 +22,8 @@ FACES = Path(__file__).parents[2] / "shared" / "faces"
 if "PYTEST_XDIST_WORKER" not in os.environ:  # workers share it; nothing is taken that an earlier run found
     os.environ["FACEWRINKLE_CACHE_DIR"] = tempfile.mkdtemp(prefix="facewrinkle-tests-")
     atexit.register(shutil.rmtree, os.environ["FACEWRINKLE_CACHE_DIR"], ignore_errors=True)
+hypothesis.settings.register_profile("untimed", deadline=None)  # the first example may compile, and machines are busy
+hypothesis.settings.load_profile("untimed")
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
 
 

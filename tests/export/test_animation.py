@@ -44,7 +44,7 @@ def written(face, take, path, error=0.1):
     return writer, writer.write(0.02 * (1 + np.arange(FRAMES)), simulation.forest)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.floats(0.01, 1.0))
 def test_targets_are_within_the_error(seed, rank, allowed):
     random = np.random.default_rng(seed)
@@ -130,7 +130,7 @@ def test_a_point_cache_holds_the_frames(face, take, tmp_path):
     assert sum(line.startswith("v ") for line in mesh.read_text().splitlines()) == points
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.floats(0.01, 1.0))
 def test_sums_of_increments_are_within_the_error(seed, least):
     values = np.cumsum(np.random.default_rng(seed).normal(scale=0.2, size=(12, 7, 3)), axis=0)

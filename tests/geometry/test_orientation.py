@@ -44,7 +44,7 @@ def test_along_one_direction_no_height_is_too_much():
     assert unfolded_shares(points, heights, np.tile([0.0, 0.0, 1.0], (len(points), 1)), triangles) is None
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.integers(0, 2**32 - 1), st.floats(0.01, 30.0))
 def test_no_triangle_turns_over_and_heights_far_from_those_stay(hollow, seed, size):
     points, triangles, directions = hollow

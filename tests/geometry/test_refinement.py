@@ -222,7 +222,7 @@ def check_topology(forest, base, n0):
         assert sorted(map(from_smallest, loops)) == sorted(map(from_smallest, boundary_loops(base)))
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=500)
 @given(meshes(), operations)
 def test_invariants_hold_after_any_operations(mesh, steps):
     points0, base = mesh
@@ -329,7 +329,7 @@ def exact(forest):
     ]
 
 
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=250)
 @given(meshes(), operations)
 def test_same_triangles_as_the_naive_forest(mesh, steps):
     points0, base = mesh
@@ -360,7 +360,7 @@ def take_back_all(forest):
     return calls
 
 
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=250)
 @given(meshes(), operations)
 def test_coarsening_everything_restores_m0_and_its_forest(mesh, steps):
     points0, base = mesh
@@ -381,7 +381,7 @@ def test_coarsening_everything_restores_m0_and_its_forest(mesh, steps):
     assert (forest.corners == corners).all()
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(meshes(), operations, st.integers(0, 2**32 - 1))
 def test_relabelling_the_vertices_relabels_the_result(mesh, steps, seed):
     points0, base = mesh
@@ -400,7 +400,7 @@ def test_relabelling_the_vertices_relabels_the_result(mesh, steps, seed):
     assert (forest.barycentric == other.barycentric).all()
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(meshes(), operations, st.integers(0, 2**32 - 1))
 def test_order_and_rotation_of_the_triangles_do_not_matter(mesh, steps, seed):
     _points0, base = mesh
@@ -424,7 +424,7 @@ def surface(forest):
     return [min(t[k:] + t[:k] for k in range(3)) for t in named]
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(meshes(), operations, operations)
 def test_copies_are_equal_and_independent(mesh, before, after):
     _, base = mesh
@@ -534,7 +534,7 @@ def test_the_deepest_level_is_where_weights_stop_being_exact():
     assert forest.barycentric[forest.barycentric > 0].min() == 2.0**-52
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(meshes(), operations, st.integers(0, 3))
 def test_no_triangle_exceeds_the_cap(mesh, steps, cap):
     _, base = mesh

@@ -39,7 +39,7 @@ def grown(triangles, seed, passes=5):
     return forest
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4))
 def test_split_vertices_have_one_value_each(seed, kinds):
     values = np.random.default_rng(seed).integers(0, kinds, (*TRIANGLES.shape, 2)) / 8.0
@@ -82,7 +82,7 @@ def test_without_a_seam_nothing_is_split_at_any_depth(seed):
     assert len(split_vertices(forest.triangles, values, forest.n_points).origin) == forest.n_points
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1))
 def test_triangles_are_recognised_however_they_are_turned(seed):
     rng = np.random.default_rng(seed)

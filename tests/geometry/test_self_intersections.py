@@ -31,7 +31,7 @@ def crossed(points, triangles):
     return mask
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.floats(0.01, 0.6), st.sampled_from([1e-6, 1.0, 1e7]))
 def test_the_same_triangles_as_pymeshlab(seed, spread, scale):
     pymeshlab = pytest.importorskip("pymeshlab")

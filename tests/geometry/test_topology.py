@@ -71,7 +71,7 @@ def half_edges(triangles):
     return [(int(t[s]), int(t[(s + 1) % 3])) for t in triangles for s in range(3)]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.one_of(clouds(), soups()))
 def test_edges_sides_and_incidence(triangles):
     edges, sides = unique_edges(triangles)
@@ -95,7 +95,7 @@ def test_edges_sides_and_incidence(triangles):
     )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.one_of(clouds(12), soups()))
 def test_rings_components_and_euler(triangles):
     n = int(triangles.max()) + 3  # two vertices without triangles
@@ -121,7 +121,7 @@ def test_rings_components_and_euler(triangles):
     assert euler_characteristic(triangles) == len(expected) - len(edges) + len(triangles)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(clouds())
 def test_loops_use_every_boundary_half_edge_once(triangles):
     directed = set(half_edges(triangles))
@@ -131,7 +131,7 @@ def test_loops_use_every_boundary_half_edge_once(triangles):
     assert all(loop[0] == loop.min() for loop in loops)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(clouds(), st.integers(0, 2**32 - 1))
 def test_flipped_triangles_are_mended(triangles, seed):
     rng = np.random.default_rng(seed)

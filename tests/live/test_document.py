@@ -33,7 +33,7 @@ WORDS = st.one_of(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.one_of(WORDS, st.sampled_from(["undo", "redo", "reset"])), max_size=24))
 def test_undo_and_redo_are_those_of_a_list_of_snapshots(steps):
     document = Document(load_atlas())

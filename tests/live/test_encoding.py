@@ -18,7 +18,7 @@ ARRAYS = st.sampled_from(sorted(CODES)).flatmap(
 )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     st.dictionaries(st.text(max_size=4), ARRAYS, max_size=5), st.dictionaries(st.text(max_size=4), ARRAYS, max_size=5)
 )
@@ -40,7 +40,7 @@ def test_arrays_survive(fixed, moving):
     )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(arrays(np.float64, st.tuples(st.integers(1, 20), st.just(3)), elements=st.floats(-1e4, 1e4)))
 def test_positions_are_exact_to_half_a_step(points):
     box = Box.around(points, points + 1.0)
@@ -64,7 +64,7 @@ def test_normals_keep_their_direction():
     assert np.abs(small[:, 3] / 127 - np.linspace(0, 1, 500)).max() <= 0.5 / 127 + 1e-9
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.data())
 def test_rows_that_changed_are_put_into_what_there_was(data):
     """A page that adds up what it is sent has what the server has, as arrays grow, shrink and change their type."""

@@ -18,7 +18,7 @@ VALUES = st.recursive(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.one_of(st.text(), VALUES.map(json.dumps)))
 def test_any_text_is_parsed_or_refused(text):
     greeting(text)
@@ -26,7 +26,7 @@ def test_any_text_is_parsed_or_refused(text):
         parse(text)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.sampled_from(sorted(COMMANDS)), st.data())
 def test_any_arguments_are_checked_or_refused(command, data):
     content = {"do": command} | {name: data.draw(VALUES) for name in COMMANDS[command]}
@@ -73,7 +73,7 @@ def test_what_is_no_greeting_has_no_key(text):
     assert greeting(text) == ""
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.floats(0.0, 0.5), max_size=200))
 def test_a_rate_never_allows_more_than_its_burst_and_its_share_of_the_time(pauses):
     rate, now, allowed = Rate(20.0, 5.0), 100.0, 0

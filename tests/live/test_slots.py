@@ -11,7 +11,7 @@ from facewrinkle.live.slots import FREE, keys_of, placed
 THINGS = st.lists(st.sets(st.integers(1, 40)), min_size=1, max_size=6)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(THINGS, st.booleans())
 def test_things_keep_their_places(steps, compact):
     before, where = np.empty(0, np.uint64), {}
@@ -30,7 +30,7 @@ def test_things_keep_their_places(steps, compact):
         where = now
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.lists(st.tuples(st.integers(-2, 2), st.integers(-2, 2)), max_size=30))
 def test_keys_are_those_of_values_and_all_different(rows):
     keys = keys_of(np.array(rows, np.float64).reshape(-1, 2))

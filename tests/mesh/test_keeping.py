@@ -121,7 +121,7 @@ def whole(tmp_path_factory):
 SMALL = {"numbers": np.arange(3.0), "names": np.array(["eyes"])}
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.data())
 def test_of_a_changed_file_only_what_was_written_is_read(whole, data):
     content, path = bytearray(whole[0]), whole[1]

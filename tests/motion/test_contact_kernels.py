@@ -19,7 +19,6 @@ from scipy.spatial.transform import Rotation
 
 from facewrinkle.motion import _contact_kernels as kernels
 
-COMPILING = settings(deadline=None)
 NUMBERS = st.floats(-10.0, 10.0).map(lambda x: round(x, 3))
 POINTS = arrays(float, 3, elements=NUMBERS)
 
@@ -41,7 +40,6 @@ def differences(function, point, h=1e-6):
 BALL, CYLINDER, ROUND = (-1.0, 4.0), (3.0, 5.0), (4.0, 4.0)
 
 
-@COMPILING
 @given(POINTS, POINTS)
 def test_a_ball_is_as_far_as_its_centre_less_its_radius(point, centre):
     gap, normal = of_solid(point, centre, np.zeros((3, 3)), BALL)
@@ -50,7 +48,6 @@ def test_a_ball_is_as_far_as_its_centre_less_its_radius(point, centre):
     np.testing.assert_allclose(normal * away, point - centre, atol=1e-12)
 
 
-@COMPILING
 @given(POINTS)
 def test_half_a_cylinder_is_as_far_as_its_flank_which_rounds_off_beyond_its_end(point):
     """The flank is scaled: straight ahead, and on a round section, the distance is that of space."""
@@ -69,7 +66,6 @@ def test_half_a_cylinder_is_as_far_as_its_flank_which_rounds_off_beyond_its_end(
 
 
 @pytest.mark.parametrize("half", [BALL, CYLINDER, ROUND])
-@COMPILING
 @given(point=POINTS, other=POINTS)
 def test_the_distance_is_never_below_its_linear_model(half, point, other):
     """That is convexity, from which a step that keeps to the model keeps off the solid."""
@@ -117,7 +113,6 @@ def test_the_energy_of_solids_is_half_stiffness_times_depth_squared():
         assert (ends[0] - ends[1]) / 2e-6 == pytest.approx((gradient * way).sum(), rel=1e-6)
 
 
-@COMPILING
 @given(POINTS, POINTS, POINTS, st.floats(-3.0, 3.0))
 def test_turns_are_rotations(vector, centre, axis, angle):
     assume(np.linalg.norm(axis) > 0.1)
@@ -159,7 +154,7 @@ def test_shares_of_area_are_those_of_cross_products():
 # --- forces -------------------------------------------------------------------------------------
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(1, 12), st.integers(0, 10_000), st.sampled_from([10.0, 1e3, 1e9]))
 def test_forces_are_those_of_non_negative_least_squares(m, seed, stiffness):
     """f >= 0 with f = k max(d - R f, 0) minimises f (R + 1 / k) f / 2 - d f over all f >= 0."""

@@ -48,7 +48,7 @@ def test_points_ride_exactly_on_the_turn_of_the_mandible(face, joints, change):
     assert np.array_equal(carried[away], points[away])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(data=st.data())
 def test_the_way_in_parts_is_the_way_at_once(face, joints, data):
     name = data.draw(st.sampled_from(sorted(face.joint_weights)))

@@ -84,7 +84,7 @@ def test_nothing_is_done_where_the_energy_is_least():
     assert end.u is not start
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(seed=st.integers(0, 10_000), iterations=st.integers(1, 40))
 def test_no_minimisation_ends_higher_than_it_began(seed, iterations):
     """Of energies that are not convex, with guesses of the curvature that are far off."""
@@ -159,7 +159,7 @@ def test_the_order_of_the_factors_does_not_show(face, monkeypatch):
     np.testing.assert_allclose(moved[1][1], moved[0][1], rtol=0.0, atol=within)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 40), data=st.data())
 def test_unit_vectors_are_solved_for_together_as_alone(seed, n, data):
     rng, matrices, pattern = np.random.default_rng(seed), [], None

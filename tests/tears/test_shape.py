@@ -85,7 +85,7 @@ def test_the_front_half_of_the_head_is_half_a_paraboloid():
     assert volume == pytest.approx(math.pi * SHAPE.half**2 * SHAPE.height / 4.0, rel=1e-5)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(0.01, 100.0), st.floats(0.1, 80.0))
 def test_a_larger_tear_is_the_same_tear_in_another_unit(factor, front):
     assert SHAPE.scaled(1.0) == SHAPE
@@ -169,7 +169,7 @@ def test_noise_does_not_depend_on_the_unit(unit):
     np.testing.assert_allclose(other[:rows], noise[:rows], atol=1e-7)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.floats(0.0, 1.0), st.integers(0, 2**32), st.floats(0.5, 9.0))
 def test_bumps_of_degree_0_lie_between_none_and_the_highest(roughness, seed, length):
     noise, _ = film(length, 1.0, roughness, 0, seed)
@@ -225,7 +225,7 @@ def roof(n, seed):
     return np.c_[plane, random.normal(size=n)], random.uniform(0.1, 2.0, n), triangles
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(3, 40), st.integers(0, 10_000))
 def test_a_solid_is_closed_and_holds_what_is_between_base_and_top(n, seed):
     base, height, triangles = roof(n, seed)
@@ -262,7 +262,7 @@ def test_the_outline_can_be_given():
     assert len(boundary_loops(fewer)) == 1
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(1, 6), st.integers(1, 6), st.floats(0.01, 2.0))
 def test_solid_over_a_grid(i, j, height):
     plane = pv.Plane(i_resolution=i, j_resolution=j).triangulate()

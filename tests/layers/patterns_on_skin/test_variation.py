@@ -32,7 +32,7 @@ def furrows(kind, v):
     return u[at], -w[at]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 2**40), along=st.floats(-1.0, 1.0), start=st.floats(-50.0, 50.0))
 def test_wrinkles_never_meet(seed, along, start):
     phase = start + np.linspace(0.0, 12.0 * np.pi, 3001)
@@ -42,7 +42,7 @@ def test_wrinkles_never_meet(seed, along, start):
     assert share.max() <= 1.0
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 2**40), along=st.floats(-1.0, 1.0), number=st.integers(-40, 40))
 def test_it_is_continuous_between_wrinkles(seed, along, number):
     """At a furrow, where one pair of wrinkles gives way to the next, values and slopes agree."""

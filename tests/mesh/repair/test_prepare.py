@@ -165,7 +165,7 @@ def test_inconsistent_orientation_is_mended():
     assert topology.is_oriented(surface.triangles)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.sets(st.integers(0, 241)), st.randoms(use_true_random=False))
 def test_any_damage_to_the_orientation_is_mended(flipped, random):
     mesh = cap()

@@ -56,7 +56,7 @@ def test_a_sound_mesh_stays_as_it_is(make):
     np.testing.assert_array_equal(mesh.points, points)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.sets(st.integers(0, 400), min_size=1, max_size=12), st.floats(0.2, 0.8))
 def test_caps_are_flipped_and_nothing_tears(which, share):
     points, triangles = ball()
@@ -73,7 +73,7 @@ def test_caps_are_flipped_and_nothing_tears(which, share):
     assert areas_doubled(mesh.points, mesh.triangles).sum() == pytest.approx(areas_doubled(points, triangles).sum())
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.sets(st.integers(0, 400), min_size=1, max_size=6))
 def test_edges_without_length_collapse_and_nothing_tears(which):
     points, triangles = ball()
@@ -216,7 +216,7 @@ def scrap(points, triangles, tip):
 
 
 @given(st.integers(0, 10_000))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_ragged_rims_with_scraps_are_repaired(seed):
     """A triangle whose points all lie on the rim can be turned over, and has no point that may move."""
     random = np.random.default_rng(seed)
