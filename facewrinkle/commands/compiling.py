@@ -25,6 +25,8 @@ def begin() -> None:
         return
     from numba.core import event
 
+    from ..geometry.compilation import is_own
+
     class Counting(event.Listener):
         """Starts the process once."""
 
@@ -32,7 +34,7 @@ def begin() -> None:
             self.count = 0
 
         def on_start(self, event: Any) -> None:
-            self.count += event.data["dispatcher"].py_func.__module__.startswith("facewrinkle.")
+            self.count += is_own(event)
             if self.count == ENOUGH:
                 self.count += 1
                 _start()

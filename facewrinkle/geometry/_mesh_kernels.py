@@ -11,15 +11,21 @@ import numpy as np
 from .compilation import njit
 
 
+@njit(cache=True, inline="always")
+def area_vector(points, i, j, k):
+    """Normal of the triangle of three points, twice its area long."""
+    ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+    bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
 @njit(cache=True)
 def accumulate(points, triangles, out):
     """Sum the normals of the triangles at each vertex, weighted by area; not normalised."""
     out[:] = 0.0
     for f in range(triangles.shape[0]):
         i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
-        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
-        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
-        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        nx, ny, nz = area_vector(points, i, j, k)
         for v in (i, j, k):
             out[v, 0] += nx
             out[v, 1] += ny
@@ -32,9 +38,7 @@ def double_areas(points, triangles, out):
     out[:] = 0.0
     for f in range(triangles.shape[0]):
         i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
-        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
-        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
-        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        nx, ny, nz = area_vector(points, i, j, k)
         area = np.sqrt(nx * nx + ny * ny + nz * nz)
         out[i] += area
         out[j] += area

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ._mesh_kernels import area_vector
 from .compilation import njit
 
 LEANING = 0.5
@@ -14,10 +15,7 @@ LEANING = 0.5
 @njit(cache=True)
 def _cross(points, triangle, out):
     """Write the area vector (3,) of a triangle, twice its area long."""
-    i, j, k = triangle[0], triangle[1], triangle[2]
-    ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
-    bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
-    out[0], out[1], out[2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    out[0], out[1], out[2] = area_vector(points, triangle[0], triangle[1], triangle[2])
 
 
 @njit(cache=True)

@@ -23,6 +23,13 @@ WITHOUT: dict[str, Any] = {"no_cfunc_wrapper": True}
 _told: set[str] = set()
 
 
+def is_own(event: Any) -> bool:
+    """Return True if the function of numba's event of compiling is of this package."""
+    with suppress(Exception):  # others compile, too, and functions need not have a module: an error would be theirs
+        return bool(event.data["dispatcher"].py_func.__module__.startswith(f"{__name__.partition('.')[0]}."))
+    return False
+
+
 class _Uncollected(event.Listener):
     """Keeps Python from collecting garbage while a function of this package is compiled, which takes a tenth less so.
 
@@ -34,10 +41,7 @@ class _Uncollected(event.Listener):
         self._collects = False
 
     def on_start(self, event: Any) -> None:
-        own = False
-        with suppress(Exception):  # others compile, too, and functions need not have a module: an error would be theirs
-            own = event.data["dispatcher"].py_func.__module__.startswith(f"{__name__.partition('.')[0]}.")
-        if self._compiling or own:  # what it calls is compiled within
+        if self._compiling or is_own(event):  # what it calls is compiled within
             if not self._compiling:
                 self._collects = gc.isenabled()
                 gc.disable()

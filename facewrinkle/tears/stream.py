@@ -25,7 +25,7 @@ from ..geometry.topology import boundary_loops, euler_characteristic, unique_edg
 from ..mesh import array_of, of_own_arrays
 from . import _height_kernels as kernels
 from . import path as paths
-from .footprint import Footprint, footprint_under
+from .footprint import Footprint, Part, footprint_under
 from .sampled import Sampled
 from .shape import Shape, solid, thickness
 from .stream_path import WOBBLE, PathFinder, StreamPath, irregular_path
@@ -393,12 +393,8 @@ class SheddingTear:
         if part is None:
             raise MeshError("nothing of the surface is under the tear. Is it a frame of another surface?")
         bottom, up, bottom_rest = part.at(frame.points, _normals(frame, on))
-        height = thick[part.first] * (part.share == 0.0)
-        if self._extruded:
-            height = self._smoothed(height, part.triangles)
-        height = np.maximum(height, EDGE / frame.unit)
         skin = frame.points, rest, frame.triangles
-        kernels.limit_heights(bottom, bottom_rest, up, height, part.under, skin, 2.0 * self.shape.half)
+        height = self._above(bottom, bottom_rest, up, thick[part.first], part, skin, frame.unit)
         top = bottom + height[:, None] * up
         shaded = detail_normals(bottom, top, part.triangles, up)
         data = {"Normals": (shaded, -up), "thickness": (height, height), "under": (up, up)}
@@ -441,16 +437,30 @@ class SheddingTear:
             bottom, up, bottom_rest = part.at(frame.points, _normals(frame, on))
             thick = dry if shape is None else shape[1]
             height = thick[part.first] + part.share * (thick[part.second] - thick[part.first])
-            wet = np.maximum(height, 0.0) * (part.share == 0.0)
-            if self._extruded:
-                wet = self._smoothed(wet, part.triangles)
-            wet = np.maximum(wet, EDGE / frame.unit)
             skin = frame.points, rest, frame.triangles
-            kernels.limit_heights(bottom, bottom_rest, up, wet, part.under, skin, 2.0 * self.shape.half)
+            wet = self._above(bottom, bottom_rest, up, np.maximum(height, 0.0), part, skin, frame.unit)
             top = bottom + np.where(height > 0.0, wet, height)[:, None] * up
             points.append(top)
             normals.append(detail_normals(bottom, top, part.triangles, up))
         return Sampled(np.stack(points), np.stack(normals), part.triangles)
+
+    def _above(
+        self,
+        bottom: Array,
+        bottom_rest: Array,
+        up: Array,
+        thick: Array,
+        part: Part,
+        skin: tuple[Array, Array, IntArray],
+        unit: float,
+    ) -> Array:
+        """Return the heights (n,) of water of some thickness (n,), which is nowhere in skin beside it."""
+        height = thick * (part.share == 0.0)
+        if self._extruded:
+            height = self._smoothed(height, part.triangles)
+        height = np.maximum(height, EDGE / unit)
+        kernels.limit_heights(bottom, bottom_rest, up, height, part.under, skin, 2.0 * self.shape.half)
+        return height
 
     def _footprint_in(self, rest: Array, triangles: IntArray) -> Footprint:
         """Return the footprint in a mesh, and keep it for the next frame."""
