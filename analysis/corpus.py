@@ -5,7 +5,7 @@ triangles, 11 % were open and 10 % badly oriented (Zhou and Jacobson, "Thingi10K
 spoiled in these proportions, turned and scaled, and given to ``fit_face``: each must become a sound mesh that moves, or
 be refused.
 
-    python -m analysis.corpus [COUNT] [--find] [--seed 0] [--minutes M]
+    python -m analysis.corpus [COUNT] [--find] [--seed 0] [--play 1] [--minutes M]
 
 Verdicts are written into ``output/corpus``, and a run goes on where the last one stopped. Each mesh has
 five minutes of the processor; a process that dies or takes longer is a verdict as well.
@@ -265,7 +265,7 @@ def corpus(count: int = 100, seed: int = 0, begin: int = 0) -> Iterator[Dirty]:
 
 
 def flaws(face: fw.Face) -> list[str]:
-    """Return the flaws of the mesh of a face that was fitted, and of its first frames."""
+    """Return the flaws of the mesh of a face that was fitted."""
     triangles, points = face.triangles, face.points
     sides = np.linalg.norm(points[triangles] - np.roll(points[triangles], 1, axis=1), axis=2).max(axis=1)
     found = {
@@ -276,34 +276,42 @@ def flaws(face: fw.Face) -> list[str]:
         "degenerate triangles": bool((areas_doubled(points, triangles) <= 1e-10 * sides**2).any()),
         "loose points": len(np.unique(triangles)) != len(points),
     }
+    return [flaw for flaw, is_there in found.items() if is_there]
+
+
+def flaws_in_motion(face: fw.Face) -> list[str]:
+    """Return the flaws of the first frames of a face that was fitted."""
     sim = fw.Simulation(face)
     if face.landmarks:
         sim.express("surprise")
     frames = [sim.step() for _ in range(2)]
-    found["frames not finite"] = not all(np.isfinite(frame.points).all() for frame in frames)
-    reach = np.ptp(points, axis=0).max()
-    found["frames blown up"] = any(np.ptp(frame.points, axis=0).max() > 2.0 * reach for frame in frames)
+    reach = np.ptp(face.points, axis=0).max()
+    found = {
+        "frames not finite": not all(np.isfinite(frame.points).all() for frame in frames),
+        "frames blown up": any(np.ptp(frame.points, axis=0).max() > 2.0 * reach for frame in frames),
+    }
     return [flaw for flaw, is_there in found.items() if is_there]
 
 
-def verdict(dirty: Dirty, find: bool = False) -> tuple[str, tuple[str, ...]]:
-    """Return "fitted", "refused" or the flaws of the fitted face, and the sentences that were reported."""
+def verdict(dirty: Dirty, find: bool = False, play: bool = True) -> tuple[str, tuple[str, ...]]:
+    """Return "fitted", "refused" or the flaws of the fitted face and its motion, and the sentences reported."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
         try:
             face = fw.fit_face(dirty.mesh, None if find else dirty.landmarks)
         except fw.FaceWrinkleError as problem:
             return "refused", (str(problem),)
-        return ", ".join(flaws(face)) or "fitted", face.report
+        return ", ".join(flaws(face) + (flaws_in_motion(face) if play else [])) or "fitted", face.report
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run over a corpus: how many meshes, and where its verdicts are kept, one JSON object a line."""
+    """A run over a corpus: how many meshes, every which is played, where its verdicts are, one JSON object a line."""
 
     count: int
     seed: int
     find: bool
+    play: int
     table: Path
 
     def verdicts(self) -> list[dict[str, Any]]:
@@ -317,14 +325,15 @@ class Run:
 
     def go_on(self, end: float) -> None:
         """Fit the next meshes until a time of the monotonic clock."""
-        for dirty in corpus(self.count, self.seed, len(self.verdicts())):
+        begin = len(self.verdicts())
+        for i, dirty in enumerate(corpus(self.count, self.seed, begin), begin):
             if time.monotonic() > end:
                 return
             signal.setitimer(signal.ITIMER_PROF, SECONDS)  # nothing catches this signal: it ends the process
-            begin = time.process_time()
-            found, report = verdict(dirty, self.find)
+            start = time.process_time()
+            found, report = verdict(dirty, self.find, i % self.play == 0)
             signal.setitimer(signal.ITIMER_PROF, 0.0)
-            spent = round(time.process_time() - begin, 1)
+            spent = round(time.process_time() - start, 1)
             self.add(name=dirty.name, verdict=found, seconds=spent, report=" ".join(report)[:300])
 
     def run(self, end: float) -> None:
@@ -348,11 +357,12 @@ def main() -> None:
     parser.add_argument("count", type=int, nargs="?", default=100)
     parser.add_argument("--find", action="store_true", help="find the landmarks too")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--play", type=int, default=1, metavar="N", help="play the first frames of every Nth only")
     parser.add_argument("--minutes", type=float, default=np.inf)
     options = parser.parse_args()
     table = Path("output") / "corpus" / f"{options.count}_{options.seed}{'_find' * options.find}.jsonl"
     table.parent.mkdir(parents=True, exist_ok=True)
-    run = Run(options.count, options.seed, options.find, table)
+    run = Run(options.count, options.seed, options.find, options.play, table)
     run.run(time.monotonic() + 60.0 * options.minutes)
     for known in run.verdicts():
         if known["verdict"] not in ("fitted", "refused"):

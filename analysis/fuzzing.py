@@ -2,8 +2,9 @@
 
     python -m analysis.fuzzing .obj --minutes 60
 
-Every file is read in a process of its own, with 2 GB of memory and ten seconds. The seeds are small files that
-the package and its libraries write; what fails is kept in ``output/fuzzing``. A run goes on where the last one stopped.
+Files are read in a process beside this one, each with 2 GB of memory and ten seconds; the next process goes on where
+one has died. The seeds are small files that the package and its libraries write; what fails is kept in
+``output/fuzzing``. A run goes on where the last one stopped.
 Animations, takes, landmarks, sessions and specs have names of their own: ``clip.glb``, ``take.csv`` and so on.
 """
 
@@ -18,7 +19,7 @@ import tempfile
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -26,7 +27,7 @@ import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
+from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, Atlas
 from facewrinkle.anatomy.landmarks import NAMES, read_landmarks
 from facewrinkle.dataset.spec import Spec
 from facewrinkle.errors import FaceWrinkleError
@@ -36,6 +37,9 @@ from facewrinkle.export.morphs import Morphs, WeightTrack
 from facewrinkle.live.document import Document
 
 MEMORY, SECONDS = 2 * 2**30, 10
+
+PER_CHILD = 500
+"""Files that a process reads before the next one takes over."""
 
 TEXTS: dict[str, tuple[str, ...]] = {
     "take.csv": (
@@ -88,6 +92,12 @@ TEXTS: dict[str, tuple[str, ...]] = {
 }
 """Small good files of text, by their names."""
 
+
+@lru_cache(maxsize=1)
+def _atlas() -> Atlas:
+    return fw.read_atlas(DEFAULT_ATLAS)
+
+
 READERS: dict[str, Callable[[Path], object]] = {
     **dict.fromkeys((".obj", ".off", ".ply", ".stl", ".glb", ".gltf", ".usda", ".usdc"), fw.read_surface),
     **dict.fromkeys((".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf"), fw.read_surface),
@@ -97,9 +107,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     ".toml": fw.read_atlas,
     "spec.toml": Spec.read,
     "landmarks.json": read_landmarks,
-    "session.json": lambda path: Document(fw.read_atlas(DEFAULT_ATLAS)).load(
-        path.read_text(encoding="utf-8", errors="replace")
-    ),
+    "session.json": lambda path: Document(_atlas()).load(path.read_text(encoding="utf-8", errors="replace")),
 }
 """Readers of files: by their ending, or by their whole name where an ending has several."""
 
@@ -223,34 +231,84 @@ def mutated(seed: bytes, generator: np.random.Generator) -> bytes:
 
 def outcome(path: Path) -> str:
     """Read a file in a process of its own: "read", "refused", or else what is wrong with the reader."""
-    if not hasattr(os, "fork"):
-        return _read(path)
-    with tempfile.TemporaryFile() as said:
+    return next(outcomes([path]))
+
+
+def outcomes(paths: Iterable[Path]) -> Iterator[str]:
+    """Read files one after the other, in a process beside this one: yield as :func:`outcome` returns.
+
+    A file may have been written just before its path comes: no more than one path is taken at a time.
+    """
+    child: _Child | None = None
+    try:
+        for path in paths:
+            if not hasattr(os, "fork"):
+                yield _read(path)
+                continue
+            if child is None or child.files == PER_CHILD:
+                if child is not None:
+                    child.end()
+                child = _Child()
+            said = child.read(path)
+            if said is None:
+                number = os.WTERMSIG(child.end())
+                child = None
+                said = "took too long" if number in (signal.SIGPROF, signal.SIGALRM) else f"died of signal {number}"
+            yield said
+    finally:
+        if child is not None:
+            child.end()
+
+
+class _Child:
+    """A process that reads files: it is told their paths, a line each, and answers each with a line."""
+
+    def __init__(self) -> None:
+        self.files = 0
+        (its_end, to_it), (from_it, its_answers) = os.pipe(), os.pipe()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # the child only reads
-            child = os.fork()
-        if child == 0:
-            _be_read(path, said.fileno())
-        _, status = os.waitpid(child, 0)
-        if os.WIFSIGNALED(status):
-            number = os.WTERMSIG(status)
-            return "took too long" if number in (signal.SIGALRM, signal.SIGXCPU) else f"died of signal {number}"
-        said.seek(0)
-        return said.read().decode()
+            self.number = os.fork()
+        if self.number == 0:
+            os.close(to_it)
+            os.close(from_it)
+            _read_all(its_end, its_answers)
+        os.close(its_end)
+        os.close(its_answers)
+        self.asked, self.answers = os.fdopen(to_it, "w"), os.fdopen(from_it)
+
+    def read(self, path: Path) -> str | None:
+        """Return what came of a file, None if the process died of it."""
+        self.files += 1
+        print(path, file=self.asked, flush=True)
+        answer = self.answers.readline()
+        return json.loads(answer) if answer.endswith("\n") else None
+
+    def end(self) -> int:
+        """Let the process end, and return its status."""
+        self.asked.close()
+        self.answers.close()
+        return os.waitpid(self.number, 0)[1]
 
 
-def _be_read(path: Path, said: int) -> None:
+def _read_all(asked: int, answers: int) -> None:
     import resource
 
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    signal.alarm(3 * SECONDS)  # a busy machine is slower; the processor's time is what counts
-    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+    for number in (signal.SIGALRM, signal.SIGPROF):
+        signal.signal(number, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
     for stream in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-    os.write(said, _read(path).encode())
+    with os.fdopen(asked) as paths, os.fdopen(answers, "w") as told:
+        for path in paths:
+            signal.setitimer(signal.ITIMER_PROF, SECONDS)
+            signal.alarm(3 * SECONDS)  # a busy machine is slower; the processor's time is what counts
+            said = _read(Path(path.removesuffix("\n")))
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            signal.alarm(0)
+            print(json.dumps(said), file=told, flush=True)
     os._exit(0)
 
 
@@ -280,18 +338,23 @@ def main() -> None:
     counts = Counter(json.loads(table.read_text()) if table.exists() else {})
     end = time.monotonic() + 60.0 * options.minutes
     with tempfile.TemporaryDirectory() as scratch:
-        found = seeds(Path(scratch), options.kind)
-        while time.monotonic() < end:
-            number = counts["files"]
-            path = Path(scratch) / file_name(options.kind)
-            path.write_bytes(mutated(found[number % len(found)], np.random.default_rng(number)))
-            came = outcome(path)
-            counts["files"] += 1
-            counts[came if came in ("read", "refused") else "failed"] += 1
+        path, found = Path(scratch) / file_name(options.kind), seeds(Path(scratch), options.kind)
+
+        def mutants() -> Iterator[Path]:
+            while time.monotonic() < end:
+                number = counts["files"]
+                path.write_bytes(mutated(found[number % len(found)], np.random.default_rng(number)))
+                yield path
+
+        for came in outcomes(mutants()):
             if came not in ("read", "refused"):
-                path.rename(folder / f"{number}_{path.name}")
-                print(number, came, flush=True)
-            table.write_text(json.dumps(counts))
+                path.rename(folder / f"{counts['files']}_{path.name}")
+                print(counts["files"], came, flush=True)
+            counts[came if came in ("read", "refused") else "failed"] += 1
+            counts["files"] += 1
+            if counts["files"] % 100 == 0 or time.monotonic() > end:
+                table.write_text(json.dumps(counts))
+    table.write_text(json.dumps(counts))
     print(options.kind, dict(counts), file=sys.stderr)
 
 

@@ -230,13 +230,12 @@ def _times(given: Sequence[str] | None, n: int, file: str, fps: float | None) ->
         seconds = parts[:, :3] @ [3600.0, 60.0, 1.0] + parts[:, 3] / rate
         seconds += 86400.0 * np.cumsum(np.diff(seconds, prepend=seconds[0]) < -43200.0)  # past midnight
     else:
-        try:
-            seconds = np.array([float(text.replace(",", ".")) for text in given])
-        except ValueError:
-            wrong = next(text for text in given if not is_number(text))
+        wrong = [text for text in given if not is_number(text) or not np.isfinite(float(text.replace(",", ".")))]
+        if wrong:
             raise ParameterError(
-                f"{file}: times must be seconds, or time codes such as 10:31:02:15.5, received {wrong[:40]!r}."
-            ) from None
+                f"{file}: times must be seconds, or time codes such as 10:31:02:15.5, received {wrong[0][:40]!r}."
+            )
+        seconds = np.array([float(text.replace(",", ".")) for text in given])
         while len(seconds) > 1 and np.median(np.diff(seconds)) > 1.0:  # thousandths, or millionths
             seconds = seconds / 1000.0
     back = np.flatnonzero(~(np.diff(seconds) >= 0.0))
