@@ -39,7 +39,7 @@ AT_REST = 10
 """A release is over after so many frames exactly at rest."""
 
 SETTLING_STEP, SETTLED_AFTER, SETTLED = 0.2, 60, 1e-3
-"""Time step in which skin is let settle at held rates, s, the most steps, and how far one moves skin that is settled, mm.
+"""Time step in which skin is let settle at held rates, s, the most steps, and how far the last one moves it, mm.
 """
 
 EVERY_SIMULATED = 8

@@ -14,6 +14,9 @@ from ..geometry.compilation import njit
 SWEEPS = 5
 """Sweeps of projected Gauss-Seidel between direct solutions."""
 
+ROUNDING = 1e-14
+"""Share of a diagonal entry that is rounding, once others are taken away from it."""
+
 
 @njit(cache=True)
 def at_sample(x, corners, shares, s, out):
@@ -348,10 +351,14 @@ def add(factor, vector, out):
 def cholesky_solution(matrix, right):
     """Return the solution (m,) with a symmetric positive definite matrix (m, m), whose lower half is overwritten.
 
-    Four columns are taken away from the rest at once, which is read and written as much less often.
+    An unknown whose column depends on those before it, but for rounding, becomes 0. Four columns are taken away from
+    the rest at once, which is read and written as much less often.
     """
     m = right.shape[0]
     out, columns = right.copy(), np.empty((4, m))
+    least = np.empty(m)
+    for i in range(m):
+        least[i] = ROUNDING * matrix[i, i]
     for first in range(0, m, 4):
         count = min(4, m - first)
         for c in range(count):
@@ -360,10 +367,11 @@ def cholesky_solution(matrix, right):
                 columns[c, i] = matrix[i, j]
                 for d in range(c):
                     columns[c, i] -= columns[d, i] * columns[d, j]
-            root = np.sqrt(max(columns[c, j], 1e-300))
+            root = np.sqrt(columns[c, j]) if columns[c, j] > least[j] else np.inf
             for i in range(j, m):
                 columns[c, i] /= root
                 matrix[i, j] = columns[c, i]
+            matrix[j, j] = root
         if count == 4:
             take_away(columns, first + 4, matrix)
     for i in range(m):
