@@ -11,11 +11,8 @@ import numpy as np
 from ..anatomy.teeth import END_RADIUS
 from ..geometry.compilation import njit
 
-SWEEPS = 5
+SWEEPS = 8
 """Sweeps of projected Gauss-Seidel between direct solutions."""
-
-ROUNDING = 1e-14
-"""Share of a diagonal entry that is rounding, once others are taken away from it."""
 
 
 @njit(cache=True)
@@ -222,26 +219,22 @@ def own_compliance(rows, columns):
 
 
 @njit(cache=True)
-def compliance(r, rows, columns, near, known, out):
+def compliance(r, rows, columns, known, out):
     """Write the changes (m,) of the gaps of all rows by a unit force at row r to out[r], which is then known.
 
     `columns[slot]` (n, 3) is the response of all vertices to unit forces along the coordinates at a vertex, and `out`
-    (m, m) symmetric. `near` (k, 3, k) keeps what of the columns is needed again: the responses of the vertices that are
-    involved to forces at each of them; those that are not known yet begin with NaN.
+    (m, m) symmetric.
     """
     slopes, size, involved, place, slots = rows
-    moved = np.zeros((3, len(involved)))
+    moved = np.zeros((len(involved), 3))
     for a in range(size[r]):
-        own = near[place[r, a]]
-        if np.isnan(own[0, 0]):
-            column = columns[slots[place[r, a]]]
-            for j in range(len(involved)):
-                for k in range(3):
-                    own[k, j] = column[involved[j], k]
-        for k in range(3):
-            slope, to, response = slopes[r, a, k], moved[k], own[k]
-            for j in range(len(to)):
-                to[j] += slope * response[j]
+        column = columns[slots[place[r, a]]]
+        x, y, z = slopes[r, a]
+        for j in range(len(involved)):
+            i = involved[j]
+            moved[j, 0] += x * column[i, 0]
+            moved[j, 1] += y * column[i, 1]
+            moved[j, 2] += z * column[i, 2]
     for q in range(len(slopes)):
         if known[q]:
             out[r, q] = out[q, r]
@@ -249,95 +242,62 @@ def compliance(r, rows, columns, near, known, out):
         x, y, z = 0.0, 0.0, 0.0
         for b in range(size[q]):
             j = place[q, b]
-            x += slopes[q, b, 0] * moved[0, j]
-            y += slopes[q, b, 1] * moved[1, j]
-            z += slopes[q, b, 2] * moved[2, j]
+            x += slopes[q, b, 0] * moved[j, 0]
+            y += slopes[q, b, 1] * moved[j, 1]
+            z += slopes[q, b, 2] * moved[j, 2]
         out[r, q] = x + y + z
     known[r] = True
 
 
 @njit(cache=True)
-def none_near(count):
-    """Return room (k, 3, k) for responses of which none is known yet; see `compliance`."""
-    near = np.empty((count, 3, count), np.float32)
-    near[:, 0, 0] = np.nan
-    return near
-
-
-@njit(cache=True)
-def contact_forces(rows, columns, depths, stiffness, start, guess, rounds, tolerance):
-    """Return the forces f >= 0 (m,) with f = stiffness * max(depths - response (f - start), 0); they are near `guess`.
+def contact_forces(rows, columns, depths, stiffness, start, rounds, tolerance):
+    """Return the forces f >= 0 (m,) with f = stiffness * max(depths - response (f - start), 0).
 
     Sweeps of projected Gauss-Seidel find which contacts press, and a direct solution how much these do (Dostal, Optimal
     Quadratic Programming Algorithms, 2009, section 5.8). Most never press: responses are worked out for those that do.
     """
     m = depths.shape[0]
     own, response, known = own_compliance(rows, columns), np.empty((m, m)), np.zeros(m, np.bool_)
-    forces, pushed, near = guess.copy(), np.zeros(m), none_near(len(rows[2]))
+    forces, pushed = start.copy(), np.zeros(m)
     for r in range(m):
-        if start[r] != 0.0 or guess[r] != 0.0:
-            compliance(r, rows, columns, near, known, response)
-            add(guess[r] - start[r], response[r], pushed)
+        if start[r] != 0.0:
+            compliance(r, rows, columns, known, response)
+            add(start[r], response[r], pushed)
+    free = depths + pushed
     for _ in range(rounds):
-        for sweep in range(SWEEPS):
+        for _ in range(SWEEPS):
             largest = 0.0
-            for r in range(m):
-                if not known[r] and 0 < sweep < SWEEPS - 1:  # not pressing after the first, it is looked at last
-                    continue
+            for r in range(m):  # a sweep
                 give = 1.0 / stiffness[r]
-                change = (depths[r] - pushed[r] - give * forces[r]) / (own[r] + give)
+                change = (free[r] - pushed[r] - give * forces[r]) / (own[r] + give)
                 change = max(forces[r] + change, 0.0) - forces[r]
                 if change == 0.0:
                     continue
                 if not known[r]:
-                    compliance(r, rows, columns, near, known, response)
+                    compliance(r, rows, columns, known, response)
                 forces[r] += change
                 add(change, response[r], pushed)
                 largest = max(largest, abs(change) * own[r])
-            if largest < tolerance and sweep in (0, SWEEPS - 1):
+            if largest < tolerance:
                 return forces
-        solve_for_pressing(forces, pushed, response, depths, stiffness)
+        pressing = np.flatnonzero(forces > 0.0)
+        to_solve = np.empty((len(pressing), len(pressing)))
+        for i in range(len(pressing)):
+            for j in range(i + 1):
+                to_solve[i, j] = response[pressing[i], pressing[j]]
+            to_solve[i, i] += 1.0 / stiffness[pressing[i]]
+        wanted = cholesky_solution(to_solve, free[pressing])
+        share = 1.0
+        for i in range(len(pressing)):
+            now = forces[pressing[i]]
+            if wanted[i] < 0.0:
+                share = min(share, now / (now - wanted[i]))
+        for i in range(len(pressing)):
+            r = pressing[i]
+            change = max(forces[r] + share * (wanted[i] - forces[r]), 0.0) - forces[r]
+            forces[r] += change
+            add(change, response[r], pushed)
     return forces
-
-
-@njit(cache=True)
-def solve_for_pressing(forces, pushed, response, depths, stiffness):
-    """Change the forces of contacts that press to what solves for all of them, and what they push the others.
-
-    Those that would pull are let go, all at once if this lowers the energy; else the change ends where the first would
-    pull.
-    """
-    pressing = np.flatnonzero(forces > 0.0)
-    k = len(pressing)
-    to_solve, right = np.empty((k, k)), np.empty(k)
-    for i in range(k):
-        r = pressing[i]
-        right[i] = depths[r] - pushed[r] - forces[r] / stiffness[r]
-        for j in range(i + 1):
-            to_solve[i, j] = response[r, pressing[j]]
-        to_solve[i, i] += 1.0 / stiffness[r]
-    change = cholesky_solution(to_solve, right)
-    share, after = 1.0, pushed.copy()
-    for i in range(k):
-        r = pressing[i]
-        if forces[r] + change[i] < 0.0:
-            share = min(share, -forces[r] / change[i])
-        add(max(change[i], -forces[r]), response[r], after)
-    energy = 0.0
-    for i in range(k):
-        r = pressing[i]
-        step = max(change[i], -forces[r])
-        energy += step * (0.5 * (after[r] - pushed[r] + step / stiffness[r]) - right[i])
-    if share == 1.0 or energy < 0.0:
-        for i in range(k):
-            forces[pressing[i]] = max(forces[pressing[i]] + change[i], 0.0)
-        pushed[:] = after
-        return
-    for i in range(k):
-        r = pressing[i]
-        step = max(share * change[i], -forces[r])
-        forces[r] += step
-        add(step, response[r], pushed)
 
 
 @njit(cache=True)
@@ -349,31 +309,15 @@ def add(factor, vector, out):
 
 @njit(cache=True)
 def cholesky_solution(matrix, right):
-    """Return the solution (m,) with a symmetric positive definite matrix (m, m), whose lower half is overwritten.
-
-    An unknown whose column depends on those before it, but for rounding, becomes 0. Four columns are taken away from
-    the rest at once, which is read and written as much less often.
-    """
+    """Return the solution (m,) with a symmetric positive definite matrix (m, m), whose lower half is overwritten."""
     m = right.shape[0]
-    out, columns = right.copy(), np.empty((4, m))
-    least = np.empty(m)
-    for i in range(m):
-        least[i] = ROUNDING * matrix[i, i]
-    for first in range(0, m, 4):
-        count = min(4, m - first)
-        for c in range(count):
-            j = first + c
-            for i in range(j, m):
-                columns[c, i] = matrix[i, j]
-                for d in range(c):
-                    columns[c, i] -= columns[d, i] * columns[d, j]
-            root = np.sqrt(columns[c, j]) if columns[c, j] > least[j] else np.inf
-            for i in range(j, m):
-                columns[c, i] /= root
-                matrix[i, j] = columns[c, i]
-            matrix[j, j] = root
-        if count == 4:
-            take_away(columns, first + 4, matrix)
+    out, column = right.copy(), np.empty(m)
+    for j in range(m):
+        matrix[j, j] = np.sqrt(max(matrix[j, j], 1e-300))
+        for i in range(j + 1, m):
+            column[i] = matrix[i, j] = matrix[i, j] / matrix[j, j]
+        for i in range(j + 1, m):
+            add(-column[i], column[j + 1 : i + 1], matrix[i, j + 1 : i + 1])
     for i in range(m):
         for k in range(i):
             out[i] -= matrix[i, k] * out[k]
@@ -383,17 +327,6 @@ def cholesky_solution(matrix, right):
         for k in range(i):
             out[k] -= matrix[i, k] * out[i]
     return out
-
-
-@njit(cache=True)
-def take_away(columns, first, matrix):
-    """Subtract the products of four columns (4, m) with themselves from the lower half of a matrix, from `first` on."""
-    a, b, c, d = columns[0], columns[1], columns[2], columns[3]
-    for i in range(first, len(a)):
-        row = matrix[i]
-        p, q, r, s = a[i], b[i], c[i], d[i]
-        for k in range(first, i + 1):
-            row[k] -= p * a[k] + q * b[k] + r * c[k] + s * d[k]
 
 
 @njit(cache=True)

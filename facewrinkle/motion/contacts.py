@@ -208,30 +208,25 @@ class Compliance:
         self._columns = np.empty((0, n, 3), np.float32)
         self._filled = 0
 
-    def forces(self, rows: Rows, ahead: Array | None = None, change: bool = False) -> Array:
+    def forces(self, rows: Rows, ahead: Array | None = None) -> Array:
         """Return the forces (n, 3) of contacts, given their depths after a displacement `ahead` (n, 3) without them.
 
-        The search begins with the contacts that press before this displacement. Only the `change` of their forces is
-        returned if the displacement is one under these: it is small where the skin comes to rest, and is not lost in
-        the rounding of large forces that balance others.
+        Only the change of the forces is returned if contacts press already before this displacement: this change is
+        small where the skin comes to rest, and is not lost in the rounding of large forces that balance others.
         """
         vertices, slopes, depths, stiffness = rows
         involved = np.unique(vertices)
         self._solve_for(involved)
-        none = np.zeros(len(depths))
-        now = none if ahead is None else kernels.present_forces(*rows, ahead)
-        start = now if change else none
+        now = np.zeros(len(depths)) if ahead is None else kernels.present_forces(*rows, ahead)
         compact = kernels.compact(vertices, slopes, involved, self._slots, self._scratch)
-        forces = kernels.contact_forces(
-            compact, self._columns, depths, stiffness, start, now, self.ROUNDS, self.TOLERANCE
-        )  # fmt: skip
+        forces = kernels.contact_forces(compact, self._columns, depths, stiffness, now, self.ROUNDS, self.TOLERANCE)
         out = np.zeros((self._n, 3))
-        kernels.add_forces(vertices, slopes, forces - start, out)
+        kernels.add_forces(vertices, slopes, forces - now, out)
         return out
 
-    def response(self, rows: Rows, ahead: Array | None = None, change: bool = False) -> Array:
+    def response(self, rows: Rows, ahead: Array | None = None) -> Array:
         """Return the displacements (n, 3) by the forces of contacts, or by their change; see :meth:`forces`."""
-        forces = self.forces(rows, ahead, change)
+        forces = self.forces(rows, ahead)
         pushed = np.flatnonzero(forces.any(axis=1))
         if len(pushed) > self.FEW:
             return self._solved(forces)

@@ -157,7 +157,7 @@ class Minimiser:
             if attempt < 2:
                 direction = -self._inverse_curvature(at.total if fine else at.free)
                 if self._contacts is not None and len((rows := self._contacts.rows(direction))[3]):
-                    direction += self._compliance.response(rows, direction, change=fine)
+                    direction += self._compliance.response(rows, direction if fine else None)
             else:  # the model's contacts err: follow the slope itself
                 direction = -self.factors.solved(at.total)
             slope = kernels.inner(direction, at.total)

@@ -162,13 +162,13 @@ def test_forces_are_those_of_non_negative_least_squares(m, seed, stiffness):
     a = rng.normal(size=(m, 2 * m + 3))
     response, depths = (a @ a.T / (2 * m)).astype(np.float32).astype(float), rng.normal(size=m)
     stiff = stiffness * rng.uniform(0.5, 2.0, m)
-    start, guess = rng.random((2, m)) * (rng.random((2, m)) < 0.5)
+    start = rng.random(m) * (rng.random(m) < 0.5)
     vertices, slopes = np.repeat(np.arange(m)[:, None], 6, axis=1), np.zeros((m, 6, 3))
     slopes[:, 0, 0] = 1.0  # a row for each vertex, and no other coordinate
     columns = np.zeros((m, m, 3), np.float32)
     columns[:, :, 0] = response
     rows = kernels.compact(vertices, slopes, np.arange(m), np.arange(m), np.empty(m, np.int64))
-    forces = kernels.contact_forces(rows, columns, depths - response @ start, stiff, start, guess, 100, 1e-13)
+    forces = kernels.contact_forces(rows, columns, depths - response @ start, stiff, start, 100, 1e-13)
     left = np.linalg.cholesky(response + np.diag(1.0 / stiff))
     np.testing.assert_allclose(forces, nnls(left.T, np.linalg.solve(left, depths))[0], atol=1e-7)
     assert forces.min() >= 0.0
@@ -194,9 +194,8 @@ def test_the_change_of_gaps_is_what_forces_at_vertices_do():
     compact = kernels.compact(vertices, slopes, np.unique(vertices), slots, np.empty(n, np.int64))
     columns = columns.astype(np.float32)
     known, found = np.zeros(m, bool), np.full((m, m), np.nan)
-    near = kernels.none_near(len(compact[2]))
     for r in rng.permutation(m):
-        kernels.compliance(r, compact, columns, near, known, found)
+        kernels.compliance(r, compact, columns, known, found)
     assert known.all()
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-5 * np.abs(expected).max())
     own = kernels.own_compliance(compact, columns)
