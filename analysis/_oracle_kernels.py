@@ -60,7 +60,8 @@ def doubtful(cross, rest, change, triangles, out):
 
 @njit(cache=True)
 def spread(points, rest, start, ring, weight, v, out):
-    """Add the weighted products of the offsets of the neighbours of a vertex, now and at rest, to `out` (3, 3)."""
+    """Write the weighted products of the offsets of the neighbours of a vertex, now and at rest, to `out` (3, 3)."""
+    out[:] = 0.0
     for e in range(start[v], start[v + 1]):
         w = ring[e]
         x, y, z = rest[w, 0] - rest[v, 0], rest[w, 1] - rest[v, 1], rest[w, 2] - rest[v, 2]
@@ -106,35 +107,108 @@ def largest_eigenvector(a, vectors, out):
 
 
 @njit(cache=True)
+def by_eigenvector(m, n, vectors, q, vector, out):
+    """Write a vector (3,), turned by the rotation nearest to a matrix m (3, 3), to `out`.
+
+    Horn, "Closed-form solution of absolute orientation using unit quaternions", 1987.
+    """
+    n[0, 0] = m[0, 0] + m[1, 1] + m[2, 2]
+    n[1, 1], n[2, 2] = m[0, 0] - m[1, 1] - m[2, 2], m[1, 1] - m[0, 0] - m[2, 2]
+    n[3, 3] = m[2, 2] - m[0, 0] - m[1, 1]
+    n[0, 1] = n[1, 0] = m[2, 1] - m[1, 2]
+    n[0, 2] = n[2, 0] = m[0, 2] - m[2, 0]
+    n[0, 3] = n[3, 0] = m[1, 0] - m[0, 1]
+    n[1, 2] = n[2, 1] = m[1, 0] + m[0, 1]
+    n[1, 3] = n[3, 1] = m[0, 2] + m[2, 0]
+    n[2, 3] = n[3, 2] = m[2, 1] + m[1, 2]
+    largest_eigenvector(n, vectors, q)
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    a, b, c = vector[0], vector[1], vector[2]
+    u = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    out[0] = a + w * u[0] + y * u[2] - z * u[1]
+    out[1] = b + w * u[1] + z * u[0] - x * u[2]
+    out[2] = c + w * u[2] + x * u[1] - y * u[0]
+
+
+@njit(cache=True)
+def by_largest_root(m, vector, out):
+    """Write a vector (3,), turned by the rotation nearest to a matrix m (3, 3), to `out`, and return True.
+
+    That takes a tenth of the time of an eigenvector (Markley, "Attitude determination using vector observations: a fast
+    optimal matrix algorithm", 1993), but returns False where the rotation is nearly undetermined.
+    """
+    square = 0.0
+    for i in range(3):
+        for k in range(3):
+            square += m[i, k] * m[i, k]
+    cofactors = np.empty((3, 3))
+    own = 0.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        for l in range(3):
+            p, q = (l + 1) % 3, (l + 2) % 3
+            cofactors[i, l] = m[j, p] * m[k, q] - m[j, q] * m[k, p]
+            own += cofactors[i, l] ** 2
+    det = m[0, 0] * cofactors[0, 0] + m[0, 1] * cofactors[0, 1] + m[0, 2] * cofactors[0, 2]
+    root = np.sqrt(3.0 * square)  # the sum of the singular values is not larger
+    for _ in range(40):  # Newton's method comes down to the largest root
+        inner = root * root - square
+        slope = 4.0 * root * inner - 8.0 * det
+        step = (inner * inner - 8.0 * root * det - 4.0 * own) / slope if slope > 0.0 else 0.0
+        root -= step
+        if abs(step) <= 1e-15 * root:
+            break
+    half = 0.5 * (root * root - square)
+    scale = half * root - det
+    if not scale > 1e-3 * root**3:
+        return False
+    across, along = np.empty(3), np.empty(3)
+    for i in range(3):
+        across[i] = m[i, 0] * vector[0] + m[i, 1] * vector[1] + m[i, 2] * vector[2]
+    for i in range(3):
+        along[i] = m[0, i] * across[0] + m[1, i] * across[1] + m[2, i] * across[2]
+    for i in range(3):
+        turned = (half + square) * across[i]
+        for k in range(3):
+            turned += root * cofactors[i, k] * vector[k] - m[i, k] * along[k]
+        out[i] = turned / scale
+    return True
+
+
+@njit(cache=True)
 def area_shares(points, rest, start, ring, weight, triangles, chosen, cross, rest_cross, out):
     """Write the areas of chosen triangles along their rest normals, turned with the skin around, relative to rest.
 
-    `start` and `ring` are the neighbours of each vertex that tell the turn (Horn, "Closed-form solution of absolute
-    orientation using unit quaternions", 1987).
+    `start` and `ring` are the neighbours of each vertex that tell the turn.
     """
     m, n, vectors, q = np.empty((3, 3)), np.empty((4, 4)), np.empty((4, 4)), np.empty(4)
+    spreads, known, turned = np.empty((points.shape[0], 3, 3)), np.zeros(points.shape[0], np.bool_), np.empty(3)
     for i in range(chosen.shape[0]):
         t = chosen[i]
         m[:] = 0.0
         for s in range(3):
-            spread(points, rest, start, ring, weight, triangles[t, s], m)
-        n[0, 0] = m[0, 0] + m[1, 1] + m[2, 2]
-        n[1, 1], n[2, 2] = m[0, 0] - m[1, 1] - m[2, 2], m[1, 1] - m[0, 0] - m[2, 2]
-        n[3, 3] = m[2, 2] - m[0, 0] - m[1, 1]
-        n[0, 1] = n[1, 0] = m[2, 1] - m[1, 2]
-        n[0, 2] = n[2, 0] = m[0, 2] - m[2, 0]
-        n[0, 3] = n[3, 0] = m[1, 0] - m[0, 1]
-        n[1, 2] = n[2, 1] = m[1, 0] + m[0, 1]
-        n[1, 3] = n[3, 1] = m[0, 2] + m[2, 0]
-        n[2, 3] = n[3, 2] = m[2, 1] + m[1, 2]
-        largest_eigenvector(n, vectors, q)
-        w, x, y, z = q[0], q[1], q[2], q[3]
-        a, b, c = rest_cross[t, 0], rest_cross[t, 1], rest_cross[t, 2]
-        u = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
-        share = cross[t, 0] * (a + w * u[0] + y * u[2] - z * u[1])
-        share += cross[t, 1] * (b + w * u[1] + z * u[0] - x * u[2])
-        share += cross[t, 2] * (c + w * u[2] + x * u[1] - y * u[0])
-        out[i] = share / (a * a + b * b + c * c)
+            v = triangles[t, s]
+            if not known[v]:
+                spread(points, rest, start, ring, weight, v, spreads[v])
+                known[v] = True
+            m += spreads[v]
+        if not by_largest_root(m, rest_cross[t], turned):
+            by_eigenvector(m, n, vectors, q, rest_cross[t], turned)
+        share = square = 0.0
+        for k in range(3):
+            share += cross[t, k] * turned[k]
+            square += rest_cross[t, k] ** 2
+        out[i] = share / square
+
+
+@njit(cache=True)
+def off_node(query, low, high):
+    """Return the squared distance of a point from a box."""
+    square = 0.0
+    for k in range(3):
+        off = max(low[k] - query[k], query[k] - high[k], 0.0)
+        square += off * off
+    return square
 
 
 @njit(cache=True)
@@ -160,35 +234,51 @@ def squared_distances(query, points, triangles, most, out):
 
 
 @njit(cache=True)
-def signed_distance(query, points, triangles, kept, normals, border, out):
+def signed_distance(query, points, triangles, kept, normals, border, tree, out):
     """Write distance, side, 1.0 if the closest point of a sheet lies on its border, and its triangle, to `out` (4,).
 
     A point is behind the sheet (-1.0) if it is behind all triangles that meet at the closest point: where a sheet is
     crumpled, what is behind one of its triangles and before another is not behind the sheet.
 
     The search begins at the triangle that `out` holds. `kept` are the triangles of the sheet, `normals` (m, 3) theirs;
-    `border` (m, 3) is True for sides of triangles opposite each corner that have no neighbour.
+    `border` (m, 3) is True for sides of triangles opposite each corner that have no neighbour. The `tree` of boxes
+    around them is their order, how many are in a leaf, and the low and high ends of the boxes, as in a heap.
     """
-    weights = np.empty(3)
-    nearest = int(out[3])
+    weights, stack = np.empty(3), np.empty(64, np.int64)
+    order, leaf, low, high = tree
+    nearest, first = int(out[3]), low.shape[0] // 2
     a, b, c = triangles[nearest, 0], triangles[nearest, 1], triangles[nearest, 2]
     best = closest_in_triangle(query, points[a], points[b], points[c], weights)
     on_border, side = ends_at(weights, border[nearest]), side_of(query, points, triangles[nearest], normals[nearest])
-    for i in range(kept.shape[0]):
-        t = kept[i]
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        if off_box(query, points, triangles[t]) > best * (1.0 + 1e-9):
+    stack[0], top = 0, 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        if off_node(query, low[node], high[node]) > best * (1.0 + 1e-9):
             continue
-        d = closest_in_triangle(query, points[a], points[b], points[c], weights)
-        if d > best * (1.0 + 1e-9):
+        if node < first:
+            one, other = 2 * node + 1, 2 * node + 2
+            if off_node(query, low[one], high[one]) < off_node(query, low[other], high[other]):
+                one, other = other, one
+            stack[top], stack[top + 1] = one, other
+            top += 2
             continue
-        own, ends = side_of(query, points, triangles[t], normals[t]), ends_at(weights, border[t])
-        if d < best * (1.0 - 1e-9):
-            side, on_border = own, ends
-        else:
-            side, on_border = max(side, own), max(on_border, ends)
-        if d < best:
-            best, nearest = d, t
+        begin = (node - first) * leaf
+        for i in order[begin : min(begin + leaf, order.shape[0])]:
+            t = kept[i]
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            if off_box(query, points, triangles[t]) > best * (1.0 + 1e-9):
+                continue
+            d = closest_in_triangle(query, points[a], points[b], points[c], weights)
+            if d > best * (1.0 + 1e-9):
+                continue
+            own, ends = side_of(query, points, triangles[t], normals[t]), ends_at(weights, border[t])
+            if d < best * (1.0 - 1e-9):
+                side, on_border = own, ends
+            else:
+                side, on_border = max(side, own), max(on_border, ends)
+            if d < best:
+                best, nearest = d, t
     out[0], out[1], out[2], out[3] = np.sqrt(best), side, on_border, nearest
 
 
@@ -211,7 +301,7 @@ def ends_at(weights, border):
 
 
 @njit(cache=True)
-def penetrating(points, triangles, kept, normals, border, start, ring, seeds, depth):
+def penetrating(points, triangles, kept, normals, border, tree, start, ring, seeds, depth):
     """Write the depth (n,) behind a sheet of the vertices that can be reached from `seeds` without leaving its back.
 
     Vertices before the sheet, or nearest to its border, stay at 0. `start` and `ring` are the edges that may be walked.
@@ -227,7 +317,7 @@ def penetrating(points, triangles, kept, normals, border, start, ring, seeds, de
     while top > 0:
         top -= 1
         v = stack[top]
-        signed_distance(points[v], points, triangles, kept, normals, border, found)
+        signed_distance(points[v], points, triangles, kept, normals, border, tree, found)
         if found[1] > 0.0 or found[2] > 0.0:
             continue
         depth[v] = found[0]
@@ -239,7 +329,7 @@ def penetrating(points, triangles, kept, normals, border, start, ring, seeds, de
 
 
 @njit(cache=True)
-def penetrating_edges(points, triangles, kept, normals, border, edges, depth):
+def penetrating_edges(points, triangles, kept, normals, border, tree, edges, depth):
     """Write the depth (e,) behind a sheet of the deepest of three points on each edge; 0 before it."""
     found, at = np.empty(4), np.empty(3)
     found[3] = kept[0]
@@ -248,7 +338,7 @@ def penetrating_edges(points, triangles, kept, normals, border, edges, depth):
             for k in range(3):
                 first, last = points[edges[e, 0], k], points[edges[e, 1], k]
                 at[k] = first + 0.25 * quarter * (last - first)
-            signed_distance(at, points, triangles, kept, normals, border, found)
+            signed_distance(at, points, triangles, kept, normals, border, tree, found)
             if found[1] < 0.0 and found[2] == 0.0:
                 depth[e] = max(depth[e], found[0])
 
@@ -349,27 +439,19 @@ def depth_in_solid(query, points, triangles, first, last):
 
 
 @njit(cache=True)
-def off_the_way(path, start, end, coasting, out):
-    """Write how far (f,) the vertices of each frame of `path` (f, n, 3) are off their ways, and the vertex (f,).
+def beyond_way(place, start, end, coasting, beyond):
+    """Lower `beyond` (n,) to how far vertices at `place` (n, 3) are off the way from `start` to `end`, where that is
+    less.
 
-    The way of a vertex is the ball between `start` and `end` (n, 3), widened by a fifth of the larger of both, by
-    `coasting` (n,), and by half a millimetre.
+    The way of a vertex is the ball between both, widened by a fifth of the larger of both, by `coasting` (n,), and by
+    half a millimetre.
     """
-    allowed = np.empty(start.shape[0])
     for v in range(start.shape[0]):
-        way = first = last = 0.0
+        way = first = last = off = 0.0
         for k in range(3):
             way += (end[v, k] - start[v, k]) ** 2
             first += start[v, k] ** 2
             last += end[v, k] ** 2
-        allowed[v] = 0.5 * np.sqrt(way) + 0.2 * np.sqrt(max(first, last)) + coasting[v] + 0.5
-    for f in range(path.shape[0]):
-        worst, which = -np.inf, 0
-        for v in range(path.shape[1]):
-            off = 0.0
-            for k in range(3):
-                off += (path[f, v, k] - 0.5 * (start[v, k] + end[v, k])) ** 2
-            beyond = np.sqrt(off) - allowed[v]
-            if beyond > worst:
-                worst, which = beyond, v
-        out[f, 0], out[f, 1] = worst, which
+            off += (place[v, k] - 0.5 * (start[v, k] + end[v, k])) ** 2
+        allowed = 0.5 * np.sqrt(way) + 0.2 * np.sqrt(max(first, last)) + coasting[v] + 0.5
+        beyond[v] = min(beyond[v], np.sqrt(off) - allowed)

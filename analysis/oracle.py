@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,7 +121,7 @@ class Oracle:
         return out
 
 
-def off_the_way(path: Array, before: Array | None = None) -> Array:
+def off_the_way(path: Array, before: Array | None = None, resting: Callable[[int], Array] | None = None) -> Array:
     """Return how far (f,) a transition goes beyond its way in each frame, mm, and the vertex (f,) that does so, (f, 2).
 
     The way of a vertex is the ball between its displacements at the start of the transition and at its end, from pole
@@ -128,12 +129,18 @@ def off_the_way(path: Array, before: Array | None = None) -> Array:
     1.2 times where it goes; but it may go along an arc with the jaw, or come back faster along the normal than along
     the surface. A vertex that moves as the transition starts may coast on for five frames more.
 
+    A transition need not lead straight to its end: in each frame the skin makes for where it would come to rest if the
+    present rates were held. So where a frame is off the way to the end, the ways from the start to these states of
+    rest count as well: that of this frame, and those of earlier frames that were off.
+
     Parameters
     ----------
     path : ndarray, shape (f + 1, n, 3)
         Displacements in the frame before the transition, and in all of its frames.
     before : ndarray, shape (n, 3), optional
         Displacements another frame before. Default: at rest at the start.
+    resting : callable, optional
+        Returns the displacements (n, 3) at rest at the rates of a frame, by its number. Default: the end of the path.
 
     Examples
     --------
@@ -144,12 +151,26 @@ def off_the_way(path: Array, before: Array | None = None) -> Array:
     >>> off_the_way(path)
     array([[1.5, 1. ],
            [0. , 0. ]])
+
+    It does not if the rates of that frame, held on, would take it to 14 mm:
+
+    >>> off_the_way(path, resting=lambda frame: path[1])
+    array([[0., 1.],
+           [0., 0.]])
     """
-    start, end = path[0], path[-1]
+    start, ends = path[0], [path[-1]]
     coasting = np.zeros(len(start)) if before is None else 5.0 * np.linalg.norm(start - before, axis=1)
-    out = np.empty((len(path) - 1, 2))
-    kernels.off_the_way(np.ascontiguousarray(path[1:]), start, end, coasting, out)
-    return np.maximum(out, 0.0)
+    out, beyond = np.zeros((len(path) - 1, 2)), np.empty(len(start))
+    for f, place in enumerate(path[1:]):
+        beyond[:] = np.inf
+        kernels.beyond_way(place, start, ends[0], coasting, beyond)
+        if resting is not None and beyond.max() > 0.0:
+            ends.append(resting(f))
+            for end in ends[1:]:
+                kernels.beyond_way(place, start, end, coasting, beyond)
+        worst = int(beyond.argmax())
+        out[f] = max(beyond[worst], 0.0), worst
+    return out
 
 
 def _from_line(points: Array, first: Array, last: Array) -> Array:

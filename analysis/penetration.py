@@ -26,6 +26,8 @@ from .orientation import Normals
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
 BoolArray = npt.NDArray[np.bool_]
+Tree = tuple[IntArray, int, Array, Array]
+"""Triangles in order, how many are in a leaf, and the low and high ends of the boxes, numbered as in a heap."""
 
 PER_BOX = 4
 """Triangles in each of the smallest boxes of a tree."""
@@ -107,14 +109,19 @@ class Sheet:
         start, ring = vertex_rings(own, len(points))
         return cls(kept, own, edges, border, order, leaves, start.astype(np.int64), ring.astype(np.int64))
 
-    def pierced_by(self, points: Array, edges: IntArray) -> IntArray:
-        """Return pairs (k, 2) of an edge and a triangle of this sheet that it pierces."""
+    def tree(self, points: Array) -> Tree:
+        """Return the tree of boxes around the triangles at positions (n, 3)."""
         low, high = np.empty((2, 2 * self.leaves - 1, 3))
         crossings.boxes(points, self.triangles, self.order, PER_BOX, low, high)
+        return self.order, PER_BOX, low, high
+
+    def pierced_by(self, points: Array, edges: IntArray, tree: Tree) -> IntArray:
+        """Return pairs (k, 2) of an edge and a triangle of this sheet that it pierces."""
+        _, _, low, high = tree
         near = np.empty(len(edges), np.int64)
         near = near[: kernels.edges_in_box(points, edges, low[0], high[0], near)]
         found = np.empty((len(edges) + len(self.triangles), 2), np.int64)
-        count = crossings.pierced(points, edges[near], self.triangles, self.order, PER_BOX, low, high, found)
+        count = crossings.pierced(points, edges[near], self.triangles, *tree, found)
         found = found[:count]
         return np.column_stack([near[found[:, 0]], found[:, 1]])
 
@@ -158,13 +165,17 @@ class Sheets:
     def _depths(self, points: Array, normals: Normals) -> tuple[tuple[Array, Array], ...]:
         """Return the depths of the vertices (n,) and of the edges of both sheets in the other."""
         out = tuple((np.zeros(len(points)), np.zeros(len(s.edges))) for s in (self.upper, self.lower))
-        pairs = self.lower.pierced_by(points, self.upper.edges), self.upper.pierced_by(points, self.lower.edges)
+        trees = self.lower.tree(points), self.upper.tree(points)
+        pairs = (
+            self.lower.pierced_by(points, self.upper.edges, trees[0]),
+            self.upper.pierced_by(points, self.lower.edges, trees[1]),
+        )
         if not len(pairs[0]) and not len(pairs[1]):
             return out
         for k, (own, other) in enumerate(((self.upper, self.lower), (self.lower, self.upper))):
             pierced = np.unique(pairs[k][:, 0])
             seeds = np.unique(np.append(own.edges[pierced].ravel(), own.triangles[pairs[1 - k][:, 1]].ravel()))
-            skin = (points, self._triangles, other.kept, normals.cross, other.border)
+            skin = (points, self._triangles, other.kept, normals.cross, other.border, trees[k])
             ring = own.ring.copy()
             for a, b in own.edges[pierced]:  # no walk goes through the other's skin
                 for v, w in ((a, b), (b, a)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -37,6 +37,10 @@ allowed, mm; largest displacement after a release, mm; refined triangles that wr
 
 AT_REST = 10
 """A release is over after so many frames exactly at rest."""
+
+SETTLING_STEP, SETTLED_AFTER, SETTLED = 0.2, 60, 1e-3
+"""Time step in which skin is let settle at held rates, s, the most steps, and how far the last one moves it, mm.
+"""
 
 EVERY_SIMULATED = 8
 """One in so many sequences runs through a whole simulation, with wrinkles and refinement."""
@@ -98,6 +102,8 @@ class Player:
 
     def __init__(self, face: fw.Face, skin: Skinned | None = None) -> None:
         self.face, self.skin = face, fw.Skin(face) if skin is None else skin
+        self._settles = skin is None
+        self._settling: fw.Skin | None = None
         self.oracle = Oracle(face)
         self.positions = self.oracle.rest
 
@@ -144,13 +150,43 @@ class Player:
             last = f == len(sequence.rates) - 1 or (released and held and still >= AT_REST)
             path.append(u)
             if f in ends or last:
-                found["off the way"] = off_the_way(np.array(path), before)[:, 0]
+                resting = self._resting(sequence.rates[f + 2 - len(path) : f + 1], path[1:])
+                found["off the way"] = off_the_way(np.array(path), before, resting)[:, 0]
                 before, path = path[-2], path[-1:]
             if released and last:
                 found["not at rest"] = float(found["largest"])
             yield found
             if last:
                 return
+
+    def _resting(self, rates: Array, shapes: list[Array]) -> Callable[[int], Array] | None:
+        """Return what tells where a skin of some shapes (f, n, 3) would come to rest at held rates (f, k); or None."""
+        if not self._settles:
+            return None
+        found: dict[bytes, Array] = {}
+
+        def resting(frame: int) -> Array:
+            key = rates[frame].tobytes()
+            if key not in found:
+                found[key] = self._settled(rates[frame], shapes[frame])
+            return found[key]
+
+        return resting
+
+    def _settled(self, rates: Array, displacement: Array) -> Array:
+        """Return where a skin that is displaced (n, 3) and does not move comes to rest at held rates (k,)."""
+        if self._settling is None:
+            self._settling = fw.Skin(self.face, SETTLING_STEP)
+        skin = self._settling
+        skin.set_rates(rates)
+        before = skin.cleared(displacement)
+        for _ in range(SETTLED_AFTER):
+            skin.step()
+            after = skin.displacement
+            if np.abs(after - before).max() < SETTLED:
+                break
+            before = after
+        return after
 
     def _jaw_angle(self, rates: Array) -> float | None:
         return self.face.jaw_angle(dict(zip(self.face.muscles, rates.tolist(), strict=True)))

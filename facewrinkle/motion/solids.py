@@ -29,9 +29,10 @@ IntArray = npt.NDArray[np.int64]
 SLACK = 0.02
 """Depth to which skin that touches a solid at rest may enter it before it is pushed, mm: so rest is an equilibrium."""
 
-STIFFNESS, EYE_STIFFNESS = 40.0, 1000.0
-"""Stiffness of contacts, and of those with eyeballs, per area, relative to the membrane stiffness of the skin, 1/mm^2.
-The strongest muscle presses lips a hundredth of a millimetre deep, and the plates of lids press harder.
+STIFFNESS, TEETH_STIFFNESS, EYE_STIFFNESS = 40.0, 100.0, 1000.0
+"""Stiffness of contacts, and of those with teeth and eyeballs, per area, relative to the membrane stiffness of the
+skin, 1/mm^2. The strongest muscle presses lips a hundredth of a millimetre deep; many together press them at the teeth,
+and the plates of lids press harder.
 """
 
 CUT = 0.05
@@ -160,6 +161,7 @@ def _arch(face: Face, area: Array, jaw: str, angle: float) -> Solids:
     close = (np.linalg.norm(local, axis=1) < 50.0 * scale) & (np.abs(local[:, 1]) < 25.0 * scale)
     near = close & before & (flat[:, 1] > 0.3 * half[1])
     corners, shares, stiffness = samples_of(face, near, area, half[0] ** 2 / half[1])
+    stiffness *= TEETH_STIFFNESS / STIFFNESS
     k = len(corners)
     lips = (face.points * face.unit - local @ face.frame.axes)[0]
     axes = np.broadcast_to(face.frame.axes[[0, 2, 1]] * [[1.0], [1.0], [-side]], (k, 3, 3)).copy()
