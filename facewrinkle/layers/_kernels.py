@@ -121,6 +121,37 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
 
 
 @njit(cache=True)
+def gradients(points, triangles, dual_a, dual_b, share, out):
+    """Add the deformation gradient (n, 3, 3) of each triangle to its vertices, by their shares in the area."""
+    for f in range(len(triangles)):
+        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
+        for r in range(3):
+            a, b = points[j, r] - points[i, r], points[k, r] - points[i, r]
+            for c in range(3):
+                value = a * dual_a[f, c] + b * dual_b[f, c]
+                out[i, r, c] += share[f, 0] * value
+                out[j, r, c] += share[f, 1] * value
+                out[k, r, c] += share[f, 2] * value
+
+
+@njit(cache=True)
+def carry(vectors, corners, barycentric, gradient, upright, out):
+    """Interpolate the gradient (n0, 3, 3) where a vector (n, 3) is not 0, apply it, and leave out what is upright."""
+    for i in range(len(vectors)):
+        if vectors[i, 0] == 0.0 and vectors[i, 1] == 0.0 and vectors[i, 2] == 0.0:
+            continue
+        a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
+        wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
+        lifted = 0.0
+        for r in range(3):
+            for k in range(3):
+                out[i, r] += (wa * gradient[a, r, k] + wb * gradient[b, r, k] + wc * gradient[c, r, k]) * vectors[i, k]
+            lifted += out[i, r] * upright[i, r]
+        for r in range(3):
+            out[i, r] -= lifted * upright[i, r]
+
+
+@njit(cache=True)
 def largest_compression(strain, first, second, both, out):
     """``1 - |F m|`` for the tangent m that is compressed most, from the products of two orthonormal tangents (n, 6)."""
     for i in range(len(strain)):

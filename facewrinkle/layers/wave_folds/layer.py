@@ -23,6 +23,8 @@ from .waves import Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
 
+PINCH_RANGE = "0 is no pinch: heights alone."
+
 DEEP_ENOUGH = 0.05
 """Folds of this depth, mm, count among those that are limited, or not."""
 
@@ -63,6 +65,10 @@ class WaveFolds:
         If True, folds stay within what skin of fixed length can fold, whatever `depth` is. If False, a `depth` above 1
         exaggerates the folds beyond that.
 
+    pinch : float
+        In [0, 1]. 0: folds are heights over the skin. 1: skin slides into the furrows as well, as in a trochoid, so that
+        crests are round and wide, and furrows narrow with steep walls, which never cross.
+
     Examples
     --------
     >>> import facewrinkle as fw
@@ -98,6 +104,7 @@ class WaveFolds:
         families: Motions | None = None,
         inextensible: bool = True,
         length: float = 1.0,
+        pinch: float = 0.0,
     ) -> None:
         self.depth = check_range("depth", depth, 0.0, 1e6)
         self.density = check_range("density", density, 0.25, 4.0, "1 is as on people.")
@@ -116,6 +123,7 @@ class WaveFolds:
             )
         self.families = families
         self.inextensible = bool(inextensible)
+        self.pinch = check_range("pinch", pinch, 0.0, 1.0, PINCH_RANGE)
 
     @property
     def lines(self) -> dict[str, Packets]:
@@ -180,6 +188,7 @@ class WaveFolds:
         self._epsilon, self._excess, self._deep = (np.zeros(p) for _ in range(3))
         self._height, self._shown, self._spacing = np.zeros(n), np.zeros(n), np.full(n, np.inf)
         self._across, self._active = np.zeros((n, 3)), np.zeros(n, bool)
+        self._slide = np.zeros((n if self.pinch > 0.0 else 0, 3))
         self._folding, self._count = np.zeros(n, np.int64), 0
         starts = self._waves.starts
         self._leading = np.where(np.diff(starts) > 0, starts[:-1], -1)
@@ -191,6 +200,8 @@ class WaveFolds:
         before = self._folding[: self._count]
         self._height[before], self._shown[before] = 0.0, 0.0
         self._spacing[before], self._active[before] = np.inf, False
+        if self.pinch > 0.0:
+            self._slide[before] = 0.0
         self._count = kernels.excesses(
             waves.starts, state.vertices.corners, state.vertices.barycentric, state.strain, waves.tangents,
             waves.window, self._epsilon, self._excess, self._folding,
@@ -199,18 +210,21 @@ class WaveFolds:
             self._count = len(self._aged)
             self._folding[: self._count] = self._aged
         depth = self._depth if self.inextensible else min(self._depth, 1.0)
+        beyond = self._depth / depth if depth != self._depth else 1.0
         kernels.heights(
             self._folding, self._count, waves.starts, waves.theta, waves.strength, waves.length, waves.wave,
-            self._epsilon, self._excess, waves.old, depth, self._age, self._height, self._shown, self._spacing,
-            self._across, self._active, self._deep, self._leading,
+            waves.tangents, self._epsilon, self._excess, waves.old, depth, self._age, beyond * self.pinch,
+            self._height, self._shown, self._slide, self._spacing, self._across, self._active, self._deep,
+            self._leading,
         )  # fmt: skip
-        level(self._height, self._shown, state.areas)
+        slide = state.carried(self._slide) if self.pinch > 0.0 else None
+        level(self._height, self._shown, state.areas if slide is None else state.areas_after(slide))
         spacing = self._spacing / self._face.unit
-        if depth != self._depth:  # a fold that is twice as deep needs vertices closer by the root of 2
-            self._height, self._shown = (self._depth / depth * height for height in (self._height, self._shown))
-            spacing = spacing * np.sqrt(depth / self._depth)
+        if beyond != 1.0:  # a fold that is twice as deep needs vertices closer by the root of 2
+            self._height, self._shown = (beyond * height for height in (self._height, self._shown))
+            spacing = spacing / np.sqrt(beyond)
         offset = self._shown - self._height
-        return Displacement(self._height, spacing, self._across, self._active, offset, bends=False)
+        return Displacement(self._height, spacing, self._across, self._active, offset, False, slide)
 
     @property
     def age_shown(self) -> float:
