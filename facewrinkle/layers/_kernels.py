@@ -249,6 +249,37 @@ def amplitudes(
             across[i, 0], across[i, 1], across[i, 2] = direction[lead, 0], direction[lead, 1], direction[lead, 2]
 
 
+STEEPEST_SLIDE = 0.85
+"""Greatest steepness of the slide of all folds of a layer together: at 1 the walls of a furrow touch, beyond it they
+cross. The rest is for the bends of the skin below, and for triangles.
+"""
+
+LEANING = 1.125
+"""Steepness, at the furrow, of the slide of a crest, over depth and half cycle: that of ``27 t (1 - t)^2 / 8``."""
+
+
+@njit(cache=True)
+def leans(where, starts, muscle, swing, lean, cycle, direction, epsilon, k0, share, pinch, out):
+    """Slide (n, 3), at rest, of the vertices in `where`: crests lean over their furrows, and never cross them.
+
+    `cycle` (p,) is in mm; `share` (n,) is what the length of the skin leaves of the depth.
+    """
+    for w in range(len(where)):
+        i = where[w]
+        out[i, 0], out[i, 1], out[i, 2] = 0.0, 0.0, 0.0
+        steepness = 0.0
+        for p in range(starts[i], starts[i + 1]):
+            if lean[p] > 0.0 and epsilon[p] > 0.0 and k0[muscle[p]] > 0.0:
+                e = min(epsilon[p], 1.0)
+                deep = pinch * share[i] * k0[muscle[p]] * e * share_over(e) * swing[p]
+                steepness += LEANING * deep / cycle[p]
+                for c in range(3):
+                    out[i, c] -= deep * lean[p] * direction[p, c]
+        if steepness > STEEPEST_SLIDE:
+            for c in range(3):
+                out[i, c] *= STEEPEST_SLIDE / steepness
+
+
 @njit(cache=True)
 def level(height, shown, areas):
     """Lower the bulges of heights (n,), or raise the furrows, until both hold as much volume over areas (n,)."""

@@ -22,6 +22,9 @@ Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 
+PINCH_RANGE = "At 0 folds are heights alone."
+"""Of the error for a pinch outside its range."""
+
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:

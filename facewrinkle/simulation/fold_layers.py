@@ -52,5 +52,5 @@ def fold_layers(
         return []
     if folds == "paper" or not face.landmarks:  # a surface without landmarks has no skin from which waves are found
         return [MuscleWrinkles(depth=depth, inextensible=inextensible)]
-    common: dict[str, Any] = {"depth": depth, "inextensible": inextensible, }
-    return [MuscleWrinkles(**common, anatomical=True), WaveFolds(**common, pinch=pinch, **waves)]
+    common: dict[str, Any] = {"depth": depth, "inextensible": inextensible, "pinch": pinch}
+    return [MuscleWrinkles(**common, anatomical=True), WaveFolds(**common, **waves)]

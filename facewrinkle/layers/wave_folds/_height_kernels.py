@@ -6,6 +6,7 @@ import numpy as np
 
 from ...geometry.compilation import njit
 from ...geometry.profile import first_harmonic as harmonic_of
+from .._kernels import STEEPEST_SLIDE
 
 ONSET, SOFT = 0.025, 0.02
 """Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
@@ -35,10 +36,6 @@ LONGER = 1.4
 LONGER_PINCHED = 0.7
 """How much longer it gets, in shares of itself, times the steepness by which skin slides into the furrows."""
 
-STEEPEST_SLIDE = 0.85
-"""Greatest steepness of the slide of all families together: at 1 the walls of a furrow touch, beyond it they cross. The
-rest is for the bends of the skin below, and for triangles.
-"""
 
 ROUNDED = 0.18
 """Normals are those of heights averaged over this many half cycles to either side."""

@@ -12,7 +12,7 @@ from ...arguments import checked
 from ...errors import ParameterError, check_range, check_whole
 from ...geometry.refinement import Change
 from .._kernels import level
-from ..base import Array, Displacement, SurfacePoints, SurfaceState
+from ..base import PINCH_RANGE, Array, Displacement, SurfacePoints, SurfaceState
 from . import _height_kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
@@ -22,8 +22,6 @@ from .recall import Recall
 from .waves import Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
-
-PINCH_RANGE = "0 is no pinch: heights alone."
 
 DEEP_ENOUGH = 0.05
 """Folds of this depth, mm, count among those that are limited, or not."""
