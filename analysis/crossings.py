@@ -2,10 +2,10 @@
 
     python -m analysis.crossings [--faces head-0 --faces ict-0] [--minutes 30] [--alone]
 
-Every pose is held until the skin rests, and folded at ages 0 and 1, with and without pinch. Counted are triangles that folds turn over, and
-pairs of triangles that run through each other with folds, farther than a millimetre from where bare skin does. Results
-are written into ``output/crossings``, and a run goes on where the last one stopped; pairs come in a random order, so
-that those of a run that was stopped are a sample.
+Every pose is held until the skin rests, and folded at ages 0 and 1, with and without pinch. Counted are triangles that
+folds turn over, and pairs of triangles that run through each other with folds, farther than a millimetre from where
+bare skin does. Results are written into ``output/crossings``, and a run goes on where the last one stopped; pairs come
+in a random order, so that those of a run that was stopped are a sample.
 """
 
 from __future__ import annotations

@@ -249,7 +249,7 @@ def amplitudes(
             across[i, 0], across[i, 1], across[i, 2] = direction[lead, 0], direction[lead, 1], direction[lead, 2]
 
 
-STEEPEST_SLIDE = 0.85
+STEEPEST_SLIDE = 0.75
 """Greatest steepness of the slide of all folds of a layer together: at 1 the walls of a furrow touch, beyond it they
 cross. The rest is for the bends of the skin below, and for triangles.
 """

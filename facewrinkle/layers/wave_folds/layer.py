@@ -64,8 +64,8 @@ class WaveFolds:
         exaggerates the folds beyond that.
 
     pinch : float
-        In [0, 1]. 0: folds are heights over the skin. 1: skin slides into the furrows as well, as in a trochoid, so that
-        crests are round and wide, and furrows narrow with steep walls, which never cross.
+        In [0, 1]. 0: folds are heights over the skin. 1: skin slides into the furrows as well, as in a trochoid, so
+        that crests are round and wide, and furrows narrow with steep walls, which never cross.
 
     Examples
     --------
