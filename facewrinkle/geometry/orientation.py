@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _orientation_kernels as kernels
+from ._mesh_kernels import around
 
 Array = npt.NDArray[np.float64]
 
@@ -83,14 +84,16 @@ def unfolded_slides(points: Array, lifted: Array, slides: Array, triangles: npt.
     >>> unfolded_slides(flat, flat, slides, np.array([[0, 1, 2]], np.int32))[2].round(9).tolist()
     [0.0, -0.95, 0.0]
     """
-    slides, factors = np.array(slides, np.float64), np.ones(len(slides))
+    slides, factors, near = np.array(slides, np.float64), np.ones(len(slides)), triangles
     for k in range(ROUNDS):
         demanded = LEAST * (1.0 - k / ROUNDS)
-        if not kernels.limit_slides(points, lifted, slides, triangles, demanded, LEAST, factors):
+        if not kernels.limit_slides(points, lifted, slides, near, demanded, LEAST, factors):
             return slides
         slides *= factors[:, None]
+        near = around(triangles, (factors < 1.0).astype(np.uint8))  # no others changed
         factors[:] = 1.0
-    while kernels.limit_slides(points, lifted, slides, triangles, 0.0, LEAST, factors):
+    while kernels.limit_slides(points, lifted, slides, near, 0.0, LEAST, factors):
         slides[factors < 1.0] = 0.0
+        near = around(triangles, (factors < 1.0).astype(np.uint8))
         factors[:] = 1.0
     return slides

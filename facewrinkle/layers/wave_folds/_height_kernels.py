@@ -36,7 +36,6 @@ LONGER = 1.4
 LONGER_PINCHED = 0.7
 """How much longer it gets, in shares of itself, times the steepness by which skin slides into the furrows."""
 
-
 ROUNDED = 0.18
 """Normals are those of heights averaged over this many half cycles to either side."""
 
@@ -161,10 +160,10 @@ def heights(
             e = share_of(p, first, last, excess, wave) if excess[p] > 0.0 else 0.0
             deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
             if deep[p] > 0.0:
-                slid = min(pinch * np.pi * deep[p] / length[p], STEEPEST_SLIDE)
-                longer = LONGER * (1.0 + LONGER_PINCHED * slid)
-                asked += longer * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
-                steepness += pinch * np.pi * deep[p] / length[p]
+                slope = np.pi * deep[p] / length[p]
+                longer = LONGER * (1.0 + LONGER_PINCHED * min(pinch * slope, STEEPEST_SLIDE))
+                asked += longer * (0.5 * slope) ** 2 / epsilon[p]
+                steepness += pinch * slope
         leading[i] = first
         for p in range(first + 1, last):
             if deep[p] > deep[leading[i]]:
