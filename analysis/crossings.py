@@ -176,13 +176,19 @@ def main() -> None:
         _tell(name, known)
 
 
+def _net(records: list[Record]) -> float:
+    """Share of the displaced volume of all poses that their folds take, or add."""
+    displaced = sum(record["volume"] for record in records)
+    return sum(abs(record["net"]) * record["volume"] for record in records) / max(displaced, 1e-9)
+
+
 def _tell(name: str, records: list[Record]) -> None:
     for age, pinch in LOOKS:
         own = [record for record in records if (record["age"], record["pinch"]) == (age, pinch)]
         turned, crossed = ([r for r in own if r[what]] for what in ("turned", "crossing"))
         print(
             f"{name}, age {age:g}, pinch {pinch:g}: {len(own)} poses; {len(turned)} with triangles turned over, "
-            f"{len(crossed)} crossing; net volume at most {max((abs(r['net']) for r in own), default=0.0):.2%}"
+            f"{len(crossed)} crossing; net volume {_net(own):.2%} of what is displaced"
         )
         for record in sorted(crossed, key=lambda record: -record["crossing"])[:10]:
             places, counts = np.unique(record["where"], return_counts=True)

@@ -11,7 +11,7 @@ from ...anatomy.face import Face
 from ...arguments import checked
 from ...errors import ParameterError, check_range, check_whole
 from ...geometry.refinement import Change
-from .._kernels import level
+from .._kernels import STEEPEST_SLIDE, level
 from ..base import PINCH_RANGE, Array, Displacement, SurfacePoints, SurfaceState
 from . import _height_kernels as kernels
 from .amount import Amount, amounts
@@ -207,8 +207,8 @@ class WaveFolds:
         if self._aged is not None:
             self._count = len(self._aged)
             self._folding[: self._count] = self._aged
-        depth = self._depth if self.inextensible else min(self._depth, 1.0)
-        beyond = self._depth / depth if depth != self._depth else 1.0
+        depth = self._depth / self._beyond
+        beyond = self._beyond
         kernels.heights(
             self._folding, self._count, waves.starts, waves.theta, waves.strength, waves.length, waves.wave,
             waves.tangents, self._epsilon, self._excess, waves.old, depth, self._age, beyond * self.pinch,
@@ -225,6 +225,19 @@ class WaveFolds:
         return Displacement(self._height, spacing, self._across, self._active, offset, False, slide)
 
     @property
+    def _beyond(self) -> float:
+        """Depth of the folds over that which skin of fixed length can fold."""
+        return 1.0 if self.inextensible else max(self._depth, 1.0)
+
+    def _asked(self, deep: Array, length: Array, epsilon: Array) -> tuple[Array, Array]:
+        """Return the share (p,) of the freed length that folds ask for, and the steepness of their slides."""
+        slope = np.pi * deep / length
+        steepness = self._beyond * self.pinch * slope
+        longer = kernels.LONGER * (1.0 + kernels.LONGER_PINCHED * np.minimum(steepness, STEEPEST_SLIDE))
+        share = np.divide(longer * np.square(0.5 * slope), epsilon, out=np.zeros_like(deep), where=deep > 0.0)
+        return share, steepness
+
+    @property
     def age_shown(self) -> float:
         """The age of the lines: that of the attached face, if no other was given."""
         return self._age
@@ -234,8 +247,7 @@ class WaveFolds:
         waves, deep = self._waves, self._deep
         if not (self.inextensible and (deep > 0.0).any()):
             return 0.0
-        steep = np.square(0.5 * np.pi * deep / waves.length)
-        asked = kernels.LONGER * np.divide(steep, self._epsilon, out=np.zeros_like(deep), where=deep > 0.0)
+        asked, _ = self._asked(deep, waves.length, self._epsilon)
         owner = np.repeat(np.arange(len(waves.starts) - 1), np.diff(waves.starts))
         full = np.bincount(owner, asked, len(waves.starts) - 1)[owner] > 1.0
         steepest = deep >= (1.0 - 1e-9) * kernels.STEEPEST * waves.strength * waves.length
@@ -247,16 +259,17 @@ class WaveFolds:
 
         A fold is ``D = share S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep from bulge to furrow (L: wavelength, e: the
         compression that is left to the family, S: its strength), and ``W = D (b - |s| (1 + s^2)^alpha) / 2^alpha``
-        high at the phase theta = pi s, where b keeps the volume. `share` is what the length of the skin leaves to all
+        high at the phase theta = pi s, where b keeps the volume; with pinch all lies lower by what the wider crests
+        hold more. `share` is what the length of the skin leaves to all
         families together. Without the lines of old skin, and before heights are levelled. Lengths are in mm, "family"
         is a number.
         """
         waves, found = self._waves, []
         first, last = int(waves.starts[vertex]), int(waves.starts[vertex + 1])
-        steep = np.square(0.5 * np.pi * self._deep[first:last] / waves.length[first:last])
-        asked = kernels.LONGER * sum(s / e for s, e in zip(steep, self._epsilon[first:last], strict=True) if s > 0.0)
-        share = 1.0 / max(float(asked), 1.0) ** 0.5
-        beyond = 1.0 if self.inextensible else max(self._depth, 1.0)
+        here, beyond = slice(first, last), self._beyond
+        asked, steepness = self._asked(self._deep[here], waves.length[here], self._epsilon[here])
+        share = 1.0 / max(float(asked.sum()), 1.0) ** 0.5
+        slid = beyond * self.pinch * STEEPEST_SLIDE / max(share * float(steepness.sum()), STEEPEST_SLIDE)
         for p in range(first, last):
             length, s = float(waves.length[p]), float(waves.theta[p]) / np.pi
             own = kernels.share_of(p, first, last, self._excess, waves.wave) if self._excess[p] > 0.0 else 0.0
@@ -265,6 +278,7 @@ class WaveFolds:
             alpha = kernels.BLUNT_ALPHA + (kernels.SHARP_ALPHA - kernels.BLUNT_ALPHA) * sharp
             bulge = 0.5 * (2.0 * 2.0**alpha - 1.0) / (alpha + 1.0)
             height = depth * (bulge - abs(s) * (1.0 + s * s) ** alpha) / 2.0**alpha
+            height -= slid * 0.5 * np.pi * depth**2 / length * kernels.first_harmonic(alpha)
             found.append({
                 "family": int(waves.family[p]), "W": beyond * height, "D": beyond * depth,
                 "theta": float(waves.theta[p]), "L": length, "S": float(waves.strength[p]), "e": float(own),

@@ -168,11 +168,17 @@ def test_crests_widen_and_furrows_narrow_as_those_of_a_trochoid(pressed):
     sim, frame = pressed(share, level=4, pinch=1.0)
     rest, now = np.asarray(frame["rest"]), np.asarray(frame.points)
     inner = np.flatnonzero((np.abs(rest[:, :2]) < 12.0).all(axis=1) & (np.abs(frame["slide"][:, 1]) > 0.05))
+    shares = {1.0: [], -1.0: []}
     for vertex in inner[:: len(inner) // 60]:
         found = sim.layers[0].explained(vertex)[0]
+        if abs(found["W"]) > 1e-3:
+            shares[np.sign(found["W"])].append(frame["W"][vertex] / found["W"])
         assert 0.3 < np.pi * found["D"] / found["L"] < 0.7
         size = (1.0 - share) * 0.5 * found["D"] * abs(np.sin(found["theta"]))
         assert np.linalg.norm(frame["slide"][vertex]) == pytest.approx(size, rel=0.05)
+    for level in shares.values():  # crests and furrows hold as much
+        assert 0.8 < level[0] <= 1.0 + 1e-9
+        np.testing.assert_allclose(level, level[0], rtol=1e-9)
     y = np.linspace(-12.0, 12.0, 2401)
     moved, height = LinearNDInterpolator(rest[:, :2], now[:, 1:])(np.full(len(y), 3.0), y).T
     stretch = np.gradient(moved, y) / (1.0 - share)
@@ -281,8 +287,8 @@ def reliefs():
     age=st.sampled_from([0.0, 1.0]),
 )
 def test_nothing_crosses_however_skin_is_pressed(reliefs, relief, across, along, pinch, depth, inextensible, age):
-    """Also where it is hollow, so that the walls of neighbouring folds approach each other. Only what no skin could fold,
-    15 mm deep in a hollow of 8 mm, crosses, pinched or not.
+    """Also where it is hollow, so that the walls of neighbouring folds approach each other. Only what no skin could
+    fold, 15 mm deep in a hollow of 8 mm, crosses, pinched or not.
     """
     face, points, families = reliefs[relief]
     possible = inextensible or relief > 0.0
