@@ -46,6 +46,31 @@ def double_areas(points, triangles, out):
 
 
 @njit(cache=True)
+def slid_double_areas(points, slide, triangles, out):
+    """Write :func:`double_areas` after a slide (n, 3), and return six times the volume that it sweeps.
+
+    A slide along a surface that bends leaves it by half of its square times the curvature.
+    """
+    swept = 0.0
+    out[:] = 0.0
+    moved = points + slide
+    for f in range(triangles.shape[0]):
+        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
+        nx, ny, nz = area_vector(moved, i, j, k)
+        area = np.sqrt(nx * nx + ny * ny + nz * nz)
+        out[i] += area
+        out[j] += area
+        out[k] += area
+        x = slide[i, 0] + slide[j, 0] + slide[k, 0]
+        y = slide[i, 1] + slide[j, 1] + slide[k, 1]
+        z = slide[i, 2] + slide[j, 2] + slide[k, 2]
+        if x != 0.0 or y != 0.0 or z != 0.0:
+            mx, my, mz = area_vector(points, i, j, k)
+            swept += 0.5 * (x * (nx + mx) + y * (ny + my) + z * (nz + mz))
+    return swept
+
+
+@njit(cache=True)
 def first_values(vertices, values, out, differs):
     """The value (n, d) at the first corner of each vertex, and True for corners (k,) that have another one."""
     seen = np.zeros(len(out), np.bool_)

@@ -281,16 +281,19 @@ def leans(where, starts, muscle, swing, lean, cycle, direction, epsilon, k0, sha
 
 
 @njit(cache=True)
-def level(height, shown, areas):
-    """Lower the bulges of heights (n,), or raise the furrows, until both hold as much volume over areas (n,)."""
+def level(height, shown, areas, swept):
+    """Lower the bulges of heights (n,), or raise the furrows, until both hold as much volume over areas (n,), with what
+    a slide has swept besides.
+    """
     above, below = 0.0, 0.0
     for i in range(len(height)):
         if height[i] > 0.0:
             above += areas[i] * height[i]
         else:
             below -= areas[i] * height[i]
-    bulges = max(np.round(below / above * STEPS) / STEPS, LEVELLED) if above > below else 1.0
-    furrows = max(np.round(above / below * STEPS) / STEPS, LEVELLED) if below > above else 1.0
+    more = above + swept - below
+    bulges = max(np.round((below - swept) / above * STEPS) / STEPS, LEVELLED) if above > 0.0 and more > 0.0 else 1.0
+    furrows = max(np.round((above + swept) / below * STEPS) / STEPS, LEVELLED) if below > 0.0 and more < 0.0 else 1.0
     for i in range(len(height)):
         share = bulges if height[i] > 0.0 else furrows
         height[i] *= share

@@ -160,16 +160,19 @@ class SurfaceState:
     @cached_property
     def areas(self) -> Array:
         """Twice the area of the triangles around each vertex (n,) of the bare surface, mm^2: weights of its heights."""
-        return self._areas(self.bare)
-
-    def areas_after(self, slide: Array) -> Array:
-        """Return :attr:`areas` after a slide (n, 3) along the surface, mm."""
-        return self._areas(self.bare + slide)
-
-    def _areas(self, points: Array) -> Array:
-        out = np.empty(len(points))
-        kernels.double_areas(points, self.triangles, out)
+        out = np.empty(len(self.bare))
+        kernels.double_areas(self.bare, self.triangles, out)
         return out
+
+    def swept(self, slide: Array | None) -> tuple[Array, float]:
+        """Return :attr:`areas` after a slide (n, 3) along the surface, mm, and the volume that it sweeps by itself.
+
+        The volume, six times that in mm^3, is in the unit of heights times areas.
+        """
+        if slide is None:
+            return self.areas, 0.0
+        out = np.empty(len(self.bare))
+        return out, float(kernels.slid_double_areas(self.bare, slide, self.triangles, out))
 
     def compression(self, directions: Array) -> Array:
         """Return ``1 - |F m|`` (n,) along directions (n, 3) or (3,); only their part in the rest surface counts."""
