@@ -127,7 +127,7 @@ class SurfaceState:
         return self._field().strain(self.base)
 
     def carried(self, vectors: Array) -> Array:
-        """Return how tangents (n, 3) of the surface at rest lie, and how long they are, on the bare surface: ``F m``.
+        """Return tangents (n, 3) of the surface at rest as the motion has turned and stretched them: ``F m``.
 
         Examples
         --------

@@ -282,7 +282,7 @@ class MuscleWrinkles:
             active[where] = True
 
     def _leaning(self, k0: Array, state: SurfaceState) -> Array:
-        """Return how far crests lean over their furrows, as slides (n, 3) along the bare surface."""
+        """Return the slides (n, 3) along the bare surface of crests that lean over their furrows."""
         folds, slide = self._folds, np.zeros((len(self._height), 3))
         kernels.leans(
             self._folded, folds.starts, folds.muscle, folds.swing, folds.lean, self._unit * folds.cycle,

@@ -191,7 +191,7 @@ class Muscle:
         return np.zeros(len(checked_points(points)))
 
     def lean(self, points: npt.ArrayLike) -> Array:
-        """How far skin slides towards the furrow, against :meth:`fold_direction`, where it lies 1 below its bulge, for
+        """Slide of the skin towards the furrow, against :meth:`fold_direction`, where it lies 1 below its bulge, for
         (n, 3) points; 0 for folds that are heights alone.
         """
         return np.zeros(len(checked_points(points)))

@@ -34,7 +34,7 @@ LONGER = 1.4
 """Arc length, beyond the chord, of the sharpest profile relative to that of a sine of the same depth: 1.39."""
 
 LONGER_PINCHED = 0.7
-"""How much longer it gets, in shares of itself, times the steepness by which skin slides into the furrows."""
+"""Share by which it gets longer as skin slides into the furrows, over the steepness of the slide."""
 
 ROUNDED = 0.18
 """Normals are those of heights averaged over this many half cycles to either side."""
