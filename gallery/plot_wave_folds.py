@@ -14,7 +14,6 @@ import numpy as np
 import facewrinkle as fw
 from facewrinkle.geometry.self_intersections import self_intersections
 from facewrinkle.plotting import Style, figure, picture, side_by_side, stacked
-from facewrinkle.simulation.fold_layers import fold_layers
 
 face = fw.default_face()
 forehead = Style((330, 300), "forehead")
@@ -48,25 +47,27 @@ print("\n".join(f"{name}: {np.mean(p.zone):.0%} of all triangles" for name, p in
 
 # %%
 # Heights alone make open furrows. With ``pinch`` skin slides into them as well: crests become round and wide, furrows
-# narrow, with walls that draw together and never cross (:ref:`folds_in_contact`). Without, with half of it, and with
-# all of it.
+# narrow, with walls that draw together and never cross (:ref:`folds_in_contact`). Without it above, with all of it
+# below.
 
 near = {"surprise": forehead, "happiness": Style((330, 300), "left_eye"), "anger": Style((330, 300), "glabella")}
-rows = []
-for name, style in near.items():
-    frames = [played(name, layers=fold_layers(face, "wave", pinch=pinch)) for pinch in (0.0, 0.5, 1.0)]
-    rows.append(side_by_side([picture(frame, face, style) for frame in frames]))
-figure(stacked(rows))
+frames = {
+    pinch: {
+        name: played(name, layers=[fw.MuscleWrinkles(anatomical=True, pinch=pinch), fw.WaveFolds(pinch=pinch)])
+        for name in near
+    }
+    for pinch in (0.0, 1.0)
+}
+rows = [[picture(own[name], face, style) for name, style in near.items()] for own in frames.values()]
+figure(stacked([side_by_side(row) for row in rows]))
 
 # %%
-# The displacement along the skin is the array "slide" of the frame, in mm. No triangle is turned over by it, and
-# nothing runs through itself.
+# The displacement along the skin is the array "slide" of the frame, in mm. Nothing runs through itself.
 
-pinched = played("surprise", layers=fold_layers(face, "wave", pinch=1.0))
-slide = np.linalg.norm(pinched["slide"], axis=1)
-print(f"up to {slide.max():.2f} mm, where folds are {np.ptp(pinched['W']):.1f} mm deep")
+pinched = frames[1.0]["surprise"]
+pinched["slide size"] = np.linalg.norm(pinched["slide"], axis=1)
+print(f"up to {pinched['slide size'].max():.2f} mm, where folds are {np.ptp(pinched['W']):.1f} mm deep")
 assert len(self_intersections(np.asarray(pinched.points), pinched.regular_faces)) == 0
-pinched["slide size"] = slide
 figure(picture(pinched, face, Style((420, 380), "forehead", scalars="slide size")))
 
 # %%
