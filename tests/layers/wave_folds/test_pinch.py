@@ -214,6 +214,19 @@ def test_the_formula_is_no_longer_than_is_reckoned():
     assert bulge_height(1.0, 2.0) > first_harmonic(2.0)
 
 
+def test_skin_slides_along_itself_however_the_head_is_turned(pressed):
+    """A turn by a right angle about an oblique axis, and a shift."""
+    turn = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    sim, frame = pressed(0.2, pinch=1.0)
+    motion = Moved(sim.face, moulded(sim.face.points, 0.0, 0.0, 0.2) @ turn.T + [7.0, -3.0, 1.0])
+    other = fw.Simulation(sim.face, sim.refinement, sim.layers, motion=motion)
+    for _ in range(7):
+        turned = other.step()
+    assert np.abs(frame["slide"]).max() > 0.5
+    np.testing.assert_allclose(turned["slide"], frame["slide"] @ turn.T, atol=1e-9)
+    np.testing.assert_allclose(turned.points, np.asarray(frame.points) @ turn.T + [7.0, -3.0, 1.0], atol=1e-9)
+
+
 @pytest.mark.parametrize("depth", [1.0, 50.0])
 @pytest.mark.parametrize("share", [0.08, 0.25])
 def test_pinched_folds_are_no_longer_than_the_compression_frees(pressed, depth, share):
