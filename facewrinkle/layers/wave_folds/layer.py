@@ -260,7 +260,7 @@ class WaveFolds:
         A fold is ``D = share S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep from bulge to furrow (L: wavelength, e: the
         compression that is left to the family, S: its strength), and ``W = D (b - |s| (1 + s^2)^alpha) / 2^alpha``
         high at the phase theta = pi s, where b keeps the volume; with pinch all lies lower by what the wider crests
-        hold more. `share` is what the length of the skin leaves to all
+        hold more, "lower". `share` is what the length of the skin leaves to all
         families together. Without the lines of old skin, and before heights are levelled. Lengths are in mm, "family"
         is a number.
         """
@@ -278,11 +278,12 @@ class WaveFolds:
             alpha = kernels.BLUNT_ALPHA + (kernels.SHARP_ALPHA - kernels.BLUNT_ALPHA) * sharp
             bulge = 0.5 * (2.0 * 2.0**alpha - 1.0) / (alpha + 1.0)
             height = depth * (bulge - abs(s) * (1.0 + s * s) ** alpha) / 2.0**alpha
-            height -= slid * 0.5 * np.pi * depth**2 / length * kernels.first_harmonic(alpha)
+            lower = slid * 0.5 * np.pi * depth**2 / length * kernels.first_harmonic(alpha)
             found.append({
-                "family": int(waves.family[p]), "W": beyond * height, "D": beyond * depth,
+                "family": int(waves.family[p]), "W": beyond * (height - lower), "D": beyond * depth,
                 "theta": float(waves.theta[p]), "L": length, "S": float(waves.strength[p]), "e": float(own),
                 "epsilon": float(self._epsilon[p]), "alpha": alpha, "share": share,
+                **({"lower": beyond * lower} if self.pinch else {}),
             })  # fmt: skip
         return sorted(found, key=lambda entry: -entry["D"])
 
