@@ -283,7 +283,7 @@ def leans(where, starts, muscle, swing, lean, cycle, direction, epsilon, k0, sha
 @njit(cache=True)
 def level(height, shown, areas, swept):
     """Lower the bulges of heights (n,), or raise the furrows, until both hold as much volume over areas (n,), with what
-    a slide has swept besides.
+    is swept besides.
     """
     above, below = 0.0, 0.0
     for i in range(len(height)):

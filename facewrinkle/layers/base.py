@@ -164,15 +164,17 @@ class SurfaceState:
         kernels.double_areas(self.bare, self.triangles, out)
         return out
 
-    def swept(self, slide: Array | None) -> tuple[Array, float]:
-        """Return :attr:`areas` after a slide (n, 3) along the surface, mm, and the volume that it sweeps by itself.
+    def swept(self, slide: Array | None, heights: Array) -> tuple[Array, float]:
+        """Return :attr:`areas` after a slide (n, 3) along the surface, mm, and what slide and heights (n,) sweep beyond
+        the products of heights and areas.
 
-        The volume, six times that in mm^3, is in the unit of heights times areas.
+        That volume, six times that in mm^3, is in the unit of the products. Without a slide it is not looked for.
         """
         if slide is None:
             return self.areas, 0.0
         out = np.empty(len(self.bare))
-        return out, float(kernels.slid_double_areas(self.bare, slide, self.triangles, out))
+        more = kernels.slid_double_areas(self.bare, slide, heights, self._upright, self.triangles, out)
+        return out, float(more)
 
     def compression(self, directions: Array) -> Array:
         """Return ``1 - |F m|`` (n,) along directions (n, 3) or (3,); only their part in the rest surface counts."""

@@ -183,7 +183,7 @@ class MuscleWrinkles:
         self._ask(k0, state.vertices, spacing, across, active)
         slide = self._leaning(k0, state) if self.pinch > 0.0 else None
         if self.anatomical and not self.balance:
-            kernels.level(height, blunt, *state.swept(slide))
+            kernels.level(height, blunt, *state.swept(slide, height))
         shading_offset = blunt - height
         if self.balance:
             height, lowered = self._balanced(k0, height, state)

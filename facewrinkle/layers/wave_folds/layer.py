@@ -216,7 +216,7 @@ class WaveFolds:
             self._leading,
         )  # fmt: skip
         slide = state.carried(self._slide) if self.pinch > 0.0 else None
-        level(self._height, self._shown, *state.swept(slide))
+        level(self._height, self._shown, *state.swept(slide, self._height))
         spacing = self._spacing / self._face.unit
         if beyond != 1.0:  # a fold that is twice as deep needs vertices closer by the root of 2
             self._height, self._shown = (beyond * height for height in (self._height, self._shown))
