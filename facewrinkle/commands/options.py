@@ -98,6 +98,8 @@ class FoldOptions:
         Another whole number is another person's lines, for waves.
     age
         Lines that stay at rest, from 0 (none) to 1, for waves.
+    pinch
+        How far skin slides into the furrows, from 0 to 1, for waves: round crests and narrow furrows.
     no_limit
         Let folds become deeper than skin of fixed length can fold.
     """
@@ -108,11 +110,13 @@ class FoldOptions:
     length: float = 1.0
     seed: float = 0  # a whole number; as an int, 1.5 would be rounded without a word
     age: float | None = None
+    pinch: float = 0.0
     no_limit: Annotated[bool, Parameter(negative=())] = False
 
     def layers(self, face: Face, compression: CompressionMethod = "gradient") -> list[Layer]:
         """Return the layers of folds of a face; an error for options that do not go together."""
-        waves = {"density": self.density, "length": self.length, "seed": self.seed, "age": self.age}
+        names = ("density", "length", "seed", "age", "pinch")
+        waves = {name: getattr(self, name) for name in names}
         if self.folds == "paper":
             usual = FoldOptions()
             for name, value in waves.items():

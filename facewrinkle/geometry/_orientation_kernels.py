@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ._mesh_kernels import area_vector
 from .compilation import njit
 
 
@@ -37,6 +38,40 @@ def limit(points, heights, directions, triangles, demanded, aim, factors):
         found += 1
         spare, factor = (1.0 - aim) * area, 0.0
         if area > 0.0:  # from positive to negative a parabola has one root between 0 and 1
+            factor = 2.0 * spare / (np.sqrt(linear * linear - 4.0 * square * spare) - linear)
+        for v in (i, j, k):
+            factors[v] = min(factors[v], factor)
+    return found
+
+
+@njit(cache=True)
+def limit_slides(points, lifted, slides, triangles, demanded, aim, factors):
+    """Lower `factors` of the slides (n, 3) of a lifted surface, as :func:`limit` does those of heights over the bare
+    one: each triangle keeps the share `demanded` of its bare area, seen along its bare normal.
+    """
+    found = 0
+    for f in range(len(triangles)):
+        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
+        moves = False
+        for v in (i, j, k):
+            moves |= slides[v, 0] != 0.0 or slides[v, 1] != 0.0 or slides[v, 2] != 0.0
+        if not moves:
+            continue
+        nx, ny, nz = area_vector(points, i, j, k)
+        area = nx * nx + ny * ny + nz * nz
+        ux, uy, uz = slides[j, 0] - slides[i, 0], slides[j, 1] - slides[i, 1], slides[j, 2] - slides[i, 2]
+        vx, vy, vz = slides[k, 0] - slides[i, 0], slides[k, 1] - slides[i, 1], slides[k, 2] - slides[i, 2]
+        ax, ay, az = lifted[j, 0] - lifted[i, 0], lifted[j, 1] - lifted[i, 1], lifted[j, 2] - lifted[i, 2]
+        bx, by, bz = lifted[k, 0] - lifted[i, 0], lifted[k, 1] - lifted[i, 1], lifted[k, 2] - lifted[i, 2]
+        before = nx * (ay * bz - az * by) + ny * (az * bx - ax * bz) + nz * (ax * by - ay * bx)
+        linear = nx * (ay * vz - az * vy + uy * bz - uz * by) + ny * (az * vx - ax * vz + uz * bx - ux * bz)
+        linear += nz * (ax * vy - ay * vx + ux * by - uy * bx)
+        square = nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
+        if before + linear + square >= demanded * area:
+            continue
+        found += 1
+        spare, factor = before - aim * area, 0.0
+        if spare > 0.0:  # from positive to negative a parabola has one root between 0 and 1
             factor = 2.0 * spare / (np.sqrt(linear * linear - 4.0 * square * spare) - linear)
         for v in (i, j, k):
             factors[v] = min(factors[v], factor)

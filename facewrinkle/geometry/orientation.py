@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _orientation_kernels as kernels
+from ._mesh_kernels import around
 
 Array = npt.NDArray[np.float64]
 
@@ -62,3 +63,37 @@ def unfolded_shares(points: Array, heights: Array, directions: Array, triangles:
         heights[factors < 1.0] = shares[factors < 1.0] = 0.0
         factors[:] = 1.0
     return shares
+
+
+def unfolded_slides(points: Array, lifted: Array, slides: Array, triangles: npt.NDArray[np.int32]) -> Array:
+    """Return slides (n, 3) of a lifted surface, shorter where they would turn a triangle over.
+
+    Parameters
+    ----------
+    points, lifted : ndarray, shape (n, 3)
+        The bare surface, and the surface with heights that turn none of its triangles over.
+    slides : ndarray, shape (n, 3)
+        Further displacement, along the surface.
+    triangles : ndarray of int32, shape (m, 3)
+
+    Examples
+    --------
+    A corner that would slide beyond the opposite side keeps a twentieth of its distance:
+
+    >>> flat, slides = np.array([[0.0, 0, 0], [2, 0, 0], [0, 1, 0]]), np.array([[0.0, 0, 0], [0, 0, 0], [0, -2, 0]])
+    >>> unfolded_slides(flat, flat, slides, np.array([[0, 1, 2]], np.int32))[2].round(9).tolist()
+    [0.0, -0.95, 0.0]
+    """
+    slides, factors, near = np.array(slides, np.float64), np.ones(len(slides)), triangles
+    for k in range(ROUNDS):
+        demanded = LEAST * (1.0 - k / ROUNDS)
+        if not kernels.limit_slides(points, lifted, slides, near, demanded, LEAST, factors):
+            return slides
+        slides *= factors[:, None]
+        near = around(triangles, (factors < 1.0).astype(np.uint8))  # no others changed
+        factors[:] = 1.0
+    while kernels.limit_slides(points, lifted, slides, near, 0.0, LEAST, factors):
+        slides[factors < 1.0] = 0.0
+        near = around(triangles, (factors < 1.0).astype(np.uint8))
+        factors[:] = 1.0
+    return slides

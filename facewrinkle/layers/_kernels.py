@@ -121,6 +121,37 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
 
 
 @njit(cache=True)
+def gradients(points, triangles, dual_a, dual_b, share, out):
+    """Add the deformation gradient (n, 3, 3) of each triangle to its vertices, by their shares in the area."""
+    for f in range(len(triangles)):
+        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
+        for r in range(3):
+            a, b = points[j, r] - points[i, r], points[k, r] - points[i, r]
+            for c in range(3):
+                value = a * dual_a[f, c] + b * dual_b[f, c]
+                out[i, r, c] += share[f, 0] * value
+                out[j, r, c] += share[f, 1] * value
+                out[k, r, c] += share[f, 2] * value
+
+
+@njit(cache=True)
+def carry(vectors, corners, barycentric, gradient, upright, out):
+    """Interpolate the gradient (n0, 3, 3) where a vector (n, 3) is not 0, apply it, and leave out what is upright."""
+    for i in range(len(vectors)):
+        if vectors[i, 0] == 0.0 and vectors[i, 1] == 0.0 and vectors[i, 2] == 0.0:
+            continue
+        a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
+        wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
+        lifted = 0.0
+        for r in range(3):
+            for k in range(3):
+                out[i, r] += (wa * gradient[a, r, k] + wb * gradient[b, r, k] + wc * gradient[c, r, k]) * vectors[i, k]
+            lifted += out[i, r] * upright[i, r]
+        for r in range(3):
+            out[i, r] -= lifted * upright[i, r]
+
+
+@njit(cache=True)
 def largest_compression(strain, first, second, both, out):
     """``1 - |F m|`` for the tangent m that is compressed most, from the products of two orthonormal tangents (n, 6)."""
     for i in range(len(strain)):
@@ -218,17 +249,51 @@ def amplitudes(
             across[i, 0], across[i, 1], across[i, 2] = direction[lead, 0], direction[lead, 1], direction[lead, 2]
 
 
+STEEPEST_SLIDE = 0.75
+"""Greatest steepness of the slide of all folds of a layer together: at 1 the walls of a furrow touch, beyond it they
+cross. The rest is for the bends of the skin below, and for triangles.
+"""
+
+LEANING = 1.125
+"""Steepness, at the furrow, of the slide of a crest, over depth and half cycle: that of ``27 t (1 - t)^2 / 8``."""
+
+
 @njit(cache=True)
-def level(height, shown, areas):
-    """Lower the bulges of heights (n,), or raise the furrows, until both hold as much volume over areas (n,)."""
+def leans(where, starts, muscle, swing, lean, cycle, direction, epsilon, k0, share, pinch, out):
+    """Slide (n, 3), at rest, of the vertices in `where`: crests lean over their furrows, and never cross them.
+
+    `cycle` (p,) is in mm; `share` (n,) is what the length of the skin leaves of the depth.
+    """
+    for w in range(len(where)):
+        i = where[w]
+        out[i, 0], out[i, 1], out[i, 2] = 0.0, 0.0, 0.0
+        steepness = 0.0
+        for p in range(starts[i], starts[i + 1]):
+            if lean[p] > 0.0 and epsilon[p] > 0.0 and k0[muscle[p]] > 0.0:
+                e = min(epsilon[p], 1.0)
+                deep = pinch * share[i] * k0[muscle[p]] * e * share_over(e) * swing[p]
+                steepness += LEANING * deep / cycle[p]
+                for c in range(3):
+                    out[i, c] -= deep * lean[p] * direction[p, c]
+        if steepness > STEEPEST_SLIDE:
+            for c in range(3):
+                out[i, c] *= STEEPEST_SLIDE / steepness
+
+
+@njit(cache=True)
+def level(height, shown, areas, swept):
+    """Lower the bulges of heights (n,), or raise the furrows, until both hold as much volume over areas (n,), with what
+    is swept besides.
+    """
     above, below = 0.0, 0.0
     for i in range(len(height)):
         if height[i] > 0.0:
             above += areas[i] * height[i]
         else:
             below -= areas[i] * height[i]
-    bulges = max(np.round(below / above * STEPS) / STEPS, LEVELLED) if above > below else 1.0
-    furrows = max(np.round(above / below * STEPS) / STEPS, LEVELLED) if below > above else 1.0
+    more = above + swept - below
+    bulges = max(np.round((below - swept) / above * STEPS) / STEPS, LEVELLED) if above > 0.0 and more > 0.0 else 1.0
+    furrows = max(np.round((above + swept) / below * STEPS) / STEPS, LEVELLED) if below > 0.0 and more < 0.0 else 1.0
     for i in range(len(height)):
         share = bulges if height[i] > 0.0 else furrows
         height[i] *= share

@@ -15,11 +15,15 @@ from ..errors import ParameterError
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import interpolated
 from ..geometry.refinement import Change, RedGreenForest, frozen
+from . import _kernels as layer_kernels
 from .compression import StrainField, compression_along, principal_compression
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
+
+PINCH_RANGE = "At 0 folds are heights alone."
+"""Of the error for a pinch outside its range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,12 +126,55 @@ class SurfaceState:
         """Change of the metric (n0, 6) at the base vertices: xx, yy, zz, yz, xz, xy; exactly 0 at rest."""
         return self._field().strain(self.base)
 
+    def carried(self, vectors: Array) -> Array:
+        """Return tangents (n, 3) of the surface at rest as the motion has turned and stretched them: ``F m``.
+
+        Examples
+        --------
+        A sheet that is turned by a right angle, and compressed by a fifth along what was x:
+
+        >>> sheet, triangles = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)
+        >>> corners, up = np.repeat(triangles, 3, axis=0), np.tile([0.0, 0, 1], (3, 1))
+        >>> vertices = SurfacePoints(sheet, up, corners, np.eye(3), np.zeros(3, np.int32))
+        >>> field, moved = StrainField(sheet, triangles), sheet @ [[0.0, 0.8, 0], [-1, 0, 0], [0, 0, 1]]
+        >>> state = SurfaceState(np.empty(0), vertices, triangles, moved, moved, 0.0, lambda: field, up)
+        >>> state.carried(np.tile([1.0, 0, 0], (3, 1)))[0].round(9).tolist()
+        [0.0, 0.8, 0.0]
+        """
+        out = np.zeros_like(vectors)
+        where = self.vertices.corners, self.vertices.barycentric
+        layer_kernels.carry(vectors, *where, self._gradient, self._upright, out)
+        return out
+
+    @cached_property
+    def _gradient(self) -> Array:
+        """The deformation gradient (n0, 3, 3) of the base mesh at its vertices, along the surface."""
+        return self._field().gradient(self.base)
+
+    @property
+    def _upright(self) -> Array:
+        if self.directions is None:
+            raise ParameterError("a SurfaceState carries tangents only with directions; it was made without.")
+        return self.directions
+
     @cached_property
     def areas(self) -> Array:
         """Twice the area of the triangles around each vertex (n,) of the bare surface, mm^2: weights of its heights."""
         out = np.empty(len(self.bare))
         kernels.double_areas(self.bare, self.triangles, out)
         return out
+
+    def swept(self, slide: Array | None, heights: Array) -> tuple[Array, float]:
+        """Return :attr:`areas` after a slide (n, 3) along the surface, mm, and what slide and heights (n,) sweep beyond
+        the products of heights and areas.
+
+        That volume, six times that in mm^3, is in the unit of the products. Without a slide it is not looked for.
+        """
+        if slide is None:
+            return self.areas, 0.0
+        out = np.empty(len(self.bare))
+        more = kernels.slid_double_areas(self.bare, slide, heights, self._upright, self.triangles, out)
+        return out, float(more)
 
     def compression(self, directions: Array) -> Array:
         """Return ``1 - |F m|`` (n,) along directions (n, 3) or (3,); only their part in the rest surface counts."""
@@ -170,6 +217,9 @@ class Displacement:
         Added to `height`, mm, only for the shading normals: those that a frame is drawn with. The points do not move.
         A layer whose details are sharper than the mesh gives the difference to its heights averaged over the distance
         of the vertices (prefiltered); the normals of the heights themselves would be uneven along a sharp furrow.
+    slide : ndarray, shape (n, 3), optional
+        Added along the bare surface, mm: a height alone makes no steep walls. Vertices that slide past each other would
+        turn triangles over; where that would happen, the simulation shortens the slide.
     bends : bool
         True if triangles are to be split where the surface bends, too (Eq. 19); False if `spacing` is all that counts.
 
@@ -189,6 +239,7 @@ class Displacement:
     active: BoolArray
     shading_offset: Array | None = None
     bends: bool = True
+    slide: Array | None = None
 
 
 class Layer(Protocol):

@@ -144,6 +144,21 @@ class StrainField:
         )
         return out
 
+    def gradient(self, deformed: Array) -> Array:
+        """Return the deformation gradient (n, 3, 3) along the surface, at the vertices of the deformed mesh (n, 3).
+
+        It is the mean of those of the triangles around a vertex, by area; each sends normals to 0.
+
+        Examples
+        --------
+        >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+        >>> StrainField(p, [[0, 1, 2]]).gradient(p * [0.8, 1.0, 1.0])[0].round(9).tolist()
+        [[0.8, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]]
+        """
+        out = np.zeros((len(deformed), 3, 3))
+        kernels.gradients(deformed, self._triangles, self._dual_a, self._dual_b, self._share, out)
+        return out
+
 
 def along(tensors: Array, directions: Array) -> Array:
     """Return ``m^T T m`` of symmetric tensors (n, 6) and directions (n, 3) or (3,).

@@ -21,7 +21,7 @@ vertices. Some vertices lie at the very bottom of a sharp furrow and others besi
 would vary along the furrow, and its line would look serrated.
 """
 
-OF_ENTRIES = ("muscle", "height", "blunt", "swing", "steep", "cycle", "coordinates", "direction", "products")
+OF_ENTRIES = ("muscle", "height", "blunt", "swing", "lean", "steep", "cycle", "coordinates", "direction", "products")
 """Attributes of :class:`Folds` with one row per entry."""
 
 
@@ -45,6 +45,8 @@ class Folds:
         The same with H averaged for the shading normals, see `BLUNT`.
     swing : ndarray, shape (p,)
         2^alpha At: from bulge to furrow at k0 = 1.
+    lean : ndarray, shape (p,)
+        Slide towards the furrow, relative to the depth from bulge to furrow.
     steep : ndarray, shape (p,)
         `swing` relative to the deepest fold of this wavelength that skin of fixed length allows at epsilon = 1, 1/mm.
     cycle : ndarray, shape (p,)
@@ -77,6 +79,7 @@ class Folds:
     height: Array
     blunt: Array
     swing: Array
+    lean: Array
     steep: Array
     cycle: Array
     coordinates: Array
@@ -123,7 +126,7 @@ class Folds:
             return cls.none(len(vertices.points))
         columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
         order = np.argsort(columns[0], kind="stable")
-        where, muscle_of, height, blunt, swing, cycle, coordinates, direction = (c[order] for c in columns)
+        where, muscle_of, height, blunt, swing, lean, cycle, coordinates, direction = (c[order] for c in columns)
         normal = vertices.normals[where]
         direction = direction - (direction * normal).sum(axis=1, keepdims=True) * normal
         direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
@@ -133,8 +136,8 @@ class Folds:
         leading = _leading(starts, np.abs(height), swing)
         steep = swing / deepest(2.0 * unit * cycle, 1.0)
         return cls(
-            starts, muscle_of.astype(np.int32), height, blunt, swing, steep, cycle, coordinates, direction, squares,
-            leading,
+            starts, muscle_of.astype(np.int32), height, blunt, swing, lean, steep, cycle, coordinates, direction,
+            squares, leading,
         )  # fmt: skip
 
     @classmethod
@@ -142,7 +145,7 @@ class Folds:
         """Return no entries for n vertices."""
         e, i = np.empty(0), np.empty(0, np.int32)
         starts, leading = np.zeros(n + 1, np.int32), np.full(n, -1, np.int32)
-        return cls(starts, i, e, e, e, e, e, np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 6)), leading)
+        return cls(starts, i, e, e, e, e, e, e, np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 6)), leading)
 
     def followed(self, kept: slice | npt.NDArray[np.int64], new: Folds) -> Folds:
         """Return the entries of the vertices that live on, then those of the new ones."""
@@ -205,6 +208,7 @@ def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Arra
         muscle.height(x) * envelope,
         muscle.height(x, BLUNT) * envelope,
         2.0**muscle.wrinkles.alpha * envelope,
+        muscle.lean(x),
         muscle.half_cycles(x),
         np.stack(muscle.coordinates(x), axis=1),
         muscle.fold_direction(x),

@@ -17,7 +17,7 @@ from ..geometry.topology import vertex_rings
 from ..geometry.volume import swept_shares
 from . import _kernels as kernels
 from .activation import Activation
-from .base import Array, BoolArray, Displacement, SurfacePoints, SurfaceState
+from .base import PINCH_RANGE, Array, BoolArray, Displacement, SurfacePoints, SurfaceState
 from .compression import EdgeWeights, StrainField
 from .folds import Folds, alike
 from .gathered import Gathered
@@ -67,6 +67,9 @@ class MuscleWrinkles:
         folds that all people have at the same places stay: beside the nose, around the mouth, and between the brows.
         A crease is as deep as the skin of its whole width is compressed. All together hold no net volume: their bulges,
         or their furrows, are lowered by up to a fifth.
+    pinch : float
+        In [0, 1]: how far crests of anatomical folds lean over their furrows; see :class:`facewrinkle.WaveFolds`. At 0
+        all folds are heights.
 
     Attributes
     ----------
@@ -92,6 +95,7 @@ class MuscleWrinkles:
         inextensible: bool = True,
         balance: bool = False,
         anatomical: bool = False,
+        pinch: float = 0.0,
     ) -> None:
         if compression not in COMPRESSION_METHODS:
             allowed = ", ".join(COMPRESSION_METHODS)
@@ -102,6 +106,12 @@ class MuscleWrinkles:
         self.inextensible = bool(inextensible)
         self.balance = bool(balance)
         self.anatomical = bool(anatomical)
+        self.pinch = check_range("pinch", pinch, 0.0, 1.0, PINCH_RANGE)
+        if self.pinch > 0.0 and (self.accumulate or self.balance or not self.anatomical):
+            raise ParameterError(
+                "pinch belongs to anatomical folds, whose heights are neither accumulated nor balanced: add "
+                "anatomical=True, and leave out accumulate and balance."
+            )
 
     # --- the layer protocol ----------------------------------------------------------------------
 
@@ -171,8 +181,9 @@ class MuscleWrinkles:
             folds.direction, self._epsilon, k0, SMALLEST, height, blunt, self._share, spacing, across, active,
         )  # fmt: skip
         self._ask(k0, state.vertices, spacing, across, active)
+        slide = self._leaning(k0, state) if self.pinch > 0.0 else None
         if self.anatomical and not self.balance:
-            kernels.level(height, blunt, state.areas)
+            kernels.level(height, blunt, *state.swept(slide, height))
         shading_offset = blunt - height
         if self.balance:
             height, lowered = self._balanced(k0, height, state)
@@ -180,7 +191,7 @@ class MuscleWrinkles:
         if self.accumulate:
             height = self._accumulated(height, state.time)
         self._height = height
-        return Displacement(height, spacing, across, active, None if self.accumulate else shading_offset)
+        return Displacement(height, spacing, across, active, None if self.accumulate else shading_offset, slide=slide)
 
     def limited_share(self) -> float:
         """Return the share of the wrinkled vertices of the last frame whose wrinkles the length of the skin limits."""
@@ -269,6 +280,15 @@ class MuscleWrinkles:
             spacing[where] = np.minimum(spacing[where], muscle.half_cycles(vertices.points[where]))
             across[where] = muscle.fold_direction(vertices.points[where])
             active[where] = True
+
+    def _leaning(self, k0: Array, state: SurfaceState) -> Array:
+        """Return the slides (n, 3) along the bare surface of crests that lean over their furrows."""
+        folds, slide = self._folds, np.zeros((len(self._height), 3))
+        kernels.leans(
+            self._folded, folds.starts, folds.muscle, folds.swing, folds.lean, self._unit * folds.cycle,
+            folds.direction, self._epsilon, k0, self._share, self.pinch, slide,
+        )  # fmt: skip
+        return state.carried(slide)
 
     def _balanced(self, k0: Array, height: Array, state: SurfaceState) -> tuple[Array, Array]:
         """Return heights with which every muscle's folds sweep no net volume; keep the shares for this in `_excess`.

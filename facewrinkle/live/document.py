@@ -54,6 +54,7 @@ START: Mapping[str, Any] = {
         "irregularity": 1.0,
         "seed": 0,
         "age": 0.0,
+        "pinch": 0.0,
     },
     "regions": {},
     "identity": {},
@@ -71,6 +72,7 @@ FOLDS: Mapping[str, tuple[float, float]] = {
     "length": (0.5, 2.0),
     "irregularity": (0.0, 3.0),
     "age": (0.0, 1.0),
+    "pinch": (0.0, 1.0),
 }
 """Ranges of the numbers of folds; the seed is a whole number."""
 

@@ -24,7 +24,7 @@ OF_WAVES = (
 )
 NAMES = {
     "k0": "k0 (mm)", "rate": "contraction", "H At": "H At at k0 = 1", "A": "A(\u03b5)", "D": "depth D (mm)",
-    "L": "wavelength L (mm)", "S": "strength S", "e": "e beyond the onset",
+    "L": "wavelength L (mm)", "S": "strength S", "e": "e beyond the onset", "lower": "lower by (mm)",
     "alpha": "sharpness \u03b1",
 }  # fmt: skip
 """Words for the numbers of formulas; those that are fields are told with the fields."""

@@ -34,6 +34,7 @@ def layers_of(data: Mapping[str, Any], face: Face) -> list[Layer]:
     layers = fold_layers(
         face, "wave", folds["depth"], density=folds["density"], length=folds["length"],
         irregularity=folds["irregularity"], seed=int(folds["seed"]), age=max(folds["age"], face.age), amount=amount,
+        pinch=folds["pinch"],
     )  # fmt: skip
     return layers + [pattern_layer(name, entry, face) for name, entry in data["patterns"].items()]
 
@@ -182,7 +183,8 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
         words = "".join(f", {name}={value!r}" for name, value in special.items()) + (
             ", amount=amount" if uneven else ""
         )
-        lines.append(f"layers = [fw.MuscleWrinkles(depth={folds['depth']!r}, anatomical=True),")
+        leaning = f", pinch={folds['pinch']!r}" if folds["pinch"] else ""
+        lines.append(f"layers = [fw.MuscleWrinkles(depth={folds['depth']!r}, anatomical=True{leaning}),")
         lines.append(f"          fw.WaveFolds({folds['depth']!r}{words})]")
         for name, entry in data["patterns"].items():
             lines += [
@@ -205,7 +207,7 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
     return "\n".join([*dict.fromkeys(imports), *rest]) + "\n"
 
 
-_USUAL_WAVES = {"density": 1.0, "length": 1.0, "irregularity": 1.0, "seed": 0, "age": 0.0}
+_USUAL_WAVES = {"density": 1.0, "length": 1.0, "irregularity": 1.0, "seed": 0, "age": 0.0, "pinch": 0.0}
 
 
 def as_command(data: Mapping[str, Any], face: str | None = None) -> tuple[str, list[str]]:
@@ -224,7 +226,7 @@ def as_command(data: Mapping[str, Any], face: str | None = None) -> tuple[str, l
     person = {name: value for name, value in data["identity"].items() if value}
     if person:
         words.append("--identity " + ",".join(f"{name}={value:g}" for name, value in person.items()))
-    for name in ("depth", "density", "length", "seed", "age"):
+    for name in ("depth", "density", "length", "seed", "age", "pinch"):
         if folds[name] != {**_USUAL_WAVES, "depth": 1.0}[name]:
             words.append(f"--{name} {folds[name]:g}")
     missing = [what for what in ("landmarks", "patterns", "tears") if data[what]]

@@ -15,7 +15,9 @@ Folds = Literal["wave", "paper"]
 FOLDS: tuple[Folds, ...] = get_args(Folds)
 
 
-def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool = True, **waves: Any) -> list[Layer]:
+def fold_layers(
+    face: Face, folds: Folds, depth: float = 1.0, inextensible: bool = True, pinch: float = 0.0, **waves: Any
+) -> list[Layer]:
     """Return the layers of folds of a face; none on a surface without muscles.
 
     Parameters
@@ -28,6 +30,8 @@ def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool
         Multiplies the depth of all folds.
     inextensible : bool
         If True, folds stay within what skin of fixed length can fold, whatever `depth` is.
+    pinch : float
+        In [0, 1]: how far the skin slides into the furrows of waves and of anatomical folds; none of the papers' does.
     **waves
         Further parameters of :class:`facewrinkle.WaveFolds`.
 
@@ -48,5 +52,5 @@ def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool
         return []
     if folds == "paper" or not face.landmarks:  # a surface without landmarks has no skin from which waves are found
         return [MuscleWrinkles(depth=depth, inextensible=inextensible)]
-    common: dict[str, Any] = {"depth": depth, "inextensible": inextensible}
+    common: dict[str, Any] = {"depth": depth, "inextensible": inextensible, "pinch": pinch}
     return [MuscleWrinkles(**common, anatomical=True), WaveFolds(**common, **waves)]

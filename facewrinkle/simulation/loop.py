@@ -24,7 +24,7 @@ from ..errors import ParameterError, check_range, check_whole, type_of, unknown_
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
 from ..geometry.normals import details_normals, vertex_normals
-from ..geometry.orientation import unfolded_shares
+from ..geometry.orientation import unfolded_shares, unfolded_slides
 from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer, SurfacePoints, SurfaceState
@@ -55,6 +55,8 @@ from .refinement import (
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
+Shape = tuple[Array, Array, Array, Array, Array | None]
+"""Points, normals, heights, split criterion and slides of the vertices."""
 
 RAMP = 10
 """Steps in which muscles contract where only the face at rest matters."""
@@ -488,7 +490,7 @@ class Simulation:
         self._follow(Change(np.arange(len(self.face.points)), 0))
         self._restless, self._marks = Restless(self.forest), None
 
-    def _held_shape(self, base: Array) -> tuple[Array, Array, Array, Array]:
+    def _held_shape(self, base: Array) -> Shape:
         """Return the shape, see :meth:`_shape`, of a face that does not move, on the triangles that it needs.
 
         Triangles are taken back as long as the mesh gets smaller by it: folds that ask for triangles only while they
@@ -539,8 +541,8 @@ class Simulation:
             for layer in self.layers:
                 layer.follow(change, created)
 
-    def _shape(self, base: Array) -> tuple[Array, Array, Array, Array]:
-        """Return points, normals, heights and split criterion of the vertices; mark triangles to split or take back."""
+    def _shape(self, base: Array) -> Shape:
+        """Return the shape of the surface; mark triangles to split or take back."""
         vertices, triangles = self.vertices, self.forest.triangles
         with self._timed("wrinkles"):
             bare = interpolated(base, vertices.corners, vertices.barycentric)
@@ -558,6 +560,11 @@ class Simulation:
                 offset = None if offset is None else offset * shares
             moved = displaced(bare, height, smooth)
             blunt = [] if offset is None else [displaced(bare, height + offset, smooth)]
+            slides = [own.slide for own in added if own.slide is not None]
+            slide = sum(slides[1:], slides[0]) if slides else None
+            if slide is not None:
+                slide = unfolded_slides(bare, moved, slide if shares is None else slide * shares[:, None], triangles)
+                moved, blunt = moved + slide, [points + slide for points in blunt]
             normals, *others = details_normals(bare, [moved, *blunt], triangles, smooth)
             shown = others[0] if others else normals
         with self._timed("refinement"):
@@ -565,13 +572,15 @@ class Simulation:
                 self.refinement, self.forest, self._levels, vertices, normals, added
             )
             self._marks = split, self._restless.may_go(self.forest, fine, active)
-            return moved, shown, height, split_gamma
+            return moved, shown, height, split_gamma, slide
 
     @cached_property
     def _strain_field(self) -> StrainField:
         return StrainField(self.face.points * self.face.unit, self.face.triangles)
 
-    def _frame(self, points: Array, normals: Array, height: Array, split_gamma: Array) -> pv.PolyData:
+    def _frame(
+        self, points: Array, normals: Array, height: Array, split_gamma: Array, slide: Array | None
+    ) -> pv.PolyData:
         data: dict[str, np.ndarray] = {"Normals": normals, "split_gamma": split_gamma}
         for layer in self.layers:
             fields = layer.fields()
@@ -579,6 +588,8 @@ class Simulation:
                 fields["epsilon"] = np.where(fields["epsilon"] != 0.0, fields["epsilon"], data["epsilon"])
             data.update(fields)
         data["W"] = height  # of all layers together
+        if slide is not None:
+            data["slide"] = slide
         return self._frames.frame(points, data, self.vertices, self.forest)
 
     @checked

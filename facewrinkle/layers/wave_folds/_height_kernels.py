@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...geometry.compilation import njit
+from ...geometry.profile import first_harmonic as harmonic_of
+from .._kernels import STEEPEST_SLIDE
 
 ONSET, SOFT = 0.025, 0.02
 """Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
@@ -31,6 +33,9 @@ BLUNT_ALPHA, SHARP_ALPHA, SHARP_DEPTH = 0.9, 2.4, 0.15
 LONGER = 1.4
 """Arc length, beyond the chord, of the sharpest profile relative to that of a sine of the same depth: 1.39."""
 
+LONGER_PINCHED = 0.7
+"""Share by which it gets longer as skin slides into the furrows, over the steepness of the slide."""
+
 ROUNDED = 0.18
 """Normals are those of heights averaged over this many half cycles to either side."""
 
@@ -51,6 +56,18 @@ TOLERANCE = 0.2
 
 NARROWEST = 0.6
 """Least spacing asked for, in wavelengths."""
+
+_ALPHAS = np.linspace(BLUNT_ALPHA, SHARP_ALPHA, 16)
+HARMONIC = tuple(
+    float(c) for c in np.polynomial.Polynomial.fit(_ALPHAS, [harmonic_of(a) for a in _ALPHAS], 3).convert().coef
+)
+"""Coefficients of a polynomial in alpha."""
+
+
+@njit(cache=True, inline="always")
+def first_harmonic(alpha):
+    """Part of cos(pi s) in ``(b - |s| (1 + s^2)^alpha) / 2^alpha``, within 0.0002 for alpha in [0.9, 2.4]."""
+    return HARMONIC[0] + alpha * (HARMONIC[1] + alpha * (HARMONIC[2] + alpha * HARMONIC[3]))
 
 
 @njit(cache=True, inline="always")
@@ -125,30 +142,37 @@ def share_of(p, first, last, excess, wave):
 
 @njit(cache=True)
 def heights(
-    where, count, starts, theta, strength, length, wave, epsilon, excess, old, depth, age,
-    height, shown, spacing, across, active, deep, leading,
+    where, count, starts, theta, strength, length, wave, tangents, epsilon, excess, old, depth, age, pinch,
+    height, shown, slide, spacing, across, active, deep, leading,
 ):  # fmt: skip
     """Heights at the first `count` vertices of `where`, the same with blunt furrows (`shown`), and the spacing needed.
 
     From bulge to furrow a fold is ``D = S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep; all folds of a vertex together
-    are no longer than the skin that the compression frees.
+    are no longer than the skin that the compression frees. With `pinch`, skin slides towards the furrows as in a
+    trochoid, ``pinch D sin(theta) / 2`` at rest (`slide`), and all lies lower by what the wider crests hold more.
     """
     for t in range(count):
         i = np.uint32(where[t])
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
-        asked, furrowed = 0.0, 0.0
+        asked, furrowed, steepness = 0.0, 0.0, 0.0
         for p in range(first, last):
             furrowed += old[p]
             e = share_of(p, first, last, excess, wave) if excess[p] > 0.0 else 0.0
             deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
             if deep[p] > 0.0:
-                asked += LONGER * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
+                slope = np.pi * deep[p] / length[p]
+                longer = LONGER * (1.0 + LONGER_PINCHED * min(pinch * slope, STEEPEST_SLIDE))
+                asked += longer * (0.5 * slope) ** 2 / epsilon[p]
+                steepness += pinch * slope
         leading[i] = first
         for p in range(first + 1, last):
             if deep[p] > deep[leading[i]]:
                 leading[i] = p
         allowed = 1.0 / np.sqrt(max(asked, 1.0))
+        drawn = pinch * STEEPEST_SLIDE / max(allowed * steepness, STEEPEST_SLIDE)
         total, mild, finest, lead = 0.0, 0.0, np.inf, -1
+        if pinch > 0.0:
+            slide[i, 0], slide[i, 1], slide[i, 2] = 0.0, 0.0, 0.0
         for p in range(first, last):
             big, rest = allowed * deep[p], 0.0
             if age > 0.0 and old[p] > 0.0:
@@ -165,6 +189,12 @@ def heights(
                 total += big * (bulge - abs(s) * (1.0 + s * s) ** alpha) / top
                 mean = (risen(s + ROUNDED, alpha, full) - risen(s - ROUNDED, alpha, full)) / (2.0 * ROUNDED)
                 mild += big * (bulge - mean) / top
+                if pinch > 0.0:
+                    lower = drawn * 0.5 * np.pi * big / length[p] * big * first_harmonic(alpha)
+                    total -= lower
+                    mild -= lower
+                    for c in range(3):
+                        slide[i, c] += drawn * 0.5 * big * np.sin(theta[p]) * tangents[p, c]
             if rest > 0.0:
                 w = 0.5 * (1.0 - abs(s)) / FINE
                 cut = rest * (np.exp(-0.5 * w * w) - FINE * np.sqrt(2.0 * np.pi))

@@ -11,8 +11,8 @@ from ...anatomy.face import Face
 from ...arguments import checked
 from ...errors import ParameterError, check_range, check_whole
 from ...geometry.refinement import Change
-from .._kernels import level
-from ..base import Array, Displacement, SurfacePoints, SurfaceState
+from .._kernels import STEEPEST_SLIDE, level
+from ..base import PINCH_RANGE, Array, Displacement, SurfacePoints, SurfaceState
 from . import _height_kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
@@ -63,6 +63,10 @@ class WaveFolds:
         If True, folds stay within what skin of fixed length can fold, whatever `depth` is. If False, a `depth` above 1
         exaggerates the folds beyond that.
 
+    pinch : float
+        In [0, 1]. 0: folds are heights over the skin. 1: skin slides into the furrows as well, as in a trochoid, so
+        that crests are round and wide, and furrows narrow with steep walls, which never cross.
+
     Examples
     --------
     >>> import facewrinkle as fw
@@ -98,6 +102,7 @@ class WaveFolds:
         families: Motions | None = None,
         inextensible: bool = True,
         length: float = 1.0,
+        pinch: float = 0.0,
     ) -> None:
         self.depth = check_range("depth", depth, 0.0, 1e6)
         self.density = check_range("density", density, 0.25, 4.0, "1 is as on people.")
@@ -116,6 +121,7 @@ class WaveFolds:
             )
         self.families = families
         self.inextensible = bool(inextensible)
+        self.pinch = check_range("pinch", pinch, 0.0, 1.0, PINCH_RANGE)
 
     @property
     def lines(self) -> dict[str, Packets]:
@@ -180,6 +186,7 @@ class WaveFolds:
         self._epsilon, self._excess, self._deep = (np.zeros(p) for _ in range(3))
         self._height, self._shown, self._spacing = np.zeros(n), np.zeros(n), np.full(n, np.inf)
         self._across, self._active = np.zeros((n, 3)), np.zeros(n, bool)
+        self._slide = np.zeros((n if self.pinch > 0.0 else 0, 3))
         self._folding, self._count = np.zeros(n, np.int64), 0
         starts = self._waves.starts
         self._leading = np.where(np.diff(starts) > 0, starts[:-1], -1)
@@ -191,6 +198,8 @@ class WaveFolds:
         before = self._folding[: self._count]
         self._height[before], self._shown[before] = 0.0, 0.0
         self._spacing[before], self._active[before] = np.inf, False
+        if self.pinch > 0.0:
+            self._slide[before] = 0.0
         self._count = kernels.excesses(
             waves.starts, state.vertices.corners, state.vertices.barycentric, state.strain, waves.tangents,
             waves.window, self._epsilon, self._excess, self._folding,
@@ -198,19 +207,35 @@ class WaveFolds:
         if self._aged is not None:
             self._count = len(self._aged)
             self._folding[: self._count] = self._aged
-        depth = self._depth if self.inextensible else min(self._depth, 1.0)
+        depth = self._depth / self._beyond
+        beyond = self._beyond
         kernels.heights(
             self._folding, self._count, waves.starts, waves.theta, waves.strength, waves.length, waves.wave,
-            self._epsilon, self._excess, waves.old, depth, self._age, self._height, self._shown, self._spacing,
-            self._across, self._active, self._deep, self._leading,
+            waves.tangents, self._epsilon, self._excess, waves.old, depth, self._age, beyond * self.pinch,
+            self._height, self._shown, self._slide, self._spacing, self._across, self._active, self._deep,
+            self._leading,
         )  # fmt: skip
-        level(self._height, self._shown, state.areas)
+        slide = state.carried(self._slide) if self.pinch > 0.0 else None
+        level(self._height, self._shown, *state.swept(slide, self._height))
         spacing = self._spacing / self._face.unit
-        if depth != self._depth:  # a fold that is twice as deep needs vertices closer by the root of 2
-            self._height, self._shown = (self._depth / depth * height for height in (self._height, self._shown))
-            spacing = spacing * np.sqrt(depth / self._depth)
+        if beyond != 1.0:  # a fold that is twice as deep needs vertices closer by the root of 2
+            self._height, self._shown = (beyond * height for height in (self._height, self._shown))
+            spacing = spacing / np.sqrt(beyond)
         offset = self._shown - self._height
-        return Displacement(self._height, spacing, self._across, self._active, offset, bends=False)
+        return Displacement(self._height, spacing, self._across, self._active, offset, False, slide)
+
+    @property
+    def _beyond(self) -> float:
+        """Depth of the folds over that which skin of fixed length can fold."""
+        return 1.0 if self.inextensible else max(self._depth, 1.0)
+
+    def _asked(self, deep: Array, length: Array, epsilon: Array) -> tuple[Array, Array]:
+        """Return the share (p,) of the freed length that folds ask for, and the steepness of their slides."""
+        slope = np.pi * deep / length
+        steepness = self._beyond * self.pinch * slope
+        longer = kernels.LONGER * (1.0 + kernels.LONGER_PINCHED * np.minimum(steepness, STEEPEST_SLIDE))
+        share = np.divide(longer * np.square(0.5 * slope), epsilon, out=np.zeros_like(deep), where=deep > 0.0)
+        return share, steepness
 
     @property
     def age_shown(self) -> float:
@@ -222,8 +247,7 @@ class WaveFolds:
         waves, deep = self._waves, self._deep
         if not (self.inextensible and (deep > 0.0).any()):
             return 0.0
-        steep = np.square(0.5 * np.pi * deep / waves.length)
-        asked = kernels.LONGER * np.divide(steep, self._epsilon, out=np.zeros_like(deep), where=deep > 0.0)
+        asked, _ = self._asked(deep, waves.length, self._epsilon)
         owner = np.repeat(np.arange(len(waves.starts) - 1), np.diff(waves.starts))
         full = np.bincount(owner, asked, len(waves.starts) - 1)[owner] > 1.0
         steepest = deep >= (1.0 - 1e-9) * kernels.STEEPEST * waves.strength * waves.length
@@ -235,16 +259,17 @@ class WaveFolds:
 
         A fold is ``D = share S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep from bulge to furrow (L: wavelength, e: the
         compression that is left to the family, S: its strength), and ``W = D (b - |s| (1 + s^2)^alpha) / 2^alpha``
-        high at the phase theta = pi s, where b keeps the volume. `share` is what the length of the skin leaves to all
+        high at the phase theta = pi s, where b keeps the volume; with pinch all lies lower by what the wider crests
+        hold more, "lower". `share` is what the length of the skin leaves to all
         families together. Without the lines of old skin, and before heights are levelled. Lengths are in mm, "family"
         is a number.
         """
         waves, found = self._waves, []
         first, last = int(waves.starts[vertex]), int(waves.starts[vertex + 1])
-        steep = np.square(0.5 * np.pi * self._deep[first:last] / waves.length[first:last])
-        asked = kernels.LONGER * sum(s / e for s, e in zip(steep, self._epsilon[first:last], strict=True) if s > 0.0)
-        share = 1.0 / max(float(asked), 1.0) ** 0.5
-        beyond = 1.0 if self.inextensible else max(self._depth, 1.0)
+        here, beyond = slice(first, last), self._beyond
+        asked, steepness = self._asked(self._deep[here], waves.length[here], self._epsilon[here])
+        share = 1.0 / max(float(asked.sum()), 1.0) ** 0.5
+        slid = beyond * self.pinch * STEEPEST_SLIDE / max(share * float(steepness.sum()), STEEPEST_SLIDE)
         for p in range(first, last):
             length, s = float(waves.length[p]), float(waves.theta[p]) / np.pi
             own = kernels.share_of(p, first, last, self._excess, waves.wave) if self._excess[p] > 0.0 else 0.0
@@ -253,10 +278,12 @@ class WaveFolds:
             alpha = kernels.BLUNT_ALPHA + (kernels.SHARP_ALPHA - kernels.BLUNT_ALPHA) * sharp
             bulge = 0.5 * (2.0 * 2.0**alpha - 1.0) / (alpha + 1.0)
             height = depth * (bulge - abs(s) * (1.0 + s * s) ** alpha) / 2.0**alpha
+            lower = slid * 0.5 * np.pi * depth**2 / length * kernels.first_harmonic(alpha)
             found.append({
-                "family": int(waves.family[p]), "W": beyond * height, "D": beyond * depth,
+                "family": int(waves.family[p]), "W": beyond * (height - lower), "D": beyond * depth,
                 "theta": float(waves.theta[p]), "L": length, "S": float(waves.strength[p]), "e": float(own),
                 "epsilon": float(self._epsilon[p]), "alpha": alpha, "share": share,
+                **({"lower": beyond * lower} if self.pinch else {}),
             })  # fmt: skip
         return sorted(found, key=lambda entry: -entry["D"])
 
