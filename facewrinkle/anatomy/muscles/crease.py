@@ -180,10 +180,10 @@ class Crease(Muscle):
         return np.asarray(2.0**alpha * (beta * t * (1.0 - t) ** 2 - furrow) / (1.0 + 4.0 * beta / 27.0))
 
     def loose_share(self, points: npt.ArrayLike) -> Array:
-        """Share (n,) in which points lie on the side of the crest, where skin is loose: 0 up to an eighth of the width
-        before the furrow, 1 from three eighths of it beyond.
+        """Share (n,) in which points lie on the side of the crest, where skin is loose: 0 up to three eighths of the width
+        before the furrow, 1 from an eighth of it beyond.
         """
-        return smoothstep(2.0 * self._plane(points)[1] / self.width + 0.25)
+        return smoothstep(2.0 * self._plane(points)[1] / self.width + 0.75)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions across the furrow, towards the crest: those of the gradient of q."""
