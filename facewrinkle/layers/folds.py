@@ -194,21 +194,11 @@ def _kind(muscle: Muscle, zone: BoolArray) -> tuple[object, ...]:
 
 def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Array) -> tuple[npt.NDArray[Any], ...]:
     """Columns of one muscle's entries among the points `near`: their numbers, then those of Folds."""
-    envelope = muscle.envelope(points[near])
-    inside, envelope = near[envelope > 0.0], envelope[envelope > 0.0]
+    inside, envelope, height, blunt, *others = muscle.folded(points[near], BLUNT)
     if not len(inside):
         return (inside,)
-    x = points[inside]
-    return (
-        inside,
-        np.full(len(inside), k),
-        muscle.height(x) * envelope,
-        muscle.height(x, BLUNT) * envelope,
-        2.0**muscle.wrinkles.alpha * envelope,
-        muscle.half_cycles(x),
-        np.stack(muscle.coordinates(x), axis=1),
-        muscle.fold_direction(x),
-    )
+    swing = 2.0**muscle.wrinkles.alpha * envelope
+    return near[inside], np.full(len(inside), k), height * envelope, blunt * envelope, swing, *others
 
 
 def _leading(starts: IntArray, size: Array, swing: Array) -> IntArray:

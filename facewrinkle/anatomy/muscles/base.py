@@ -198,6 +198,25 @@ class Muscle:
         """Unit directions (n, 3) across the folds, along which compression is measured."""
         return np.zeros_like(checked_points(points))
 
+    def folded(self, points: Array, blunt: float) -> tuple[npt.NDArray[np.int64], *tuple[Array, ...]]:
+        """Return all that is known of the folds at those of some points (n, 3) where there are any.
+
+        Their numbers (p,), then `envelope`, `height`, the same with `blunt`, `half_cycles`, both `coordinates` in
+        columns (p, 2), and `fold_direction`.
+        """
+        envelope = self.envelope(points)
+        inside = np.flatnonzero(envelope > 0.0)
+        x = points[inside]
+        return (
+            inside,
+            envelope[inside],
+            self.height(x),
+            self.height(x, blunt),
+            self.half_cycles(x),
+            np.stack(self.coordinates(x), axis=1),
+            self.fold_direction(x),
+        )
+
     def force(self, points: npt.ArrayLike) -> Array:
         """Pull (n, 3) at full contraction and strength 1; 0 outside the area of influence."""
         return np.zeros_like(checked_points(points))
