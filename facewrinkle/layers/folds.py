@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..anatomy.muscles import Muscle
 from ..geometry.profile import deepest
+from ..geometry.rows import Room
 from .base import Array, BoolArray, IntArray, SurfacePoints
 from .compression import along, products
 
@@ -83,6 +84,7 @@ class Folds:
     direction: Array
     products: Array
     leading: IntArray
+    _room: Room = field(default_factory=Room, repr=False)
 
     @classmethod
     def at(
@@ -150,10 +152,10 @@ class Folds:
         if not len(new.leading):
             return old
         shift = old.starts[-1]
-        columns = {c: np.concatenate([getattr(old, c), getattr(new, c)]) for c in OF_ENTRIES}
+        columns = old._room.appended(*([getattr(each, c) for c in OF_ENTRIES] for each in (old, new)))
         leading = np.concatenate([old.leading, np.where(new.leading >= 0, new.leading + shift, -1)])
         starts = np.concatenate([old.starts, new.starts[1:] + shift])
-        return Folds(starts=starts, leading=leading.astype(np.int32), **columns)
+        return Folds(starts, *columns, leading.astype(np.int32), old._room)
 
     def _kept(self, kept: npt.NDArray[np.int64]) -> Folds:
         counts = np.diff(self.starts)
