@@ -84,7 +84,7 @@ class Folds:
     direction: Array
     products: Array
     leading: IntArray
-    _room: Room = field(default_factory=Room, repr=False)
+    _room: Room = field(default_factory=Room, init=False, repr=False)
 
     @classmethod
     def at(
@@ -155,7 +155,10 @@ class Folds:
         columns = old._room.appended(*([getattr(each, c) for c in OF_ENTRIES] for each in (old, new)))
         leading = np.concatenate([old.leading, np.where(new.leading >= 0, new.leading + shift, -1)])
         starts = np.concatenate([old.starts, new.starts[1:] + shift])
-        return Folds(starts, *columns, leading.astype(np.int32), old._room)
+        named = dict(zip(OF_ENTRIES, columns, strict=True))
+        followed = Folds(starts=starts, leading=leading.astype(np.int32), **named)
+        object.__setattr__(followed, "_room", old._room)
+        return followed
 
     def _kept(self, kept: npt.NDArray[np.int64]) -> Folds:
         counts = np.diff(self.starts)

@@ -1,4 +1,4 @@
-"""Rows that are appended: the same as concatenating, whatever was appended before, and earlier arrays keep their values."""
+"""Rows that are appended: the same as concatenating, whatever came before, and earlier arrays keep their values."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -198,7 +198,7 @@ class Muscle:
         """Unit directions (n, 3) across the folds, along which compression is measured."""
         return np.zeros_like(checked_points(points))
 
-    def folded(self, points: Array, blunt: float) -> tuple[npt.NDArray[np.int64], *tuple[Array, ...]]:
+    def folded(self, points: Array, blunt: float) -> tuple[npt.NDArray[Any], ...]:
         """Return all that is known of the folds at those of some points (n, 3) where there are any.
 
         Their numbers (p,), then `envelope`, `height`, the same with `blunt`, `half_cycles`, both `coordinates` in

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -170,7 +170,7 @@ class Crease(Muscle):
     def _faded(self, place: Array) -> Array:
         return self._tapered((place - self.span[0]) / (self.span[1] - self.span[0]))
 
-    def folded(self, points: Array, blunt: float) -> tuple[npt.NDArray[np.int64], *tuple[Array, ...]]:
+    def folded(self, points: Array, blunt: float) -> tuple[npt.NDArray[Any], ...]:
         """All of them from the place in the plane, which is found once."""
         x, q, slope, away = self._plane(points)
         inside = np.flatnonzero(self._inside(x / self._axes[0], q, away))
@@ -207,8 +207,8 @@ class Crease(Muscle):
         return np.asarray(2.0**alpha * (beta * t * (1.0 - t) ** 2 - furrow) / (1.0 + 4.0 * beta / 27.0))
 
     def loose_share(self, points: npt.ArrayLike) -> Array:
-        """Share (n,) in which points lie on the side of the crest, where skin is loose: 0 up to three eighths of the width
-        before the furrow, 1 from an eighth of it beyond.
+        """Share (n,) in which points lie on the side of the crest, where skin is loose: 0 up to three eighths of the
+        width before the furrow, 1 from an eighth of it beyond.
         """
         return smoothstep(2.0 * self._plane(points)[1] / self.width + 0.75)
 

@@ -59,7 +59,7 @@ class Waves:
     old: Array
     wave: Array
     tangents: Array
-    _room: Room = field(default_factory=Room, repr=False)
+    _room: Room = field(default_factory=Room, init=False, repr=False)
 
     @classmethod
     def none(cls, n: int) -> Self:
@@ -90,7 +90,9 @@ class Waves:
         if len(new.starts) == 1:
             return old
         columns = old._room.appended(*([getattr(each, c) for c in COLUMNS] for each in (old, new)))
-        return Waves(np.concatenate([old.starts, new.starts[1:] + old.starts[-1]]), *columns, _room=old._room)
+        followed = Waves(np.concatenate([old.starts, new.starts[1:] + old.starts[-1]]), *columns)
+        object.__setattr__(followed, "_room", old._room)
+        return followed
 
     def taken(self, vertices: np.ndarray) -> Waves:
         """Return the entries of some vertices (numbers, in any order)."""
