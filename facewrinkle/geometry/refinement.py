@@ -19,6 +19,7 @@ from scipy.sparse import csr_array
 
 from ..errors import MeshError, check_range
 from . import _forest_kernels as kernels
+from .rows import Room
 from .topology import IntArray, as_triangles, unique_edges
 
 Array = NDArray[np.float64]
@@ -114,6 +115,7 @@ class RedGreenForest:
         self._state[kernels.FIRST :] = 0
         self._corners = np.repeat(np.arange(n0, dtype=np.int32)[:, None], 3, axis=1)
         self._barycentric = np.tile([1.0, 0.0, 0.0], (n0, 1))
+        self._room = Room()
         self._triangles = frozen(base)
         self._leaf = np.arange(len(base), dtype=np.int32)
 
@@ -137,8 +139,9 @@ class RedGreenForest:
             self._make_room()
         created = self.n_points - before
         if created:
-            self._corners = np.concatenate([self._corners, np.empty((created, 3), np.int32)])
-            self._barycentric = np.concatenate([self._barycentric, np.empty((created, 3))])
+            self._corners, self._barycentric = self._room.appended(
+                [self._corners, self._barycentric], [np.empty((created, 3), np.int32), np.empty((created, 3))]
+            )
             kernels.weigh(self._points, self._base, self._corners, self._barycentric, before)
             self._read_leaves()
         return Change(slice(None), created)
@@ -181,6 +184,7 @@ class RedGreenForest:
         vars(twin).update(vars(self))
         for name in ("_nodes", "_edges", "_points", "_state"):
             setattr(twin, name, getattr(self, name).copy())
+        twin._room = Room()
         return twin
 
     @property

@@ -199,6 +199,22 @@ def strain_epsilon(starts, corners, barycentric, strain, products, out):
                 out[p] = 1.0 - np.sqrt(max(1.0 + change, 0.0))
 
 
+@njit(cache=True)
+def put_gathered(muscle, coordinates, row, spans, values, out):
+    """Compression of the entries (p,) of creases, between values (creases, places) along the `spans` (k, 2) of these.
+
+    `row` (k,) tells which crease a muscle is, -1 for those that are none: their entries stay.
+    """
+    steps = values.shape[1] - 1
+    for p in range(len(muscle)):
+        k = muscle[p]
+        if row[k] >= 0:
+            step = min(max((coordinates[p, 0] - spans[k, 0]) / (spans[k, 1] - spans[k, 0]), 0.0), 1.0) * steps
+            lower = min(np.int64(step), steps - 1)
+            low, high = values[row[k], lower], values[row[k], lower + 1]
+            out[p] = low + (step - lower) * (high - low)
+
+
 # sin(pi x / 2) / x on [0, 1] by its series in x^2, to 1e-15: several times faster than the scalar library function.
 _SERIES = [(-1.0) ** k * (np.pi / 2) ** (2 * k + 1) / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(10)]
 S0, S1, S2, S3, S4, S5, S6, S7, S8, S9 = (float(c) for c in _SERIES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..anatomy.muscles import Muscle
 from ..geometry.profile import deepest
+from ..geometry.rows import Room
 from .base import Array, BoolArray, IntArray, SurfacePoints
 from .compression import along, products
 
@@ -86,6 +87,7 @@ class Folds:
     direction: Array
     products: Array
     leading: IntArray
+    _room: Room = field(default_factory=Room, init=False, repr=False)
 
     @classmethod
     def at(
@@ -153,10 +155,13 @@ class Folds:
         if not len(new.leading):
             return old
         shift = old.starts[-1]
-        columns = {c: np.concatenate([getattr(old, c), getattr(new, c)]) for c in OF_ENTRIES}
+        columns = old._room.appended(*([getattr(each, c) for c in OF_ENTRIES] for each in (old, new)))
         leading = np.concatenate([old.leading, np.where(new.leading >= 0, new.leading + shift, -1)])
         starts = np.concatenate([old.starts, new.starts[1:] + shift])
-        return Folds(starts=starts, leading=leading.astype(np.int32), **columns)
+        named = dict(zip(OF_ENTRIES, columns, strict=True))
+        followed = Folds(starts=starts, leading=leading.astype(np.int32), **named)
+        object.__setattr__(followed, "_room", old._room)
+        return followed
 
     def _kept(self, kept: npt.NDArray[np.int64]) -> Folds:
         counts = np.diff(self.starts)
@@ -197,22 +202,11 @@ def _kind(muscle: Muscle, zone: BoolArray) -> tuple[object, ...]:
 
 def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Array) -> tuple[npt.NDArray[Any], ...]:
     """Columns of one muscle's entries among the points `near`: their numbers, then those of Folds."""
-    envelope = muscle.envelope(points[near])
-    inside, envelope = near[envelope > 0.0], envelope[envelope > 0.0]
+    inside, envelope, height, blunt, *others = muscle.folded(points[near], BLUNT)
     if not len(inside):
         return (inside,)
-    x = points[inside]
-    return (
-        inside,
-        np.full(len(inside), k),
-        muscle.height(x) * envelope,
-        muscle.height(x, BLUNT) * envelope,
-        2.0**muscle.wrinkles.alpha * envelope,
-        muscle.lean(x),
-        muscle.half_cycles(x),
-        np.stack(muscle.coordinates(x), axis=1),
-        muscle.fold_direction(x),
-    )
+    swing = 2.0**muscle.wrinkles.alpha * envelope
+    return near[inside], np.full(len(inside), k), height * envelope, blunt * envelope, swing, *others
 
 
 def _leading(starts: IntArray, size: Array, swing: Array) -> IntArray:

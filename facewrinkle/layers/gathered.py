@@ -84,26 +84,16 @@ class Gathered:
         places = np.linspace(0.0, 1.0, PLACES)
         even = np.exp(-0.5 * ((places[:, None] - places) / EVEN) ** 2)
         self._even = even / even.sum(axis=1, keepdims=True)
-        self.follow(np.empty(0, np.int32), np.empty(0))
-
-    def follow(self, muscle: npt.NDArray[np.integer], place: Array) -> None:
-        """Take up the entries of the folds: their muscles (p,), and their places (p,) along them, lambda."""
-        row = self._row[muscle]
-        self._entries = np.flatnonzero(row >= 0)
-        row, lam = row[self._entries], place[self._entries]
-        first, last = self._spans[muscle[self._entries]].T
-        step = np.clip((lam - first) / (last - first), 0.0, 1.0) * (PLACES - 1)
-        lower = np.minimum(step.astype(np.int64), PLACES - 2)
-        self._lower, self._fraction = row * PLACES + lower, step - lower
 
     def epsilon(self, strain: Array) -> Array:
         """Return the compression (creases, places) at a strain (n0, 6) of the base mesh."""
         kernels.strain_epsilon(self._starts, self._corners, self._weights, strain, self._products, self._out)
         return np.asarray(self._out.reshape(-1, PLACES, len(ACROSS)).mean(axis=2) @ self._even.T)
 
-    def put(self, strain: Array, epsilon: Array) -> None:
-        """Write the compression of the entries that lie on creases into the compression (p,) of all."""
-        if len(self._entries):
-            values = self.epsilon(strain).ravel()
-            low, high = values[self._lower], values[self._lower + 1]
-            epsilon[self._entries] = low + self._fraction * (high - low)
+    def put(self, strain: Array, muscle: npt.NDArray[np.integer], coordinates: Array, epsilon: Array) -> None:
+        """Write the compression of those entries that lie on creases into the compression (p,) of all.
+
+        Entries are given by their muscles (p,) and their coordinates (p, 2) there: lambda, and one that is not used.
+        """
+        if len(self._products):
+            kernels.put_gathered(muscle, coordinates, self._row, self._spans, self.epsilon(strain), epsilon)

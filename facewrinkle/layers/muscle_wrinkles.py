@@ -152,7 +152,6 @@ class MuscleWrinkles:
         if not self.inextensible:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
-        self._gathered.follow(self._folds.muscle, self._folds.coordinates[:, 0])
         self._epsilon = np.zeros(len(self._folds.muscle))
         self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
         self._share = np.ones(len(self._height))
@@ -258,7 +257,7 @@ class MuscleWrinkles:
         kernels.strain_epsilon(
             folds.starts, vertices.corners, vertices.barycentric, strain, folds.products, self._epsilon
         )
-        self._gathered.put(strain, self._epsilon)
+        self._gathered.put(strain, folds.muscle, folds.coordinates, self._epsilon)
         return self._epsilon
 
     def _activated(self, strain: Array) -> Array:

@@ -26,6 +26,7 @@ from ..geometry.interpolation import displaced, interpolated
 from ..geometry.normals import details_normals, vertex_normals
 from ..geometry.orientation import unfolded_shares, unfolded_slides
 from ..geometry.refinement import Change, RedGreenForest
+from ..geometry.rows import Room
 from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField
@@ -320,7 +321,7 @@ class Simulation:
         """Go back to the triangles of the face, of which none is split."""
         face = self.face
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
-        self._levels, self._restless = self.forest.level, Restless(self.forest)
+        self._levels, self._restless, self._room = self.forest.level, Restless(self.forest), Room()
         self.vertices = SurfacePoints.of_forest(self.forest, self.face.points, self._base_normals)
         for layer in self.layers:
             layer.attach(face)
@@ -529,11 +530,9 @@ class Simulation:
             created = SurfacePoints.of_forest(
                 self.forest, self.face.points, self._base_normals, self.forest.n_points - change.n_created
             )
-            old, kept = self.vertices, change.kept
-            columns = (
-                [getattr(old, name)[kept], getattr(created, name)] for name in SurfacePoints.__dataclass_fields__
-            )
-            self.vertices = SurfacePoints(*map(np.concatenate, columns))
+            old = [getattr(self.vertices, name)[change.kept] for name in SurfacePoints.__dataclass_fields__]
+            new = [getattr(created, name) for name in SurfacePoints.__dataclass_fields__]
+            self.vertices = SurfacePoints(*(self._room.appended(old, new) if change.n_created else old))
             self._levels = self.forest.level
             self._restless.follow(self.forest, self._steps)
             self._frames.remesh()

@@ -30,13 +30,13 @@ def test_the_compression_is_that_across_the_crease(face, parts):
     index = names.index("corrugator_l")
     lam = np.linspace(0.2, 0.8, 5)
     epsilon = np.full(5, np.nan)
-    gathered.follow(np.full(5, index), lam)
-    gathered.put(field.strain(face.points * [0.9, 1.0, 1.0]), epsilon)
+    entries = np.full(5, index, np.int32), np.c_[lam, lam]
+    gathered.put(field.strain(face.points * [0.9, 1.0, 1.0]), *entries, epsilon)
     across = muscles[index].fold_direction(muscles[index].points_at(lam, 0.0 * lam))
     assert (epsilon > 0.06).all()
     assert (epsilon < 0.1).all()
     upright = np.full(5, np.nan)
-    gathered.put(field.strain(face.points * [1.0, 0.9, 1.0]), upright)
+    gathered.put(field.strain(face.points * [1.0, 0.9, 1.0]), *entries, upright)
     assert (np.abs(upright) < 0.02).all()
     assert (np.abs(across[:, 0]) > 0.9).all()
 
@@ -47,8 +47,7 @@ def test_entries_of_other_folds_keep_theirs_and_places_are_joined_by_lines(face,
     strain = field.strain(face.points * [0.9, 0.8, 1.1])
     lam = np.array([0.0, 0.5 / (PLACES - 1), 1.0 / (PLACES - 1), 0.4, 1.0])
     epsilon = np.full(5, 7.0)
-    gathered.follow(np.array([crease, crease, crease, other, crease]), lam)
-    gathered.put(strain, epsilon)
+    gathered.put(strain, np.array([crease, crease, crease, other, crease], np.int32), np.c_[lam, 0.0 * lam], epsilon)
     row = gathered.epsilon(strain)
     own = [k for k in range(len(row)) if np.isclose(row[k, 0], epsilon[0]) and np.isclose(row[k, -1], epsilon[4])]
     assert own

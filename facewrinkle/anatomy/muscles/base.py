@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -203,6 +203,26 @@ class Muscle:
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions (n, 3) across the folds, along which compression is measured."""
         return np.zeros_like(checked_points(points))
+
+    def folded(self, points: Array, blunt: float) -> tuple[npt.NDArray[Any], ...]:
+        """Return all that is known of the folds at those of some points (n, 3) where there are any.
+
+        Their numbers (p,), then `envelope`, `height`, the same with `blunt`, `lean`, `half_cycles`, both `coordinates`
+        in columns (p, 2), and `fold_direction`.
+        """
+        envelope = self.envelope(points)
+        inside = np.flatnonzero(envelope > 0.0)
+        x = points[inside]
+        return (
+            inside,
+            envelope[inside],
+            self.height(x),
+            self.height(x, blunt),
+            self.lean(x),
+            self.half_cycles(x),
+            np.stack(self.coordinates(x), axis=1),
+            self.fold_direction(x),
+        )
 
     def force(self, points: npt.ArrayLike) -> Array:
         """Pull (n, 3) at full contraction and strength 1; 0 outside the area of influence."""

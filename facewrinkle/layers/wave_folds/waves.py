@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 
+from ...geometry.rows import Room
 from ..base import Array, IntArray, SurfacePoints
 from . import _packet_kernels as kernels
 
@@ -58,6 +59,7 @@ class Waves:
     old: Array
     wave: Array
     tangents: Array
+    _room: Room = field(default_factory=Room, init=False, repr=False)
 
     @classmethod
     def none(cls, n: int) -> Self:
@@ -87,8 +89,10 @@ class Waves:
         old = self if isinstance(kept, slice) else self.taken(kept)
         if len(new.starts) == 1:
             return old
-        columns = {c: np.concatenate([getattr(old, c), getattr(new, c)]) for c in COLUMNS}
-        return Waves(np.concatenate([old.starts, new.starts[1:] + old.starts[-1]]), **columns)
+        columns = old._room.appended(*([getattr(each, c) for c in COLUMNS] for each in (old, new)))
+        followed = Waves(np.concatenate([old.starts, new.starts[1:] + old.starts[-1]]), *columns)
+        object.__setattr__(followed, "_room", old._room)
+        return followed
 
     def taken(self, vertices: np.ndarray) -> Waves:
         """Return the entries of some vertices (numbers, in any order)."""
