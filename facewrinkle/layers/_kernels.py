@@ -227,8 +227,8 @@ def level(height, shown, areas):
             above += areas[i] * height[i]
         else:
             below -= areas[i] * height[i]
-    bulges = max(np.round(below / above * STEPS) / STEPS, LEVELLED) if above > below else 1.0
-    furrows = max(np.round(above / below * STEPS) / STEPS, LEVELLED) if below > above else 1.0
+    bulges = max(np.rint(below / above * STEPS) / STEPS, LEVELLED) if above > below else 1.0
+    furrows = max(np.rint(above / below * STEPS) / STEPS, LEVELLED) if below > above else 1.0
     for i in range(len(height)):
         share = bulges if height[i] > 0.0 else furrows
         height[i] *= share

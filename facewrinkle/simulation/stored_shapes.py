@@ -1,4 +1,7 @@
-"""Shapes of the built-in head in full motion, and its lines, stored with it: nothing is simulated, or compiled, for them."""
+"""Shapes of the built-in head in full motion, and its lines, stored with it.
+
+Nothing is simulated, or compiled, to find them.
+"""
 
 from __future__ import annotations
 
