@@ -97,7 +97,5 @@ def height_above(
     aside /= np.linalg.norm(aside)
     axes = np.stack([aside, np.cross(ahead, aside), ahead], axis=1)
     local, triangles = np.asarray(mesh[0]) @ axes, np.ascontiguousarray(mesh[1], np.int32)
-    place = points @ axes
-    low, high = place.min(axis=0), place.max(axis=0)
-    kernels.heights_above(place, low, high, up @ axes, local, triangles, step, deep, TOLERANCE, out)
+    kernels.heights_above(points @ axes, up @ axes, local, triangles, step, deep, TOLERANCE, out)
     return out
