@@ -54,7 +54,9 @@ def coherence(points, height, triangles, deep, rings, out):
                 i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
                 for m in range(6):
                     tensor[n, m] = mean[i, m] + mean[j, m] + mean[k, m]
-            mean[:] = 0.0
+            for v in range(len(points)):
+                for m in range(6):
+                    mean[v, m] = 0.0
         for n in range(count):
             f = near[n]
             i, j, k, share = triangles[f, 0], triangles[f, 1], triangles[f, 2], size[n]
@@ -66,7 +68,7 @@ def coherence(points, height, triangles, deep, rings, out):
     for v in range(len(points)):
         out[v] = 1.0
         if area[v] > 0.0:
-            xx, xy, xz, yy, yz, zz = mean[v]
+            xx, xy, xz, yy, yz, zz = mean[v, 0], mean[v, 1], mean[v, 2], mean[v, 3], mean[v, 4], mean[v, 5]
             trace = xx + yy + zz
             squares = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz)
             out[v] = min(max(2.0 * squares / max(trace * trace, 1e-300) - 1.0, 0.0), 1.0)

@@ -19,7 +19,6 @@ from ..layers.base import Layer
 from ..motion.base import Motion
 from ..plotting import Image, Scene, closeup, side_by_side
 from ..plotting.views import Style
-from ..rigging.maps import bake_maps, check_map_size, write_maps
 from ..simulation import Refinement, Simulation
 from . import compiling
 from .options import FaceOptions, FoldOptions, OutputOptions
@@ -106,6 +105,8 @@ def express(
     )
     stem = re.sub(r"[^\w.=-]+", "_", name)[:100]  # the names of files must not become too long
     if maps is not None:
+        from ..rigging.maps import bake_maps, check_map_size, write_maps  # a tenth of the time to start
+
         check_map_size(maps)
     folder = output.folder(stem, source.label)
     record(performance, folder, stem, report, output)

@@ -18,6 +18,7 @@ from ..motion.base import Still
 from ..plotting import closeup, picture, side_by_side
 from ..plotting.views import Style, View
 from ..simulation import Refinement, Simulation
+from . import compiling
 from .options import FaceOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_mixture, parse_numbers, parse_units
 from .recorder import Clip, Recorder, Scenes
@@ -81,6 +82,7 @@ def pattern(
     max_level
         How often a triangle may be split; 0 turns refinement off. Default: what the pattern needs.
     """
+    compiling.begin()
     output, source = output or OutputOptions(), source or FaceOptions()
     report, fps = Report(output.quiet), check_range("fps", output.fps, 1.0, 100.0)
     Style(output.pixels, output.view or "front")  # refuses an unknown one

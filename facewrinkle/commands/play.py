@@ -23,6 +23,7 @@ from ..plotting.views import Style
 from ..rigging import Performer, read_take
 from ..rigging.takes import SUFFIXES as TAKES
 from ..simulation import Refinement, Simulation
+from . import compiling
 from .options import FaceOptions, FoldOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_shapes, parse_units
 from .recorder import Clip, Recorder, Scenes
@@ -82,6 +83,7 @@ def play(
     follow
         Turn the camera with the head.
     """
+    compiling.begin()
     begin, output, folds = time.perf_counter(), output or OutputOptions(), folds or FoldOptions()
     report, source = Report(output.quiet), source or FaceOptions()
     count = check_whole("moments", moments, 1, 100)

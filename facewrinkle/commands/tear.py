@@ -19,6 +19,7 @@ from ..plotting.views import Style
 from ..plotting.wet import TearScene
 from ..simulation import Refinement, Simulation
 from ..tears.presets import PRESETS, Tear, preset, surfaces
+from . import compiling
 from .options import FaceOptions, OutputOptions
 from .parsing import Whole, parse_mixture
 from .recorder import Clip, Drawing, Recorder, beside
@@ -71,6 +72,7 @@ def tear(
     plain
         Draw the movie without refraction, which is quicker.
     """
+    compiling.begin()
     begin, output, stem = time.perf_counter(), output or OutputOptions(), f"tear_{kind}"
     source = source or FaceOptions()
     folder = output.folder(stem, source.label)

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from scipy.optimize import linear_sum_assignment
 
 from ..anatomy.face import Face
 from ..appearance.companion_meshes import companion_meshes
@@ -148,6 +147,8 @@ def upright_rotation(face: Face | None) -> Array | None:
     """Return the rotation by right angles that brings a face closest to +y up and +z forward; None for no turn."""
     if face is None or not face.landmarks:
         return None
+    from scipy.optimize import linear_sum_assignment  # every command would import it
+
     axes = face.frame.axes
     rows, columns = linear_sum_assignment(-np.abs(axes))
     rotation = np.zeros((3, 3))

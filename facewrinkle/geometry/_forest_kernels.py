@@ -35,7 +35,8 @@ UNKNOWN, SPLIT, TAKEN, WAITING = 0, 1, 2, 3
 # The most rows that one red split adds: 4 nodes; 3 pairs of halves and 3 inner edges; 3 midpoints.
 ROOM = 9
 
-# Row numbers are widened to int64 where they are passed on, so that numba compiles every helper only once.
+# Row numbers are widened to int64 where they are passed on, so that numba compiles every helper only once; small ones
+# become part of what calls them.
 
 
 @njit(cache=True)
@@ -74,7 +75,7 @@ def _push(nodes, state, x):
         state[COUNT] += 1
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _pop(nodes, state):
     x = state[FIRST]
     state[FIRST] = NEXT_QUEUED - nodes[x, CHILD]
@@ -83,7 +84,7 @@ def _pop(nodes, state):
     return x
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _take(table, link, state, free, used, count):
     """Return the first of `count` consecutive rows: freed ones, or new ones at the end."""
     row = state[free]
@@ -95,13 +96,13 @@ def _take(table, link, state, free, used, count):
     return row
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _new_node(nodes, x, a, b, c, level):
     nodes[x, VERTEX], nodes[x, VERTEX + 1], nodes[x, VERTEX + 2] = a, b, c
     nodes[x, CHILD], nodes[x, FLAGS] = NONE, level << LEVEL
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _new_edge(edges, e, a, b, whole, host):
     edges[e, END], edges[e, END + 1], edges[e, MIDPOINT], edges[e, HALF] = a, b, NONE, NONE
     edges[e, WHOLE], edges[e, N_SPLIT], edges[e, SIDES], edges[e, HOST] = whole, 0, NONE, host
@@ -168,7 +169,7 @@ def _bisect(nodes, edges, points, state, e, level):
         _push_illegal(nodes, edges, state, np.int64(edges[e, WHOLE]))
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _eldest(state, x):
     """Return the first of the siblings of a node x that has some."""
     return x - (x - state[N_ROOTS]) % 4
@@ -179,7 +180,7 @@ def _parent(nodes, state, x):
     return NONE if x < state[N_ROOTS] else nodes[_eldest(state, x), FAMILY]
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _root(nodes, state, x):
     """Return the M0 triangle that node x lies in."""
     return x if x < state[N_ROOTS] else np.int64(nodes[_eldest(state, x) + 1, FAMILY])
@@ -310,7 +311,7 @@ def _reopen_illegal(nodes, edges, status, found, waiting):
                         count = _wait_for(nodes, edges, status, waiting, count, np.int64(edges[e, WHOLE]))
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _free(table, row, count, link, state, free):
     for i in range(row, row + count):
         for j in range(table.shape[1]):

@@ -277,14 +277,12 @@ def heights_above(place, up, local, triangles, step, deep, tolerance, out):
     """Heights above each place (k, 3), along its direction, of the highest of the triangles over or under it.
 
     Triangles are sorted into the cells, `step` wide, of a grid along x and y; those count that face z, and contain the
-    place as seen along it. Their planes give the heights.
+    place as seen along it. Their planes give the heights; `out` stays where there is none that is higher.
     """
-    out[:] = -np.inf
-    if not len(place):
-        return
-    low, high = place[0].copy(), place[0].copy()
-    for i in range(len(place)):
-        for k in range(3):
+    low, high = np.empty(3), np.empty(3)
+    for k in range(3):
+        low[k], high[k] = np.inf, -np.inf
+        for i in range(len(place)):
             low[k], high[k] = min(low[k], place[i, k]), max(high[k], place[i, k])
     columns, rows = int((high[0] - low[0]) / step) + 1, int((high[1] - low[1]) / step) + 1
     first, box = np.zeros(columns * rows + 1, np.int64), np.empty((len(triangles), 4), np.int64)

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _mesh_kernels as kernels
+from .refinement import frozen
 
 Array = npt.NDArray[np.float64]
 
@@ -22,7 +23,8 @@ def interpolated(values: Array, corners: npt.NDArray[np.int32], barycentric: Arr
     array([[1.25]])
     """
     out = np.empty((len(corners), values.shape[1]))
-    kernels.interpolate(values, corners, barycentric, out)
+    # Read-only, as those of vertices are: machine code for both is the same.
+    kernels.interpolate(values, frozen(corners), frozen(barycentric), out)
     return out
 
 
@@ -86,7 +88,9 @@ def height_above(
     >>> height_above(below, up, sheet, step=1.0, deep=10.0).tolist()
     [2.0, -inf]
     """
-    out = np.empty(len(points))
+    out = np.full(len(points), -np.inf)
+    if not len(points):
+        return out
     mean = up.mean(axis=0)
     ahead = mean / max(float(np.linalg.norm(mean)), 1e-300)
     aside = np.cross(np.eye(3)[np.argmin(np.abs(ahead))], ahead)

@@ -308,8 +308,8 @@ def level(height, shown, areas, swept):
         else:
             below -= areas[i] * height[i]
     more = above + swept - below
-    bulges = max(np.round((below - swept) / above * STEPS) / STEPS, LEVELLED) if above > 0.0 and more > 0.0 else 1.0
-    furrows = max(np.round((above + swept) / below * STEPS) / STEPS, LEVELLED) if below > 0.0 and more < 0.0 else 1.0
+    bulges = max(np.rint((below - swept) / above * STEPS) / STEPS, LEVELLED) if above > 0.0 and more > 0.0 else 1.0
+    furrows = max(np.rint((above + swept) / below * STEPS) / STEPS, LEVELLED) if below > 0.0 and more < 0.0 else 1.0
     for i in range(len(height)):
         share = bulges if height[i] > 0.0 else furrows
         height[i] *= share

@@ -147,8 +147,7 @@ def _feed(update: Callable[[Any], None], value: Any, decimals: int | None) -> No
     """Feed bytes to a digest that no other content has."""
     kind = type(value)
     if decimals is not None and (kind is float or (isinstance(value, np.ndarray) and value.dtype.kind == "f")):
-        value = np.round(value, decimals) + 0.0  # no minus before 0
-        value = float(value) if kind is float else value
+        value = (round(value, decimals) if kind is float else np.round(value, decimals)) + 0.0  # no minus before 0
     if value is None or kind in (bool, int, float, str):
         text = repr(value).encode()
         update(b"%s %d %s" % (kind.__name__.encode(), len(text), text))

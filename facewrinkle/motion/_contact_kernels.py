@@ -201,10 +201,13 @@ def compact(vertices, slopes, involved, slots, at):
             place[r, a] = at[vertices[r, a]]
             if slopes[r, a, 0] != 0.0 or slopes[r, a, 1] != 0.0 or slopes[r, a, 2] != 0.0:
                 size[r] = a + 1
-    return slopes, size, involved, place, slots[involved]
+    own = np.empty(len(involved), np.int64)
+    for j in range(len(involved)):
+        own[j] = slots[involved[j]]
+    return slopes, size, involved, place, own
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def own_compliance(rows, columns):
     """Return the change (m,) of the gap of each row by a unit force at itself."""
     slopes, size, involved, place, slots = rows
@@ -229,7 +232,7 @@ def compliance(r, rows, columns, known, out):
     moved = np.zeros((len(involved), 3))
     for a in range(size[r]):
         column = columns[slots[place[r, a]]]
-        x, y, z = slopes[r, a]
+        x, y, z = slopes[r, a, 0], slopes[r, a, 1], slopes[r, a, 2]
         for j in range(len(involved)):
             i = involved[j]
             moved[j, 0] += x * column[i, 0]
@@ -256,14 +259,16 @@ def contact_forces(rows, columns, depths, stiffness, start, rounds, tolerance):
     Sweeps of projected Gauss-Seidel find which contacts press, and a direct solution how much these do (Dostal, Optimal
     Quadratic Programming Algorithms, 2009, section 5.8). Most never press: responses are worked out for those that do.
     """
+    # Loops compile faster than expressions of arrays, and than rows that are taken apart.
     m = depths.shape[0]
     own, response, known = own_compliance(rows, columns), np.empty((m, m)), np.zeros(m, np.bool_)
-    forces, pushed = start.copy(), np.zeros(m)
+    forces, pushed, free, pressing = start.copy(), np.zeros(m), np.empty(m), np.empty(m, np.int64)
     for r in range(m):
         if start[r] != 0.0:
             compliance(r, rows, columns, known, response)
             add(start[r], response[r], pushed)
-    free = depths + pushed
+    for r in range(m):
+        free[r] = depths[r] + pushed[r]
     for _ in range(rounds):
         for _ in range(SWEEPS):
             largest = 0.0
@@ -280,19 +285,24 @@ def contact_forces(rows, columns, depths, stiffness, start, rounds, tolerance):
                 largest = max(largest, abs(change) * own[r])
             if largest < tolerance:
                 return forces
-        pressing = np.flatnonzero(forces > 0.0)
-        to_solve = np.empty((len(pressing), len(pressing)))
-        for i in range(len(pressing)):
+        count = 0
+        for r in range(m):
+            if forces[r] > 0.0:
+                pressing[count] = r
+                count += 1
+        to_solve, wanted = np.empty((count, count)), np.empty(count)
+        for i in range(count):
             for j in range(i + 1):
                 to_solve[i, j] = response[pressing[i], pressing[j]]
             to_solve[i, i] += 1.0 / stiffness[pressing[i]]
-        wanted = cholesky_solution(to_solve, free[pressing])
+            wanted[i] = free[pressing[i]]
+        cholesky_solve(to_solve, wanted)
         share = 1.0
-        for i in range(len(pressing)):
+        for i in range(count):
             now = forces[pressing[i]]
             if wanted[i] < 0.0:
                 share = min(share, now / (now - wanted[i]))
-        for i in range(len(pressing)):
+        for i in range(count):
             r = pressing[i]
             change = max(forces[r] + share * (wanted[i] - forces[r]), 0.0) - forces[r]
             forces[r] += change
@@ -307,17 +317,18 @@ def add(factor, vector, out):
         out[i] += factor * vector[i]
 
 
-@njit(cache=True)
-def cholesky_solution(matrix, right):
-    """Return the solution (m,) with a symmetric positive definite matrix (m, m), whose lower half is overwritten."""
-    m = right.shape[0]
-    out, column = right.copy(), np.empty(m)
+@njit(cache=True, inline="always")
+def cholesky_solve(matrix, out):
+    """Solve in place (m,) with a symmetric positive definite matrix (m, m), whose lower half is overwritten."""
+    m = out.shape[0]
+    column = np.empty(m)
     for j in range(m):
         matrix[j, j] = np.sqrt(max(matrix[j, j], 1e-300))
         for i in range(j + 1, m):
             column[i] = matrix[i, j] = matrix[i, j] / matrix[j, j]
         for i in range(j + 1, m):
-            add(-column[i], column[j + 1 : i + 1], matrix[i, j + 1 : i + 1])
+            for k in range(j + 1, i + 1):
+                matrix[i, k] -= column[i] * column[k]
     for i in range(m):
         for k in range(i):
             out[i] -= matrix[i, k] * out[k]
@@ -326,7 +337,6 @@ def cholesky_solution(matrix, right):
         out[i] /= matrix[i, i]
         for k in range(i):
             out[k] -= matrix[i, k] * out[i]
-    return out
 
 
 @njit(cache=True)
@@ -356,7 +366,7 @@ def added_up(forces, pushed, slots, columns):
     """Return the responses (n, 3) to the forces at the vertices `pushed`; see `compliance`."""
     out = np.zeros(forces.shape)
     for v in pushed:
-        x, y, z = forces[v]
+        x, y, z = forces[v, 0], forces[v, 1], forces[v, 2]
         column = columns[slots[v]]
         for i in range(out.shape[0]):
             out[i, 0] += x * column[i, 0]

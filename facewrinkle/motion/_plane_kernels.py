@@ -45,15 +45,6 @@ def plane_gap(x, corners, shares, triangle, bary, normal):
 
 
 @njit(cache=True)
-def plane_gaps(x, corners, shares, triangles):
-    """Return the heights (k,) of samples above the planes that they face."""
-    out, bary, normal = np.empty(corners.shape[0]), np.empty(3), np.empty(3)
-    for s in range(corners.shape[0]):
-        out[s] = plane_gap(x, corners[s], shares[s], triangles[s], bary, normal)
-    return out
-
-
-@njit(cache=True)
 def plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad):
     """Add up half stiffness times depth squared of samples that are too near. Adds to grad; writes the gaps (k,)."""
     bary, normal = np.empty(3), np.empty(3)

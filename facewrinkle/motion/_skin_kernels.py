@@ -206,11 +206,15 @@ def solve_units(indptr, indices, lower, inverse, row_order, column_order, vertic
     columns = np.empty((n, 3, TOGETHER))
     for first in range(0, m, TOGETHER):
         count = min(TOGETHER, m - first)
-        columns[:] = 0.0
+        for j in range(n):
+            for k in range(3):
+                for b in range(TOGETHER):
+                    columns[j, k, b] = 0.0
         start = n
         for b in range(count):
             row = row_order[vertices[first + b]]
-            columns[row, :, b] = 1.0
+            for k in range(3):
+                columns[row, k, b] = 1.0
             start = min(start, row)
         for j in range(start, n):
             here, met = columns[j], False

@@ -148,9 +148,10 @@ class Contacts:
             )
         f = self.flats
         kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
-        energy += kernels.flat_energy(
-            x, self._shares, LEAST_AREA, f.triangles, self._facing, f.double_area, f.heights, f.stiffness, gradient
-        )
+        if not self._shares.min(initial=1.0) >= LEAST_AREA:  # nothing is compiled for what hardly ever happens
+            energy += kernels.flat_energy(
+                x, self._shares, LEAST_AREA, f.triangles, self._facing, f.double_area, f.heights, f.stiffness, gradient
+            )
         return float(energy)
 
     def rows(self, ahead: Array) -> Rows:
@@ -165,10 +166,11 @@ class Contacts:
             )
         f = self.flats
         kernels.shares_of_area(x[: len(ahead)] + ahead, f.triangles, self._facing, f.double_area, self._ahead)
-        m = kernels.flat_rows(
-            x, ahead, self._shares, self._ahead, LEAST_AREA, f.triangles, self._facing, f.double_area, f.heights,
-            f.stiffness, rows, m,
-        )  # fmt: skip
+        if not min(self._shares.min(initial=1.0), self._ahead.min(initial=1.0)) >= LEAST_AREA:
+            m = kernels.flat_rows(
+                x, ahead, self._shares, self._ahead, LEAST_AREA, f.triangles, self._facing, f.double_area, f.heights,
+                f.stiffness, rows, m,
+            )  # fmt: skip
         return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m]
 
 

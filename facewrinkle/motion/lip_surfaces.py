@@ -77,7 +77,9 @@ class FacingSkin:
 
     def gaps(self, x: Array) -> Array:
         """Return the heights (k,) of the samples above the planes of their triangles, for positions (n, 3)."""
-        return np.asarray(kernels.plane_gaps(x, self.corners, self.shares, self.triangles))
+        out, none = np.empty(len(self.corners)), np.full(len(self.corners), -np.inf)
+        kernels.plane_energy(x, self.corners, self.shares, self.triangles, none, none, out, np.empty((0, 3)))
+        return out
 
     def touching_from(self, allowed: Array) -> FacingSkin:
         """Return the same samples, which are pushed off the planes from these distances (k,) on."""

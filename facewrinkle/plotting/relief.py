@@ -8,6 +8,7 @@ compressed, and flatten where it is stretched.
 from __future__ import annotations
 
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -44,11 +45,9 @@ class Relief:
     """
 
     def __init__(self, face: Face, pixel: float, rows: int) -> None:
-        self._face, self._age, self._angle = face, max(face.age, 0.0), np.radians(VIEW_ANGLE) / rows
+        self._face, self._angle = face, np.radians(VIEW_ANGLE) / rows
+        self._places = _KNOWN.setdefault(face, _Places())
         self._fade = 1.0 - float(smoothstep((pixel / face.frame.scale - FADING[0]) / (FADING[1] - FADING[0])))
-        self._of: Any = None
-        self._points, self._strength = np.empty((0, 3)), np.empty(0)
-        self._sent = np.empty((0, 4), np.float32)
 
     @staticmethod
     def seen(face: Face, pixel: float) -> bool:
@@ -67,27 +66,43 @@ class Relief:
         2: xz), and as the fraction of the same number the strength, which is less on younger skin. The frame tells the
         age, or else the face.
         """
-        age = float(skin.field_data[AGE][0]) if AGE in skin.field_data else max(self._face.age, 0.0)
-        rest = skin.GetPointData().GetArray("rest") or skin.GetPoints().GetData()
-        if rest is not self._of or age != self._age:  # else the very same array as in the frame before
-            points = np.asarray(skin.point_data.get("rest", skin.points), np.float64)
-            facing = np.abs(vertex_normals(points, np.asarray(skin.regular_faces)) @ self._face.frame.axes.T)
-            plane = np.array([1, 2, 0])[facing.argmax(axis=1)]
-            strength = self._strengths(points) * ((1.0 - age) * DEPTH + age * OLD_DEPTH) / OLD_DEPTH
-            field = (1.0 - age) * np.full(3, FIELD) + age * np.array(OLD_FIELD)
-            place = self._face.frame.local_mm(points) / field
-            self._of, self._age, self._sent = rest, age, np.column_stack([place, plane + strength]).astype(np.float32)
-        return self._sent
+        return self._places.of(skin, self._face)
 
-    def _strengths(self, points: Array) -> Array:
-        """Strengths (n,) of the relief, from 0 to 1; those of points that were there before are kept."""
-        known = min(len(points), len(self._points))
-        fresh = np.ones(len(points), bool)
-        fresh[:known] = (points[:known] != self._points[:known]).any(axis=1)
-        strength = np.resize(np.append(self._strength, 0.0), len(points))
-        strength[fresh] = np.clip(relief_strength(points[fresh], self._face) / STRONGEST, 0.0, 0.999)
-        self._points, self._strength = points, strength
-        return strength
+
+class _Places:
+    """What the shader needs of the vertices of the last frame of a face. All scenes of the face share it."""
+
+    def __init__(self) -> None:
+        self._known: tuple[Any, float, Array, Array, npt.NDArray[np.float32]] | None = None
+
+    def of(self, skin: pv.PolyData, face: Face) -> npt.NDArray[np.float32]:
+        """Return places, planes and strengths (n, 4); see :meth:`Relief.on`."""
+        age = float(skin.field_data[AGE][0]) if AGE in skin.field_data else max(face.age, 0.0)
+        rest, known = skin.GetPointData().GetArray("rest") or skin.GetPoints().GetData(), self._known
+        points = np.array(skin.point_data.get("rest", skin.points), np.float64)
+        if known is not None and known[0] is rest and known[1] == age and np.array_equal(points, known[2]):
+            return known[4]
+        facing = np.abs(vertex_normals(points, np.asarray(skin.regular_faces)) @ face.frame.axes.T)
+        plane = np.array([1, 2, 0])[facing.argmax(axis=1)]
+        own = _strengths(points, face, *((known[2], known[3]) if known is not None else (points[:0], points[:0, 0])))
+        strength = own * ((1.0 - age) * DEPTH + age * OLD_DEPTH) / OLD_DEPTH
+        field = (1.0 - age) * np.full(3, FIELD) + age * np.array(OLD_FIELD)
+        sent = np.column_stack([face.frame.local_mm(points) / field, plane + strength]).astype(np.float32)
+        self._known = rest, age, points, own, sent  # at once, should scenes of a face be drawn in threads
+        return sent
+
+
+_KNOWN: WeakKeyDictionary[Face, _Places] = WeakKeyDictionary()
+
+
+def _strengths(points: Array, face: Face, before: Array, strengths: Array) -> Array:
+    """Strengths (n,) of the relief, from 0 to 1; those of points (k, 3) that were there before are kept."""
+    known = min(len(points), len(before))
+    fresh = np.ones(len(points), bool)
+    fresh[:known] = (points[:known] != before[:known]).any(axis=1)
+    strength = np.resize(np.append(strengths, 0.0), len(points))
+    strength[fresh] = np.clip(relief_strength(points[fresh], face) / STRONGEST, 0.0, 0.999)
+    return strength
 
 
 def send_relief(actor: vtkActor) -> None:

@@ -333,7 +333,7 @@ class Scene:
         self.drawn_parts[name] = frozenset(parts)
         if not parts:
             return
-        joined = self._joined.setdefault(name, Joined())
+        joined = self._joined[name] if name in self._joined else self._joined.setdefault(name, Joined())
         joined.show(list(parts.values()))
         if name not in self._actors:
             self._add(joined.mesh, name, material, scalars="paint", rgb=True, **options)

@@ -79,7 +79,7 @@ def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> 
     known = _KNOWN.setdefault(home, {})
     if material not in known:
         known[material] = _of_muscles(home, material)
-    return FoldShapes(known[material].families, home)
+    return dataclasses.replace(known[material], face=home)
 
 
 def _material(motion: Motion) -> SkinMaterial:
@@ -89,10 +89,17 @@ def _material(motion: Motion) -> SkinMaterial:
 def _of_muscles(face: Face, material: SkinMaterial) -> FoldShapes:
     """Shapes of the action units that the atlas of a face has, in their groups."""
     groups, inputs = unit_groups(face), inputs_of(face, material)
-    shapes = stored_shapes(face, inputs)
-    if shapes is None or not shapes.keys() >= {unit for group in groups.values() for unit in group}:
-        shapes = kept("shapes", inputs, lambda: relaxed_shapes(face, material))
-    return FoldShapes({name: [shapes[unit] for unit in group] for name, group in groups.items()})
+    stored = stored_shapes(face, inputs)
+    if stored is not None and stored[0].keys() >= {unit for group in groups.values() for unit in group}:
+        return in_families(groups, *stored)
+    return in_families(groups, kept("shapes", inputs, lambda: relaxed_shapes(face, material)))
+
+
+def in_families(
+    groups: Mapping[str, Iterable[str]], shapes: Mapping[str, Array], lines: Mapping[str, np.ndarray] | None = None
+) -> FoldShapes:
+    """Return shapes by action unit in their groups, with the lines that were found from them."""
+    return FoldShapes({name: [shapes[unit] for unit in group] for name, group in groups.items()}, lines=lines)
 
 
 def unit_groups(face: Face) -> dict[str, list[str]]:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from facewrinkle.motion import _plane_kernels as kernels
+from facewrinkle.motion.lip_surfaces import FacingSkin
 
 
 def pairs(seed, k=40, n=60):
@@ -24,6 +25,12 @@ def pairs(seed, k=40, n=60):
     return x, corners, shares, triangles, rng.uniform(0.0, 0.5, k), rng.uniform(1.0, 5.0, k)
 
 
+def heights(x, corners, shares, triangles):
+    """Heights (k,) of samples above the planes of their triangles."""
+    none = np.zeros(len(corners))
+    return FacingSkin(corners, shares, triangles, none, none).gaps(x)
+
+
 def test_heights_are_those_above_the_planes_of_the_triangles():
     x, corners, shares, triangles, _, _ = pairs(0)
     samples = np.einsum("kc,kci->ki", shares, x[corners])
@@ -31,7 +38,7 @@ def test_heights_are_those_above_the_planes_of_the_triangles():
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     expected = ((samples - a) * normals).sum(axis=1)
-    np.testing.assert_allclose(kernels.plane_gaps(x, corners, shares, triangles), expected, atol=1e-12)
+    np.testing.assert_allclose(heights(x, corners, shares, triangles), expected, atol=1e-12)
     bary, normal = np.empty(3), np.empty(3)
     for s, sample in enumerate(samples):
         gap = kernels.plane_gap(x, corners[s], shares[s], triangles[s], bary, normal)
@@ -43,7 +50,7 @@ def test_heights_are_those_above_the_planes_of_the_triangles():
 def test_a_triangle_without_area_meets_nothing():
     x, corners, shares, triangles, allowed, stiffness = pairs(1, k=1)
     triangles[0] = triangles[0, 0]
-    assert kernels.plane_gaps(x, corners, shares, triangles).tolist() == [np.inf]
+    assert heights(x, corners, shares, triangles).tolist() == [np.inf]
     grad, gaps = np.zeros_like(x), np.empty(1)
     assert kernels.plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad) == 0.0
     assert not grad.any()
@@ -55,7 +62,7 @@ def test_the_gradient_is_the_slope_of_the_energy():
     x, corners, shares, triangles, allowed, stiffness = pairs(2)
     gaps, grad, unused = np.empty(40), np.zeros_like(x), np.zeros_like(x)
     energy = kernels.plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad)
-    depth = np.maximum(allowed - kernels.plane_gaps(x, corners, shares, triangles), 0.0)
+    depth = np.maximum(allowed - heights(x, corners, shares, triangles), 0.0)
     assert 5 < (depth > 0.0).sum() < 35
     assert energy == pytest.approx(0.5 * (stiffness * depth**2).sum())
     rng, h = np.random.default_rng(3), 1e-6
@@ -75,7 +82,7 @@ def test_rows_know_all_that_is_near_or_comes_near():
     ahead = 1e-6 * np.random.default_rng(5).normal(size=x.shape)
     rows = np.zeros((41, 6), np.int64), np.zeros((41, 6, 3)), np.zeros(41), np.zeros(41)
     m = kernels.plane_rows(x, ahead, corners, shares, triangles, allowed, stiffness, gaps, rows, 1)
-    there = kernels.plane_gaps(x + ahead, corners, shares, triangles)
+    there = heights(x + ahead, corners, shares, triangles)
     near = (gaps < allowed) | (there < allowed)
     assert m == 1 + near.sum()
     np.testing.assert_allclose(rows[2][1:m], (allowed - there)[near], atol=1e-9)

@@ -94,9 +94,19 @@ def test_the_relief_belongs_to_the_skin_at_rest(face):
     refined = relief.on(fine)
     assert relief.on(fine) is refined
     assert len(refined) > len(coarse)
-    np.testing.assert_array_equal(refined, Relief(face, 0.05, 800).on(fine))
+    assert Relief(face, 0.1, 400).on(fine) is refined  # scenes of a face share it
+    np.testing.assert_array_equal(refined, Relief(dataclasses.replace(face), 0.05, 800).on(fine))
     np.testing.assert_array_equal(refined[: len(coarse), :3], coarse[:, :3])
     np.testing.assert_allclose(refined[: len(coarse), 3] % 1.0, coarse[:, 3] % 1.0, atol=1e-6)
+
+
+def test_points_that_moved_in_place_are_noticed(face):
+    mesh, relief = face.mesh.copy(), Relief(face, 0.05, 800)
+    before = relief.on(mesh).copy()
+    mesh.points[:] += 1.0
+    after = relief.on(mesh)
+    assert (after[:, :3] != before[:, :3]).all()
+    np.testing.assert_array_equal(after, Relief(dataclasses.replace(face), 0.05, 800).on(mesh))
 
 
 def test_old_skin_has_larger_fields_and_deeper_furrows():

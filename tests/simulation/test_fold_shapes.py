@@ -17,6 +17,8 @@ from facewrinkle.anatomy.muscles import SheetMuscle
 from facewrinkle.errors import UnknownNameError
 from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import tensors_of, window_of
+from facewrinkle.layers.wave_folds.field import Lines, found_lines
+from facewrinkle.layers.wave_folds.packets import Style
 from facewrinkle.mesh import keeping
 from facewrinkle.motion.material import SkinMaterial
 from facewrinkle.motion.playback import Playback
@@ -117,3 +119,21 @@ def test_shapes_are_the_same_from_a_file(face, tmp_path, monkeypatch):
     fewer = dict(list(face.muscles.items())[1:])
     for other in (dataclasses.replace(face, muscles=fewer), dataclasses.replace(face, age=71.0)):
         assert stored_shapes.stored_shapes(other, fold_shapes_module.inputs_of(other, SkinMaterial())) is None
+
+
+def test_stored_lines_are_those_that_are_found_from_the_stored_shapes(face, monkeypatch):
+    monkeypatch.setenv(keeping.FOLDER, "")
+    shapes = fold_shapes_module._of_muscles(face, SkinMaterial())
+    found = found_lines(face, shapes, 1.0, Style())
+    assert list(shapes.lines) == list(found), "run python -m tools.build_shapes"
+    for name, array in found.items():
+        stored = shapes.lines[name]
+        assert stored.dtype.kind == array.dtype.kind
+        if array.dtype.kind == "f":
+            np.testing.assert_allclose(stored, array, rtol=1e-6, atol=1e-6, err_msg="run python -m tools.build_shapes")
+        else:
+            np.testing.assert_array_equal(stored, array, err_msg="run python -m tools.build_shapes")
+    others = Lines(face, shapes, 1.0, Style(seed=1)), Lines(face, shapes, 1.1, Style())
+    ours = Lines(face, shapes, 1.0, Style())
+    np.testing.assert_array_equal(ours.packets[0].phase, found["phase 0"])
+    assert all(other.packets[0].phase[:5].tolist() != found["phase 0"][:5].tolist() for other in others)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -56,6 +57,8 @@ class FoldShapes:
     face : Face, optional
         The face whose shapes they are. Default: the one on which they are used. Lines of the mean head are carried to
         its variations.
+    lines : mapping of str to ndarray, optional
+        Arrays of the lines that were found from the shapes at the default density and style.
 
     Examples
     --------
@@ -70,6 +73,7 @@ class FoldShapes:
 
     families: Mapping[str, Sequence[Array]]
     face: Face | None = None
+    lines: Mapping[str, npt.NDArray[Any]] | None = None
 
     @classmethod
     def grouped(cls, face: Face, shapes: Sequence[Array]) -> FoldShapes:

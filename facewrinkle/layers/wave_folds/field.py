@@ -48,8 +48,11 @@ class Lines:
     """
 
     def __init__(self, face: Face, shapes: FoldShapes, density: float, style: Style) -> None:
-        inputs = dataclasses.replace(face, texture=None), shapes.families, density, style
-        arrays = kept("lines", inputs, lambda: _found(face, shapes, density, style))
+        if shapes.lines is not None and (density, style) == (1.0, Style()):
+            arrays = dict(shapes.lines)
+        else:
+            inputs = dataclasses.replace(face, texture=None), shapes.families, density, style
+            arrays = kept("lines", inputs, lambda: found_lines(face, shapes, density, style))
         self.names = tuple(arrays["names"].tolist())
         columns = [{name: arrays[f"{name} {k}"] for name in (*KEPT, COMPRESSION)} for k in range(len(self.names))]
         self.packets = [Packets.of_arrays(own) for own in columns]
@@ -65,7 +68,7 @@ class Lines:
         return known[key][0]
 
 
-def _found(face: Face, shapes: FoldShapes, density: float, style: Style) -> dict[str, np.ndarray]:
+def found_lines(face: Face, shapes: FoldShapes, density: float, style: Style) -> dict[str, np.ndarray]:
     """Find the lines of a face; return their arrays."""
     tensors = tensors_of(face, shapes)
     length, under = wavelengths(face) / density, (grain(face), anatomical(face))
