@@ -116,7 +116,7 @@ def local_coordinates(points, origin, axes):
 
 @njit(cache=True)
 def alignment_sums(depth, model, weight, x, y, tolerance):
-    """Sums for a Gauss-Newton step of an alignment of depths (rows, columns), at x (columns,) and y (rows,), with a model.
+    """Sums for a Gauss-Newton step that aligns depths (rows, columns), at x (columns,) and y (rows,), with a model's.
 
     Returns the number of nodes near the model, their weight, and the sums of c c^T (9, 9) and c d (9,) for differences
     d with derivatives c: by turns and shifts (3 each), growth, and stretch upward and forward.
