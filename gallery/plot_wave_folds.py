@@ -92,18 +92,19 @@ young, old = (fw.Simulation(face, layers=[fw.WaveFolds(age=age)]).step() for age
 assert not young["W"].any()
 assert old["W"].min() < -0.1
 
-ages = [
-    [picture(played(name, layers=[fw.WaveFolds(age=age)]), face, style) for name, style in views.items()]
-    + [picture(played({"AU1": 0.0}, layers=[fw.WaveFolds(age=age)]), face, Style((330, 300), "cheeks"))]
+shown = {**views, "rest": Style((330, 300), "cheeks")}
+aged = [
+    {name: played({"AU1": 0.0} if name == "rest" else name, layers=[fw.WaveFolds(age=age)]) for name in shown}
     for age in (0.0, 1.0)
 ]
-figure(stacked([side_by_side(row) for row in ages]))
+rows = [[picture(frames[name], face, style) for name, style in shown.items()] for frames in aged]
+figure(stacked([side_by_side(row) for row in rows]))
 
 # %%
 # Near enough, pictures show the micro-relief between the lines, too: pores, and a net of fine furrows that rises where
 # the skin is compressed, flattens where it is stretched, and grows with age. Without, then at age 0, then at age 1.
 
-young, old = (played("happiness", layers=[fw.WaveFolds(age=age)]) for age in (0.0, 1.0))
+young, old = (frames["happiness"] for frames in aged)
 near = Style((440, 400), "left_eye")
 plain = Style((440, 400), "left_eye", microrelief=False)
 shown = [(young, plain), (young, near), (old, near)]

@@ -8,6 +8,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import warnings
 from functools import lru_cache
@@ -22,6 +23,10 @@ FACES = Path(__file__).parents[2] / "shared" / "faces"
 if "PYTEST_XDIST_WORKER" not in os.environ:  # workers share it; nothing is taken that an earlier run found
     os.environ["FACEWRINKLE_CACHE_DIR"] = tempfile.mkdtemp(prefix="facewrinkle-tests-")
     atexit.register(shutil.rmtree, os.environ["FACEWRINKLE_CACHE_DIR"], ignore_errors=True)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers have the cores
+# More than a hundred interpreters are started: without bytecode each compiles the package anew, for half a second.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 hypothesis.settings.register_profile("untimed", deadline=None)  # the first example may compile, and machines are busy
 hypothesis.settings.load_profile("untimed")
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")

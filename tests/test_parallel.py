@@ -21,8 +21,6 @@ import facewrinkle as fw
 
 EXPRESSIONS = ("surprise", "AU12")
 
-pytestmark = pytest.mark.usefixtures("nothing_kept")
-
 
 def digest(expression: str) -> str:
     """Digest of the frames of an expression that comes up."""
@@ -45,6 +43,7 @@ def in_processes(method: str) -> Executor:
     return ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(method))
 
 
+@pytest.mark.usefixtures("nothing_kept")
 @pytest.mark.parametrize("kind", ["threads", "spawn", "fork"])
 def test_the_same_bytes_in_threads_and_processes(here, kind):
     if kind == "fork" and sys.platform != "linux":

@@ -18,10 +18,11 @@ from ..anatomy.joint_weights import JointWeights
 from . import _contact_kernels as kernels
 from . import _plane_kernels
 from .flat_triangles import LEAST_AREA, flat_triangles
+from .kept_parts import kept
 from .lid_surfaces import facing_lids
 from .lip_surfaces import FacingSkin, facing_lips
 from .lip_thickness import behind_lips
-from .solids import bone_below, dental_arches, eyeballs, joined
+from .solids import Solids, bone_below, dental_arches, eyeballs, joined
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -34,6 +35,14 @@ REACH, STALE = 3.0, 1.0
 
 FAR_AWAY = 1e9
 """Coordinates at which contacts have never been looked for, mm."""
+
+
+def _surfaces(face: Face, area: Array, angles: Array) -> tuple[Solids, FacingSkin, FacingSkin, FacingSkin]:
+    """Return the solids, lips, lids and flesh of a face whose skin turns by these angles (n,) with the mandible."""
+    widest = float(angles.max(initial=0.0))
+    solids = joined([eyeballs(face, area), dental_arches(face, area, widest), bone_below(face, area, angles)])
+    lips = facing_lips(face, area, angles / max(widest, 1e-12))
+    return solids, lips, facing_lids(face, area), behind_lips(face, area)
 
 
 class Contacts:
@@ -77,15 +86,9 @@ class Contacts:
         angles = np.zeros(len(area))
         if mandible is not None:
             angles[mandible.vertices] = mandible.angles
-        share = angles / max(angles.max(initial=0.0), 1e-12)
-        solids = [
-            eyeballs(face, area),
-            dental_arches(face, area, float(angles.max(initial=0.0))),
-            bone_below(face, area, angles),
-        ]
-        self.solids = joined(solids)
-        self.lips, self.lids = facing_lips(face, area, share), facing_lids(face, area)
-        self.flesh = behind_lips(face, area)
+        self.solids, self.lips, self.lids, self.flesh = kept(
+            face, "surfaces", (area.tobytes(), angles.tobytes()), lambda: _surfaces(face, area, angles)
+        )
         self._eyes = np.array([eye.centre * face.unit for eye in face.eyes]).reshape(-1, 3)
         self.flats = flat_triangles(face, resistance)
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))

@@ -73,10 +73,8 @@ class Minimiser:
 
     Parameters
     ----------
-    matrices : list of sparse arrays, shape (n, n)
-        Guess of the curvature for each coordinate; symmetric and positive definite.
-    points : ndarray, shape (n, 3)
-        Rest positions.
+    factors : Factors
+        Those of a guess of the curvature.
     area : ndarray, shape (n,)
         Area of the skin around each vertex, mm^2.
     iterations : int
@@ -88,7 +86,8 @@ class Minimiser:
     Three points that springs of stiffness 2 pull to the place (1, 1, 1):
 
     >>> from scipy.sparse import eye_array
-    >>> minimiser = Minimiser([2.0 * eye_array(3).tocsr()] * 3, np.eye(3), np.ones(3), iterations=3)
+    >>> factors = Factors([2.0 * eye_array(3).tocsr()] * 3, np.eye(3))
+    >>> minimiser = Minimiser(factors, np.ones(3), iterations=3)
     >>> def energy(u, gradient):
     ...     gradient[:] = 2.0 * (u - 1.0)
     ...     return float(((u - 1.0) ** 2).sum())
@@ -96,13 +95,11 @@ class Minimiser:
     [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
     """
 
-    def __init__(
-        self, matrices: list[csr_array], points: Array, area: Array, iterations: int, contacts: Contacts | None = None
-    ) -> None:
-        self.factors = Factors(matrices, points)
+    def __init__(self, factors: Factors, area: Array, iterations: int, contacts: Contacts | None = None) -> None:
+        self.factors = factors
         self._area, self._iterations, self._contacts = area, iterations, contacts
         self._total_area = math.fsum(area)
-        self._compliance = Compliance(self.factors.solved, self.factors.solve_for_units, len(points))
+        self._compliance = Compliance(factors.solved, factors.solve_for_units, len(area))
         self.reset()
 
     def reset(self) -> None:
@@ -210,8 +207,8 @@ class _Gradients:
 class Factors:
     """Factors L D L^T of three symmetric matrices of one pattern, one for each coordinate, side by side.
 
-    They are kept in single precision: they only guess the direction of a step, and solving with them takes as long as
-    reading them from memory.
+    Several minimisers may share them. They are kept in single precision: they only guess the direction of a step, and
+    solving with them takes as long as reading them from memory.
 
     Attributes
     ----------
@@ -228,7 +225,7 @@ class Factors:
 
     def __init__(self, matrices: list[csr_array], points: Array) -> None:
         n = len(points)
-        self._inverse, self._scratch = np.empty((n, 3)), np.empty((n, 3))
+        self._inverse = np.empty((n, 3))
         order, ordering = np.arange(n), "MMD_AT_PLUS_A"
         if n > DISSECTED_FROM:
             order, ordering = nested_dissection((matrices[0].indptr, matrices[0].indices), points), "NATURAL"
@@ -251,8 +248,8 @@ class Factors:
 
     def solved(self, right: Array) -> Array:
         """Return the solutions (n, 3) for right-hand sides (n, 3)."""
-        out = np.empty_like(right)
-        kernels.solve(*self._pattern, self.lower, self._inverse, *self._order, right, self._scratch, out)
+        out, scratch = np.empty_like(right), np.empty_like(right)
+        kernels.solve(*self._pattern, self.lower, self._inverse, *self._order, right, scratch, out)
         return out
 
     def solve_for_units(self, vertices: IntArray, out: npt.NDArray[np.float32]) -> None:

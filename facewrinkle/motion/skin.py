@@ -27,9 +27,10 @@ from .base import NONE_BY_NAME
 from .constraints import lip_tethers, on_gums, tip_of_nose
 from .contacts import Contacts
 from .joints import Joints
+from .kept_parts import kept
 from .lip_pressure import closing_forces
 from .material import SkinMaterial
-from .minimiser import Minimiser
+from .minimiser import Factors, Minimiser
 from .skin_mesh import SKIN_VERTICES, SkinMesh
 
 __all__ = ["Skin", "SkinMaterial"]
@@ -120,17 +121,14 @@ class Skin:
         self._rest_points, self._triangles = face.points * face.unit, face.triangles
         self._area = vertex_areas(self._rest_points, self._triangles)
         self._build_springs(face)
-        self._build_bending(face)
         self._build_tethers(face)
-        stiffness = self._stiffness_matrices()
-        resistance = np.mean([matrix.diagonal() for matrix in stiffness], axis=0)
+        self._bending, self._pull, resistance = kept(face, "matrices", m, lambda: self._matrices(face, whole))
+        self._bent = self._bending.indices.astype(np.uint32)
         self.contacts = Contacts(face, self._area, resistance, self._joints.mandible)
-        self._pull = csr_array(self._forces(face, whole).reshape(len(self.names), -1).T)
         self._mass = self._area / (m.decay * m.rate) ** 2
         self._drag = 2.0 * m.damping * m.rate * self.time_step
-        inertia = diags_array(self._mass * (1.0 + self._drag) / self.time_step**2)
-        matrices = [matrix + inertia for matrix in stiffness]
-        self._minimiser = Minimiser(matrices, self._rest_points, self._area, int(iterations), self.contacts)
+        factors = kept(face, "factors", (m, self.time_step), self._factors)
+        self._minimiser = Minimiser(factors, self._area, int(iterations), self.contacts)
         self.reset()
 
     # --- what the skin is made of -------------------------------------------------------------
@@ -150,7 +148,18 @@ class Skin:
         firm = 1.0 + self.material.cartilage * tip_of_nose(face)[0][edges].min(axis=1)
         self._stiffness = firm * area_of_edge / self._length**2
 
-    def _build_bending(self, face: Face) -> None:
+    def _matrices(self, face: Face, whole: Face) -> tuple[csr_array, csr_array, Array]:
+        """Return those of the stiffness in bending (n, n) and of the forces (3 n, k), and the resistance (n,)."""
+        bending = self._bending_matrix(face)
+        resistance = np.mean([matrix.diagonal() for matrix in self._stiffness_matrices(bending)], axis=0)
+        return bending, csr_array(self._forces(face, whole).reshape(len(self.names), -1).T), resistance
+
+    def _factors(self) -> Factors:
+        """Return those of the curvature of what a step minimises."""
+        inertia = diags_array(self._mass * (1.0 + self._drag) / self.time_step**2)
+        return Factors([matrix + inertia for matrix in self._stiffness_matrices(self._bending)], self._rest_points)
+
+    def _bending_matrix(self, face: Face) -> csr_array:
         laplacian = cotangent_laplacian(self._rest_points, self._triangles)
         full = self.material.bending
         stiffness = np.full(len(self._rest_points), full)
@@ -158,8 +167,7 @@ class Skin:
             thin = (1.0 - THIN_LIDS * joint.hold) * full
             stiffness[joint.vertices] = np.minimum(stiffness[joint.vertices], thin)
         bending = laplacian.T @ diags_array(stiffness / self._area) @ laplacian
-        self._bending = csr_array(0.5 * (bending + bending.T))
-        self._bent = self._bending.indices.astype(np.uint32)
+        return csr_array(0.5 * (bending + bending.T))
 
     def _build_tethers(self, face: Face) -> None:
         """Tethers to the bone, their stiffness along and across the surface, and the joints that carry them."""
@@ -219,7 +227,7 @@ class Skin:
         pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * closing_forces(face, self._area)
         return pull
 
-    def _stiffness_matrices(self) -> list[csr_array]:
+    def _stiffness_matrices(self, bending: csr_array) -> list[csr_array]:
         """Return a matrix for each coordinate that approximates the curvature of the skin's energy.
 
         The line search makes up for effects that they leave out: springs beyond their threshold, and turned springs.
@@ -231,7 +239,7 @@ class Skin:
             weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * self.material.stiffening)
             tether = self._along + (self._across - self._along) * tethers[:, k] * tethers.sum(axis=1)
             edges = graph_laplacian(self._edges.astype(np.int32), weight, len(tether))
-            matrices.append(self._bending + edges + diags_array(tether))
+            matrices.append(bending + edges + diags_array(tether))
         return matrices
 
     # --- use ----------------------------------------------------------------------------------

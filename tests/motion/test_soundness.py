@@ -19,6 +19,14 @@ FRAMES = 120
 NEVER = ("not finite", "energy", "eyes", "inverted", "wrinkles", "not at rest")
 
 
+@pytest.fixture(scope="module")
+def played(request):
+    """The name of a face, and its player."""
+    if request.param not in names():
+        pytest.skip(f"{request.param} is not beside the repository")
+    return request.param, Player(subject(request.param))
+
+
 def faults(player, name, index, simulated=False):
     trial = player.play(sequence(player.face, 0, name, index), simulated)
     worst = trial.worst()
@@ -29,23 +37,20 @@ def faults(player, name, index, simulated=False):
     }
 
 
-@pytest.mark.parametrize("name", FACES)
-def test_a_face_comes_back_from_random_sequences(name):
-    if name not in names():
-        pytest.skip(f"{name} is not beside the repository")
-    player, found, frames, index = Player(subject(name)), {}, 0, 0
+@pytest.mark.parametrize("played", FACES, indirect=True, scope="module")
+def test_a_face_comes_back_from_random_sequences(played):
+    name, player = played
+    found, frames, index = {}, 0, 0
     while frames < FRAMES:
-        played, faulty = faults(player, name, index)
+        more, faulty = faults(player, name, index)
         found |= faulty
-        frames, index = frames + played, index + 1
+        frames, index = frames + more, index + 1
     assert not found
 
 
-@pytest.mark.parametrize("name", ["head-1", "ict-1"])
-def test_wrinkles_turn_no_refined_triangle_over(name):
-    if name not in names():
-        pytest.skip(f"{name} is not beside the repository")
-    player = Player(subject(name))
+@pytest.mark.parametrize("played", ["head-1", "ict-1"], indirect=True, scope="module")
+def test_wrinkles_turn_no_refined_triangle_over(played):
+    name, player = played
     assert can_wrinkle(player.face)
     index = 7
     frames, faulty = faults(player, name, index, simulated=True)

@@ -11,6 +11,8 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
+from facewrinkle.geometry.compilation import njit
+
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -61,7 +63,8 @@ class Chart:
 
     def __init__(self, plane: Array, triangles: IntArray, values: Array) -> None:
         self.plane, self.triangles, self.values = plane, triangles, values
-        self._tree = cKDTree(plane[triangles].mean(axis=1))
+        self._corners = plane[triangles]
+        self._tree = cKDTree(self._corners.mean(axis=1))
 
     def __call__(self, at: Array, most: int = 256) -> Array:
         """Return the values (q, k) at chart points (q, 2); see `locate`. Outside, a near triangle counts."""
@@ -75,18 +78,30 @@ class Chart:
         """
         near = min(near, len(self.triangles))
         candidates = self._tree.query(at, k=near)[1].reshape(len(at), near)
-        a, b, c = np.moveaxis(self.plane[self.triangles[candidates]], 2, 0)
-        p = at[:, None]
-        area = cross(b - a, c - a)
-        weights = np.stack([cross(b - p, c - p), cross(c - p, a - p), cross(a - p, b - p)], axis=2) / area[..., None]
-        best = weights.min(axis=2).argmax(axis=1)
-        row = np.arange(len(at))
-        cells, weights = candidates[row, best], weights[row, best]
+        cells, weights = _best(at, self._corners, candidates)
         missed = weights.min(axis=1) < -1e-9
         if near < min(most, len(self.triangles)) and missed.any():
             cells[missed], weights[missed] = self.locate(at[missed], 8 * near, most)
         weights = np.maximum(weights, 0.0)
         return cells, weights / weights.sum(axis=1, keepdims=True)
+
+
+@njit(cache=True)
+def _best(at, corners, candidates):  # type: ignore[no-untyped-def]
+    """Of the candidates (q, k) at points (q, 2), those with the largest least barycentric weight, and the weights."""
+    cells, weights = np.empty(len(at), np.int64), np.empty((len(at), 3))
+    for q in range(len(at)):
+        most, (x, y) = -np.inf, at[q]
+        for cell in candidates[q]:
+            (ax, ay), (bx, by), (cx, cy) = corners[cell]
+            area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+            u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area
+            v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area
+            w = ((ax - x) * (by - y) - (ay - y) * (bx - x)) / area
+            least = min(u, v, w)
+            if least > most:
+                most, cells[q], weights[q] = least, cell, (u, v, w)
+    return cells, weights
 
 
 def cross(a: Array, b: Array) -> Array:

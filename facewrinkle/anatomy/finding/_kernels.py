@@ -1,4 +1,4 @@
-"""Inner loops of the search for a face: polar maps about noses compared with the template's, and warps."""
+"""Inner loops of the search for a face: polar maps about noses compared with the template's, alignment, and warps."""
 
 from __future__ import annotations
 
@@ -104,15 +104,62 @@ def best_rolls(points, noses, axes, reach, radius, template, weights, cap, missi
 
 
 @njit(cache=True)
+def local_coordinates(points, origin, axes):
+    """Return (points - origin) @ axes.T."""
+    out = np.empty_like(points)
+    for p in range(points.shape[0]):
+        x, y, z = points[p, 0] - origin[0], points[p, 1] - origin[1], points[p, 2] - origin[2]
+        for k in range(3):
+            out[p, k] = x * axes[k, 0] + y * axes[k, 1] + z * axes[k, 2]
+    return out
+
+
+@njit(cache=True)
+def alignment_sums(depth, model, weight, x, y, tolerance):
+    """Sums for a Gauss-Newton step that aligns depths (rows, columns), at x (columns,) and y (rows,), with a model's.
+
+    Returns the number of nodes near the model, their weight, and the sums of c c^T (9, 9) and c d (9,) for differences
+    d with derivatives c: by turns and shifts (3 each), growth, and stretch upward and forward.
+    """
+    rows, columns = depth.shape
+    count, total, square, right, c = 0, 0.0, np.zeros((9, 9)), np.zeros(9), np.empty(9)
+    for i in range(rows):
+        for j in range(columns):
+            d, z = depth[i, j] - model[i, j], depth[i, j]
+            if not (weight[i, j] > 0.0 and abs(d) < 3.0 * tolerance):  # none is near where the depth is not known
+                continue
+            low, high = max(i - 1, 0), min(i + 1, rows - 1)
+            left, far = max(j - 1, 0), min(j + 1, columns - 1)
+            v = (depth[high, j] - depth[low, j]) / (y[high] - y[low])
+            u = (depth[i, far] - depth[i, left]) / (x[far] - x[left])
+            if not (np.isfinite(u) and np.isfinite(v)):
+                continue
+            w = weight[i, j] / (1.0 + (d / tolerance) ** 2) ** 2 / (1.0 + u * u + v * v)
+            c[0], c[1], c[2] = y[i] + v * z, -x[j] - u * z, u * y[i] - v * x[j]
+            c[3], c[4], c[5] = -u, -v, 1.0
+            c[6], c[7], c[8] = z - u * x[j] - v * y[i], -v * y[i], z
+            count += 1
+            total += w
+            for a in range(9):
+                right[a] += w * c[a] * d
+                for b in range(a + 1):
+                    square[a, b] += w * c[a] * c[b]
+    for a in range(9):
+        for b in range(a):
+            square[b, a] = square[a, b]
+    return count, total, square, right
+
+
+@njit(cache=True)
 def gauss_newton_sums(faces, slopes, template, shown, weight, field):
     """Sums over the channels for a Gauss-Newton step of a warp.
 
-    Returns slopes times differences (2, rows, columns), and slopes times slopes (2, 2, rows, columns). The channels of
-    a face, with their slopes (2, c, rows, columns), are read at the template's places shifted by a field (2, rows,
-    columns), x and y in steps of the grid; beyond the border, the value at the border counts.
+    Returns slopes times differences (2, rows, columns), and slopes times slopes (3, rows, columns): x and x, x and y, y
+    and y. The channels of a face, with their slopes (2, c, rows, columns), are read at the template's places shifted by
+    a field (2, rows, columns), x and y in steps of the grid; beyond the border, the value at the border counts.
     """
     rows, columns = weight.shape
-    pull, metric = np.zeros((2, rows, columns)), np.zeros((2, 2, rows, columns))
+    pull, metric = np.zeros((2, rows, columns)), np.zeros((3, rows, columns))
     for i in range(rows):
         for j in range(columns):
             if weight[i, j] == 0.0:
@@ -128,10 +175,9 @@ def gauss_newton_sums(faces, slopes, template, shown, weight, field):
                 robust = w / (1.0 + difference * difference)
                 pull[0, i, j] += robust * slope_x * difference
                 pull[1, i, j] += robust * slope_y * difference
-                metric[0, 0, i, j] += robust * slope_x * slope_x
-                metric[0, 1, i, j] += robust * slope_x * slope_y
-                metric[1, 1, i, j] += robust * slope_y * slope_y
-    metric[1, 0] = metric[0, 1]
+                metric[0, i, j] += robust * slope_x * slope_x
+                metric[1, i, j] += robust * slope_x * slope_y
+                metric[2, i, j] += robust * slope_y * slope_y
     return pull, metric
 
 

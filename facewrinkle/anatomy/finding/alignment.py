@@ -10,6 +10,7 @@ import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
+from . import _kernels as kernels
 from .depth import Grid, curvature, depth_map, openings_closed
 from .pose import Pose
 from .template import template
@@ -145,22 +146,14 @@ def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: fl
     A surface of height h(x, y) that moves by a small (a, b, c) has the new height h + c - a dh/dx - b dh/dy at the
     same place.
     """
-    x, y = np.meshgrid(COARSE.x, COARSE.y)
-    difference = depth - base.depth
-    near = (base.weight > 0.0) & (np.abs(difference) < 3.0 * tolerance)
-    slope_y, slope_x = np.asarray(np.gradient(depth, COARSE.step))
-    near &= np.isfinite(slope_x) & np.isfinite(slope_y)
-    if near.sum() < FEWEST_NODES:
+    count, weight, square, right = kernels.alignment_sums(
+        depth, base.depth, base.weight, COARSE.x, COARSE.y, tolerance
+    )  # fmt: skip
+    if count < FEWEST_NODES:
         return None
-    d, z, u, v = difference[near], depth[near], slope_x[near], slope_y[near]
-    px, py = x[near], y[near]
-    weight = base.weight[near] / (1.0 + (d / tolerance) ** 2) ** 2 / (1.0 + u * u + v * v)
-    turn = [py + v * z, -px - u * z, u * py - v * px]
-    columns = np.stack([*turn, -u, -v, np.ones_like(z), z - u * px - v * py, -v * py, z], axis=1)
-    scaled = columns * weight[:, None]
-    stiff = weight.sum() * np.array([*[1e-3] * 7, *[stiffness] * 2])
+    stiff = weight * np.array([*[1e-3] * 7, *[stiffness] * 2])
     stretch = np.array([*[0.0] * 7, *np.log(pose.stretch[1:])])
-    change = -np.linalg.solve(scaled.T @ columns + np.diag(stiff), scaled.T @ d - stiff * stretch)
+    change = -np.linalg.solve(square + np.diag(stiff), right - stiff * stretch)
     return np.asarray(change * min(1.0, LARGEST_CHANGE / max(float(np.abs(change).max()), 1e-12)))
 
 

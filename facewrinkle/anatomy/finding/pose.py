@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ...geometry.rigid_alignment import closest_rotations
 from ..landmarks import NAMES
+from . import _kernels as kernels
 from .template import UNMEASURED, template
 
 Array = npt.NDArray[np.float64]
@@ -55,8 +56,10 @@ class Pose:
     stretch: Array
 
     def local(self, points: Array) -> Array:
-        """Return points (n, 3) in the template's coordinates."""
-        return (points - self.origin) @ self.axes.T / (self.size * self.stretch)
+        """Return points (n, 3), or one (3,), in the template's coordinates."""
+        axes = self.axes / (self.size * self.stretch)[:, None]
+        points = np.asarray(points, np.float64)
+        return np.asarray(kernels.local_coordinates(np.atleast_2d(points), self.origin, axes)).reshape(points.shape)
 
     def world(self, local: Array) -> Array:
         """Return points (n, 3), given in the template's coordinates, in those of the mesh."""

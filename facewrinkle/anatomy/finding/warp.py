@@ -18,7 +18,6 @@ from .depth import Grid
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 
 SPACING = 0.24
 """Spacing of the control points, in distances between the pupils."""
@@ -45,14 +44,14 @@ class Basis:
     down, across : ndarray, shape (rows, m) and (columns, n)
         The splines.
     pairs : pair of ndarray
-        Products of those splines that overlap, down and across.
+        Products of those splines that overlap: down, of each with itself and those after it, and across.
     stiffness : sparse array, shape (2 k, 2 k)
     diagonals : ndarray
         The lower diagonals of the stiffness.
+    lower : ndarray of int
+        Those of the products, by the sum of the components (3, down, across), that are in the lower half of the matrix.
     places : tuple of ndarray of int
-        Places among the diagonals to which the pairs that are `lower` add.
-    lower : ndarray of bool
-        True for pairs in the lower half of the matrix.
+        Places among the diagonals to which these add.
     """
 
     down: Array
@@ -60,19 +59,22 @@ class Basis:
     pairs: tuple[Array, Array]
     stiffness: sparse.csr_array
     diagonals: Array
+    lower: IntArray
     places: tuple[IntArray, ...]
-    lower: BoolArray
 
     def solved(self, metric: Array, right: Array) -> Array:
-        """Solve (metric + stiffness) shift = right for the shift (m, n, 2), with a metric (2, 2, rows, columns)."""
+        """Solve (metric + stiffness) shift = right for the shift (m, n, 2).
+
+        The metric (3, rows, columns) is symmetric: entries for x and x, x and y, y and y.
+        """
         diagonals = self.diagonals.copy()
-        diagonals[self.places] += (self.pairs[0].T @ metric @ self.pairs[1])[self.lower]
+        diagonals[self.places] += (self.pairs[0].T @ metric @ self.pairs[1]).ravel()[self.lower]
         return np.asarray(solveh_banded(diagonals, right.ravel(), lower=True)).reshape(right.shape)
 
 
-def _pairs(splines: Array) -> Array:
-    """Products (points, 7 n) of each spline with the 3 before it to the 3 after it: others do not overlap."""
-    around = sliding_window_view(np.pad(splines, ((0, 0), (3, 3))), 7, axis=1)
+def _pairs(splines: Array, before: int) -> Array:
+    """Products (points, k n) of each spline with some before it, itself and the 3 after it: others do not overlap."""
+    around = sliding_window_view(np.pad(splines, ((0, 0), (before, 3))), before + 4, axis=1)
     return (splines[:, :, None] * around).reshape(len(splines), -1)
 
 
@@ -93,18 +95,19 @@ def basis(grid: Grid) -> Basis:
     down = _splines(grid.low[1] - margin, grid.high[1] + margin, grid.y)
     m, n = down.shape[1], across.shape[1]
     stiffness = _stiffness(m, n)
-    # Rows and columns in the matrix of all pairs of shifts (x, y; m, 7; n, 7); -2 is none.
+    # Rows and columns in the matrix of all pairs of shifts (x, y; m, 4; n, 7); -2 is none.
     number = 2 * np.arange(m * n).reshape(m, n)
-    around = sliding_window_view(np.pad(number, 3, constant_values=-2), (7, 7)).swapaxes(1, 2)
+    around = sliding_window_view(np.pad(number, 3, constant_values=-2), (7, 7)).swapaxes(1, 2)[:, 3:]
     column = number[:, None, :, None] + np.arange(2)[:, None, None, None, None, None]
     row, column = np.broadcast_arrays(around + np.arange(2)[:, None, None, None, None], column)
-    lower = row >= column
+    lower = np.nonzero(row >= column)
     i, j = row[lower], column[lower]
+    products = np.ravel_multi_index((lower[0] + lower[1], *lower[2:]), (3, *row.shape[2:]))
     entries = sparse.coo_array(sparse.tril(stiffness))
     diagonals = np.zeros(((i - j).max() + 1, 2 * m * n))
     diagonals[entries.row - entries.col, entries.col] = entries.data
-    pairs = _pairs(down), _pairs(across)
-    return Basis(down, across, pairs, stiffness, diagonals, (i - j, j), lower.reshape(2, 2, 7 * m, 7 * n))
+    pairs = _pairs(down, 0), _pairs(across, 3)
+    return Basis(down, across, pairs, stiffness, diagonals, products, (i - j, j))
 
 
 def _stiffness(m: int, n: int) -> sparse.csr_array:
