@@ -50,8 +50,8 @@ def limit_slides(points, lifted, slides, triangles, demanded, aim, factors):
     one: each triangle keeps the share `demanded` of its bare area, seen along its bare normal.
     """
     found, moves = 0, np.zeros(len(slides), np.bool_)
-    for v in range(len(slides)):
-        moves[v] = slides[v, 0] != 0.0 or slides[v, 1] != 0.0 or slides[v, 2] != 0.0
+    for n in range(len(slides)):
+        moves[n] = slides[n, 0] != 0.0 or slides[n, 1] != 0.0 or slides[n, 2] != 0.0
     for f in range(len(triangles)):
         i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
         if not (moves[i] or moves[j] or moves[k]):
