@@ -49,13 +49,12 @@ def limit_slides(points, lifted, slides, triangles, demanded, aim, factors):
     """Lower `factors` of the slides (n, 3) of a lifted surface, as :func:`limit` does those of heights over the bare
     one: each triangle keeps the share `demanded` of its bare area, seen along its bare normal.
     """
-    found = 0
+    found, moves = 0, np.zeros(len(slides), np.bool_)
+    for n in range(len(slides)):
+        moves[n] = slides[n, 0] != 0.0 or slides[n, 1] != 0.0 or slides[n, 2] != 0.0
     for f in range(len(triangles)):
         i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
-        moves = False
-        for v in (i, j, k):
-            moves |= slides[v, 0] != 0.0 or slides[v, 1] != 0.0 or slides[v, 2] != 0.0
-        if not moves:
+        if not (moves[i] or moves[j] or moves[k]):
             continue
         nx, ny, nz = area_vector(points, i, j, k)
         area = nx * nx + ny * ny + nz * nz

@@ -172,7 +172,7 @@ class SurfaceState:
         """
         if slide is None:
             return self.areas, 0.0
-        out = np.empty(len(self.bare))
+        out = self.areas.copy()
         more = kernels.slid_double_areas(self.bare, slide, heights, self._upright, self.triangles, out)
         return out, float(more)
 
