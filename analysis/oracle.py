@@ -130,8 +130,8 @@ def off_the_way(path: Array, before: Array | None = None, resting: Callable[[int
     the surface. A vertex that moves as the transition starts may coast on for five frames more.
 
     A transition need not lead straight to its end: in each frame the skin makes for where it would come to rest if the
-    present rates were held. So where a frame is off the way to the end, the ways from the start to these states of
-    rest count as well: that of this frame, and those of earlier frames that were off.
+    present rates were held. So in a frame that is off the way to the end, the way to this state of rest counts as well,
+    and so it does in later frames.
 
     Parameters
     ----------
@@ -163,11 +163,14 @@ def off_the_way(path: Array, before: Array | None = None, resting: Callable[[int
     out, beyond = np.zeros((len(path) - 1, 2)), np.empty(len(start))
     for f, place in enumerate(path[1:]):
         beyond[:] = np.inf
-        kernels.beyond_way(place, start, ends[0], coasting, beyond)
-        if resting is not None and beyond.max() > 0.0:
-            ends.append(resting(f))
-            for end in ends[1:]:
-                kernels.beyond_way(place, start, end, coasting, beyond)
+        for end in ends:
+            kernels.beyond_way(place, start, end, coasting, beyond)
+            if beyond.max() <= 0.0:
+                break
+        else:
+            if resting is not None:
+                ends.append(resting(f))
+                kernels.beyond_way(place, start, ends[-1], coasting, beyond)
         worst = int(beyond.argmax())
         out[f] = max(beyond[worst], 0.0), worst
     return out

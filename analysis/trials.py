@@ -38,7 +38,7 @@ allowed, mm; largest displacement after a release, mm; refined triangles that wr
 AT_REST = 10
 """A release is over after so many frames exactly at rest."""
 
-SETTLING_STEP, SETTLED_AFTER, SETTLED = 0.2, 60, 1e-3
+SETTLING_STEP, SETTLED_AFTER, SETTLED = 0.2, 60, 1e-4
 """Time step in which skin is let settle at held rates, s, the most steps, and how far the last one moves it, mm.
 """
 

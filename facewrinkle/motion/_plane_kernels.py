@@ -45,49 +45,86 @@ def plane_gap(x, corners, shares, triangle, bary, normal):
 
 
 @njit(cache=True)
-def plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad):
-    """Add up half stiffness times depth squared of samples that are too near. Adds to grad; writes the gaps (k,)."""
-    bary, normal = np.empty(3), np.empty(3)
+def firmness(x, triangle, full, slopes):
+    """Return the share to which a triangle holds what it faces; write its slopes (3, 3) by the corners' places.
+
+    It is 1 from a `full` area on, and q (2 - q) at a share q of it; areas are doubled, as cross products are long. The
+    plane of a triangle that collapses turns with the least motion of its corners: without this, forces on them have no
+    bound.
+    """
+    i, j, l = triangle[0], triangle[1], triangle[2]
+    normal = np.empty(3)
+    square = 0.0
+    for k in range(3):
+        e, f = (k + 1) % 3, (k + 2) % 3
+        normal[k] = (x[j, e] - x[i, e]) * (x[l, f] - x[i, f]) - (x[j, f] - x[i, f]) * (x[l, e] - x[i, e])
+        square += normal[k] ** 2
+    slopes[:] = 0.0
+    length = np.sqrt(square)
+    if length >= full or length == 0.0:
+        return 1.0
+    share = length / full
+    steep = (2.0 - 2.0 * share) / (full * length)
+    for c in range(3):
+        p, q = triangle[(c + 1) % 3], triangle[(c + 2) % 3]
+        for k in range(3):
+            e, f = (k + 1) % 3, (k + 2) % 3
+            slopes[c, k] = steep * ((x[p, e] - x[q, e]) * normal[f] - (x[p, f] - x[q, f]) * normal[e])
+    return share * (2.0 - share)
+
+
+@njit(cache=True)
+def plane_energy(x, corners, shares, triangles, full, allowed, stiffness, gaps, grad):
+    """Add up half stiffness times depth squared of samples that are too near. Adds to grad; writes the gaps (k,).
+
+    Depths are those below the planes times the `firmness` of the triangles, whose `full` areas are given (k,).
+    """
+    bary, normal, slopes = np.empty(3), np.empty(3), np.empty((3, 3))
     energy = 0.0
     for s in range(corners.shape[0]):
         gaps[s] = plane_gap(x, corners[s], shares[s], triangles[s], bary, normal)
         depth = allowed[s] - gaps[s]
         if depth <= 0.0:
             continue
-        force = stiffness[s] * depth
-        energy += 0.5 * force * depth
+        firm = firmness(x, triangles[s], full[s], slopes)
+        force = stiffness[s] * firm * depth
+        energy += 0.5 * force * firm * depth
         for c in range(3):
             for k in range(3):
-                grad[corners[s, c], k] -= force * shares[s, c] * normal[k]
+                grad[corners[s, c], k] -= force * firm * shares[s, c] * normal[k]
                 if triangles[s, c] < grad.shape[0]:
-                    grad[triangles[s, c], k] += force * bary[c] * normal[k]
+                    grad[triangles[s, c], k] += force * (firm * bary[c] * normal[k] + depth * slopes[c, k])
     return energy
 
 
 @njit(cache=True)
-def plane_rows(x, ahead, corners, shares, triangles, allowed, stiffness, gaps, rows, first):
+def plane_rows(x, ahead, corners, shares, triangles, full, allowed, stiffness, gaps, rows, first):
     """Write rows of samples that are too near now or after `ahead`; see `solid_rows`. `gaps` is what `plane_energy`
     has written at x.
     """
     vertices, slopes, depths, stiff = rows
-    bary, normal = np.empty(3), np.empty(3)
+    bary, normal, turn = np.empty(3), np.empty(3), np.empty((3, 3))
     for s in range(corners.shape[0]):
         if plane_gap(x, corners[s], shares[s], triangles[s], bary, normal) == np.inf:
             continue
-        after = allowed[s] - gaps[s]
+        depth = allowed[s] - gaps[s]
+        after = depth
         for c in range(3):
             for k in range(3):
                 after -= normal[k] * shares[s, c] * ahead[corners[s, c], k]
                 if triangles[s, c] < ahead.shape[0]:
                     after += normal[k] * bary[c] * ahead[triangles[s, c], k]
-        if gaps[s] >= allowed[s] and after <= 0.0:
+        if depth <= 0.0 and after <= 0.0:
             continue
+        firm = firmness(x, triangles[s], full[s], turn)
+        after *= firm
         for c in range(3):
             stays = triangles[s, c] >= ahead.shape[0]
             vertices[first, c], vertices[first, c + 3] = corners[s, c], corners[s, c] if stays else triangles[s, c]
             for k in range(3):
-                slopes[first, c, k] = shares[s, c] * normal[k]
-                slopes[first, c + 3, k] = 0.0 if stays else -bary[c] * normal[k]
+                slopes[first, c, k] = firm * shares[s, c] * normal[k]
+                slopes[first, c + 3, k] = 0.0 if stays else -firm * bary[c] * normal[k] - depth * turn[c, k]
+                after += 0.0 if stays else depth * turn[c, k] * ahead[triangles[s, c], k]
         depths[first], stiff[first] = after, stiffness[s]
         first += 1
     return first

@@ -92,6 +92,8 @@ class Contacts:
         self._eyes = np.array([eye.centre * face.unit for eye in face.eyes]).reshape(-1, 3)
         self.flats = flat_triangles(face, resistance)
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))
+        rest = np.concatenate([self._points, self._eyes])
+        self._full = [LEAST_AREA * _double_areas(rest[skin.triangles]) for skin in (self.lips, self.lids, self.flesh)]
         samples = [len(skin.corners) for skin in (self.lips, self.lids, self.flesh)]
         self._gaps = [np.empty(k) for k in samples]
         most = len(self.solids.corners) + sum(samples) + len(face.triangles)
@@ -130,9 +132,9 @@ class Contacts:
             self._near_solids = kernels.near_solids(x, *self._placed, REACH)
         return x
 
-    def _facing_skin(self) -> Iterator[tuple[FacingSkin, Array]]:
-        """Lips, lids and flesh, with arrays for their gaps."""
-        return zip((self.lips, self.lids, self.flesh), self._gaps, strict=True)
+    def _facing_skin(self) -> Iterator[tuple[FacingSkin, Array, Array]]:
+        """Lips, lids and flesh, with the areas from which their triangles hold fully, and arrays for their gaps."""
+        return zip((self.lips, self.lids, self.flesh), self._full, self._gaps, strict=True)
 
     def energy(self, u: Array, gradient: Array) -> float:
         """Return the energy at displacements `u`; add its gradient."""
@@ -145,9 +147,9 @@ class Contacts:
     def _energy(self, u: Array, gradient: Array) -> float:
         x = self._x = self._look(u)
         energy = kernels.solid_energy(x, self._near_solids, *self._placed, self.solids.stiffness, gradient)
-        for skin, gaps in self._facing_skin():
+        for skin, full, gaps in self._facing_skin():
             energy += _plane_kernels.plane_energy(
-                x, skin.corners, skin.shares, skin.triangles, skin.allowed, skin.stiffness, gaps, gradient
+                x, skin.corners, skin.shares, skin.triangles, full, skin.allowed, skin.stiffness, gaps, gradient
             )
         f = self.flats
         kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
@@ -163,9 +165,9 @@ class Contacts:
         """
         x, rows = self._x, self._rows
         m = kernels.solid_rows(x, ahead, self._near_solids, *self._placed, self.solids.stiffness, rows, 0)
-        for skin, gaps in self._facing_skin():
+        for skin, full, gaps in self._facing_skin():
             m = _plane_kernels.plane_rows(
-                x, ahead, skin.corners, skin.shares, skin.triangles, skin.allowed, skin.stiffness, gaps, rows, m
+                x, ahead, skin.corners, skin.shares, skin.triangles, full, skin.allowed, skin.stiffness, gaps, rows, m
             )
         f = self.flats
         kernels.shares_of_area(x[: len(ahead)] + ahead, f.triangles, self._facing, f.double_area, self._ahead)
@@ -175,6 +177,11 @@ class Contacts:
                 f.stiffness, rows, m,
             )  # fmt: skip
         return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m]
+
+
+def _double_areas(corners: Array) -> Array:
+    """Twice the areas (k,) of triangles with corners (k, 3, 3)."""
+    return np.asarray(np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1))
 
 
 class Compliance:

@@ -1,6 +1,7 @@
 """The oracle of the skin against failures that are made, and runs that are stopped.
 
 each kind of fault         | a skin that has it and nothing else, and one just short of it
+ways                       | states of rest that explain them, and what lies beyond
 the cheap tests            | the exact ones on all triangles; a naive loop over all of the arch
 sequences                  | what they are to hold; the spec alone decides
 runs                       | a file that is torn, and code that has changed
@@ -280,6 +281,33 @@ def test_what_goes_too_far_is_found_and_arcs_are_not():
     for path in (far, beyond):
         assert off_the_way(np.stack([straight, path], axis=1))[:, 0].max() > 1.0
         assert off_the_way(np.stack([straight, path], axis=1))[:, 1].max() == 1
+
+
+def test_what_states_of_rest_explain_is_not_off_the_way_and_what_lies_beyond_is():
+    rest, asked = np.array([[0.0, 6.0, 0.0]]), []
+
+    def resting(frame):
+        asked.append(frame)
+        return rest
+
+    path = np.zeros((6, 1, 3))
+    path[1:, 0, 1] = [0.4, 4.0, 7.5, 9.0, 0.0]  # to the state of rest, beyond it, and back
+    np.testing.assert_allclose(off_the_way(path)[:, 0], [0.0, 3.5, 7.0, 8.5, 0.0])
+    np.testing.assert_allclose(off_the_way(path, None, resting)[:, 0], [0.0, 0.0, 0.0, 9.0 - 7.7, 0.0])
+    assert asked == [1, 3]  # where no earlier one explains it
+
+
+def test_skin_settles_where_it_comes_to_rest_by_itself(face):
+    player = Player(face)
+    rates = np.array([0.7 * (name in ("zygomaticus_major_l", "jaw")) for name in face.muscles])
+    settled = player._settled(rates, np.zeros_like(face.points))
+    assert np.abs(settled).max() > 5.0
+    again = player._settled(rates, 0.5 * settled)
+    np.testing.assert_allclose(again, settled, rtol=0.0, atol=0.005)
+    player.skin.set_rates(rates)
+    for _ in range(60):
+        player.skin.step()
+    np.testing.assert_allclose(player.skin.displacement, settled, rtol=0.0, atol=0.005)
 
 
 class Made:

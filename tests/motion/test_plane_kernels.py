@@ -51,25 +51,30 @@ def test_a_triangle_without_area_meets_nothing():
     x, corners, shares, triangles, allowed, stiffness = pairs(1, k=1)
     triangles[0] = triangles[0, 0]
     assert heights(x, corners, shares, triangles).tolist() == [np.inf]
-    grad, gaps = np.zeros_like(x), np.empty(1)
-    assert kernels.plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad) == 0.0
+    grad, gaps, full = np.zeros_like(x), np.empty(1), np.ones(1)
+    assert kernels.plane_energy(x, corners, shares, triangles, full, allowed, stiffness, gaps, grad) == 0.0
     assert not grad.any()
     rows = np.zeros((1, 6), np.int64), np.zeros((1, 6, 3)), np.zeros(1), np.zeros(1)
-    assert kernels.plane_rows(x, x, corners, shares, triangles, allowed, stiffness, gaps, rows, 0) == 0
+    assert kernels.plane_rows(x, x, corners, shares, triangles, full, allowed, stiffness, gaps, rows, 0) == 0
 
 
-def test_the_gradient_is_the_slope_of_the_energy():
+@pytest.mark.parametrize("area", [0.0, 12.0])
+def test_the_gradient_is_the_slope_of_the_energy(area):
     x, corners, shares, triangles, allowed, stiffness = pairs(2)
+    full = np.full(40, area)
     gaps, grad, unused = np.empty(40), np.zeros_like(x), np.zeros_like(x)
-    energy = kernels.plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad)
+    energy = kernels.plane_energy(x, corners, shares, triangles, full, allowed, stiffness, gaps, grad)
     depth = np.maximum(allowed - heights(x, corners, shares, triangles), 0.0)
     assert 5 < (depth > 0.0).sum() < 35
-    assert energy == pytest.approx(0.5 * (stiffness * depth**2).sum())
+    a, b, c = (x[triangles[:, k]] for k in range(3))
+    share = np.minimum(np.linalg.norm(np.cross(b - a, c - a), axis=1) / max(area, 1e-9), 1.0)
+    assert (share < 1.0).any() == (area > 0.0)
+    assert energy == pytest.approx(0.5 * (stiffness * (share * (2.0 - share) * depth) ** 2).sum())
     rng, h = np.random.default_rng(3), 1e-6
     for _ in range(5):
         way = rng.normal(size=x.shape)
         ends = [
-            kernels.plane_energy(x + sign * h * way, corners, shares, triangles, allowed, stiffness, gaps, unused)
+            kernels.plane_energy(x + sign * h * way, corners, shares, triangles, full, allowed, stiffness, gaps, unused)
             for sign in (1.0, -1.0)
         ]
         assert (ends[0] - ends[1]) / (2 * h) == pytest.approx((grad * way).sum(), rel=1e-5)
@@ -77,11 +82,12 @@ def test_the_gradient_is_the_slope_of_the_energy():
 
 def test_rows_know_all_that_is_near_or_comes_near():
     x, corners, shares, triangles, allowed, stiffness = pairs(4)
+    full = np.zeros(40)
     gaps, grad = np.empty(40), np.zeros_like(x)
-    kernels.plane_energy(x, corners, shares, triangles, allowed, stiffness, gaps, grad)
+    kernels.plane_energy(x, corners, shares, triangles, full, allowed, stiffness, gaps, grad)
     ahead = 1e-6 * np.random.default_rng(5).normal(size=x.shape)
     rows = np.zeros((41, 6), np.int64), np.zeros((41, 6, 3)), np.zeros(41), np.zeros(41)
-    m = kernels.plane_rows(x, ahead, corners, shares, triangles, allowed, stiffness, gaps, rows, 1)
+    m = kernels.plane_rows(x, ahead, corners, shares, triangles, full, allowed, stiffness, gaps, rows, 1)
     there = heights(x + ahead, corners, shares, triangles)
     near = (gaps < allowed) | (there < allowed)
     assert m == 1 + near.sum()
@@ -90,3 +96,20 @@ def test_rows_know_all_that_is_near_or_comes_near():
     force = rows[3][1:m] * np.maximum(rows[2][1:m], 0.0)
     np.subtract.at(pushed, rows[0][1:m], force[:, None, None] * rows[1][1:m])
     np.testing.assert_allclose(pushed, grad, atol=1e-4 * np.abs(grad).max())
+
+
+def test_rows_of_triangles_that_collapse_are_those_of_the_energy_and_have_bounded_slopes():
+    x, corners, shares, triangles, allowed, stiffness = pairs(6)
+    full, rng = np.full(40, 12.0), np.random.default_rng(7)
+    for flat in (1.0, 1e-3, 1e-9):
+        x[triangles[:, 2]] = x[triangles[:, 0]] + flat * rng.normal(size=(40, 3))  # some have two corners in one place
+        gaps, grad = np.empty(40), np.zeros_like(x)
+        kernels.plane_energy(x, corners, shares, triangles, full, allowed, stiffness, gaps, grad)
+        rows = np.zeros((40, 6), np.int64), np.zeros((40, 6, 3)), np.zeros(40), np.zeros(40)
+        still = np.zeros_like(x)
+        m = kernels.plane_rows(x, still, corners, shares, triangles, full, allowed, stiffness, gaps, rows, 0)
+        assert m > 5
+        force, pushed = rows[3][:m] * rows[2][:m], np.zeros_like(x)
+        np.subtract.at(pushed, rows[0][:m], force[:, None, None] * rows[1][:m])
+        np.testing.assert_allclose(pushed, grad, rtol=0.0, atol=1e-12 * max(np.abs(grad).max(), 1.0))
+        assert np.abs(rows[1][:m]).max() < 20.0
