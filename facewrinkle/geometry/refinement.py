@@ -132,8 +132,14 @@ class RedGreenForest:
         MeshError
             If `marked` is neither a bool per triangle nor indices in range.
         """
+        created = self._grown(self._leaf[self._mask(marked)])
+        if created:
+            self._read_leaves()
+        return Change(slice(None), created)
+
+    def _grown(self, leaves: IntArray) -> int:
+        """Split leaves (numbers of nodes), and all that must follow; return the number of new vertices."""
         before = self.n_points
-        leaves = self._leaf[self._mask(marked)]
         while not kernels.grow(self._nodes, self._edges, self._points, self._state, leaves, self.max_level):
             leaves = leaves[:0]
             self._make_room()
@@ -143,8 +149,35 @@ class RedGreenForest:
                 [self._corners, self._barycentric], [np.empty((created, 3), np.int32), np.empty((created, 3))]
             )
             kernels.weigh(self._points, self._base, self._corners, self._barycentric, before)
-            self._read_leaves()
-        return Change(slice(None), created)
+        return created
+
+    def renumbered(self) -> Self:
+        """Return a forest with the same triangles, whose vertices are numbered level by level: their numbers do not
+        depend on the order in which triangles were split.
+
+        Examples
+        --------
+        >>> one, other = (RedGreenForest([[0, 1, 2], [2, 1, 3]]) for _ in range(2))
+        >>> for first, second, forest in (([0], [5], one), ([1], [0], other)):
+        ...     change = forest.split(first), forest.split(second)
+        >>> bool((one.triangles == other.triangles).all())
+        False
+        >>> bool((one.renumbered().triangles == other.renumbered().triangles).all())
+        True
+        """
+        n0 = int(np.searchsorted(self._points[: self.n_points, kernels.OF] >= 0, True))
+        out = type(self)(self._base, self.max_level, n0)
+        ours = theirs = np.arange(len(self._base), dtype=np.int32)
+        while len(ours):
+            red = self._nodes[theirs, kernels.CHILD] >= 0
+            ours, theirs = ours[red], theirs[red]
+            out._grown(ours)
+            ours, theirs = (
+                (forest._nodes[split, kernels.CHILD][:, None] + np.arange(4, dtype=np.int32)).ravel()
+                for forest, split in ((out, ours), (self, theirs))
+            )
+        out._read_leaves()
+        return out
 
     def coarsen(self, marked: ArrayLike) -> Change:
         """Undo every red split whose four leaves are marked, by one level, as far as the mesh stays legal.

@@ -501,11 +501,17 @@ class Simulation:
         for _ in range(MOST_CHANGES):
             if self._marks is None or not self._marks[0].any():
                 if self.forest.n_points >= least:
-                    return shape
+                    break
                 least = self.forest.n_points
             if not self._refine():
                 break
             shape = self._shape(base)
+        if self._may_unsplit() and self.forest.n_points > len(self.face.points):
+            self.forest, before = self.forest.renumbered(), self.forest
+            if not np.array_equal(self.forest.triangles, before.triangles):
+                n = len(self.face.points)
+                self._follow(Change(np.arange(n), self.forest.n_points - n))
+                shape = self._shape(base)
         return shape
 
     def _refine(self, coarsen: bool = True) -> bool:

@@ -686,3 +686,20 @@ def test_malformed_marks(marked):
     for method in (forest.split, forest.coarsen):
         with pytest.raises(MeshError, match="mark"):
             method(marked)
+
+
+def test_renumbered_forests_have_the_same_triangles_at_the_same_places(face):
+    """Whatever was split and taken back before; and their numbers depend on the triangles alone."""
+    rng, forest = np.random.default_rng(0), RedGreenForest(face.triangles, 4, len(face.points))
+    for _ in range(8):
+        forest.split(rng.random(len(forest.triangles)) < 0.03)
+        forest.coarsen(rng.random(len(forest.triangles)) < 0.7)
+    other = forest.renumbered()
+    places = [np.hstack([own.corners, own.barycentric]).tolist() for own in (forest, other)]
+    numbers = {tuple(place): number for number, place in enumerate(places[1])}
+    moved = np.array([numbers[tuple(place)] for place in places[0]])
+    np.testing.assert_array_equal(np.sort(moved), np.arange(forest.n_points))
+    np.testing.assert_array_equal(moved[forest.triangles], other.triangles)
+    np.testing.assert_array_equal(forest.level, other.level)
+    np.testing.assert_array_equal(other.renumbered().triangles, other.triangles)
+    assert (np.diff(other.vertex_level) >= 0).all()

@@ -415,7 +415,7 @@ def test_settling_ends_although_triangles_come_and_go(face):
     sim = fw.Simulation(face, layers=[Undecided()])
     frame = sim.settle()
     assert frame.n_points > len(face.points)  # it ends with all that is asked for
-    assert sim.layers[0].follows < 6
+    assert sim.layers[0].follows < 7  # the last of them for vertices that are numbered anew
 
 
 def test_what_simulates_prints_itself_in_a_line(face):

@@ -151,9 +151,11 @@ class WaveField:
             if not len(near):
                 continue
             values = interpolated(self._of_families[number], vertices.corners[near], vertices.barycentric[near])
+            folding = (values[:, 0] > 0.0) & (values[:, 1] > 0.0)
+            near, values = near[folding], values[folding]
             theta, strength, wave = packets.at(*self._where(vertices, near))
             size = np.sqrt((wave * wave).sum(axis=1))
-            some = np.flatnonzero((values[:, 0] > 0.0) & (strength > GONE) & (values[:, 1] > 0.0) & (size > 1e-6))
+            some = np.flatnonzero((strength > GONE) & (size > 1e-6))
             if not len(some):
                 continue
             window, firm, length, most = values[some].T
