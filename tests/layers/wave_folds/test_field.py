@@ -14,7 +14,7 @@ def test_lines_are_the_same_from_a_file(face, tmp_path, monkeypatch):
     monkeypatch.setenv(keeping.FOLDER, str(tmp_path))
     squeezed = FoldShapes({"squeezed": [face.points * [1.0, 0.9, 1.0]]})
     lines = field.Lines(face, squeezed, 1.0, Style())
-    monkeypatch.delattr(field, "_found")
+    monkeypatch.delattr(field, "found_lines")
     again = field.Lines(face, squeezed, 1.0, Style())
     assert again.names == lines.names == ("squeezed",)
     np.testing.assert_array_equal(again.compression, lines.compression)
