@@ -78,7 +78,7 @@ class FacingSkin:
     def gaps(self, x: Array) -> Array:
         """Return the heights (k,) of the samples above the planes of their triangles, for positions (n, 3)."""
         out, none = np.empty(len(self.corners)), np.full(len(self.corners), -np.inf)
-        kernels.plane_energy(x, self.corners, self.shares, self.triangles, none, none, out, np.empty((0, 3)))
+        kernels.plane_energy(x, self.corners, self.shares, self.triangles, none, none, none, out, np.empty((0, 3)))
         return out
 
     def touching_from(self, allowed: Array) -> FacingSkin:
