@@ -70,7 +70,7 @@ class Relief:
 
 
 class _Places:
-    """What the shader needs of the vertices of the last frame of a face. All scenes of the face share it."""
+    """Numbers per vertex for the shader, of the last frame of a face. All scenes of the face share them."""
 
     def __init__(self) -> None:
         self._known: tuple[Any, float, Array, Array, npt.NDArray[np.float32]] | None = None

@@ -14,7 +14,9 @@ from facewrinkle.plotting import Scene, Style, picture
 def test_fields_have_colour(face):
     """Skin is lit the same; what differs from one field to the next is its colours. One scene can show them all."""
     wrinkled = held("surprise")
-    images = {name: picture(wrinkled, face, Style(SMALL, scalars=name)) for name in ARRAYS if name != "rest"}
+    images = {
+        name: picture(wrinkled, face, Style(SMALL, scalars=name)) for name in ARRAYS if name not in ("rest", "slide")
+    }
     for name, image in images.items():
         for other, another in images.items():
             assert name == other or (difference(image, another) > 10).mean() > 0.001
